@@ -1,0 +1,75 @@
+//! Sliding contacts: where in a joint friction acts.
+
+use super::{Law, LoadMap};
+use crate::joint::{Carrier, JointType};
+
+/// One sliding contact of a joint and its friction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Place of the contact among those of the joint's type: an index into [`contacts_of`].
+    pub place: usize,
+    /// Radius of the sliding surface, m. Guides slide along their axis and take no radius.
+    pub radius: Option<f64>,
+    /// From speed and load to friction force.
+    pub law: Law,
+    /// From reaction to load.
+    pub load: LoadMap<f64>,
+}
+
+/// The geometry of a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContactShape {
+    /// A pin that turns about an axis of J or K: freedom `freedom`, axis number `axis`.
+    Pin {
+        /// Index of the rotation among the joint's freedoms.
+        freedom: usize,
+        /// Axis 0, 1, 2 for x, y, z of the carrier's frame.
+        axis: usize,
+        /// The body in which the axis is fixed.
+        carrier: Carrier,
+    },
+    /// A guide that slides along the z axis of J.
+    Guide {
+        /// Index of the translation among the joint's freedoms.
+        freedom: usize,
+    },
+    /// A ball: freedoms 0, 1, 2 are the angular velocity in K.
+    Ball,
+}
+
+impl ContactShape {
+    /// The indices of the freedoms along which the contact slides.
+    #[inline(always)]
+    pub const fn freedoms(self) -> core::ops::Range<usize> {
+        match self {
+            Self::Pin { freedom, .. } | Self::Guide { freedom } => freedom..freedom + 1,
+            Self::Ball => 0..3,
+        }
+    }
+
+    /// Whether the contact has a radius.
+    pub const fn turns(self) -> bool {
+        !matches!(self, Self::Guide { .. })
+    }
+}
+
+const PIN_Z: ContactShape =
+    ContactShape::Pin { freedom: 0, axis: 2, carrier: Carrier::Predecessor };
+
+/// The sliding contacts of a joint type, each with its name (empty where the joint has only one).
+/// Helical, planar, fixed and free joints have none.
+pub const fn contacts_of(joint_type: JointType) -> &'static [(&'static str, ContactShape)] {
+    match joint_type {
+        JointType::Revolute => &[("", PIN_Z)],
+        JointType::Prismatic => &[("", ContactShape::Guide { freedom: 0 })],
+        JointType::Cylindrical => {
+            &[("angle", PIN_Z), ("slide", ContactShape::Guide { freedom: 1 })]
+        }
+        JointType::Universal => &[
+            ("first", PIN_Z),
+            ("second", ContactShape::Pin { freedom: 1, axis: 0, carrier: Carrier::Successor }),
+        ],
+        JointType::Spherical => &[("", ContactShape::Ball)],
+        JointType::Helical | JointType::Planar | JointType::Fixed | JointType::Free => &[],
+    }
+}

@@ -1,0 +1,27 @@
+//! Fixed: no freedom.
+
+use super::{Constraint, Freedom};
+use crate::scalar::Scalar;
+use crate::spatial::Pose;
+
+pub(super) const SYMBOL: &str = "fixed";
+pub(super) const COORDINATES: usize = 0;
+pub(super) const FREEDOMS: &[Freedom] = &[];
+pub(super) const CONSTRAINTS: &[Constraint] = &[
+    Constraint::Force(0),
+    Constraint::Force(1),
+    Constraint::Force(2),
+    Constraint::Moment(0),
+    Constraint::Moment(1),
+    Constraint::Moment(2),
+];
+
+#[inline(always)]
+pub(super) fn pose<T: Scalar>(_q: &[T], _pitch: T) -> Pose<T> {
+    Pose::identity()
+}
+
+#[inline(always)]
+pub(super) fn nearest<T: Scalar>(_relative: Pose<T>, _pitch: T) -> (Pose<T>, [T; 3]) {
+    (Pose::identity(), [T::zero(); 3])
+}

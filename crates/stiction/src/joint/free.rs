@@ -1,0 +1,34 @@
+//! Free: no constraint; coordinates are the position in J and a unit quaternion, rates are the
+//! velocity in J and the angular velocity in K.
+
+use super::{
+    Carrier::{Predecessor, Successor},
+    Constraint, Freedom, Motion, freedom,
+};
+use crate::scalar::Scalar;
+use crate::spatial::{Pose, Quaternion, Vec3};
+
+pub(super) const SYMBOL: &str = "free";
+pub(super) const COORDINATES: usize = 7;
+pub(super) const FREEDOMS: &[Freedom] = &[
+    freedom(Motion::Translation, 0, Predecessor, "x"),
+    freedom(Motion::Translation, 1, Predecessor, "y"),
+    freedom(Motion::Translation, 2, Predecessor, "z"),
+    freedom(Motion::Rotation, 0, Successor, "wx"),
+    freedom(Motion::Rotation, 1, Successor, "wy"),
+    freedom(Motion::Rotation, 2, Successor, "wz"),
+];
+pub(super) const CONSTRAINTS: &[Constraint] = &[];
+
+#[inline(always)]
+pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
+    Pose {
+        rotation: Quaternion::from_coordinates(&q[3..]).rotation(),
+        position: Vec3::new(q[0], q[1], q[2]),
+    }
+}
+
+#[inline(always)]
+pub(super) fn nearest<T: Scalar>(relative: Pose<T>, _pitch: T) -> (Pose<T>, [T; 3]) {
+    (relative, [T::zero(); 3])
+}

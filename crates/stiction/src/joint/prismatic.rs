@@ -1,0 +1,28 @@
+//! P: one translation along z.
+
+use super::{Carrier::Predecessor, Constraint, Freedom, Motion, freedom};
+use crate::scalar::Scalar;
+use crate::spatial::{Mat3, Pose, Vec3};
+
+pub(super) const SYMBOL: &str = "P";
+pub(super) const COORDINATES: usize = 1;
+pub(super) const FREEDOMS: &[Freedom] = &[freedom(Motion::Translation, 2, Predecessor, "slide")];
+pub(super) const CONSTRAINTS: &[Constraint] = &[
+    Constraint::Force(0),
+    Constraint::Force(1),
+    Constraint::Moment(0),
+    Constraint::Moment(1),
+    Constraint::Moment(2),
+];
+
+#[inline(always)]
+pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
+    Pose { rotation: Mat3::identity(), position: Vec3::unit(2) * q[0] }
+}
+
+#[inline(always)]
+pub(super) fn nearest<T: Scalar>(relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
+    // The slide along the successor's own axis line, which a small tilt leaves unchanged.
+    let slide = relative.rotation.columns[2].dot(relative.position);
+    (pose(&[slide], pitch), [slide, T::zero(), T::zero()])
+}

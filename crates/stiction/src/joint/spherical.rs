@@ -1,0 +1,25 @@
+//! S: all rotations about a point; coordinates are a unit quaternion, rates are in K.
+
+use super::{Carrier::Successor, Constraint, Freedom, Motion, freedom};
+use crate::scalar::Scalar;
+use crate::spatial::{Pose, Quaternion, Vec3};
+
+pub(super) const SYMBOL: &str = "S";
+pub(super) const COORDINATES: usize = 4;
+pub(super) const FREEDOMS: &[Freedom] = &[
+    freedom(Motion::Rotation, 0, Successor, "wx"),
+    freedom(Motion::Rotation, 1, Successor, "wy"),
+    freedom(Motion::Rotation, 2, Successor, "wz"),
+];
+pub(super) const CONSTRAINTS: &[Constraint] =
+    &[Constraint::Force(0), Constraint::Force(1), Constraint::Force(2)];
+
+#[inline(always)]
+pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
+    Pose { rotation: Quaternion::from_coordinates(q).rotation(), position: Vec3::zero() }
+}
+
+#[inline(always)]
+pub(super) fn nearest<T: Scalar>(relative: Pose<T>, _pitch: T) -> (Pose<T>, [T; 3]) {
+    (Pose { rotation: relative.rotation, position: Vec3::zero() }, [T::zero(); 3])
+}

@@ -1,0 +1,96 @@
+//! Coordinates by which a motion is prescribed.
+
+use crate::mechanism::{BodyId, JointId};
+
+/// One number that says something about the position of a mechanism. A motion prescribes any
+/// consistent set of them; loop closure gives the rest.
+///
+/// Poses of bodies are seen from the frame of the ground ([`crate::mechanism::Mechanism::base`]), so
+/// that a robot which is mounted elsewhere keeps its motions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Coordinate {
+    /// A component of the position of a body's origin, m.
+    Position {
+        /// The body.
+        body: BodyId,
+        /// 0, 1, 2 for x, y, z.
+        axis: usize,
+    },
+    /// One of three intrinsic rotation angles, rad: the body's rotation is
+    /// `R(axis1, angle1) R(axis2, angle2) R(axis3, angle3)`.
+    Angle {
+        /// The body.
+        body: BodyId,
+        /// The axes in their order.
+        order: AngleOrder,
+        /// 0, 1, 2 for the first, second, third angle.
+        index: usize,
+    },
+    /// A component of the rotation vector (axis times angle) of a body, rad; its length must stay
+    /// below pi.
+    RotationVector {
+        /// The body.
+        body: BodyId,
+        /// 0, 1, 2 for x, y, z.
+        axis: usize,
+    },
+    /// A coordinate of a joint whose coordinates are scalars (R, P, H, C, U, E), rad or m.
+    Joint {
+        /// The joint.
+        joint: JointId,
+        /// Index of the freedom.
+        freedom: usize,
+    },
+}
+
+impl Coordinate {
+    /// Whether the coordinate is an angle (rad) rather than a length (m).
+    pub fn is_angle(&self, mechanism: &crate::mechanism::Mechanism) -> bool {
+        match *self {
+            Self::Position { .. } => false,
+            Self::Angle { .. } | Self::RotationVector { .. } => true,
+            Self::Joint { joint, freedom } => {
+                mechanism.joints()[joint.0].joint_type.freedoms()[freedom].units().0 == "rad"
+            }
+        }
+    }
+}
+
+/// The order of axes of three intrinsic rotations: neighbours differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct AngleOrder([usize; 3]);
+
+impl AngleOrder {
+    /// Rotation about x, then about the new y, then about the new z.
+    pub const XYZ: Self = Self([0, 1, 2]);
+
+    /// The order of a name like `xyz` or `zxz`.
+    pub fn from_name(name: &str) -> Option<Self> {
+        let axes: Option<Vec<usize>> =
+            name.chars().map(|c| "xyz".chars().position(|axis| axis == c)).collect();
+        let [a, b, c] = axes?.try_into().ok()?;
+        (a != b && b != c).then_some(Self([a, b, c]))
+    }
+
+    /// The axes, 0, 1, 2 for x, y, z.
+    #[inline(always)]
+    pub const fn axes(self) -> [usize; 3] {
+        self.0
+    }
+
+    /// Whether all three axes differ (Tait-Bryan), so that an angle can be named by its axis.
+    pub const fn is_tait_bryan(self) -> bool {
+        self.0[0] != self.0[2]
+    }
+}
+
+/// The prescribed value of a [`Coordinate`] at one instant, with its exact time derivatives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target<T> {
+    /// Value, rad or m.
+    pub value: T,
+    /// First time derivative.
+    pub rate: T,
+    /// Second time derivative.
+    pub acceleration: T,
+}

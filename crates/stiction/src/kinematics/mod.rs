@@ -1,0 +1,5 @@
+//! Position, velocity and acceleration of closed chains.
+
+mod coordinate;
+
+pub use coordinate::{AngleOrder, Coordinate, Target};

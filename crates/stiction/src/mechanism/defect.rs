@@ -1,0 +1,140 @@
+//! What can be wrong with a mechanism's description.
+
+use thiserror::Error;
+
+/// One defect of a description. [`super::MechanismBuilder::build`] reports all of them together.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Defect {
+    /// There is no body but the ground.
+    #[error("the mechanism has no body that could move")]
+    NoBodies,
+    /// Two bodies, or two joints, of one name.
+    #[error("there are two {what} named `{name}`")]
+    DuplicateName {
+        /// `bodies` or `joints`.
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// A body named like the ground.
+    #[error("a body cannot be named `{}`: that is the body that does not move", super::GROUND_NAME)]
+    GroundTaken,
+    /// A joint refers to a body that does not exist.
+    #[error("joint `{joint}` connects body `{body}`, which does not exist")]
+    UnknownBody {
+        /// The joint.
+        joint: String,
+        /// The missing body.
+        body: String,
+    },
+    /// A joint with one body on both sides.
+    #[error("joint `{joint}` connects body `{body}` with itself")]
+    SameBody {
+        /// The joint.
+        joint: String,
+        /// The body.
+        body: String,
+    },
+    /// A body that no chain of joints connects with the ground.
+    #[error(
+        "body `{body}` is not connected with the ground by any chain of joints (a `free` joint \
+         connects a body that floats)"
+    )]
+    Disconnected {
+        /// The body.
+        body: String,
+    },
+    /// A number that is NaN or infinite.
+    #[error("{place} is not a finite number")]
+    NotFinite {
+        /// Where, in words.
+        place: String,
+    },
+    /// A negative mass.
+    #[error("body `{body}` has the mass {mass} kg; a mass is at least 0")]
+    NegativeMass {
+        /// The body.
+        body: String,
+        /// Its mass, kg.
+        mass: f64,
+    },
+    /// An inertia tensor that no distribution of mass has because it is not symmetric.
+    #[error("the inertia of body `{body}` is not symmetric")]
+    AsymmetricInertia {
+        /// The body.
+        body: String,
+    },
+    /// An inertia tensor with a negative principal moment.
+    #[error("the inertia of body `{body}` has the negative principal moment {moment} kg m^2")]
+    NegativeInertia {
+        /// The body.
+        body: String,
+        /// The smallest principal moment, kg m^2.
+        moment: f64,
+    },
+    /// A helical joint without pitch, or another joint with one.
+    #[error("joint `{joint}`: a helical joint needs a pitch other than 0, other joints have none")]
+    Pitch {
+        /// The joint.
+        joint: String,
+    },
+    /// A freedom cannot be actuated, or does not exist.
+    #[error("joint `{joint}` has no freedom {freedom} that an actuator could drive")]
+    NotActuable {
+        /// The joint.
+        joint: String,
+        /// The freedom's index.
+        freedom: usize,
+    },
+    /// The list of start coordinates has the wrong length.
+    #[error("joint `{joint}` starts from {found} coordinates, but has {expected}")]
+    StartLength {
+        /// The joint.
+        joint: String,
+        /// How many were given.
+        found: usize,
+        /// How many it has.
+        expected: usize,
+    },
+    /// A joint type without sliding contacts was given a friction.
+    #[error("joint `{joint}`: friction of {joint_type} joints is not modelled")]
+    NoContact {
+        /// The joint.
+        joint: String,
+        /// Its type's symbol.
+        joint_type: &'static str,
+    },
+    /// One contact with two frictions.
+    #[error("joint `{joint}` has two frictions at one contact")]
+    DuplicateContact {
+        /// The joint.
+        joint: String,
+    },
+    /// A friction parameter out of its range.
+    #[error("joint `{joint}`: the friction's {parameter} is {value}, but must be {range}")]
+    FrictionParameter {
+        /// The joint.
+        joint: String,
+        /// The parameter's name.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it may be.
+        range: &'static str,
+    },
+    /// A radius is missing where the contact turns, or given where it slides straight.
+    #[error("joint `{joint}`: {problem}")]
+    Radius {
+        /// The joint.
+        joint: String,
+        /// What is wrong.
+        problem: &'static str,
+    },
+    /// The characteristic length is not positive.
+    #[error("the characteristic length is {0} m, but must be greater than 0")]
+    CharacteristicLength(
+        /// The declared value, m.
+        f64,
+    ),
+}

@@ -1,0 +1,61 @@
+//! What a colleague would point at in a mechanism that is otherwise fine.
+
+use super::Mechanism;
+use thiserror::Error;
+
+/// Something suspicious. Warnings never change numbers.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Warning {
+    /// A principal moment greater than the sum of the other two.
+    #[error(
+        "no distribution of mass has the inertia of body `{body}`: its largest principal moment, \
+         {largest:.6} kg m^2, exceeds the sum of the other two, {sum:.6} kg m^2 (harmless where the \
+         body turns about that axis only)"
+    )]
+    ImpossibleInertia {
+        /// The body.
+        body: String,
+        /// The largest principal moment, kg m^2.
+        largest: f64,
+        /// The sum of the other two, kg m^2.
+        sum: f64,
+    },
+    /// Inertia without mass.
+    #[error("body `{body}` has inertia but no mass")]
+    InertiaWithoutMass {
+        /// The body.
+        body: String,
+    },
+    /// No body has mass.
+    #[error("no body has a mass: only loads and friction will ask for driving forces")]
+    NoMass,
+    /// Nothing is driven.
+    #[error("no joint is actuated: there are no driving forces to compute")]
+    NoActuator,
+}
+
+impl Mechanism {
+    /// Everything suspicious about the mechanism.
+    pub fn warnings(&self) -> Vec<Warning> {
+        let mut warnings = Vec::new();
+        let moving = &self.bodies()[1..];
+        for body in moving {
+            let [smallest, middle, largest] = body.principal_moments();
+            let sum = smallest + middle;
+            if largest > sum * (1.0 + 1e-6) {
+                warnings.push(Warning::ImpossibleInertia { body: body.name.clone(), largest, sum });
+            }
+            if body.mass == 0.0 && largest > 0.0 {
+                warnings.push(Warning::InertiaWithoutMass { body: body.name.clone() });
+            }
+        }
+        if moving.iter().all(|body| body.mass == 0.0) {
+            warnings.push(Warning::NoMass);
+        }
+        if self.actuators().next().is_none() {
+            warnings.push(Warning::NoActuator);
+        }
+        warnings
+    }
+}

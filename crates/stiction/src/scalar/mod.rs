@@ -1,0 +1,112 @@
+//! The one arithmetic that the kernels are written over.
+//!
+//! A kernel that is generic over [`Scalar`] runs as `f64`, as [`Lanes`] (several states or
+//! parameter sets side by side), as [`Dual`] numbers (exact derivatives) and as any mixture of
+//! them. The price is that a kernel must not branch on values: lanes differ. What a branch would
+//! do is written with [`Scalar::if_positive`], and what a convergence test would do is left to the
+//! caller, who looks at [`Scalar::largest`] between steps.
+
+mod dual;
+mod lanes;
+
+pub use dual::Dual;
+pub use lanes::Lanes;
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// A real number as the kernels see it: `f64`, [`Lanes`], [`Dual`], or a combination.
+///
+/// Implementations follow IEEE arithmetic in every lane; nothing here panics.
+pub trait Scalar:
+    Copy
+    + Debug
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+{
+    /// The constant `value`, in every lane, with zero derivative.
+    fn from_f64(value: f64) -> Self;
+
+    /// Square root. The derivative at zero is infinite: see [`Scalar::norm_of_square`].
+    fn sqrt(self) -> Self;
+
+    /// Sine and cosine.
+    fn sin_cos(self) -> (Self, Self);
+
+    /// The angle of the point (`x`, `self`), in (-pi, pi].
+    fn atan2(self, x: Self) -> Self;
+
+    /// Lane by lane: `yes` where the value is greater than zero, else `no`.
+    fn if_positive(self, yes: Self, no: Self) -> Self;
+
+    /// The largest magnitude of the value over all lanes, NaN if any lane is NaN. For decisions
+    /// *between* kernel calls, never inside one.
+    fn largest(self) -> f64;
+
+    /// Zero.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::from_f64(0.0)
+    }
+
+    /// One.
+    #[inline(always)]
+    fn one() -> Self {
+        Self::from_f64(1.0)
+    }
+
+    /// `1 / self`.
+    #[inline(always)]
+    fn recip(self) -> Self {
+        Self::one() / self
+    }
+
+    /// Magnitude.
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.if_positive(self, -self)
+    }
+
+    /// The norm whose square is `self`: its square root, but with derivative zero (a subgradient
+    /// of the norm) where it vanishes, so that a friction load of zero has no infinite slope. A NaN
+    /// stays a NaN.
+    #[inline(always)]
+    fn norm_of_square(self) -> Self {
+        let safe = self.if_positive(self, Self::one());
+        self.if_positive(safe.sqrt(), self * Self::zero())
+    }
+}
+
+impl Scalar for f64 {
+    #[inline(always)]
+    fn from_f64(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        f64::sin_cos(self)
+    }
+    #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        f64::atan2(self, x)
+    }
+    #[inline(always)]
+    fn if_positive(self, yes: Self, no: Self) -> Self {
+        if self > 0.0 { yes } else { no }
+    }
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        f64::abs(self)
+    }
+}

@@ -1,0 +1,21 @@
+//! Geometry and mechanics of a rigid body: vectors, rotations, poses, twists, wrenches.
+//!
+//! Small plain types over [`Scalar`](crate::scalar::Scalar). Every spatial vector of a computation
+//! is written in **world axes** and refers to **one point**, the kernel origin, so that twists and
+//! wrenches of different bodies add without being moved.
+//!
+//! | name | means |
+//! | --- | --- |
+//! | `pose_ab` | [`Pose`] `X_AB`: where frame B is, seen from frame A |
+//! | `Twist` | angular velocity, and velocity of the body-fixed point that passes the origin |
+//! | `Wrench` | force, and moment about the origin |
+
+mod matrix;
+mod pose;
+mod screw;
+mod vector;
+
+pub use matrix::Mat3;
+pub use pose::{Pose, Quaternion};
+pub use screw::{Twist, Wrench};
+pub use vector::Vec3;

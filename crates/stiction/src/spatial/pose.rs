@@ -1,0 +1,128 @@
+//! Poses and the unit quaternions that integrate them.
+
+use super::{Mat3, Vec3};
+use crate::scalar::Scalar;
+use core::ops::Mul;
+
+/// A pose `X_AB`: the orientation and the origin of frame B, seen from frame A.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose<T> {
+    /// `R_AB`; its columns are the axes of B in A.
+    pub rotation: Mat3<T>,
+    /// Origin of B, in A.
+    pub position: Vec3<T>,
+}
+
+impl<T: Scalar> Pose<T> {
+    /// Coinciding frames.
+    #[inline(always)]
+    pub fn identity() -> Self {
+        Self { rotation: Mat3::identity(), position: Vec3::zero() }
+    }
+
+    /// `X_BA` from `X_AB`.
+    #[inline(always)]
+    pub fn inverse(self) -> Self {
+        Self {
+            rotation: self.rotation.transpose(),
+            position: -self.rotation.transpose_mul(self.position),
+        }
+    }
+
+    /// Where in A the point is that B sees at `point`.
+    #[inline(always)]
+    pub fn apply(self, point: Vec3<T>) -> Vec3<T> {
+        self.rotation * point + self.position
+    }
+}
+
+impl Pose<f64> {
+    /// The same pose as constants of another scalar.
+    #[inline(always)]
+    pub fn lift<T: Scalar>(self) -> Pose<T> {
+        Pose { rotation: self.rotation.lift(), position: self.position.lift() }
+    }
+
+    /// Parallel frames, the origin of B at `position`.
+    pub fn at(position: Vec3<f64>) -> Self {
+        Self { rotation: Mat3::identity(), position }
+    }
+}
+
+impl<T: Scalar> Mul for Pose<T> {
+    type Output = Self;
+    /// `X_AB * X_BC = X_AC`.
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self { rotation: self.rotation * other.rotation, position: self.apply(other.position) }
+    }
+}
+
+/// A unit quaternion, `w` first; the orientation coordinates of spherical and free joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quaternion<T> {
+    /// Real part, the cosine of half the angle.
+    pub w: T,
+    /// Imaginary part, the axis times the sine of half the angle.
+    pub v: Vec3<T>,
+}
+
+impl<T: Scalar> Quaternion<T> {
+    /// From four coordinates in the order `w, x, y, z`.
+    #[inline(always)]
+    pub fn from_coordinates(c: &[T]) -> Self {
+        Self { w: c[0], v: Vec3::new(c[1], c[2], c[3]) }
+    }
+
+    /// Writes four coordinates in the order `w, x, y, z`.
+    #[inline(always)]
+    pub fn write(self, c: &mut [T]) {
+        (c[0], c[1], c[2], c[3]) = (self.w, self.v.x, self.v.y, self.v.z);
+    }
+
+    /// The quaternion product.
+    #[inline(always)]
+    pub fn compose(self, other: Self) -> Self {
+        Self {
+            w: self.w * other.w - self.v.dot(other.v),
+            v: other.v * self.w + self.v * other.w + self.v.cross(other.v),
+        }
+    }
+
+    /// Scaled to length one.
+    #[inline(always)]
+    pub fn normalised(self) -> Self {
+        let scale = (self.w * self.w + self.v.norm_squared()).sqrt().recip();
+        Self { w: self.w * scale, v: self.v * scale }
+    }
+
+    /// The quaternion of a small rotation vector (rad), exact to second order and of length one for
+    /// any size.
+    #[inline(always)]
+    pub fn of_small(rotation: Vec3<T>) -> Self {
+        Self { w: T::one(), v: rotation * T::from_f64(0.5) }.normalised()
+    }
+
+    /// The rotation matrix.
+    #[inline(always)]
+    pub fn rotation(self) -> Mat3<T> {
+        let two = T::from_f64(2.0);
+        let v = self.v;
+        let column = |e: Vec3<T>| {
+            let t = v.cross(e) * two;
+            e + t * self.w + v.cross(t)
+        };
+        Mat3::from_columns(column(Vec3::unit(0)), column(Vec3::unit(1)), column(Vec3::unit(2)))
+    }
+}
+
+impl Quaternion<f64> {
+    /// The quaternion of a rotation matrix.
+    pub fn from_rotation(rotation: Mat3<f64>) -> Self {
+        let vector = rotation.rotation_vector();
+        let angle = vector.norm();
+        let (s, c) = (0.5 * angle).sin_cos();
+        let scale = if angle > 1e-9 { s / angle } else { 0.5 };
+        Self { w: c, v: vector * scale }.normalised()
+    }
+}

@@ -1,0 +1,138 @@
+//! Twists and wrenches: motion and force of a rigid body.
+
+use super::Vec3;
+use crate::scalar::Scalar;
+use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
+
+/// Velocity of a rigid body (or an instantaneous motion, a joint's freedom, an acceleration).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Twist<T> {
+    /// Angular velocity, rad/s.
+    pub angular: Vec3<T>,
+    /// Velocity of the body-fixed point that passes the origin, m/s.
+    pub linear: Vec3<T>,
+}
+
+/// Force and moment on a rigid body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wrench<T> {
+    /// Force, N.
+    pub force: Vec3<T>,
+    /// Moment about the origin, N m.
+    pub moment: Vec3<T>,
+}
+
+impl<T: Scalar> Twist<T> {
+    /// No motion.
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self { angular: Vec3::zero(), linear: Vec3::zero() }
+    }
+
+    /// Unit rotation about the line through `point` with direction `axis`.
+    #[inline(always)]
+    pub fn rotation(axis: Vec3<T>, point: Vec3<T>) -> Self {
+        Self { angular: axis, linear: point.cross(axis) }
+    }
+
+    /// Unit translation along `axis`.
+    #[inline(always)]
+    pub fn translation(axis: Vec3<T>) -> Self {
+        Self { angular: Vec3::zero(), linear: axis }
+    }
+
+    /// Velocity of the body-fixed point at `point`.
+    #[inline(always)]
+    pub fn velocity_at(self, point: Vec3<T>) -> Vec3<T> {
+        self.linear + self.angular.cross(point)
+    }
+
+    /// Rate of change of `other` when it is fixed in a body that moves with this twist:
+    /// `self x other` of spatial motion vectors.
+    #[inline(always)]
+    pub fn carry(self, other: Self) -> Self {
+        Self {
+            angular: self.angular.cross(other.angular),
+            linear: self.angular.cross(other.linear) + self.linear.cross(other.angular),
+        }
+    }
+
+    /// Power of `wrench` on this twist (the reciprocal product of screws).
+    #[inline(always)]
+    pub fn power(self, wrench: Wrench<T>) -> T {
+        self.angular.dot(wrench.moment) + self.linear.dot(wrench.force)
+    }
+}
+
+impl<T: Scalar> Wrench<T> {
+    /// No load.
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self { force: Vec3::zero(), moment: Vec3::zero() }
+    }
+
+    /// A unit force along `axis` through `point`.
+    #[inline(always)]
+    pub fn force_through(axis: Vec3<T>, point: Vec3<T>) -> Self {
+        Self { force: axis, moment: point.cross(axis) }
+    }
+
+    /// A pure couple.
+    #[inline(always)]
+    pub fn couple(moment: Vec3<T>) -> Self {
+        Self { force: Vec3::zero(), moment }
+    }
+
+    /// The moment about `point` instead of the origin.
+    #[inline(always)]
+    pub fn moment_about(self, point: Vec3<T>) -> Vec3<T> {
+        self.moment - point.cross(self.force)
+    }
+}
+
+macro_rules! vector_space {
+    ($name:ident { $a:ident, $b:ident }) => {
+        impl<T: Scalar> Add for $name<T> {
+            type Output = Self;
+            #[inline(always)]
+            fn add(self, other: Self) -> Self {
+                Self { $a: self.$a + other.$a, $b: self.$b + other.$b }
+            }
+        }
+        impl<T: Scalar> Sub for $name<T> {
+            type Output = Self;
+            #[inline(always)]
+            fn sub(self, other: Self) -> Self {
+                Self { $a: self.$a - other.$a, $b: self.$b - other.$b }
+            }
+        }
+        impl<T: Scalar> Neg for $name<T> {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self { $a: -self.$a, $b: -self.$b }
+            }
+        }
+        impl<T: Scalar> Mul<T> for $name<T> {
+            type Output = Self;
+            #[inline(always)]
+            fn mul(self, factor: T) -> Self {
+                Self { $a: self.$a * factor, $b: self.$b * factor }
+            }
+        }
+        impl<T: Scalar> AddAssign for $name<T> {
+            #[inline(always)]
+            fn add_assign(&mut self, other: Self) {
+                *self = *self + other;
+            }
+        }
+        impl<T: Scalar> SubAssign for $name<T> {
+            #[inline(always)]
+            fn sub_assign(&mut self, other: Self) {
+                *self = *self - other;
+            }
+        }
+    };
+}
+vector_space!(Twist { angular, linear });
+vector_space!(Wrench { force, moment });
