@@ -1,9 +1,14 @@
 //! Closed-chain mechanisms with friction in their joints: kinematics, driving forces, every joint
 //! reaction, and friction that grows with the reactions.
 
+pub mod dynamics;
 pub mod friction;
 pub mod joint;
 pub mod kinematics;
+pub mod linalg;
 pub mod mechanism;
+pub mod mobility;
+pub mod parameters;
 pub mod scalar;
 pub mod spatial;
+pub mod topology;

@@ -266,19 +266,19 @@ impl Freedom {
         }
     }
 
-    /// The rate of this freedom in a relative motion that the joint allows, `relative` being the
-    /// twist of the successor minus that of the predecessor.
+    /// The wrench, predecessor on successor, of a unit effort on this freedom: a couple along the
+    /// axis, or a force along it through the origin of K. Its power is the freedom's own rate and
+    /// nothing of the joint's other freedoms, so it also measures that rate in a relative twist.
     #[inline(always)]
-    pub fn rate<T: Scalar>(&self, relative: Twist<T>, j: &Pose<T>, k: &Pose<T>) -> T {
+    pub fn effort<T: Scalar>(&self, j: &Pose<T>, k: &Pose<T>) -> Wrench<T> {
         let frame = match self.carrier {
             Carrier::Predecessor => j,
             Carrier::Successor => k,
         };
         let axis = frame.rotation.columns[self.axis];
         match self.motion {
-            Motion::Rotation | Motion::Screw => axis.dot(relative.angular),
-            // In every type with a translation the rotations' axes pass the origin of K.
-            Motion::Translation => axis.dot(relative.velocity_at(k.position)),
+            Motion::Rotation | Motion::Screw => Wrench::couple(axis),
+            Motion::Translation => Wrench::force_through(axis, k.position),
         }
     }
 }
@@ -354,4 +354,108 @@ fn bounded_tangent<T: Scalar>(turn: Mat3<T>) -> Vec3<T> {
 fn angle_about_z<T: Scalar>(rotation: &Mat3<T>) -> T {
     // Best fit for a rotation that is not quite about z.
     (rotation.at(1, 0) - rotation.at(0, 1)).atan2(rotation.at(0, 0) + rotation.at(1, 1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const PITCH: f64 = 0.02;
+
+    fn frames(joint_type: JointType, numbers: &[f64]) -> (Pose<f64>, Pose<f64>) {
+        let j = Pose {
+            rotation: Mat3::rotation(Vec3::new(numbers[0], numbers[1], 1.0), numbers[2]),
+            position: Vec3::new(numbers[3], numbers[4], numbers[5]),
+        };
+        let mut q = vec![0.0; joint_type.coordinates()];
+        joint_type.write_zero(&mut q);
+        joint_type.advance(&mut q, &numbers[6..12]);
+        (j, j * joint_type.pose(&q, PITCH))
+    }
+
+    fn numbers() -> impl Strategy<Value = Vec<f64>> {
+        prop::collection::vec(-1.0..1.0f64, 18)
+    }
+
+    proptest! {
+        /// Constraint wrenches do no work on freedoms, efforts work on their own freedom only, and
+        /// together they span all wrenches.
+        #[test]
+        fn freedoms_and_constraints_are_reciprocal(numbers in numbers()) {
+            for joint_type in JointType::ALL {
+                let (j, k) = frames(joint_type, &numbers);
+                let freedoms = joint_type.freedoms();
+                let constraints = joint_type.constraints();
+                prop_assert_eq!(freedoms.len() + constraints.len(), 6);
+                for (m, freedom) in freedoms.iter().enumerate() {
+                    let twist = freedom.twist(&j, &k, PITCH);
+                    for constraint in constraints {
+                        let power = twist.power(constraint.wrench(&j, &k, PITCH));
+                        prop_assert!(power.abs() < 1e-14, "{joint_type:?} {constraint:?} {power}");
+                    }
+                    for (n, other) in freedoms.iter().enumerate() {
+                        let expected = if m == n { 1.0 } else { 0.0 };
+                        let power = twist.power(other.effort(&j, &k));
+                        prop_assert!((power - expected).abs() < 1e-14, "{joint_type:?} {m} {n}");
+                    }
+                }
+            }
+        }
+
+        /// The freedoms are the derivative of the pose, and coordinates can be read back.
+        #[test]
+        fn freedoms_are_the_derivative_of_the_pose(numbers in numbers()) {
+            let step = 1e-5;
+            for joint_type in JointType::ALL {
+                let (j, k) = frames(joint_type, &numbers);
+                let mut q = vec![0.0; joint_type.coordinates()];
+                joint_type.write_coordinates(j.inverse() * k, PITCH, &mut q);
+                let again = j * joint_type.pose(&q, PITCH);
+                prop_assert!((again.position - k.position).norm() < 1e-14);
+                prop_assert!((again.rotation.transpose() * k.rotation).rotation_vector().norm() < 1e-14);
+
+                for (m, freedom) in joint_type.freedoms().iter().enumerate() {
+                    let moved = |size: f64| {
+                        let mut q = q.clone();
+                        let mut rates = [0.0; 6];
+                        rates[m] = size;
+                        joint_type.advance(&mut q, &rates);
+                        j * joint_type.pose(&q, PITCH)
+                    };
+                    let (ahead, behind) = (moved(step), moved(-step));
+                    let scale = 0.5 / step;
+                    let angular = (ahead.rotation * behind.rotation.transpose()).rotation_vector() * scale;
+                    let velocity = (ahead.position - behind.position) * scale;
+                    let twist = freedom.twist(&j, &k, PITCH);
+                    // Central differences: error of the order of step squared.
+                    prop_assert!((twist.angular - angular).norm() < 1e-9);
+                    prop_assert!((twist.velocity_at(k.position) - velocity).norm() < 1e-9);
+                }
+            }
+        }
+
+        /// The misfit of a slightly wrong pose is the work of the constraint wrenches on the
+        /// displacement that makes it wrong, to first order.
+        #[test]
+        fn misfit_is_reciprocal_to_the_constraints(numbers in numbers()) {
+            let size = 1e-6;
+            for joint_type in JointType::ALL {
+                let (j, k) = frames(joint_type, &numbers);
+                let turn = Vec3::new(numbers[12], numbers[13], numbers[14]) * size;
+                let shift = Vec3::new(numbers[15], numbers[16], numbers[17]) * size;
+                let wrong = Pose {
+                    rotation: Mat3::rotation(turn, turn.norm()) * k.rotation,
+                    position: k.position + shift + turn.cross(k.position),
+                };
+                let displacement = Twist { angular: turn, linear: shift };
+                let (errors, _) = joint_type.misfit(j.inverse() * wrong, PITCH);
+                for (error, constraint) in errors.iter().zip(joint_type.constraints()) {
+                    let expected = displacement.power(constraint.wrench(&j, &k, PITCH));
+                    // Second order in the displacement.
+                    prop_assert!((error - expected).abs() < 1e-10, "{joint_type:?} {constraint:?}");
+                }
+            }
+        }
+    }
 }

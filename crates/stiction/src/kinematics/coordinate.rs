@@ -1,5 +1,6 @@
 //! Coordinates by which a motion is prescribed.
 
+use crate::joint::{JointType, Motion};
 use crate::mechanism::{BodyId, JointId};
 
 /// One number that says something about the position of a mechanism. A motion prescribes any
@@ -44,13 +45,14 @@ pub enum Coordinate {
 }
 
 impl Coordinate {
-    /// Whether the coordinate is an angle (rad) rather than a length (m).
-    pub fn is_angle(&self, mechanism: &crate::mechanism::Mechanism) -> bool {
+    /// Whether the coordinate is an angle (rad) rather than a length (m), given the types of all
+    /// joints.
+    pub fn is_angle(&self, joint_types: &[JointType]) -> bool {
         match *self {
             Self::Position { .. } => false,
             Self::Angle { .. } | Self::RotationVector { .. } => true,
             Self::Joint { joint, freedom } => {
-                mechanism.joints()[joint.0].joint_type.freedoms()[freedom].units().0 == "rad"
+                joint_types[joint.0].freedoms()[freedom].motion != Motion::Translation
             }
         }
     }

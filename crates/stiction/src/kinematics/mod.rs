@@ -1,5 +1,19 @@
 //! Position, velocity and acceleration of closed chains.
+//!
+//! [`Kinematics`] is the kernel: one Newton step, and exact rates and accelerations, over any scalar.
+//! [`Assembly`] drives it in `f64`: it finds the first position, follows a motion without changing
+//! the assembly mode, and says why where it cannot.
 
+mod assembly;
+mod bodies;
 mod coordinate;
+mod error;
+mod freedom;
+mod measure;
+mod system;
 
+pub use assembly::Assembly;
+pub use bodies::{Bodies, State};
 pub use coordinate::{AngleOrder, Coordinate, Target};
+pub use error::{AssemblyError, Gap, OpenFreedom};
+pub use system::{Kinematics, Prescription, Spin};

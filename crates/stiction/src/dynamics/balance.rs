@@ -1,0 +1,565 @@
+//! The kernel that solves the balance for all reactions, given motion and linearised friction.
+
+use super::contacts::{Contacts, Coupling, wrench_against};
+use super::load::{AppliedLoad, demand_of_motion};
+use super::structure::{BalanceStructure, WeighedKind, Weighting};
+use crate::joint::Motion;
+use crate::kinematics::Bodies;
+use crate::linalg::Elimination;
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
+use crate::spatial::{Twist, Vec3, Wrench};
+use crate::topology::{Link, Role, Topology};
+
+/// The balance and the scratch to solve it.
+#[derive(Clone, Debug)]
+pub(crate) struct Balance<T> {
+    /// For each node what its body and all bodies beyond demand of the joints.
+    demand: Vec<Wrench<T>>,
+    /// For each spin and each of its nodes: what a unit acceleration of the spin adds to the demand.
+    spin_demand: Vec<Vec<Wrench<T>>>,
+    /// Unit wrenches of the columns, plain and tilted by friction.
+    columns: Vec<Wrench<T>>,
+    tilted: Vec<Wrench<T>>,
+    /// For each freedom of the tree its equation: `row.power(wrench) = constant`.
+    rows: Vec<Twist<T>>,
+    constants: Vec<T>,
+    /// For each cut the part of its wrench that friction makes without the columns.
+    cut_constants: Vec<Wrench<T>>,
+    /// The wrench at each node's link, parent on child, and at each cut, predecessor on successor.
+    node_wrenches: Vec<Wrench<T>>,
+    cut_wrenches: Vec<Wrench<T>>,
+    entries: Vec<T>,
+    factors: Vec<T>,
+    right: Vec<T>,
+    correction: Vec<T>,
+    pub(super) unknowns: Vec<T>,
+    /// The complete wrench at each joint, predecessor on successor.
+    pub(super) joint_wrenches: Vec<Wrench<T>>,
+}
+
+impl<T: Scalar> Balance<T> {
+    pub(super) fn new(
+        topology: &Topology,
+        structure: &BalanceStructure,
+        program: &Elimination,
+    ) -> Self {
+        let zeros = |n| vec![T::zero(); n];
+        let wrenches = |n| vec![Wrench::zero(); n];
+        Self {
+            demand: wrenches(topology.nodes.len()),
+            spin_demand: structure.spin_nodes.iter().map(|nodes| wrenches(nodes.len())).collect(),
+            columns: wrenches(structure.wrench_columns),
+            tilted: wrenches(structure.wrench_columns),
+            rows: vec![Twist::zero(); topology.freedoms()],
+            constants: zeros(topology.freedoms()),
+            cut_constants: wrenches(topology.cuts.len()),
+            node_wrenches: wrenches(topology.nodes.len()),
+            cut_wrenches: wrenches(topology.cuts.len()),
+            entries: zeros(structure.entries.len()),
+            factors: zeros(program.values()),
+            right: zeros(structure.rows()),
+            correction: zeros(structure.size()),
+            unknowns: zeros(structure.size()),
+            joint_wrenches: wrenches(topology.joint_types.len()),
+        }
+    }
+
+    /// Takes over the motion and the loads; nothing of friction.
+    #[inline(always)]
+    pub(super) fn load(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        loads: &[AppliedLoad<T>],
+    ) {
+        for (demand, node) in self.demand.iter_mut().zip(&topology.nodes) {
+            *demand = demand_of_motion(parameters, bodies, node.body);
+        }
+        for load in loads {
+            if let Some(node) = topology.node_of_body[load.body.0] {
+                self.demand[node] -= load.wrench(bodies);
+            }
+        }
+        accumulate(topology, &mut self.demand);
+        for cut in &topology.cuts {
+            let joint_type = topology.joint_types[cut.joint];
+            let (j, k) = (&bodies.frame_j[cut.joint], &bodies.frame_k[cut.joint]);
+            let pitch = parameters.pitch[cut.joint];
+            for (column, constraint) in cut.constraints.clone().zip(joint_type.constraints()) {
+                self.columns[column] = constraint.wrench(j, k, pitch);
+            }
+            for index in cut.actuators.clone() {
+                let actuator = topology.actuators[topology.cut_actuators[index]];
+                let freedom = &joint_type.freedoms()[actuator.freedom];
+                self.columns[topology.constraints + index] = freedom.effort(j, k);
+            }
+        }
+    }
+
+    /// What unit accelerations of one idle spin demand: `accelerations` are those of the tree.
+    #[inline(always)]
+    pub(super) fn load_spin(
+        &mut self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        spin: usize,
+        accelerations: &[T],
+    ) {
+        // Nodes are in the order of the tree: parents before children.
+        let nodes = &structure.spin_nodes[spin];
+        for (place, &node) in nodes.iter().enumerate() {
+            let twist = spin_twist(topology, bodies, node, accelerations);
+            let body = topology.nodes[node].body;
+            let pose = bodies.pose[body];
+            let com = pose.apply(parameters.com[body]);
+            let force = twist.velocity_at(com) * parameters.mass[body];
+            let turning = pose.rotation.transpose_mul(twist.angular);
+            let moment = pose.rotation * (parameters.inertia[body] * turning);
+            self.spin_demand[spin][place] = Wrench { force, moment: moment + com.cross(force) };
+        }
+        for place in (0..nodes.len()).rev() {
+            let parent = topology.nodes[nodes[place]].parent;
+            if let Some(above) = parent.and_then(|p| nodes.binary_search(&p).ok()) {
+                let demand = self.spin_demand[spin][place];
+                self.spin_demand[spin][above] += demand;
+            }
+        }
+    }
+
+    /// Tilts rows and columns by friction. Needs the wrenches that the contacts were pressed with.
+    #[inline(always)]
+    pub(super) fn rub(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        contacts: &Contacts<T>,
+        coupling: Coupling,
+    ) {
+        self.rows.copy_from_slice(&bodies.screws);
+        self.tilted.copy_from_slice(&self.columns);
+        self.constants.fill(T::zero());
+        self.cut_constants.fill(Wrench::zero());
+        if coupling == Coupling::None {
+            return;
+        }
+        for (contact, state) in parameters.contacts.iter().zip(&contacts.states) {
+            let Role::Tree { node } = topology.role[contact.joint] else { continue };
+            let (constant, slope) = state.linear(coupling, self.joint_wrenches[contact.joint]);
+            let first = topology.nodes[node].dofs.start;
+            let reversed = matches!(topology.nodes[node].link, Link::Joint { reversed: true, .. });
+            for (&against, freedom) in state.against.iter().zip(contact.shape.freedoms()) {
+                // `slope` acts on the predecessor's wrench, rows on the parent's.
+                let tilt = slope * against;
+                if reversed {
+                    self.rows[first + freedom] += tilt;
+                } else {
+                    self.rows[first + freedom] -= tilt;
+                }
+                self.constants[first + freedom] += against * constant;
+            }
+        }
+        for cut in 0..topology.cuts.len() {
+            self.rub_cut(topology, parameters, bodies, contacts, coupling, cut);
+        }
+    }
+
+    /// A cut joint's wrench is `columns + sum of q (constant + slope.power(wrench))`, with `q` the
+    /// efforts of each contact's friction: solved here for the wrench.
+    #[inline(always)]
+    fn rub_cut(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        contacts: &Contacts<T>,
+        coupling: Coupling,
+        cut: usize,
+    ) {
+        let joint = topology.cuts[cut].joint;
+        // No joint type has more than two contacts.
+        let mut q = [Wrench::zero(); 2];
+        let mut n = [Twist::zero(); 2];
+        let mut constant = Wrench::zero();
+        let range = parameters.contacts_at[joint].clone();
+        if range.is_empty() {
+            return;
+        }
+        for (place, index) in range.take(2).enumerate() {
+            let (contact, state) = (&parameters.contacts[index], &contacts.states[index]);
+            let (force, slope) = state.linear(coupling, self.joint_wrenches[joint]);
+            q[place] = wrench_against(topology, contact, state, bodies);
+            n[place] = slope;
+            constant += q[place] * force;
+        }
+        // (I - G) y = n(u), wrench = u + q y, with G_ab = n_a(q_b).
+        let (g00, g01) = (n[0].power(q[0]), n[0].power(q[1]));
+        let (g10, g11) = (n[1].power(q[0]), n[1].power(q[1]));
+        let (a, d) = (T::one() - g00, T::one() - g11);
+        let over = (a * d - g01 * g10).recip();
+        let absorb = |u: Wrench<T>| {
+            let (b0, b1) = (n[0].power(u), n[1].power(u));
+            let y0 = (d * b0 + g01 * b1) * over;
+            let y1 = (a * b1 + g10 * b0) * over;
+            u + q[0] * y0 + q[1] * y1
+        };
+        for column in topology.cuts[cut].columns(topology.constraints) {
+            self.tilted[column] = absorb(self.columns[column]);
+        }
+        self.cut_constants[cut] = absorb(constant);
+    }
+
+    /// Solves the balance with friction as it was made linear; `passes` beyond the first refine.
+    /// Returns the product of the signs of the pivots.
+    #[inline(always)]
+    pub(super) fn solve(
+        &mut self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        program: &Elimination,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        passes: usize,
+    ) -> T {
+        self.assemble(topology, structure, parameters, bodies);
+        let sign = program.factor(&self.entries, &mut self.factors);
+        self.unknowns.fill(T::zero());
+        self.node_wrenches.copy_from_slice(&self.demand);
+        self.cut_wrenches.fill(Wrench::zero());
+        for cut in 0..topology.cuts.len() {
+            self.add_at_cut(topology, cut, self.cut_constants[cut]);
+        }
+        for _ in 0..passes {
+            self.measure(topology, structure, parameters, bodies);
+            program.solve(&self.factors, &mut self.right, &mut self.correction);
+            self.correct(topology, structure);
+        }
+        self.collect(topology);
+        sign
+    }
+
+    /// A wrench more at a cut joint, and what it takes off the joints of the tree.
+    #[inline(always)]
+    fn add_at_cut(&mut self, topology: &Topology, cut: usize, wrench: Wrench<T>) {
+        self.cut_wrenches[cut] += wrench;
+        for &(node, sign) in &topology.cuts[cut].path {
+            if sign > 0.0 {
+                self.node_wrenches[node] -= wrench;
+            } else {
+                self.node_wrenches[node] += wrench;
+            }
+        }
+    }
+
+    /// The matrix, in the order of [`BalanceStructure::pattern`].
+    #[inline(always)]
+    pub(super) fn assemble(
+        &mut self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+    ) {
+        let bordered = structure.weighting != Weighting::Determined;
+        let mut at = 0;
+        let mut push = |value: T| {
+            self.entries[at] = value;
+            at += 1;
+        };
+        let is_passive = |dof: &usize| topology.dofs[*dof].actuator.is_none();
+        for (cut, columns) in topology.cuts.iter().zip(&structure.columns_of) {
+            for &(node, sign) in &cut.path {
+                let sign = T::from_f64(sign);
+                for dof in topology.nodes[node].dofs.clone().filter(is_passive) {
+                    for &column in columns {
+                        push(self.rows[dof].power(self.tilted[column]) * sign);
+                        if bordered {
+                            push(bodies.screws[dof].power(self.columns[column]) * sign);
+                        }
+                    }
+                }
+            }
+        }
+        for (nodes, demands) in structure.spin_nodes.iter().zip(&self.spin_demand) {
+            for (&node, &demand) in nodes.iter().zip(demands) {
+                for dof in topology.nodes[node].dofs.clone().filter(is_passive) {
+                    push(-self.rows[dof].power(demand));
+                    if bordered {
+                        push(-bodies.screws[dof].power(demand));
+                    }
+                }
+            }
+        }
+        for weighed in &structure.weighed {
+            match weighed.what {
+                WeighedKind::CutDrive { column } => push(drive_weight(
+                    topology,
+                    parameters,
+                    topology.cut_actuators[column - topology.constraints],
+                )),
+                WeighedKind::Drive { dof } => {
+                    let weight = topology.dofs[dof]
+                        .actuator
+                        .map_or(T::zero(), |a| drive_weight(topology, parameters, a));
+                    for &(a, sign_a) in &weighed.cuts {
+                        for &k in &structure.columns_of[a] {
+                            let left = bodies.screws[dof].power(self.columns[k]) * weight;
+                            for &(b, sign_b) in &weighed.cuts {
+                                let left = left * T::from_f64(sign_a * sign_b);
+                                for &l in &structure.columns_of[b] {
+                                    push(left * self.rows[dof].power(self.tilted[l]));
+                                }
+                            }
+                        }
+                    }
+                }
+                WeighedKind::Node(_) | WeighedKind::Cut(_) => {
+                    let point = weighed_point(topology, bodies, weighed.what);
+                    for &(a, sign_a) in &weighed.cuts {
+                        for &k in &structure.columns_of[a] {
+                            for &(b, sign_b) in &weighed.cuts {
+                                let sign = T::from_f64(sign_a * sign_b);
+                                for &l in &structure.columns_of[b] {
+                                    let product = product_at(
+                                        self.columns[k],
+                                        self.tilted[l],
+                                        point,
+                                        parameters.length,
+                                    );
+                                    push(product * sign);
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// The right-hand side: what the present wrenches leave of every equation.
+    #[inline(always)]
+    fn measure(
+        &mut self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+    ) {
+        self.right.fill(T::zero());
+        let first = structure.first_balance_row();
+        for (right, &dof) in self.right[first..].iter_mut().zip(&structure.passive) {
+            let wrench = self.node_wrenches[topology.dofs[dof].node];
+            *right = self.rows[dof].power(wrench) - self.constants[dof];
+        }
+        if structure.weighting == Weighting::Determined {
+            return;
+        }
+        // Multipliers act through the transposed balance, whose entries follow the balance's own.
+        for (entry, value) in structure.entries.iter().zip(&self.entries) {
+            if structure.multipliers().contains(&entry.column) {
+                self.right[entry.row] -= *value * self.unknowns[entry.column];
+            }
+        }
+        for weighed in &structure.weighed {
+            match weighed.what {
+                WeighedKind::CutDrive { column } => {
+                    let actuator = topology.cut_actuators[column - topology.constraints];
+                    let weight = drive_weight(topology, parameters, actuator);
+                    self.right[column] -= weight * self.unknowns[column];
+                }
+                WeighedKind::Drive { dof } => {
+                    let weight = topology.dofs[dof]
+                        .actuator
+                        .map_or(T::zero(), |a| drive_weight(topology, parameters, a));
+                    let wrench = self.node_wrenches[topology.dofs[dof].node];
+                    let drive = (self.rows[dof].power(wrench) - self.constants[dof]) * weight;
+                    for &(cut, sign) in &weighed.cuts {
+                        let drive = drive * T::from_f64(sign);
+                        for &column in &structure.columns_of[cut] {
+                            let change = bodies.screws[dof].power(self.columns[column]);
+                            self.right[column] -= change * drive;
+                        }
+                    }
+                }
+                WeighedKind::Node(_) | WeighedKind::Cut(_) => {
+                    let wrench = match weighed.what {
+                        WeighedKind::Node(node) => self.node_wrenches[node],
+                        WeighedKind::Cut(cut) => self.cut_wrenches[cut],
+                        _ => Wrench::zero(),
+                    };
+                    let point = weighed_point(topology, bodies, weighed.what);
+                    for &(cut, sign) in &weighed.cuts {
+                        for &column in &structure.columns_of[cut] {
+                            let product =
+                                product_at(self.columns[column], wrench, point, parameters.length);
+                            self.right[column] -= product * T::from_f64(sign);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// How well the equations of the tree's undriven freedoms hold: the largest residual, the
+    /// largest demand of a body with all beyond, and the largest wrench at a joint; moments divided
+    /// by the characteristic length.
+    pub(super) fn size_of_residual(
+        &self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        parameters: &Parameters<T>,
+    ) -> (f64, f64, f64) {
+        let length = parameters.length.largest();
+        let mut residual: f64 = 0.0;
+        for &dof in &structure.passive {
+            let content = &topology.dofs[dof];
+            let wrench = self.node_wrenches[content.node];
+            let error = (self.rows[dof].power(wrench) - self.constants[dof]).largest();
+            let error = if topology.dof_translates(content) { error } else { error / length };
+            residual = if error.is_nan() { f64::INFINITY } else { residual.max(error) };
+        }
+        let size = |wrench: &Wrench<T>| {
+            let force = wrench.force.to_array().map(T::largest);
+            let moment = wrench.moment.to_array().map(|m| m.largest() / length);
+            force
+                .into_iter()
+                .chain(moment)
+                .fold(0.0, |max, c| if c > max || c.is_nan() { c } else { max })
+        };
+        let largest = |wrenches: &[Wrench<T>]| wrenches.iter().map(size).fold(0.0, f64::max);
+        (residual, largest(&self.demand), largest(&self.joint_wrenches))
+    }
+
+    /// Adds the correction to the unknowns and to all wrenches.
+    #[inline(always)]
+    fn correct(&mut self, topology: &Topology, structure: &BalanceStructure) {
+        for (unknown, correction) in self.unknowns.iter_mut().zip(&self.correction) {
+            *unknown += *correction;
+        }
+        for (cut, columns) in structure.columns_of.iter().enumerate() {
+            let mut change = Wrench::zero();
+            for &column in columns {
+                change += self.tilted[column] * self.correction[column];
+            }
+            self.add_at_cut(topology, cut, change);
+        }
+        for (spin, nodes) in structure.spin_nodes.iter().enumerate() {
+            let change = self.correction[structure.wrench_columns + spin];
+            for (&node, &demand) in nodes.iter().zip(&self.spin_demand[spin]) {
+                self.node_wrenches[node] += demand * change;
+            }
+        }
+    }
+
+    /// The complete wrench at every joint.
+    #[inline(always)]
+    fn collect(&mut self, topology: &Topology) {
+        for (joint, role) in topology.role.iter().enumerate() {
+            self.joint_wrenches[joint] = match *role {
+                Role::Cut { cut } => self.cut_wrenches[cut],
+                Role::Tree { node } => match topology.nodes[node].link {
+                    Link::Joint { reversed: true, .. } => -self.node_wrenches[node],
+                    _ => self.node_wrenches[node],
+                },
+            };
+        }
+    }
+}
+
+impl Balance<f64> {
+    /// The entries of the matrix, after [`Self::assemble`].
+    pub(super) fn into_entries(self) -> Vec<f64> {
+        self.entries
+    }
+
+    /// The drives that belong to given unknowns and to no demand at all, without friction.
+    pub(super) fn drives_of(
+        &mut self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        bodies: &Bodies<f64>,
+        unknowns: &[f64],
+    ) -> Vec<f64> {
+        self.tilted.copy_from_slice(&self.columns);
+        self.node_wrenches.fill(Wrench::zero());
+        self.cut_wrenches.fill(Wrench::zero());
+        self.unknowns.fill(0.0);
+        self.correction[..unknowns.len()].copy_from_slice(unknowns);
+        self.correct(topology, structure);
+        let mut drives = vec![0.0; topology.actuators.len()];
+        for (dof, content) in topology.dofs.iter().enumerate() {
+            if let Some(actuator) = content.actuator {
+                drives[actuator] = bodies.screws[dof].power(self.node_wrenches[content.node]);
+            }
+        }
+        for (index, &actuator) in topology.cut_actuators.iter().enumerate() {
+            drives[actuator] = self.unknowns[topology.constraints + index];
+        }
+        drives
+    }
+}
+
+/// Adds the wrenches of children to those of their parents.
+#[inline(always)]
+fn accumulate<T: Scalar>(topology: &Topology, wrenches: &mut [Wrench<T>]) {
+    for (index, node) in topology.nodes.iter().enumerate().rev() {
+        if let (Link::Joint { .. }, Some(parent)) = (node.link, node.parent) {
+            let wrench = wrenches[index];
+            wrenches[parent] += wrench;
+        }
+    }
+}
+
+/// The acceleration of a node's body in the response to a spin.
+#[inline(always)]
+fn spin_twist<T: Scalar>(
+    topology: &Topology,
+    bodies: &Bodies<T>,
+    node: usize,
+    accelerations: &[T],
+) -> Twist<T> {
+    let mut twist = Twist::zero();
+    let mut next = Some(node);
+    while let Some(node) = next {
+        for dof in topology.nodes[node].dofs.clone() {
+            twist += bodies.screws[dof] * accelerations[dof];
+        }
+        next = topology.nodes[node].parent;
+    }
+    twist
+}
+
+/// Efforts of rotary actuators count divided by the characteristic length.
+#[inline(always)]
+fn drive_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, actuator: usize) -> T {
+    let actuator = topology.actuators[actuator];
+    let freedom = &topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
+    match freedom.motion {
+        Motion::Translation => T::one(),
+        Motion::Rotation | Motion::Screw => (parameters.length * parameters.length).recip(),
+    }
+}
+
+/// The joint origin about which a weighed wrench's moment is taken.
+#[inline(always)]
+fn weighed_point<T: Scalar>(topology: &Topology, bodies: &Bodies<T>, what: WeighedKind) -> Vec3<T> {
+    match what {
+        WeighedKind::Cut(cut) => bodies.frame_j[topology.cuts[cut].joint].position,
+        WeighedKind::Node(node) => match topology.nodes[node].link {
+            Link::Joint { joint, .. } => bodies.frame_j[joint].position,
+            Link::Floating => Vec3::zero(),
+        },
+        WeighedKind::Drive { .. } | WeighedKind::CutDrive { .. } => Vec3::zero(),
+    }
+}
+
+/// The product that the least reactions are least in, see [`Weighting::LeastReactions`].
+#[inline(always)]
+fn product_at<T: Scalar>(a: Wrench<T>, b: Wrench<T>, point: Vec3<T>, length: T) -> T {
+    let moments = a.moment_about(point).dot(b.moment_about(point));
+    a.force.dot(b.force) + moments / (length * length)
+}

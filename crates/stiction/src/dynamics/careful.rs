@@ -1,0 +1,126 @@
+//! The careful path: inverse dynamics by dense decompositions, for positions and mechanisms that
+//! the kernels cannot plan, and as their oracle.
+
+use super::contacts::{Contacts, wrench_against};
+use super::inverse::{FrictionMode, Settings};
+use super::load::AppliedLoad;
+use super::newton_euler::Unknown;
+use crate::kinematics::Bodies;
+use crate::mechanism::Mechanism;
+use crate::mobility::{Statics, Uncarried};
+use crate::parameters::Parameters;
+use crate::spatial::Wrench;
+use crate::topology::Topology;
+use nalgebra::DVector;
+
+/// Steps of the fixed point between friction and reactions.
+const FIXED_POINT_STEPS: usize = 2000;
+
+/// All forces, by dense decompositions.
+#[derive(Clone, Debug)]
+pub(super) struct CarefulForces {
+    pub(super) drives: Vec<f64>,
+    pub(super) drives_frictionless: Vec<f64>,
+    pub(super) wrenches: Vec<Wrench<f64>>,
+    pub(super) contacts: Contacts<f64>,
+    /// Motion of the bodies with the accelerations of idle spins.
+    pub(super) bodies: Bodies<f64>,
+    /// Whether friction and reactions settled.
+    pub(super) settled: bool,
+}
+
+/// A position and what is known about it.
+pub(super) struct Position<'a> {
+    pub(super) mechanism: &'a Mechanism,
+    pub(super) topology: &'a Topology,
+    pub(super) parameters: &'a Parameters<f64>,
+    pub(super) statics: &'a Statics,
+    pub(super) bodies: &'a Bodies<f64>,
+}
+
+/// Solves the balance with friction by a plain fixed point: friction from the reactions, reactions
+/// with that friction, again. Idle spins accelerate as the joints let them: `accelerations` are
+/// those of the tree, `spin_responses` those for unit spins.
+pub(super) fn solve(
+    position: &Position<'_>,
+    accelerations: &[f64],
+    spin_responses: &[Vec<f64>],
+    loads: &[AppliedLoad<f64>],
+    settings: &Settings,
+) -> Result<CarefulForces, Uncarried> {
+    let &Position { mechanism, topology, parameters, statics, bodies } = position;
+    let system = statics.system();
+    let spin = |amounts: &[f64]| {
+        let mut with = bodies.clone();
+        let mut sum = accelerations.to_vec();
+        for (response, amount) in spin_responses.iter().zip(amounts) {
+            sum.iter_mut().zip(response).for_each(|(a, r)| *a += r * amount);
+        }
+        with.accelerate(topology, &sum);
+        with
+    };
+    let still = spin(&[]);
+    let demand = system.demand(parameters, &still, loads);
+    let units: Vec<_> = (0..spin_responses.len())
+        .map(|k| {
+            let amounts: Vec<f64> = (0..=k).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
+            system.demand(parameters, &spin(&amounts), loads) - &demand
+        })
+        .collect();
+
+    let mut contacts = Contacts::new(parameters.contacts.len());
+    contacts.slide(topology, parameters, bodies, settings.rest_speed);
+    let mut friction = vec![Wrench::zero(); mechanism.joints().len()];
+    // The balance with the present friction; idle spins take what the joints cannot.
+    let carry = |friction: &[Wrench<f64>]| {
+        let amounts = statics.amounts_into_reach(&demand, friction, &units);
+        let mut with_spins = demand.clone();
+        for (unit, amount) in units.iter().zip(&amounts) {
+            with_spins += unit * *amount;
+        }
+        let unknowns = statics.carry(&with_spins, friction)?.unknowns;
+        let wrenches = system.joint_wrenches(&unknowns, friction);
+        Ok((unknowns, wrenches, amounts))
+    };
+    let (mut unknowns, mut wrenches, mut amounts) = carry(&friction)?;
+    let drives_frictionless = drives(statics, &unknowns);
+    contacts.press(parameters, bodies, &wrenches);
+    let steps = match settings.friction {
+        FrictionMode::Off => 0,
+        FrictionMode::OnePass => 1,
+        FrictionMode::Converged => FIXED_POINT_STEPS,
+    };
+    let mut settled = steps < 2 || contacts.states.is_empty();
+    for _ in 0..steps {
+        friction.fill(Wrench::zero());
+        for (contact, state) in parameters.contacts.iter().zip(&contacts.states) {
+            let against = wrench_against(topology, contact, state, bodies);
+            friction[contact.joint] += against * state.friction();
+        }
+        (unknowns, wrenches, amounts) = carry(&friction)?;
+        if settings.friction == FrictionMode::OnePass {
+            break;
+        }
+        let (change, largest) = contacts.press(parameters, bodies, &wrenches);
+        if change <= settings.friction_tolerance * largest {
+            settled = true;
+            break;
+        }
+        if !change.is_finite() {
+            break;
+        }
+    }
+    Ok(CarefulForces {
+        drives: drives(statics, &unknowns),
+        drives_frictionless,
+        wrenches,
+        contacts,
+        bodies: spin(&amounts),
+        settled,
+    })
+}
+
+fn drives(statics: &Statics, unknowns: &DVector<f64>) -> Vec<f64> {
+    let pairs = statics.system().unknowns.iter().zip(unknowns.iter());
+    pairs.filter(|(u, _)| matches!(u, Unknown::Drive { .. })).map(|(_, &x)| x).collect()
+}

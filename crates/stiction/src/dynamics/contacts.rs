@@ -1,0 +1,195 @@
+//! Sliding contacts during a computation: speeds, loads, and friction made linear in the reactions.
+
+use crate::friction::{ContactShape, Load, Resistance};
+use crate::joint::Carrier;
+use crate::kinematics::Bodies;
+use crate::parameters::{ContactParameters, Parameters};
+use crate::scalar::Scalar;
+use crate::spatial::{Twist, Vec3, Wrench};
+use crate::topology::Topology;
+
+/// A contact at one instant.
+///
+/// The effort of its friction on freedom `f` of its joint is
+/// `against[f] * (resistance.viscous + resistance.coefficient * load)`.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactState<T> {
+    /// Sliding velocity at the surface, m/s; of a ball its magnitude.
+    pub velocity: T,
+    /// One where the contact slides, zero where it rests.
+    pub sliding: T,
+    /// For each freedom of the contact, the effort of a friction force of one newton: against the
+    /// motion, with the arm of the surface's radius.
+    pub(crate) against: [T; 3],
+    pub(crate) resistance: Resistance<T>,
+    /// The load with its gradient, at the reaction it was last computed from.
+    pub(crate) load: Load<T>,
+}
+
+impl<T: Scalar> ContactState<T> {
+    pub(crate) fn new() -> Self {
+        Self {
+            velocity: T::zero(),
+            sliding: T::zero(),
+            against: [T::zero(); 3],
+            resistance: Resistance { coefficient: T::zero(), viscous: T::zero() },
+            load: Load { value: T::zero(), gradient: Twist::zero() },
+        }
+    }
+
+    /// The load on the surface, N.
+    pub fn load(&self) -> T {
+        self.load.value
+    }
+
+    /// The magnitude of the friction force, N; of a contact at rest the greatest that it can have.
+    #[inline(always)]
+    pub fn friction(&self) -> T {
+        self.resistance.force(self.load.value)
+    }
+
+    /// Speeds and directions from the motion of the bodies. A contact that slides no faster than
+    /// `rest_speed` rests; its friction then acts along `held`, in units of the greatest it can be.
+    #[inline(always)]
+    pub(crate) fn slide(
+        &mut self,
+        topology: &Topology,
+        contact: &ContactParameters<T>,
+        bodies: &Bodies<T>,
+        rest_speed: T,
+        held: [T; 3],
+    ) {
+        let rates = bodies.joint_rates(topology, contact.joint);
+        let freedoms = contact.shape.freedoms();
+        let mut surface = [T::zero(); 3];
+        let mut squared = T::zero();
+        for (velocity, &rate) in surface.iter_mut().zip(&rates[freedoms.clone()]) {
+            *velocity = rate * contact.radius;
+            squared += *velocity * *velocity;
+        }
+        let speed = squared.norm_of_square();
+        self.velocity = if freedoms.len() == 1 { surface[0] } else { speed };
+        self.sliding = (speed - rest_speed).if_positive(T::one(), T::zero());
+        let over = speed.if_positive(speed, T::one()).recip();
+        for ((against, velocity), held) in self.against.iter_mut().zip(surface).zip(held) {
+            let direction = velocity * over * self.sliding + held * (T::one() - self.sliding);
+            *against = -(direction * contact.radius);
+        }
+        self.resistance = Resistance::coulomb_viscous(contact.coulomb, contact.viscous, speed);
+    }
+
+    /// The load under a joint's complete wrench.
+    #[inline(always)]
+    pub(crate) fn press(
+        &mut self,
+        contact: &ContactParameters<T>,
+        bodies: &Bodies<T>,
+        wrench: Wrench<T>,
+    ) {
+        let (j, k) = (&bodies.frame_j[contact.joint], &bodies.frame_k[contact.joint]);
+        self.load = match contact.shape {
+            ContactShape::Ball => contact.load.at_point(wrench, j.position),
+            ContactShape::Guide { .. } => {
+                contact.load.around_axis(wrench, j.position, j.rotation.columns[2])
+            }
+            ContactShape::Pin { axis, carrier, .. } => {
+                let frame = match carrier {
+                    Carrier::Predecessor => j,
+                    Carrier::Successor => k,
+                };
+                contact.load.around_axis(wrench, j.position, frame.rotation.columns[axis])
+            }
+        };
+    }
+
+    /// The part of the friction force that does not change with the reaction, in the linear form of
+    /// [`Self::press`]'s last call: `friction = constant + slope.power(wrench)`.
+    #[inline(always)]
+    pub(crate) fn linear(&self, coupling: Coupling, wrench: Wrench<T>) -> (T, Twist<T>) {
+        let coefficient = self.resistance.coefficient;
+        match coupling {
+            Coupling::None => (T::zero(), Twist::zero()),
+            Coupling::Frozen => (self.friction(), Twist::zero()),
+            Coupling::Linear => {
+                let base = self.load.value - self.load.gradient.power(wrench);
+                (self.resistance.force(base), self.load.gradient * coefficient)
+            }
+        }
+    }
+}
+
+/// How friction enters the linear system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Coupling {
+    /// Not at all.
+    None,
+    /// As it is now.
+    Frozen,
+    /// With its change by the reactions.
+    Linear,
+}
+
+/// All contacts, and which are at which joint.
+#[derive(Clone, Debug)]
+pub(crate) struct Contacts<T> {
+    pub(crate) states: Vec<ContactState<T>>,
+    /// For each contact the direction in which it holds while it rests; zero by default.
+    pub(crate) held: Vec<[T; 3]>,
+}
+
+impl<T: Scalar> Contacts<T> {
+    pub(crate) fn new(count: usize) -> Self {
+        Self { states: vec![ContactState::new(); count], held: vec![[T::zero(); 3]; count] }
+    }
+
+    #[inline(always)]
+    pub(crate) fn slide(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        rest_speed: T,
+    ) {
+        for ((state, contact), held) in
+            self.states.iter_mut().zip(&parameters.contacts).zip(&self.held)
+        {
+            state.slide(topology, contact, bodies, rest_speed, *held);
+        }
+    }
+
+    /// Updates all loads to the joints' wrenches; returns the largest change and the largest load.
+    #[inline(always)]
+    pub(crate) fn press(
+        &mut self,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        wrenches: &[Wrench<T>],
+    ) -> (T, T) {
+        let (mut change, mut largest) = (T::zero(), T::zero());
+        for (state, contact) in self.states.iter_mut().zip(&parameters.contacts) {
+            let before = state.load.value;
+            state.press(contact, bodies, wrenches[contact.joint]);
+            let now = state.load.value;
+            let moved = (now - before).abs();
+            change = (moved - change).if_positive(moved, change);
+            largest = (now - largest).if_positive(now, largest);
+        }
+        (change, largest)
+    }
+}
+
+/// The efforts that friction of force one newton at a contact has on its joint, as a wrench.
+#[inline(always)]
+pub(crate) fn wrench_against<T: Scalar>(
+    topology: &Topology,
+    contact: &ContactParameters<T>,
+    state: &ContactState<T>,
+    bodies: &Bodies<T>,
+) -> Wrench<T> {
+    let freedoms = topology.joint_types[contact.joint].freedoms();
+    let mut sum = Wrench { force: Vec3::zero(), moment: Vec3::zero() };
+    for (&against, freedom) in state.against.iter().zip(&freedoms[contact.shape.freedoms()]) {
+        sum += bodies.effort(freedom, contact.joint) * against;
+    }
+    sum
+}

@@ -1,0 +1,44 @@
+//! Why there are no forces.
+
+use thiserror::Error;
+
+/// Why there are no forces to tell.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum InverseError {
+    /// No finite driving force carries the load at this position.
+    #[error(
+        "no finite driving force carries this load here: with all actuators locked, body `{body}` \
+         can still move ({motion}), and along that motion {missing:.4} {unit} are asked for that \
+         nothing can give"
+    )]
+    CannotCarry {
+        /// The body that moves most.
+        body: String,
+        /// How it moves, in words; places are in the world.
+        motion: String,
+        /// What is missing, N m for a motion that turns, else N.
+        missing: f64,
+        /// Its unit.
+        unit: &'static str,
+    },
+    /// Friction locks the mechanism: the forces grow without bound before the coefficients reach
+    /// their values.
+    #[error(
+        "friction locks the mechanism (self-locking): at {percent:.1} % of the given friction \
+         coefficients the driving forces grow without bound, first through joint `{joint}`; beyond, \
+         no driving force keeps this motion going"
+    )]
+    Locked {
+        /// The joint whose load grows most.
+        joint: String,
+        /// The part of the coefficients at which the solution is lost, percent.
+        percent: f64,
+    },
+    /// The friction's fixed point did not settle where only the dense method applies.
+    #[error(
+        "friction and reactions do not settle at this position, where the mechanism is singular or \
+         redundant in constraints and actuators at once"
+    )]
+    Unsettled,
+}

@@ -1,0 +1,115 @@
+//! The results of inverse dynamics at one instant.
+
+use super::careful::CarefulForces;
+use super::contacts::ContactState;
+use super::inverse::Inverse;
+use super::power::Power;
+use crate::kinematics::Bodies;
+use crate::spatial::{Vec3, Wrench};
+
+/// Forces at one contact with friction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactForce {
+    /// Sliding velocity at the surface, m/s; of a ball its magnitude.
+    pub velocity: f64,
+    /// Whether it slides.
+    pub slides: bool,
+    /// The load on the surface, N.
+    pub load: f64,
+    /// The friction force, with the sign of the velocity, N; zero at rest, where it is a set.
+    pub friction: f64,
+    /// The greatest friction force that the load allows at this speed, N.
+    pub limit: f64,
+    /// Dissipated power, W.
+    pub power: f64,
+}
+
+/// All forces at one instant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Forces {
+    /// Effort of each actuator, N or N m, in the order of [`Mechanism::actuators`].
+    pub drives: Vec<f64>,
+    /// The same without friction.
+    pub drives_frictionless: Vec<f64>,
+    /// The least effort of each actuator over what static friction in contacts at rest may do, and
+    /// the greatest; equal to `drives` while everything slides.
+    pub drive_bounds: Vec<(f64, f64)>,
+    /// For each joint the force that the predecessor exerts on the successor, N, and its moment
+    /// about the joint's origin, N m; world axes; constraint, drive and friction together.
+    pub reactions: Vec<(Vec3<f64>, Vec3<f64>)>,
+    /// For each contact with friction, in the order of [`Parameters::contacts`].
+    pub contacts: Vec<ContactForce>,
+    /// The power balance.
+    pub power: Power,
+}
+
+impl ContactForce {
+    /// Nothing.
+    const NONE: Self =
+        Self { velocity: 0.0, slides: false, load: 0.0, friction: 0.0, limit: 0.0, power: 0.0 };
+
+    fn of(state: &ContactState<f64>, has_friction: bool) -> Self {
+        let slides = state.sliding > 0.0;
+        let limit = if has_friction { state.friction() } else { 0.0 };
+        let friction = if slides { limit.copysign(state.velocity) } else { 0.0 };
+        Self {
+            velocity: state.velocity,
+            slides,
+            load: state.load(),
+            friction,
+            limit,
+            power: friction * state.velocity,
+        }
+    }
+}
+
+impl Forces {
+    /// Room for the forces of a mechanism.
+    pub(super) fn new(actuators: usize, joints: usize, contacts: usize) -> Self {
+        Self {
+            drives: vec![0.0; actuators],
+            drives_frictionless: vec![0.0; actuators],
+            drive_bounds: vec![(0.0, 0.0); actuators],
+            reactions: vec![(Vec3::zero(), Vec3::zero()); joints],
+            contacts: vec![ContactForce::NONE; contacts],
+            power: Power::NONE,
+        }
+    }
+
+    /// Takes over the kernel's results, but for the power.
+    pub(super) fn read(&mut self, bodies: &Bodies<f64>, inverse: &Inverse<f64>) {
+        self.drives.copy_from_slice(inverse.drives());
+        self.drives_frictionless.copy_from_slice(inverse.drives_frictionless());
+        self.read_joints(bodies, inverse.joint_wrenches());
+        self.read_contacts(inverse.contacts(), inverse.has_friction());
+    }
+
+    /// Takes over the careful path's results, but for the power.
+    pub(super) fn take(&mut self, bodies: &Bodies<f64>, solution: &CarefulForces, friction: bool) {
+        self.drives.copy_from_slice(&solution.drives);
+        self.drives_frictionless.copy_from_slice(&solution.drives_frictionless);
+        self.unbounded();
+        self.read_joints(bodies, &solution.wrenches);
+        self.read_contacts(&solution.contacts.states, friction);
+    }
+
+    /// Nothing rests: the drives are what they are.
+    pub(super) fn unbounded(&mut self) {
+        for (bounds, &drive) in self.drive_bounds.iter_mut().zip(&self.drives) {
+            *bounds = (drive, drive);
+        }
+    }
+
+    fn read_joints(&mut self, bodies: &Bodies<f64>, wrenches: &[Wrench<f64>]) {
+        let pairs = wrenches.iter().zip(&bodies.frame_j);
+        for (reaction, (wrench, frame)) in self.reactions.iter_mut().zip(pairs) {
+            *reaction = (wrench.force, wrench.moment_about(frame.position));
+        }
+    }
+
+    fn read_contacts(&mut self, states: &[ContactState<f64>], has_friction: bool) {
+        for (force, state) in self.contacts.iter_mut().zip(states) {
+            *force = ContactForce::of(state, has_friction);
+        }
+    }
+}

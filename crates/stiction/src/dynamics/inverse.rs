@@ -1,0 +1,361 @@
+//! Inverse dynamics with all reactions and load-dependent friction: the kernel.
+
+use super::balance::Balance;
+use super::contacts::{ContactState, Contacts, Coupling};
+use super::load::AppliedLoad;
+use super::plan::BalancePlan;
+use crate::kinematics::{Bodies, Kinematics, Prescription};
+use crate::linalg::Elimination;
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
+use crate::spatial::{Vec3, Wrench};
+use crate::topology::{Link, Role, Topology};
+
+/// How friction and reactions act on each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum FrictionMode {
+    /// Friction loads the joints that make it; solved to round-off.
+    #[default]
+    Converged,
+    /// Friction from the frictionless reactions, once: the way of Zhang et al. 2018.
+    OnePass,
+    /// No friction.
+    Off,
+}
+
+/// What is computed, and how accurately.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// How friction is coupled.
+    pub friction: FrictionMode,
+    /// Contacts that slide no faster than this (m/s, at the surface) rest.
+    pub rest_speed: f64,
+    /// Newton steps for the coupling of friction and reactions, at most.
+    pub friction_steps: usize,
+    /// The coupling counts as solved when no load changes by more than this part of the largest.
+    pub friction_tolerance: f64,
+    /// Newton steps for the position, where a kernel finds it by itself.
+    pub position_steps: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            friction: FrictionMode::Converged,
+            rest_speed: 1e-9,
+            friction_steps: 40,
+            // Round-off of a solve is some 1e-15; Newton squares the change in each step.
+            friction_tolerance: 1e-13,
+            position_steps: 3,
+        }
+    }
+}
+
+/// A mechanism compiled for one prescription: what the kernels are told beyond numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Setup<'a> {
+    /// The graph.
+    pub topology: &'a Topology,
+    /// What is prescribed.
+    pub prescription: &'a Prescription,
+    /// How rates are solved for.
+    pub motion: &'a Elimination,
+    /// How reactions are solved for.
+    pub balance: &'a BalancePlan,
+}
+
+/// All forces of a mechanism at one instant, and the scratch to compute them.
+#[derive(Clone, Debug)]
+pub struct Inverse<T> {
+    balance: Balance<T>,
+    contacts: Contacts<T>,
+    drives: Vec<T>,
+    drives_frictionless: Vec<T>,
+    /// For each idle spin the tree's accelerations for its unit acceleration.
+    spin_responses: Vec<Vec<T>>,
+    friction_efforts: Vec<T>,
+    friction_change: T,
+    friction_steps: usize,
+    sign_without: T,
+    sign_with: T,
+    mode: FrictionMode,
+}
+
+impl<T: Scalar> Inverse<T> {
+    /// Room for a mechanism.
+    pub fn new(setup: &Setup<'_>, parameters: &Parameters<T>) -> Self {
+        let Setup { topology, prescription, balance: plan, .. } = *setup;
+        let actuators = topology.actuators.len();
+        let spins = prescription.spins().len();
+        Self {
+            balance: Balance::new(topology, &plan.structure, &plan.program),
+            contacts: Contacts::new(parameters.contacts.len()),
+            drives: vec![T::zero(); actuators],
+            drives_frictionless: vec![T::zero(); actuators],
+            spin_responses: vec![vec![T::zero(); topology.freedoms()]; spins],
+            friction_efforts: vec![T::zero(); topology.freedoms()],
+            friction_change: T::zero(),
+            friction_steps: 0,
+            sign_without: T::one(),
+            sign_with: T::one(),
+            mode: FrictionMode::Off,
+        }
+    }
+
+    /// Effort of each actuator, N or N m, in the order of
+    /// [`crate::mechanism::Mechanism::actuators`].
+    pub fn drives(&self) -> &[T] {
+        &self.drives
+    }
+
+    /// The same without friction.
+    pub fn drives_frictionless(&self) -> &[T] {
+        &self.drives_frictionless
+    }
+
+    /// The complete wrench of each joint, predecessor on successor, about the kernel origin in
+    /// world axes: constraint, drive and friction together.
+    pub fn joint_wrenches(&self) -> &[Wrench<T>] {
+        &self.balance.joint_wrenches
+    }
+
+    /// A joint's force and its moment about the joint's origin (of frame J), world axes.
+    pub fn reaction(&self, bodies: &Bodies<T>, joint: usize) -> (Vec3<T>, Vec3<T>) {
+        let wrench = self.balance.joint_wrenches[joint];
+        (wrench.force, wrench.moment_about(bodies.frame_j[joint].position))
+    }
+
+    /// The contacts, in the order of [`Parameters::contacts`].
+    pub fn contacts(&self) -> &[ContactState<T>] {
+        &self.contacts.states
+    }
+
+    /// Whether the coupling of friction and reactions is solved, on the branch that begins at no
+    /// friction as far as the determinant's sign tells.
+    pub fn friction_settled(&self, settings: &Settings) -> bool {
+        if self.mode != FrictionMode::Converged || self.contacts.states.is_empty() {
+            return true;
+        }
+        let loads = self.contacts.states.iter().map(|c| c.load.value.largest());
+        let largest = loads.fold(0.0, f64::max);
+        // Ten times the tolerance: the last digit may flicker for ever.
+        let still = self.friction_change.largest() <= 10.0 * settings.friction_tolerance * largest;
+        still && (self.orientation() - T::one()).largest() == 0.0
+    }
+
+    /// Whether the balance holds to round-off and its reactions are in proportion to what is
+    /// demanded. If not, the order of elimination does not suit the position.
+    pub fn is_balanced(&self, setup: &Setup<'_>, parameters: &Parameters<T>) -> bool {
+        // Beyond this growth a reaction keeps fewer than eight digits.
+        const GROWTH: f64 = 1e8;
+        let (residual, demanded, carried) =
+            self.balance.size_of_residual(setup.topology, &setup.balance.structure, parameters);
+        let frictions = self.contacts.states.iter().map(|c| c.friction().largest());
+        let demanded = frictions.fold(demanded, f64::max);
+        residual.is_finite() && residual <= 1e-9 * carried && carried <= GROWTH * demanded
+    }
+
+    /// For a contact at rest, the direction and the part of its greatest friction with which it
+    /// holds (components along its freedoms, at most of length one). Zero unless set.
+    pub fn set_held(&mut self, contact: usize, held: [T; 3]) {
+        self.contacts.held[contact] = held;
+    }
+
+    /// Whether friction acts at all.
+    pub fn has_friction(&self) -> bool {
+        self.mode != FrictionMode::Off && !self.contacts.states.is_empty()
+    }
+
+    /// The largest change of a load in the last step of the coupling, N.
+    pub fn friction_change(&self) -> T {
+        self.friction_change
+    }
+
+    /// How many steps the coupling took.
+    pub fn friction_steps(&self) -> usize {
+        self.friction_steps
+    }
+
+    /// One where the balance with friction is connected to that without, minus one where its
+    /// determinant changed sign on the way: then friction locks the mechanism.
+    pub fn orientation(&self) -> T {
+        self.sign_without * self.sign_with
+    }
+
+    /// Solves for all forces at the motion in `kinematics`.
+    ///
+    /// Accelerations of idle spins are found on the way and added to those of the bodies.
+    #[inline(always)]
+    pub fn solve(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        kinematics: &mut Kinematics<T>,
+        loads: &[AppliedLoad<T>],
+        settings: &Settings,
+    ) {
+        self.begin(setup, parameters, kinematics, loads, settings);
+        match settings.friction {
+            FrictionMode::Off => {}
+            FrictionMode::OnePass => {
+                self.couple(setup, parameters, &kinematics.bodies, Coupling::Frozen);
+                self.finish_friction(setup.topology, parameters, &kinematics.bodies);
+            }
+            FrictionMode::Converged => {
+                for _ in 0..settings.friction_steps {
+                    let (change, largest) = self.step(setup, parameters, &kinematics.bodies);
+                    if change.largest() <= settings.friction_tolerance * largest.largest() {
+                        break;
+                    }
+                }
+                self.finish_friction(setup.topology, parameters, &kinematics.bodies);
+            }
+        }
+        self.spin_up(setup, kinematics);
+    }
+
+    /// The frictionless solution, and the loads and speeds of all contacts in it.
+    #[inline(always)]
+    pub(super) fn begin(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        kinematics: &mut Kinematics<T>,
+        loads: &[AppliedLoad<T>],
+        settings: &Settings,
+    ) {
+        let topology = setup.topology;
+        self.mode = settings.friction;
+        self.balance.load(topology, parameters, &kinematics.bodies, loads);
+        for spin in 0..self.spin_responses.len() {
+            let response = &mut self.spin_responses[spin];
+            kinematics.response_to_spin(setup.prescription, setup.motion, spin, response);
+            let structure = &setup.balance.structure;
+            let bodies = &kinematics.bodies;
+            self.balance.load_spin(topology, structure, parameters, bodies, spin, response);
+        }
+        let bodies = &kinematics.bodies;
+        self.sign_without = self.couple(setup, parameters, bodies, Coupling::None);
+        self.sign_with = self.sign_without;
+        self.friction_efforts.fill(T::zero());
+        self.read_drives(topology, bodies);
+        self.drives_frictionless.copy_from_slice(&self.drives);
+        let rest_speed = T::from_f64(settings.rest_speed);
+        self.contacts.slide(topology, parameters, bodies, rest_speed);
+        self.contacts.press(parameters, bodies, &self.balance.joint_wrenches);
+        self.friction_change = T::zero();
+        self.friction_steps = 0;
+    }
+
+    /// One Newton step of the coupling; returns the largest change of a load and the largest load.
+    #[inline(always)]
+    pub(super) fn step(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+    ) -> (T, T) {
+        self.sign_with = self.couple(setup, parameters, bodies, Coupling::Linear);
+        let (change, largest) =
+            self.contacts.press(parameters, bodies, &self.balance.joint_wrenches);
+        self.friction_steps += 1;
+        self.friction_change = change;
+        (change, largest)
+    }
+
+    /// Solves the balance with friction as `coupling` says; returns the determinant's sign.
+    #[inline(always)]
+    fn couple(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        coupling: Coupling,
+    ) -> T {
+        let plan = setup.balance;
+        let (structure, program) = (&plan.structure, &plan.program);
+        self.balance.rub(setup.topology, parameters, bodies, &self.contacts, coupling);
+        self.balance.solve(setup.topology, structure, program, parameters, bodies, plan.passes())
+    }
+
+    /// Drives with the friction of the present loads.
+    #[inline(always)]
+    pub(super) fn finish_friction(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+    ) {
+        self.add_friction_efforts(topology, parameters);
+        self.read_drives(topology, bodies);
+    }
+
+    /// Speeds, directions and laws again for changed coefficients.
+    pub(super) fn rub_at(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        settings: &Settings,
+    ) {
+        let rest_speed = T::from_f64(settings.rest_speed);
+        self.contacts.slide(topology, parameters, bodies, rest_speed);
+    }
+
+    /// Solves again with the friction that contacts hold by at rest, everything else as it was;
+    /// friction's magnitudes stay those of the present loads.
+    #[inline(always)]
+    pub(super) fn hold_again(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        settings: &Settings,
+    ) {
+        let rest_speed = T::from_f64(settings.rest_speed);
+        self.contacts.slide(setup.topology, parameters, bodies, rest_speed);
+        self.couple(setup, parameters, bodies, Coupling::Frozen);
+        self.finish_friction(setup.topology, parameters, bodies);
+    }
+
+    /// Efforts of friction on the tree's freedoms.
+    #[inline(always)]
+    fn add_friction_efforts(&mut self, topology: &Topology, parameters: &Parameters<T>) {
+        self.friction_efforts.fill(T::zero());
+        for (contact, state) in parameters.contacts.iter().zip(&self.contacts.states) {
+            let Role::Tree { node } = topology.role[contact.joint] else { continue };
+            let first = topology.nodes[node].dofs.start;
+            for (&against, freedom) in state.against.iter().zip(contact.shape.freedoms()) {
+                self.friction_efforts[first + freedom] += against * state.friction();
+            }
+        }
+    }
+
+    /// What the actuators must do: the joint's effort on their freedoms, less friction's.
+    #[inline(always)]
+    fn read_drives(&mut self, topology: &Topology, bodies: &Bodies<T>) {
+        for (dof, content) in topology.dofs.iter().enumerate() {
+            let (Some(actuator), Link::Joint { joint, reversed }) =
+                (content.actuator, topology.nodes[content.node].link)
+            else {
+                continue;
+            };
+            let effort = bodies.screws[dof].power(self.balance.joint_wrenches[joint]);
+            let effort = if reversed { -effort } else { effort };
+            self.drives[actuator] = effort - self.friction_efforts[dof];
+        }
+        for (index, &actuator) in topology.cut_actuators.iter().enumerate() {
+            self.drives[actuator] = self.balance.unknowns[topology.constraints + index];
+        }
+    }
+
+    /// Adds the accelerations of idle spins to those of the bodies.
+    #[inline(always)]
+    pub(super) fn spin_up(&self, setup: &Setup<'_>, kinematics: &mut Kinematics<T>) {
+        let first = setup.balance.structure.wrench_columns;
+        for (spin, response) in self.spin_responses.iter().enumerate() {
+            let amount = self.balance.unknowns[first + spin];
+            kinematics.bodies.accelerate_more(setup.topology, response, amount);
+        }
+    }
+}

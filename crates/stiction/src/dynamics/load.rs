@@ -1,0 +1,67 @@
+//! Loads from outside.
+
+use crate::kinematics::Bodies;
+use crate::mechanism::BodyId;
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
+use crate::spatial::{Vec3, Wrench};
+
+/// In which axes a load is given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LoadAxes {
+    /// World axes: the load keeps its direction.
+    World,
+    /// The body's axes: the load turns with the body.
+    Body,
+}
+
+/// A force and a moment on a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AppliedLoad<T> {
+    /// The body.
+    pub body: BodyId,
+    /// Where the force acts, in the body's frame, m.
+    pub point: Vec3<T>,
+    /// The axes of `force` and `moment`.
+    pub axes: LoadAxes,
+    /// Force, N.
+    pub force: Vec3<T>,
+    /// Moment about `point`, N m.
+    pub moment: Vec3<T>,
+}
+
+impl<T: Scalar> AppliedLoad<T> {
+    /// The wrench in world axes about the kernel origin.
+    #[inline(always)]
+    pub fn wrench(&self, bodies: &Bodies<T>) -> Wrench<T> {
+        let pose = bodies.pose[self.body.0];
+        let turn = |v| match self.axes {
+            LoadAxes::World => v,
+            LoadAxes::Body => pose.rotation * v,
+        };
+        let force = turn(self.force);
+        Wrench { force, moment: turn(self.moment) + pose.apply(self.point).cross(force) }
+    }
+}
+
+/// The wrench that a body's joints together must exert on it, about the kernel origin: its rate of
+/// change of momentum, less gravity. Loads from outside are not in it.
+#[inline(always)]
+pub(crate) fn demand_of_motion<T: Scalar>(
+    parameters: &Parameters<T>,
+    bodies: &Bodies<T>,
+    body: usize,
+) -> Wrench<T> {
+    let (pose, twist, acceleration) =
+        (bodies.pose[body], bodies.twist[body], bodies.acceleration[body]);
+    let com = pose.apply(parameters.com[body]);
+    let omega = twist.angular;
+    let acceleration_of_com = acceleration.velocity_at(com) + omega.cross(twist.velocity_at(com));
+    let force = (acceleration_of_com - parameters.gravity) * parameters.mass[body];
+    // Euler's equation in body axes, where the tensor is constant.
+    let inertia = parameters.inertia[body];
+    let spin = pose.rotation.transpose_mul(omega);
+    let change = pose.rotation.transpose_mul(acceleration.angular);
+    let moment = pose.rotation * (inertia * change + spin.cross(inertia * spin));
+    Wrench { force, moment: moment + com.cross(force) }
+}

@@ -1,0 +1,31 @@
+//! Forces: the balance of every body, driving forces, joint reactions, friction, power.
+//!
+//! Signs: a joint's reaction is the complete wrench that its predecessor exerts on its successor,
+//! constraint, drive and friction together.
+
+mod balance;
+mod bounds;
+mod careful;
+mod contacts;
+mod error;
+mod forces;
+mod inverse;
+mod kernel;
+mod load;
+pub mod newton_euler;
+mod plan;
+mod power;
+mod solver;
+mod structure;
+mod wedge;
+
+pub use contacts::ContactState;
+pub use error::InverseError;
+pub use forces::{ContactForce, Forces};
+pub use inverse::{FrictionMode, Inverse, Settings, Setup};
+pub use kernel::{Kernel, Workspace};
+pub use load::{AppliedLoad, LoadAxes};
+pub use plan::{BalancePlan, NotPlanned};
+pub use power::Power;
+pub use solver::InverseDynamics;
+pub use structure::{BalanceStructure, Weighting};

@@ -1,0 +1,206 @@
+//! The balance of all bodies as one dense system: every constraint reaction and every drive is an
+//! unknown, each body gives six equations. Slow and plainly right.
+//!
+//! It serves as the oracle of the kernels, which never see it, and as the careful path: it says
+//! what is determined, what is redundant and what cannot be carried.
+//!
+//! Source: the 42 equations (22) to (27) of Zhang et al. 2018, corrected and for any mechanism.
+
+use super::load::AppliedLoad;
+use crate::joint::JointType;
+use crate::kinematics::Bodies;
+use crate::mechanism::Mechanism;
+use crate::parameters::Parameters;
+use crate::spatial::{Twist, Vec3, Wrench};
+use nalgebra::{DMatrix, DVector};
+
+/// One unknown of the system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unknown {
+    /// The multiplier of a joint's constraint wrench.
+    Constraint {
+        /// The joint's index.
+        joint: usize,
+        /// Index among the constraints of its type.
+        index: usize,
+    },
+    /// The effort of an actuator, in the order of [`Mechanism::actuators`].
+    Drive {
+        /// The actuator's index.
+        actuator: usize,
+        /// Its joint's index.
+        joint: usize,
+        /// Its freedom among the joint's.
+        freedom: usize,
+    },
+}
+
+/// The dense system `matrix * unknowns = demand` at one position.
+///
+/// Rows: for each body but the ground force x y z, then moment x y z about the centre of mass,
+/// world axes, N and N m.
+#[derive(Clone, Debug)]
+pub struct NewtonEuler {
+    /// What the columns are.
+    pub unknowns: Vec<Unknown>,
+    /// For each unknown its unit wrench, predecessor on successor, about the kernel origin.
+    pub wrenches: Vec<Wrench<f64>>,
+    /// The coefficients.
+    pub matrix: DMatrix<f64>,
+    /// The ends of all joints.
+    ends: Vec<(usize, usize)>,
+    /// Centres of mass in the world, from the kernel origin.
+    com: Vec<Vec3<f64>>,
+    length: f64,
+}
+
+impl NewtonEuler {
+    /// The system at the present position of `bodies`.
+    pub fn new(mechanism: &Mechanism, parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> Self {
+        let joints = mechanism.joints();
+        let ends: Vec<_> = joints.iter().map(|j| (j.predecessor.0, j.successor.0)).collect();
+        let com: Vec<_> =
+            bodies.pose.iter().zip(&parameters.com).map(|(pose, com)| pose.apply(*com)).collect();
+        let mut unknowns = Vec::new();
+        let mut wrenches = Vec::new();
+        for (joint, content) in joints.iter().enumerate() {
+            let (j, k) = (&bodies.frame_j[joint], &bodies.frame_k[joint]);
+            for (index, constraint) in content.joint_type.constraints().iter().enumerate() {
+                unknowns.push(Unknown::Constraint { joint, index });
+                wrenches.push(constraint.wrench(j, k, parameters.pitch[joint]));
+            }
+        }
+        for (actuator, (joint, freedom)) in mechanism.actuators().enumerate() {
+            let joint = joint.0;
+            let (j, k) = (&bodies.frame_j[joint], &bodies.frame_k[joint]);
+            unknowns.push(Unknown::Drive { actuator, joint, freedom });
+            wrenches.push(joints[joint].joint_type.freedoms()[freedom].effort(j, k));
+        }
+        let mut system = Self {
+            matrix: DMatrix::zeros(6 * (com.len() - 1), unknowns.len()),
+            unknowns,
+            wrenches,
+            ends,
+            com,
+            length: parameters.length,
+        };
+        for column in 0..system.unknowns.len() {
+            let mut on_bodies = DVector::zeros(system.matrix.nrows());
+            let joint = system.unknowns[column].joint();
+            system.add_joint_wrench(&mut on_bodies, joint, system.wrenches[column]);
+            system.matrix.set_column(column, &on_bodies);
+        }
+        system
+    }
+
+    /// Centre of mass of a body, in the world from the kernel origin, m.
+    pub fn com(&self, body: usize) -> Vec3<f64> {
+        self.com[body]
+    }
+
+    /// Adds to `rows` what a joint's wrench does to both of its bodies.
+    pub fn add_joint_wrench(&self, rows: &mut DVector<f64>, joint: usize, wrench: Wrench<f64>) {
+        let (predecessor, successor) = self.ends[joint];
+        self.add_wrench(rows, successor, wrench);
+        self.add_wrench(rows, predecessor, -wrench);
+    }
+
+    fn add_wrench(&self, rows: &mut DVector<f64>, body: usize, wrench: Wrench<f64>) {
+        if body == 0 {
+            return;
+        }
+        let moment = wrench.moment_about(self.com[body]);
+        let six = [wrench.force.to_array(), moment.to_array()].concat();
+        for (k, value) in six.into_iter().enumerate() {
+            rows[6 * (body - 1) + k] += value;
+        }
+    }
+
+    /// What the joints must exert on the bodies: Newton's and Euler's equations, less gravity and
+    /// loads.
+    pub fn demand(
+        &self,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+        loads: &[AppliedLoad<f64>],
+    ) -> DVector<f64> {
+        let mut rows = DVector::zeros(self.matrix.nrows());
+        for body in 1..self.com.len() {
+            let rotation = nalgebra::Matrix3::from(bodies.pose[body].rotation);
+            let inertia =
+                rotation * nalgebra::Matrix3::from(parameters.inertia[body]) * rotation.transpose();
+            let omega = nalgebra::Vector3::from(bodies.twist[body].angular);
+            let alpha = nalgebra::Vector3::from(bodies.acceleration[body].angular);
+            let moment = inertia * alpha + omega.cross(&(inertia * omega));
+            let force = (self.acceleration_of_com(bodies, body) - parameters.gravity)
+                * parameters.mass[body];
+            let about_com = Wrench { force, moment: Vec3::from(moment) };
+            let at_origin =
+                Wrench { force, moment: about_com.moment + self.com[body].cross(force) };
+            self.add_wrench(&mut rows, body, at_origin);
+        }
+        for load in loads {
+            self.add_wrench(&mut rows, load.body.0, -load.wrench(bodies));
+        }
+        rows
+    }
+
+    fn acceleration_of_com(&self, bodies: &Bodies<f64>, body: usize) -> Vec3<f64> {
+        // The second derivative of a body-fixed point c: a + alpha x c + omega x (v + omega x c).
+        let Twist { angular: omega, linear: v } = bodies.twist[body];
+        let Twist { angular: alpha, linear: a } = bodies.acceleration[body];
+        let c = self.com[body];
+        a + alpha.cross(c) + omega.cross(v + omega.cross(c))
+    }
+
+    /// The matrix with rows of moments divided, and columns of moments multiplied, by the
+    /// characteristic length: entries without a unit, so that singular values mean something.
+    pub fn scaled_matrix(&self, joint_types: &[JointType]) -> DMatrix<f64> {
+        let columns = self.column_scales(joint_types);
+        DMatrix::from_fn(self.matrix.nrows(), self.matrix.ncols(), |i, j| {
+            self.matrix[(i, j)] * self.row_scale(i) * columns[j]
+        })
+    }
+
+    /// See [`Self::scaled_matrix`].
+    pub fn row_scale(&self, row: usize) -> f64 {
+        if row % 6 < 3 { 1.0 } else { 1.0 / self.length }
+    }
+
+    /// See [`Self::scaled_matrix`].
+    pub fn column_scales(&self, joint_types: &[JointType]) -> Vec<f64> {
+        let is_moment = |unknown: &Unknown| match *unknown {
+            Unknown::Constraint { joint, index } => {
+                joint_types[joint].constraints()[index].is_moment()
+            }
+            Unknown::Drive { joint, freedom, .. } => {
+                joint_types[joint].freedoms()[freedom].units().1 == "N m"
+            }
+        };
+        self.unknowns.iter().map(|u| if is_moment(u) { self.length } else { 1.0 }).collect()
+    }
+
+    /// The complete wrench of each joint from the unknowns and the efforts of friction.
+    pub fn joint_wrenches(
+        &self,
+        unknowns: &DVector<f64>,
+        friction: &[Wrench<f64>],
+    ) -> Vec<Wrench<f64>> {
+        let mut sums = friction.to_vec();
+        for ((unknown, wrench), &value) in
+            self.unknowns.iter().zip(&self.wrenches).zip(unknowns.iter())
+        {
+            sums[unknown.joint()] += *wrench * value;
+        }
+        sums
+    }
+}
+
+impl Unknown {
+    /// The joint's index.
+    pub fn joint(&self) -> usize {
+        match *self {
+            Self::Constraint { joint, .. } | Self::Drive { joint, .. } => joint,
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! Choosing how a balance is solved: its weighting and its order of elimination.
+
+use super::balance::Balance;
+use super::contacts::{Contacts, Coupling};
+use super::structure::{BalanceStructure, Weighting};
+use crate::kinematics::Bodies;
+use crate::linalg::{Elimination, Plan, Scales};
+use crate::parameters::Parameters;
+use crate::topology::Topology;
+use nalgebra::DMatrix;
+
+/// The balance of a mechanism, ready to be solved in any scalar.
+#[derive(Clone, Debug)]
+pub struct BalancePlan {
+    pub(super) structure: BalanceStructure,
+    pub(super) program: Elimination,
+}
+
+/// Why the kernel cannot solve the balance at a position. The careful path can say more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotPlanned {
+    /// Some motion is resisted by no actuator and no constraint.
+    Singular,
+    /// Constraints and actuators are redundant together: two weightings, one after the other.
+    TwoWeightings,
+}
+
+/// Singular values below this, relative to the largest, count as zero. Matrices here are scaled to
+/// entries of order one at positions exact to 1e-13.
+const NEGLIGIBLE: f64 = 1e-9;
+
+impl BalancePlan {
+    /// Plans for the position of `bodies`; `spin_responses` are the accelerations of the tree for
+    /// unit accelerations of the idle spins.
+    pub(super) fn new(
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+        spin_responses: &[Vec<f64>],
+    ) -> Result<Self, NotPlanned> {
+        let spin_bodies: Vec<Vec<usize>> = spin_responses
+            .iter()
+            .map(|response| accelerated_bodies(topology, parameters, bodies, response))
+            .collect();
+        let plain = BalanceStructure::new(topology, Weighting::Determined, &spin_bodies);
+        let sample = Sample { topology, parameters, bodies, spin_responses };
+        let entries = sample.entries(&plain);
+        let mut matrix = DMatrix::zeros(plain.passive.len(), plain.unknowns());
+        for (entry, value) in plain.entries.iter().zip(entries) {
+            matrix[(entry.row, entry.column)] += value;
+        }
+        let weighting = weighting(topology, parameters, bodies, &plain, &matrix)?;
+        let structure = BalanceStructure::new(topology, weighting, &spin_bodies);
+        let numbers = sample.entries(&structure);
+        let (rows, columns) = scales(topology, parameters, &structure, &matrix);
+        let scales = Scales { rows: &rows, columns: &columns };
+        let plan =
+            Plan::new(structure.rows(), structure.size(), &structure.entries, &numbers, scales)
+                .map_err(|_| NotPlanned::Singular)?;
+        Ok(Self { structure, program: plan.compile() })
+    }
+
+    /// What decides among the solutions.
+    pub fn weighting(&self) -> Weighting {
+        self.structure.weighting
+    }
+
+    /// Solutions for each factorisation: one, and refinements.
+    pub(super) fn passes(&self) -> usize {
+        // Accelerations of idle spins change the wrenches that a weighting weighs.
+        let bordered = self.structure.weighting != Weighting::Determined;
+        if bordered && !self.structure.spin_nodes.is_empty() { 3 } else { 2 }
+    }
+
+    /// Number of multiply-subtract operations of one factorisation.
+    pub fn operations(&self) -> usize {
+        self.program.operations()
+    }
+}
+
+/// A position to take numbers from.
+struct Sample<'a> {
+    topology: &'a Topology,
+    parameters: &'a Parameters<f64>,
+    bodies: &'a Bodies<f64>,
+    spin_responses: &'a [Vec<f64>],
+}
+
+impl Sample<'_> {
+    /// The frictionless entries of the balance.
+    fn entries(&self, structure: &BalanceStructure) -> Vec<f64> {
+        let &Self { topology, parameters, bodies, spin_responses } = self;
+        let mut balance = Balance::new(topology, structure, &Elimination::default());
+        balance.load(topology, parameters, bodies, &[]);
+        for (spin, response) in spin_responses.iter().enumerate() {
+            balance.load_spin(topology, structure, parameters, bodies, spin, response);
+        }
+        let contacts = Contacts::new(parameters.contacts.len());
+        balance.rub(topology, parameters, bodies, &contacts, Coupling::None);
+        balance.assemble(topology, structure, parameters, bodies);
+        balance.into_entries()
+    }
+}
+
+/// Bodies that a response of the tree accelerates.
+fn accelerated_bodies(
+    topology: &Topology,
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+    response: &[f64],
+) -> Vec<usize> {
+    let mut bodies = bodies.clone();
+    bodies.bias.fill(crate::spatial::Twist::zero());
+    bodies.accelerate(topology, response);
+    let size = |body: usize| {
+        let com = bodies.pose[body].apply(parameters.com[body]);
+        let twist = bodies.acceleration[body];
+        twist.angular.norm() + twist.velocity_at(com).norm() / parameters.length
+    };
+    (1..bodies.pose.len()).filter(|&body| size(body) > NEGLIGIBLE).collect()
+}
+
+/// Factors that make the rows and columns of a balance comparable.
+fn scales(
+    topology: &Topology,
+    parameters: &Parameters<f64>,
+    structure: &BalanceStructure,
+    matrix: &DMatrix<f64>,
+) -> (Vec<f64>, Vec<f64>) {
+    let length = parameters.length;
+    let row = |&dof: &usize| {
+        if topology.dof_translates(&topology.dofs[dof]) { 1.0 } else { 1.0 / length }
+    };
+    let equations: Vec<f64> = structure.passive.iter().map(row).collect();
+    let mut unknowns = Vec::new();
+    for cut in &topology.cuts {
+        for constraint in topology.joint_types[cut.joint].constraints() {
+            unknowns.push(if constraint.is_moment() { length } else { 1.0 });
+        }
+    }
+    for &actuator in &topology.cut_actuators {
+        let actuator = topology.actuators[actuator];
+        let freedom = topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
+        unknowns.push(if freedom.units().1 == "N m" { length } else { 1.0 });
+    }
+    for spin in 0..structure.spin_nodes.len() {
+        // Inertias are compared with nothing: their columns are made of size one.
+        let column = matrix.column(structure.wrench_columns + spin);
+        let size = column.iter().zip(&equations).map(|(x, s)| (x * s).abs()).fold(0.0, f64::max);
+        unknowns.push(if size > 0.0 { 1.0 / size } else { 1.0 });
+    }
+    match structure.weighting {
+        Weighting::Determined => (equations, unknowns),
+        _ => {
+            // The bordered matrix is scaled symmetrically.
+            let rows = unknowns.iter().chain(&equations).copied().collect();
+            let columns = unknowns.iter().chain(&equations).copied().collect();
+            (rows, columns)
+        }
+    }
+}
+
+/// Which weighting the redundancy at this position asks for.
+fn weighting(
+    topology: &Topology,
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+    structure: &BalanceStructure,
+    matrix: &DMatrix<f64>,
+) -> Result<Weighting, NotPlanned> {
+    let (rows, columns) = scales(topology, parameters, structure, matrix);
+    let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+        matrix[(i, j)] * rows[i] * columns[j]
+    });
+    if scaled.ncols() < scaled.nrows() {
+        return Err(NotPlanned::Singular);
+    }
+    if scaled.nrows() == 0 && scaled.ncols() == 0 {
+        return Ok(Weighting::Determined);
+    }
+    let null = crate::linalg::null_space(&scaled, NEGLIGIBLE);
+    let redundant = scaled.ncols() - scaled.nrows();
+    if null.len() > redundant {
+        return Err(NotPlanned::Singular);
+    }
+    if redundant == 0 {
+        return Ok(Weighting::Determined);
+    }
+    let driven = drive_response(topology, parameters, bodies, structure, &null, &columns);
+    let singular_values = driven.svd(false, false).singular_values;
+    match singular_values.iter().filter(|&&s| s > NEGLIGIBLE).count() {
+        0 => Ok(Weighting::LeastReactions),
+        rank if rank == redundant => Ok(Weighting::LeastDrives),
+        _ => Err(NotPlanned::TwoWeightings),
+    }
+}
+
+/// What each null vector of the balance does to each drive (efforts of rotary ones over the
+/// length).
+fn drive_response(
+    topology: &Topology,
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+    structure: &BalanceStructure,
+    null: &[nalgebra::DVector<f64>],
+    column_scales: &[f64],
+) -> DMatrix<f64> {
+    let mut balance = Balance::new(topology, structure, &Elimination::default());
+    balance.load(topology, parameters, bodies, &[]);
+    // Wrenches of the null vectors alone.
+    let mut driven = DMatrix::zeros(topology.actuators.len().max(null.len()), null.len());
+    for (k, vector) in null.iter().enumerate() {
+        let unknowns: Vec<f64> = vector.iter().zip(column_scales).map(|(x, s)| x * s).collect();
+        let efforts = balance.drives_of(topology, structure, bodies, &unknowns);
+        for (actuator, effort) in efforts.into_iter().enumerate() {
+            let content = topology.actuators[actuator];
+            let freedom = topology.joint_types[content.joint].freedoms()[content.freedom];
+            let scale = if freedom.units().1 == "N m" { 1.0 / parameters.length } else { 1.0 };
+            driven[(actuator, k)] = effort * scale;
+        }
+    }
+    driven
+}

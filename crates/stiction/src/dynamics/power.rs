@@ -1,0 +1,73 @@
+//! The power balance: an account that no solver sees.
+
+use super::load::AppliedLoad;
+use crate::kinematics::Bodies;
+use crate::parameters::Parameters;
+use crate::topology::{Actuator, Topology};
+
+/// All powers at one instant, W: `drives + loads = energy + dissipated`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Power {
+    /// Of the actuators.
+    pub drives: f64,
+    /// Of the loads from outside.
+    pub loads: f64,
+    /// Rate of change of kinetic and potential energy.
+    pub energy: f64,
+    /// Dissipated by friction; never negative.
+    pub dissipated: f64,
+    /// Sum of the magnitudes of all single powers that enter: what the residual is compared with.
+    pub turnover: f64,
+}
+
+impl Power {
+    /// Nothing moves.
+    pub(super) const NONE: Self =
+        Self { drives: 0.0, loads: 0.0, energy: 0.0, dissipated: 0.0, turnover: 0.0 };
+
+    /// `drives + loads - energy - dissipated`: zero but for round-off.
+    pub fn residual(&self) -> f64 {
+        self.drives + self.loads - self.energy - self.dissipated
+    }
+
+    /// The account of one instant; `dissipated` lists the power of each friction.
+    pub fn new(
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+        drives: &[f64],
+        dissipated: impl Iterator<Item = f64>,
+        loads: &[AppliedLoad<f64>],
+    ) -> Self {
+        let mut turnover = 0.0;
+        let mut sum = |power: f64| {
+            turnover += power.abs();
+            power
+        };
+        let of_drive = |(actuator, drive): (&Actuator, &f64)| {
+            drive * bodies.joint_rates(topology, actuator.joint)[actuator.freedom]
+        };
+        let of_load =
+            |load: &AppliedLoad<f64>| bodies.twist[load.body.0].power(load.wrench(bodies));
+        let drives = topology.actuators.iter().zip(drives).map(|pair| sum(of_drive(pair))).sum();
+        let loads = loads.iter().map(|load| sum(of_load(load))).sum();
+        let dissipated = dissipated.map(&mut sum).sum();
+        let energy = (1..bodies.pose.len()).map(|b| sum(energy_rate(parameters, bodies, b))).sum();
+        Self { drives, loads, energy, dissipated, turnover }
+    }
+}
+
+/// Rate of change of a body's kinetic and potential energy, from its motion alone.
+fn energy_rate(parameters: &Parameters<f64>, bodies: &Bodies<f64>, body: usize) -> f64 {
+    let (pose, twist, acceleration) =
+        (bodies.pose[body], bodies.twist[body], bodies.acceleration[body]);
+    let com = pose.apply(parameters.com[body]);
+    let velocity = twist.velocity_at(com);
+    let acceleration_of_com = acceleration.velocity_at(com) + twist.angular.cross(velocity);
+    let translation =
+        velocity.dot(acceleration_of_com - parameters.gravity) * parameters.mass[body];
+    // d/dt (omega . J omega)/2 = omega . J omega' (the tensor's own turning does no work).
+    let spin = pose.rotation.transpose_mul(twist.angular);
+    let change = pose.rotation.transpose_mul(acceleration.angular);
+    translation + spin.dot(parameters.inertia[body] * change)
+}

@@ -1,0 +1,324 @@
+//! Inverse dynamics in `f64` with every check: the library's front door.
+
+use super::bounds;
+use super::careful;
+use super::error::InverseError;
+use super::forces::Forces;
+use super::inverse::{FrictionMode, Inverse, Settings, Setup};
+use super::kernel::Kernel;
+use super::load::AppliedLoad;
+use super::newton_euler::NewtonEuler;
+use super::plan::{BalancePlan, NotPlanned};
+use super::power::Power;
+use super::structure::Weighting;
+use super::wedge;
+use crate::kinematics::{Assembly, AssemblyError, Bodies, Coordinate, Target};
+use crate::mechanism::{BodyId, Mechanism};
+use crate::mobility::{Statics, Uncarried, describe_motion};
+use crate::parameters::Parameters;
+use crate::spatial::{Pose, Twist};
+use crate::topology::{Topology, TreeRule};
+
+/// Moves a mechanism and computes all its forces.
+///
+/// ```
+/// use stiction::dynamics::{InverseDynamics, Settings};
+/// use stiction::joint::JointType;
+/// use stiction::kinematics::{Coordinate, Target};
+/// use stiction::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
+/// use stiction::spatial::Vec3;
+///
+/// let pendulum = MechanismBuilder::new("pendulum")
+///     .gravity(Vec3::new(0.0, -9.81, 0.0))
+///     .body(BodySpec::new("bob").mass(2.0).com(Vec3::new(0.5, 0.0, 0.0)))
+///     .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob").actuated())
+///     .build()
+///     .map_err(|defects| defects[0].clone())?;
+/// let angle = Coordinate::Joint { joint: JointId(0), freedom: 0 };
+/// let level = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+/// let mut solver =
+///     InverseDynamics::new(pendulum, &[], &[angle], &[level], Settings::default())?;
+/// // Held level, it weighs 2 kg * 9.81 m/s^2 at half a metre.
+/// assert!((solver.solve(&[])?.drives[0] - 9.81).abs() < 1e-14);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct InverseDynamics {
+    mechanism: Mechanism,
+    topology: Topology,
+    parameters: Parameters<f64>,
+    assembly: Assembly,
+    settings: Settings,
+    plan: Result<BalancePlan, NotPlanned>,
+    inverse: Option<Inverse<f64>>,
+    forces: Forces,
+}
+
+impl InverseDynamics {
+    /// Assembles the mechanism at `targets`, one for each of `coordinates`. `homes` are guesses of
+    /// the poses of bodies in the ground's frame.
+    ///
+    /// # Errors
+    /// See [`AssemblyError`].
+    pub fn new(
+        mechanism: Mechanism,
+        homes: &[(BodyId, Pose<f64>)],
+        coordinates: &[Coordinate],
+        targets: &[Target<f64>],
+        settings: Settings,
+    ) -> Result<Self, AssemblyError> {
+        let rule = TreeRule::Structure;
+        Self::with_tree(mechanism, rule, homes, coordinates, targets, settings)
+    }
+
+    /// The same with a tree chosen by `rule`.
+    ///
+    /// # Errors
+    /// See [`AssemblyError`].
+    pub fn with_tree(
+        mechanism: Mechanism,
+        rule: TreeRule,
+        homes: &[(BodyId, Pose<f64>)],
+        coordinates: &[Coordinate],
+        targets: &[Target<f64>],
+        settings: Settings,
+    ) -> Result<Self, AssemblyError> {
+        let topology = Topology::with_tree(&mechanism, rule);
+        let parameters = Parameters::new(&mechanism);
+        let assembly =
+            Assembly::new(&mechanism, &topology, &parameters, homes, coordinates, targets)?;
+        let forces = Forces::new(
+            topology.actuators.len(),
+            mechanism.joints().len(),
+            parameters.contacts.len(),
+        );
+        let mut solver = Self {
+            mechanism,
+            topology,
+            parameters,
+            assembly,
+            settings,
+            plan: Err(NotPlanned::Singular),
+            inverse: None,
+            forces,
+        };
+        solver.replan();
+        Ok(solver)
+    }
+
+    /// The mechanism.
+    pub fn mechanism(&self) -> &Mechanism {
+        &self.mechanism
+    }
+
+    /// The graph.
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    /// The numbers.
+    pub fn parameters(&self) -> &Parameters<f64> {
+        &self.parameters
+    }
+
+    /// What is computed, and how accurately.
+    pub fn settings_mut(&mut self) -> &mut Settings {
+        &mut self.settings
+    }
+
+    /// The position and its derivatives as assembled.
+    pub fn assembly(&self) -> &Assembly {
+        &self.assembly
+    }
+
+    /// Motion of all bodies; accelerations of idle spins are those of the last [`Self::solve`].
+    pub fn bodies(&self) -> &Bodies<f64> {
+        &self.assembly.kinematics().bodies
+    }
+
+    /// The forces of the last [`Self::solve`].
+    pub fn forces(&self) -> &Forces {
+        &self.forces
+    }
+
+    /// Which weighting decides what is redundant; none if the position is singular.
+    pub fn weighting(&self) -> Option<Weighting> {
+        self.plan.as_ref().ok().map(BalancePlan::weighting)
+    }
+
+    /// The compiled kernel for use in other scalars and in control loops; none where the position
+    /// is singular, or redundant in constraints and actuators at once.
+    pub fn kernel(&self) -> Option<Kernel> {
+        let balance = self.plan.as_ref().ok()?;
+        Some(Kernel::new(&Setup {
+            topology: &self.topology,
+            prescription: self.assembly.prescription(),
+            motion: self.assembly.program(),
+            balance,
+        }))
+    }
+
+    /// Moves to new targets near the present ones.
+    ///
+    /// # Errors
+    /// See [`AssemblyError`].
+    pub fn move_to(&mut self, targets: &[Target<f64>]) -> Result<(), AssemblyError> {
+        self.assembly.move_to(&self.topology, &self.parameters, targets)
+    }
+
+    /// Moves along a motion in the same assembly mode; see [`Assembly::follow`].
+    ///
+    /// # Errors
+    /// See [`AssemblyError`].
+    pub fn follow(
+        &mut self,
+        from: f64,
+        to: f64,
+        motion: impl FnMut(f64, &mut [Target<f64>]),
+    ) -> Result<(), AssemblyError> {
+        self.assembly.follow(&self.topology, &self.parameters, from, to, motion)
+    }
+
+    /// The balance at the present position, decomposed.
+    pub fn statics(&self) -> Statics {
+        let bodies = &self.assembly.kinematics().bodies;
+        let system = NewtonEuler::new(&self.mechanism, &self.parameters, bodies);
+        let origins = bodies.frame_j.iter().map(|frame| frame.position).collect();
+        Statics::new(&self.mechanism, system, origins)
+    }
+
+    /// All forces at the present position under loads.
+    ///
+    /// # Errors
+    /// See [`InverseError`].
+    pub fn solve(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
+        if !self.by_kernel(loads) {
+            // The order of elimination suits another position, or this one is special.
+            self.replan();
+            if !self.by_kernel(loads) {
+                return self.by_careful_path(loads);
+            }
+        }
+        self.finish(loads)
+    }
+
+    /// Plans the balance at the present position.
+    fn replan(&mut self) {
+        let spins = self.spin_responses();
+        let bodies = &self.assembly.kinematics().bodies;
+        self.plan = BalancePlan::new(&self.topology, &self.parameters, bodies, &spins);
+        self.inverse = match &self.plan {
+            Err(_) => None,
+            Ok(balance) => {
+                let (topology, parameters) = (&self.topology, &self.parameters);
+                let (prescription, motion, _) = self.assembly.parts();
+                let setup = Setup { topology, prescription, motion, balance };
+                Some(Inverse::new(&setup, parameters))
+            }
+        };
+    }
+
+    fn spin_responses(&mut self) -> Vec<Vec<f64>> {
+        let freedoms = self.topology.freedoms();
+        let (prescription, motion, kinematics) = self.assembly.parts();
+        (0..prescription.spins().len())
+            .map(|spin| {
+                let mut response = vec![0.0; freedoms];
+                kinematics.response_to_spin(prescription, motion, spin, &mut response);
+                response
+            })
+            .collect()
+    }
+
+    /// Solves by the kernel; false where there is no plan or its numbers cannot be trusted.
+    fn by_kernel(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
+        let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else { return false };
+        let topology = &self.topology;
+        let (prescription, motion, kinematics) = self.assembly.parts();
+        let setup = Setup { topology, prescription, motion, balance };
+        inverse.solve(&setup, &self.parameters, kinematics, loads, &self.settings);
+        inverse.is_balanced(&setup, &self.parameters)
+    }
+
+    /// Takes over what the kernel found, after the checks of friction.
+    fn finish(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
+        let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else {
+            return Err(InverseError::Unsettled);
+        };
+        let (topology, parameters) = (&self.topology, &self.parameters);
+        let settings = &self.settings;
+        let (prescription, motion, kinematics) = self.assembly.parts();
+        let setup = Setup { topology, prescription, motion, balance };
+        if !inverse.friction_settled(settings) {
+            // Follow the solution from no friction; it is found, or lost where friction locks.
+            wedge::follow_friction(inverse, &setup, parameters, kinematics, loads, settings)
+                .map_err(|lock| InverseError::Locked {
+                    joint: self.mechanism.joints()[parameters.contacts[lock.contact].joint]
+                        .name
+                        .clone(),
+                    percent: 100.0 * lock.part,
+                })?;
+        }
+        let forces = &mut self.forces;
+        forces.read(&kinematics.bodies, inverse);
+        let bounded =
+            bounds::bound_drives(forces, inverse, &setup, parameters, kinematics, loads, settings);
+        if !bounded {
+            return Err(InverseError::Unsettled);
+        }
+        let dissipated = forces.contacts.iter().map(|c| c.power);
+        let bodies = &kinematics.bodies;
+        forces.power = Power::new(topology, parameters, bodies, &forces.drives, dissipated, loads);
+        Ok(&self.forces)
+    }
+
+    /// Solves by dense decompositions, or says what cannot be carried.
+    fn by_careful_path(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
+        let statics = self.statics();
+        let spins = self.spin_responses();
+        let bodies = &self.assembly.kinematics().bodies;
+        let accelerations = &self.assembly.state().accelerations;
+        let solution = careful::solve(
+            &careful::Position {
+                mechanism: &self.mechanism,
+                topology: &self.topology,
+                parameters: &self.parameters,
+                statics: &statics,
+                bodies,
+            },
+            accelerations,
+            &spins,
+            loads,
+            &self.settings,
+        )
+        .map_err(|uncarried| self.in_words(&uncarried))?;
+        if !solution.settled {
+            return Err(InverseError::Unsettled);
+        }
+        let has_friction = self.settings.friction != FrictionMode::Off;
+        self.forces.take(bodies, &solution, has_friction);
+        self.forces.power = Power::new(
+            &self.topology,
+            &self.parameters,
+            &solution.bodies,
+            &self.forces.drives,
+            self.forces.contacts.iter().map(|c| c.power),
+            loads,
+        );
+        Ok(&self.forces)
+    }
+
+    /// An uncarried load with names and places.
+    fn in_words(&self, uncarried: &Uncarried) -> InverseError {
+        let twist = uncarried.motion[uncarried.body];
+        let in_world =
+            Twist { angular: twist.angular, linear: twist.velocity_at(-self.parameters.origin) };
+        let length = self.mechanism.characteristic_length();
+        InverseError::CannotCarry {
+            body: self.mechanism.bodies()[uncarried.body].name.clone(),
+            motion: describe_motion(in_world, length),
+            missing: uncarried.missing.abs(),
+            unit: if uncarried.turns { "N m" } else { "N" },
+        }
+    }
+}

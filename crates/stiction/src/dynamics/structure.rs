@@ -1,0 +1,217 @@
+//! The balance as a sparse system: what its unknowns and equations are, and how it is solved.
+//!
+//! Unknowns are the wrenches at cut joints (constraints and drives) and the accelerations of idle
+//! spins. Equations are those of the tree's freedoms that no actuator drives: the wrench that a
+//! joint carries does no work on them but against friction. Everything else follows by recursion:
+//! the wrench at any joint of the tree is what the bodies beyond it demand, less what the cut
+//! joints bring.
+//!
+//! Where there are more unknowns than equations, constraints or actuators are redundant, and a
+//! declared weighting decides: the system is bordered by the conditions of a minimum,
+//! `[H A^T; A 0]`.
+
+use crate::linalg::Entry;
+use crate::topology::{Link, Topology};
+use core::ops::Range;
+
+/// What decides among the solutions of a redundant balance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weighting {
+    /// Nothing to decide: the balance determines everything.
+    Determined,
+    /// Constraints are redundant: the reactions with the least sum, over all joints, of
+    /// `|force|^2 + |moment|^2 / length^2`, moments about the joint's origin; the elastic energy
+    /// of joints that are all equally compliant. It depends neither on units nor on the choice of
+    /// cut joints. Driving forces do not depend on it.
+    LeastReactions,
+    /// Actuators are redundant: the drives with the least sum of `effort^2`, efforts of rotary
+    /// actuators divided by the characteristic length.
+    LeastDrives,
+}
+
+/// A wrench that the weighting weighs: which cut wrenches make it.
+#[derive(Clone, Debug)]
+pub(super) struct Weighed {
+    pub(super) what: WeighedKind,
+    /// Cuts whose wrench is a part of it, with signs.
+    pub(super) cuts: Vec<(usize, f64)>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) enum WeighedKind {
+    /// The wrench at a tree joint.
+    Node(usize),
+    /// The wrench at a cut joint.
+    Cut(usize),
+    /// The effort of an actuator of the tree, at this freedom.
+    Drive { dof: usize },
+    /// The effort of an actuator at a cut joint: this column.
+    CutDrive { column: usize },
+}
+
+/// The pattern of the balance.
+#[derive(Clone, Debug)]
+pub struct BalanceStructure {
+    pub(super) weighting: Weighting,
+    /// Freedoms of the tree that no actuator drives, in the order of the equations.
+    pub(super) passive: Vec<usize>,
+    /// For each cut: its columns.
+    pub(super) columns_of: Vec<Vec<usize>>,
+    /// Wrenches at cut joints; spins come after them.
+    pub(super) wrench_columns: usize,
+    /// Nodes whose bodies an idle spin accelerates, with all nodes above them.
+    pub(super) spin_nodes: Vec<Vec<usize>>,
+    pub(super) weighed: Vec<Weighed>,
+    pub(super) entries: Vec<Entry>,
+}
+
+impl BalanceStructure {
+    /// The pattern under a weighting; `spin_bodies` lists for each idle spin the bodies that it
+    /// accelerates.
+    pub(super) fn new(
+        topology: &Topology,
+        weighting: Weighting,
+        spin_bodies: &[Vec<usize>],
+    ) -> Self {
+        let passive: Vec<usize> =
+            (0..topology.freedoms()).filter(|&d| topology.dofs[d].actuator.is_none()).collect();
+        let columns_of: Vec<Vec<usize>> =
+            topology.cuts.iter().map(|cut| cut.columns(topology.constraints).collect()).collect();
+        let spin_nodes = spin_bodies
+            .iter()
+            .map(|bodies| {
+                let mut nodes: Vec<usize> =
+                    bodies.iter().flat_map(|&body| topology.ancestors(body)).collect();
+                nodes.sort_unstable();
+                nodes.dedup();
+                nodes
+            })
+            .collect();
+        let mut structure = Self {
+            weighting,
+            passive,
+            columns_of,
+            wrench_columns: topology.columns(),
+            spin_nodes,
+            weighed: weighed(topology, weighting),
+            entries: Vec::new(),
+        };
+        structure.entries = structure.pattern(topology);
+        structure
+    }
+
+    /// Number of columns that are unknowns of the mechanism: wrenches and spins.
+    pub(super) fn unknowns(&self) -> usize {
+        self.wrench_columns + self.spin_nodes.len()
+    }
+
+    /// Number of all columns, multipliers of a minimum included.
+    pub(super) fn size(&self) -> usize {
+        match self.weighting {
+            Weighting::Determined => self.unknowns(),
+            _ => self.unknowns() + self.passive.len(),
+        }
+    }
+
+    /// Number of rows: equal to [`Self::size`] for a balance that can be solved.
+    pub(super) fn rows(&self) -> usize {
+        self.first_balance_row() + self.passive.len()
+    }
+
+    /// The row of the first equation of balance; conditions of a minimum come before it.
+    pub(super) fn first_balance_row(&self) -> usize {
+        match self.weighting {
+            Weighting::Determined => 0,
+            _ => self.unknowns(),
+        }
+    }
+
+    /// The columns of the multipliers of a minimum.
+    pub(super) fn multipliers(&self) -> Range<usize> {
+        self.unknowns()..self.size()
+    }
+
+    /// Entries in the order in which [`super::balance`] computes them.
+    fn pattern(&self, topology: &Topology) -> Vec<Entry> {
+        let mut entries = Vec::new();
+        let first = self.first_balance_row();
+        let bordered = self.weighting != Weighting::Determined;
+        self.visit_balance(topology, |equation, column| {
+            entries.push(Entry { row: first + equation, column });
+            if bordered {
+                entries.push(Entry { row: column, column: self.unknowns() + equation });
+            }
+        });
+        for weighed in &self.weighed {
+            match weighed.what {
+                WeighedKind::CutDrive { column } => entries.push(Entry { row: column, column }),
+                _ => {
+                    for &(a, _) in &weighed.cuts {
+                        for &row in &self.columns_of[a] {
+                            for &(b, _) in &weighed.cuts {
+                                let columns = &self.columns_of[b];
+                                entries.extend(columns.iter().map(|&column| Entry { row, column }));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        entries
+    }
+
+    /// Calls `visit(equation, column)` for each entry of the balance proper.
+    fn visit_balance(&self, topology: &Topology, mut visit: impl FnMut(usize, usize)) {
+        let mut equation_of = vec![None; topology.freedoms()];
+        for (equation, &dof) in self.passive.iter().enumerate() {
+            equation_of[dof] = Some(equation);
+        }
+        for (cut, columns) in topology.cuts.iter().zip(&self.columns_of) {
+            for &(node, _) in &cut.path {
+                for equation in topology.nodes[node].dofs.clone().filter_map(|d| equation_of[d]) {
+                    columns.iter().for_each(|&column| visit(equation, column));
+                }
+            }
+        }
+        for (spin, nodes) in self.spin_nodes.iter().enumerate() {
+            for &node in nodes {
+                for equation in topology.nodes[node].dofs.clone().filter_map(|d| equation_of[d]) {
+                    visit(equation, self.wrench_columns + spin);
+                }
+            }
+        }
+    }
+}
+
+fn weighed(topology: &Topology, weighting: Weighting) -> Vec<Weighed> {
+    let mut through = vec![Vec::new(); topology.nodes.len()];
+    for (index, cut) in topology.cuts.iter().enumerate() {
+        for &(node, sign) in &cut.path {
+            // A cut's wrench on the successor's side is taken off what the tree must carry.
+            through[node].push((index, -sign));
+        }
+    }
+    match weighting {
+        Weighting::Determined => Vec::new(),
+        Weighting::LeastReactions => {
+            let nodes = through.into_iter().enumerate().filter(|(node, cuts)| {
+                let transmits = matches!(topology.nodes[*node].link, Link::Joint { .. });
+                transmits && !cuts.is_empty()
+            });
+            let nodes = nodes.map(|(node, cuts)| Weighed { what: WeighedKind::Node(node), cuts });
+            let cuts = (0..topology.cuts.len())
+                .map(|cut| Weighed { what: WeighedKind::Cut(cut), cuts: vec![(cut, 1.0)] });
+            nodes.chain(cuts).collect()
+        }
+        Weighting::LeastDrives => {
+            let driven = (0..topology.freedoms()).filter(|&d| topology.dofs[d].actuator.is_some());
+            let tree = driven.map(|dof| Weighed {
+                what: WeighedKind::Drive { dof },
+                cuts: through[topology.dofs[dof].node].clone(),
+            });
+            let cut = (topology.constraints..topology.columns())
+                .map(|column| Weighed { what: WeighedKind::CutDrive { column }, cuts: Vec::new() });
+            tree.filter(|weighed| !weighed.cuts.is_empty()).chain(cut).collect()
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! Friction that locks: the solution followed from no friction to the given coefficients.
+
+use super::inverse::{Inverse, Settings, Setup};
+use super::load::AppliedLoad;
+use crate::kinematics::Kinematics;
+use crate::parameters::Parameters;
+
+/// Where the solution was lost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lock {
+    /// The part of the given coefficients.
+    pub(super) part: f64,
+    /// The contact whose load has grown most.
+    pub(super) contact: usize,
+}
+
+/// The first step of the coefficients, as a part of the given ones, and the smallest.
+const FIRST_STEP: f64 = 0.25;
+const SMALLEST_STEP: f64 = 1e-5;
+/// Loads grown by this factor count as grown without bound.
+const UNBOUNDED: f64 = 1e9;
+
+/// Follows the solution from frictionless joints, growing all coefficients together, to the given
+/// ones; `inverse` holds it then. It is lost where the determinant of the coupled balance vanishes:
+/// the driving forces grow without bound as the coefficients come near.
+pub(super) fn follow_friction(
+    inverse: &mut Inverse<f64>,
+    setup: &Setup<'_>,
+    parameters: &Parameters<f64>,
+    kinematics: &mut Kinematics<f64>,
+    loads: &[AppliedLoad<f64>],
+    settings: &Settings,
+) -> Result<(), Lock> {
+    let mut scaled = parameters.clone();
+    inverse.begin(setup, parameters, kinematics, loads, settings);
+    let bodies = &kinematics.bodies;
+    let start: Vec<f64> = inverse.contacts().iter().map(|c| c.load()).collect();
+    let largest_start = start.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    let mut good = inverse.clone();
+    let (mut part, mut step) = (0.0, FIRST_STEP);
+    while part < 1.0 {
+        let next = f64::min(part + step, 1.0);
+        for (scaled, given) in scaled.contacts.iter_mut().zip(&parameters.contacts) {
+            scaled.coulomb = given.coulomb * next;
+        }
+        inverse.rub_at(setup.topology, &scaled, bodies, settings);
+        let mut found = false;
+        for _ in 0..settings.friction_steps {
+            let (change, largest) = inverse.step(setup, &scaled, bodies);
+            if !(largest <= UNBOUNDED * largest_start) {
+                break;
+            }
+            if change <= settings.friction_tolerance * largest {
+                found = inverse.orientation() > 0.0;
+                break;
+            }
+        }
+        if found {
+            good.clone_from(inverse);
+            part = next;
+            step *= 2.0;
+        } else {
+            inverse.clone_from(&good);
+            step *= 0.5;
+            if step < SMALLEST_STEP {
+                let growth = |contact: usize| {
+                    inverse.contacts()[contact].load() / (start[contact] + 1e-12 * largest_start)
+                };
+                let contacts = 0..start.len();
+                let contact =
+                    contacts.max_by(|&a, &b| growth(a).total_cmp(&growth(b))).unwrap_or(0);
+                return Err(Lock { part, contact });
+            }
+        }
+    }
+    inverse.finish_friction(setup.topology, parameters, bodies);
+    inverse.spin_up(setup, kinematics);
+    Ok(())
+}

@@ -1,0 +1,524 @@
+//! Bringing a mechanism into a prescribed position, and keeping it there along a motion.
+
+use super::bodies::{Bodies, State, write_floating};
+use super::coordinate::{Coordinate, Target};
+use super::error::{AssemblyError, Gap};
+use super::freedom::{self, OpenMotion};
+use super::system::{Kinematics, Prescription, column_scales};
+use crate::linalg::Elimination;
+use crate::mechanism::{BodyId, Mechanism};
+use crate::parameters::Parameters;
+use crate::spatial::Pose;
+use crate::topology::{Link, Topology};
+use nalgebra::{DMatrix, DVector};
+
+/// Loops count as closed, and prescribed values as met, below this: m over the characteristic
+/// length, and rad. Round-off of a chain of poses is some 1e-16.
+const CLOSED: f64 = 1e-14;
+/// Near a singular position round-off is magnified; beyond this the loops are not closed.
+const CLOSED_AT_WORST: f64 = 1e-12;
+/// Newton's method is converging from here: one more step squares the error.
+const NEAR: f64 = 1e-7;
+/// Newton steps before the careful method is asked.
+const NEWTON_STEPS: usize = 12;
+/// Steps of the careful method.
+const CAREFUL_STEPS: usize = 500;
+/// A step of the motion is halved at most so many times to follow it.
+const HALVINGS: u32 = 12;
+
+/// A mechanism in a position that satisfies its loops and a prescription.
+#[derive(Clone, Debug)]
+pub struct Assembly {
+    prescription: Prescription,
+    program: Elimination,
+    kinematics: Kinematics<f64>,
+    state: State<f64>,
+    /// The last position that was found, to judge the next by.
+    before: State<f64>,
+    predicted: State<f64>,
+    trial: Bodies<f64>,
+    step: Vec<f64>,
+    targets: Vec<Target<f64>>,
+    row_scales: Vec<f64>,
+    body_names: Vec<String>,
+    joint_names: Vec<String>,
+}
+
+impl Assembly {
+    /// Assembles the mechanism at `targets`, one for each of `coordinates`, starting from the
+    /// mechanism's start coordinates and from the guessed poses in `homes` (in the ground's frame).
+    ///
+    /// # Errors
+    /// See [`AssemblyError`].
+    pub fn new(
+        mechanism: &Mechanism,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        homes: &[(BodyId, Pose<f64>)],
+        coordinates: &[Coordinate],
+        targets: &[Target<f64>],
+    ) -> Result<Self, AssemblyError> {
+        let body_names: Vec<_> = mechanism.bodies().iter().map(|b| b.name.clone()).collect();
+        let joint_names: Vec<_> = mechanism.joints().iter().map(|j| j.name.clone()).collect();
+        check_angle_ranges(&body_names, coordinates, targets)?;
+        let state = guess(mechanism, topology, parameters, homes);
+        let prescription = Prescription::new(topology, coordinates, &[]);
+        let kinematics = Kinematics::new(topology, &prescription, &Elimination::default());
+        let mut assembly = Self {
+            prescription,
+            program: Elimination::default(),
+            kinematics,
+            before: state.clone(),
+            predicted: state.clone(),
+            state,
+            trial: Bodies::new(topology),
+            step: vec![0.0; topology.freedoms()],
+            targets: targets.to_vec(),
+            row_scales: Vec::new(),
+            body_names,
+            joint_names,
+        };
+        assembly.search(topology, parameters)?;
+        assembly.plan(topology, parameters)?;
+        assembly.settle(topology, parameters)?;
+        Ok(assembly)
+    }
+
+    /// What is prescribed, idle spins included.
+    pub fn prescription(&self) -> &Prescription {
+        &self.prescription
+    }
+
+    /// The program that solves for rates; for kernels in other scalars.
+    pub fn program(&self) -> &Elimination {
+        &self.program
+    }
+
+    /// The motion of everything at the present instant.
+    pub fn kinematics(&self) -> &Kinematics<f64> {
+        &self.kinematics
+    }
+
+    /// Coordinates, rates and accelerations of the tree at the present instant.
+    pub fn state(&self) -> &State<f64> {
+        &self.state
+    }
+
+    /// What is prescribed, how rates are solved for, and the motion to be completed.
+    pub(crate) fn parts(&mut self) -> (&Prescription, &Elimination, &mut Kinematics<f64>) {
+        (&self.prescription, &self.program, &mut self.kinematics)
+    }
+
+    /// Moves to new targets near the present ones: Newton's method from the present position. It
+    /// does not watch the assembly mode; [`Self::follow`] does.
+    ///
+    /// # Errors
+    /// See [`AssemblyError`].
+    pub fn move_to(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        targets: &[Target<f64>],
+    ) -> Result<(), AssemblyError> {
+        check_angle_ranges(&self.body_names, self.prescription.coordinates(), targets)?;
+        self.targets.copy_from_slice(targets);
+        self.settle(topology, parameters)
+    }
+
+    /// Moves along a motion from time `from` (the present position) to `to`, staying in the same
+    /// assembly mode. `motion` writes the targets of an instant.
+    ///
+    /// # Errors
+    /// See [`AssemblyError`]; a jump that no halving of the step removes is one.
+    pub fn follow(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        from: f64,
+        to: f64,
+        mut motion: impl FnMut(f64, &mut [Target<f64>]),
+    ) -> Result<(), AssemblyError> {
+        let (mut now, mut step) = (from, to - from);
+        let smallest = step * 0.5_f64.powi(HALVINGS as i32);
+        while now != to {
+            // The last piece ends exactly at `to`.
+            let last = (to - now).abs() <= step.abs() * (1.0 + 1e-9);
+            let next = if last { to } else { now + step };
+            let mut targets = core::mem::take(&mut self.targets);
+            motion(next, &mut targets);
+            self.targets = targets;
+            let outcome = check_angle_ranges(
+                &self.body_names,
+                self.prescription.coordinates(),
+                &self.targets,
+            )
+            .and_then(|()| self.step_smoothly(topology, parameters, next - now));
+            match outcome {
+                Ok(()) => {
+                    now = next;
+                    step *= 2.0;
+                }
+                Err(error) if (0.5 * step).abs() < smallest.abs() => return Err(error),
+                Err(_) => {
+                    self.state.clone_from(&self.before);
+                    step = 0.5 * (next - now);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// One step along a motion; fails if the bodies do not move as their velocities say.
+    fn step_smoothly(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        step: f64,
+    ) -> Result<(), AssemblyError> {
+        self.before.clone_from(&self.state);
+        for (move_by, (v, a)) in
+            self.step.iter_mut().zip(self.state.rates.iter().zip(&self.state.accelerations))
+        {
+            *move_by = step * (v + 0.5 * step * a);
+        }
+        self.state.advance(topology, &self.step);
+        self.settle(topology, parameters)?;
+
+        // Fourth-order prediction from velocities and accelerations at both ends.
+        let ends = self.before.rates.iter().zip(&self.state.rates);
+        let bends = self.before.accelerations.iter().zip(&self.state.accelerations);
+        for ((move_by, (v0, v1)), (a0, a1)) in self.step.iter_mut().zip(ends).zip(bends) {
+            *move_by = 0.5 * step * (v0 + v1) + step * step / 12.0 * (a0 - a1);
+        }
+        self.predicted.clone_from(&self.before);
+        self.predicted.advance(topology, &self.step);
+        let length = parameters.length;
+        self.trial.place(topology, parameters, &self.before.coordinates);
+        let (_, _, moved) = farthest(&self.trial, &self.kinematics.bodies, length);
+        self.trial.place(topology, parameters, &self.predicted.coordinates);
+        let (body, apart, missed) = farthest(&self.trial, &self.kinematics.bodies, length);
+        // A smooth motion is predicted to a small part of what was moved; a jump is not.
+        if missed > 0.2 * moved + 1e-6 || missed > 0.1 {
+            return Err(AssemblyError::Jump {
+                body: self.body_names[body].clone(),
+                distance_mm: apart.position.norm() * 1e3,
+                angle_deg: apart.rotation.rotation_vector().norm().to_degrees(),
+                step,
+            });
+        }
+        Ok(())
+    }
+
+    /// Newton's method from the present state to the present targets, then rates and
+    /// accelerations. Falls back on the careful search and on a new plan.
+    fn settle(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+    ) -> Result<(), AssemblyError> {
+        if !self.newton(topology, parameters) {
+            self.search(topology, parameters)?;
+            self.plan(topology, parameters)?;
+            if !self.newton(topology, parameters) {
+                return Err(AssemblyError::Gap(self.gap(topology)));
+            }
+        }
+        self.kinematics.differentiate(
+            topology,
+            parameters,
+            &self.prescription,
+            &self.program,
+            &mut self.state,
+            &self.targets,
+        );
+        Ok(())
+    }
+
+    /// Whether Newton's method closes everything, by the present plan.
+    fn newton(&mut self, topology: &Topology, parameters: &Parameters<f64>) -> bool {
+        let closed = CLOSED.max(self.round_off());
+        let mut error = f64::INFINITY;
+        for _ in 0..NEWTON_STEPS {
+            self.kinematics.approach(
+                topology,
+                parameters,
+                &self.prescription,
+                &self.program,
+                &mut self.state,
+                &self.targets,
+            );
+            // The error before the step that was just taken.
+            if self.scaled_error() < NEAR {
+                let (prescription, state) = (&self.prescription, &self.state);
+                self.kinematics.place(topology, parameters, prescription, state, &self.targets);
+                error = self.scaled_error();
+                if error < closed {
+                    return true;
+                }
+            }
+        }
+        error < CLOSED_AT_WORST.max(closed)
+    }
+
+    /// Joint coordinates of many turns, and numbers far from zero, carry their own round-off.
+    fn round_off(&self) -> f64 {
+        let largest = self.state.coordinates.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
+        8.0 * f64::EPSILON * largest
+    }
+
+    /// The largest error, lengths in units of the characteristic length; infinite if undefined.
+    fn scaled_error(&self) -> f64 {
+        let errors =
+            self.kinematics.errors().iter().zip(&self.row_scales).map(|(e, s)| (e * s).abs());
+        errors.fold(0.0, |max, e| if e.is_nan() { f64::INFINITY } else { e.max(max) })
+    }
+
+    /// Chooses the elimination at the present, assembled position; finds idle spins.
+    fn plan(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+    ) -> Result<(), AssemblyError> {
+        let coordinates = self.prescription.coordinates().to_vec();
+        self.prescription = Prescription::new(topology, &coordinates, &[]);
+        self.row_scales = self.prescription.row_scales(parameters.length);
+        if self.try_plan(topology, parameters) {
+            return Ok(());
+        }
+        let jacobian = self.jacobian(topology);
+        let found = freedom::open_motions(
+            topology,
+            parameters,
+            &self.kinematics.bodies,
+            &self.scaled(topology, parameters, &jacobian),
+            &column_scales(topology, parameters.length),
+        );
+        let open = match found {
+            OpenMotion::Spins(spins) => {
+                self.prescription = Prescription::new(topology, &coordinates, &spins);
+                self.row_scales = self.prescription.row_scales(parameters.length);
+                if self.try_plan(topology, parameters) {
+                    return Ok(());
+                }
+                Vec::new()
+            }
+            OpenMotion::Freedoms(open) => open,
+        };
+        let open = open.into_iter().map(|motion| motion.named(&self.body_names)).collect();
+        Err(AssemblyError::Open { open })
+    }
+
+    fn try_plan(&mut self, topology: &Topology, parameters: &Parameters<f64>) -> bool {
+        self.kinematics = Kinematics::new(topology, &self.prescription, &self.program);
+        let (prescription, state) = (&self.prescription, &self.state);
+        self.kinematics.place(topology, parameters, prescription, state, &self.targets);
+        self.kinematics.linearise(topology, prescription);
+        match self.prescription.plan(topology, &self.kinematics, parameters.length) {
+            Ok(program) => {
+                self.program = program;
+                self.kinematics = Kinematics::new(topology, &self.prescription, &self.program);
+                true
+            }
+            Err(_) => false,
+        }
+    }
+
+    fn jacobian(&self, topology: &Topology) -> DMatrix<f64> {
+        let mut jacobian = DMatrix::zeros(self.prescription.row_count(), topology.freedoms());
+        for (entry, value) in self.prescription.entries().iter().zip(&self.kinematics.entries) {
+            jacobian[(entry.row, entry.column)] += value;
+        }
+        jacobian
+    }
+
+    fn scaled(
+        &self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        jacobian: &DMatrix<f64>,
+    ) -> DMatrix<f64> {
+        let columns = column_scales(topology, parameters.length);
+        DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| {
+            jacobian[(i, j)] * self.row_scales[i] * columns[j]
+        })
+    }
+
+    /// Levenberg and Marquardt's method on all rows: slow, but it needs neither a plan nor a good
+    /// guess, and redundant rows do not trouble it.
+    fn search(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+    ) -> Result<(), AssemblyError> {
+        // A motion that cannot be followed shows best as a gap in the loops.
+        const PRESCRIBED_WEIGHT: f64 = 100.0;
+        if self.kinematics.errors().len() != self.prescription.row_count() {
+            self.kinematics = Kinematics::new(topology, &self.prescription, &self.program);
+        }
+        let columns = column_scales(topology, parameters.length);
+        let mut weights = self.prescription.row_scales(parameters.length);
+        let closures = topology.constraints;
+        weights[closures..].iter_mut().for_each(|w| *w *= PRESCRIBED_WEIGHT);
+        let residual = |kinematics: &Kinematics<f64>| {
+            DVector::from_iterator(
+                weights.len(),
+                kinematics.errors().iter().zip(&weights).map(|(e, w)| e * w),
+            )
+        };
+
+        let (prescription, state) = (&self.prescription, &self.state);
+        self.kinematics.place(topology, parameters, prescription, state, &self.targets);
+        let mut errors = residual(&self.kinematics);
+        let mut damping = 1e-3;
+        for _ in 0..CAREFUL_STEPS {
+            if errors.amax() < NEAR {
+                break;
+            }
+            self.kinematics.linearise(topology, &self.prescription);
+            let jacobian = self.jacobian(topology);
+            let jacobian = DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| {
+                jacobian[(i, j)] * weights[i] * columns[j]
+            });
+            let gradient = jacobian.tr_mul(&errors);
+            let normal = jacobian.tr_mul(&jacobian);
+            let mut improved = false;
+            while damping < 1e12 {
+                let mut damped = normal.clone();
+                for i in 0..damped.nrows() {
+                    damped[(i, i)] += damping;
+                }
+                let Some(factor) = damped.cholesky() else {
+                    damping *= 10.0;
+                    continue;
+                };
+                let step = -factor.solve(&gradient);
+                let step: Vec<f64> = step.iter().zip(&columns).map(|(s, c)| s * c).collect();
+                self.predicted.clone_from(&self.state);
+                self.state.advance(topology, &step);
+                let (prescription, state) = (&self.prescription, &self.state);
+                self.kinematics.place(topology, parameters, prescription, state, &self.targets);
+                let trial = residual(&self.kinematics);
+                if trial.norm_squared() < errors.norm_squared() {
+                    improved = trial.norm() < errors.norm() * (1.0 - 1e-12);
+                    errors = trial;
+                    damping = (damping * 0.2).max(1e-15);
+                    break;
+                }
+                self.state.clone_from(&self.predicted);
+                damping *= 5.0;
+            }
+            if !improved {
+                break;
+            }
+        }
+        let (prescription, state) = (&self.prescription, &self.state);
+        self.kinematics.place(topology, parameters, prescription, state, &self.targets);
+        if errors.amax() < 1e-6 { Ok(()) } else { Err(AssemblyError::Gap(self.gap(topology))) }
+    }
+
+    /// The gap at the present state.
+    fn gap(&self, topology: &Topology) -> Gap {
+        let errors = self.kinematics.errors();
+        let mut worst = Gap { joint: None, length: 0.0, angle: 0.0, deviation: 0.0 };
+        let mut row = 0;
+        for cut in &topology.cuts {
+            let (mut length, mut angle) = (0.0_f64, 0.0_f64);
+            for constraint in topology.joint_types[cut.joint].constraints() {
+                let error = errors[row];
+                if constraint.is_moment() {
+                    angle = angle.hypot(error);
+                } else {
+                    length = length.hypot(error);
+                }
+                row += 1;
+            }
+            if worst.joint.is_none() || length > worst.length {
+                let joint = Some(self.joint_names[cut.joint].clone());
+                worst = Gap { joint, length, angle, ..worst };
+            }
+        }
+        worst.deviation = errors[row..].iter().fold(0.0, |max, e| e.abs().max(max));
+        worst
+    }
+}
+
+/// The body that differs most between two placements: its number, its relative pose, and the size
+/// of the difference, rotations counting as such and displacements in units of `length`.
+fn farthest(a: &Bodies<f64>, b: &Bodies<f64>, length: f64) -> (usize, Pose<f64>, f64) {
+    let mut worst = (0, Pose::identity(), 0.0);
+    for (body, (a, b)) in a.pose.iter().zip(&b.pose).enumerate() {
+        let apart = a.inverse() * *b;
+        let size = apart.position.norm() / length + apart.rotation.rotation_vector().norm();
+        if size > worst.2 {
+            worst = (body, apart, size);
+        }
+    }
+    worst
+}
+
+fn check_angle_ranges(
+    body_names: &[String],
+    coordinates: &[Coordinate],
+    targets: &[Target<f64>],
+) -> Result<(), AssemblyError> {
+    for (coordinate, target) in coordinates.iter().zip(targets) {
+        let Coordinate::Angle { body, order, index: 1 } = coordinate else { continue };
+        let quarter = core::f64::consts::FRAC_PI_2;
+        let (middle, range) = if order.is_tait_bryan() {
+            (0.0, "between -90 and 90 deg")
+        } else {
+            (quarter, "between 0 and 180 deg")
+        };
+        if (target.value - middle).abs() >= quarter * (1.0 - 1e-9) {
+            return Err(AssemblyError::AngleRange {
+                body: body_names[body.0].clone(),
+                degrees: target.value.to_degrees(),
+                range,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// A first state from start coordinates and guessed poses.
+fn guess(
+    mechanism: &Mechanism,
+    topology: &Topology,
+    parameters: &Parameters<f64>,
+    homes: &[(BodyId, Pose<f64>)],
+) -> State<f64> {
+    // Poses outwards from the ground along any joints, at their start coordinates.
+    let mut pose = vec![None; mechanism.bodies().len()];
+    pose[BodyId::GROUND.0] = Some(parameters.ground);
+    for &(body, home) in homes {
+        pose[body.0] = Some(parameters.ground * home);
+    }
+    loop {
+        let mut grew = false;
+        for joint in mechanism.joints() {
+            let across = joint.joint_type.pose(&joint.start, joint.pitch);
+            let step = joint.frame_j * across * joint.frame_k.inverse();
+            let (predecessor, successor) = (joint.predecessor.0, joint.successor.0);
+            match (pose[predecessor], pose[successor]) {
+                (Some(known), None) => pose[successor] = Some(known * step),
+                (None, Some(known)) => pose[predecessor] = Some(known * step.inverse()),
+                _ => continue,
+            }
+            grew = true;
+        }
+        if !grew {
+            break;
+        }
+    }
+    let mut state = State::new(topology);
+    for node in &topology.nodes {
+        let q = &mut state.coordinates[node.coordinates.clone()];
+        match node.link {
+            Link::Joint { joint, .. } => q.copy_from_slice(&mechanism.joints()[joint].start),
+            Link::Floating => {
+                write_floating(pose[node.body].unwrap_or(Pose::identity()), q);
+            }
+        }
+    }
+    state
+}

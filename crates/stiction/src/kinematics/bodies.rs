@@ -1,0 +1,265 @@
+//! Forward pass: from the coordinates of the tree to the motion of all bodies.
+
+use crate::joint::{Carrier, Freedom, MOST_FREEDOMS};
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
+use crate::spatial::{Pose, Quaternion, Twist, Vec3, Wrench};
+use crate::topology::{Link, Topology};
+
+/// Coordinates, rates and accelerations of the tree: what determines the motion of everything.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State<T> {
+    /// Coordinates, rad and m; unit quaternions for orientations.
+    pub coordinates: Vec<T>,
+    /// Rates, rad/s and m/s.
+    pub rates: Vec<T>,
+    /// Accelerations, rad/s^2 and m/s^2.
+    pub accelerations: Vec<T>,
+}
+
+impl<T: Scalar> State<T> {
+    /// At rest, all joint frames coinciding.
+    pub fn new(topology: &Topology) -> Self {
+        let mut coordinates = vec![T::zero(); topology.coordinates()];
+        for node in &topology.nodes {
+            let q = &mut coordinates[node.coordinates.clone()];
+            match node.link {
+                Link::Joint { joint, .. } => topology.joint_types[joint].write_zero(q),
+                Link::Floating => q[3] = T::one(),
+            }
+        }
+        let zeros = vec![T::zero(); topology.freedoms()];
+        Self { coordinates, rates: zeros.clone(), accelerations: zeros }
+    }
+
+    /// Moves the coordinates by a small step in the rates.
+    #[inline(always)]
+    pub fn advance(&mut self, topology: &Topology, step: &[T]) {
+        for node in &topology.nodes {
+            let q = &mut self.coordinates[node.coordinates.clone()];
+            let step = &step[node.dofs.clone()];
+            match node.link {
+                Link::Joint { joint, .. } => topology.joint_types[joint].advance(q, step),
+                Link::Floating => advance_floating(q, step),
+            }
+        }
+    }
+}
+
+/// The rates of a floating body are its twist about the kernel origin in world axes, linear part
+/// first.
+#[inline(always)]
+fn advance_floating<T: Scalar>(q: &mut [T], step: &[T]) {
+    let linear = Vec3::new(step[0], step[1], step[2]);
+    let angular = Vec3::new(step[3], step[4], step[5]);
+    let turn = Quaternion::of_small(angular);
+    let position = turn.rotation() * Vec3::new(q[0], q[1], q[2]) + linear;
+    q[..3].copy_from_slice(&position.to_array());
+    turn.compose(Quaternion::from_coordinates(&q[3..])).normalised().write(&mut q[3..]);
+}
+
+/// Poses and motions of all bodies, in world axes about the kernel origin.
+#[derive(Clone, Debug)]
+pub struct Bodies<T> {
+    /// For each body its frame, `X_WB`.
+    pub pose: Vec<Pose<T>>,
+    /// For each body its twist.
+    pub twist: Vec<Twist<T>>,
+    /// For each body the time derivative of its twist.
+    pub acceleration: Vec<Twist<T>>,
+    /// For each body the part of its acceleration that does not depend on the tree's accelerations.
+    pub(crate) bias: Vec<Twist<T>>,
+    /// For each joint its frame J.
+    pub frame_j: Vec<Pose<T>>,
+    /// For each joint its frame K.
+    pub frame_k: Vec<Pose<T>>,
+    /// For each freedom of the tree its unit twist, parent to child.
+    pub(crate) screws: Vec<Twist<T>>,
+}
+
+impl<T: Scalar> Bodies<T> {
+    /// Room for the bodies of a mechanism.
+    pub fn new(topology: &Topology) -> Self {
+        let bodies = topology.node_of_body.len();
+        let joints = topology.joint_types.len();
+        Self {
+            pose: vec![Pose::identity(); bodies],
+            twist: vec![Twist::zero(); bodies],
+            acceleration: vec![Twist::zero(); bodies],
+            bias: vec![Twist::zero(); bodies],
+            frame_j: vec![Pose::identity(); joints],
+            frame_k: vec![Pose::identity(); joints],
+            screws: vec![Twist::zero(); topology.freedoms()],
+        }
+    }
+
+    /// Poses of bodies and joint frames, unit twists of the tree's freedoms.
+    #[inline(always)]
+    pub fn place(&mut self, topology: &Topology, parameters: &Parameters<T>, coordinates: &[T]) {
+        self.pose[0] = parameters.ground;
+        for node in &topology.nodes {
+            let q = &coordinates[node.coordinates.clone()];
+            match node.link {
+                Link::Floating => {
+                    self.pose[node.body] = Pose {
+                        position: Vec3::new(q[0], q[1], q[2]),
+                        rotation: Quaternion::from_coordinates(&q[3..]).rotation(),
+                    };
+                    for (k, screw) in self.screws[node.dofs.clone()].iter_mut().enumerate() {
+                        *screw = floating_screw(k);
+                    }
+                }
+                Link::Joint { joint, reversed } => {
+                    let joint_type = topology.joint_types[joint];
+                    let pitch = parameters.pitch[joint];
+                    let across = joint_type.pose(q, pitch);
+                    let (predecessor, successor) = topology.ends[joint];
+                    let (in_j, in_k) = (parameters.frame_j[joint], parameters.frame_k[joint]);
+                    let (j, k);
+                    if reversed {
+                        k = self.pose[successor] * in_k;
+                        j = k * across.inverse();
+                        self.pose[node.body] = j * in_j.inverse();
+                    } else {
+                        j = self.pose[predecessor] * in_j;
+                        k = j * across;
+                        self.pose[node.body] = k * in_k.inverse();
+                    }
+                    (self.frame_j[joint], self.frame_k[joint]) = (j, k);
+                    let screws = &mut self.screws[node.dofs.clone()];
+                    for (screw, freedom) in screws.iter_mut().zip(joint_type.freedoms()) {
+                        let twist = freedom.twist(&j, &k, pitch);
+                        *screw = if reversed { -twist } else { twist };
+                    }
+                }
+            }
+        }
+        for cut in &topology.cuts {
+            let (predecessor, successor) = topology.ends[cut.joint];
+            self.frame_j[cut.joint] = self.pose[predecessor] * parameters.frame_j[cut.joint];
+            self.frame_k[cut.joint] = self.pose[successor] * parameters.frame_k[cut.joint];
+        }
+    }
+
+    /// Twists and bias accelerations; needs [`Self::place`].
+    #[inline(always)]
+    pub fn move_with(&mut self, topology: &Topology, rates: &[T]) {
+        for node in &topology.nodes {
+            let parent = parent_body(topology, node.parent);
+            let (mut twist, mut bias) = match node.link {
+                Link::Floating => (Twist::zero(), Twist::zero()),
+                Link::Joint { .. } => (self.twist[parent], self.bias[parent]),
+            };
+            for dof in node.dofs.clone() {
+                twist += self.screws[dof] * rates[dof];
+            }
+            self.twist[node.body] = twist;
+            if let Link::Joint { joint, reversed } = node.link {
+                let freedoms = topology.joint_types[joint].freedoms();
+                for (dof, freedom) in node.dofs.clone().zip(freedoms) {
+                    // The child is the successor unless the joint is walked against its direction.
+                    let by_child = (freedom.carrier == Carrier::Successor) != reversed;
+                    let carrier = if by_child { twist } else { self.twist[parent] };
+                    bias += carrier.carry(self.screws[dof]) * rates[dof];
+                }
+            }
+            self.bias[node.body] = bias;
+        }
+    }
+
+    /// Accelerations; needs [`Self::move_with`].
+    #[inline(always)]
+    pub fn accelerate(&mut self, topology: &Topology, accelerations: &[T]) {
+        for node in &topology.nodes {
+            // Accelerations beyond the bias add up along the tree.
+            let parent = parent_body(topology, node.parent);
+            let mut sum = match node.link {
+                Link::Floating => Twist::zero(),
+                Link::Joint { .. } => self.acceleration[parent] - self.bias[parent],
+            };
+            for dof in node.dofs.clone() {
+                sum += self.screws[dof] * accelerations[dof];
+            }
+            self.acceleration[node.body] = self.bias[node.body] + sum;
+        }
+    }
+
+    /// Adds to the accelerations of all bodies what `amount` times more accelerations of the tree
+    /// cause.
+    #[inline(always)]
+    pub(crate) fn accelerate_more(&mut self, topology: &Topology, accelerations: &[T], amount: T) {
+        // The bias is not touched: sums of accelerations add up along the tree as they are.
+        for node in &topology.nodes {
+            let mut sum = Twist::zero();
+            let mut next = Some(node);
+            while let Some(node) = next {
+                for dof in node.dofs.clone() {
+                    sum += self.screws[dof] * accelerations[dof];
+                }
+                next = node.parent.map(|parent| &topology.nodes[parent]);
+            }
+            self.acceleration[node.body] += sum * amount;
+        }
+    }
+
+    /// The rates of a joint's freedoms.
+    #[inline(always)]
+    pub fn joint_rates(&self, topology: &Topology, joint: usize) -> [T; MOST_FREEDOMS] {
+        let (predecessor, successor) = topology.ends[joint];
+        let relative = self.twist[successor] - self.twist[predecessor];
+        let mut rates = [T::zero(); MOST_FREEDOMS];
+        for (rate, freedom) in rates.iter_mut().zip(topology.joint_types[joint].freedoms()) {
+            *rate = relative.power(self.effort(freedom, joint));
+        }
+        rates
+    }
+
+    /// The wrench of a unit effort on a joint's freedom.
+    #[inline(always)]
+    pub(crate) fn effort(&self, freedom: &Freedom, joint: usize) -> Wrench<T> {
+        freedom.effort(&self.frame_j[joint], &self.frame_k[joint])
+    }
+
+    /// The acceleration of a joint's successor against its predecessor that its rates alone cause.
+    #[inline(always)]
+    pub(crate) fn joint_bias(
+        &self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        joint: usize,
+    ) -> Twist<T> {
+        let (predecessor, successor) = topology.ends[joint];
+        let rates = self.joint_rates(topology, joint);
+        let mut bias = Twist::zero();
+        for (&rate, freedom) in rates.iter().zip(topology.joint_types[joint].freedoms()) {
+            let carrier = match freedom.carrier {
+                Carrier::Predecessor => self.twist[predecessor],
+                Carrier::Successor => self.twist[successor],
+            };
+            let (j, k) = (&self.frame_j[joint], &self.frame_k[joint]);
+            bias += carrier.carry(freedom.twist(j, k, parameters.pitch[joint])) * rate;
+        }
+        bias
+    }
+}
+
+#[inline(always)]
+fn parent_body(topology: &Topology, parent: Option<usize>) -> usize {
+    parent.map_or(0, |node| topology.nodes[node].body)
+}
+
+/// Unit twists about the kernel origin: translations x y z, rotations x y z.
+#[inline(always)]
+fn floating_screw<T: Scalar>(k: usize) -> Twist<T> {
+    if k < 3 {
+        Twist::translation(Vec3::unit(k))
+    } else {
+        Twist { angular: Vec3::unit(k - 3), linear: Vec3::zero() }
+    }
+}
+
+/// Reads the coordinates of a floating body's pose.
+pub(crate) fn write_floating(pose: Pose<f64>, q: &mut [f64]) {
+    q[..3].copy_from_slice(&pose.position.to_array());
+    Quaternion::from_rotation(pose.rotation).write(&mut q[3..]);
+}

@@ -1,0 +1,360 @@
+//! The linear system that velocities, accelerations and position corrections share.
+//!
+//! Rows: the constraints of all cut joints, the prescribed coordinates, the idle spins. Columns: the
+//! freedoms of the tree. Each row is a covector on the motion of some bodies, so an entry is the
+//! power of a wrench on a unit twist.
+
+use super::bodies::{Bodies, State};
+use super::coordinate::{Coordinate, Target};
+use super::measure::{self, Difference};
+use crate::linalg::{Elimination, Entry, Plan, RankDeficient, Scales};
+use crate::mechanism::BodyId;
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
+use crate::spatial::{Vec3, Wrench};
+use crate::topology::Topology;
+
+/// Which motion is prescribed, and how.
+#[derive(Clone, Debug)]
+pub struct Prescription {
+    rows: Vec<Row>,
+    /// Rows before this one are constraints of cut joints.
+    closures: usize,
+    coordinates: Vec<Coordinate>,
+    differences: Vec<Difference>,
+    spins: Vec<Spin>,
+    entries: Vec<Entry>,
+}
+
+/// A row of the system: whose motion it measures, as nodes and signs.
+#[derive(Clone, Debug)]
+struct Row {
+    path: Vec<(usize, f64)>,
+    /// Whether its error is an angle rather than a length.
+    is_angle: bool,
+}
+
+/// A rotation of one body about an axis of its own that neither the motion nor the loops
+/// determine, such as that of a rod between two balls. By convention the body does not spin; the
+/// dynamics determine with what acceleration it would begin to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spin {
+    /// The body.
+    pub body: BodyId,
+    /// Unit vector in the body's axes.
+    pub axis: Vec3<f64>,
+}
+
+impl Prescription {
+    /// Prescribes `coordinates`, and that the bodies in `spins` do not spin.
+    pub fn new(topology: &Topology, coordinates: &[Coordinate], spins: &[Spin]) -> Self {
+        let mut rows = Vec::new();
+        for cut in &topology.cuts {
+            for constraint in topology.joint_types[cut.joint].constraints() {
+                rows.push(Row { path: cut.path.clone(), is_angle: constraint.is_moment() });
+            }
+        }
+        let closures = rows.len();
+        for &coordinate in coordinates {
+            rows.push(Row {
+                path: measure::path(topology, coordinate),
+                is_angle: coordinate.is_angle(&topology.joint_types),
+            });
+        }
+        for spin in spins {
+            let path = topology.ancestors(spin.body.0).into_iter().map(|n| (n, 1.0)).collect();
+            rows.push(Row { path, is_angle: true });
+        }
+        let mut entries = Vec::new();
+        for (row, content) in rows.iter().enumerate() {
+            for &(node, _) in &content.path {
+                let dofs = topology.nodes[node].dofs.clone();
+                entries.extend(dofs.map(|column| Entry { row, column }));
+            }
+        }
+        Self {
+            rows,
+            closures,
+            coordinates: coordinates.to_vec(),
+            differences: coordinates.iter().map(|&c| measure::difference(topology, c)).collect(),
+            spins: spins.to_vec(),
+            entries,
+        }
+    }
+
+    /// The prescribed coordinates.
+    pub fn coordinates(&self) -> &[Coordinate] {
+        &self.coordinates
+    }
+
+    /// The spins that are held.
+    pub fn spins(&self) -> &[Spin] {
+        &self.spins
+    }
+
+    /// Where each entry stands.
+    pub(super) fn entries(&self) -> &[Entry] {
+        &self.entries
+    }
+
+    /// Number of rows.
+    pub(super) fn row_count(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Factors that make errors of angles and lengths comparable: lengths count in units of
+    /// `length`.
+    pub(super) fn row_scales(&self, length: f64) -> Vec<f64> {
+        self.rows.iter().map(|row| if row.is_angle { 1.0 } else { 1.0 / length }).collect()
+    }
+
+    /// Chooses the rows and the order by which the system is solved, from its numbers in
+    /// `workspace` ([`Kinematics::linearise`]).
+    ///
+    /// # Errors
+    /// Some freedoms of the tree are determined neither by loops nor by the prescription.
+    pub(super) fn plan(
+        &self,
+        topology: &Topology,
+        workspace: &Kinematics<f64>,
+        length: f64,
+    ) -> Result<Elimination, RankDeficient> {
+        let rows = self.row_scales(length);
+        let columns = column_scales(topology, length);
+        let scales = Scales { rows: &rows, columns: &columns };
+        let plan = Plan::new(
+            self.rows.len(),
+            topology.freedoms(),
+            &self.entries,
+            &workspace.entries,
+            scales,
+        )?;
+        Ok(plan.compile())
+    }
+}
+
+/// Factors that make rates of translations and rotations comparable.
+pub(super) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
+    let translates = |dof: &crate::topology::Dof| topology.dof_translates(dof);
+    topology.dofs.iter().map(|dof| if translates(dof) { length } else { 1.0 }).collect()
+}
+
+/// Everything about the motion at one instant, and the scratch to compute it.
+#[derive(Clone, Debug)]
+pub struct Kinematics<T> {
+    /// Motion of all bodies.
+    pub bodies: Bodies<T>,
+    /// Errors of all rows: misfits of cut joints, then deviations from the prescription.
+    errors: Vec<T>,
+    covectors: Vec<Wrench<T>>,
+    pub(super) entries: Vec<T>,
+    factors: Vec<T>,
+    right: Vec<T>,
+    step: Vec<T>,
+    closures: usize,
+}
+
+impl<T: Scalar> Kinematics<T> {
+    /// Room for a mechanism under a prescription.
+    pub fn new(topology: &Topology, prescription: &Prescription, program: &Elimination) -> Self {
+        let zeros = |n| vec![T::zero(); n];
+        Self {
+            bodies: Bodies::new(topology),
+            errors: zeros(prescription.rows.len()),
+            covectors: vec![Wrench::zero(); prescription.rows.len()],
+            entries: zeros(prescription.entries.len()),
+            factors: zeros(program.values()),
+            right: zeros(prescription.rows.len()),
+            step: zeros(topology.freedoms()),
+            closures: prescription.closures,
+        }
+    }
+
+    /// The largest loop-closure error, m or rad, over all cut joints.
+    pub fn closure_error(&self) -> f64 {
+        largest(&self.errors[..self.closures])
+    }
+
+    /// The largest error of any row: loop closure or deviation from the prescription, m or rad.
+    pub fn largest_error(&self) -> f64 {
+        largest(&self.errors)
+    }
+
+    /// All errors, row by row.
+    pub(super) fn errors(&self) -> &[T] {
+        &self.errors
+    }
+
+    /// Places the bodies and measures all errors.
+    #[inline(always)]
+    pub(super) fn place(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        prescription: &Prescription,
+        state: &State<T>,
+        targets: &[Target<T>],
+    ) {
+        self.bodies.place(topology, parameters, &state.coordinates);
+        let mut row = 0;
+        for cut in &topology.cuts {
+            let joint_type = topology.joint_types[cut.joint];
+            let (j, k) = (self.bodies.frame_j[cut.joint], self.bodies.frame_k[cut.joint]);
+            let pitch = parameters.pitch[cut.joint];
+            let (misfit, _) = joint_type.misfit(j.inverse() * k, pitch);
+            for (error, constraint) in misfit.into_iter().zip(joint_type.constraints()) {
+                self.errors[row] = error;
+                self.covectors[row] = constraint.wrench(&j, &k, pitch);
+                row += 1;
+            }
+        }
+        let coordinates = prescription.coordinates.iter().zip(&prescription.differences);
+        for ((&coordinate, &difference), target) in coordinates.zip(targets) {
+            let measured = measure::measure(
+                coordinate,
+                topology,
+                parameters,
+                &self.bodies,
+                &state.coordinates,
+            );
+            self.errors[row] = measure::deviation(difference, measured.value, target.value);
+            self.covectors[row] = measured.covector;
+            row += 1;
+        }
+        for spin in &prescription.spins {
+            let axis = self.bodies.pose[spin.body.0].rotation * spin.axis.lift();
+            self.errors[row] = T::zero();
+            self.covectors[row] = Wrench::couple(axis);
+            row += 1;
+        }
+    }
+
+    /// The system's entries; needs [`Self::place`].
+    #[inline(always)]
+    pub(super) fn linearise(&mut self, topology: &Topology, prescription: &Prescription) {
+        let mut entry = 0;
+        for (row, covector) in prescription.rows.iter().zip(&self.covectors) {
+            for &(node, sign) in &row.path {
+                let sign = T::from_f64(sign);
+                for dof in topology.nodes[node].dofs.clone() {
+                    self.entries[entry] = self.bodies.screws[dof].power(*covector) * sign;
+                    entry += 1;
+                }
+            }
+        }
+    }
+
+    /// One Newton step towards loop closure and prescribed values. Errors as they were before the
+    /// step stay to be seen in [`Self::largest_error`].
+    #[inline(always)]
+    pub fn approach(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        prescription: &Prescription,
+        program: &Elimination,
+        state: &mut State<T>,
+        targets: &[Target<T>],
+    ) {
+        self.place(topology, parameters, prescription, state, targets);
+        self.linearise(topology, prescription);
+        program.factor(&self.entries, &mut self.factors);
+        for (right, error) in self.right.iter_mut().zip(&self.errors) {
+            *right = -*error;
+        }
+        program.solve(&self.factors, &mut self.right, &mut self.step);
+        state.advance(topology, &self.step);
+    }
+
+    /// Rates and accelerations at the present position, which must satisfy loops and prescription.
+    /// Places the bodies, so errors are those of the position found.
+    #[inline(always)]
+    pub fn differentiate(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        prescription: &Prescription,
+        program: &Elimination,
+        state: &mut State<T>,
+        targets: &[Target<T>],
+    ) {
+        self.place(topology, parameters, prescription, state, targets);
+        self.linearise(topology, prescription);
+        program.factor(&self.entries, &mut self.factors);
+
+        let closures = self.closures;
+        self.right.fill(T::zero());
+        for (right, target) in self.right[closures..].iter_mut().zip(targets) {
+            *right = target.rate;
+        }
+        program.solve(&self.factors, &mut self.right, &mut state.rates);
+        self.bodies.move_with(topology, &state.rates);
+
+        self.right_of_accelerations(topology, parameters, prescription, targets);
+        program.solve(&self.factors, &mut self.right, &mut state.accelerations);
+        self.bodies.accelerate(topology, &state.accelerations);
+    }
+
+    /// Right-hand side for the tree's accelerations: what velocities leave of the rows' second
+    /// derivatives.
+    #[inline(always)]
+    pub(super) fn right_of_accelerations(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        prescription: &Prescription,
+        targets: &[Target<T>],
+    ) {
+        let mut row = 0;
+        for cut in &topology.cuts {
+            let (predecessor, successor) = topology.ends[cut.joint];
+            let bias = &self.bodies.bias;
+            let own = self.bodies.joint_bias(topology, parameters, cut.joint);
+            let open = bias[successor] - bias[predecessor] - own;
+            for _ in topology.joint_types[cut.joint].constraints() {
+                self.right[row] = -open.power(self.covectors[row]);
+                row += 1;
+            }
+        }
+        for (&coordinate, target) in prescription.coordinates.iter().zip(targets) {
+            let covector = self.covectors[row];
+            let bias = measure::bias(coordinate, topology, parameters, &self.bodies, covector);
+            self.right[row] = target.acceleration - bias;
+            row += 1;
+        }
+        for spin in &prescription.spins {
+            self.right[row] = -self.bodies.bias[spin.body.0].power(self.covectors[row]);
+            row += 1;
+        }
+    }
+
+    /// The tree's accelerations for a unit acceleration of one idle spin and nothing else; needs
+    /// [`Self::differentiate`].
+    #[inline(always)]
+    pub(crate) fn response_to_spin(
+        &mut self,
+        prescription: &Prescription,
+        program: &Elimination,
+        spin: usize,
+        accelerations: &mut [T],
+    ) {
+        self.right.fill(T::zero());
+        self.right[prescription.rows.len() - prescription.spins.len() + spin] = T::one();
+        program.solve(&self.factors, &mut self.right, accelerations);
+    }
+}
+
+fn largest<T: Scalar>(values: &[T]) -> f64 {
+    let mut worst = 0.0;
+    for value in values {
+        let size = value.largest();
+        // A NaN must not be passed over.
+        if size > worst || size.is_nan() {
+            worst = size;
+        }
+        if worst.is_nan() {
+            break;
+        }
+    }
+    worst
+}

@@ -1,0 +1,176 @@
+//! Choosing the pivots of a static elimination.
+
+use super::elimination::Elimination;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The place of a matrix entry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Entry {
+    /// Row.
+    pub row: usize,
+    /// Column.
+    pub column: usize,
+}
+
+/// Factors that make rows and columns of different units comparable: pivots are judged by
+/// `row[i] * entry * column[j]`. They do not enter the elimination itself.
+#[derive(Clone, Copy, Debug)]
+pub struct Scales<'a> {
+    /// One factor for each row; empty means ones.
+    pub rows: &'a [f64],
+    /// One factor for each column; empty means ones.
+    pub columns: &'a [f64],
+}
+
+impl Scales<'_> {
+    /// All ones.
+    pub const NONE: Self = Self { rows: &[], columns: &[] };
+}
+
+/// Pivots for all columns of a matrix, and the pattern to which they apply.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    pub(super) rows: usize,
+    pub(super) columns: usize,
+    pub(super) entries: Vec<Entry>,
+    /// Row and column of each pivot in order of elimination.
+    pub(super) pivots: Vec<(usize, usize)>,
+    /// The smallest scaled pivot.
+    pub smallest_pivot: f64,
+}
+
+/// Some columns depend on the others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RankDeficient {
+    /// The columns for which no pivot was left.
+    pub columns: Vec<usize>,
+}
+
+/// A pivot is at least this part of the largest entry in its column. Larger is more accurate,
+/// smaller leaves more choice to keep the factors sparse.
+const THRESHOLD: f64 = 0.25;
+/// Scaled entries below this, relative to the largest of the matrix, are rounding.
+const NEGLIGIBLE: f64 = 1e-11;
+/// How many of the emptiest columns compete for a pivot.
+const CANDIDATES: usize = 4;
+
+impl Plan {
+    /// Chooses a pivot for each column, by size and by fill (Markowitz 1957, with threshold), from
+    /// the numbers of one representative matrix. Every listed entry counts as structurally present,
+    /// whatever its number; entries named twice add.
+    ///
+    /// # Errors
+    /// [`RankDeficient`] if some columns depend on the others.
+    pub fn new(
+        rows: usize,
+        columns: usize,
+        entries: &[Entry],
+        numbers: &[f64],
+        scales: Scales<'_>,
+    ) -> Result<Self, RankDeficient> {
+        let factor = |list: &[f64], i: usize| list.get(i).copied().unwrap_or(1.0);
+        let mut active = Active::new(rows, columns);
+        for (entry, number) in entries.iter().zip(numbers) {
+            let scale = factor(scales.rows, entry.row) * factor(scales.columns, entry.column);
+            active.add(entry.row, entry.column, number * scale);
+        }
+        let negligible = NEGLIGIBLE * active.largest();
+        let mut pivots = Vec::with_capacity(columns);
+        let mut smallest_pivot = f64::INFINITY;
+        while let Some((row, column)) = active.choose(negligible) {
+            smallest_pivot = smallest_pivot.min(active.eliminate(row, column).abs());
+            pivots.push((row, column));
+        }
+        if pivots.len() < columns {
+            return Err(RankDeficient { columns: active.open_columns() });
+        }
+        Ok(Self { rows, columns, entries: entries.to_vec(), pivots, smallest_pivot })
+    }
+
+    /// The program that carries out the plan.
+    pub fn compile(&self) -> Elimination {
+        Elimination::compile(self)
+    }
+}
+
+/// The part of the matrix that is not eliminated yet.
+struct Active {
+    rows: Vec<BTreeMap<usize, f64>>,
+    /// Open rows with an entry in each column.
+    columns: Vec<BTreeSet<usize>>,
+    open: BTreeSet<usize>,
+}
+
+impl Active {
+    fn new(rows: usize, columns: usize) -> Self {
+        Self {
+            rows: vec![BTreeMap::new(); rows],
+            columns: vec![BTreeSet::new(); columns],
+            open: (0..columns).collect(),
+        }
+    }
+
+    fn add(&mut self, row: usize, column: usize, number: f64) {
+        *self.rows[row].entry(column).or_insert(0.0) += number;
+        self.columns[column].insert(row);
+    }
+
+    fn largest(&self) -> f64 {
+        self.rows.iter().flat_map(BTreeMap::values).fold(0.0, |max, x| x.abs().max(max))
+    }
+
+    fn open_columns(&self) -> Vec<usize> {
+        self.open.iter().copied().collect()
+    }
+
+    /// The best pivot among the emptiest columns that have one.
+    fn choose(&self, negligible: f64) -> Option<(usize, usize)> {
+        let mut emptiest: Vec<(usize, usize)> =
+            self.open.iter().map(|&column| (self.columns[column].len(), column)).collect();
+        emptiest.sort_unstable();
+        let mut best: Option<(usize, f64, usize, usize)> = None;
+        let mut seen = 0;
+        for (count, column) in emptiest {
+            let size = |row: &usize| self.rows[*row].get(&column).map_or(0.0, |x| x.abs());
+            let largest = self.columns[column].iter().map(size).fold(0.0, f64::max);
+            if !(largest > negligible) {
+                continue;
+            }
+            for &row in &self.columns[column] {
+                let magnitude = size(&row);
+                if magnitude < THRESHOLD * largest {
+                    continue;
+                }
+                let fill = (self.rows[row].len() - 1) * (count - 1);
+                let better = best.is_none_or(|(least, size, ..)| {
+                    fill < least || (fill == least && magnitude > size)
+                });
+                if better {
+                    best = Some((fill, magnitude, row, column));
+                }
+            }
+            seen += 1;
+            if seen == CANDIDATES {
+                break;
+            }
+        }
+        best.map(|(_, _, row, column)| (row, column))
+    }
+
+    /// Eliminates a column and closes the pivot's row and column; returns the pivot.
+    fn eliminate(&mut self, row: usize, column: usize) -> f64 {
+        let pivot_row = core::mem::take(&mut self.rows[row]);
+        for &other in pivot_row.keys() {
+            self.columns[other].remove(&row);
+        }
+        let pivot = pivot_row[&column];
+        for target in core::mem::take(&mut self.columns[column]) {
+            let factor = self.rows[target].remove(&column).unwrap_or(0.0) / pivot;
+            for (&other, &number) in pivot_row.iter().filter(|(c, _)| **c != column) {
+                self.add(target, other, -factor * number);
+            }
+        }
+        self.open.remove(&column);
+        pivot
+    }
+}

@@ -1,0 +1,362 @@
+//! What the joints and actuators of a mechanism can carry at a position, and how uniquely.
+
+use crate::dynamics::newton_euler::{NewtonEuler, Unknown};
+use crate::mechanism::Mechanism;
+use crate::spatial::{Twist, Vec3, Wrench};
+use nalgebra::{DMatrix, DVector};
+
+/// Singular values below this, relative to the largest, count as zero. The matrix is scaled to
+/// entries of order one and positions are exact to 1e-13, so what is truly zero comes out below
+/// 1e-12; what is between is near-singular and is solved, with its distance told.
+pub const RANK_TOLERANCE: f64 = 1e-10;
+
+/// The balance of all bodies at one position, decomposed.
+#[derive(Clone, Debug)]
+pub struct Statics {
+    system: NewtonEuler,
+    row_scales: Vec<f64>,
+    column_scales: Vec<f64>,
+    rank: usize,
+    singular_values: DVector<f64>,
+    left: DMatrix<f64>,
+    right: DMatrix<f64>,
+    /// Scaled unknowns that load no body: self-stresses.
+    null: Vec<DVector<f64>>,
+    drive_weights: Vec<f64>,
+    joint_origins: Vec<Vec3<f64>>,
+    length: f64,
+}
+
+/// The unknowns of a balance that was solved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Carried {
+    /// Values of [`NewtonEuler::unknowns`].
+    pub unknowns: DVector<f64>,
+}
+
+/// A load that no reactions and no driving forces can carry.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Uncarried {
+    /// The motion of each body along which nothing resists, about the kernel origin; scaled so that
+    /// the body that moves most turns by one radian, or, if it does not turn, moves by one metre.
+    pub motion: Vec<Twist<f64>>,
+    /// The body that moves most.
+    pub body: usize,
+    /// Whether that body turns: then `missing` is a moment.
+    pub turns: bool,
+    /// What is asked for along the motion and cannot be given, N m or N: what the joints would have
+    /// to do on it.
+    pub missing: f64,
+}
+
+impl Statics {
+    /// Decomposes the balance.
+    pub fn new(mechanism: &Mechanism, system: NewtonEuler, joint_origins: Vec<Vec3<f64>>) -> Self {
+        let types: Vec<_> = mechanism.joints().iter().map(|j| j.joint_type).collect();
+        let scaled = system.scaled_matrix(&types);
+        let row_scales: Vec<f64> = (0..scaled.nrows()).map(|i| system.row_scale(i)).collect();
+        let column_scales = system.column_scales(&types);
+        let (rows, columns) = scaled.shape();
+        // As many rows as columns, so that all right vectors come out.
+        let mut tall = DMatrix::zeros(rows.max(columns), columns);
+        tall.rows_mut(0, rows).copy_from(&scaled);
+        let svd = tall.svd(true, true);
+        let left =
+            svd.u.map_or_else(|| DMatrix::zeros(rows, columns), |u| u.rows(0, rows).into_owned());
+        let right = svd.v_t.map_or_else(|| DMatrix::zeros(columns, columns), |v| v.transpose());
+        let singular_values = svd.singular_values;
+        let largest = singular_values.iter().copied().fold(0.0, f64::max);
+        let counts = |s: f64| s > RANK_TOLERANCE * largest;
+        let rank = singular_values.iter().filter(|&&s| counts(s)).count();
+        let null = (0..columns)
+            .filter(|&k| !counts(singular_values[k]))
+            .map(|k| right.column(k).into_owned())
+            .collect();
+        let length = mechanism.characteristic_length();
+        let drive_weights = mechanism
+            .actuators()
+            .map(|(joint, freedom)| {
+                let unit = mechanism.joints()[joint.0].joint_type.freedoms()[freedom].units().1;
+                if unit == "N m" { 1.0 / length } else { 1.0 }
+            })
+            .collect();
+        Self {
+            system,
+            row_scales,
+            column_scales,
+            rank,
+            singular_values,
+            left,
+            right,
+            null,
+            drive_weights,
+            joint_origins,
+            length,
+        }
+    }
+
+    /// The system.
+    pub fn system(&self) -> &NewtonEuler {
+        &self.system
+    }
+
+    /// Number of independent equations.
+    pub fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// Singular values of the scaled system, largest first.
+    pub fn singular_values(&self) -> Vec<f64> {
+        let mut values: Vec<f64> = self.singular_values.iter().copied().collect();
+        values.sort_by(|a, b| b.total_cmp(a));
+        values
+    }
+
+    /// How many unknowns can be chosen freely: redundant constraints and actuators.
+    pub fn redundancy(&self) -> usize {
+        self.null.len()
+    }
+
+    /// How many motions nothing resists.
+    pub fn open_motions(&self) -> usize {
+        self.row_scales.len() - self.rank
+    }
+
+    /// The amounts of `units` (other demands, one for each idle spin) that bring a demand into
+    /// reach, as far as they can.
+    pub fn amounts_into_reach(
+        &self,
+        demand: &DVector<f64>,
+        friction: &[Wrench<f64>],
+        units: &[DVector<f64>],
+    ) -> Vec<f64> {
+        if units.is_empty() {
+            return Vec::new();
+        }
+        // What lies outside the reach of the joints.
+        let outside = |rows: &DVector<f64>| {
+            let scaled = self.scale_rows(rows);
+            let inside = self.apply(&self.particular(&scaled));
+            scaled - inside
+        };
+        let columns: Vec<_> = units.iter().map(outside).collect();
+        let missing = outside(&self.less_friction(demand, friction));
+        // Units differ in size as inertias do: each is measured by itself.
+        let sizes: Vec<f64> = columns.iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
+        let scaled: Vec<_> = columns.iter().zip(&sizes).map(|(c, s)| c / *s).collect();
+        let svd = DMatrix::from_columns(&scaled).svd(true, true);
+        match svd.solve(&missing, DETERMINED) {
+            Ok(amounts) => amounts.iter().zip(&sizes).map(|(a, s)| -a / s).collect(),
+            Err(_) => vec![0.0; units.len()],
+        }
+    }
+
+    /// What a demand leaves to constraints and drives when friction does its part.
+    fn less_friction(&self, demand: &DVector<f64>, friction: &[Wrench<f64>]) -> DVector<f64> {
+        let mut rest = demand.clone();
+        for (joint, &wrench) in friction.iter().enumerate() {
+            self.system.add_joint_wrench(&mut rest, joint, -wrench);
+        }
+        rest
+    }
+
+    fn scale_rows(&self, rows: &DVector<f64>) -> DVector<f64> {
+        let scaled = rows.iter().zip(&self.row_scales).map(|(x, s)| x * s);
+        DVector::from_iterator(rows.len(), scaled)
+    }
+
+    /// For each unknown whether the balance alone determines it.
+    pub fn determined(&self) -> Vec<bool> {
+        // Null vectors are of length one: a component of rounding size is no freedom.
+        let free = |k: usize| self.null.iter().map(|n| n[k] * n[k]).sum::<f64>().sqrt();
+        (0..self.column_scales.len()).map(|k| free(k) < DETERMINED).collect()
+    }
+
+    /// For each joint, for each component of its complete wrench (force x y z, then moment x y z
+    /// about the joint's origin, world axes), whether the balance alone determines it.
+    pub fn determined_reactions(&self) -> Vec<[bool; 6]> {
+        let mut determined = vec![[true; 6]; self.joint_origins.len()];
+        for vector in &self.null {
+            let stress = self.wrenches_of(vector);
+            for ((flags, wrench), &origin) in
+                determined.iter_mut().zip(stress).zip(&self.joint_origins)
+            {
+                let moment = wrench.moment_about(origin) * (1.0 / self.length);
+                let six = [wrench.force.to_array(), moment.to_array()].concat();
+                for (flag, component) in flags.iter_mut().zip(six) {
+                    *flag &= component.abs() < DETERMINED;
+                }
+            }
+        }
+        determined
+    }
+
+    fn wrenches_of(&self, scaled: &DVector<f64>) -> Vec<Wrench<f64>> {
+        let unknowns = DVector::from_iterator(
+            scaled.len(),
+            scaled.iter().zip(&self.column_scales).map(|(x, s)| x * s),
+        );
+        self.system.joint_wrenches(&unknowns, &vec![Wrench::zero(); self.joint_origins.len()])
+    }
+
+    /// Solves the balance for a demand ([`NewtonEuler::demand`]) under the weighting that is
+    /// declared for what it leaves open: first the least drives, then the least reactions, see
+    /// [`crate::dynamics::Weighting`]. `friction` are the efforts of friction at each joint; they
+    /// load the bodies and are part of the reactions that are weighed.
+    ///
+    /// # Errors
+    /// The demand is out of reach.
+    pub fn carry(
+        &self,
+        demand: &DVector<f64>,
+        friction: &[Wrench<f64>],
+    ) -> Result<Carried, Uncarried> {
+        let scaled = self.scale_rows(&self.less_friction(demand, friction));
+        let mut particular = self.particular(&scaled);
+        self.check_range(&scaled, &particular)?;
+        self.distribute(&mut particular, friction);
+        let unknowns = particular.iter().zip(&self.column_scales).map(|(x, s)| x * s);
+        Ok(Carried { unknowns: DVector::from_iterator(particular.len(), unknowns) })
+    }
+
+    /// The least scaled unknowns that carry the scaled demand as well as it can be.
+    fn particular(&self, scaled: &DVector<f64>) -> DVector<f64> {
+        let largest = self.singular_values.iter().copied().fold(0.0, f64::max);
+        let solve = |right: &DVector<f64>| {
+            let mut along = self.left.tr_mul(right);
+            for (value, &s) in along.iter_mut().zip(self.singular_values.iter()) {
+                *value = if s > RANK_TOLERANCE * largest { *value / s } else { 0.0 };
+            }
+            &self.right * along
+        };
+        let first = solve(scaled);
+        // One step of refinement with the matrix itself.
+        let residual = scaled - self.apply(&first);
+        &first + solve(&residual)
+    }
+
+    fn apply(&self, scaled: &DVector<f64>) -> DVector<f64> {
+        let unknowns = scaled.iter().zip(&self.column_scales).map(|(x, s)| x * s);
+        self.scale_rows(&(&self.system.matrix * DVector::from_iterator(scaled.len(), unknowns)))
+    }
+
+    fn check_range(
+        &self,
+        scaled: &DVector<f64>,
+        particular: &DVector<f64>,
+    ) -> Result<(), Uncarried> {
+        let residual = scaled - self.apply(particular);
+        let size = scaled.amax().max(particular.amax());
+        if residual.amax() <= 1e-9 * size {
+            return Ok(());
+        }
+        // The residual lies in the motions that nothing resists; along itself it asks for most.
+        let motion = self.scale_rows(&residual);
+        let demand = scaled.dot(&residual);
+        Err(self.uncarried(&motion, demand))
+    }
+
+    /// Names a motion of all bodies (velocity of the centre of mass, then angular velocity, for
+    /// each) and the work that is asked for along it.
+    fn uncarried(&self, motion: &DVector<f64>, demand: f64) -> Uncarried {
+        let part = |body: usize, at: usize| {
+            let row = 6 * (body - 1) + at;
+            Vec3::new(motion[row], motion[row + 1], motion[row + 2])
+        };
+        let bodies = motion.len() / 6;
+        let size = |body: usize| part(body, 0).norm().max(part(body, 3).norm() * self.length);
+        let body = (1..=bodies).max_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap_or(1);
+        let (moves, turns_by) = (part(body, 0).norm(), part(body, 3).norm());
+        let turns = turns_by * self.length > 1e-6 * moves;
+        let scale = 1.0 / if turns { turns_by } else { moves };
+        let mut twists = vec![Twist::zero()];
+        for body in 1..=bodies {
+            let (velocity, angular) = (part(body, 0) * scale, part(body, 3) * scale);
+            let com = self.system.com(body);
+            twists.push(Twist { angular, linear: velocity - angular.cross(com) });
+        }
+        Uncarried { motion: twists, body, turns, missing: demand * scale }
+    }
+
+    /// Moves the solution within what is open to the least drives, then to the least reactions.
+    fn distribute(&self, solution: &mut DVector<f64>, friction: &[Wrench<f64>]) {
+        if self.null.is_empty() {
+            return;
+        }
+        let mut open = DMatrix::from_columns(&self.null);
+        let drives: Vec<usize> = (0..self.system.unknowns.len())
+            .filter(|&k| matches!(self.system.unknowns[k], Unknown::Drive { .. }))
+            .collect();
+        // Stage 1: drives.
+        let efforts = |x: &DVector<f64>| {
+            DVector::from_iterator(
+                drives.len(),
+                drives
+                    .iter()
+                    .zip(&self.drive_weights)
+                    .map(|(&k, weight)| x[k] * self.column_scales[k] * weight),
+            )
+        };
+        if !drives.is_empty() {
+            let columns: Vec<_> = open.column_iter().map(|c| efforts(&c.into_owned())).collect();
+            let response = DMatrix::from_columns(&columns);
+            open = least(&response, &efforts(solution), open, solution);
+        }
+        // Stage 2: reactions.
+        let wrenches = |x: &DVector<f64>, friction: &[Wrench<f64>]| {
+            let unknowns = DVector::from_iterator(
+                x.len(),
+                x.iter().zip(&self.column_scales).map(|(x, s)| x * s),
+            );
+            let wrenches = self.system.joint_wrenches(&unknowns, friction);
+            let numbers = wrenches.iter().zip(&self.joint_origins).flat_map(|(wrench, &origin)| {
+                let moment = wrench.moment_about(origin) * (1.0 / self.length);
+                [wrench.force.to_array(), moment.to_array()].concat()
+            });
+            DVector::from_iterator(6 * friction.len(), numbers)
+        };
+        if open.ncols() > 0 {
+            let none = vec![Wrench::zero(); friction.len()];
+            let columns: Vec<_> =
+                open.column_iter().map(|c| wrenches(&c.into_owned(), &none)).collect();
+            let response = DMatrix::from_columns(&columns);
+            let now = wrenches(solution, friction);
+            least(&response, &now, open, solution);
+        }
+    }
+}
+
+/// Parts of unit vectors below this are rounding.
+const DETERMINED: f64 = 1e-8;
+
+/// Moves `solution` along the columns of `open` to where `now + response * amounts` is least;
+/// returns what is still open then.
+fn least(
+    response: &DMatrix<f64>,
+    now: &DVector<f64>,
+    open: DMatrix<f64>,
+    solution: &mut DVector<f64>,
+) -> DMatrix<f64> {
+    let columns = response.ncols();
+    let mut tall = DMatrix::zeros(response.nrows().max(columns), columns);
+    tall.rows_mut(0, response.nrows()).copy_from(response);
+    let mut padded = DVector::zeros(tall.nrows());
+    padded.rows_mut(0, now.len()).copy_from(now);
+    let svd = tall.svd(true, true);
+    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return open };
+    // Responses are efforts for unit self-stresses: of order one, or rounding.
+    let counts = |s: f64| s > DETERMINED;
+    let mut amounts = DVector::zeros(columns);
+    let mut rest = Vec::new();
+    for k in 0..columns {
+        let direction = v_t.row(k).transpose();
+        let s = svd.singular_values[k];
+        if counts(s) {
+            amounts -= direction * (u.column(k).dot(&padded) / s);
+        } else {
+            rest.push(&open * direction);
+        }
+    }
+    *solution += &open * amounts;
+    if rest.is_empty() { DMatrix::zeros(open.nrows(), 0) } else { DMatrix::from_columns(&rest) }
+}

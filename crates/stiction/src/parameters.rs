@@ -1,0 +1,109 @@
+//! The numbers of a mechanism, in the scalar of the kernels.
+
+use crate::friction::{ContactShape, LoadMap, contacts_of};
+use crate::mechanism::{BodyId, Mechanism};
+use crate::scalar::Scalar;
+use crate::spatial::{Mat3, Pose, Vec3};
+use core::ops::Range;
+
+/// All numbers that the kernels read: geometry, inertia, friction, gravity. Indices are those of
+/// the [`Mechanism`]. To differentiate with respect to a number, or to run several parameter sets
+/// side by side, change the fields.
+#[derive(Clone, Debug)]
+pub struct Parameters<T> {
+    /// The kernel origin in the world, m: the point to which twists and wrenches refer. It lies
+    /// amid the ground's joints, so that a robot far from the world's origin loses no digits.
+    pub origin: Vec3<f64>,
+    /// The ground's frame in world axes, from the kernel origin.
+    pub ground: Pose<T>,
+    /// Acceleration of gravity, world axes, m/s^2.
+    pub gravity: Vec3<T>,
+    /// Mass of each body, kg.
+    pub mass: Vec<T>,
+    /// Centre of mass of each body in its frame, m.
+    pub com: Vec<Vec3<T>>,
+    /// Inertia of each body about its centre of mass, body axes, kg m^2.
+    pub inertia: Vec<Mat3<T>>,
+    /// For each joint the frame J in the predecessor, `X_PJ`.
+    pub frame_j: Vec<Pose<T>>,
+    /// For each joint the frame K in the successor, `X_SK`.
+    pub frame_k: Vec<Pose<T>>,
+    /// For each joint its pitch, m/rad.
+    pub pitch: Vec<T>,
+    /// All sliding contacts with friction, in the order of the joints.
+    pub contacts: Vec<ContactParameters<T>>,
+    /// For each joint which of `contacts` are its own.
+    pub contacts_at: Vec<Range<usize>>,
+    /// The length that makes moments comparable with forces, m.
+    pub length: T,
+}
+
+/// A sliding contact with friction.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactParameters<T> {
+    /// The joint's index.
+    pub joint: usize,
+    /// Where in the joint it slides.
+    pub shape: ContactShape,
+    /// Radius of a turning contact, m; one for a guide, whose speed is that of its freedom.
+    pub radius: T,
+    /// Coefficient of friction.
+    pub coulomb: T,
+    /// Viscous coefficient at the surface, N s/m.
+    pub viscous: T,
+    /// From the joint's reaction to the load.
+    pub load: LoadMap<T>,
+}
+
+impl<T: Scalar> Parameters<T> {
+    /// The numbers of `mechanism`, as constants.
+    pub fn new(mechanism: &Mechanism) -> Self {
+        let bodies = mechanism.bodies();
+        let joints = mechanism.joints();
+        let base = mechanism.base();
+        let origin = amid_ground_joints(mechanism);
+        let mut contacts = Vec::new();
+        let mut contacts_at = Vec::new();
+        for (index, joint) in joints.iter().enumerate() {
+            let first = contacts.len();
+            contacts.extend(joint.friction.iter().map(|contact| ContactParameters {
+                joint: index,
+                shape: contacts_of(joint.joint_type)[contact.place].1,
+                radius: T::from_f64(contact.radius.unwrap_or(1.0)),
+                coulomb: T::from_f64(contact.law.coulomb),
+                viscous: T::from_f64(contact.law.viscous),
+                load: contact.load.lift(),
+            }));
+            contacts_at.push(first..contacts.len());
+        }
+        Self {
+            origin,
+            ground: Pose { position: base.position - origin, ..base }.lift(),
+            gravity: mechanism.gravity().lift(),
+            mass: bodies.iter().map(|b| T::from_f64(b.mass)).collect(),
+            com: bodies.iter().map(|b| b.com.lift()).collect(),
+            inertia: bodies.iter().map(|b| b.inertia.lift()).collect(),
+            frame_j: joints.iter().map(|j| j.frame_j.lift()).collect(),
+            frame_k: joints.iter().map(|j| j.frame_k.lift()).collect(),
+            pitch: joints.iter().map(|j| T::from_f64(j.pitch)).collect(),
+            contacts,
+            contacts_at,
+            length: T::from_f64(mechanism.characteristic_length()),
+        }
+    }
+}
+
+/// The mean of the ground's joint origins, in the world.
+fn amid_ground_joints(mechanism: &Mechanism) -> Vec3<f64> {
+    let joints = mechanism.joints().iter();
+    let points: Vec<_> = joints
+        .filter_map(|joint| match BodyId::GROUND {
+            ground if joint.predecessor == ground => Some(joint.frame_j.position),
+            ground if joint.successor == ground => Some(joint.frame_k.position),
+            _ => None,
+        })
+        .collect();
+    let count = points.len().max(1) as f64;
+    let sum = points.into_iter().fold(Vec3::zero(), |sum, p| sum + p);
+    mechanism.base().apply(sum * (1.0 / count))
+}

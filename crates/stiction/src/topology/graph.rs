@@ -1,0 +1,259 @@
+//! Spanning trees of the joint graph.
+
+use std::collections::VecDeque;
+
+/// A tree of bodies.
+#[derive(Debug)]
+pub(super) struct Spanning {
+    /// All bodies but the ground, parents before children.
+    pub(super) order: Vec<Placement>,
+}
+
+/// A body and the joint that places it; none if it floats.
+#[derive(Debug)]
+pub(super) struct Placement {
+    pub(super) body: usize,
+    pub(super) joint: Option<usize>,
+}
+
+const GROUND: usize = 0;
+
+impl Spanning {
+    /// The tree described in [`super`]: hubs float, each chain between hubs is cut at its cheapest
+    /// joint.
+    pub(super) fn by_structure(bodies: usize, ends: &[(usize, usize)], cost: &[usize]) -> Self {
+        let graph = Graph::new(bodies, ends);
+        let distance = graph.distances();
+        let bridge = graph.bridges();
+        let component = graph.components(&bridge);
+
+        // The root of a component is its body nearest to the ground.
+        let mut root = vec![usize::MAX; bodies];
+        let mut nearest_first: Vec<usize> = (0..bodies).collect();
+        nearest_first.sort_by_key(|&body| distance[body]);
+        for &body in &nearest_first {
+            let root = &mut root[component[body]];
+            if *root == usize::MAX {
+                *root = body;
+            }
+        }
+        let is_root = |body: usize| root[component[body]] == body;
+        let loop_joints =
+            |body: usize| graph.incident[body].iter().copied().filter(|&j| !bridge[j]);
+        let is_hub = |body: usize| !is_root(body) && loop_joints(body).count() >= 3;
+
+        let mut is_cut = vec![false; ends.len()];
+        let mut walked = vec![false; ends.len()];
+        for start in nearest_first.iter().copied().filter(|&b| is_root(b) || is_hub(b)) {
+            for first in loop_joints(start).collect::<Vec<_>>() {
+                if walked[first] {
+                    continue;
+                }
+                // Walk the chain to the next root or hub.
+                let (mut chain, mut body, mut joint) = (Vec::new(), start, first);
+                loop {
+                    walked[joint] = true;
+                    chain.push(joint);
+                    body = graph.other_end(joint, body);
+                    if is_root(body) || is_hub(body) {
+                        break;
+                    }
+                    // A body inside a chain has just one other joint in loops.
+                    match loop_joints(body).find(|&next| !walked[next]) {
+                        Some(next) => joint = next,
+                        None => break,
+                    }
+                }
+                // A chain from root to hub hangs from the root; others are cut in the middle.
+                let preferred = if is_root(start) && is_hub(body) {
+                    chain.len() as f64
+                } else {
+                    0.5 * (chain.len() - 1) as f64
+                };
+                let best = chain.iter().enumerate().min_by(|(i, a), (k, b)| {
+                    let off = |i: &usize| (*i as f64 - preferred).abs();
+                    cost[**a].cmp(&cost[**b]).then(off(i).total_cmp(&off(k)))
+                });
+                if let Some((_, &joint)) = best {
+                    is_cut[joint] = true;
+                }
+            }
+        }
+        let floating = nearest_first.iter().copied().filter(|&b| is_hub(b)).collect::<Vec<_>>();
+        Self::grow(&graph, &floating, |joint| !is_cut[joint])
+    }
+
+    /// A random tree with some random floating bodies.
+    pub(super) fn random(bodies: usize, ends: &[(usize, usize)], seed: u64) -> Self {
+        let mut random = SplitMix(seed);
+        let graph = Graph::new(bodies, ends);
+        let floating: Vec<usize> =
+            (1..bodies).filter(|_| random.next().is_multiple_of(4)).collect();
+        // Kruskal over joints in random order; floating bodies belong to the ground's tree already.
+        let mut tree_of: Vec<usize> = (0..bodies).collect();
+        fn find(tree_of: &mut [usize], mut body: usize) -> usize {
+            while tree_of[body] != body {
+                tree_of[body] = tree_of[tree_of[body]];
+                body = tree_of[body];
+            }
+            body
+        }
+        for &body in &floating {
+            tree_of[body] = GROUND;
+        }
+        let mut joints: Vec<usize> = (0..ends.len()).collect();
+        joints.sort_by_cached_key(|_| random.next());
+        let mut in_tree = vec![false; ends.len()];
+        for joint in joints {
+            let (a, b) = ends[joint];
+            let (a, b) = (find(&mut tree_of, a), find(&mut tree_of, b));
+            if a != b {
+                // The ground's tree stays its own root.
+                tree_of[a.max(b)] = a.min(b);
+                in_tree[joint] = true;
+            }
+        }
+        Self::grow(&graph, &floating, |joint| in_tree[joint])
+    }
+
+    /// Orders the bodies outwards from the ground and the floating bodies along allowed joints.
+    fn grow(graph: &Graph, floating: &[usize], allowed: impl Fn(usize) -> bool) -> Self {
+        let mut placed = vec![false; graph.incident.len()];
+        placed[GROUND] = true;
+        let mut order = Vec::new();
+        for &body in floating {
+            placed[body] = true;
+            order.push(Placement { body, joint: None });
+        }
+        let mut queue: VecDeque<usize> = floating.iter().copied().chain([GROUND]).collect();
+        while let Some(body) = queue.pop_front() {
+            for &joint in graph.incident[body].iter().filter(|&&joint| allowed(joint)) {
+                let next = graph.other_end(joint, body);
+                if !placed[next] {
+                    placed[next] = true;
+                    order.push(Placement { body: next, joint: Some(joint) });
+                    queue.push_back(next);
+                }
+            }
+        }
+        Self { order }
+    }
+}
+
+/// Bodies and the joints between them.
+struct Graph<'a> {
+    ends: &'a [(usize, usize)],
+    /// The joints at each body.
+    incident: Vec<Vec<usize>>,
+}
+
+impl<'a> Graph<'a> {
+    fn new(bodies: usize, ends: &'a [(usize, usize)]) -> Self {
+        let mut incident = vec![Vec::new(); bodies];
+        for (joint, &(a, b)) in ends.iter().enumerate() {
+            incident[a].push(joint);
+            incident[b].push(joint);
+        }
+        Self { ends, incident }
+    }
+
+    fn other_end(&self, joint: usize, body: usize) -> usize {
+        let (a, b) = self.ends[joint];
+        if a == body { b } else { a }
+    }
+
+    /// Joints between each body and the ground on the shortest way.
+    fn distances(&self) -> Vec<usize> {
+        let mut distance = vec![usize::MAX; self.incident.len()];
+        distance[GROUND] = 0;
+        let mut queue = VecDeque::from([GROUND]);
+        while let Some(body) = queue.pop_front() {
+            for &joint in &self.incident[body] {
+                let next = self.other_end(joint, body);
+                if distance[next] == usize::MAX {
+                    distance[next] = distance[body] + 1;
+                    queue.push_back(next);
+                }
+            }
+        }
+        distance
+    }
+
+    /// For each joint whether it is in no loop. Tarjan's low-link method, without recursion so that
+    /// long chains do not overflow the stack.
+    fn bridges(&self) -> Vec<bool> {
+        let bodies = self.incident.len();
+        let mut bridge = vec![false; self.ends.len()];
+        let mut entered = vec![0; bodies];
+        let mut low = vec![0; bodies];
+        let mut clock = 0;
+        for start in 0..bodies {
+            if entered[start] != 0 {
+                continue;
+            }
+            clock += 1;
+            (entered[start], low[start]) = (clock, clock);
+            // (body, joint by which it was entered, next incident joint)
+            let mut stack = vec![(start, usize::MAX, 0)];
+            while let Some((body, from, at)) = stack.last_mut() {
+                let (body, from) = (*body, *from);
+                if let Some(&joint) = self.incident[body].get(*at) {
+                    *at += 1;
+                    if joint == from {
+                        continue;
+                    }
+                    let next = self.other_end(joint, body);
+                    if entered[next] == 0 {
+                        clock += 1;
+                        (entered[next], low[next]) = (clock, clock);
+                        stack.push((next, joint, 0));
+                    } else {
+                        low[body] = low[body].min(entered[next]);
+                    }
+                } else {
+                    stack.pop();
+                    if let Some(&(parent, ..)) = stack.last() {
+                        low[parent] = low[parent].min(low[body]);
+                        bridge[from] = low[body] > entered[parent];
+                    }
+                }
+            }
+        }
+        bridge
+    }
+
+    /// For each body the number of its component after the bridges are taken away.
+    fn components(&self, bridge: &[bool]) -> Vec<usize> {
+        let mut component = vec![usize::MAX; self.incident.len()];
+        for start in 0..component.len() {
+            if component[start] != usize::MAX {
+                continue;
+            }
+            component[start] = start;
+            let mut stack = vec![start];
+            while let Some(body) = stack.pop() {
+                for &joint in self.incident[body].iter().filter(|&&joint| !bridge[joint]) {
+                    let next = self.other_end(joint, body);
+                    if component[next] == usize::MAX {
+                        component[next] = start;
+                        stack.push(next);
+                    }
+                }
+            }
+        }
+        component
+    }
+}
+
+/// A small random number generator (Steele, Lea, Flood 2014: SplitMix64).
+struct SplitMix(u64);
+
+impl SplitMix {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+}

@@ -1,0 +1,272 @@
+//! The joint graph, compiled once: which joints form the tree, which close loops, in what order
+//! everything is computed.
+//!
+//! Users never choose a cut joint. Bodies in which three or more chains of a loop structure meet (a
+//! robot's platform) *float*: they get six coordinates of their own and no tree joint, so that every
+//! leg is a chain from one such body to another, independent of the other legs. Each chain hangs
+//! from one end and is cut at one joint; the cut joint's wrench is the unknown that stands for the
+//! chain. So costs grow linearly with the number of legs and of loops.
+
+mod graph;
+
+use crate::joint::{JointType, Motion};
+use crate::mechanism::Mechanism;
+use core::ops::Range;
+use graph::Spanning;
+
+/// How the tree is chosen. Results do not depend on it, up to round-off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TreeRule {
+    /// By the structure of the mechanism, for speed.
+    Structure,
+    /// Some random tree and random floating bodies; for tests of that independence.
+    Random(u64),
+}
+
+/// The compiled graph. Immutable.
+#[derive(Clone, Debug)]
+pub struct Topology {
+    pub(crate) joint_types: Vec<JointType>,
+    /// Predecessor and successor of each joint.
+    pub(crate) ends: Vec<(usize, usize)>,
+    /// Parents before children; bodies but the ground, once each.
+    pub(crate) nodes: Vec<Node>,
+    /// For each body the node that places it (none for the ground).
+    pub(crate) node_of_body: Vec<Option<usize>>,
+    /// For each joint where it is.
+    pub(crate) role: Vec<Role>,
+    pub(crate) cuts: Vec<Cut>,
+    /// For each tree freedom: what it is.
+    pub(crate) dofs: Vec<Dof>,
+    pub(crate) coordinates: usize,
+    /// Number of constraint wrenches of all cut joints: the first columns of the balance.
+    pub(crate) constraints: usize,
+    /// All driven freedoms in the order of [`Mechanism::actuators`].
+    pub(crate) actuators: Vec<Actuator>,
+    /// Actuators at cut joints, whose efforts are further columns of the balance.
+    pub(crate) cut_actuators: Vec<usize>,
+}
+
+/// A body and what places it.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    pub(crate) body: usize,
+    /// The node of the body from which this one hangs; none for the ground.
+    pub(crate) parent: Option<usize>,
+    pub(crate) link: Link,
+    pub(crate) dofs: Range<usize>,
+    pub(crate) coordinates: Range<usize>,
+}
+
+/// How a body is placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Link {
+    /// By a joint; `reversed` if the body is the joint's predecessor.
+    Joint { joint: usize, reversed: bool },
+    /// By six coordinates of its own, which transmit nothing.
+    Floating,
+}
+
+/// Where a joint is in the compiled graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// It places the body of this node.
+    Tree { node: usize },
+    /// It closes a loop.
+    Cut { cut: usize },
+}
+
+/// A joint that closes a loop.
+#[derive(Clone, Debug)]
+pub(crate) struct Cut {
+    pub(crate) joint: usize,
+    /// The nodes between its two bodies: `+1.0` on the successor's side, `-1.0` on the
+    /// predecessor's; each side from its body upwards, the common ancestors left out.
+    pub(crate) path: Vec<(usize, f64)>,
+    /// Its constraint wrenches among all.
+    pub(crate) constraints: Range<usize>,
+    /// Its actuators, as indices into [`Topology::cut_actuators`].
+    pub(crate) actuators: Range<usize>,
+}
+
+impl Cut {
+    /// The columns of the balance that this cut's wrench is made of: constraint wrenches, then
+    /// actuators.
+    pub(crate) fn columns(
+        &self,
+        constraints: usize,
+    ) -> impl Iterator<Item = usize> + Clone + use<> {
+        let drives = self.actuators.start + constraints..self.actuators.end + constraints;
+        self.constraints.clone().chain(drives)
+    }
+}
+
+/// A freedom of the tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Dof {
+    pub(crate) node: usize,
+    /// Index among the freedoms of its joint or, for a floating body, among its six.
+    pub(crate) local: usize,
+    /// The actuator that drives it.
+    pub(crate) actuator: Option<usize>,
+}
+
+/// A driven freedom.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Actuator {
+    pub(crate) joint: usize,
+    pub(crate) freedom: usize,
+}
+
+impl Topology {
+    /// Compiles the graph of a mechanism.
+    pub fn new(mechanism: &Mechanism) -> Self {
+        Self::with_tree(mechanism, TreeRule::Structure)
+    }
+
+    /// Compiles the graph with a tree chosen by `rule`.
+    pub fn with_tree(mechanism: &Mechanism, rule: TreeRule) -> Self {
+        let joints = mechanism.joints();
+        let ends: Vec<_> = joints.iter().map(|j| (j.predecessor.0, j.successor.0)).collect();
+        // What a cut costs: unknowns.
+        let cost: Vec<usize> = joints
+            .iter()
+            .map(|j| j.joint_type.constraints().len() + j.actuated_freedoms().count())
+            .collect();
+        let spanning = match rule {
+            TreeRule::Structure => Spanning::by_structure(mechanism.bodies().len(), &ends, &cost),
+            TreeRule::Random(seed) => Spanning::random(mechanism.bodies().len(), &ends, seed),
+        };
+        Self::compile(mechanism, ends, &spanning)
+    }
+
+    fn compile(mechanism: &Mechanism, ends: Vec<(usize, usize)>, spanning: &Spanning) -> Self {
+        let joints = mechanism.joints();
+        let mut topology = Self {
+            joint_types: joints.iter().map(|j| j.joint_type).collect(),
+            ends,
+            nodes: Vec::new(),
+            node_of_body: vec![None; mechanism.bodies().len()],
+            role: vec![Role::Cut { cut: usize::MAX }; joints.len()],
+            cuts: Vec::new(),
+            dofs: Vec::new(),
+            coordinates: 0,
+            constraints: 0,
+            actuators: mechanism
+                .actuators()
+                .map(|(joint, freedom)| Actuator { joint: joint.0, freedom })
+                .collect(),
+            cut_actuators: Vec::new(),
+        };
+        for placement in &spanning.order {
+            topology.place(placement);
+        }
+        for joint in 0..joints.len() {
+            if let Role::Cut { .. } = topology.role[joint] {
+                topology.cut(joint);
+            }
+        }
+        topology
+    }
+
+    /// Adds the node of a body whose parent is placed.
+    fn place(&mut self, placement: &graph::Placement) {
+        let node = self.nodes.len();
+        let (link, parent_body, freedoms, coordinates) = match placement.joint {
+            None => (Link::Floating, 0, 6, 7),
+            Some(joint) => {
+                let (predecessor, successor) = self.ends[joint];
+                let reversed = predecessor == placement.body;
+                let parent = if reversed { successor } else { predecessor };
+                self.role[joint] = Role::Tree { node };
+                let joint_type = self.joint_types[joint];
+                let freedoms = joint_type.freedoms().len();
+                (Link::Joint { joint, reversed }, parent, freedoms, joint_type.coordinates())
+            }
+        };
+        let dofs = self.dofs.len()..self.dofs.len() + freedoms;
+        for local in 0..freedoms {
+            let actuator = self.actuators.iter().position(
+                |a| matches!(link, Link::Joint { joint, .. } if *a == Actuator { joint, freedom: local }),
+            );
+            self.dofs.push(Dof { node, local, actuator });
+        }
+        self.nodes.push(Node {
+            body: placement.body,
+            parent: self.node_of_body[parent_body],
+            link,
+            dofs,
+            coordinates: self.coordinates..self.coordinates + coordinates,
+        });
+        self.coordinates += coordinates;
+        self.node_of_body[placement.body] = Some(node);
+    }
+
+    /// Adds the loop that a joint closes.
+    fn cut(&mut self, joint: usize) {
+        self.role[joint] = Role::Cut { cut: self.cuts.len() };
+        let (predecessor, successor) = self.ends[joint];
+        let start = self.constraints;
+        self.constraints += self.joint_types[joint].constraints().len();
+        let first_actuator = self.cut_actuators.len();
+        for (actuator, _) in self.actuators.iter().enumerate().filter(|(_, a)| a.joint == joint) {
+            self.cut_actuators.push(actuator);
+        }
+        self.cuts.push(Cut {
+            joint,
+            path: self.path(predecessor, successor),
+            constraints: start..self.constraints,
+            actuators: first_actuator..self.cut_actuators.len(),
+        });
+    }
+
+    /// The nodes on the way between two bodies, see [`Cut::path`].
+    fn path(&self, predecessor: usize, successor: usize) -> Vec<(usize, f64)> {
+        let mut of_successor = self.ancestors(successor);
+        let mut of_predecessor = self.ancestors(predecessor);
+        while let (Some(a), Some(b)) = (of_successor.last(), of_predecessor.last())
+            && a == b
+        {
+            of_successor.pop();
+            of_predecessor.pop();
+        }
+        let signed = |nodes: Vec<usize>, sign| nodes.into_iter().map(move |n| (n, sign));
+        signed(of_successor, 1.0).chain(signed(of_predecessor, -1.0)).collect()
+    }
+
+    /// The nodes from a body up to the root of its tree.
+    pub(crate) fn ancestors(&self, body: usize) -> Vec<usize> {
+        let mut nodes = Vec::new();
+        let mut next = self.node_of_body[body];
+        while let Some(node) = next {
+            nodes.push(node);
+            next = self.nodes[node].parent;
+        }
+        nodes
+    }
+
+    /// Whether a freedom of the tree is a translation.
+    pub(crate) fn dof_translates(&self, dof: &Dof) -> bool {
+        match self.nodes[dof.node].link {
+            Link::Floating => dof.local < 3,
+            Link::Joint { joint, .. } => {
+                self.joint_types[joint].freedoms()[dof.local].motion == Motion::Translation
+            }
+        }
+    }
+
+    /// Number of freedoms of the tree.
+    pub fn freedoms(&self) -> usize {
+        self.dofs.len()
+    }
+
+    /// Number of coordinates of the tree.
+    pub fn coordinates(&self) -> usize {
+        self.coordinates
+    }
+
+    /// Number of unknowns of the balance: constraint wrenches and efforts at cut joints.
+    pub(crate) fn columns(&self) -> usize {
+        self.constraints + self.cut_actuators.len()
+    }
+}

@@ -1,0 +1,208 @@
+//! Robots of the references, and readers of the references.
+#![allow(dead_code, reason = "each test uses a part")]
+
+use std::collections::HashMap;
+use stiction::dynamics::{AppliedLoad, LoadAxes};
+use stiction::friction::{Contact, Law, LoadMap};
+use stiction::joint::JointType;
+use stiction::kinematics::{AngleOrder, Coordinate, Target};
+use stiction::mechanism::{BodyId, BodySpec, JointSpec, Mechanism, MechanismBuilder};
+use stiction::spatial::{Mat3, Pose, Vec3};
+
+pub fn v(x: f64, y: f64, z: f64) -> Vec3<f64> {
+    Vec3::new(x, y, z)
+}
+
+/// A frame at `position` whose z axis points along `axis`.
+pub fn along(position: Vec3<f64>, axis: Vec3<f64>) -> Pose<f64> {
+    Pose { rotation: Mat3::between(Vec3::unit(2), axis), position }
+}
+
+pub fn diagonal(x: f64, y: f64, z: f64) -> Mat3<f64> {
+    Mat3::diagonal(v(x, y, z))
+}
+
+/// Coulomb and viscous friction at the first contact, with nothing but the resultant force as load.
+pub fn friction(mu: f64, viscous: f64, radius: Option<f64>) -> Contact {
+    Contact { place: 0, radius, law: Law { coulomb: mu, viscous }, load: LoadMap::force_only() }
+}
+
+pub struct Robot {
+    pub mechanism: Mechanism,
+    pub homes: Vec<(BodyId, Pose<f64>)>,
+    pub coordinates: Vec<Coordinate>,
+}
+
+/// One RPS leg: revolute axis y of the leg frame at `foot`, ball at `tip` of the platform.
+#[expect(clippy::too_many_arguments)]
+fn rps_leg(
+    builder: MechanismBuilder,
+    n: usize,
+    foot: Pose<f64>,
+    tip: Pose<f64>,
+    masses: [f64; 2],
+    inertias: [Mat3<f64>; 2],
+    slide_origin: f64,
+    start: [f64; 2],
+    rub: Option<[Contact; 3]>,
+) -> MechanismBuilder {
+    let (base, rod) = (format!("leg{n}.base"), format!("leg{n}.rod"));
+    let y = Vec3::unit(1);
+    let in_leg = along(Vec3::zero(), y);
+    let mut r = JointSpec::new(format!("leg{n}.R"), JointType::Revolute, "ground", &base)
+        .frames(foot * in_leg, in_leg)
+        .start([start[0]]);
+    let mut p = JointSpec::new(format!("leg{n}.P"), JointType::Prismatic, &base, &rod)
+        .frames(Pose::at(v(0.0, 0.0, slide_origin)), Pose::identity())
+        .actuated()
+        .start([start[1]]);
+    let mut s = JointSpec::new(format!("leg{n}.S"), JointType::Spherical, &rod, "platform")
+        .frames(Pose::identity(), tip);
+    if let Some([on_r, on_p, on_s]) = rub {
+        r = r.friction(on_r);
+        p = p.friction(on_p);
+        s = s.friction(on_s);
+    }
+    builder
+        .body(BodySpec::new(base).mass(masses[0]).com(v(0.0, 0.0, 0.17465)).inertia(inertias[0]))
+        .body(BodySpec::new(rod).mass(masses[1]).com(v(0.0, 0.0, -0.12848)).inertia(inertias[1]))
+        .joint(r)
+        .joint(p)
+        .joint(s)
+}
+
+/// The symmetric 3-RPS of `reference/3rps_symmetric_*`.
+pub fn symmetric_3rps(rub: Option<[Contact; 3]>) -> Robot {
+    let mut builder = MechanismBuilder::new("3rps")
+        .gravity(v(0.0, 0.0, -9.81))
+        .body(BodySpec::new("platform").mass(5.83).inertia(diagonal(0.0142, 0.0142, 0.025)));
+    for n in 0..3 {
+        let turn = Mat3::about_axis(2, (120f64 * n as f64).to_radians().sin_cos());
+        let place = |radius: f64| Pose { rotation: turn, position: turn * v(radius, 0.0, 0.0) };
+        builder = rps_leg(
+            builder,
+            n + 1,
+            place(0.45),
+            place(0.15),
+            [5.15, 2.07],
+            [diagonal(0.0502, 0.0502, 0.002), diagonal(0.0185, 0.0185, 0.0005)],
+            0.0,
+            [(-0.3f64).atan2(0.55), 0.3f64.hypot(0.55)],
+            rub,
+        );
+    }
+    let mechanism = builder.build().unwrap();
+    let platform = mechanism.body_id("platform").unwrap();
+    let order = AngleOrder::XYZ;
+    Robot {
+        homes: vec![(platform, Pose::at(v(0.0, 0.0, 0.55)))],
+        coordinates: vec![
+            Coordinate::Position { body: platform, axis: 2 },
+            Coordinate::Angle { body: platform, order, index: 0 },
+            Coordinate::Angle { body: platform, order, index: 1 },
+        ],
+        mechanism,
+    }
+}
+
+/// A sine `mean + amplitude sin(rate t + phase)` with its derivatives.
+pub fn sine(mean: f64, amplitude: f64, rate: f64, phase: f64, t: f64) -> Target<f64> {
+    let (s, c) = (rate * t + phase).sin_cos();
+    Target {
+        value: mean + amplitude * s,
+        rate: amplitude * rate * c,
+        acceleration: -amplitude * rate * rate * s,
+    }
+}
+
+const TURN: f64 = std::f64::consts::TAU;
+const QUARTER: f64 = std::f64::consts::FRAC_PI_2;
+
+/// The reference motion of the symmetric 3-RPS.
+pub fn symmetric_motion(t: f64) -> [Target<f64>; 3] {
+    [
+        sine(0.55, 0.03, TURN, QUARTER, t),
+        sine(0.0, 0.10, TURN, 0.0, t),
+        sine(0.0, 0.08, 2.0 * TURN, QUARTER, t),
+    ]
+}
+
+/// The reference load of the symmetric 3-RPS.
+pub fn symmetric_load(robot: &Robot) -> AppliedLoad<f64> {
+    AppliedLoad {
+        body: robot.mechanism.body_id("platform").unwrap(),
+        point: Vec3::zero(),
+        axes: LoadAxes::World,
+        force: v(20.0, -30.0, -100.0),
+        moment: v(5.0, 8.0, 3.0),
+    }
+}
+
+/// The regular twin of the paper's robot.
+pub fn regular_twin(mu: f64, viscous: f64) -> Robot {
+    let mut builder = MechanismBuilder::new("twin")
+        .gravity(v(0.0, 0.0, -9.81))
+        .body(BodySpec::new("platform").mass(5.83).inertia(diagonal(0.0142, 0.0142, 0.025)));
+    let k = 0.15f64;
+    let tilt = 0.5 * k / 3f64.sqrt();
+    let feet = [v(0.0, 0.225, 0.0), v(0.45, 0.0, 0.0), v(-0.45, 0.0, 0.0)];
+    let tips = [v(0.0, k, 2.0 * tilt), v(k, -0.5 * k, -tilt), v(-k, -0.5 * k, -tilt)];
+    let rub = [
+        friction(mu, viscous, Some(0.0125)),
+        friction(mu, viscous, None),
+        friction(mu, viscous, Some(0.025)),
+    ];
+    let starts = [[0.1, 0.25], [-0.4, 0.16], [0.5, 0.3]];
+    for n in 0..3 {
+        builder = rps_leg(
+            builder,
+            n + 1,
+            Pose::at(feet[n]),
+            Pose::at(tips[n]),
+            [5.15, 2.07],
+            [diagonal(0.0502, 0.0502, 0.002), diagonal(0.0185, 0.0185, 0.0005)],
+            0.3493,
+            starts[n],
+            Some(rub),
+        );
+    }
+    let mechanism = builder.build().unwrap();
+    let platform = mechanism.body_id("platform").unwrap();
+    let rotation = Mat3::about_axis(1, 25f64.to_radians().sin_cos());
+    Robot {
+        homes: vec![(platform, Pose { rotation, position: v(0.06, 0.075, 0.5) })],
+        coordinates: vec![
+            Coordinate::Position { body: platform, axis: 0 },
+            Coordinate::Position { body: platform, axis: 2 },
+            Coordinate::Angle { body: platform, order: AngleOrder::XYZ, index: 1 },
+        ],
+        mechanism,
+    }
+}
+
+/// The reference motion of the regular twin; the pitch angle is 90 deg less theta.
+pub fn twin_motion(t: f64) -> [Target<f64>; 3] {
+    [
+        sine(0.060, 0.020, TURN, 0.0, t),
+        sine(0.500, 0.030, TURN, QUARTER, t),
+        sine(25f64.to_radians(), -5f64.to_radians(), TURN, 0.7, t),
+    ]
+}
+
+/// A reference table: rows of named cells.
+pub fn table(name: &str) -> Vec<HashMap<String, String>> {
+    let path = format!("{}/../../reference/{name}", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    lines
+        .map(|line| {
+            header.iter().map(|h| h.to_string()).zip(line.split(',').map(str::to_owned)).collect()
+        })
+        .collect()
+}
+
+/// A number of a row.
+pub fn number(row: &HashMap<String, String>, column: &str) -> f64 {
+    row[column].parse().unwrap_or_else(|_| panic!("{column}: {}", row[column]))
+}
