@@ -51,6 +51,14 @@ impl Default for Settings {
     }
 }
 
+impl Settings {
+    /// Whether a change of loads is round-off, given the largest load. Infinite loads are not
+    /// settled.
+    pub(super) fn is_settled(&self, change: f64, largest: f64) -> bool {
+        change.is_finite() && change <= self.friction_tolerance * largest
+    }
+}
+
 /// A mechanism compiled for one prescription: what the kernels are told beyond numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup<'a> {
@@ -138,9 +146,8 @@ impl<T: Scalar> Inverse<T> {
         }
         let loads = self.contacts.states.iter().map(|c| c.load.value.largest());
         let largest = loads.fold(0.0, f64::max);
-        // Ten times the tolerance: the last digit may flicker for ever.
-        let still = self.friction_change.largest() <= 10.0 * settings.friction_tolerance * largest;
-        still && (self.orientation() - T::one()).largest() == 0.0
+        settings.is_settled(self.friction_change.largest(), largest)
+            && (self.orientation() - T::one()).largest() == 0.0
     }
 
     /// Whether the balance holds to round-off and its reactions are in proportion to what is
@@ -204,7 +211,7 @@ impl<T: Scalar> Inverse<T> {
             FrictionMode::Converged => {
                 for _ in 0..settings.friction_steps {
                     let (change, largest) = self.step(setup, parameters, &kinematics.bodies);
-                    if change.largest() <= settings.friction_tolerance * largest.largest() {
+                    if settings.is_settled(change.largest(), largest.largest()) {
                         break;
                     }
                 }

@@ -4,7 +4,7 @@ use super::balance::Balance;
 use super::contacts::{Contacts, Coupling};
 use super::structure::{BalanceStructure, Weighting};
 use crate::kinematics::Bodies;
-use crate::linalg::{Elimination, Plan, Scales};
+use crate::linalg::{Elimination, Plan, Scales, Svd};
 use crate::parameters::Parameters;
 use crate::topology::Topology;
 use nalgebra::DMatrix;
@@ -178,7 +178,8 @@ fn weighting(
     if scaled.nrows() == 0 && scaled.ncols() == 0 {
         return Ok(Weighting::Determined);
     }
-    let null = crate::linalg::null_space(&scaled, NEGLIGIBLE);
+    let svd = Svd::new(&scaled);
+    let null = svd.null_space(svd.rank(NEGLIGIBLE));
     let redundant = scaled.ncols() - scaled.nrows();
     if null.len() > redundant {
         return Err(NotPlanned::Singular);
@@ -187,7 +188,7 @@ fn weighting(
         return Ok(Weighting::Determined);
     }
     let driven = drive_response(topology, parameters, bodies, structure, &null, &columns);
-    let singular_values = driven.svd(false, false).singular_values;
+    let singular_values = Svd::new(&driven).singular_values;
     match singular_values.iter().filter(|&&s| s > NEGLIGIBLE).count() {
         0 => Ok(Weighting::LeastReactions),
         rank if rank == redundant => Ok(Weighting::LeastDrives),
@@ -208,7 +209,7 @@ fn drive_response(
     let mut balance = Balance::new(topology, structure, &Elimination::default());
     balance.load(topology, parameters, bodies, &[]);
     // Wrenches of the null vectors alone.
-    let mut driven = DMatrix::zeros(topology.actuators.len().max(null.len()), null.len());
+    let mut driven = DMatrix::zeros(topology.actuators.len(), null.len());
     for (k, vector) in null.iter().enumerate() {
         let unknowns: Vec<f64> = vector.iter().zip(column_scales).map(|(x, s)| x * s).collect();
         let efforts = balance.drives_of(topology, structure, bodies, &unknowns);

@@ -196,7 +196,7 @@ impl InverseDynamics {
             // The order of elimination suits another position, or this one is special.
             self.replan();
             if !self.by_kernel(loads) {
-                return self.by_careful_path(loads);
+                return self.solve_carefully(loads);
             }
         }
         self.finish(loads)
@@ -272,8 +272,12 @@ impl InverseDynamics {
         Ok(&self.forces)
     }
 
-    /// Solves by dense decompositions, or says what cannot be carried.
-    fn by_careful_path(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
+    /// The same by dense decompositions, friction by a plain fixed point: slow, for special
+    /// positions, and as an oracle. It leaves the intervals of contacts at rest at zero width.
+    ///
+    /// # Errors
+    /// See [`InverseError`].
+    pub fn solve_carefully(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
         let statics = self.statics();
         let spins = self.spin_responses();
         let bodies = &self.assembly.kinematics().bodies;

@@ -50,7 +50,7 @@ pub(super) fn follow_friction(
             if !(largest <= UNBOUNDED * largest_start) {
                 break;
             }
-            if change <= settings.friction_tolerance * largest {
+            if settings.is_settled(change, largest) {
                 found = inverse.orientation() > 0.0;
                 break;
             }

@@ -3,13 +3,13 @@
 use super::bodies::Bodies;
 use super::error::OpenFreedom;
 use super::system::Spin;
-use crate::linalg::null_space;
+use crate::linalg::Svd;
 use crate::mechanism::BodyId;
 use crate::mobility::describe_motion;
 use crate::parameters::Parameters;
 use crate::spatial::{Twist, Vec3};
 use crate::topology::{Link, Topology};
-use nalgebra::{DMatrix, DVector, Matrix6xX};
+use nalgebra::{DMatrix, DVector};
 
 /// Singular values below this, relative to the largest, count as zero: matrices here are scaled to
 /// entries of order one and the positions in them are exact to 1e-13.
@@ -43,7 +43,8 @@ pub(super) fn open_motions(
     scaled: &DMatrix<f64>,
     column_scales: &[f64],
 ) -> OpenMotion {
-    let null = null_space(scaled, NEGLIGIBLE);
+    let svd = Svd::new(scaled);
+    let null = svd.null_space(svd.rank(NEGLIGIBLE));
     // Rates of the tree for each open direction, then twists of the bodies.
     let rates: Vec<DVector<f64>> = null
         .iter()
@@ -102,22 +103,20 @@ fn idle_spins(
     for body in 1..bodies.pose.len() {
         let pose = bodies.pose[body];
         let com = pose.apply(parameters.com[body]);
-        let motion = Matrix6xX::from_columns(
+        let motion = DMatrix::from_columns(
             &twists
                 .iter()
                 .map(|twists| {
                     let (w, v) =
                         (twists[body].angular, twists[body].velocity_at(com) * (1.0 / length));
-                    nalgebra::Vector6::new(w.x, w.y, w.z, v.x, v.y, v.z)
+                    DVector::from_column_slice(&[w.x, w.y, w.z, v.x, v.y, v.z])
                 })
                 .collect::<Vec<_>>(),
         );
-        let svd = motion.clone().svd(true, false);
-        let values = &svd.singular_values;
+        let Svd { u, singular_values: values, .. } = Svd::new(&motion);
         if values[0] < small {
             continue;
         }
-        let u = svd.u?;
         let moves_com = u.fixed_view::<3, 1>(3, 0).norm() > small;
         if moves_com || (values.len() > 1 && values[1] > small) {
             return None;
@@ -127,7 +126,7 @@ fn idle_spins(
         let count = chosen.nrows();
         let mut with = chosen.clone().insert_row(count, 0.0);
         with.row_mut(count).copy_from(&amounts);
-        if with.clone().svd(false, false).singular_values.min() > small {
+        if Svd::new(&with.transpose()).singular_values.min() > small {
             chosen = with;
             spins.push(Spin {
                 body: BodyId(body),

@@ -1,6 +1,7 @@
 //! What the joints and actuators of a mechanism can carry at a position, and how uniquely.
 
 use crate::dynamics::newton_euler::{NewtonEuler, Unknown};
+use crate::linalg::Svd;
 use crate::mechanism::Mechanism;
 use crate::spatial::{Twist, Vec3, Wrench};
 use nalgebra::{DMatrix, DVector};
@@ -16,10 +17,8 @@ pub struct Statics {
     system: NewtonEuler,
     row_scales: Vec<f64>,
     column_scales: Vec<f64>,
+    svd: Svd,
     rank: usize,
-    singular_values: DVector<f64>,
-    left: DMatrix<f64>,
-    right: DMatrix<f64>,
     /// Scaled unknowns that load no body: self-stresses.
     null: Vec<DVector<f64>>,
     drive_weights: Vec<f64>,
@@ -56,22 +55,9 @@ impl Statics {
         let scaled = system.scaled_matrix(&types);
         let row_scales: Vec<f64> = (0..scaled.nrows()).map(|i| system.row_scale(i)).collect();
         let column_scales = system.column_scales(&types);
-        let (rows, columns) = scaled.shape();
-        // As many rows as columns, so that all right vectors come out.
-        let mut tall = DMatrix::zeros(rows.max(columns), columns);
-        tall.rows_mut(0, rows).copy_from(&scaled);
-        let svd = tall.svd(true, true);
-        let left =
-            svd.u.map_or_else(|| DMatrix::zeros(rows, columns), |u| u.rows(0, rows).into_owned());
-        let right = svd.v_t.map_or_else(|| DMatrix::zeros(columns, columns), |v| v.transpose());
-        let singular_values = svd.singular_values;
-        let largest = singular_values.iter().copied().fold(0.0, f64::max);
-        let counts = |s: f64| s > RANK_TOLERANCE * largest;
-        let rank = singular_values.iter().filter(|&&s| counts(s)).count();
-        let null = (0..columns)
-            .filter(|&k| !counts(singular_values[k]))
-            .map(|k| right.column(k).into_owned())
-            .collect();
+        let svd = Svd::new(&scaled);
+        let rank = svd.rank(RANK_TOLERANCE);
+        let null = svd.null_space(rank);
         let length = mechanism.characteristic_length();
         let drive_weights = mechanism
             .actuators()
@@ -84,10 +70,8 @@ impl Statics {
             system,
             row_scales,
             column_scales,
+            svd,
             rank,
-            singular_values,
-            left,
-            right,
             null,
             drive_weights,
             joint_origins,
@@ -106,10 +90,8 @@ impl Statics {
     }
 
     /// Singular values of the scaled system, largest first.
-    pub fn singular_values(&self) -> Vec<f64> {
-        let mut values: Vec<f64> = self.singular_values.iter().copied().collect();
-        values.sort_by(|a, b| b.total_cmp(a));
-        values
+    pub fn singular_values(&self) -> &[f64] {
+        self.svd.singular_values.as_slice()
     }
 
     /// How many unknowns can be chosen freely: redundant constraints and actuators.
@@ -144,11 +126,9 @@ impl Statics {
         // Units differ in size as inertias do: each is measured by itself.
         let sizes: Vec<f64> = columns.iter().map(|c| c.norm().max(f64::MIN_POSITIVE)).collect();
         let scaled: Vec<_> = columns.iter().zip(&sizes).map(|(c, s)| c / *s).collect();
-        let svd = DMatrix::from_columns(&scaled).svd(true, true);
-        match svd.solve(&missing, DETERMINED) {
-            Ok(amounts) => amounts.iter().zip(&sizes).map(|(a, s)| -a / s).collect(),
-            Err(_) => vec![0.0; units.len()],
-        }
+        let svd = Svd::new(&DMatrix::from_columns(&scaled));
+        let amounts = svd.solve(&missing, svd.rank(DETERMINED));
+        amounts.iter().zip(&sizes).map(|(a, s)| -a / s).collect()
     }
 
     /// What a demand leaves to constraints and drives when friction does its part.
@@ -221,18 +201,10 @@ impl Statics {
 
     /// The least scaled unknowns that carry the scaled demand as well as it can be.
     fn particular(&self, scaled: &DVector<f64>) -> DVector<f64> {
-        let largest = self.singular_values.iter().copied().fold(0.0, f64::max);
-        let solve = |right: &DVector<f64>| {
-            let mut along = self.left.tr_mul(right);
-            for (value, &s) in along.iter_mut().zip(self.singular_values.iter()) {
-                *value = if s > RANK_TOLERANCE * largest { *value / s } else { 0.0 };
-            }
-            &self.right * along
-        };
-        let first = solve(scaled);
+        let first = self.svd.solve(scaled, self.rank);
         // One step of refinement with the matrix itself.
         let residual = scaled - self.apply(&first);
-        &first + solve(&residual)
+        &first + self.svd.solve(&residual, self.rank)
     }
 
     fn apply(&self, scaled: &DVector<f64>) -> DVector<f64> {
@@ -337,26 +309,11 @@ fn least(
     open: DMatrix<f64>,
     solution: &mut DVector<f64>,
 ) -> DMatrix<f64> {
-    let columns = response.ncols();
-    let mut tall = DMatrix::zeros(response.nrows().max(columns), columns);
-    tall.rows_mut(0, response.nrows()).copy_from(response);
-    let mut padded = DVector::zeros(tall.nrows());
-    padded.rows_mut(0, now.len()).copy_from(now);
-    let svd = tall.svd(true, true);
-    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return open };
+    let svd = Svd::new(response);
     // Responses are efforts for unit self-stresses: of order one, or rounding.
-    let counts = |s: f64| s > DETERMINED;
-    let mut amounts = DVector::zeros(columns);
-    let mut rest = Vec::new();
-    for k in 0..columns {
-        let direction = v_t.row(k).transpose();
-        let s = svd.singular_values[k];
-        if counts(s) {
-            amounts -= direction * (u.column(k).dot(&padded) / s);
-        } else {
-            rest.push(&open * direction);
-        }
-    }
+    let rank = svd.singular_values.iter().filter(|&&s| s > DETERMINED).count();
+    let amounts = -svd.solve(now, rank);
+    let rest: Vec<_> = svd.null_space(rank).iter().map(|direction| &open * direction).collect();
     *solution += &open * amounts;
     if rest.is_empty() { DMatrix::zeros(open.nrows(), 0) } else { DMatrix::from_columns(&rest) }
 }

@@ -1,5 +1,7 @@
 //! Robots of the references, and readers of the references.
-#![allow(dead_code, reason = "each test uses a part")]
+#![allow(dead_code, unreachable_pub, reason = "each test uses a part")]
+
+pub mod random;
 
 use std::collections::HashMap;
 use stiction::dynamics::{AppliedLoad, LoadAxes};
@@ -100,6 +102,101 @@ pub fn symmetric_3rps(rub: Option<[Contact; 3]>) -> Robot {
             Coordinate::Position { body: platform, axis: 2 },
             Coordinate::Angle { body: platform, order, index: 0 },
             Coordinate::Angle { body: platform, order, index: 1 },
+        ],
+        mechanism,
+    }
+}
+
+/// Crank, rod and slider of reference R8 with the crank at `angle` (rad), turning at 10 rad/s.
+pub fn slider_crank() -> Robot {
+    let (crank, rod) = (0.1, 0.3);
+    let z = Pose::identity();
+    let pin = friction(0.1, 0.0, Some(0.01));
+    // Uniform rods; only the moment about z matters.
+    let slim = |mass: f64, length: f64| {
+        let j = mass * length * length / 12.0;
+        diagonal(0.0, j, j)
+    };
+    let mechanism = MechanismBuilder::new("slider-crank")
+        .gravity(v(0.0, -9.81, 0.0))
+        .body(
+            BodySpec::new("crank")
+                .mass(1.0)
+                .com(v(0.5 * crank, 0.0, 0.0))
+                .inertia(slim(1.0, crank)),
+        )
+        .body(BodySpec::new("rod").mass(1.5).com(v(0.5 * rod, 0.0, 0.0)).inertia(slim(1.5, rod)))
+        .body(BodySpec::new("slider").mass(2.0))
+        .joint(
+            JointSpec::new("A", JointType::Revolute, "ground", "crank")
+                .frames(z, z)
+                .actuated()
+                .friction(pin),
+        )
+        .joint(
+            JointSpec::new("B", JointType::Revolute, "crank", "rod")
+                .frames(Pose::at(v(crank, 0.0, 0.0)), z)
+                .friction(pin),
+        )
+        .joint(
+            JointSpec::new("C", JointType::Revolute, "rod", "slider")
+                .frames(Pose::at(v(rod, 0.0, 0.0)), z)
+                .friction(pin),
+        )
+        .joint(
+            JointSpec::new("guide", JointType::Prismatic, "ground", "slider")
+                .frames(along(Vec3::zero(), Vec3::unit(0)), along(Vec3::zero(), Vec3::unit(0)))
+                .start([0.4])
+                .friction(friction(0.1, 0.0, None)),
+        )
+        .build()
+        .unwrap();
+    let joint = mechanism.joint_id("A").unwrap();
+    Robot { mechanism, homes: vec![], coordinates: vec![Coordinate::Joint { joint, freedom: 0 }] }
+}
+
+/// The planar 3-RRR of reference R9.
+pub fn planar_3rrr() -> Robot {
+    let mut builder = MechanismBuilder::new("3rrr").gravity(v(0.0, -9.81, 0.0)).body(
+        BodySpec::new("platform")
+            .mass(2.5)
+            .com(v(0.02, 0.03, 0.0))
+            .inertia(diagonal(0.0, 0.0, 0.035)),
+    );
+    for (n, degrees) in [-150f64, -30.0, 90.0].into_iter().enumerate() {
+        let direction = |radius: f64| {
+            v(radius * degrees.to_radians().cos(), radius * degrees.to_radians().sin(), 0.0)
+        };
+        let (upper, lower) = (format!("leg{}.upper", n + 1), format!("leg{}.lower", n + 1));
+        let inertia = |j| diagonal(0.0, 0.0, j);
+        builder = builder
+            .body(BodySpec::new(&upper).mass(1.2).com(v(0.18, 0.01, 0.0)).inertia(inertia(0.021)))
+            .body(BodySpec::new(&lower).mass(0.9).com(v(0.22, -0.015, 0.0)).inertia(inertia(0.017)))
+            .joint(
+                JointSpec::new(format!("leg{}.R1", n + 1), JointType::Revolute, "ground", &upper)
+                    .frames(Pose::at(direction(0.60)), Pose::identity())
+                    // Towards the centre, and to the side on which the elbow is.
+                    .start([(degrees + 180.0 - 40.0).to_radians()])
+                    .actuated(),
+            )
+            .joint(
+                JointSpec::new(format!("leg{}.R2", n + 1), JointType::Revolute, &upper, &lower)
+                    .frames(Pose::at(v(0.40, 0.0, 0.0)), Pose::identity())
+                    .start([80f64.to_radians()]),
+            )
+            .joint(
+                JointSpec::new(format!("leg{}.R3", n + 1), JointType::Revolute, &lower, "platform")
+                    .frames(Pose::at(v(0.45, 0.0, 0.0)), Pose::at(direction(0.15))),
+            );
+    }
+    let mechanism = builder.build().unwrap();
+    let body = mechanism.body_id("platform").unwrap();
+    Robot {
+        homes: vec![(body, Pose::identity())],
+        coordinates: vec![
+            Coordinate::Position { body, axis: 0 },
+            Coordinate::Position { body, axis: 1 },
+            Coordinate::Angle { body, order: AngleOrder::XYZ, index: 2 },
         ],
         mechanism,
     }

@@ -1,0 +1,93 @@
+//! The kernels against the dense oracle, on random mechanisms of every class.
+
+mod common;
+
+use common::random::*;
+use common::*;
+use stiction::dynamics::{FrictionMode, InverseDynamics, InverseError, Settings};
+use stiction::kinematics::AssemblyError;
+
+/// The largest difference of two lists, relative to the largest number in them.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    let largest = a.iter().chain(b).fold(1e-9f64, |max, x| max.max(x.abs()));
+    a.iter().zip(b).fold(0.0f64, |max, (x, y)| max.max((x - y).abs())) / largest
+}
+
+fn numbers(solver: &InverseDynamics) -> (Vec<f64>, Vec<f64>) {
+    let forces = solver.forces();
+    let reactions = forces
+        .reactions
+        .iter()
+        .flat_map(|(f, m)| f.to_array().into_iter().chain(m.to_array()))
+        .collect();
+    (forces.drives.clone(), reactions)
+}
+
+#[test]
+fn kernels_agree_with_the_dense_system() {
+    let (mut compared, mut locked) = (0, 0);
+    for class in CLASSES {
+        for seed in 0..20 {
+            for friction in [FrictionMode::Off, FrictionMode::OnePass, FrictionMode::Converged] {
+                let (_, case) = case(class, seed, 0.2);
+                let settings = Settings { friction, ..Settings::default() };
+                let solver = InverseDynamics::new(
+                    case.mechanism.clone(),
+                    &[],
+                    &case.coordinates,
+                    &case.targets,
+                    settings,
+                );
+                let mut solver = match solver {
+                    Ok(solver) => solver,
+                    // Two legs whose balls are held leave the platform the turn about their line.
+                    Err(AssemblyError::Open { .. }) if class == Class::Constrained => continue,
+                    Err(error) => panic!("{class:?} {seed}: {error}"),
+                };
+                let statics = solver.statics();
+                let smallest = *statics.singular_values()[..statics.rank()].last().unwrap();
+                // Random mechanisms may be near singular; those magnify round-off.
+                if smallest < 1e-3
+                    || statics.open_motions() > solver.assembly().prescription().spins().len()
+                {
+                    continue;
+                }
+                match solver.solve(&case.loads) {
+                    // Said by the kernel, and the oracle finds nothing to hold against it.
+                    Err(InverseError::Locked { .. }) => {
+                        let careful = solver.solve_carefully(&case.loads);
+                        assert_eq!(careful.unwrap_err(), InverseError::Unsettled);
+                        locked += 1;
+                        continue;
+                    }
+                    Err(error) => panic!("{class:?} {seed} {friction:?}: {error} {smallest}"),
+                    Ok(_) => {}
+                }
+                let kernel = numbers(&solver);
+                let power = solver.forces().power;
+                assert!(
+                    power.residual().abs() <= 1e-12 * power.turnover,
+                    "{class:?} {seed} {power:?}"
+                );
+                match solver.solve_carefully(&case.loads) {
+                    // The fixed point does not contract where Newton's method still converges.
+                    Err(InverseError::Unsettled) => continue,
+                    outcome => outcome.unwrap(),
+                };
+                let dense = numbers(&solver);
+                let (drives, reactions) = (apart(&kernel.0, &dense.0), apart(&kernel.1, &dense.1));
+                let limit = 1e-12 / smallest;
+                assert!(
+                    drives < limit,
+                    "{class:?} {seed} {friction:?}: drives {drives:e}, {smallest:e}"
+                );
+                assert!(
+                    reactions < limit,
+                    "{class:?} {seed} {friction:?}: reactions {reactions:e}, {smallest:e}"
+                );
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 300 && locked < compared / 20, "{compared} {locked}");
+}
