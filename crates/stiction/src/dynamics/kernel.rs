@@ -56,6 +56,12 @@ impl Kernel {
         }
     }
 
+    /// Multiply-subtract operations of the two factorisations, of rates and of the balance: what
+    /// grows with the structure of a mechanism.
+    pub fn operations(&self) -> (usize, usize) {
+        (self.motion.operations(), self.balance.operations())
+    }
+
     /// Room for runs that start at `state`.
     pub fn workspace<T: Scalar>(
         &self,

@@ -5,7 +5,7 @@ use super::coordinate::{Coordinate, Target};
 use super::error::{AssemblyError, Gap};
 use super::freedom::{self, OpenMotion};
 use super::system::{Kinematics, Prescription, column_scales};
-use crate::linalg::Elimination;
+use crate::linalg::{Elimination, Svd};
 use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
@@ -21,6 +21,8 @@ const CLOSED_AT_WORST: f64 = 1e-12;
 const NEAR: f64 = 1e-7;
 /// Newton steps before the careful method is asked.
 const NEWTON_STEPS: usize = 12;
+/// Pivots of the scaled system below this ask for a look at its singular values.
+const SUSPICIOUS_PIVOT: f64 = 1e-3;
 /// Steps of the careful method.
 const CAREFUL_STEPS: usize = 500;
 /// A step of the motion is halved at most so many times to follow it.
@@ -78,9 +80,8 @@ impl Assembly {
             body_names,
             joint_names,
         };
-        assembly.search(topology, parameters)?;
-        assembly.plan(topology, parameters)?;
-        assembly.settle(topology, parameters)?;
+        assembly.reassemble(topology, parameters)?;
+        assembly.differentiate(topology, parameters);
         Ok(assembly)
     }
 
@@ -217,12 +218,28 @@ impl Assembly {
         parameters: &Parameters<f64>,
     ) -> Result<(), AssemblyError> {
         if !self.newton(topology, parameters) {
-            self.search(topology, parameters)?;
-            self.plan(topology, parameters)?;
-            if !self.newton(topology, parameters) {
-                return Err(AssemblyError::Gap(self.gap(topology)));
-            }
+            self.reassemble(topology, parameters)?;
         }
+        self.differentiate(topology, parameters);
+        Ok(())
+    }
+
+    /// The careful search, then Newton's method with a new plan.
+    fn reassemble(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+    ) -> Result<(), AssemblyError> {
+        self.search(topology, parameters)?;
+        self.plan(topology, parameters)?;
+        if !self.newton(topology, parameters) {
+            return Err(AssemblyError::Gap(self.gap(topology)));
+        }
+        // What is singular shows only where the loops are closed to round-off.
+        self.plan(topology, parameters)
+    }
+
+    fn differentiate(&mut self, topology: &Topology, parameters: &Parameters<f64>) {
         self.kinematics.differentiate(
             topology,
             parameters,
@@ -231,7 +248,6 @@ impl Assembly {
             &mut self.state,
             &self.targets,
         );
-        Ok(())
     }
 
     /// Whether Newton's method closes everything, by the present plan.
@@ -285,12 +301,11 @@ impl Assembly {
         if self.try_plan(topology, parameters) {
             return Ok(());
         }
-        let jacobian = self.jacobian(topology);
         let found = freedom::open_motions(
             topology,
             parameters,
             &self.kinematics.bodies,
-            &self.scaled(topology, parameters, &jacobian),
+            &self.scaled_jacobian(topology, parameters),
             &column_scales(topology, parameters.length),
         );
         let open = match found {
@@ -313,14 +328,19 @@ impl Assembly {
         let (prescription, state) = (&self.prescription, &self.state);
         self.kinematics.place(topology, parameters, prescription, state, &self.targets);
         self.kinematics.linearise(topology, prescription);
-        match self.prescription.plan(topology, &self.kinematics, parameters.length) {
-            Ok(program) => {
-                self.program = program;
-                self.kinematics = Kinematics::new(topology, &self.prescription, &self.program);
-                true
+        let Ok(plan) = self.prescription.plan(topology, &self.kinematics, parameters.length) else {
+            return false;
+        };
+        // A small pivot need not mean a small singular value, but no small one means none.
+        if plan.smallest_pivot < SUSPICIOUS_PIVOT {
+            let svd = Svd::new(&self.scaled_jacobian(topology, parameters));
+            if svd.rank(freedom::OPEN) < topology.freedoms() {
+                return false;
             }
-            Err(_) => false,
         }
+        self.program = plan.compile();
+        self.kinematics = Kinematics::new(topology, &self.prescription, &self.program);
+        true
     }
 
     fn jacobian(&self, topology: &Topology) -> DMatrix<f64> {
@@ -331,16 +351,13 @@ impl Assembly {
         jacobian
     }
 
-    fn scaled(
-        &self,
-        topology: &Topology,
-        parameters: &Parameters<f64>,
-        jacobian: &DMatrix<f64>,
-    ) -> DMatrix<f64> {
+    fn scaled_jacobian(&self, topology: &Topology, parameters: &Parameters<f64>) -> DMatrix<f64> {
         let columns = column_scales(topology, parameters.length);
-        DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| {
-            jacobian[(i, j)] * self.row_scales[i] * columns[j]
-        })
+        let mut jacobian = self.jacobian(topology);
+        for ((i, j), value) in indices(&jacobian).zip(jacobian.as_mut_slice()) {
+            *value *= self.row_scales[i] * columns[j];
+        }
+        jacobian
     }
 
     /// Levenberg and Marquardt's method on all rows: slow, but it needs neither a plan nor a good
@@ -440,6 +457,12 @@ impl Assembly {
         worst.deviation = errors[row..].iter().fold(0.0, |max, e| e.abs().max(max));
         worst
     }
+}
+
+/// The places of a matrix's entries in the order in which they are stored.
+fn indices(matrix: &DMatrix<f64>) -> impl Iterator<Item = (usize, usize)> + use<> {
+    let (rows, columns) = matrix.shape();
+    (0..columns).flat_map(move |j| (0..rows).map(move |i| (i, j)))
 }
 
 /// The body that differs most between two placements: its number, its relative pose, and the size

@@ -11,9 +11,10 @@ use crate::spatial::{Twist, Vec3};
 use crate::topology::{Link, Topology};
 use nalgebra::{DMatrix, DVector};
 
-/// Singular values below this, relative to the largest, count as zero: matrices here are scaled to
-/// entries of order one and the positions in them are exact to 1e-13.
-const NEGLIGIBLE: f64 = 1e-9;
+/// Singular values below this, relative to the largest, count as zero. Matrices here are scaled to
+/// entries of order one. A position at which a freedom is blocked to second order only is found no
+/// better than to the square root of round-off, 1e-8, and so is the singular value.
+pub(super) const OPEN: f64 = 1e-6;
 
 /// What is left open.
 pub(super) enum OpenMotion {
@@ -44,7 +45,7 @@ pub(super) fn open_motions(
     column_scales: &[f64],
 ) -> OpenMotion {
     let svd = Svd::new(scaled);
-    let null = svd.null_space(svd.rank(NEGLIGIBLE));
+    let null = svd.null_space(svd.rank(OPEN));
     // Rates of the tree for each open direction, then twists of the bodies.
     let rates: Vec<DVector<f64>> = null
         .iter()
@@ -85,7 +86,8 @@ fn idle_spins(
     twists: &[Vec<Twist<f64>>],
 ) -> Option<Vec<Spin>> {
     let length = parameters.length;
-    let small = NEGLIGIBLE.sqrt();
+    // Parts of unit motions below this are none.
+    let small = 1e-4;
     for actuator in &topology.actuators {
         let (predecessor, successor) = topology.ends[actuator.joint];
         let freedom = &topology.joint_types[actuator.joint].freedoms()[actuator.freedom];

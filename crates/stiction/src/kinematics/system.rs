@@ -118,18 +118,12 @@ impl Prescription {
         topology: &Topology,
         workspace: &Kinematics<f64>,
         length: f64,
-    ) -> Result<Elimination, RankDeficient> {
+    ) -> Result<Plan, RankDeficient> {
         let rows = self.row_scales(length);
         let columns = column_scales(topology, length);
         let scales = Scales { rows: &rows, columns: &columns };
-        let plan = Plan::new(
-            self.rows.len(),
-            topology.freedoms(),
-            &self.entries,
-            &workspace.entries,
-            scales,
-        )?;
-        Ok(plan.compile())
+        let freedoms = topology.freedoms();
+        Plan::new(self.rows.len(), freedoms, &self.entries, &workspace.entries, scales)
     }
 }
 

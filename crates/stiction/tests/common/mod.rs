@@ -277,6 +277,64 @@ pub fn regular_twin(mu: f64, viscous: f64) -> Robot {
     }
 }
 
+/// The paper's robot as printed: base 900 mm, platform 300 mm; all six coordinates of the platform
+/// are prescribed, because nothing holds its roll to first order.
+pub fn printed_robot(rub: bool) -> Robot {
+    let mut builder = MechanismBuilder::new("zhang2018")
+        .gravity(v(0.0, 0.0, -9.81))
+        .body(BodySpec::new("platform").mass(5.83).inertia(diagonal(0.0142, 0.0142, 0.025)));
+    let (k, l) = (0.15f64, 0.45);
+    let root = 3f64.sqrt();
+    let feet = [v(0.0, root * k, 0.0), v(l, 0.0, 0.0), v(-l, 0.0, 0.0)];
+    let tips = [v(0.0, 2.0 * k / root, 0.0), v(k, -k / root, 0.0), v(-k, -k / root, 0.0)];
+    let contacts = [
+        friction(0.12, 0.02, Some(0.0125)),
+        friction(0.12, 0.02, None),
+        friction(0.12, 0.02, Some(0.025)),
+    ];
+    for n in 0..3 {
+        builder = rps_leg(
+            builder,
+            n + 1,
+            Pose::at(feet[n]),
+            Pose::at(tips[n]),
+            [5.15, 2.07],
+            [diagonal(0.0502, 0.0502, 0.002), diagonal(0.0185, 0.0185, 0.0005)],
+            0.3493,
+            [[0.0, 0.16], [-0.53, 0.24], [0.53, 0.24]][n],
+            rub.then_some(contacts),
+        );
+    }
+    let mechanism = builder.build().unwrap();
+    let body = mechanism.body_id("platform").unwrap();
+    let order = AngleOrder::XYZ;
+    Robot {
+        homes: vec![(body, Pose::at(v(0.0, k / root, 0.515)))],
+        coordinates: vec![
+            Coordinate::Position { body, axis: 0 },
+            Coordinate::Position { body, axis: 1 },
+            Coordinate::Position { body, axis: 2 },
+            Coordinate::Angle { body, order, index: 0 },
+            Coordinate::Angle { body, order, index: 1 },
+            Coordinate::Angle { body, order, index: 2 },
+        ],
+        mechanism,
+    }
+}
+
+/// The paper's motion (29), with what holds still.
+pub fn printed_motion(t: f64) -> [Target<f64>; 6] {
+    let still = |value| Target { value, rate: 0.0, acceleration: 0.0 };
+    [
+        sine(0.0, 0.005, TURN, 0.0, t),
+        still(0.15 / 3f64.sqrt()),
+        sine(0.505, 0.010, TURN, QUARTER, t),
+        still(0.0),
+        still(0.0),
+        still(0.0),
+    ]
+}
+
 /// The reference motion of the regular twin; the pitch angle is 90 deg less theta.
 pub fn twin_motion(t: f64) -> [Target<f64>; 3] {
     [

@@ -1,0 +1,109 @@
+//! After set-up the kernels allocate nothing, and their cost grows with the number of legs.
+#![allow(unsafe_code, reason = "a global allocator that counts")]
+
+mod common;
+
+use common::random::*;
+use common::*;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use stiction::dynamics::{FrictionMode, InverseDynamics, Settings};
+use stiction::joint::JointType::*;
+use stiction::kinematics::Coordinate;
+use stiction::spatial::Pose;
+
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: everything is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|n| n.set(n.get() + 1));
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations(mut f: impl FnMut()) -> usize {
+    let before = ALLOCATIONS.with(Cell::get);
+    f();
+    ALLOCATIONS.with(Cell::get) - before
+}
+
+#[test]
+fn kernels_allocate_nothing() {
+    assert_eq!(allocations(|| drop(std::hint::black_box(Box::new(1)))), 1, "the counter counts");
+    for class in CLASSES {
+        for mode in [FrictionMode::Off, FrictionMode::OnePass, FrictionMode::Converged] {
+            let (_, case) = case(class, 3, 0.01);
+            let settings = Settings { friction: mode, ..Settings::default() };
+            let (coordinates, targets) = (&case.coordinates, &case.targets);
+            let mut solver =
+                InverseDynamics::new(case.mechanism.clone(), &[], coordinates, targets, settings)
+                    .unwrap();
+            let kernel = solver.kernel().unwrap();
+            let parameters = solver.parameters().clone();
+            let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
+            let run = || kernel.run(&parameters, &mut workspace, targets, &case.loads, &settings);
+            assert_eq!(allocations(run), 0, "kernel, {class:?} {mode:?}");
+
+            // The checked solver, too, while nothing special happens.
+            solver.solve(&case.loads).unwrap();
+            let solve = || {
+                solver.move_to(targets).unwrap();
+                solver.solve(&case.loads).unwrap();
+            };
+            assert_eq!(allocations(solve), 0, "solver, {class:?} {mode:?}");
+        }
+    }
+}
+
+/// Operations of both factorisations for a platform on six actuated legs and more passive ones.
+fn operations_with_legs(legs: usize) -> usize {
+    let mut random = Random(1);
+    let mut draft = Draft::new();
+    let pose = Pose { position: v(0.0, 0.0, 0.6), ..random.pose(0.0) };
+    let platform = draft.body(&mut random, pose);
+    let mut coordinates = Vec::new();
+    for leg in 0..legs {
+        let angle = 2.4 * leg as f64;
+        let foot = v(0.5 * angle.cos(), 0.5 * angle.sin(), 0.0);
+        let tip = v(0.3 * (angle + 0.6).cos(), 0.3 * (angle - 0.4).sin(), 0.6);
+        let types = [Universal, Prismatic, Spherical];
+        let joints = draft.chain(&mut random, &types, 0, platform, (foot, tip));
+        if leg < 6 {
+            draft.joints[joints[1]].actuated.push(0);
+            coordinates.push(joints[1]);
+        }
+    }
+    let mechanism = draft.build_in_order();
+    let coordinates: Vec<_> = coordinates
+        .iter()
+        .map(|j| Coordinate::Joint {
+            joint: mechanism.joint_id(&format!("j{j}")).unwrap(),
+            freedom: 0,
+        })
+        .collect();
+    let targets = vec![sine(0.0, 0.1, 1.0, 0.0, 0.0); 6];
+    let solver =
+        InverseDynamics::new(mechanism, &[], &coordinates, &targets, Settings::default()).unwrap();
+    let (motion, balance) = solver.kernel().unwrap().operations();
+    motion + balance
+}
+
+#[test]
+fn cost_grows_linearly_with_the_legs() {
+    let [few, more, many] = [8, 16, 32].map(operations_with_legs);
+    let (per_leg, later) = ((more - few) as f64 / 8.0, (many - more) as f64 / 16.0);
+    assert!((later / per_leg - 1.0).abs() < 0.1, "{few} {more} {many}");
+}
