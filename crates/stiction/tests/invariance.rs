@@ -3,7 +3,6 @@
 mod common;
 
 use common::random::*;
-use common::*;
 use stiction::dynamics::{AppliedLoad, InverseDynamics, InverseError, LoadAxes, Settings};
 use stiction::kinematics::{AssemblyError, Coordinate};
 use stiction::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder};

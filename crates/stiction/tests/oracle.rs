@@ -3,7 +3,6 @@
 mod common;
 
 use common::random::*;
-use common::*;
 use stiction::dynamics::{FrictionMode, InverseDynamics, InverseError, Settings};
 use stiction::kinematics::AssemblyError;
 

@@ -27,7 +27,7 @@ pub struct ContactForce {
 /// All forces at one instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forces {
-    /// Effort of each actuator, N or N m, in the order of [`Mechanism::actuators`].
+    /// Effort of each actuator, N or N m, in the order of [`crate::mechanism::Mechanism::actuators`].
     pub drives: Vec<f64>,
     /// The same without friction.
     pub drives_frictionless: Vec<f64>,
@@ -37,7 +37,7 @@ pub struct Forces {
     /// For each joint the force that the predecessor exerts on the successor, N, and its moment
     /// about the joint's origin, N m; world axes; constraint, drive and friction together.
     pub reactions: Vec<(Vec3<f64>, Vec3<f64>)>,
-    /// For each contact with friction, in the order of [`Parameters::contacts`].
+    /// For each contact with friction, in the order of [`crate::parameters::Parameters::contacts`].
     pub contacts: Vec<ContactForce>,
     /// The power balance.
     pub power: Power,

@@ -2,6 +2,7 @@
 
 use super::bounds;
 use super::careful;
+use super::contacts::ContactState;
 use super::error::InverseError;
 use super::forces::Forces;
 use super::inverse::{FrictionMode, Inverse, Settings, Setup};
@@ -14,7 +15,7 @@ use super::structure::Weighting;
 use super::wedge;
 use crate::kinematics::{Assembly, AssemblyError, Bodies, Coordinate, Target};
 use crate::mechanism::{BodyId, Mechanism};
-use crate::mobility::{Statics, Uncarried, describe_motion};
+use crate::mobility::{DETERMINED, Statics, Uncarried, describe_motion};
 use crate::parameters::Parameters;
 use crate::spatial::{Pose, Twist};
 use crate::topology::{Topology, TreeRule};
@@ -185,6 +186,21 @@ impl InverseDynamics {
         let system = NewtonEuler::new(&self.mechanism, &self.parameters, bodies);
         let origins = bodies.frame_j.iter().map(|frame| frame.position).collect();
         Statics::new(&self.mechanism, system, origins)
+    }
+
+    /// For each contact whether its load, and with it its friction, is determined by the balance
+    /// alone; `statics` is that of the present position.
+    pub fn determined_loads(&self, statics: &Statics) -> Vec<bool> {
+        let mut determined = vec![true; self.parameters.contacts.len()];
+        for stress in statics.self_stresses() {
+            for (flag, contact) in determined.iter_mut().zip(&self.parameters.contacts) {
+                // The load map of the self-stress alone.
+                let mut state = ContactState::new();
+                state.press(contact, self.bodies(), stress[contact.joint]);
+                *flag &= state.load() - contact.load.preload < DETERMINED;
+            }
+        }
+        determined
     }
 
     /// All forces at the present position under loads.

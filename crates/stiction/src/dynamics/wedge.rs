@@ -47,7 +47,7 @@ pub(super) fn follow_friction(
         let mut found = false;
         for _ in 0..settings.friction_steps {
             let (change, largest) = inverse.step(setup, &scaled, bodies);
-            if !(largest <= UNBOUNDED * largest_start) {
+            if largest.is_nan() || largest > UNBOUNDED * largest_start {
                 break;
             }
             if settings.is_settled(change, largest) {

@@ -164,9 +164,13 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// The largest loop-closure error, m or rad, over all cut joints.
-    pub fn closure_error(&self) -> f64 {
-        largest(&self.errors[..self.closures])
+    /// The largest loop-closure error over all cut joints, m; angles times `length`.
+    pub fn closure_error(&self, prescription: &Prescription, length: f64) -> f64 {
+        let errors = self.errors[..self.closures].iter().zip(&prescription.rows);
+        let in_metres =
+            |(error, row): (&T, &Row)| error.largest() * if row.is_angle { length } else { 1.0 };
+        // A NaN must not be passed over.
+        errors.map(in_metres).fold(0.0, |max, e| if e > max || e.is_nan() { e } else { max })
     }
 
     /// The largest error of any row: loop closure or deviation from the prescription, m or rad.

@@ -133,7 +133,7 @@ impl Active {
         for (count, column) in emptiest {
             let size = |row: &usize| self.rows[*row].get(&column).map_or(0.0, |x| x.abs());
             let largest = self.columns[column].iter().map(size).fold(0.0, f64::max);
-            if !(largest > negligible) {
+            if largest.is_nan() || largest <= negligible {
                 continue;
             }
             for &row in &self.columns[column] {

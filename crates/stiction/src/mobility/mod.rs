@@ -1,7 +1,10 @@
 //! What can move and what cannot: analysis by dense decompositions.
 
+mod distance;
 mod statics;
 mod words;
 
+pub use distance::Constraints;
+pub(crate) use statics::DETERMINED;
 pub use statics::{Carried, RANK_TOLERANCE, Statics, Uncarried};
 pub use words::describe_motion;

@@ -79,6 +79,14 @@ impl Statics {
         }
     }
 
+    /// The system's matrix, free of units.
+    pub fn scaled_matrix(&self) -> DMatrix<f64> {
+        let matrix = &self.system.matrix;
+        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+            matrix[(i, j)] * self.row_scales[i] * self.column_scales[j]
+        })
+    }
+
     /// The system.
     pub fn system(&self) -> &NewtonEuler {
         &self.system
@@ -156,8 +164,7 @@ impl Statics {
     /// about the joint's origin, world axes), whether the balance alone determines it.
     pub fn determined_reactions(&self) -> Vec<[bool; 6]> {
         let mut determined = vec![[true; 6]; self.joint_origins.len()];
-        for vector in &self.null {
-            let stress = self.wrenches_of(vector);
+        for stress in self.self_stresses() {
             for ((flags, wrench), &origin) in
                 determined.iter_mut().zip(stress).zip(&self.joint_origins)
             {
@@ -169,6 +176,12 @@ impl Statics {
             }
         }
         determined
+    }
+
+    /// Self-stresses: for each way in which joints can load each other without any demand, the
+    /// wrench at each joint, about the kernel origin. Unknowns are of size one in all.
+    pub fn self_stresses(&self) -> Vec<Vec<Wrench<f64>>> {
+        self.null.iter().map(|vector| self.wrenches_of(vector)).collect()
     }
 
     fn wrenches_of(&self, scaled: &DVector<f64>) -> Vec<Wrench<f64>> {
@@ -299,7 +312,7 @@ impl Statics {
 }
 
 /// Parts of unit vectors below this are rounding.
-const DETERMINED: f64 = 1e-8;
+pub(crate) const DETERMINED: f64 = 1e-8;
 
 /// Moves `solution` along the columns of `open` to where `now + response * amounts` is least;
 /// returns what is still open then.

@@ -62,6 +62,7 @@ impl<T: Scalar, const D: usize> Sub for Dual<T, D> {
 impl<T: Scalar, const D: usize> Mul for Dual<T, D> {
     type Output = Self;
     #[inline(always)]
+    #[expect(clippy::suspicious_arithmetic_impl, reason = "the product rule")]
     fn mul(self, other: Self) -> Self {
         let (u, v) = (self.value, other.value);
         self.zip(other, u * v, |du, dv| du * v + u * dv)

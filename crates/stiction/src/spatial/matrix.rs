@@ -199,7 +199,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn rotation_vector_inverts_rotation(axis in vector(), angle in -3.1415..3.1415f64) {
+        fn rotation_vector_inverts_rotation(axis in vector(), angle in -3.0..3.0f64) {
             prop_assume!(axis.norm() > 1e-3);
             let expected = axis.direction().unwrap() * angle;
             let found = Mat3::rotation(axis, angle).rotation_vector();
