@@ -1,0 +1,110 @@
+//! Banded linear systems.
+
+/// A square matrix whose entries lie on the main diagonal and `band` diagonals on both sides.
+pub(super) struct Banded {
+    size: usize,
+    band: usize,
+    /// Row by row, each with `2 band + 1` entries.
+    entries: Vec<f64>,
+}
+
+impl Banded {
+    /// The zero matrix.
+    pub(super) fn new(size: usize, band: usize) -> Self {
+        Self { size, band, entries: vec![0.0; size * (2 * band + 1)] }
+    }
+
+    fn index(&self, row: usize, column: usize) -> Option<usize> {
+        let offset = (column + self.band).checked_sub(row)?;
+        (row < self.size && column < self.size && offset <= 2 * self.band)
+            .then_some(row * (2 * self.band + 1) + offset)
+    }
+
+    /// An entry; zero outside of the band.
+    pub(super) fn get(&self, row: usize, column: usize) -> f64 {
+        self.index(row, column).and_then(|i| self.entries.get(i)).copied().unwrap_or(0.0)
+    }
+
+    /// Sets an entry; ignored outside of the band.
+    pub(super) fn set(&mut self, row: usize, column: usize, value: f64) {
+        if let Some(entry) = self.index(row, column).and_then(|i| self.entries.get_mut(i)) {
+            *entry = value;
+        }
+    }
+
+    /// Factors the matrix in place, without pivoting: for diagonally dominant and for totally
+    /// positive matrices elimination in the given order is stable (de Boor, A Practical Guide to
+    /// Splines, chapter XIII).
+    pub(super) fn factor(mut self) -> Factored {
+        for pivot in 0..self.size {
+            let diagonal = self.get(pivot, pivot);
+            let last = (pivot + self.band).min(self.size.saturating_sub(1));
+            for row in pivot + 1..=last {
+                let factor = self.get(row, pivot) / diagonal;
+                self.set(row, pivot, factor);
+                if factor != 0.0 {
+                    for column in pivot + 1..=last {
+                        let entry = self.get(row, column) - factor * self.get(pivot, column);
+                        self.set(row, column, entry);
+                    }
+                }
+            }
+        }
+        Factored(self)
+    }
+}
+
+/// A factored matrix.
+pub(super) struct Factored(Banded);
+
+impl Factored {
+    /// Solves for one right-hand side, in place.
+    pub(super) fn solve(&self, b: &mut [f64]) {
+        let Banded { size, band, .. } = self.0;
+        let read = |b: &[f64], k: usize| b.get(k).copied().unwrap_or(0.0);
+        for row in 0..size {
+            let first = row.saturating_sub(band);
+            let sum: f64 = (first..row).map(|k| self.0.get(row, k) * read(b, k)).sum();
+            if let Some(x) = b.get_mut(row) {
+                *x -= sum;
+            }
+        }
+        for row in (0..size).rev() {
+            let last = (row + band).min(size.saturating_sub(1));
+            let sum: f64 = (row + 1..=last).map(|k| self.0.get(row, k) * read(b, k)).sum();
+            if let Some(x) = b.get_mut(row) {
+                *x = (*x - sum) / self.0.get(row, row);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_banded_system_is_solved() {
+        let n = 20;
+        let mut matrix = Banded::new(n, 2);
+        for i in 0..n {
+            for k in 0..n {
+                if i.abs_diff(k) <= 2 {
+                    matrix.set(
+                        i,
+                        k,
+                        if i == k { 6.0 } else { 1.0 / (1.0 + i as f64 + 2.0 * k as f64) },
+                    );
+                }
+            }
+        }
+        let x: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
+        let mut b: Vec<f64> =
+            (0..n).map(|i| (0..n).map(|k| matrix.get(i, k) * x[k]).sum()).collect();
+        matrix.factor().solve(&mut b);
+        for (found, expected) in b.iter().zip(&x) {
+            // Diagonally dominant: the condition number is of order one.
+            assert!((found - expected).abs() < 1e-14);
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! What is wrong, where, and what to do about it.
+
+mod render;
+mod words;
+
+pub(crate) use words::{did_you_mean, nearest, number, or, quoted};
+
+use crate::source::{Place, Source};
+use serde_json::{Value, json};
+use std::fmt;
+use std::sync::Arc;
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// The input cannot be used.
+    Error,
+    /// The input can be used, but a colleague would point at this. Warnings never change numbers.
+    Warning,
+}
+
+/// One message about one place in a text.
+#[derive(Clone, Debug)]
+pub struct Diagnostic {
+    /// How bad it is.
+    pub severity: Severity,
+    /// The kind of problem, a short word for programs and searches, such as `unknown-key`.
+    pub code: &'static str,
+    /// What is wrong, in one sentence without a full stop.
+    pub message: String,
+    /// Where; `None` when it concerns the whole.
+    pub place: Option<Place>,
+    /// What stands next to the underlined text.
+    pub label: String,
+    /// Other places that matter, each with its label.
+    pub related: Vec<(Place, String)>,
+    /// A way out.
+    pub help: Option<String>,
+}
+
+impl Diagnostic {
+    pub(crate) fn error(code: &'static str, message: impl Into<String>) -> Self {
+        Self {
+            severity: Severity::Error,
+            code,
+            message: message.into(),
+            place: None,
+            label: String::new(),
+            related: Vec::new(),
+            help: None,
+        }
+    }
+
+    pub(crate) fn warning(code: &'static str, message: impl Into<String>) -> Self {
+        Self { severity: Severity::Warning, ..Self::error(code, message) }
+    }
+
+    pub(crate) fn at(mut self, place: Place, label: impl Into<String>) -> Self {
+        (self.place, self.label) = (Some(place), label.into());
+        self
+    }
+
+    pub(crate) fn also(mut self, place: Place, label: impl Into<String>) -> Self {
+        self.related.push((place, label.into()));
+        self
+    }
+
+    pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    pub(crate) fn maybe_help(mut self, help: Option<String>) -> Self {
+        self.help = help;
+        self
+    }
+
+    /// The message as JSON: `severity`, `code`, `message`, `label`, `help`, and where known `file`,
+    /// `line`, `column`, `end_line`, `end_column` (counted from 1, columns in characters).
+    pub fn to_json(&self) -> Value {
+        let mut object = json!({
+            "severity": match self.severity { Severity::Error => "error", Severity::Warning => "warning" },
+            "code": self.code,
+            "message": self.message,
+            "label": self.label,
+            "help": self.help,
+        });
+        if let (Some(place), Some(object)) = (&self.place, object.as_object_mut()) {
+            let ((line, column), (end_line, end_column)) =
+                (place.line_column(), place.end_line_column());
+            object.insert("file".into(), json!(place.source.name));
+            object.insert("line".into(), json!(line));
+            object.insert("column".into(), json!(column));
+            object.insert("end_line".into(), json!(end_line));
+            object.insert("end_column".into(), json!(end_column));
+        }
+        object
+    }
+
+    /// The same message about the same place says nothing new.
+    fn repeats(&self, other: &Self) -> bool {
+        let spot = |d: &Self| d.place.as_ref().map(|p| (Arc::as_ptr(&p.source), p.span.clone()));
+        self.message == other.message && spot(self) == spot(other)
+    }
+}
+
+/// Beyond so many messages the rest is only counted: nobody reads them, and a large broken file must
+/// not eat the memory.
+const MOST_KEPT: usize = 100;
+
+/// All messages about an input.
+///
+/// `Display` gives the plain text; [`Diagnostics::render`] the coloured one.
+#[derive(Clone, Debug, Default)]
+pub struct Diagnostics {
+    list: Vec<Diagnostic>,
+    errors_untold: usize,
+    warnings_untold: usize,
+}
+
+impl Diagnostics {
+    /// No message.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a message, unless it has been said already.
+    pub fn push(&mut self, diagnostic: Diagnostic) {
+        if self.list.len() < MOST_KEPT {
+            if !self.list.iter().any(|other| diagnostic.repeats(other)) {
+                self.list.push(diagnostic);
+            }
+        } else if diagnostic.severity == Severity::Error {
+            self.errors_untold += 1;
+        } else {
+            self.warnings_untold += 1;
+        }
+    }
+
+    /// Adds all messages of `other`.
+    pub fn append(&mut self, other: Self) {
+        self.errors_untold += other.errors_untold;
+        self.warnings_untold += other.warnings_untold;
+        for diagnostic in other.list {
+            self.push(diagnostic);
+        }
+    }
+
+    /// The messages.
+    pub fn iter(&self) -> std::slice::Iter<'_, Diagnostic> {
+        self.list.iter()
+    }
+
+    /// Whether there is no message.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// How many messages can be read here.
+    pub fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// How many more there were than are kept here.
+    pub fn untold(&self) -> usize {
+        self.errors_untold + self.warnings_untold
+    }
+
+    pub(crate) fn add_untold_errors(&mut self, count: usize) {
+        self.errors_untold += count;
+    }
+
+    /// Whether one of them is an error.
+    pub fn has_errors(&self) -> bool {
+        self.errors_untold > 0 || self.list.iter().any(|d| d.severity == Severity::Error)
+    }
+
+    /// Sorts by place: the texts in the order in which they first turn up, then by position.
+    pub(crate) fn sort(&mut self) {
+        let mut sources: Vec<*const Source> = Vec::new();
+        for place in self.list.iter().filter_map(|d| d.place.as_ref()) {
+            let source = Arc::as_ptr(&place.source);
+            if !sources.contains(&source) {
+                sources.push(source);
+            }
+        }
+        self.list.sort_by_key(|d| {
+            d.place.as_ref().map(|place| {
+                let source = Arc::as_ptr(&place.source);
+                let rank = sources.iter().position(|&s| s == source);
+                (rank, place.span.start, place.span.end)
+            })
+        });
+    }
+
+    /// The messages for a terminal, underlined places and all; `coloured` with escape sequences.
+    pub fn render(&self, coloured: bool) -> String {
+        render::all(self, coloured)
+    }
+
+    /// The messages as a JSON list, see [`Diagnostic::to_json`].
+    pub fn to_json(&self) -> Value {
+        Value::Array(self.list.iter().map(Diagnostic::to_json).collect())
+    }
+}
+
+impl fmt::Display for Diagnostics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.render(false))
+    }
+}
+
+impl std::error::Error for Diagnostics {}
+
+impl From<Diagnostic> for Diagnostics {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Self { list: vec![diagnostic], ..Self::default() }
+    }
+}
+
+impl<'a> IntoIterator for &'a Diagnostics {
+    type Item = &'a Diagnostic;
+    type IntoIter = std::slice::Iter<'a, Diagnostic>;
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}

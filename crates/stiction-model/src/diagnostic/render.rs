@@ -1,0 +1,138 @@
+//! Messages as text, with the place underlined.
+
+use super::{Diagnostic, Diagnostics, Severity};
+use crate::source::{Place, boundary};
+use annotate_snippets::{Annotation, AnnotationKind, Element, Level, Origin, Renderer, Snippet};
+use std::sync::Arc;
+
+/// Longer lines (somebody's minified file) are named but not shown.
+const LONGEST_LINE: usize = 500;
+/// Places farther apart than this are shown as two excerpts.
+const MOST_LINES: usize = 200;
+
+pub(super) fn all(diagnostics: &Diagnostics, coloured: bool) -> String {
+    let renderer = if coloured { Renderer::styled() } else { Renderer::plain() };
+    let mut text = String::new();
+    for diagnostic in diagnostics {
+        text.push_str(&one(&renderer, diagnostic));
+        text.push_str("\n\n");
+    }
+    match diagnostics.untold() {
+        0 => {
+            text.pop();
+        }
+        1 => text.push_str("… and one more message\n"),
+        n => text.push_str(&format!("… and {n} more messages\n")),
+    }
+    text
+}
+
+fn one(renderer: &Renderer, diagnostic: &Diagnostic) -> String {
+    let level = match diagnostic.severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+    };
+    let mut elements: Vec<Element<'_>> = Vec::new();
+    if let Some(place) = &diagnostic.place {
+        let mut marks =
+            vec![Mark { place, label: &diagnostic.label, kind: AnnotationKind::Primary }];
+        for (place, label) in &diagnostic.related {
+            marks.push(Mark { place, label, kind: AnnotationKind::Context });
+        }
+        elements.extend(excerpts(&marks));
+    }
+    if let Some(help) = &diagnostic.help {
+        elements.push(Level::HELP.message(help.as_str()).into());
+    }
+    let title = level.primary_title(diagnostic.message.as_str()).id(diagnostic.code);
+    let group = title.elements(elements);
+    renderer.render(&[group])
+}
+
+struct Mark<'a> {
+    place: &'a Place,
+    label: &'a str,
+    kind: AnnotationKind,
+}
+
+/// The lines of one place: where they begin, and the part of the first that is marked. Only that
+/// line is ever marked; a mark over many lines says no more.
+struct Line {
+    start: usize,
+    end: usize,
+    mark: std::ops::Range<usize>,
+}
+
+fn line_of(place: &Place) -> Line {
+    let text = place.source.text.as_str();
+    let from = boundary(text, place.span.start);
+    let start = text.get(..from).and_then(|t| t.rfind('\n')).map_or(0, |newline| newline + 1);
+    let rest = text.get(from..).unwrap_or_default();
+    let end = from + rest.find('\n').unwrap_or(rest.len());
+    let end = start + text.get(start..end).unwrap_or_default().trim_end_matches('\r').len();
+    let from = from.min(end);
+    let to = boundary(text, place.span.end).clamp(from, end);
+    Line { start, end, mark: from..to }
+}
+
+/// Marks of one text that are near each other go into one excerpt.
+fn excerpts<'a>(marks: &[Mark<'a>]) -> Vec<Element<'a>> {
+    let mut elements = Vec::new();
+    let mut done = vec![false; marks.len()];
+    for (i, mark) in marks.iter().enumerate() {
+        if std::mem::replace(&mut done[i], true) {
+            continue;
+        }
+        let text = mark.place.source.text.as_str();
+        let first = line_of(mark.place);
+        let (mut from, mut to) = (first.start, first.end);
+        let mut members = vec![(mark, first)];
+        for (k, other) in marks.iter().enumerate().skip(i + 1) {
+            if done[k] || !Arc::ptr_eq(&other.place.source, &mark.place.source) {
+                continue;
+            }
+            let line = line_of(other.place);
+            let (low, high) = (from.min(line.start), to.max(line.end));
+            let between = text.get(low..high).unwrap_or_default();
+            if between.lines().take(MOST_LINES + 1).count() <= MOST_LINES {
+                (from, to) = (low, high);
+                members.push((other, line));
+                done[k] = true;
+            }
+        }
+        elements.push(excerpt(text, from, to, &members));
+    }
+    elements
+}
+
+fn excerpt<'a>(
+    text: &'a str,
+    from: usize,
+    to: usize,
+    members: &[(&Mark<'a>, Line)],
+) -> Element<'a> {
+    let mark = members[0].0;
+    let name = mark.place.source.name.as_str();
+    let (line, column) = mark.place.line_column();
+    let shown = text.get(from..to).unwrap_or_default();
+    if shown.lines().any(|line| line.len() > LONGEST_LINE) {
+        return Origin::path(name).line(line).char_column(column).into();
+    }
+    // A byte order mark is no character of the file.
+    let skipped = if shown.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
+    let from = from + skipped;
+    let shown = shown.get(skipped..).unwrap_or_default();
+    let before = text.get(..from).unwrap_or_default();
+    let line_start = before.bytes().filter(|&b| b == b'\n').count() + 1;
+    let annotation = |(mark, line): &(&Mark<'a>, Line)| -> Annotation<'a> {
+        let start = line.mark.start.saturating_sub(from);
+        let end = line.mark.end.saturating_sub(from).max(start);
+        let label = Some(mark.label).filter(|label| !label.is_empty());
+        mark.kind.span(start..end).label(label)
+    };
+    Snippet::source(shown)
+        .line_start(line_start)
+        .path(name)
+        .annotations(members.iter().map(annotation))
+        .into()
+}

@@ -1,0 +1,105 @@
+//! Words that many messages share.
+
+/// Names longer than this are cut in messages, and nobody is offered a similar one.
+const LONGEST_NAME: usize = 60;
+
+/// A name from the input between backticks, cut if long, control characters escaped.
+pub(crate) fn quoted(name: &str) -> String {
+    let mut shown: String = name.chars().take(LONGEST_NAME).flat_map(char::escape_debug).collect();
+    // escape_debug also escapes quotes, which need it not here.
+    shown = shown.replace("\\'", "'").replace("\\\"", "\"");
+    if name.chars().count() > LONGEST_NAME {
+        shown.push('…');
+    }
+    format!("`{shown}`")
+}
+
+/// The candidate that `name` was probably meant to be.
+pub(crate) fn nearest<'a>(
+    name: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    if name.chars().count() > LONGEST_NAME {
+        return None;
+    }
+    let plain = |s: &str| s.to_lowercase().replace('-', "_");
+    let wanted = plain(name);
+    // A third of the letters may be wrong: `platfrom` finds `platform`, `q` finds nothing.
+    let tolerance = (wanted.chars().count() / 3).clamp(1, 4);
+    candidates
+        .into_iter()
+        .filter(|candidate| candidate.len() <= 4 * LONGEST_NAME)
+        .map(|candidate| (strsim::damerau_levenshtein(&wanted, &plain(candidate)), candidate))
+        .filter(|&(distance, candidate)| distance <= tolerance && distance < candidate.len())
+        .min_by_key(|&(distance, _)| distance)
+        .map(|(_, candidate)| candidate)
+}
+
+/// `did you mean ...?`, or else the list of what there is.
+pub(crate) fn did_you_mean<'a>(
+    name: &str,
+    what: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> Option<String> {
+    let candidates: Vec<_> = candidates.into_iter().collect();
+    if let Some(candidate) = nearest(name, candidates.iter().copied()) {
+        return Some(format!("did you mean {}?", quoted(candidate)));
+    }
+    const MOST: usize = 12;
+    let shown = candidates.iter().take(MOST).map(|c| quoted(c)).collect::<Vec<_>>();
+    match candidates.len() {
+        0 => None,
+        n if n > MOST => Some(format!("{what}: {}, … ({n} in all)", shown.join(", "))),
+        _ => Some(format!("{what}: {}", shown.join(", "))),
+    }
+}
+
+/// `a, b or c`.
+pub(crate) fn or(words: &[String]) -> String {
+    match words {
+        [] => String::new(),
+        [only] => only.clone(),
+        [first @ .., end] => format!("{} or {end}", first.join(", ")),
+    }
+}
+
+/// A number as a person would write it: the shortest form that reads back as the same number.
+pub(crate) fn number(x: f64) -> String {
+    let size = x.abs();
+    if x == 0.0 || (1e-4..1e7).contains(&size) { format!("{x}") } else { format!("{x:e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_of_the_keyboard_are_understood() {
+        let keys = ["mass", "com", "inertia", "home"];
+        for (typed, meant) in [
+            ("masss", Some("mass")),
+            ("Mass", Some("mass")),
+            ("cmo", Some("com")),
+            ("intertia", Some("inertia")),
+            ("q", None),
+            ("colour", None),
+        ] {
+            assert_eq!(nearest(typed, keys), meant, "{typed}");
+        }
+    }
+
+    #[test]
+    fn names_are_shown_safely() {
+        assert_eq!(quoted("a\u{1b}[31m"), "`a\\u{1b}[31m`");
+        assert_eq!(quoted("it's"), "`it's`");
+        assert!(quoted(&"x".repeat(1000)).chars().count() < 70);
+    }
+
+    #[test]
+    fn numbers_are_shown_as_written() {
+        assert_eq!(number(0.12), "0.12");
+        assert_eq!(number(-9.81), "-9.81");
+        assert_eq!(number(1e300), "1e300");
+        assert_eq!(number(2e-5), "2e-5");
+    }
+}

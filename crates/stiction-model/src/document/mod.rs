@@ -1,0 +1,106 @@
+//! TOML text to a tree with places; all syntax errors at once.
+
+mod syntax;
+pub(crate) mod tree;
+
+pub(crate) use tree::{Key, Node, Table, Text, Value};
+
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::source::{Place, Source};
+use std::sync::Arc;
+use toml::de::{DeInteger, DeTable, DeValue};
+
+/// A model file describes one robot; a text of this size is something else.
+const MOST_BYTES: usize = 8 << 20;
+/// Model files nest five levels deep.
+const MOST_LEVELS: usize = 32;
+
+/// The document, and whether the text was free of syntax errors. With errors the rest of the
+/// document is still there, as far as it could be read; `None` when reading on makes no sense.
+pub(crate) fn parse(source: &Arc<Source>, out: &mut Diagnostics) -> Option<(Table, bool)> {
+    let text = source.text.as_str();
+    let whole = |message: String, help: &str| {
+        Diagnostic::error("syntax", message).at(Place::new(source, 0..0), "").help(help)
+    };
+    if text.len() > MOST_BYTES {
+        let (size, limit) = (text.len() >> 20, MOST_BYTES >> 20);
+        out.push(whole(
+            format!("the file has {size} MiB; a model file has at most {limit} MiB"),
+            "is this the right file? Long motions belong into a CSV file: `file = \"motion.csv\"`",
+        ));
+        return None;
+    }
+    if let Some(at) = text.find('\0') {
+        out.push(
+            Diagnostic::error("syntax", "this is not a text file")
+                .at(Place::new(source, at..at + 1), "a zero byte")
+                .help("a model is a TOML file in UTF-8"),
+        );
+        return None;
+    }
+    let (root, errors) = DeTable::parse_recoverable(text);
+    let mut table = Table { span: 0..0, entries: entries(root.get_ref(), text, 0) };
+    // The parser sorts by key, people by what comes first.
+    table.entries.sort_by_key(|(key, _)| key.span.start);
+    let sound = errors.is_empty();
+    syntax::report(source, &table, errors, out);
+    Some((table, sound))
+}
+
+fn entries(table: &DeTable<'_>, text: &str, level: usize) -> Vec<(Key, Value)> {
+    let mut entries: Vec<_> = table
+        .iter()
+        .map(|(key, value)| {
+            let key = Key { name: key.get_ref().to_string(), span: key.span() };
+            (key, convert(value, text, level + 1))
+        })
+        .collect();
+    entries.sort_by_key(|(key, _)| key.span.start);
+    entries
+}
+
+fn convert(value: &toml::Spanned<DeValue<'_>>, text: &str, level: usize) -> Value {
+    let span = value.span();
+    // Beyond the deepest level nothing has a meaning; whoever reads the level above says so.
+    let inside = level < MOST_LEVELS;
+    let node = match value.get_ref() {
+        DeValue::String(content) => {
+            Node::Text(Text { start: start_of(content, text, &span), content: content.to_string() })
+        }
+        DeValue::Integer(integer) => Node::Number(integer_value(integer)),
+        DeValue::Float(float) => Node::Number(float.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Boolean(flag) => Node::Flag(*flag),
+        DeValue::Datetime(_) => Node::Other,
+        DeValue::Array(list) if inside => {
+            Node::List(list.iter().map(|item| convert(item, text, level + 1)).collect())
+        }
+        DeValue::Table(table) if inside => {
+            Node::Table(Table { span: span.clone(), entries: entries(table, text, level) })
+        }
+        DeValue::Array(_) | DeValue::Table(_) => Node::Other,
+    };
+    Value { span, node }
+}
+
+fn integer_value(integer: &DeInteger<'_>) -> f64 {
+    let digits = integer.as_str();
+    match integer.radix() {
+        // Whole numbers too large for 64 bits are fine as floating-point numbers.
+        10 => digits.parse().unwrap_or(f64::NAN),
+        radix => i128::from_str_radix(digits, radix).map_or(f64::INFINITY, |i| i as f64),
+    }
+}
+
+/// Where the content of a string begins, if it stands in the text as it is.
+fn start_of(content: &str, text: &str, span: &std::ops::Range<usize>) -> Option<usize> {
+    let raw = text.get(span.clone())?;
+    let quotes = if raw.starts_with("\"\"\"") || raw.starts_with("'''") {
+        // A newline right behind the opening quotes does not count.
+        let inner = raw.get(3..)?;
+        3 + if inner.starts_with("\r\n") { 2 } else { usize::from(inner.starts_with('\n')) }
+    } else {
+        usize::from(raw.starts_with(['"', '\'']))
+    };
+    // With escapes it does not, and the first of them ends the likeness.
+    raw.get(quotes..)?.starts_with(content).then_some(span.start + quotes)
+}

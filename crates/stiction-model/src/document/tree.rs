@@ -1,0 +1,106 @@
+//! A document as nested tables in the order of the file, every part with its place.
+
+use crate::source::Span;
+
+/// A key and its place.
+#[derive(Clone, Debug)]
+pub(crate) struct Key {
+    pub(crate) name: String,
+    pub(crate) span: Span,
+}
+
+/// A value and its place.
+#[derive(Clone, Debug)]
+pub(crate) struct Value {
+    pub(crate) span: Span,
+    pub(crate) node: Node,
+}
+
+/// What a value is.
+#[derive(Clone, Debug)]
+pub(crate) enum Node {
+    Text(Text),
+    /// Also what is not finite, so that whoever reads it can say so.
+    Number(f64),
+    Flag(bool),
+    List(Vec<Value>),
+    Table(Table),
+    /// A date, or something that is nested too deeply: nothing here has a use for either.
+    Other,
+}
+
+/// A string.
+#[derive(Clone, Debug)]
+pub(crate) struct Text {
+    pub(crate) content: String,
+    /// Where the content begins in the source, if it stands there letter by letter (no escapes).
+    pub(crate) start: Option<usize>,
+}
+
+/// A table.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Table {
+    /// Its header, its braces, or its key.
+    pub(crate) span: Span,
+    pub(crate) entries: Vec<(Key, Value)>,
+}
+
+impl Table {
+    /// The entry of a key.
+    pub(crate) fn entry(&self, name: &str) -> Option<(&Key, &Value)> {
+        self.entries.iter().find(|(key, _)| key.name == name).map(|(key, value)| (key, value))
+    }
+
+    /// The value of a key.
+    pub(crate) fn get(&self, name: &str) -> Option<&Value> {
+        self.entry(name).map(|(_, value)| value)
+    }
+}
+
+impl Value {
+    /// The table, if it is one.
+    pub(crate) fn as_table(&self) -> Option<&Table> {
+        match &self.node {
+            Node::Table(table) => Some(table),
+            _ => None,
+        }
+    }
+
+    /// The list, if it is one.
+    pub(crate) fn as_list(&self) -> Option<&[Value]> {
+        match &self.node {
+            Node::List(list) => Some(list),
+            _ => None,
+        }
+    }
+
+    /// The string, if it is one.
+    pub(crate) fn as_text(&self) -> Option<&str> {
+        match &self.node {
+            Node::Text(text) => Some(&text.content),
+            _ => None,
+        }
+    }
+
+    /// What it is, in words.
+    pub(crate) fn describe(&self) -> &'static str {
+        match self.node {
+            Node::Text(_) => "a string",
+            Node::Number(_) => "a number",
+            Node::Flag(_) => "a true or false",
+            Node::List(_) => "a list",
+            Node::Table(_) => "a table",
+            Node::Other => "something else (a date?)",
+        }
+    }
+}
+
+impl Text {
+    /// The place of a part of the content, or of the whole value where escapes stand between.
+    pub(crate) fn place_of(&self, value: &Span, part: &Span) -> Span {
+        match self.start {
+            Some(start) => start + part.start..start + part.end,
+            None => value.clone(),
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! Dimensions: powers of metre, kilogram and second.
+
+use std::fmt::Write;
+
+/// Powers are counted in twelfths, so that square, cube and fourth roots stay exact.
+const ONE: i16 = 12;
+
+/// The dimension of a quantity. Angles are plain numbers; that an angle unit was written is kept
+/// only to tell `30 deg` from a bare number where a length is due.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub(crate) struct Dimension {
+    metre: i16,
+    kilogram: i16,
+    second: i16,
+    radian: i16,
+}
+
+impl Dimension {
+    pub(crate) const NONE: Self = Self { metre: 0, kilogram: 0, second: 0, radian: 0 };
+    pub(crate) const LENGTH: Self = Self::of(1, 0, 0);
+    pub(crate) const MASS: Self = Self::of(0, 1, 0);
+    pub(crate) const TIME: Self = Self::of(0, 0, 1);
+    pub(crate) const ANGLE: Self = Self { radian: ONE, ..Self::NONE };
+
+    /// The dimension with these whole powers of m, kg, s.
+    pub(crate) const fn of(metre: i16, kilogram: i16, second: i16) -> Self {
+        Self { metre: metre * ONE, kilogram: kilogram * ONE, second: second * ONE, radian: 0 }
+    }
+
+    /// The same with a whole power of the angle unit.
+    pub(crate) const fn with_angle(self, power: i16) -> Self {
+        Self { radian: power * ONE, ..self }
+    }
+
+    /// Whether it is that of a plain number (or an angle).
+    pub(crate) fn is_none(self) -> bool {
+        self.same(Self::NONE)
+    }
+
+    /// Whether it is a plain number written with an angle unit.
+    pub(crate) fn is_angle(self) -> bool {
+        self.is_none() && self.radian != 0
+    }
+
+    /// Whether quantities of both can be added.
+    pub(crate) fn same(self, other: Self) -> bool {
+        (self.metre, self.kilogram, self.second) == (other.metre, other.kilogram, other.second)
+    }
+
+    /// Whether a power of time occurs.
+    pub(crate) fn has_time(self) -> bool {
+        self.second != 0
+    }
+
+    /// The dimension of a product; `None` beyond all reason.
+    pub(crate) fn times(self, other: Self) -> Option<Self> {
+        self.combine(other, i16::checked_add)
+    }
+
+    /// The dimension of a quotient; `None` beyond all reason.
+    pub(crate) fn over(self, other: Self) -> Option<Self> {
+        self.combine(other, i16::checked_sub)
+    }
+
+    /// The dimension of a power; `None` where it is not a power of units.
+    pub(crate) fn power(self, exponent: f64) -> Option<Self> {
+        let scale = |power: i16| {
+            let scaled = f64::from(power) * exponent;
+            let whole = scaled.round();
+            // Exponents such as 1/3 carry rounding.
+            let representable = (scaled - whole).abs() < 1e-6 && whole.abs() <= 1200.0;
+            representable.then_some(whole as i16)
+        };
+        Some(Self {
+            metre: scale(self.metre)?,
+            kilogram: scale(self.kilogram)?,
+            second: scale(self.second)?,
+            // Bookkeeping only, never a reason to refuse.
+            radian: scale(self.radian).unwrap_or(0),
+        })
+    }
+
+    fn combine(self, other: Self, op: fn(i16, i16) -> Option<i16>) -> Option<Self> {
+        Some(Self {
+            metre: op(self.metre, other.metre)?,
+            kilogram: op(self.kilogram, other.kilogram)?,
+            second: op(self.second, other.second)?,
+            radian: op(self.radian, other.radian).unwrap_or(0),
+        })
+    }
+
+    /// What a quantity of this dimension is called: `a length`.
+    pub(crate) fn describe(self) -> String {
+        if self.is_angle() {
+            return "an angle".to_owned();
+        }
+        NAMES.iter().find(|(dimension, _)| dimension.same(self)).map_or_else(
+            || format!("a quantity in {}", self.units()),
+            |(_, name)| (*name).to_owned(),
+        )
+    }
+
+    /// Its SI unit: `kg m^2/s^2`.
+    pub(crate) fn units(self) -> String {
+        let powers = [("kg", self.kilogram), ("m", self.metre), ("s", self.second)];
+        let write = |sign: i16| {
+            let mut text = String::new();
+            for (unit, power) in powers.iter().filter(|(_, power)| power.signum() == sign) {
+                let power = f64::from(power.abs()) / f64::from(ONE);
+                let space = if text.is_empty() { "" } else { " " };
+                // Writing to a string cannot fail.
+                let _ = match power {
+                    1.0 => write!(text, "{space}{unit}"),
+                    _ => write!(text, "{space}{unit}^{power}"),
+                };
+            }
+            text
+        };
+        let (above, below) = (write(1), write(-1));
+        match (above.is_empty(), below.is_empty(), below.contains(' ')) {
+            (_, true, _) => above,
+            (true, _, false) => format!("1/{below}"),
+            (true, _, true) => format!("1/({below})"),
+            (false, _, false) => format!("{above}/{below}"),
+            (false, _, true) => format!("{above}/({below})"),
+        }
+    }
+}
+
+const NAMES: &[(Dimension, &str)] = &[
+    (Dimension::NONE, "a plain number"),
+    (Dimension::LENGTH, "a length"),
+    (Dimension::MASS, "a mass"),
+    (Dimension::TIME, "a time"),
+    (Dimension::of(2, 0, 0), "an area"),
+    (Dimension::of(3, 0, 0), "a volume"),
+    (Dimension::of(1, 0, -1), "a velocity"),
+    (Dimension::of(1, 0, -2), "an acceleration"),
+    (Dimension::of(0, 0, -1), "a rate (1/s)"),
+    (Dimension::of(0, 0, -2), "an angular acceleration (1/s^2)"),
+    (Dimension::of(1, 1, -2), "a force"),
+    (Dimension::of(2, 1, -2), "a moment (or energy)"),
+    (Dimension::of(2, 1, 0), "a moment of inertia"),
+    (Dimension::of(1, 1, 0), "a mass times a length"),
+    (Dimension::of(0, 1, -1), "a viscous coefficient (N s/m)"),
+    (Dimension::of(2, 1, -1), "a viscous coefficient of rotation (N m s)"),
+    (Dimension::of(0, 1, -2), "a stiffness (N/m)"),
+    (Dimension::of(2, 1, -3), "a power"),
+    (Dimension::of(-1, 1, -2), "a pressure"),
+    (Dimension::of(-3, 1, 0), "a density"),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dimensions_are_named_or_written_out() {
+        for (dimension, words) in [
+            (Dimension::of(0, 0, 0), "a plain number"),
+            (Dimension::ANGLE, "an angle"),
+            (Dimension::of(1, 1, -2), "a force"),
+            (Dimension::of(2, 3, -4), "a quantity in kg^3 m^2/s^4"),
+            (Dimension::of(-1, 0, -1), "a quantity in 1/(m s)"),
+        ] {
+            assert_eq!(dimension.describe(), words);
+        }
+        let root = Dimension::LENGTH.power(0.5).unwrap();
+        assert_eq!(root.describe(), "a quantity in m^0.5");
+        assert!(root.times(root).unwrap().same(Dimension::LENGTH));
+        assert_eq!(Dimension::LENGTH.power(0.37), None);
+        assert_eq!(Dimension::of(2, 0, 0).power(1e9), None);
+    }
+}

@@ -1,0 +1,145 @@
+//! The functions of expressions.
+
+use super::jet::Jet;
+
+/// A function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Function {
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Atan2,
+    Sinh,
+    Cosh,
+    Tanh,
+    Exp,
+    Log,
+    Sqrt,
+    Abs,
+    Min,
+    Max,
+    Smooth,
+}
+
+/// What a function asks of its arguments' dimensions, and what it gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Rule {
+    /// A plain number (or angle) to a plain number.
+    Plain,
+    /// All arguments of one dimension, which is the result's.
+    Keep,
+    /// All arguments of one dimension; the result is a plain number.
+    Ratio,
+    /// The result has the root of the argument's dimension.
+    Root,
+}
+
+impl Function {
+    /// All functions with their names.
+    pub(crate) const ALL: &[(&str, Self)] = &[
+        ("sin", Self::Sin),
+        ("cos", Self::Cos),
+        ("tan", Self::Tan),
+        ("asin", Self::Asin),
+        ("acos", Self::Acos),
+        ("atan", Self::Atan),
+        ("atan2", Self::Atan2),
+        ("sinh", Self::Sinh),
+        ("cosh", Self::Cosh),
+        ("tanh", Self::Tanh),
+        ("exp", Self::Exp),
+        ("log", Self::Log),
+        ("sqrt", Self::Sqrt),
+        ("abs", Self::Abs),
+        ("min", Self::Min),
+        ("max", Self::Max),
+        ("smooth", Self::Smooth),
+    ];
+
+    /// The function with this name.
+    pub(crate) fn find(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|(known, _)| *known == name).map(|&(_, function)| function)
+    }
+
+    /// Its name.
+    pub(crate) fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, f)| *f == self).map_or("", |&(name, _)| name)
+    }
+
+    /// How it is called.
+    pub(crate) fn usage(self) -> String {
+        let arguments = match self {
+            Self::Atan2 => "y, x",
+            Self::Min | Self::Max => "a, b, …",
+            Self::Smooth => "t, t0, t1",
+            _ => "x",
+        };
+        format!("{}({arguments})", self.name())
+    }
+
+    /// The least and the greatest number of arguments.
+    pub(crate) fn arity(self) -> (usize, usize) {
+        match self {
+            Self::Atan2 => (2, 2),
+            Self::Min | Self::Max => (2, 1000),
+            Self::Smooth => (3, 3),
+            _ => (1, 1),
+        }
+    }
+
+    /// Its rule of dimensions.
+    pub(crate) fn rule(self) -> Rule {
+        match self {
+            Self::Atan2 | Self::Smooth => Rule::Ratio,
+            Self::Abs | Self::Min | Self::Max => Rule::Keep,
+            Self::Sqrt => Rule::Root,
+            _ => Rule::Plain,
+        }
+    }
+
+    /// Its value; missing arguments count as NaN.
+    pub(crate) fn apply(self, arguments: &[Jet]) -> Jet {
+        let argument = |k: usize| arguments.get(k).copied().unwrap_or(Jet::constant(f64::NAN));
+        let fold = |pick: fn(Jet, Jet) -> Jet| {
+            arguments.iter().skip(1).fold(argument(0), |a, &b| pick(a, b))
+        };
+        let x = argument(0);
+        match self {
+            Self::Sin => x.sin(),
+            Self::Cos => x.cos(),
+            Self::Tan => x.tan(),
+            Self::Asin => x.asin(),
+            Self::Acos => x.acos(),
+            Self::Atan => x.atan(),
+            Self::Atan2 => x.atan2(argument(1)),
+            Self::Sinh => x.sinh(),
+            Self::Cosh => x.cosh(),
+            Self::Tanh => x.tanh(),
+            Self::Exp => x.exp(),
+            Self::Log => x.ln(),
+            Self::Sqrt => x.sqrt(),
+            Self::Abs => x.abs(),
+            Self::Min => fold(Jet::min),
+            Self::Max => fold(Jet::max),
+            Self::Smooth => x.smooth(argument(1), argument(2)),
+        }
+    }
+
+    /// Why the value at these arguments is not a finite number.
+    pub(crate) fn complaint(self, arguments: &[Jet]) -> Option<&'static str> {
+        let x = arguments.first()?.value;
+        match self {
+            Self::Sqrt if x < 0.0 => Some("the root of a negative number"),
+            Self::Sqrt if x == 0.0 => Some("a root has no finite slope at 0"),
+            Self::Log if x <= 0.0 => Some("the logarithm of a number that is not positive"),
+            Self::Asin | Self::Acos if x.abs() > 1.0 => Some("the argument is beyond -1 to 1"),
+            Self::Asin | Self::Acos if x.abs() == 1.0 => Some("no finite slope at -1 and 1"),
+            Self::Atan2 => Some("the point 0, 0 has no angle"),
+            Self::Smooth => Some("t0 and t1 are the same"),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! Expressions with units: `"128.48 mm"`, `"2*l1 + 5 mm"`, `"5 mm*sin(2*pi*t)"`.
+//!
+//! An expression becomes a list of instructions for a stack machine rather than a tree, so that no
+//! input, however long, can exhaust the call stack.
+
+mod check;
+pub(crate) mod dimension;
+mod function;
+pub(crate) mod jet;
+mod parse;
+mod run;
+mod token;
+pub(crate) mod unit;
+
+pub(crate) use check::{Quantity, TimeFormula, constant, in_time};
+pub(crate) use dimension::Dimension;
+pub(crate) use parse::{Program, parse, reserved, unit_of};
+pub(crate) use run::Formula;
+
+use crate::source::Span;
+
+/// What is wrong with an expression, and where in it.
+#[derive(Clone, Debug)]
+pub(crate) struct Fault {
+    pub(crate) span: Span,
+    pub(crate) code: &'static str,
+    pub(crate) message: String,
+    pub(crate) label: String,
+    pub(crate) help: Option<String>,
+    /// It follows from another fault that is reported elsewhere.
+    pub(crate) echo: bool,
+}
+
+impl Fault {
+    pub(crate) fn new(span: Span, message: impl Into<String>, label: impl Into<String>) -> Self {
+        let (message, label) = (message.into(), label.into());
+        Self { span, code: "expression", message, label, help: None, echo: false }
+    }
+
+    pub(crate) fn code(mut self, code: &'static str) -> Self {
+        self.code = code;
+        self
+    }
+
+    pub(crate) fn help(self, help: impl Into<String>) -> Self {
+        self.maybe_help(Some(help.into()))
+    }
+
+    pub(crate) fn maybe_help(mut self, help: Option<String>) -> Self {
+        self.help = help;
+        self
+    }
+}
+
+/// Values that expressions may refer to by name.
+pub(crate) trait Scope {
+    /// The number of the parameter with this name.
+    fn find(&self, name: &str) -> Option<usize>;
+    /// The value of a parameter; `None` if it has none because its own definition is wrong.
+    fn value(&self, index: usize) -> Option<Quantity>;
+    /// All names, for suggestions.
+    fn names(&self) -> Vec<&str>;
+}

@@ -1,0 +1,75 @@
+//! What is wrong where the expression cannot be read on.
+
+use super::super::Fault;
+use super::super::function::Function;
+use super::super::token::TokenKind;
+use super::super::unit::{self, UNITS};
+use super::{CONSTANTS, Parser, reserved};
+use crate::diagnostic::{did_you_mean, nearest, quoted};
+use crate::source::Span;
+
+impl Parser<'_> {
+    pub(super) fn unclosed(&self, open: Span) -> Fault {
+        match self.kind() {
+            TokenKind::End => Fault::new(open, "this `(` is never closed", "opened here"),
+            _ => self.left_over(),
+        }
+    }
+
+    /// What stands where the expression should have ended or an operator should follow.
+    pub(super) fn left_over(&self) -> Fault {
+        let span = self.span();
+        let word = self.word_at(0);
+        match self.kind() {
+            TokenKind::Symbol(')') => {
+                Fault::new(span, "this `)` closes nothing", "no `(` before it")
+            }
+            TokenKind::Symbol(',') => {
+                Fault::new(span, "a comma has no meaning here", "expected an operator")
+                    .help("decimals are written with a point: 0.5")
+            }
+            TokenKind::Name if unit::find(word).is_some() => {
+                Fault::new(span, "a unit stands only right behind a number", "expected an operator")
+                    .help(format!("write `* 1 {word}`"))
+            }
+            TokenKind::Name if reserved(word).is_none() && self.scope.find(word).is_none() => {
+                self.unknown(true)
+            }
+            _ => Fault::new(span, "an operator is missing", "expected an operator")
+                .help("multiplication is written with `*`"),
+        }
+    }
+
+    /// A name that means nothing; `unit` when a unit was expected.
+    pub(super) fn unknown(&self, unit: bool) -> Fault {
+        let name = self.word_at(0);
+        let units = UNITS.iter().map(|unit| unit.name);
+        let mut known = self.scope.names();
+        known.extend(Function::ALL.iter().map(|(name, _)| *name));
+        known.extend(CONSTANTS.iter().map(|(name, _)| *name));
+        let help = unit::advice(name)
+            .or_else(|| {
+                let candidates: Vec<_> = match unit {
+                    true => units.clone().collect(),
+                    false => {
+                        known.iter().copied().chain(units.clone().filter(|u| u.len() > 2)).collect()
+                    }
+                };
+                nearest(name, candidates).map(|near| format!("did you mean `{near}`?"))
+            })
+            .or_else(|| match unit {
+                true => did_you_mean(name, "units", units.take(12)),
+                false if self.scope.names().is_empty() => {
+                    Some("parameters are defined in the table [parameters]".to_owned())
+                }
+                false => did_you_mean(name, "parameters", self.scope.names()),
+            });
+        let message = match unit {
+            true => format!("{} is not a unit", quoted(name)),
+            false => format!("{} is not defined", quoted(name)),
+        };
+        let label = if unit { "unknown unit" } else { "unknown name" };
+        let code = if unit { "unit" } else { "unknown-name" };
+        Fault::new(self.span(), message, label).maybe_help(help).code(code)
+    }
+}

@@ -1,0 +1,328 @@
+//! From words to instructions.
+//!
+//! ```text
+//! sum     = product (("+" | "-") product)*
+//! product = signed (("*" | "/") signed)*
+//! signed  = ("+" | "-")* power
+//! power   = atom ("^" signed)?
+//! atom    = number units? | units | name | name "(" sum ("," sum)* ")" | "(" sum ")"
+//! units   = unit ("^" integer)? (("/")? unit ("^" integer)?)*      only one "/", and nothing after it
+//! ```
+//!
+//! Units right behind a number bind tighter than any operator: `5 mm / 2 s` is (5 mm)/(2 s).
+
+mod complaints;
+mod units;
+
+pub(crate) use units::unit_of;
+
+use super::dimension::Dimension;
+use super::function::Function;
+use super::token::{Token, TokenKind, tokens};
+use super::unit::{self, Scale};
+use super::{Fault, Scope};
+use crate::diagnostic::{nearest, quoted};
+use crate::source::Span;
+use std::f64::consts;
+
+/// Parentheses, powers and calls within each other.
+const DEEPEST: usize = 64;
+
+const CONSTANTS: &[(&str, f64)] = &[("pi", consts::PI), ("e", consts::E)];
+
+/// One step of the stack machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Op {
+    Number(f64, Dimension),
+    Parameter(usize),
+    Time,
+    Negate,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Power,
+    Call(Function, usize),
+}
+
+/// Steps, each with the place of its operator or operand.
+#[derive(Clone, Debug)]
+pub(crate) struct Program {
+    pub(crate) steps: Vec<(Op, Span)>,
+}
+
+impl Program {
+    /// The parameters that it refers to.
+    pub(crate) fn parameters(&self) -> impl Iterator<Item = usize> + '_ {
+        self.steps.iter().filter_map(|(op, _)| match op {
+            Op::Parameter(index) => Some(*index),
+            _ => None,
+        })
+    }
+}
+
+/// What a name already means, so that no parameter can have it.
+pub(crate) fn reserved(name: &str) -> Option<&'static str> {
+    if unit::find(name).is_some() {
+        Some("a unit")
+    } else if Function::find(name).is_some() {
+        Some("a function")
+    } else if CONSTANTS.iter().any(|(constant, _)| *constant == name) {
+        Some("a constant")
+    } else if name == "t" {
+        Some("the time")
+    } else {
+        None
+    }
+}
+
+/// The instructions for `text`; `time` says whether `t` has a meaning.
+pub(crate) fn parse(text: &str, scope: &dyn Scope, time: bool) -> Result<Program, Fault> {
+    let tokens = tokens(text)?;
+    let mut parser = Parser { text, tokens, at: 0, scope, time, steps: Vec::new(), depth: 0 };
+    if parser.kind() == TokenKind::End {
+        return Err(Fault::new(0..text.len(), "the expression is empty", "nothing stands here"));
+    }
+    parser.sum()?;
+    match parser.kind() {
+        TokenKind::End => Ok(Program { steps: parser.steps }),
+        _ => Err(parser.left_over()),
+    }
+}
+
+struct Parser<'a> {
+    text: &'a str,
+    tokens: Vec<Token>,
+    at: usize,
+    scope: &'a dyn Scope,
+    time: bool,
+    steps: Vec<(Op, Span)>,
+    depth: usize,
+}
+
+impl<'a> Parser<'a> {
+    fn kind_at(&self, ahead: usize) -> TokenKind {
+        self.tokens.get(self.at + ahead).map_or(TokenKind::End, |token| token.kind)
+    }
+
+    fn kind(&self) -> TokenKind {
+        self.kind_at(0)
+    }
+
+    fn span(&self) -> Span {
+        let end = self.text.len()..self.text.len();
+        self.tokens.get(self.at).map_or(end, |token| token.span.clone())
+    }
+
+    fn word_at(&self, ahead: usize) -> &'a str {
+        let span = self.tokens.get(self.at + ahead).map(|token| token.span.clone());
+        span.and_then(|span| self.text.get(span)).unwrap_or_default()
+    }
+
+    fn accept(&mut self, symbol: char) -> bool {
+        let found = self.kind() == TokenKind::Symbol(symbol);
+        self.at += usize::from(found);
+        found
+    }
+
+    fn emit(&mut self, op: Op, span: Span) {
+        self.steps.push((op, span));
+    }
+
+    fn nested<T>(&mut self, inner: fn(&mut Self) -> Result<T, Fault>) -> Result<T, Fault> {
+        if self.depth == DEEPEST {
+            return Err(Fault::new(
+                self.span(),
+                "the expression is nested too deeply",
+                format!("this is level {}", DEEPEST + 1),
+            )
+            .help("name a part of it in [parameters]"));
+        }
+        self.depth += 1;
+        let result = inner(self);
+        self.depth -= 1;
+        result
+    }
+
+    fn sum(&mut self) -> Result<(), Fault> {
+        self.product()?;
+        while let TokenKind::Symbol(symbol @ ('+' | '-')) = self.kind() {
+            let span = self.span();
+            self.at += 1;
+            self.product()?;
+            self.emit(if symbol == '+' { Op::Add } else { Op::Subtract }, span);
+        }
+        Ok(())
+    }
+
+    fn product(&mut self) -> Result<(), Fault> {
+        self.signed()?;
+        while let TokenKind::Symbol(symbol @ ('*' | '/')) = self.kind() {
+            let span = self.span();
+            self.at += 1;
+            self.signed()?;
+            self.emit(if symbol == '*' { Op::Multiply } else { Op::Divide }, span);
+        }
+        Ok(())
+    }
+
+    fn signed(&mut self) -> Result<(), Fault> {
+        let mut minus = None;
+        while let TokenKind::Symbol(symbol @ ('+' | '-')) = self.kind() {
+            if symbol == '-' {
+                minus = if minus.is_some() { None } else { Some(self.span()) };
+            }
+            self.at += 1;
+        }
+        self.power()?;
+        if let Some(span) = minus {
+            self.emit(Op::Negate, span);
+        }
+        Ok(())
+    }
+
+    fn power(&mut self) -> Result<(), Fault> {
+        self.atom()?;
+        let span = self.span();
+        if self.accept('^') {
+            self.nested(Self::signed)?;
+            self.emit(Op::Power, span);
+        }
+        Ok(())
+    }
+
+    fn atom(&mut self) -> Result<(), Fault> {
+        let span = self.span();
+        match self.kind() {
+            TokenKind::Number => {
+                let digits = self.word_at(0);
+                self.at += 1;
+                let (scale, dimension) = match self.unit_here() {
+                    Some(_) => self.units()?,
+                    None => (Scale::ONE, Dimension::NONE),
+                };
+                let value = scale.apply_to_digits(digits);
+                let span = span.start..self.before();
+                if !value.is_finite() {
+                    let label = "numbers end at about 1.8e308";
+                    return Err(Fault::new(span, "the number is too large", label));
+                }
+                self.emit(Op::Number(value, dimension), span);
+            }
+            TokenKind::Name if self.kind_at(1) == TokenKind::Symbol('(') => self.call()?,
+            TokenKind::Name if self.unit_here().is_some() => {
+                let (scale, dimension) = self.units()?;
+                let end = self.before();
+                self.emit(Op::Number(scale.apply(1.0), dimension), span.start..end);
+            }
+            TokenKind::Name => self.name()?,
+            TokenKind::Symbol('(') => {
+                self.at += 1;
+                self.nested(Self::sum)?;
+                if !self.accept(')') {
+                    return Err(self.unclosed(span));
+                }
+            }
+            TokenKind::Symbol(symbol) => {
+                return Err(Fault::new(
+                    span,
+                    format!("a number or a name is missing before `{symbol}`"),
+                    "expected a number or a name",
+                ));
+            }
+            TokenKind::End => {
+                return Err(Fault::new(
+                    span,
+                    "the expression ends too early",
+                    "expected a number or a name",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn call(&mut self) -> Result<(), Fault> {
+        let span = self.span();
+        let name = self.word_at(0);
+        let Some(function) = Function::find(name) else {
+            let what = match reserved(name) {
+                Some(what) => format!("{} is {what}, not a function", quoted(name)),
+                None if self.scope.find(name).is_some() => {
+                    format!("{} is a parameter, not a function", quoted(name))
+                }
+                None => format!("there is no function {}", quoted(name)),
+            };
+            let functions = Function::ALL.iter().map(|(name, _)| *name);
+            let help = match self.scope.find(name).is_some() || reserved(name).is_some() {
+                true => Some(format!("to multiply, write `{name}*(…)`")),
+                false => nearest(name, functions.clone())
+                    .map(|near| format!("did you mean `{near}`?"))
+                    .or_else(|| {
+                        Some(format!("functions: {}", functions.collect::<Vec<_>>().join(", ")))
+                    }),
+            };
+            return Err(Fault::new(span, what, "not a function").maybe_help(help));
+        };
+        self.at += 1;
+        let open = self.span();
+        self.at += 1;
+        let mut count = 0;
+        if self.kind() != TokenKind::Symbol(')') {
+            loop {
+                self.nested(Self::sum)?;
+                count += 1;
+                if !self.accept(',') {
+                    break;
+                }
+            }
+        }
+        if !self.accept(')') {
+            return Err(self.unclosed(open));
+        }
+        let (least, most) = function.arity();
+        if count < least || count > most {
+            let arguments =
+                |n: usize| if n == 1 { "1 argument".into() } else { format!("{n} arguments") };
+            let wanted = match (least, most) {
+                (least, most) if least == most => arguments(least),
+                (least, _) => format!("at least {}", arguments(least)),
+            };
+            return Err(Fault::new(
+                span.start..self.before(),
+                format!("`{name}` takes {wanted}"),
+                format!("{} given", arguments(count)),
+            )
+            .help(format!("write `{}`", function.usage())));
+        }
+        self.emit(Op::Call(function, count), span.start..self.before());
+        Ok(())
+    }
+
+    fn name(&mut self) -> Result<(), Fault> {
+        let span = self.span();
+        let name = self.word_at(0);
+        if let Some((_, value)) = CONSTANTS.iter().find(|(constant, _)| *constant == name) {
+            self.emit(Op::Number(*value, Dimension::NONE), span);
+        } else if name == "t" {
+            if !self.time {
+                return Err(Fault::new(
+                    span,
+                    "`t` (the time) has a meaning only in motions and loads",
+                    "this number does not change in time",
+                ));
+            }
+            self.emit(Op::Time, span);
+        } else if let Some(index) = self.scope.find(name) {
+            self.emit(Op::Parameter(index), span);
+        } else {
+            return Err(self.unknown(false));
+        }
+        self.at += 1;
+        Ok(())
+    }
+
+    /// The end of the last word that was read.
+    fn before(&self) -> usize {
+        self.at.checked_sub(1).and_then(|at| self.tokens.get(at)).map_or(0, |token| token.span.end)
+    }
+}

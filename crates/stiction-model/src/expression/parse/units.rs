@@ -1,0 +1,103 @@
+//! Chains of units: `kg m^2/s^2`.
+
+use super::super::dimension::Dimension;
+use super::super::token::{TokenKind, tokens};
+use super::super::unit::{self, Scale};
+use super::super::{Fault, Quantity, Scope};
+use super::Parser;
+
+/// A unit alone, as in the header of a column: its scale and dimension.
+pub(crate) fn unit_of(text: &str) -> Result<(Scale, Dimension), Fault> {
+    if matches!(text.trim(), "-" | "1" | "") {
+        return Ok((Scale::ONE, Dimension::NONE));
+    }
+    let tokens = tokens(text)?;
+    let scope = &NoNames;
+    let mut parser =
+        Parser { text, tokens, at: 0, scope, time: false, steps: Vec::new(), depth: 0 };
+    if parser.unit_here().is_none() {
+        return Err(parser.unknown(true));
+    }
+    let unit = parser.units()?;
+    match parser.kind() {
+        TokenKind::End => Ok(unit),
+        TokenKind::Name => Err(parser.unknown(true)),
+        _ => Err(Fault::new(parser.span(), "this is not a unit", "not a unit")
+            .help("write units like `mm/s` or `kg m^2`")),
+    }
+}
+
+struct NoNames;
+
+impl Scope for NoNames {
+    fn find(&self, _name: &str) -> Option<usize> {
+        None
+    }
+    fn value(&self, _index: usize) -> Option<Quantity> {
+        None
+    }
+    fn names(&self) -> Vec<&str> {
+        Vec::new()
+    }
+}
+
+impl Parser<'_> {
+    /// The unit that the next word is, unless it is a function being called (`min`).
+    pub(super) fn unit_here(&self) -> Option<&'static unit::Unit> {
+        let called = self.kind_at(1) == TokenKind::Symbol('(');
+        (self.kind() == TokenKind::Name && !called).then(|| unit::find(self.word_at(0))).flatten()
+    }
+
+    /// A chain of units.
+    pub(super) fn units(&mut self) -> Result<(Scale, Dimension), Fault> {
+        let (mut scale, mut dimension) = (Scale::ONE, Dimension::NONE);
+        let mut divided = false;
+        loop {
+            let below = self.kind() == TokenKind::Symbol('/') && {
+                self.at += 1;
+                let unit = self.unit_here().is_some();
+                self.at -= 1;
+                unit
+            };
+            let span = self.span();
+            self.at += usize::from(below);
+            let Some(unit) = self.unit_here() else { break };
+            if divided {
+                return Err(Fault::new(
+                    self.span(),
+                    "it is not clear what this unit is divided by",
+                    "after a `/` in a unit only one unit may follow",
+                )
+                .help("use parentheses, as in `N/(m s)`, or put the units above first: `N s/m`"));
+            }
+            divided |= below;
+            self.at += 1;
+            let exponent = self.exponent()? * if below { -1.0 } else { 1.0 };
+            let power = unit.dimension.power(exponent).and_then(|power| dimension.times(power));
+            let (Some(power), Some(product)) = (power, scale.times(unit.scale, exponent)) else {
+                let span = span.start..self.before();
+                return Err(Fault::new(span, "the power of this unit is out of range", ""));
+            };
+            (scale, dimension) = (product, power);
+        }
+        Ok((scale, dimension))
+    }
+
+    /// `^2` or `^-1` behind a unit; 1 if there is none.
+    fn exponent(&mut self) -> Result<f64, Fault> {
+        if !self.accept('^') {
+            return Ok(1.0);
+        }
+        let sign = if self.accept('-') { -1.0 } else { 1.0 };
+        let power = self.word_at(0).parse::<f64>();
+        let (TokenKind::Number, Ok(power)) = (self.kind(), power) else {
+            return Err(Fault::new(
+                self.span(),
+                "the power of a unit is a number",
+                "expected a number such as 2",
+            ));
+        };
+        self.at += 1;
+        Ok(sign * power)
+    }
+}

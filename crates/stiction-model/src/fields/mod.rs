@@ -1,0 +1,78 @@
+//! What may stand in a model file: one table of fields for every kind of table.
+//!
+//! The tables in [`tables`] are the single source for the reader (unknown and missing keys, units),
+//! for the JSON schema, and for the reference.
+
+mod schema;
+pub(crate) mod tables;
+
+pub use schema::json_schema;
+
+use crate::measure::Measure;
+
+/// A key of a table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Field {
+    /// The key.
+    pub(crate) key: &'static str,
+    /// What stands behind it.
+    pub(crate) shape: Shape,
+    /// Whether it must be there. Conditions ("required with mass") are the reader's.
+    pub(crate) required: bool,
+    /// What it means, in a sentence or two.
+    pub(crate) doc: &'static str,
+}
+
+/// What a value looks like.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Shape {
+    /// A string.
+    Text,
+    /// The name of something.
+    Name,
+    /// One of these words.
+    Choice(&'static [&'static str]),
+    /// A number or an expression.
+    Quantity(Measure),
+    /// Three quantities.
+    Vector(Measure),
+    /// A list of quantities.
+    Quantities(Measure),
+    /// A direction: the name of a coordinate axis, or three numbers.
+    Axis,
+    /// A rotation: `{ axis, angle }` or three intrinsic angles.
+    Rotation,
+    /// Inertia: three principal moments or the entries of a tensor.
+    Inertia,
+    /// `true`, `false`, or the names of freedoms.
+    Actuated,
+    /// Start coordinates of a joint.
+    Start,
+    /// A table with these keys.
+    Table(&'static [Field]),
+    /// One table with these keys or a list of such tables.
+    OneOrMore(&'static [Field]),
+    /// A list of tables with these keys.
+    List(&'static [Field]),
+    /// Tables with these keys, by name.
+    Named(&'static [Field]),
+    /// Quantities by name.
+    Parameters,
+    /// Motions by name: tables with these keys besides coordinates.
+    Motions(&'static [Field]),
+    /// Loads by name: tables with these keys besides bodies.
+    Loads(&'static [Field]),
+}
+
+const fn field(key: &'static str, shape: Shape, doc: &'static str) -> Field {
+    Field { key, shape, required: false, doc }
+}
+
+const fn required(key: &'static str, shape: Shape, doc: &'static str) -> Field {
+    Field { key, shape, required: true, doc }
+}
+
+/// The field with this key.
+pub(crate) fn find(fields: &'static [Field], key: &str) -> Option<&'static Field> {
+    fields.iter().find(|field| field.key == key)
+}

@@ -1,0 +1,180 @@
+//! The JSON schema, for editors and other programs.
+
+use super::tables::{AXES, BODY_LOAD, BODY_MOTION, MODEL, ORDERS, POSE, TENSOR};
+use super::{Field, Shape};
+use crate::measure::Measure;
+use serde_json::{Map, Value, json};
+
+/// A JSON schema (draft 2020-12) of the model file. It knows all keys and what stands behind them;
+/// names, units and physics are checked by [`crate::read`].
+pub fn json_schema() -> Value {
+    let mut schema = table(MODEL);
+    let object = json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Stiction model",
+        "description": "A mechanism with its motions and loads.",
+        "$defs": definitions(),
+    });
+    if let (Some(schema), Value::Object(head)) = (schema.as_object_mut(), object) {
+        let body = std::mem::take(schema);
+        schema.extend(head);
+        schema.extend(body);
+    }
+    schema
+}
+
+fn definitions() -> Value {
+    json!({
+        "quantity": {
+            "description": "A number in SI units, or an expression with units such as \"128.48 mm\" \
+                            or \"2*l1 + 5 mm\".",
+            "anyOf": [{ "type": "number" }, { "type": "string", "minLength": 1 }],
+        },
+        "vector": {
+            "type": "array",
+            "items": reference("quantity"),
+            "minItems": 3,
+            "maxItems": 3,
+        },
+        "axis": { "anyOf": [{ "enum": AXES }, reference("vector")] },
+        "rotation": rotation(),
+        "pose": table(POSE),
+        "inertia": inertia(),
+        "coordinates": {
+            "description": "Coordinates by the name of a body or joint; names with dots nest.",
+            "anyOf": [
+                reference("quantity"),
+                { "type": "object", "additionalProperties": reference("coordinates") },
+            ],
+        },
+        "load": load(),
+    })
+}
+
+fn reference(name: &str) -> Value {
+    json!({ "$ref": format!("#/$defs/{name}") })
+}
+
+fn rotation() -> Value {
+    let angles = |order: &&str| {
+        json!({
+            "type": "object",
+            "properties": { *order: reference("vector") },
+            "required": [order],
+            "additionalProperties": false,
+        })
+    };
+    let mut forms = vec![json!({
+        "type": "object",
+        "properties": { "axis": reference("axis"), "angle": reference("quantity") },
+        "required": ["axis", "angle"],
+        "additionalProperties": false,
+    })];
+    forms.extend(ORDERS.iter().map(angles));
+    json!({ "anyOf": forms })
+}
+
+fn inertia() -> Value {
+    let entries: Map<_, _> =
+        TENSOR.iter().map(|(key, _, _)| ((*key).to_owned(), reference("quantity"))).collect();
+    json!({
+        "anyOf": [
+            reference("vector"),
+            { "type": "object", "properties": entries, "additionalProperties": false },
+        ],
+    })
+}
+
+/// Loads by body. The names of bodies may have dots, which nest, so beside the known keys anything
+/// may be a part of a name.
+fn load() -> Value {
+    let mut schema = table(BODY_LOAD);
+    if let Some(schema) = schema.as_object_mut() {
+        schema.insert("additionalProperties".into(), reference("load"));
+    }
+    schema
+}
+
+fn table(fields: &[Field]) -> Value {
+    let properties: Map<_, _> =
+        fields.iter().map(|field| (field.key.to_owned(), property(field))).collect();
+    let required: Vec<_> = fields.iter().filter(|f| f.required).map(|f| f.key).collect();
+    let mut schema = json!({ "type": "object", "properties": properties });
+    if let Some(schema) = schema.as_object_mut() {
+        if !required.is_empty() {
+            schema.insert("required".into(), json!(required));
+        }
+        schema.insert("additionalProperties".into(), json!(false));
+    }
+    schema
+}
+
+fn property(field: &Field) -> Value {
+    let mut schema = shape(&field.shape);
+    let unit = match field.shape {
+        Shape::Quantity(measure) | Shape::Vector(measure) | Shape::Quantities(measure) => measure,
+        _ => Measure::Any,
+    }
+    .words()
+    .unit;
+    let doc = match unit {
+        "" => field.doc.to_owned(),
+        unit => format!("{} Bare numbers are in {unit}.", field.doc),
+    };
+    if let Some(schema) = schema.as_object_mut() {
+        schema.insert("description".into(), json!(doc));
+    }
+    schema
+}
+
+fn shape(shape: &Shape) -> Value {
+    match shape {
+        Shape::Text | Shape::Name => json!({ "type": "string" }),
+        Shape::Choice(words) => json!({ "enum": words }),
+        Shape::Quantity(_) => reference("quantity"),
+        Shape::Vector(_) => reference("vector"),
+        Shape::Quantities(_) => json!({ "type": "array", "items": reference("quantity") }),
+        Shape::Axis => reference("axis"),
+        Shape::Rotation => reference("rotation"),
+        Shape::Inertia => reference("inertia"),
+        Shape::Actuated => json!({
+            "anyOf": [{ "type": "boolean" }, { "type": "array", "items": { "type": "string" } }],
+        }),
+        Shape::Start => json!({
+            "anyOf": [
+                reference("quantity"),
+                { "type": "array", "items": reference("quantity") },
+                reference("rotation"),
+                reference("pose"),
+            ],
+        }),
+        Shape::Table(fields) => table(fields),
+        Shape::OneOrMore(fields) => {
+            let one = table(fields);
+            json!({ "anyOf": [one, { "type": "array", "items": one }] })
+        }
+        Shape::List(fields) => json!({ "type": "array", "items": table(fields) }),
+        Shape::Named(fields) => json!({ "type": "object", "additionalProperties": table(fields) }),
+        Shape::Parameters => {
+            json!({ "type": "object", "additionalProperties": reference("quantity") })
+        }
+        Shape::Motions(fields) => named_open(fields, "coordinates"),
+        Shape::Loads(fields) => named_open(fields, "load"),
+    }
+}
+
+/// Tables by name with these keys, and others that are names themselves.
+fn named_open(fields: &[Field], others: &str) -> Value {
+    let mut each = table(fields);
+    if let Some(each) = each.as_object_mut() {
+        each.insert("additionalProperties".into(), reference(others));
+        if others == "coordinates" {
+            let hint: Vec<_> = BODY_MOTION.iter().map(|field| field.key).collect();
+            each.insert(
+                "$comment".into(),
+                json!(format!("behind the name of a body: {}", hint.join(" "))),
+            );
+        }
+    }
+    json!({ "type": "object", "additionalProperties": each })
+}

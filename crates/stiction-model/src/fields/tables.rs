@@ -1,0 +1,318 @@
+//! The tables of the model file.
+
+use super::Shape::{
+    Actuated, Axis, Choice, Inertia, List, Loads, Motions, Name, Named, OneOrMore, Parameters,
+    Quantities, Quantity, Rotation, Start, Table, Text, Vector,
+};
+use super::{Field, field, required};
+use crate::measure::Measure::{
+    Acceleration, Angle, Force, Length, Mass, Moment, Number, Pitch, Time, Viscous,
+};
+
+/// The whole file.
+pub(crate) const MODEL: &[Field] = &[
+    field("name", Text, "Name of the mechanism; by default the name of the file."),
+    field("title", Text, "One line that says what it is."),
+    field("source", Text, "Where the numbers come from."),
+    required(
+        "gravity",
+        Vector(Acceleration),
+        "Acceleration of gravity in world axes; [0, 0, 0] for none.",
+    ),
+    field(
+        "characteristic_length",
+        Quantity(Length),
+        "The length by which moments and forces, angles and lengths are compared; by default a mean \
+         distance between the joints and centres of mass of the bodies.",
+    ),
+    field("base", Table(POSE), "Where the ground's frame is in the world."),
+    field(
+        "parameters",
+        Parameters,
+        "Named quantities, for use in any expression. They may refer to each other.",
+    ),
+    field("bodies", Named(BODY), "The moving bodies. `ground` is there already."),
+    field("joints", Named(JOINT), "The joints, each between two bodies."),
+    field(
+        "legs",
+        OneOrMore(LEGS),
+        "Equal legs around an axis: the short form for symmetric robots.",
+    ),
+    field("motions", Motions(MOTION), "Prescribed motions."),
+    field("loads", Loads(LOAD), "Forces and moments from outside."),
+    field("default", Table(DEFAULT), "What is computed when nothing else is asked for."),
+];
+
+/// A pose.
+pub(crate) const POSE: &[Field] = &[
+    field("position", Vector(Length), "The origin; by default [0, 0, 0]."),
+    field("rotation", Rotation, "The orientation; by default none."),
+];
+
+const HOME: Field = field(
+    "home",
+    Table(POSE),
+    "First guess of the body's pose in the ground's frame, for the assembly. In legs: in the frame \
+     of `from`, turned by the leg's angle.",
+);
+
+/// A body.
+pub(crate) const BODY: &[Field] = &[
+    field("mass", Quantity(Mass), "Mass; by default 0."),
+    field(
+        "com",
+        Vector(Length),
+        "Centre of mass in the body's frame; required if there is a mass.",
+    ),
+    field(
+        "inertia",
+        Inertia,
+        "Inertia about the centre of mass, in the body's axes: the diagonal [xx, yy, zz], or a table \
+         of the tensor's entries {xx, yy, zz, xy, xz, yz}, missing ones 0; required if there is a \
+         mass.",
+    ),
+    HOME,
+];
+
+/// Joint types by symbol.
+pub(crate) const JOINT_TYPES: &[&str] = &["R", "P", "H", "C", "U", "S", "E", "fixed", "free"];
+
+const AT: Field =
+    field("at", Vector(Length), "The joint's origin in the frame of `from`; by default [0, 0, 0].");
+const TO_AT: Field = field(
+    "to_at",
+    Vector(Length),
+    "The joint's origin in the frame of `to`; by default [0, 0, 0].",
+);
+const AXIS: Field = field(
+    "axis",
+    Axis,
+    "Axis of an R, P, H, C joint, first axis of a U joint, normal of an E joint, in the frame of \
+     `from`: \"x\", \"y\", \"z\", \"-x\", … or a vector.",
+);
+const SECOND_AXIS: Field = field(
+    "second_axis",
+    Axis,
+    "Second axis of a U joint at zero coordinates, in the frame of `from`, at right angles to `axis`.",
+);
+const X_AXIS: Field = field(
+    "x_axis",
+    Axis,
+    "Direction x of the joint's frame, in the frame of `from`, at right angles to `axis`. By default \
+     the smallest turn that takes z to the axis takes x to it.",
+);
+const TURN: Field = field(
+    "turn",
+    Rotation,
+    "Rotation of the frame of `to` relative to that of `from` at zero coordinates; by default none.",
+);
+const ACTUATED: Field = field(
+    "actuated",
+    Actuated,
+    "Whether the joint is driven; or the names of its driven freedoms.",
+);
+const START: Field = field(
+    "start",
+    Start,
+    "First guess of the coordinates, for the assembly: one quantity (R, P, H), a list (C: [angle, \
+     slide], U: [first, second], E: [x, y, angle]), a rotation (S), a pose (free).",
+);
+const PITCH: Field =
+    field("pitch", Quantity(Pitch), "Advance of an H joint, for example \"5 mm/rev\".");
+const FRICTION: Field =
+    field("friction", Table(JOINT_FRICTION), "Friction that grows with the joint's own reaction.");
+
+/// A joint.
+pub(crate) const JOINT: &[Field] = &[
+    required(
+        "type",
+        Choice(JOINT_TYPES),
+        "R revolute, P prismatic, H helical, C cylindrical, U universal, S spherical, E planar, fixed, \
+         free.",
+    ),
+    required("from", Name, "The predecessor: the reaction is that of this body on `to`."),
+    required("to", Name, "The successor."),
+    AT,
+    TO_AT,
+    AXIS,
+    SECOND_AXIS,
+    X_AXIS,
+    TURN,
+    ACTUATED,
+    START,
+    PITCH,
+    FRICTION,
+];
+
+/// A joint of a leg: type and bodies are in the chain.
+pub(crate) const LEG_JOINT: &[Field] =
+    &[AT, TO_AT, AXIS, SECOND_AXIS, X_AXIS, TURN, ACTUATED, START, PITCH, FRICTION];
+
+const MU: Field = field("mu", Quantity(Number), "Coulomb coefficient; by default 0.");
+const VISCOUS: Field = field(
+    "viscous",
+    Quantity(Viscous),
+    "Viscous coefficient at the sliding surface: force over sliding speed; by default 0.",
+);
+const RADIUS: Field =
+    field("radius", Quantity(Length), "Radius of the pin or ball; required where a contact turns.");
+const BENDING_SPAN: Field = field(
+    "bending_span",
+    Quantity(Length),
+    "Distance of the two supports of a pin or guide: bending moments then load the surface with twice \
+     the moment over it.",
+);
+const COLLAR_RADIUS: Field = field(
+    "collar_radius",
+    Quantity(Length),
+    "Radius at which a collar takes the axial force of a pin.",
+);
+const TORSION_ARM: Field =
+    field("torsion_arm", Quantity(Length), "Arm at which a guide takes the moment about its axis.");
+const PRELOAD: Field =
+    field("preload", Quantity(Force), "Constant load on the sliding surface; by default 0.");
+
+/// One sliding contact.
+pub(crate) const CONTACT: &[Field] =
+    &[MU, VISCOUS, RADIUS, BENDING_SPAN, COLLAR_RADIUS, TORSION_ARM, PRELOAD];
+
+/// The friction of a joint.
+pub(crate) const JOINT_FRICTION: &[Field] = &[
+    MU,
+    VISCOUS,
+    RADIUS,
+    BENDING_SPAN,
+    COLLAR_RADIUS,
+    TORSION_ARM,
+    PRELOAD,
+    field("first", Table(CONTACT), "What is different at the first axis of a U joint."),
+    field("second", Table(CONTACT), "What is different at the second axis of a U joint."),
+    field("angle", Table(CONTACT), "What is different at the turning contact of a C joint."),
+    field("slide", Table(CONTACT), "What is different at the sliding contact of a C joint."),
+];
+
+const FOOT: Field = field(
+    "foot",
+    Vector(Length),
+    "Origin of the leg's first joint, in the frame of `from` turned by the leg's angle.",
+);
+const TIP: Field = field(
+    "tip",
+    Vector(Length),
+    "Origin of the leg's last joint, in the frame of `to` turned by the leg's angle.",
+);
+const LEG_JOINTS: Field = field(
+    "joints",
+    Named(LEG_JOINT),
+    "The joints of the chain by their letter, or letter and number (R1, R2) where one occurs twice.",
+);
+const LEG_BODIES: Field = field("bodies", Named(BODY), "The bodies of the chain.");
+
+/// A group of equal legs.
+pub(crate) const LEGS: &[Field] = &[
+    required(
+        "chain",
+        Text,
+        "Joints and the bodies between them, from `from` to `to`: \"R cylinder P* rod S\"; * means \
+         actuated.",
+    ),
+    field("from", Name, "The body from which the legs start; by default the ground."),
+    required("to", Name, "The body to which they lead."),
+    field("about", Axis, "Axis of the placing turns; by default z."),
+    FOOT,
+    TIP,
+    field("angles", Quantities(Angle), "One leg for each of these angles."),
+    field(
+        "place",
+        List(PLACE),
+        "One leg for each entry, with its angle and whatever is different there.",
+    ),
+    LEG_JOINTS,
+    LEG_BODIES,
+];
+
+/// One leg of a group.
+pub(crate) const PLACE: &[Field] = &[
+    field("angle", Quantity(Angle), "The leg's angle; by default 0."),
+    field("name", Text, "The leg's name; by default leg1, leg2, …"),
+    FOOT,
+    TIP,
+    LEG_JOINTS,
+    LEG_BODIES,
+];
+
+/// A motion, besides its coordinates.
+pub(crate) const MOTION: &[Field] = &[
+    field("title", Text, "One line that says what it is."),
+    field("start", Quantity(Time), "First instant; by default 0."),
+    field("duration", Quantity(Time), "Length; by default 1 s."),
+    field("step", Quantity(Time), "Time between samples of the result."),
+    field("file", Text, "A CSV file with samples, instead of expressions; relative to the model."),
+];
+
+/// A load case, besides its bodies.
+pub(crate) const LOAD: &[Field] = &[field("title", Text, "One line that says what it is.")];
+
+/// What may stand behind the name of a body in a load.
+pub(crate) const BODY_LOAD: &[Field] = &[
+    field("force", Vector(Force), "Force; components may change with the time `t`."),
+    field("moment", Vector(Moment), "Moment about the point `at`."),
+    field(
+        "at",
+        Vector(Length),
+        "Where the force acts, in the body's frame; by default its origin.",
+    ),
+    field(
+        "axes",
+        Choice(&["world", "body"]),
+        "Whether the components are along the world's axes (the default) or turn with the body.",
+    ),
+    field("fx", Quantity(Force), "x component of the force, instead of `force`."),
+    field("fy", Quantity(Force), "y component of the force."),
+    field("fz", Quantity(Force), "z component of the force."),
+    field("mx", Quantity(Moment), "x component of the moment, instead of `moment`."),
+    field("my", Quantity(Moment), "y component of the moment."),
+    field("mz", Quantity(Moment), "z component of the moment."),
+];
+
+/// What may stand behind the name of a body in a motion.
+pub(crate) const BODY_MOTION: &[Field] = &[
+    field("x", Quantity(Length), "x of the body's origin in the ground's frame."),
+    field("y", Quantity(Length), "y of the body's origin."),
+    field("z", Quantity(Length), "z of the body's origin."),
+    field("rx", Quantity(Angle), "Intrinsic rotation angle about x."),
+    field("ry", Quantity(Angle), "Intrinsic rotation angle about y."),
+    field("rz", Quantity(Angle), "Intrinsic rotation angle about z."),
+    field("r1", Quantity(Angle), "First intrinsic angle, whatever the order."),
+    field("r2", Quantity(Angle), "Second intrinsic angle."),
+    field("r3", Quantity(Angle), "Third intrinsic angle."),
+    field("rvx", Quantity(Angle), "x of the rotation vector."),
+    field("rvy", Quantity(Angle), "y of the rotation vector."),
+    field("rvz", Quantity(Angle), "z of the rotation vector."),
+    field("order", Choice(ORDERS), "Order of the intrinsic angles; by default xyz."),
+];
+
+/// Orders of intrinsic angles.
+pub(crate) const ORDERS: &[&str] =
+    &["xyz", "yzx", "zxy", "xzy", "zyx", "yxz", "xyx", "yzy", "zxz", "xzx", "zyz", "yxy"];
+
+/// Defaults.
+pub(crate) const DEFAULT: &[Field] = &[
+    field("motion", Name, "The motion."),
+    field("load", Name, "The load."),
+    field(
+        "friction",
+        Choice(FRICTION_MODES),
+        "Whether friction acts: on (converged), off, one-pass.",
+    ),
+];
+
+/// Friction modes by name.
+pub(crate) const FRICTION_MODES: &[&str] = &["on", "off", "one-pass"];
+
+/// Coordinate axes by name.
+pub(crate) const AXES: &[&str] = &["x", "y", "z", "-x", "-y", "-z"];
+
+/// The entries of an inertia tensor, with row and column.
+pub(crate) const TENSOR: &[(&str, usize, usize)] =
+    &[("xx", 0, 0), ("yy", 1, 1), ("zz", 2, 2), ("xy", 0, 1), ("xz", 0, 2), ("yz", 1, 2)];

@@ -1,0 +1,38 @@
+//! The models that ship with the program, as the texts of their files.
+
+const MODELS: &[(&str, &str)] = &[
+    ("3rps", include_str!("../gallery/3rps.toml")),
+    ("five-bar", include_str!("../gallery/five-bar.toml")),
+    ("zhang2018-regular", include_str!("../gallery/zhang2018-regular.toml")),
+];
+
+/// The names of all models, sorted.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    MODELS.iter().map(|(name, _)| *name)
+}
+
+/// The text of a model's file.
+///
+/// ```
+/// use stiction_model::{Source, gallery, read};
+///
+/// let text = gallery::get("3rps").unwrap();
+/// let model = read(&Source::new("3rps.toml", text), &|_| Err("no files".into()))?;
+/// assert_eq!(model.name, "3rps");
+/// assert_eq!(model.legs.len(), 3);
+/// # Ok::<(), stiction_model::Diagnostics>(())
+/// ```
+pub fn get(name: &str) -> Option<&'static str> {
+    MODELS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_sorted() {
+        assert!(MODELS.is_sorted_by(|a, b| a.0 < b.0));
+        assert_eq!(names().count(), MODELS.len());
+    }
+}

@@ -1,0 +1,97 @@
+//! Kinds of quantities that the model file asks for.
+
+use crate::expression::{Dimension, Fault};
+use crate::source::Span;
+
+/// What is measured, and hence in which unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Measure {
+    Length,
+    Mass,
+    Time,
+    Angle,
+    Inertia,
+    Force,
+    Moment,
+    Acceleration,
+    Viscous,
+    Pitch,
+    Number,
+    /// Anything: a parameter.
+    Any,
+}
+
+/// How a measure is spoken of.
+pub(crate) struct Words {
+    /// `a length`.
+    pub(crate) noun: &'static str,
+    /// An example with a unit.
+    pub(crate) example: &'static str,
+    /// The SI unit of bare numbers.
+    pub(crate) unit: &'static str,
+}
+
+impl Measure {
+    /// Its dimension.
+    pub(crate) fn dimension(self) -> Dimension {
+        match self {
+            Self::Length => Dimension::LENGTH,
+            Self::Mass => Dimension::MASS,
+            Self::Time => Dimension::TIME,
+            Self::Angle => Dimension::ANGLE,
+            Self::Inertia => Dimension::of(2, 1, 0),
+            Self::Force => Dimension::of(1, 1, -2),
+            Self::Moment => Dimension::of(2, 1, -2),
+            Self::Acceleration => Dimension::of(1, 0, -2),
+            Self::Viscous => Dimension::of(0, 1, -1),
+            Self::Pitch => Dimension::LENGTH.with_angle(-1),
+            Self::Number | Self::Any => Dimension::NONE,
+        }
+    }
+
+    /// How it is spoken of.
+    pub(crate) fn words(self) -> Words {
+        let (noun, example, unit) = match self {
+            Self::Length => ("a length", "128.48 mm", "m"),
+            Self::Mass => ("a mass", "1.5 kg", "kg"),
+            Self::Time => ("a time", "0.5 s", "s"),
+            Self::Angle => ("an angle", "30 deg", "rad"),
+            Self::Inertia => ("a moment of inertia", "1.42e4 kg mm^2", "kg m^2"),
+            Self::Force => ("a force", "-100 N", "N"),
+            Self::Moment => ("a moment", "5 N m", "N m"),
+            Self::Acceleration => ("an acceleration", "-9.81 m/s^2", "m/s^2"),
+            Self::Viscous => ("a viscous coefficient", "0.02 N s/m", "N s/m"),
+            Self::Pitch => ("a pitch", "5 mm/rev", "m/rad"),
+            Self::Number => ("a plain number", "0.12", ""),
+            Self::Any => ("a quantity", "200 mm", ""),
+        };
+        Words { noun, example, unit }
+    }
+
+    /// `a length such as "128.48 mm" or a bare number in m`.
+    pub(crate) fn expected(self) -> String {
+        let Words { noun, example, unit } = self.words();
+        match self {
+            Self::Number => format!("{noun} such as {example}"),
+            Self::Any => format!("{noun} such as \"{example}\" or a number"),
+            _ => format!("{noun} such as \"{example}\" or a bare number in {unit}"),
+        }
+    }
+
+    /// What is wrong with a quantity of this dimension, as a function of its place. Plain numbers
+    /// count in SI units; angles do not pass for plain numbers where a length is due.
+    pub(crate) fn complaint(self, found: Dimension) -> Option<impl FnOnce(Span) -> Fault> {
+        let wanted = self.dimension();
+        let bare = found.is_none() && (!found.is_angle() || wanted.is_none());
+        let number_from_angle = self == Self::Number && found.is_angle();
+        let fine = self == Self::Any || wanted.same(found) || bare;
+        (!fine || number_from_angle).then_some(move |span| {
+            Fault::new(
+                span,
+                format!("expected {}, found {}", self.expected(), found.describe()),
+                format!("this is {}", found.describe()),
+            )
+            .code("dimension")
+        })
+    }
+}

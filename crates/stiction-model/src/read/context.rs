@@ -1,0 +1,332 @@
+//! Reading single values, and saying what is wrong with them.
+
+use super::parameters::Parameters;
+use crate::course::Course;
+use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
+use crate::document::{Node, Table, Text, Value};
+use crate::expression::{self, Fault, TimeFormula};
+use crate::fields::{self, Field, Shape};
+use crate::measure::Measure;
+use crate::source::{Place, Source, Span};
+use std::cell::RefCell;
+use std::sync::Arc;
+use stiction::spatial::Vec3;
+
+/// A text that is being read, and what has been said about it.
+pub(crate) struct Context<'a> {
+    pub(crate) source: Arc<Source>,
+    pub(crate) parameters: &'a Parameters,
+    /// Whether the text was free of syntax errors. If not, what seems to be missing may be there.
+    pub(crate) sound: bool,
+    pub(crate) out: RefCell<Diagnostics>,
+}
+
+impl<'a> Context<'a> {
+    pub(crate) fn new(source: &Arc<Source>, parameters: &'a Parameters, sound: bool) -> Self {
+        let out = RefCell::new(Diagnostics::new());
+        Self { source: Arc::clone(source), parameters, sound, out }
+    }
+
+    pub(crate) fn place(&self, span: &Span) -> Place {
+        Place::new(&self.source, span.clone())
+    }
+
+    pub(crate) fn push(&self, diagnostic: Diagnostic) {
+        self.out.borrow_mut().push(diagnostic);
+    }
+
+    /// Says that something which should be in the text is not.
+    pub(crate) fn push_missing(&self, diagnostic: Diagnostic) {
+        if self.sound {
+            self.push(diagnostic);
+        }
+    }
+
+    /// Says that a value is not what was expected.
+    pub(crate) fn wrong(&self, value: &Value, expected: &str) {
+        let found = value.describe();
+        self.push(
+            Diagnostic::error("wrong-type", format!("expected {expected}, found {found}"))
+                .at(self.place(&value.span), format!("this is {found}")),
+        );
+    }
+
+    /// Says that a name means nothing.
+    pub(crate) fn unknown_name<'n>(
+        &self,
+        span: &Span,
+        kind: &str,
+        kinds: &str,
+        name: &str,
+        known: impl IntoIterator<Item = &'n str>,
+    ) {
+        self.push_missing(
+            Diagnostic::error("unknown-name", format!("there is no {kind} {}", quoted(name)))
+                .at(self.place(span), format!("unknown {kind}"))
+                .maybe_help(did_you_mean(name, kinds, known)),
+        );
+    }
+
+    /// Says what is wrong with an expression.
+    pub(crate) fn fault(&self, value: &Span, text: &Text, fault: Fault) {
+        if fault.echo {
+            return;
+        }
+        let span = text.place_of(value, &fault.span);
+        self.push(
+            Diagnostic::error(fault.code, fault.message)
+                .at(self.place(&span), fault.label)
+                .maybe_help(fault.help),
+        );
+    }
+
+    /// A number or an expression.
+    pub(crate) fn quantity(&self, value: &Value, measure: Measure) -> Option<f64> {
+        match &value.node {
+            Node::Number(number) => self.finite(value, *number),
+            Node::Text(text) => {
+                let read = || {
+                    let program = expression::parse(&text.content, self.parameters, false)?;
+                    let quantity = expression::constant(&program, self.parameters)?;
+                    match measure.complaint(quantity.dimension) {
+                        None => Ok(quantity.value),
+                        Some(fault) => Err(fault(0..text.content.len())),
+                    }
+                };
+                read().map_err(|fault| self.fault(&value.span, text, fault)).ok()
+            }
+            _ => {
+                self.wrong(value, &measure.expected());
+                None
+            }
+        }
+    }
+
+    /// A number or an expression in which `t` is the time.
+    pub(crate) fn course(&self, value: &Value, measure: Measure) -> Option<Course> {
+        let Node::Text(text) = &value.node else {
+            return self.quantity(value, measure).map(Course::constant);
+        };
+        match expression::in_time(&text.content, self.parameters, measure) {
+            Ok(TimeFormula::Constant(number)) => Some(Course::constant(number)),
+            Ok(TimeFormula::Changing(formula)) => {
+                Some(Course::formula(formula, &self.source, value.span.clone(), text.start))
+            }
+            Err(fault) => {
+                self.fault(&value.span, text, fault);
+                None
+            }
+        }
+    }
+
+    fn finite(&self, value: &Value, number: f64) -> Option<f64> {
+        if number.is_finite() {
+            return Some(number);
+        }
+        let what = if number.is_nan() { "`nan`" } else { "infinity" };
+        self.push(
+            Diagnostic::error("not-finite", format!("{what} is not a usable number"))
+                .at(self.place(&value.span), "expected a finite number"),
+        );
+        None
+    }
+
+    /// A list of three of something.
+    pub(crate) fn three<'v>(&self, value: &'v Value, each: &str) -> Option<[&'v Value; 3]> {
+        if let Some([x, y, z]) = value.as_list() {
+            return Some([x, y, z]);
+        }
+        match value.as_list() {
+            Some(list) => {
+                let count = list.len();
+                let message = format!("expected a list of 3 {each}, found {count}");
+                self.push(
+                    Diagnostic::error("wrong-type", message)
+                        .at(self.place(&value.span), "expected [x, y, z]"),
+                );
+            }
+            None => self.wrong(value, &format!("a list of 3 {each}")),
+        }
+        None
+    }
+
+    /// A list of three quantities.
+    pub(crate) fn vector(&self, value: &Value, measure: Measure) -> Option<Vec3<f64>> {
+        let each = format!("{}s", plural_stem(measure));
+        let components = self.three(value, &each)?.map(|item| self.quantity(item, measure));
+        match components {
+            [Some(x), Some(y), Some(z)] => Some(Vec3::new(x, y, z)),
+            _ => None,
+        }
+    }
+
+    /// A string.
+    pub(crate) fn text<'v>(&self, value: &'v Value, what: &str) -> Option<&'v str> {
+        let text = value.as_text();
+        if text.is_none() {
+            self.wrong(value, what);
+        }
+        text
+    }
+
+    /// One of some words.
+    pub(crate) fn choice(
+        &self,
+        value: &Value,
+        words: &'static [&'static str],
+    ) -> Option<&'static str> {
+        let text = self.text(value, "one of some words between quotes")?;
+        let found = words.iter().copied().find(|word| *word == text);
+        if found.is_none() {
+            self.push(
+                Diagnostic::error("unknown-name", format!("{} is not understood", quoted(text)))
+                    .at(self.place(&value.span), "not understood")
+                    .maybe_help(did_you_mean(text, "expected one of", words.iter().copied())),
+            );
+        }
+        found
+    }
+}
+
+/// `a length` to `length`: the plural takes an s.
+fn plural_stem(measure: Measure) -> &'static str {
+    match measure {
+        Measure::Inertia => "moment",
+        _ => measure.words().noun.trim_start_matches("an ").trim_start_matches("a "),
+    }
+}
+
+/// A table whose keys are known.
+pub(crate) struct Record<'a> {
+    pub(crate) context: &'a Context<'a>,
+    pub(crate) table: &'a Table,
+    fields: &'static [Field],
+    /// What the table describes, in words.
+    what: String,
+}
+
+impl<'a> Record<'a> {
+    /// A table in which nothing else may stand; says which keys are unknown or missing.
+    pub(crate) fn new(
+        context: &'a Context<'a>,
+        table: &'a Table,
+        fields: &'static [Field],
+        what: impl Into<String>,
+    ) -> Self {
+        let record = Self { context, table, fields, what: what.into() };
+        for (key, _) in &table.entries {
+            if fields::find(fields, &key.name).is_none() {
+                record.unknown_key(&key.name, &key.span);
+            }
+        }
+        for field in fields.iter().filter(|field| field.required) {
+            if table.get(field.key).is_none() {
+                record.missing(field.key, "");
+            }
+        }
+        record
+    }
+
+    /// A table in which names may stand beside the keys.
+    pub(crate) fn open(
+        context: &'a Context<'a>,
+        table: &'a Table,
+        fields: &'static [Field],
+        what: impl Into<String>,
+    ) -> Self {
+        Self { context, table, fields, what: what.into() }
+    }
+
+    fn unknown_key(&self, name: &str, span: &Span) {
+        let known = self.fields.iter().map(|field| field.key);
+        let message = format!("{} has no key {}", self.what, quoted(name));
+        self.context.push(
+            Diagnostic::error("unknown-key", message)
+                .at(self.context.place(span), "unknown key")
+                .maybe_help(did_you_mean(name, "known keys", known)),
+        );
+    }
+
+    /// Says that a key is missing, and under which condition it is needed.
+    pub(crate) fn missing(&self, key: &str, why: &str) {
+        let doc = fields::find(self.fields, key).map_or("", |field| field.doc);
+        let message = format!("{} has no `{key}`{why}", self.what);
+        let doc = doc.trim_end_matches('.');
+        self.context.push_missing(
+            Diagnostic::error("missing-key", message)
+                .at(self.context.place(&self.table.span), format!("`{key}` is missing"))
+                .help(format!("`{key}`: {doc}")),
+        );
+    }
+
+    /// The value of a key.
+    pub(crate) fn value(&self, key: &str) -> Option<&'a Value> {
+        debug_assert!(fields::find(self.fields, key).is_some(), "no field {key}");
+        self.table.get(key)
+    }
+
+    /// The place of a key's value; of the table where the key is missing.
+    pub(crate) fn span(&self, key: &str) -> Span {
+        self.table.get(key).map_or(&self.table.span, |value| &value.span).clone()
+    }
+
+    fn measure(&self, key: &str) -> Measure {
+        match fields::find(self.fields, key).map(|field| field.shape) {
+            Some(
+                Shape::Quantity(measure) | Shape::Vector(measure) | Shape::Quantities(measure),
+            ) => measure,
+            _ => Measure::Any,
+        }
+    }
+
+    /// A quantity.
+    pub(crate) fn quantity(&self, key: &str) -> Option<f64> {
+        self.context.quantity(self.value(key)?, self.measure(key))
+    }
+
+    /// Three quantities.
+    pub(crate) fn vector(&self, key: &str) -> Option<Vec3<f64>> {
+        self.context.vector(self.value(key)?, self.measure(key))
+    }
+
+    /// A quantity that may change in time.
+    pub(crate) fn course(&self, key: &str) -> Option<Course> {
+        self.context.course(self.value(key)?, self.measure(key))
+    }
+
+    /// A string.
+    pub(crate) fn text(&self, key: &str) -> Option<&'a str> {
+        self.context.text(self.value(key)?, "a string between quotes")
+    }
+
+    /// One of the words of the field.
+    pub(crate) fn choice(&self, key: &str) -> Option<&'static str> {
+        match fields::find(self.fields, key).map(|field| field.shape) {
+            Some(Shape::Choice(words)) => self.context.choice(self.value(key)?, words),
+            _ => None,
+        }
+    }
+
+    /// The tables of a key by name.
+    pub(crate) fn tables(&self, key: &str) -> Vec<(&'a crate::document::Key, &'a Table)> {
+        let Some(value) = self.value(key) else { return Vec::new() };
+        let Some(table) = self.sub_table(value, key) else { return Vec::new() };
+        let each = |(name, value): &'a (crate::document::Key, Value)| {
+            Some((name, self.sub_table(value, &name.name)?))
+        };
+        table.entries.iter().filter_map(each).collect()
+    }
+
+    /// The table of a key.
+    pub(crate) fn table(&self, key: &str) -> Option<&'a Table> {
+        self.sub_table(self.value(key)?, key)
+    }
+
+    fn sub_table(&self, value: &'a Value, key: &str) -> Option<&'a Table> {
+        let table = value.as_table();
+        if table.is_none() {
+            self.context.wrong(value, &format!("a table for {}", quoted(key)));
+        }
+        table
+    }
+}

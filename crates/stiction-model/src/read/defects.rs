@@ -1,0 +1,175 @@
+//! What the mechanism's builder finds, at the places in the text where it comes from.
+
+use super::body::BodyDraft;
+use super::context::Context;
+use super::joint::JointDraft;
+use super::names::Names;
+use crate::diagnostic::{Diagnostic, did_you_mean};
+use crate::source::Span;
+use std::mem::discriminant;
+use stiction::mechanism::{Defect, Warning};
+
+/// The parts of the mechanism and where they stand.
+pub(crate) struct Origin<'a> {
+    pub(crate) context: &'a Context<'a>,
+    pub(crate) bodies: &'a [BodyDraft],
+    pub(crate) joints: &'a [JointDraft],
+    pub(crate) names: &'a Names,
+    /// Where what concerns the whole is said.
+    pub(crate) whole: Span,
+    /// Where the characteristic length stands.
+    pub(crate) length: Span,
+}
+
+impl Origin<'_> {
+    /// Reports defects; those that many legs share only once.
+    pub(crate) fn report(&self, defects: &[Defect]) {
+        let incomplete = self.joints.iter().any(|joint| joint.spec.is_none());
+        let mut told = Vec::new();
+        for defect in defects {
+            // Without all joints nothing can be said about what they connect.
+            if incomplete && matches!(defect, Defect::Disconnected { .. }) {
+                continue;
+            }
+            let (span, label, help) = self.locate(defect);
+            let key = (discriminant(defect), span.clone());
+            if told.contains(&key) {
+                continue;
+            }
+            told.push(key);
+            self.context.push_missing(
+                Diagnostic::error("mechanism", defect.to_string())
+                    .at(self.context.place(&span), label)
+                    .maybe_help(help),
+            );
+        }
+    }
+
+    fn locate(&self, defect: &Defect) -> (Span, String, Option<String>) {
+        let body = |name: &str| self.bodies.iter().find(|body| body.name == name);
+        // Of two with one name, the second is one too many.
+        let last_body = |name: &str| self.bodies.iter().rev().find(|body| body.name == name);
+        let joint = |name: &str| self.joints.iter().find(|joint| joint.name == name);
+        let last_joint = |name: &str| self.joints.iter().rev().find(|joint| joint.name == name);
+        let whole = || self.whole.clone();
+        let mut help = None;
+        let (span, label) = match defect {
+            Defect::NoBodies => {
+                help = Some("add a table such as [bodies.crank]".to_owned());
+                (whole(), "no table [bodies.…]")
+            }
+            Defect::DuplicateName { what: "bodies", name } => {
+                (last_body(name).map_or_else(whole, |b| b.name_span.clone()), "used already")
+            }
+            Defect::DuplicateName { name, .. } => {
+                (last_joint(name).map_or_else(whole, |j| j.spans.name.clone()), "used already")
+            }
+            Defect::GroundTaken => {
+                help = Some("delete it: the ground needs no table".to_owned());
+                let ground = body(stiction::mechanism::GROUND_NAME);
+                (ground.map_or_else(whole, |b| b.name_span.clone()), "this name is taken")
+            }
+            Defect::UnknownBody { joint: name, body } => {
+                help = did_you_mean(body, "bodies", self.names.body_names());
+                (self.end_of(name, body), "unknown body")
+            }
+            Defect::SameBody { joint: name, .. } => {
+                (joint(name).map_or_else(whole, |j| j.spans.to.clone()), "the same as `from`")
+            }
+            Defect::Disconnected { body: name } => {
+                (body(name).map_or_else(whole, |b| b.name_span.clone()), "not connected")
+            }
+            Defect::NegativeMass { body: name, .. } => {
+                (body(name).map_or_else(whole, |b| b.mass_span.clone()), "negative")
+            }
+            Defect::AsymmetricInertia { body: name }
+            | Defect::NegativeInertia { body: name, .. } => {
+                (body(name).map_or_else(whole, |b| b.inertia_span.clone()), "not an inertia")
+            }
+            Defect::Pitch { joint: name } => {
+                help = Some("an H joint has a `pitch` such as \"5 mm/rev\"".to_owned());
+                (joint(name).map_or_else(whole, |j| j.spans.pitch.clone()), "this pitch")
+            }
+            Defect::NotActuable { joint: name, .. } => {
+                help = Some(
+                    "actuators drive the freedoms of R, P, H, C, U and E joints; model a driven ball \
+                     as R and U"
+                        .to_owned(),
+                );
+                (joint(name).map_or_else(whole, |j| j.spans.actuated.clone()), "cannot be driven")
+            }
+            Defect::StartLength { joint: name, .. } => {
+                (joint(name).map_or_else(whole, |j| j.spans.start.clone()), "this start")
+            }
+            Defect::NoContact { joint: name, .. } | Defect::DuplicateContact { joint: name } => {
+                let span = joint(name).map_or_else(whole, |j| j.spans.friction.table.clone());
+                (span, "friction cannot act here")
+            }
+            Defect::Radius { joint: name, .. } => {
+                let span = joint(name).map_or_else(whole, |j| {
+                    let given = j.spans.friction.numbers.iter().find(|(key, ..)| *key == "radius");
+                    given.map_or(&j.spans.friction.table, |(.., span)| span).clone()
+                });
+                (span, "the radius")
+            }
+            Defect::FrictionParameter { joint: name, parameter, value, .. } => {
+                let span = joint(name)
+                    .map_or_else(whole, |j| j.spans.friction.of_parameter(parameter, *value));
+                (span, "out of range")
+            }
+            Defect::CharacteristicLength(_) => (self.length.clone(), "not positive"),
+            // Whatever comes: the first name in the message that is known says where.
+            other => (self.named_in(&other.to_string()), ""),
+        };
+        (span, label.to_owned(), help)
+    }
+
+    /// Where a joint names this body.
+    fn end_of(&self, joint: &str, body: &str) -> Span {
+        let Some(draft) = self.joints.iter().find(|draft| draft.name == joint) else {
+            return self.whole.clone();
+        };
+        let text = |span: &Span| self.context.source.text.get(span.clone()).unwrap_or_default();
+        let names_it = |span: &Span| text(span).trim_matches(['"', '\'']) == body;
+        let spans = &draft.spans;
+        if names_it(&spans.to) && !names_it(&spans.from) { &spans.to } else { &spans.from }.clone()
+    }
+
+    fn named_in(&self, message: &str) -> Span {
+        for name in message.split('`').skip(1).step_by(2) {
+            if let Some(body) = self.bodies.iter().find(|body| body.name == name) {
+                return body.name_span.clone();
+            }
+            if let Some(joint) = self.joints.iter().find(|joint| joint.name == name) {
+                return joint.spans.name.clone();
+            }
+        }
+        self.whole.clone()
+    }
+
+    /// Reports what is suspicious, once for many legs.
+    pub(crate) fn warn(&self, warnings: &[Warning]) {
+        let mut told = Vec::new();
+        for warning in warnings {
+            let body = |name: &str| self.bodies.iter().find(|body| body.name == name);
+            let (span, label) = match warning {
+                Warning::ImpossibleInertia { body: name, .. } => {
+                    (body(name).map(|b| b.inertia_span.clone()), "not physical")
+                }
+                Warning::InertiaWithoutMass { body: name } => {
+                    (body(name).map(|b| b.inertia_span.clone()), "without a `mass`")
+                }
+                _ => (None, ""),
+            };
+            let span = span.unwrap_or_else(|| self.whole.clone());
+            let key = (discriminant(warning), span.clone());
+            if !told.contains(&key) {
+                told.push(key);
+                self.context.push(
+                    Diagnostic::warning("mechanism", warning.to_string())
+                        .at(self.context.place(&span), label),
+                );
+            }
+        }
+    }
+}

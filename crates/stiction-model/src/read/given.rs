@@ -1,0 +1,185 @@
+//! Motions and loads given outside of the model file: by name, as a file, or as assignments.
+
+use super::context::Context;
+use super::motion::{self, Files};
+use super::names::Names;
+use super::path::Orders;
+use super::{load, recording, statement};
+use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
+use crate::document::{self, Table};
+use crate::model::{LoadCase, Model, Motion};
+use crate::source::{Place, Source};
+use std::sync::Arc;
+
+/// What a text on a command line is.
+enum Given<'a> {
+    Assignments,
+    File(&'a str),
+    Name(&'a str),
+}
+
+fn kind(text: &str) -> Given<'_> {
+    let text = text.trim();
+    let lower = text.to_lowercase();
+    let is_file = [".csv", ".toml", ".txt"].iter().any(|end| lower.ends_with(end))
+        || text.contains(['/', '\\']);
+    match text {
+        _ if is_file && !text.contains('=') => Given::File(text),
+        _ if text.contains('=') || text.contains(';') => Given::Assignments,
+        _ => Given::Name(text),
+    }
+}
+
+impl Model {
+    /// The motion that `given` asks for: the name of one of the model's motions, a CSV or TOML file,
+    /// or assignments such as `platform.x = 5 mm*sin(2*pi*t); platform.z = 0.5; duration = 2 s`.
+    /// `given.name` is what messages call it, for example `--motion`.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, each at its place.
+    pub fn parse_motion(
+        &self,
+        given: &Source,
+        files: &dyn Fn(&str) -> Result<String, String>,
+    ) -> Result<Motion, Diagnostics> {
+        let source = Arc::new(given.clone());
+        match kind(&given.text) {
+            Given::Name(name) => match self.motion(name) {
+                Some(motion) => Ok(motion.clone()),
+                None => Err(unknown(&source, "motion", name, self.motions.iter().map(|(n, _)| n))),
+            },
+            Given::File(name) => self.read_motion(&file(&source, name, files)?, files),
+            Given::Assignments => self.assigned(&source, |context, names, table| {
+                motion::read(context, names, table, files)
+            }),
+        }
+    }
+
+    /// Reads a motion from a file: CSV samples, or (if its name ends in `.toml`) a TOML file with
+    /// the content of a motion's table.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, each at its place.
+    pub fn read_motion(
+        &self,
+        source: &Source,
+        files: &dyn Fn(&str) -> Result<String, String>,
+    ) -> Result<Motion, Diagnostics> {
+        let source = Arc::new(source.clone());
+        if source.name.to_lowercase().ends_with(".toml") {
+            return self.document(&source, |context, names, table| {
+                motion::read(context, names, table, files)
+            });
+        }
+        self.reading(&source, true, |context, names| {
+            recording::read(&source, names, &Orders::new(), context)
+        })
+    }
+
+    /// The load that `given` asks for: the name of one of the model's loads, `none`, a TOML file, or
+    /// assignments such as `platform.force = [20 N, 0, 0]; platform.mz = 3 N m`.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, each at its place.
+    pub fn parse_load(
+        &self,
+        given: &Source,
+        files: &dyn Fn(&str) -> Result<String, String>,
+    ) -> Result<LoadCase, Diagnostics> {
+        let source = Arc::new(given.clone());
+        match kind(&given.text) {
+            Given::Name(name) => match self.load(name) {
+                Some(load) => Ok(load.clone()),
+                None if name == "none" => Ok(LoadCase::default()),
+                None => Err(unknown(&source, "load", name, self.loads.iter().map(|(n, _)| n))),
+            },
+            Given::File(name) => self.read_load(&file(&source, name, files)?),
+            Given::Assignments => self
+                .assigned(&source, |context, names, table| Some(load::read(context, names, table))),
+        }
+    }
+
+    /// Reads a load from a TOML file with the content of a load's table.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, each at its place.
+    pub fn read_load(&self, source: &Source) -> Result<LoadCase, Diagnostics> {
+        let source = Arc::new(source.clone());
+        self.document(&source, |context, names, table| Some(load::read(context, names, table)))
+    }
+
+    fn assigned<T>(
+        &self,
+        source: &Arc<Source>,
+        read: impl FnOnce(&Context<'_>, &Names, &Table) -> Option<T>,
+    ) -> Result<T, Diagnostics> {
+        self.reading(source, true, |context, names| {
+            let table = statement::read(context);
+            read(context, names, &table)
+        })
+    }
+
+    fn document<T>(
+        &self,
+        source: &Arc<Source>,
+        read: impl FnOnce(&Context<'_>, &Names, &Table) -> Option<T>,
+    ) -> Result<T, Diagnostics> {
+        let mut out = Diagnostics::new();
+        let Some((table, sound)) = document::parse(source, &mut out) else { return Err(out) };
+        let result = self.reading(source, sound, |context, names| read(context, names, &table));
+        match result {
+            Ok(value) if !out.has_errors() => Ok(value),
+            Ok(_) => Err(out),
+            Err(more) => {
+                out.append(more);
+                out.sort();
+                Err(out)
+            }
+        }
+    }
+
+    fn reading<T>(
+        &self,
+        source: &Arc<Source>,
+        sound: bool,
+        read: impl FnOnce(&Context<'_>, &Names) -> Option<T>,
+    ) -> Result<T, Diagnostics> {
+        let context = Context::new(source, &self.parameters, sound);
+        let value = read(&context, &Names::of(&self.mechanism));
+        let mut out = context.out.into_inner();
+        out.sort();
+        match value {
+            Some(value) if !out.has_errors() => Ok(value),
+            _ => Err(out),
+        }
+    }
+}
+
+fn file(source: &Arc<Source>, name: &str, files: Files<'_>) -> Result<Source, Diagnostics> {
+    match files(name) {
+        Ok(text) => Ok(Source::new(name, text)),
+        Err(reason) => {
+            let message = format!("the file cannot be read: {reason}");
+            let place = Place::new(source, 0..source.text.len());
+            Err(Diagnostic::error("file", message).at(place, "this file").into())
+        }
+    }
+}
+
+fn unknown<'a>(
+    source: &Arc<Source>,
+    kind: &str,
+    name: &str,
+    known: impl Iterator<Item = &'a String>,
+) -> Diagnostics {
+    let help = did_you_mean(name, &format!("{kind}s"), known.map(String::as_str));
+    let place = Place::new(source, 0..source.text.len());
+    let example = match kind {
+        "motion" => "or assignments such as `platform.x = 5 mm*sin(2*pi*t)`",
+        _ => "or assignments such as `platform.fz = -100 N`",
+    };
+    Diagnostic::error("unknown-name", format!("the model has no {kind} {}", quoted(name)))
+        .at(place, format!("unknown {kind}"))
+        .help(help.map_or_else(|| example.to_owned(), |help| format!("{help}; {example}")))
+        .into()
+}

@@ -1,0 +1,224 @@
+//! Named quantities.
+
+use super::context::Context;
+use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
+use crate::document::{Node, Table, Value};
+use crate::expression::{self, Dimension, Program, Quantity, Scope};
+use crate::source::Source;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// All parameters of a model with their values.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Parameters {
+    names: Vec<String>,
+    /// `None` where the definition is wrong.
+    values: Vec<Option<Quantity>>,
+    index: HashMap<String, usize>,
+}
+
+impl Scope for Parameters {
+    fn find(&self, name: &str) -> Option<usize> {
+        self.index.get(name).copied()
+    }
+
+    fn value(&self, index: usize) -> Option<Quantity> {
+        self.values.get(index).copied().flatten()
+    }
+
+    fn names(&self) -> Vec<&str> {
+        self.names.iter().map(String::as_str).collect()
+    }
+}
+
+impl Parameters {
+    /// Reads the table, in whatever order the parameters refer to each other.
+    pub(crate) fn read(
+        table: &Table,
+        source: &Arc<Source>,
+        sound: bool,
+        out: &mut Diagnostics,
+    ) -> Self {
+        let mut all = Self::default();
+        for (key, _) in &table.entries {
+            all.index.insert(key.name.clone(), all.names.len());
+            all.names.push(key.name.clone());
+        }
+        all.values = vec![None; all.names.len()];
+
+        // Definitions first, then values in the order of dependence.
+        let mut programs = Vec::new();
+        {
+            let context = Context::new(source, &all, sound);
+            for (key, value) in &table.entries {
+                check_name(&context, &key.name, &key.span);
+                programs.push(define(&context, value));
+            }
+            out.append(context.out.into_inner());
+        }
+        let order = Order::of(&programs);
+        for index in order.sorted {
+            if let Some(Some(Definition::Formula(program))) = programs.get(index) {
+                let value = expression::constant(program, &all);
+                let context = Context::new(source, &all, sound);
+                if let (Err(fault), Some((_, value))) = (&value, table.entries.get(index))
+                    && let Node::Text(text) = &value.node
+                {
+                    context.fault(&value.span, text, fault.clone());
+                }
+                out.append(context.out.into_inner());
+                set(&mut all.values, index, value.ok());
+            } else if let Some(Some(Definition::Number(value))) = programs.get(index) {
+                let plain = Quantity { value: *value, dimension: Dimension::NONE };
+                set(&mut all.values, index, Some(plain));
+            }
+        }
+        for cycle in order.cycles {
+            out.push(describe_cycle(&all, table, source, &cycle));
+        }
+        all
+    }
+}
+
+fn set(values: &mut [Option<Quantity>], index: usize, value: Option<Quantity>) {
+    if let Some(slot) = values.get_mut(index) {
+        *slot = value;
+    }
+}
+
+enum Definition {
+    Number(f64),
+    Formula(Program),
+}
+
+fn check_name(context: &Context<'_>, name: &str, span: &std::ops::Range<usize>) {
+    let mut letters = name.chars();
+    let starts_well = letters.next().is_some_and(|c| c.is_alphabetic() || c == '_');
+    let problem = if !starts_well || !letters.all(|c| c.is_alphanumeric() || c == '_') {
+        "a parameter's name consists of letters, digits and `_`, a letter first".to_owned()
+    } else if let Some(what) = expression::reserved(name) {
+        format!("no parameter can be named {}: that is {what}", quoted(name))
+    } else {
+        return;
+    };
+    context.push(
+        Diagnostic::error("name", problem)
+            .at(context.place(span), "not a possible name")
+            .help("choose another name, for example with a number or word behind it"),
+    );
+}
+
+fn define(context: &Context<'_>, value: &Value) -> Option<Definition> {
+    match &value.node {
+        Node::Text(text) => match expression::parse(&text.content, context.parameters, false) {
+            Ok(program) => Some(Definition::Formula(program)),
+            Err(fault) => {
+                context.fault(&value.span, text, fault);
+                None
+            }
+        },
+        _ => context.quantity(value, crate::measure::Measure::Any).map(Definition::Number),
+    }
+}
+
+/// In which order definitions can be computed, and which refer to themselves.
+struct Order {
+    sorted: Vec<usize>,
+    cycles: Vec<Vec<usize>>,
+}
+
+impl Order {
+    fn of(programs: &[Option<Definition>]) -> Self {
+        let needs: Vec<Vec<usize>> = programs
+            .iter()
+            .map(|definition| match definition {
+                Some(Definition::Formula(program)) => program.parameters().collect(),
+                _ => Vec::new(),
+            })
+            .collect();
+        // Kahn's algorithm: take whatever waits for nothing.
+        let mut waiting: Vec<usize> = needs.iter().map(Vec::len).collect();
+        let mut users: Vec<Vec<usize>> = vec![Vec::new(); needs.len()];
+        for (user, needs) in needs.iter().enumerate() {
+            for &need in needs {
+                if let Some(users) = users.get_mut(need) {
+                    users.push(user);
+                }
+            }
+        }
+        let mut sorted: Vec<usize> =
+            (0..needs.len()).filter(|&i| waiting.get(i) == Some(&0)).collect();
+        let mut next = 0;
+        while let Some(&done) = sorted.get(next) {
+            next += 1;
+            for &user in users.get(done).into_iter().flatten() {
+                if let Some(count) = waiting.get_mut(user) {
+                    *count -= 1;
+                    if *count == 0 {
+                        sorted.push(user);
+                    }
+                }
+            }
+        }
+        Self { sorted, cycles: cycles(&needs, &waiting) }
+    }
+}
+
+/// The cycles among definitions that still wait: from any of them, following the first need that
+/// waits too must come round.
+fn cycles(needs: &[Vec<usize>], waiting: &[usize]) -> Vec<Vec<usize>> {
+    let waits = |i: usize| waiting.get(i).is_some_and(|&count| count > 0);
+    let mut seen = vec![0usize; needs.len()];
+    let mut found = Vec::new();
+    for start in 0..needs.len() {
+        let mut path = Vec::new();
+        let mut at = start;
+        while waits(at) && seen.get(at) == Some(&0) {
+            if let Some(seen) = seen.get_mut(at) {
+                *seen = start + 1;
+            }
+            path.push(at);
+            let Some(&next) = needs.get(at).into_iter().flatten().find(|&&need| waits(need)) else {
+                break;
+            };
+            at = next;
+        }
+        if let Some(from) = path.iter().position(|&i| i == at)
+            && seen.get(at) == Some(&(start + 1))
+        {
+            found.push(path.split_off(from));
+        }
+    }
+    found
+}
+
+fn describe_cycle(
+    all: &Parameters,
+    table: &Table,
+    source: &Arc<Source>,
+    cycle: &[usize],
+) -> Diagnostic {
+    const MOST: usize = 8;
+    let name = |i: &usize| quoted(all.names.get(*i).map_or("", String::as_str));
+    let mut names: Vec<_> = cycle.iter().take(MOST).map(name).collect();
+    if cycle.len() > MOST {
+        names.push("…".to_owned());
+    }
+    names.extend(cycle.first().map(name));
+    let place = |i: &usize| {
+        let span = table.entries.get(*i).map_or(0..0, |(_, value)| value.span.clone());
+        crate::source::Place::new(source, span)
+    };
+    let message = match cycle {
+        [only] => format!("parameter {} refers to itself", name(only)),
+        _ => format!("parameters refer to each other in a circle: {}", names.join(" → ")),
+    };
+    let mut diagnostic = Diagnostic::error("cycle", message);
+    if let Some(first) = cycle.first() {
+        diagnostic = diagnostic.at(place(first), "needs itself");
+    }
+    for other in cycle.iter().skip(1).take(MOST) {
+        diagnostic = diagnostic.also(place(other), "by way of this");
+    }
+    diagnostic.help("give one of them a value")
+}

@@ -1,0 +1,171 @@
+//! Recorded motions: CSV files with a header such as `time [s], platform.x [mm], d(platform.x) [mm/s]`.
+
+mod header;
+mod rows;
+
+use super::context::Context;
+use super::names::Names;
+use super::path::Orders;
+use crate::course::{Course, Samples, Spline};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::model::Motion;
+use crate::source::{Place, Source};
+use header::{Column, Header, Role};
+use std::sync::Arc;
+use stiction::kinematics::Coordinate;
+
+/// So many messages about one file are shown.
+const MOST_MESSAGES: usize = 20;
+/// A spline needs two samples, whatever they contain.
+const LEAST_SAMPLES: usize = 2;
+
+/// Messages about a file, the first few of them.
+struct Messages<'a> {
+    source: &'a Arc<Source>,
+    out: Diagnostics,
+}
+
+impl Messages<'_> {
+    fn push(
+        &mut self,
+        code: &'static str,
+        message: String,
+        span: std::ops::Range<usize>,
+        label: &str,
+    ) {
+        self.push_help(code, message, span, label, None);
+    }
+
+    fn push_help(
+        &mut self,
+        code: &'static str,
+        message: String,
+        span: std::ops::Range<usize>,
+        label: &str,
+        help: Option<String>,
+    ) {
+        if self.is_full() {
+            self.out.add_untold_errors(1);
+            return;
+        }
+        let place = Place::new(self.source, span);
+        self.out.push(Diagnostic::error(code, message).at(place, label).maybe_help(help));
+    }
+
+    /// Whether what follows is only counted.
+    fn is_full(&self) -> bool {
+        self.out.len() >= MOST_MESSAGES
+    }
+}
+
+/// Reads a recorded motion; what is wrong with the file goes to `context`.
+pub(crate) fn read(
+    source: &Arc<Source>,
+    names: &Names,
+    orders: &Orders,
+    context: &Context<'_>,
+) -> Option<Motion> {
+    let mut messages = Messages { source, out: Diagnostics::new() };
+    let motion = read_text(source, names, orders, &mut messages);
+    let failed = messages.out.has_errors();
+    context.out.borrow_mut().append(messages.out);
+    motion.filter(|_| !failed)
+}
+
+fn read_text(
+    source: &Arc<Source>,
+    names: &Names,
+    orders: &Orders,
+    messages: &mut Messages<'_>,
+) -> Option<Motion> {
+    let text = source.text.as_str();
+    if let Some(at) = text.find('\0') {
+        let message = "this is not a text file".to_owned();
+        messages.push("syntax", message, at..at + 1, "a zero byte");
+        return None;
+    }
+    let mut lines = rows::lines(text);
+    let Some(first) = lines.next() else {
+        let help = "the first line names the columns: time [s], platform.x [mm], …".to_owned();
+        messages.push_help("syntax", "the file is empty".to_owned(), 0..0, "", Some(help));
+        return None;
+    };
+    let header = Header::read(text, first, names, orders, messages);
+    let columns = rows::read(text, lines, &header, messages);
+    let times = columns.get(header.time?)?;
+    if times.len() < LEAST_SAMPLES {
+        let message = format!(
+            "the file has {}; a motion needs at least {LEAST_SAMPLES} samples",
+            match times.len() {
+                0 => "no sample".to_owned(),
+                n => format!("{n} sample"),
+            }
+        );
+        messages.push("samples", message, text.len()..text.len(), "the end");
+        return None;
+    }
+    if messages.out.has_errors() {
+        return None;
+    }
+    let times: Arc<[f64]> = times.as_slice().into();
+    let (coordinates, interpolation) = splines(&times, &header, columns, messages);
+    let (start, end) = (times.first().copied()?, times.last().copied()?);
+    Some(Motion {
+        title: String::new(),
+        start,
+        duration: end - start,
+        step: None,
+        samples: Some(times.to_vec()),
+        coordinates,
+        interpolation: Some(interpolation),
+    })
+}
+
+/// A spline for every coordinate, and what kind it is.
+fn splines(
+    times: &Arc<[f64]>,
+    header: &Header,
+    mut columns: Vec<Vec<f64>>,
+    messages: &mut Messages<'_>,
+) -> (Vec<(Coordinate, Course)>, String) {
+    let mut take = |role: Role| {
+        let index = header.columns.iter().position(|column| column.role == role)?;
+        columns.get_mut(index).map(std::mem::take)
+    };
+    let mut coordinates = Vec::new();
+    let mut kinds: Vec<(String, Vec<String>)> = Vec::new();
+    for Column { role, name, span, .. } in &header.columns {
+        let &Role::Coordinate { coordinate, order: 0 } = role else { continue };
+        let part = |order| Role::Coordinate { coordinate, order };
+        let (values, rates, accelerations) = (take(part(0)), take(part(1)), take(part(2)));
+        let samples = match (values, rates, accelerations) {
+            (Some(values), None, _) => Samples::Values(values),
+            (Some(values), Some(rates), None) => Samples::Rates(values, rates),
+            (Some(values), Some(rates), Some(accelerations)) => {
+                Samples::Accelerations(values, rates, accelerations)
+            }
+            (None, ..) => continue,
+        };
+        let kind = samples.describe(times.len());
+        match kinds.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, names)) => names.push(name.clone()),
+            None => kinds.push((kind, vec![name.clone()])),
+        }
+        let spline = Spline::new(times, samples);
+        if !spline.is_finite() {
+            let message = format!("no spline goes through the samples of `{name}`");
+            let label = "the samples are too large, or too close in time";
+            messages.push("samples", message, span.clone(), label);
+        }
+        coordinates.push((coordinate, Course::spline(spline)));
+    }
+    let interpolation = match kinds.as_slice() {
+        [(kind, _)] => kind.clone(),
+        _ => {
+            let each =
+                |(kind, names): &(String, Vec<String>)| format!("{}: {kind}", names.join(", "));
+            kinds.iter().map(each).collect::<Vec<_>>().join("; ")
+        }
+    };
+    (coordinates, interpolation)
+}

@@ -1,0 +1,111 @@
+//! A line of assignments, `platform.x = 5 mm*sin(2*pi*t); duration = 2 s`, as a table.
+
+use super::context::Context;
+use crate::diagnostic::{Diagnostic, quoted};
+use crate::document::{Key, Node, Table, Text, Value};
+use crate::source::Span;
+
+/// Reads the assignments of the context's text. Names keep their dots; values are strings, or lists
+/// of strings.
+pub(crate) fn read(context: &Context<'_>) -> Table {
+    let text = context.source.text.as_str();
+    let mut table = Table { span: 0..text.len(), entries: Vec::new() };
+    for statement in split(text, &(0..text.len()), ';') {
+        let part = trimmed(text, statement);
+        if part.is_empty() {
+            continue;
+        }
+        let content = text.get(part.clone()).unwrap_or_default();
+        let Some(equals) = content.find('=') else {
+            context.push(
+                Diagnostic::error("syntax", "this is not an assignment")
+                    .at(context.place(&part), "expected `name = value`")
+                    .help("write assignments with `;` between them: platform.x = 5 mm*t; duration = 2 s"),
+            );
+            continue;
+        };
+        let key = trimmed(text, part.start..part.start + equals);
+        let value = trimmed(text, part.start + equals + 1..part.end);
+        let name: String = text
+            .get(key.clone())
+            .unwrap_or_default()
+            .split('.')
+            .map(|segment| segment.trim().trim_matches(['"', '\'']))
+            .collect::<Vec<_>>()
+            .join(".");
+        if name.is_empty() || value.is_empty() {
+            let (span, what) = if name.is_empty() { (part, "name") } else { (key, "value") };
+            context.push(
+                Diagnostic::error("syntax", format!("this assignment has no {what}"))
+                    .at(context.place(&span), format!("the {what} is missing")),
+            );
+            continue;
+        }
+        if let Some((first, _)) = table.entry(&name) {
+            context.push(
+                Diagnostic::error("duplicate", format!("{} is given twice", quoted(&name)))
+                    .at(context.place(&key), "again here")
+                    .also(context.place(&first.span), "first here"),
+            );
+            continue;
+        }
+        let value = read_value(text, value);
+        table.entries.push((Key { name, span: key }, value));
+    }
+    table
+}
+
+fn read_value(text: &str, span: Span) -> Value {
+    let content = text.get(span.clone()).unwrap_or_default();
+    let node = match content.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+        Some(inner) => {
+            let inner = span.start + 1..span.start + 1 + inner.len();
+            let items = split(text, &inner, ',').into_iter().map(|item| trimmed(text, item));
+            let items: Vec<_> = items.filter(|item| !item.is_empty()).collect();
+            Node::List(items.into_iter().map(|item| string(text, item)).collect())
+        }
+        None => return string(text, span),
+    };
+    Value { span, node }
+}
+
+/// A string, with or without quotes.
+fn string(text: &str, span: Span) -> Value {
+    let content = text.get(span.clone()).unwrap_or_default();
+    let quote = content.chars().next().filter(|c| matches!(c, '"' | '\''));
+    let inner = quote
+        .and_then(|quote| content.strip_prefix(quote)?.strip_suffix(quote))
+        .map_or((content, span.start), |inner| (inner, span.start + 1));
+    let node = Node::Text(Text { content: inner.0.to_owned(), start: Some(inner.1) });
+    Value { span, node }
+}
+
+/// The parts of a range between separators that are not within quotes or brackets.
+fn split(text: &str, range: &Span, separator: char) -> Vec<Span> {
+    let mut parts = Vec::new();
+    let (mut start, mut depth, mut quote) = (range.start, 0u32, None);
+    for (at, c) in text.get(range.clone()).unwrap_or_default().char_indices() {
+        let at = range.start + at;
+        match (quote, c) {
+            (Some(open), c) if open == c => quote = None,
+            (Some(_), _) => {}
+            (None, '"' | '\'') => quote = Some(c),
+            (None, '(' | '[' | '{') => depth += 1,
+            (None, ')' | ']' | '}') => depth = depth.saturating_sub(1),
+            (None, c) if c == separator && depth == 0 => {
+                parts.push(start..at);
+                start = at + c.len_utf8();
+            }
+            _ => {}
+        }
+    }
+    parts.push(start..range.end);
+    parts
+}
+
+/// The range without white space at its ends.
+fn trimmed(text: &str, range: Span) -> Span {
+    let content = text.get(range.clone()).unwrap_or_default();
+    let start = range.start + content.len() - content.trim_start().len();
+    start..start + content.trim().len()
+}

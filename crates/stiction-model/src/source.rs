@@ -1,0 +1,82 @@
+//! Texts, and places in them.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A range of bytes in a text.
+pub(crate) type Span = Range<usize>;
+
+/// A text and the name under which messages refer to it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// File name, or something like `--motion`.
+    pub name: String,
+    /// The whole text.
+    pub text: String,
+}
+
+impl Source {
+    /// A text under a name.
+    pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
+        Self { name: name.into(), text: text.into() }
+    }
+}
+
+/// A place in a text.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// The text.
+    pub source: Arc<Source>,
+    /// The bytes from where to where. May be empty, and may lie past the end: nothing here panics.
+    pub span: Range<usize>,
+}
+
+impl Place {
+    pub(crate) fn new(source: &Arc<Source>, span: Span) -> Self {
+        Self { source: Arc::clone(source), span }
+    }
+
+    /// Line and column of the first character; both count from 1, columns in characters.
+    pub fn line_column(&self) -> (usize, usize) {
+        line_column(&self.source.text, self.span.start)
+    }
+
+    /// Line and column just behind the last character.
+    pub fn end_line_column(&self) -> (usize, usize) {
+        line_column(&self.source.text, self.span.end.max(self.span.start))
+    }
+}
+
+/// The greatest character boundary that is not beyond `at`.
+pub(crate) fn boundary(text: &str, at: usize) -> usize {
+    let mut at = at.min(text.len());
+    while !text.is_char_boundary(at) {
+        at -= 1;
+    }
+    at
+}
+
+fn line_column(text: &str, at: usize) -> (usize, usize) {
+    let before = text.get(..boundary(text, at)).unwrap_or_default();
+    let line = before.bytes().filter(|&b| b == b'\n').count() + 1;
+    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    let column = before.get(start..).unwrap_or_default().trim_start_matches('\u{feff}');
+    (line, column.chars().count() + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_and_columns_count_characters_from_one() {
+        let source = Arc::new(Source::new("a", "\u{feff}äb\nc\r\nd"));
+        let at = |start: usize| Place::new(&source, start..start).line_column();
+        assert_eq!(at(3), (1, 1));
+        assert_eq!(at(4), (1, 1)); // amid the two bytes of ä
+        assert_eq!(at(5), (1, 2));
+        assert_eq!(at(7), (2, 1));
+        assert_eq!(at(10), (3, 1));
+        assert_eq!(at(999), (3, 2));
+    }
+}
