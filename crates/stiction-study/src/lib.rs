@@ -1,1 +1,9 @@
-//! Studies.
+//! Studies: a mechanism carried along a motion, with tables, a summary and plots of what it needs.
+//!
+//! Nothing here opens files or talks to a terminal; results go to whoever asks.
+
+pub mod figure;
+mod instants;
+pub mod inverse;
+
+pub use instants::{Instants, InstantsError};

@@ -137,6 +137,13 @@ impl InverseDynamics {
         &self.assembly.kinematics().bodies
     }
 
+    /// The largest loop-closure error at the present position, m; angles times the characteristic
+    /// length.
+    pub fn closure_error(&self) -> f64 {
+        let assembly = &self.assembly;
+        assembly.kinematics().closure_error(assembly.prescription(), self.parameters.length)
+    }
+
     /// The forces of the last [`Self::solve`].
     pub fn forces(&self) -> &Forces {
         &self.forces

@@ -1,0 +1,196 @@
+//! Line plots.
+
+use kuva::prelude::*;
+use kuva::render::figure::Figure as Sheet;
+
+/// Panels one above the other over a common horizontal axis.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// Above all panels.
+    pub title: String,
+    /// Name and unit of the horizontal axis.
+    pub x_label: String,
+    /// From top to bottom.
+    pub panels: Vec<Panel>,
+}
+
+/// One set of axes.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    /// Name and unit of the vertical axis.
+    pub y_label: String,
+    /// The curves, in the order of the legend.
+    pub lines: Vec<Line>,
+}
+
+/// One curve.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// Its name in the legend.
+    pub label: String,
+    /// Its points.
+    pub points: Vec<(f64, f64)>,
+    /// Which of the colours.
+    pub colour: usize,
+    /// Dashed rather than solid.
+    pub dashed: bool,
+}
+
+/// Colours that are told apart on paper, on screen and by most eyes (after Okabe and Ito).
+const COLOURS: [&str; 8] =
+    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c6d00", "#56b4e9", "#666666", "#a0522d"];
+
+const PANEL_WIDTH: f64 = 860.0;
+const PANEL_HEIGHT: f64 = 220.0;
+
+impl Figure {
+    /// The figure as SVG.
+    pub fn svg(&self) -> String {
+        SvgBackend.render_scene(&self.sheet().render())
+    }
+
+    fn sheet(&self) -> Sheet {
+        let rows: Vec<Vec<Plot>> = self.panels.iter().map(Panel::plots).collect();
+        let layouts = self.panels.iter().zip(&rows).map(|(panel, plots)| {
+            Layout::auto_from_plots(plots)
+                .with_y_label(panel.y_label.as_str())
+                .with_x_label(self.x_label.as_str())
+                .with_font_family("Helvetica, Arial, sans-serif")
+        });
+        let layouts = layouts.collect();
+        Sheet::new(self.panels.len(), 1)
+            .with_plots(rows)
+            .with_layouts(layouts)
+            .with_title(self.title.as_str())
+            .with_shared_x_all()
+            .with_cell_size(PANEL_WIDTH, PANEL_HEIGHT)
+    }
+}
+
+#[cfg(feature = "png")]
+impl Figure {
+    /// The figure as PNG.
+    ///
+    /// # Errors
+    /// What the renderer says.
+    pub fn png(&self) -> Result<Vec<u8>, String> {
+        PngBackend::default().render_scene(&self.sheet().render()).map_err(|e| e.to_string())
+    }
+}
+
+impl Panel {
+    fn plots(&self) -> Vec<Plot> {
+        self.lines.iter().map(Line::plot).collect()
+    }
+}
+
+impl Line {
+    fn plot(&self) -> Plot {
+        // What is not finite has no place on paper.
+        let points = self.points.iter().copied().filter(|(x, y)| x.is_finite() && y.is_finite());
+        let line = LinePlot::new()
+            .with_data(points.collect::<Vec<_>>())
+            .with_color(COLOURS[self.colour % COLOURS.len()])
+            .with_stroke_width(1.6)
+            .with_legend(self.label.as_str());
+        Plot::from(if self.dashed { line.with_dashed() } else { line })
+    }
+}
+
+/// A long series of points thinned for drawing: of each stretch the lowest and the highest.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    stretch: usize,
+    pending: Vec<(f64, f64)>,
+    points: Vec<(f64, f64)>,
+}
+
+/// As many points as are drawn at most.
+const DRAWN: usize = 4000;
+
+impl Trace {
+    /// Room for a series of `count` points.
+    pub fn new(count: usize) -> Self {
+        // Two points are kept of each stretch.
+        let stretch = if count <= DRAWN { 1 } else { (2 * count).div_ceil(DRAWN) };
+        Self { stretch, pending: Vec::with_capacity(stretch), points: Vec::new() }
+    }
+
+    /// Adds a point.
+    pub fn push(&mut self, x: f64, y: f64) {
+        self.pending.push((x, y));
+        if self.pending.len() == self.stretch {
+            self.flush();
+        }
+    }
+
+    fn flush(&mut self) {
+        let by_height = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
+        let lowest = self.pending.iter().min_by(by_height).copied();
+        let highest = self.pending.iter().max_by(by_height).copied();
+        if let (Some(low), Some(high)) = (lowest, highest) {
+            let (first, second) = if low.0 <= high.0 { (low, high) } else { (high, low) };
+            self.points.push(first);
+            if second != first {
+                self.points.push(second);
+            }
+        }
+        self.pending.clear();
+    }
+
+    /// The points to draw.
+    pub fn into_points(mut self) -> Vec<(f64, f64)> {
+        self.flush();
+        self.points
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figure(lines: Vec<Vec<(f64, f64)>>) -> Figure {
+        let line =
+            |(k, points)| Line { label: format!("line {k}"), points, colour: k, dashed: k == 1 };
+        let lines = lines.into_iter().enumerate().map(line).collect();
+        Figure {
+            title: "title & <more>".into(),
+            x_label: "time [s]".into(),
+            panels: vec![Panel { y_label: "force [N]".into(), lines }],
+        }
+    }
+
+    /// Whatever is drawn, the picture is there and well formed.
+    #[test]
+    fn odd_data_are_drawn() {
+        let cases = [
+            vec![],
+            vec![vec![]],
+            vec![vec![(0.0, 1.0)]],
+            vec![vec![(0.0, 0.0), (1.0, 0.0)]],
+            vec![vec![(0.0, 1e300), (1.0, -1e300)]],
+            vec![vec![(0.0, 1e-300), (1.0, 2e-300)]],
+            vec![vec![(0.0, f64::NAN), (1.0, 2.0), (2.0, f64::INFINITY)]],
+            vec![vec![(5.0, 1.0); 3], vec![(5.0, 2.0)]],
+        ];
+        for case in cases {
+            let svg = figure(case.clone()).svg();
+            assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{case:?}");
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{case:?}");
+            assert!(!svg.contains("<more>"));
+        }
+    }
+
+    #[test]
+    fn thinning_keeps_the_extremes() {
+        let mut trace = Trace::new(1_000_000);
+        for k in 0..1_000_000 {
+            let spike = if k == 777_777 { 5.0 } else { 0.0 };
+            trace.push(k as f64, (k as f64 * 1e-4).sin() + spike);
+        }
+        let points = trace.into_points();
+        assert!(points.len() <= DRAWN + 2);
+        assert!(points.iter().any(|p| p.0 == 777_777.0 && p.1 > 4.0));
+        assert!(points.is_sorted_by(|a, b| a.0 <= b.0));
+    }
+}

@@ -1,0 +1,150 @@
+//! The instants at which a motion is sampled.
+
+use stiction_model::Motion;
+use thiserror::Error;
+
+/// Time between samples where neither the motion nor the user says another, s.
+const USUAL_STEP: f64 = 0.01;
+/// More samples than this are a mistake in the step.
+const MOST: f64 = 1e9;
+
+/// The instants of a motion, in order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instants {
+    kind: Kind,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Kind {
+    /// `count` instants from `start`; the last is `start + span`.
+    Even {
+        start: f64,
+        span: f64,
+        count: usize,
+    },
+    Listed(Vec<f64>),
+}
+
+/// Why there are no instants.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum InstantsError {
+    /// The step is not positive.
+    #[error("the time between samples is {0} s, but must be greater than 0")]
+    Step(
+        /// The step, s.
+        f64,
+    ),
+    /// The step is so small that nobody can mean it.
+    #[error("a step of {step} s makes {count:.1e} samples of this motion; the most is {MOST:.0e}")]
+    TooMany {
+        /// The step, s.
+        step: f64,
+        /// How many samples that makes.
+        count: f64,
+    },
+}
+
+impl Instants {
+    /// Samples a motion every `step` seconds; without a step, at the samples it was made from, or as
+    /// it says itself, or every 0.01 s. If the step does not divide the duration, the motion's last
+    /// piece is not sampled.
+    ///
+    /// # Errors
+    /// See [`InstantsError`].
+    pub fn of(motion: &Motion, step: Option<f64>) -> Result<Self, InstantsError> {
+        if let (None, Some(samples)) = (step, &motion.samples) {
+            return Ok(Self { kind: Kind::Listed(samples.clone()) });
+        }
+        let step = step.or(motion.step).unwrap_or(USUAL_STEP);
+        if !(step > 0.0 && step.is_finite()) {
+            return Err(InstantsError::Step(step));
+        }
+        // A step that divides the duration but for rounding does divide it.
+        let steps = motion.duration / step;
+        let divides = (steps - steps.round()).abs() < 1e-9 * steps.max(1.0);
+        let whole = if divides { steps.round() } else { steps.floor() };
+        if whole >= MOST {
+            return Err(InstantsError::TooMany { step, count: whole });
+        }
+        let span = if divides { motion.duration } else { whole * step };
+        let count = whole as usize + 1;
+        Ok(Self { kind: Kind::Even { start: motion.start, span, count } })
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        match &self.kind {
+            Kind::Even { count, .. } => *count,
+            Kind::Listed(list) => list.len(),
+        }
+    }
+
+    /// Instant `k`, s; the last for any `k` beyond.
+    pub fn at(&self, k: usize) -> f64 {
+        match &self.kind {
+            Kind::Even { start, span, count } => {
+                // A multiplication and a division keep decimal instants as they are written.
+                let last = count.saturating_sub(1).max(1);
+                start + span * k.min(last) as f64 / last as f64
+            }
+            Kind::Listed(list) => list.get(k).or(list.last()).copied().unwrap_or(0.0),
+        }
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.count()).map(|k| self.at(k))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn motion(duration: f64) -> Motion {
+        Motion {
+            title: String::new(),
+            start: 0.0,
+            duration,
+            step: None,
+            samples: None,
+            coordinates: Vec::new(),
+            interpolation: None,
+        }
+    }
+
+    #[test]
+    fn decimal_instants_stay_decimal() {
+        let instants = Instants::of(&motion(1.0), None).unwrap();
+        assert_eq!(instants.count(), 101);
+        for (k, t) in instants.iter().enumerate() {
+            assert_eq!(t, k as f64 / 100.0);
+        }
+    }
+
+    #[test]
+    fn a_step_that_does_not_divide() {
+        let instants = Instants::of(&motion(1.0), Some(0.3)).unwrap();
+        let expected = [0.0, 0.3, 0.6, 0.9];
+        assert_eq!(instants.count(), 4);
+        for (found, expected) in instants.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn impossible_steps() {
+        for step in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let error = Instants::of(&motion(1.0), Some(step)).unwrap_err();
+            assert!(matches!(error, InstantsError::Step(_)), "{step}");
+        }
+        let error = Instants::of(&motion(1.0), Some(1e-12)).unwrap_err();
+        assert!(matches!(error, InstantsError::TooMany { .. }));
+    }
+
+    #[test]
+    fn a_motion_that_takes_no_time_has_one_sample() {
+        let instants = Instants::of(&motion(0.0), None).unwrap();
+        assert_eq!(instants.iter().collect::<Vec<_>>(), [0.0]);
+    }
+}

@@ -1,0 +1,14 @@
+//! Inverse dynamics along a motion: the main job.
+
+mod columns;
+mod figures;
+mod run;
+mod statistics;
+mod summary;
+mod terminal;
+
+pub use columns::{Table, Tables};
+pub use figures::Curves;
+pub use run::{Error, Job, Missing, Phase, Sample, Verdict};
+pub use summary::Summary;
+pub use terminal::write_summary;

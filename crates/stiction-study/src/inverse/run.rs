@@ -1,0 +1,329 @@
+//! A mechanism carried along a motion under a load.
+
+use crate::{Instants, InstantsError};
+use stiction::dynamics::Weighting;
+use stiction::dynamics::{
+    AppliedLoad, Forces, FrictionMode, InverseDynamics, InverseError, Settings,
+};
+use stiction::kinematics::{AssemblyError, Coordinate, Target};
+use stiction::mobility::Constraints;
+use stiction_model::{Diagnostic, LoadCase, Model, Motion};
+use thiserror::Error;
+
+/// What is to be computed.
+#[derive(Clone, Debug)]
+pub struct Job<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// Its motion.
+    pub motion: &'a Motion,
+    /// How the motion is called.
+    pub motion_name: String,
+    /// The load.
+    pub load: &'a LoadCase,
+    /// How the load is called.
+    pub load_name: String,
+    /// How friction is coupled.
+    pub friction: FrictionMode,
+    /// Time between samples, s, if it is not left to the motion.
+    pub step: Option<f64>,
+}
+
+/// Everything about one instant.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample<'a> {
+    /// Time, s.
+    pub time: f64,
+    /// All forces.
+    pub forces: &'a Forces,
+    /// The largest loop-closure error, m (angles times the characteristic length).
+    pub closure: f64,
+    /// Distance to a singularity of actuation.
+    pub actuation_distance: f64,
+    /// Distance to a singularity of constraint.
+    pub constraint_distance: f64,
+    /// For each joint and each component of its reaction (force, then moment) whether the balance
+    /// alone determines it.
+    pub determined_reactions: &'a [[bool; 6]],
+    /// For each contact whether its load is determined.
+    pub determined_loads: &'a [bool],
+    /// For each drive whether it is determined.
+    pub determined_drives: &'a [bool],
+}
+
+/// What holds along the whole motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// Number of samples.
+    pub samples: usize,
+    /// Freedoms that the constraints leave, the least along the motion, idle spins included.
+    pub mobility: usize,
+    /// Idle spins: rotations of bodies about their own axes that nothing determines.
+    pub idle_spins: Vec<String>,
+    /// Redundant constraints and actuators.
+    pub redundancy: usize,
+    /// What decides among the solutions; none where the careful path did.
+    pub weighting: Option<Weighting>,
+    /// Contacts that slide no faster than this count as resting, m/s.
+    pub rest_speed: f64,
+}
+
+/// What the job is busy with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Following the motion.
+    Motion,
+    /// Computing forces.
+    Forces,
+}
+
+/// What is missing where loads cannot be carried.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Missing {
+    /// Where it was found first, and what.
+    pub first: InverseError,
+    /// The first instant, s.
+    pub time: f64,
+    /// The least and the greatest missing force or moment along the motion, and its unit.
+    pub range: (f64, f64),
+    /// N or N m.
+    pub unit: &'static str,
+    /// At how many samples.
+    pub samples: usize,
+    /// Of how many.
+    pub of: usize,
+}
+
+/// Why a job has no result.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// There are no instants.
+    #[error(transparent)]
+    Instants(#[from] InstantsError),
+    /// A formula of the motion or of the load has no finite value.
+    #[error("{}", .0.message)]
+    NotFinite(
+        /// Which, when, and why.
+        Box<Diagnostic>,
+    ),
+    /// The mechanism cannot be brought into a position.
+    #[error("at t = {time} s: {error}")]
+    Assembly {
+        /// Time, s.
+        time: f64,
+        /// Why.
+        error: AssemblyError,
+    },
+    /// There are no forces.
+    #[error("at t = {time} s: {error}")]
+    Forces {
+        /// Time, s.
+        time: f64,
+        /// Why.
+        error: InverseError,
+    },
+    /// The load cannot be carried.
+    #[error("at t = {} s: {}", .0.time, .0.first)]
+    CannotCarry(Box<Missing>),
+    /// Whoever receives the samples had enough.
+    #[error("{0}")]
+    Receiver(String),
+}
+
+impl Error {
+    /// Whether the input cannot be used (rather than that the question has no answer).
+    pub fn is_bad_input(&self) -> bool {
+        matches!(
+            self,
+            Self::Instants(_)
+                | Self::NotFinite(_)
+                | Self::Assembly {
+                    error: AssemblyError::Open { .. } | AssemblyError::AngleRange { .. },
+                    ..
+                }
+        )
+    }
+}
+
+/// Slower than this part of the fastest sliding speed of the motion is rest: reversals come out of
+/// the arithmetic as 1e-16 of it, not as zero.
+const REST: f64 = 1e-9;
+
+impl Job<'_> {
+    /// The instants of the samples.
+    ///
+    /// # Errors
+    /// See [`InstantsError`].
+    pub fn instants(&self) -> Result<Instants, InstantsError> {
+        Instants::of(self.motion, self.step)
+    }
+
+    /// Carries out the job; hands each sample to `receive`, and says how far it is to `progress`
+    /// (phase, samples done, samples in all).
+    ///
+    /// # Errors
+    /// See [`Error`].
+    pub fn run(
+        &self,
+        mut receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
+        mut progress: impl FnMut(Phase, usize, usize),
+    ) -> Result<Verdict, Error> {
+        let instants = self.instants()?;
+        let count = instants.count();
+        let start = self.assemble(instants.at(0))?;
+
+        // First the motion alone: can it be followed, how fast does it slide.
+        let mut solver = start.clone();
+        let mut fastest = 0.0_f64;
+        let mut mobility = usize::MAX;
+        let mut before = instants.at(0);
+        for (k, time) in instants.iter().enumerate() {
+            self.follow(&mut solver, before, time)?;
+            before = time;
+            fastest = fastest.max(fastest_contact(&solver));
+            if [0, count / 3, 2 * count / 3].contains(&k) {
+                mobility = mobility.min(Constraints::new(&solver.statics()).mobility());
+            }
+            progress(Phase::Motion, k + 1, count);
+        }
+
+        let mut solver = start;
+        let rest_speed = REST * fastest;
+        *solver.settings_mut() =
+            Settings { friction: self.friction, rest_speed, ..Settings::default() };
+        let spins = solver.assembly().prescription().spins().len();
+        let actuators = solver.mechanism().actuators().count();
+        // What the mechanism is meant to leave: what its actuators can govern.
+        let meant = mobility.min(actuators + spins);
+        let mut verdict = Verdict {
+            samples: count,
+            mobility,
+            idle_spins: idle_spins(&solver),
+            redundancy: 0,
+            weighting: solver.weighting(),
+            rest_speed,
+        };
+
+        let mut missing: Option<Missing> = None;
+        let mut loads = Vec::new();
+        let mut before = instants.at(0);
+        for (k, time) in instants.iter().enumerate() {
+            self.follow(&mut solver, before, time)?;
+            before = time;
+            self.loads_at(time, &mut loads)?;
+            let outcome = solver.solve(&loads).map(|_| ());
+            match outcome {
+                Ok(()) => {}
+                Err(error @ InverseError::CannotCarry { .. }) => {
+                    add_missing(&mut missing, time, error, count);
+                    progress(Phase::Forces, k + 1, count);
+                    continue;
+                }
+                Err(error) => return Err(Error::Forces { time, error }),
+            }
+            if missing.is_none() {
+                let statics = solver.statics();
+                verdict.redundancy = verdict.redundancy.max(statics.redundancy());
+                let determined = statics.determined();
+                let sample = Sample {
+                    time,
+                    forces: solver.forces(),
+                    closure: solver.closure_error(),
+                    actuation_distance: statics.actuation_distance(spins),
+                    constraint_distance: Constraints::new(&statics).distance(meant),
+                    determined_reactions: &statics.determined_reactions(),
+                    determined_loads: &solver.determined_loads(&statics),
+                    // Drives are the last unknowns.
+                    determined_drives: &determined[determined.len() - actuators..],
+                };
+                receive(&sample).map_err(Error::Receiver)?;
+            }
+            progress(Phase::Forces, k + 1, count);
+        }
+        match missing {
+            Some(missing) => Err(Error::CannotCarry(Box::new(missing))),
+            None => Ok(verdict),
+        }
+    }
+
+    fn assemble(&self, time: f64) -> Result<InverseDynamics, Error> {
+        let coordinates: Vec<Coordinate> =
+            self.motion.coordinates.iter().map(|(coordinate, _)| *coordinate).collect();
+        let mut targets =
+            vec![Target { value: 0.0, rate: 0.0, acceleration: 0.0 }; coordinates.len()];
+        self.check_motion(time)?;
+        self.targets_at(time, &mut targets);
+        let (mechanism, homes) = (self.model.mechanism.clone(), &self.model.homes);
+        InverseDynamics::new(mechanism, homes, &coordinates, &targets, Settings::default())
+            .map_err(|error| Error::Assembly { time, error })
+    }
+
+    fn follow(&self, solver: &mut InverseDynamics, from: f64, to: f64) -> Result<(), Error> {
+        self.check_motion(to)?;
+        solver
+            .follow(from, to, |t, targets| self.targets_at(t, targets))
+            .map_err(|error| Error::Assembly { time: to, error })
+    }
+
+    fn targets_at(&self, time: f64, targets: &mut [Target<f64>]) {
+        for (target, (_, course)) in targets.iter_mut().zip(&self.motion.coordinates) {
+            *target = course.at(time);
+        }
+    }
+
+    fn check_motion(&self, time: f64) -> Result<(), Error> {
+        for (_, course) in &self.motion.coordinates {
+            if let Some(fault) = course.fault_at(time) {
+                return Err(Error::NotFinite(Box::new(fault)));
+            }
+        }
+        Ok(())
+    }
+
+    fn loads_at(&self, time: f64, loads: &mut Vec<AppliedLoad<f64>>) -> Result<(), Error> {
+        loads.clear();
+        for wrench in &self.load.wrenches {
+            for course in wrench.force.iter().chain(&wrench.moment) {
+                if let Some(fault) = course.fault_at(time) {
+                    return Err(Error::NotFinite(Box::new(fault)));
+                }
+            }
+            loads.push(wrench.at(time));
+        }
+        Ok(())
+    }
+}
+
+fn add_missing(missing: &mut Option<Missing>, time: f64, error: InverseError, of: usize) {
+    let InverseError::CannotCarry { missing: amount, unit, .. } = error else { return };
+    match missing {
+        Some(known) => {
+            known.samples += 1;
+            if known.unit == unit {
+                known.range = (known.range.0.min(amount), known.range.1.max(amount));
+            }
+        }
+        None => {
+            let range = (amount, amount);
+            *missing = Some(Missing { first: error, time, range, unit, samples: 1, of });
+        }
+    }
+}
+
+/// The fastest sliding speed of any contact at the present motion, m/s.
+fn fastest_contact(solver: &InverseDynamics) -> f64 {
+    let (topology, bodies) = (solver.topology(), solver.bodies());
+    let speed = |contact: &stiction::parameters::ContactParameters<f64>| {
+        let rates = bodies.joint_rates(topology, contact.joint);
+        let own = &rates[contact.shape.freedoms()];
+        own.iter().map(|rate| rate * rate).sum::<f64>().sqrt() * contact.radius
+    };
+    solver.parameters().contacts.iter().map(speed).fold(0.0, f64::max)
+}
+
+fn idle_spins(solver: &InverseDynamics) -> Vec<String> {
+    let bodies = solver.mechanism().bodies();
+    let spins = solver.assembly().prescription().spins();
+    spins.iter().map(|spin| bodies[spin.body.0].name.clone()).collect()
+}

@@ -1,0 +1,247 @@
+//! What a run comes to.
+
+use super::columns::Names;
+use super::run::{Job, Sample, Verdict};
+use super::statistics::{Comparison, Integral, Least, Size};
+use serde_json::{Map, Value, json};
+use stiction::dynamics::{FrictionMode, Weighting};
+
+/// Gathers a run's figures sample by sample.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    pub(super) names: Names,
+    pub(super) drives: Vec<Comparison>,
+    /// For each drive: bounds at instants where contacts rest.
+    pub(super) widest: Vec<Size>,
+    pub(super) resting_samples: usize,
+    pub(super) reactions: Vec<(Size, Size)>,
+    pub(super) dissipated: Vec<Integral>,
+    pub(super) contact_loads: Vec<Size>,
+    pub(super) work: Work,
+    pub(super) power_residual: Size,
+    pub(super) power_residual_relative: Size,
+    pub(super) closure: Size,
+    pub(super) actuation: Least,
+    pub(super) constraint: Least,
+    /// For each joint and component whether it is determined at all samples.
+    pub(super) determined_reactions: Vec<[bool; 6]>,
+    pub(super) determined_loads: Vec<bool>,
+    pub(super) determined_drives: Vec<bool>,
+}
+
+/// Work along the motion, J.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Work {
+    pub(super) drives: Integral,
+    pub(super) loads: Integral,
+    pub(super) dissipated: Integral,
+}
+
+const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
+
+impl Summary {
+    /// Nothing yet.
+    pub fn new(job: &Job<'_>) -> Self {
+        let names = Names::new(&job.model.mechanism);
+        let (drives, joints, contacts) =
+            (names.drives.len(), names.joints.len(), names.contacts.len());
+        Self {
+            names,
+            drives: vec![Comparison::default(); drives],
+            widest: vec![Size::default(); drives],
+            resting_samples: 0,
+            reactions: vec![Default::default(); joints],
+            dissipated: vec![Integral::default(); contacts],
+            contact_loads: vec![Size::default(); contacts],
+            work: Work::default(),
+            power_residual: Size::default(),
+            power_residual_relative: Size::default(),
+            closure: Size::default(),
+            actuation: Least::default(),
+            constraint: Least::default(),
+            determined_reactions: vec![[true; 6]; joints],
+            determined_loads: vec![true; contacts],
+            determined_drives: vec![true; drives],
+        }
+    }
+
+    /// Adds a sample.
+    pub fn add(&mut self, sample: &Sample<'_>) {
+        let (time, forces) = (sample.time, sample.forces);
+        for (k, comparison) in self.drives.iter_mut().enumerate() {
+            comparison.add(time, forces.drives[k], forces.drives_frictionless[k]);
+            let (low, high) = forces.drive_bounds[k];
+            self.widest[k].add(time, high - low);
+        }
+        self.resting_samples +=
+            usize::from(forces.contacts.iter().any(|c| !c.slides && c.limit > 0.0));
+        for ((force, moment), (f, m)) in self.reactions.iter_mut().zip(&forces.reactions) {
+            force.add(time, f.norm());
+            moment.add(time, m.norm());
+        }
+        for (k, contact) in forces.contacts.iter().enumerate() {
+            self.dissipated[k].add(time, contact.power);
+            self.contact_loads[k].add(time, contact.load);
+        }
+        let power = &forces.power;
+        self.work.drives.add(time, power.drives);
+        self.work.loads.add(time, power.loads);
+        self.work.dissipated.add(time, power.dissipated);
+        self.power_residual.add(time, power.residual());
+        if power.turnover > 0.0 {
+            self.power_residual_relative.add(time, power.residual() / power.turnover);
+        }
+        self.closure.add(time, sample.closure);
+        self.actuation.add(time, sample.actuation_distance);
+        self.constraint.add(time, sample.constraint_distance);
+        for (all, now) in self.determined_reactions.iter_mut().zip(sample.determined_reactions) {
+            all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);
+        }
+        for (all, now) in self.determined_loads.iter_mut().zip(sample.determined_loads) {
+            *all &= now;
+        }
+        for (all, now) in self.determined_drives.iter_mut().zip(sample.determined_drives) {
+            *all &= now;
+        }
+    }
+
+    /// Components of reactions that the balance alone does not determine, by joint.
+    pub(super) fn undetermined(&self) -> Vec<(&str, Vec<&'static str>)> {
+        self.names
+            .joints
+            .iter()
+            .zip(&self.determined_reactions)
+            .filter(|(_, flags)| flags.contains(&false))
+            .map(|(name, flags)| {
+                let open = COMPONENTS.iter().zip(flags).filter(|(_, determined)| !**determined);
+                (name.as_str(), open.map(|(component, _)| *component).collect())
+            })
+            .collect()
+    }
+
+    /// Whether driving forces are unique: no actuator is redundant, and no friction depends on a
+    /// reaction that is not unique.
+    pub(super) fn drives_are_unique(&self, friction: FrictionMode) -> bool {
+        let frictions = friction == FrictionMode::Off || !self.determined_loads.contains(&false);
+        frictions && !self.determined_drives.contains(&false)
+    }
+
+    /// The content of `summary.json`.
+    pub fn json(&self, job: &Job<'_>, verdict: &Verdict) -> Value {
+        json!({
+            "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
+            "model": { "name": job.model.name, "title": job.model.title },
+            "options": {
+                "motion": job.motion_name,
+                "load": job.load_name,
+                "friction": friction_word(job.friction),
+                "start": job.motion.start,
+                "duration": job.motion.duration,
+                "samples": verdict.samples,
+                "interpolation": job.motion.interpolation,
+            },
+            "units": "SI: s, m, rad, kg, N, N m, J, W",
+            "drives": self.drives_json(),
+            "joints": self.joints_json(),
+            "friction": self.friction_json(),
+            "work": {
+                "drives": self.work.drives.value,
+                "loads": self.work.loads.value,
+                "dissipated": self.work.dissipated.value,
+            },
+            "verdicts": self.verdicts_json(job, verdict),
+        })
+    }
+
+    fn drives_json(&self) -> Value {
+        let mut drives = Map::new();
+        for (k, (name, unit)) in self.names.drives.iter().enumerate() {
+            let comparison = &self.drives[k];
+            let value = json!({
+                "unit": unit,
+                "with_friction": comparison.with.json(),
+                "frictionless": comparison.without.json(),
+                "friction_effect": comparison.metrics().json(),
+                "widest_interval": self.widest[k].peak,
+                "determined": self.determined_drives[k],
+            });
+            drives.insert(name.clone(), value);
+        }
+        Value::Object(drives)
+    }
+
+    fn joints_json(&self) -> Value {
+        let mut joints = Map::new();
+        for (k, name) in self.names.joints.iter().enumerate() {
+            let (force, moment) = &self.reactions[k];
+            joints.insert(name.clone(), json!({ "force": force.json(), "moment": moment.json() }));
+        }
+        Value::Object(joints)
+    }
+
+    fn friction_json(&self) -> Value {
+        let mut contacts = Map::new();
+        for (k, (name, _)) in self.names.contacts.iter().enumerate() {
+            let value = json!({
+                "load": self.contact_loads[k].json(),
+                "dissipated": self.dissipated[k].value,
+                "determined": self.determined_loads[k],
+            });
+            contacts.insert(name.clone(), value);
+        }
+        Value::Object(contacts)
+    }
+
+    fn verdicts_json(&self, job: &Job<'_>, verdict: &Verdict) -> Value {
+        let undetermined: Map<String, Value> = self
+            .undetermined()
+            .into_iter()
+            .map(|(name, open)| (name.to_owned(), json!(open)))
+            .collect();
+        json!({
+            "drives_unique": self.drives_are_unique(job.friction),
+            "mobility": verdict.mobility,
+            "idle_spins": verdict.idle_spins,
+            "redundancy": verdict.redundancy,
+            "undetermined_reactions": undetermined,
+            "weighting": weighting_words(verdict, job.model.mechanism.characteristic_length()),
+            "samples_with_contacts_at_rest": self.resting_samples,
+            "rest_speed": verdict.rest_speed,
+            "closure": self.closure.peak,
+            "power_residual": self.power_residual.peak.abs(),
+            "power_residual_relative": self.power_residual_relative.peak.abs(),
+            "distance_actuation": self.actuation.json(),
+            "distance_constraint": self.constraint.json(),
+            "characteristic_length": job.model.mechanism.characteristic_length(),
+        })
+    }
+}
+
+/// The word for a mode, as on the command line.
+pub(super) fn friction_word(mode: FrictionMode) -> &'static str {
+    match mode {
+        FrictionMode::Converged => "on",
+        FrictionMode::OnePass => "one-pass",
+        FrictionMode::Off => "off",
+    }
+}
+
+/// Under which declared weighting what is not unique was chosen; nothing if all is unique.
+pub(super) fn weighting_words(verdict: &Verdict, length: f64) -> Option<String> {
+    let reactions = format!(
+        "least sum over all joints of |force|^2 + |moment|^2/L^2, moments about the joint's origin, \
+         L = {:.4} mm",
+        length * 1e3
+    );
+    let drives = format!(
+        "least sum of squared efforts, those of rotary actuators divided by L = {:.4} mm",
+        length * 1e3
+    );
+    match verdict.weighting {
+        _ if verdict.redundancy == 0 => None,
+        Some(Weighting::LeastReactions) => Some(reactions),
+        Some(Weighting::LeastDrives) => Some(drives),
+        Some(Weighting::Determined) => None,
+        None => Some(format!("first {drives}; then {reactions}")),
+    }
+}

@@ -1,0 +1,220 @@
+//! The summary that a person reads.
+
+use super::run::{Job, Verdict};
+use super::summary::{Summary, friction_word, weighting_words};
+use std::fmt::{self, Write};
+use stiction::dynamics::FrictionMode;
+
+/// Joints and contacts listed at most.
+const LISTED: usize = 6;
+
+/// Writes the summary as plain text.
+///
+/// # Errors
+/// What the receiver says.
+pub fn write_summary(
+    out: &mut impl Write,
+    job: &Job<'_>,
+    summary: &Summary,
+    verdict: &Verdict,
+) -> fmt::Result {
+    let model = job.model;
+    match model.title.as_str() {
+        "" => writeln!(out, "{}", model.name)?,
+        title => writeln!(out, "{}: {title}", model.name)?,
+    }
+    let count = verdict.samples;
+    writeln!(
+        out,
+        "motion {} ({} s, {count} sample{}), load {}, friction {}",
+        job.motion_name,
+        job.motion.duration,
+        if count == 1 { "" } else { "s" },
+        job.load_name,
+        friction_word(job.friction),
+    )?;
+    if let Some(interpolation) = &job.motion.interpolation {
+        writeln!(out, "{interpolation}")?;
+    }
+    writeln!(out)?;
+    write_drives(out, job, summary)?;
+    write_reactions(out, summary)?;
+    write_friction(out, job, summary)?;
+    write_verdicts(out, job, summary, verdict)
+}
+
+fn width<'a>(names: impl Iterator<Item = &'a str>, least: usize) -> usize {
+    names.map(str::len).fold(least, usize::max)
+}
+
+fn write_drives(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::Result {
+    if summary.drives.is_empty() {
+        return writeln!(out, "no joint is actuated: there are no driving forces\n");
+    }
+    let wide = width(summary.names.drives.iter().map(|(name, _)| name.as_str()), 13);
+    let has_friction = job.friction != FrictionMode::Off && !summary.names.contacts.is_empty();
+    if has_friction {
+        writeln!(
+            out,
+            "{:wide$}  {:>23}  {:>23}  {:>19}",
+            "", "with friction", "frictionless", "friction changes by"
+        )?;
+        writeln!(
+            out,
+            "{:wide$}  {:>11} {:>11}  {:>11} {:>11}  {:>9} {:>9}",
+            "driving force", "peak", "rms", "peak", "rms", "max/max", "rms/rms"
+        )?;
+    } else {
+        writeln!(
+            out,
+            "{:wide$}  {:>11} {:>11}  {:>11}",
+            "driving force", "peak", "rms", "peak at"
+        )?;
+    }
+    for ((name, unit), comparison) in summary.names.drives.iter().zip(&summary.drives) {
+        let (with, without) = (&comparison.with, &comparison.without);
+        write!(out, "{name:wide$}  {:>11} {:>11}", number(with.peak), number(with.rms()))?;
+        if has_friction {
+            let metrics = comparison.metrics();
+            writeln!(
+                out,
+                "  {:>11} {:>11}  {:>9} {:>9}  {unit}",
+                number(without.peak),
+                number(without.rms()),
+                percent(metrics.max_over_max),
+                percent(metrics.rms_over_rms),
+            )?;
+        } else {
+            writeln!(out, "  {:>9} s  {unit}", number(with.peak_time))?;
+        }
+    }
+    writeln!(out)
+}
+
+fn write_reactions(out: &mut impl Write, summary: &Summary) -> fmt::Result {
+    let mut joints: Vec<usize> = (0..summary.reactions.len()).collect();
+    joints.sort_by(|&a, &b| summary.reactions[b].0.peak.total_cmp(&summary.reactions[a].0.peak));
+    let listed = &joints[..joints.len().min(LISTED)];
+    let wide = width(listed.iter().map(|&k| summary.names.joints[k].as_str()), 13);
+    writeln!(out, "{:wide$}  {:>11} {:>11}  {:>13}", "most loaded", "force", "at", "moment")?;
+    for &k in listed {
+        let (force, moment) = &summary.reactions[k];
+        writeln!(
+            out,
+            "{:wide$}  {:>9} N {:>9} s  {:>9} N m",
+            summary.names.joints[k],
+            number(force.peak),
+            number(force.peak_time),
+            number(moment.peak),
+        )?;
+    }
+    writeln!(out)
+}
+
+fn write_friction(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::Result {
+    if job.friction == FrictionMode::Off || summary.names.contacts.is_empty() {
+        return Ok(());
+    }
+    let total = summary.work.dissipated.value;
+    let mut contacts: Vec<usize> = (0..summary.dissipated.len()).collect();
+    contacts.sort_by(|&a, &b| summary.dissipated[b].value.total_cmp(&summary.dissipated[a].value));
+    let shares = contacts.iter().take(LISTED).map(|&k| {
+        let part = summary.dissipated[k].value / total;
+        format!("{} {}", summary.names.contacts[k].0, percent(Some(part).filter(|p| p.is_finite())))
+    });
+    writeln!(
+        out,
+        "friction dissipates {} J: {}{}",
+        number(total),
+        shares.collect::<Vec<_>>().join(", "),
+        if contacts.len() > LISTED { ", ..." } else { "" },
+    )?;
+    if summary.resting_samples > 0 {
+        let widest = summary.widest.iter().zip(&summary.names.drives);
+        let widest = widest.max_by(|a, b| a.0.peak.total_cmp(&b.0.peak));
+        if let Some((size, (name, unit))) = widest {
+            writeln!(
+                out,
+                "contacts rest at {} sample{}: there static friction leaves driving forces an \
+                 interval, at most {} {unit} wide ({name} at t = {} s)",
+                summary.resting_samples,
+                if summary.resting_samples == 1 { "" } else { "s" },
+                number(size.peak),
+                number(size.peak_time),
+            )?;
+        }
+    }
+    writeln!(out)
+}
+
+fn write_verdicts(
+    out: &mut impl Write,
+    job: &Job<'_>,
+    summary: &Summary,
+    verdict: &Verdict,
+) -> fmt::Result {
+    writeln!(
+        out,
+        "loops closed to {:.0e} m; power balance to {:.0e} of what is turned over",
+        summary.closure.peak,
+        summary.power_residual_relative.peak.abs(),
+    )?;
+    let length = job.model.mechanism.characteristic_length();
+    writeln!(
+        out,
+        "closest to a singular position: actuation {} at t = {} s, constraint {} at t = {} s \
+         (lengths in units of {:.1} mm)",
+        number(summary.actuation.value),
+        number(summary.actuation.time),
+        number(summary.constraint.value),
+        number(summary.constraint.time),
+        length * 1e3,
+    )?;
+    if !verdict.idle_spins.is_empty() {
+        writeln!(
+            out,
+            "{} of {} spin idly about their own axes; their rates are taken as zero",
+            if verdict.idle_spins.len() == 1 { "one body" } else { "bodies" },
+            verdict.idle_spins.join(", "),
+        )?;
+    }
+    let undetermined = summary.undetermined();
+    if undetermined.is_empty() {
+        return writeln!(out, "all reactions and driving forces are unique");
+    }
+    let unique = summary.drives_are_unique(job.friction);
+    writeln!(
+        out,
+        "{} redundan{}: the balance does not determine {}",
+        verdict.redundancy,
+        if verdict.redundancy == 1 { "cy" } else { "cies" },
+        undetermined
+            .iter()
+            .take(LISTED)
+            .map(|(name, open)| format!("{name} {}", open.join(" ")))
+            .collect::<Vec<_>>()
+            .join("; ")
+            + if undetermined.len() > LISTED { "; ..." } else { "" },
+    )?;
+    if let Some(words) = weighting_words(verdict, length) {
+        writeln!(out, "these are chosen by the {words}")?;
+    }
+    writeln!(out, "driving forces are {}unique", if unique { "" } else { "not " })
+}
+
+/// Four significant digits.
+fn number(x: f64) -> String {
+    if x == 0.0 {
+        return "0".to_owned();
+    }
+    let magnitude = x.abs().log10().floor();
+    if !(-4.0..6.0).contains(&magnitude) {
+        return format!("{x:.3e}");
+    }
+    let digits = (3.0 - magnitude).max(0.0) as usize;
+    format!("{x:.digits$}")
+}
+
+fn percent(ratio: Option<f64>) -> String {
+    ratio.map_or("-".to_owned(), |ratio| format!("{:.1} %", 100.0 * ratio))
+}
