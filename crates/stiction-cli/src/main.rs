@@ -1,2 +1,48 @@
-//! The command line.
-fn main() {}
+//! `stiction`: what a robot with closed kinematic chains needs from its actuators when its joints
+//! have friction.
+//!
+//! Arguments, files, progress and exit codes; nothing else lives here. Data go to standard output,
+//! talk to standard error. Exit codes: 0 done, 1 the question has no answer (a singular position, a
+//! mechanism that jams), 2 the input cannot be used, 130 interrupted.
+
+mod arguments;
+mod failure;
+mod inverse;
+mod models;
+mod outputs;
+mod progress;
+mod sources;
+
+use arguments::{Arguments, Command};
+use clap::Parser;
+use failure::Failure;
+use std::io::Write;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let outcome = match arguments.command {
+        None => inverse::run(&arguments.inverse),
+        Some(Command::Inverse(options)) => inverse::run(&options),
+        Some(Command::Models(options)) => models::run(&options),
+        Some(Command::Schema) => print(&format!("{:#}\n", stiction_model::json_schema())),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            failure.tell();
+            failure.exit_code()
+        }
+    }
+}
+
+/// Writes data to standard output. A reader that has gone away is no failure.
+fn print(text: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::input(format!("cannot write to standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}

@@ -126,9 +126,12 @@ pub enum Error {
     /// The load cannot be carried.
     #[error("at t = {} s: {}", .0.time, .0.first)]
     CannotCarry(Box<Missing>),
-    /// Whoever receives the samples had enough.
+    /// The samples could not be received.
     #[error("{0}")]
     Receiver(String),
+    /// The job was stopped.
+    #[error("interrupted")]
+    Interrupted,
 }
 
 impl Error {
@@ -160,14 +163,14 @@ impl Job<'_> {
     }
 
     /// Carries out the job; hands each sample to `receive`, and says how far it is to `progress`
-    /// (phase, samples done, samples in all).
+    /// (phase, samples done, samples in all), which answers whether to go on.
     ///
     /// # Errors
     /// See [`Error`].
     pub fn run(
         &self,
         mut receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
-        mut progress: impl FnMut(Phase, usize, usize),
+        mut progress: impl FnMut(Phase, usize, usize) -> bool,
     ) -> Result<Verdict, Error> {
         let instants = self.instants()?;
         let count = instants.count();
@@ -185,7 +188,7 @@ impl Job<'_> {
             if [0, count / 3, 2 * count / 3].contains(&k) {
                 mobility = mobility.min(Constraints::new(&solver.statics()).mobility());
             }
-            progress(Phase::Motion, k + 1, count);
+            go_on(progress(Phase::Motion, k + 1, count))?;
         }
 
         let mut solver = start;
@@ -217,7 +220,7 @@ impl Job<'_> {
                 Ok(()) => {}
                 Err(error @ InverseError::CannotCarry { .. }) => {
                     add_missing(&mut missing, time, error, count);
-                    progress(Phase::Forces, k + 1, count);
+                    go_on(progress(Phase::Forces, k + 1, count))?;
                     continue;
                 }
                 Err(error) => return Err(Error::Forces { time, error }),
@@ -239,7 +242,7 @@ impl Job<'_> {
                 };
                 receive(&sample).map_err(Error::Receiver)?;
             }
-            progress(Phase::Forces, k + 1, count);
+            go_on(progress(Phase::Forces, k + 1, count))?;
         }
         match missing {
             Some(missing) => Err(Error::CannotCarry(Box::new(missing))),
@@ -293,6 +296,10 @@ impl Job<'_> {
         }
         Ok(())
     }
+}
+
+fn go_on(answer: bool) -> Result<(), Error> {
+    if answer { Ok(()) } else { Err(Error::Interrupted) }
 }
 
 fn add_missing(missing: &mut Option<Missing>, time: f64, error: InverseError, of: usize) {

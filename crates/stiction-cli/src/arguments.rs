@@ -1,0 +1,80 @@
+//! The command line.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+use stiction::dynamics::FrictionMode;
+
+/// What a robot with closed kinematic chains needs from its actuators when its joints have friction
+///
+/// Without a command, runs `inverse` on the built-in robot.
+#[derive(Parser, Debug)]
+#[command(name = "stiction", version, args_conflicts_with_subcommands = true)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) inverse: Inverse,
+}
+
+#[derive(Subcommand, Debug)]
+pub(crate) enum Command {
+    /// Driving forces with and without friction, and every joint reaction, along a motion
+    Inverse(Inverse),
+    /// List the built-in models, or print one
+    Models(Models),
+    /// Print the JSON Schema of the model file, for editors
+    Schema,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Inverse {
+    /// A model file, or the name of a built-in model (`stiction models`)
+    pub(crate) model: Option<String>,
+    /// A motion: its name in the model, a CSV file, or assignments like
+    /// "platform.x = 5 mm*sin(2*pi*t); duration = 2 s"
+    #[arg(long, value_name = "MOTION")]
+    pub(crate) motion: Option<String>,
+    /// A load: its name in the model, or assignments like "platform.fz = -100 N"
+    #[arg(long, value_name = "LOAD")]
+    pub(crate) load: Option<String>,
+    /// Friction: coupled with the reactions it comes from (on), once from frictionless reactions
+    /// (one-pass), or none (off) [default: as the model says, else on]
+    #[arg(long, value_name = "MODE")]
+    pub(crate) friction: Option<Friction>,
+    /// Time between samples in seconds [default: as the motion says, else 0.01]
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) step: Option<f64>,
+    /// Write inverse.csv, reactions.csv, friction.csv, summary.json and plots into this folder
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Print the summary, or what is wrong, as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Models {
+    /// The model to print
+    pub(crate) name: Option<String>,
+    /// Print the list as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// How friction is coupled.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Friction {
+    On,
+    OnePass,
+    Off,
+}
+
+impl From<Friction> for FrictionMode {
+    fn from(friction: Friction) -> Self {
+        match friction {
+            Friction::On => Self::Converged,
+            Friction::OnePass => Self::OnePass,
+            Friction::Off => Self::Off,
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! How the program says that it failed.
+
+use serde_json::{Value, json};
+use std::io::IsTerminal;
+use std::process::ExitCode;
+use stiction_model::Diagnostics;
+
+/// Why there is no result.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    kind: Kind,
+    what: What,
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// The question has no answer.
+    NoAnswer,
+    /// The input cannot be used.
+    Input,
+    /// The user stopped it.
+    Interrupted,
+}
+
+#[derive(Debug)]
+enum What {
+    /// A message, a way out, and the same for programs.
+    Message { message: String, help: Option<String>, details: Value },
+    /// Messages about places in texts.
+    Diagnostics(Diagnostics),
+}
+
+impl Failure {
+    /// The input cannot be used.
+    pub(crate) fn input(message: impl Into<String>) -> Self {
+        Self::message(Kind::Input, message.into())
+    }
+
+    /// The question has no answer.
+    pub(crate) fn no_answer(message: impl Into<String>) -> Self {
+        Self::message(Kind::NoAnswer, message.into())
+    }
+
+    /// The user stopped it.
+    pub(crate) fn interrupted() -> Self {
+        Self::message(Kind::Interrupted, "interrupted; nothing was written".to_owned())
+    }
+
+    fn message(kind: Kind, message: String) -> Self {
+        Self {
+            kind,
+            what: What::Message { message, help: None, details: Value::Null },
+            json: false,
+        }
+    }
+
+    /// Adds a way out.
+    pub(crate) fn help(mut self, text: impl Into<String>) -> Self {
+        if let What::Message { help, .. } = &mut self.what {
+            *help = Some(text.into());
+        }
+        self
+    }
+
+    /// Adds numbers for programs.
+    pub(crate) fn details(mut self, value: Value) -> Self {
+        if let What::Message { details, .. } = &mut self.what {
+            *details = value;
+        }
+        self
+    }
+
+    /// Tells programs rather than people.
+    pub(crate) fn as_json(mut self, json: bool) -> Self {
+        self.json = json;
+        self
+    }
+
+    /// Says what is wrong: to people on standard error, to programs on standard output.
+    pub(crate) fn tell(&self) {
+        if self.json {
+            // Whoever does not listen is not told.
+            let _ = crate::print(&format!("{:#}\n", self.to_json()));
+            return;
+        }
+        match &self.what {
+            What::Diagnostics(diagnostics) => {
+                let colour =
+                    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+                eprint!("{}", diagnostics.render(colour));
+            }
+            What::Message { message, help, .. } => {
+                eprintln!("error: {message}");
+                if let Some(help) = help {
+                    eprintln!("help: {help}");
+                }
+            }
+        }
+    }
+
+    fn to_json(&self) -> Value {
+        let kind = match self.kind {
+            Kind::NoAnswer => "no-answer",
+            Kind::Input => "input",
+            Kind::Interrupted => "interrupted",
+        };
+        match &self.what {
+            What::Diagnostics(diagnostics) => {
+                json!({ "error": { "kind": kind, "diagnostics": diagnostics.to_json() } })
+            }
+            What::Message { message, help, details } => json!({
+                "error": { "kind": kind, "message": message, "help": help, "details": details }
+            }),
+        }
+    }
+
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        match self.kind {
+            Kind::NoAnswer => ExitCode::from(1),
+            Kind::Input => ExitCode::from(2),
+            Kind::Interrupted => ExitCode::from(130),
+        }
+    }
+}
+
+impl From<Diagnostics> for Failure {
+    fn from(diagnostics: Diagnostics) -> Self {
+        Self { kind: Kind::Input, what: What::Diagnostics(diagnostics), json: false }
+    }
+}

@@ -1,0 +1,86 @@
+//! Files that appear complete or not at all.
+
+use crate::failure::Failure;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Files being written into a folder, each under a name of its own until all are complete. What is
+/// not completed is removed; what stood there before stays until then.
+#[derive(Debug)]
+pub(crate) struct Outputs {
+    folder: PathBuf,
+    pending: Vec<(PathBuf, PathBuf)>,
+}
+
+impl Outputs {
+    /// Makes the folder if need be.
+    pub(crate) fn new(folder: &Path) -> Result<Self, Failure> {
+        fs::create_dir_all(folder).map_err(|error| {
+            Failure::input(format!("cannot make the folder {}: {error}", folder.display()))
+                .help("give another folder with -o")
+        })?;
+        Ok(Self { folder: folder.to_owned(), pending: Vec::new() })
+    }
+
+    /// Begins a file.
+    pub(crate) fn begin(&mut self, name: &str) -> Result<BufWriter<File>, Failure> {
+        let complete = self.folder.join(name);
+        let partial = self.folder.join(format!(".{name}.{}.partial", std::process::id()));
+        if complete.is_dir() {
+            return Err(self.trouble(name, "there is a folder of that name"));
+        }
+        let file = File::create(&partial).map_err(|error| self.trouble(name, error))?;
+        self.pending.push((partial, complete));
+        Ok(BufWriter::new(file))
+    }
+
+    /// Writes a whole file.
+    pub(crate) fn write(&mut self, name: &str, content: &[u8]) -> Result<(), Failure> {
+        let file = self.begin(name)?;
+        self.end(name, file, content)
+    }
+
+    /// Writes the rest of a file and makes sure that it has arrived.
+    pub(crate) fn end(
+        &self,
+        name: &str,
+        mut file: BufWriter<File>,
+        rest: &[u8],
+    ) -> Result<(), Failure> {
+        let arrived = |file: &mut BufWriter<File>| -> io::Result<()> {
+            file.write_all(rest)?;
+            file.flush()?;
+            file.get_ref().sync_all()
+        };
+        arrived(&mut file).map_err(|error| self.trouble(name, error))
+    }
+
+    /// Gives all files their names; returns these.
+    pub(crate) fn complete(mut self) -> Result<Vec<PathBuf>, Failure> {
+        let mut names = Vec::new();
+        for (partial, complete) in std::mem::take(&mut self.pending) {
+            if let Err(error) = fs::rename(&partial, &complete) {
+                let _ = fs::remove_file(&partial);
+                return Err(self.trouble(&complete.display().to_string(), error));
+            }
+            names.push(complete);
+        }
+        Ok(names)
+    }
+
+    /// A failure about one of the files.
+    pub(crate) fn trouble(&self, name: &str, error: impl std::fmt::Display) -> Failure {
+        Failure::input(format!("cannot write {}: {error}", self.folder.join(name).display()))
+            .help("nothing was changed in the folder; give another one with -o")
+    }
+}
+
+impl Drop for Outputs {
+    fn drop(&mut self) {
+        for (partial, _) in &self.pending {
+            // It may be gone already; there is nobody to tell.
+            let _ = fs::remove_file(partial);
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Progress of jobs that take longer than two seconds.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+use stiction_study::inverse::Phase;
+
+const PATIENCE: Duration = Duration::from_secs(2);
+/// Where nobody watches a terminal, a line so often.
+const LINE_EVERY: Duration = Duration::from_secs(10);
+
+/// Tells how far a job is, once it takes long.
+pub(crate) struct Progress {
+    begun: Instant,
+    told: Instant,
+    bar: Option<(Phase, ProgressBar)>,
+    watched: bool,
+}
+
+impl Progress {
+    pub(crate) fn new() -> Self {
+        let now = Instant::now();
+        Self { begun: now, told: now, bar: None, watched: std::io::stderr().is_terminal() }
+    }
+
+    /// Called after every sample; looks at the clock now and then.
+    pub(crate) fn tell(&mut self, phase: Phase, done: usize, of: usize) {
+        if self.begun.elapsed() < PATIENCE {
+            return;
+        }
+        if self.watched {
+            self.draw(phase, done, of);
+        } else if self.told.elapsed() > LINE_EVERY || self.told == self.begun {
+            self.told = Instant::now();
+            eprintln!("{}: {done} of {of} samples", words(phase));
+        }
+    }
+
+    fn draw(&mut self, phase: Phase, done: usize, of: usize) {
+        let is_current = self.bar.as_ref().is_some_and(|(drawn, _)| *drawn == phase);
+        if !is_current {
+            self.clear();
+            let bar = ProgressBar::with_draw_target(Some(of as u64), ProgressDrawTarget::stderr());
+            let style = "{msg} [{bar:30}] {human_pos} of {human_len} samples, {eta} left";
+            bar.set_style(
+                ProgressStyle::with_template(style)
+                    .unwrap_or_else(|_| ProgressStyle::default_bar())
+                    .progress_chars("=> "),
+            );
+            bar.set_message(words(phase));
+            self.bar = Some((phase, bar));
+        }
+        if let Some((_, bar)) = &self.bar {
+            bar.set_position(done as u64);
+        }
+    }
+
+    /// Takes the bar away.
+    pub(crate) fn clear(&mut self) {
+        if let Some((_, bar)) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn words(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Motion => "following the motion",
+        Phase::Forces => "computing forces",
+    }
+}

@@ -1,0 +1,139 @@
+//! Finding and reading models, motions and loads.
+
+use crate::failure::Failure;
+use std::fs;
+use std::path::Path;
+use stiction_model::{LoadCase, Model, Motion, Source, gallery};
+
+/// A model that was found.
+#[derive(Debug)]
+pub(crate) struct Found {
+    pub(crate) model: Model,
+}
+
+/// The largest file that is read as a model, a motion or a load.
+const LARGEST: u64 = 1 << 30;
+
+/// Finds a model by the name of a file or of one in the gallery.
+pub(crate) fn find(name: &str) -> Result<Found, Failure> {
+    let path = Path::new(name);
+    let looks_like_file = path.extension().is_some() || path.components().count() > 1;
+    if !looks_like_file && let Some(text) = gallery::get(name) {
+        let source = Source::new(format!("{name}.toml"), text);
+        let no_files = |_: &str| Err("a built-in model has no other files".to_owned());
+        return Ok(Found { model: stiction_model::read(&source, &no_files)? });
+    }
+    if !looks_like_file && !path.exists() {
+        return Err(unknown_model(name));
+    }
+    let text = read_text(path).map_err(|why| {
+        Failure::input(format!("cannot read the model {name}: {why}"))
+            .help("give a model file, or a name from `stiction models`")
+    })?;
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let files = |file: &str| read_text(&folder.join(file));
+    let model = stiction_model::read(&Source::new(name, text), &files)?;
+    Ok(Found { model })
+}
+
+/// There is no such model in the gallery.
+pub(crate) fn unknown_model(name: &str) -> Failure {
+    let nearest = gallery::names()
+        .map(|known| (strsim::damerau_levenshtein(known, name), known))
+        .min()
+        .filter(|(distance, known)| *distance <= 1 + known.len() / 3);
+    let help = match nearest {
+        Some((_, known)) => format!("did you mean `{known}`? `stiction models` lists all"),
+        None => {
+            "`stiction models` lists the built-in models; a file's name ends in .toml".to_owned()
+        }
+    };
+    Failure::input(format!("there is no built-in model `{name}`, and no file of that name"))
+        .help(help)
+}
+
+/// The text of a file, or why there is none.
+fn read_text(path: &Path) -> Result<String, String> {
+    let describe = |error: std::io::Error| match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        std::io::ErrorKind::PermissionDenied => "you may not read it".to_owned(),
+        _ => error.to_string(),
+    };
+    let about = fs::metadata(path).map_err(describe)?;
+    if about.is_dir() {
+        return Err("it is a folder".to_owned());
+    }
+    if about.len() > LARGEST {
+        return Err(format!("it has {:.1} GB, the most is 1 GB", about.len() as f64 / 1e9));
+    }
+    let bytes = fs::read(path).map_err(describe)?;
+    String::from_utf8(bytes).map_err(|error| {
+        format!("it is not text in UTF-8 (byte {} is not)", error.utf8_error().valid_up_to() + 1)
+    })
+}
+
+impl Found {
+    /// The motion that the user asks for, or the model's default, with its name.
+    pub(crate) fn motion(&self, given: Option<&str>) -> Result<(Motion, String), Failure> {
+        let model = &self.model;
+        let known = || model.motions.iter().map(|(name, _)| name.as_str());
+        match given {
+            Some(text) => {
+                // Files named on the command line are looked for where the user is.
+                let files = |file: &str| read_text(Path::new(file));
+                let motion = model.parse_motion(&Source::new("--motion", text), &files)?;
+                Ok((motion, label(text)))
+            }
+            None => {
+                let name = model.default_motion.clone().or_else(|| only(known()));
+                let found =
+                    name.as_ref().and_then(|name| Some((model.motion(name)?.clone(), name)));
+                let Some((motion, name)) = found else {
+                    return Err(nothing_chosen("motion", known()));
+                };
+                Ok((motion, name.clone()))
+            }
+        }
+    }
+
+    /// The load that the user asks for, or the model's default, or none, with its name.
+    pub(crate) fn load(&self, given: Option<&str>) -> Result<(LoadCase, String), Failure> {
+        let model = &self.model;
+        match given {
+            Some(text) => {
+                let files = |file: &str| read_text(Path::new(file));
+                let load = model.parse_load(&Source::new("--load", text), &files)?;
+                Ok((load, label(text)))
+            }
+            None => match &model.default_load {
+                Some(name) => {
+                    let load = model.load(name).cloned().unwrap_or_default();
+                    Ok((load, name.clone()))
+                }
+                None => Ok((LoadCase::default(), "none".to_owned())),
+            },
+        }
+    }
+}
+
+/// What a motion or load given on the command line is called in results.
+fn label(text: &str) -> String {
+    let text = text.trim();
+    if text.contains('=') { "from the command line".to_owned() } else { text.to_owned() }
+}
+
+fn only<'a>(mut names: impl Iterator<Item = &'a str>) -> Option<String> {
+    let first = names.next()?;
+    names.next().is_none().then(|| first.to_owned())
+}
+
+fn nothing_chosen<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Failure {
+    let names: Vec<&str> = names.collect();
+    let failure = Failure::input(format!("the model does not say which {what} is meant"));
+    if names.is_empty() {
+        failure
+            .help(format!("add one to the model as [{what}s.NAME], or give one: --{what} \"...\""))
+    } else {
+        failure.help(format!("give one with --{what}: {}", names.join(", ")))
+    }
+}
