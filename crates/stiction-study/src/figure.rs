@@ -42,6 +42,11 @@ const COLOURS: [&str; 8] =
 
 const PANEL_WIDTH: f64 = 860.0;
 const PANEL_HEIGHT: f64 = 220.0;
+/// Room left of the axes for tick labels and the axis' name.
+const LEFT: f64 = 92.0;
+/// Widths of a legend's frame with its line samples, and of one letter.
+const LEGEND_FRAME: f64 = 48.0;
+const LETTER: f64 = 6.6;
 
 impl Figure {
     /// The figure as SVG.
@@ -51,8 +56,14 @@ impl Figure {
 
     fn sheet(&self) -> Sheet {
         let rows: Vec<Vec<Plot>> = self.panels.iter().map(Panel::plots).collect();
+        // The same margins in all panels, so that their axes stand below each other.
+        let labels = self.panels.iter().flat_map(|panel| &panel.lines);
+        let longest = labels.map(|line| line.label.chars().count()).max().unwrap_or(0);
+        let legend = LEGEND_FRAME + LETTER * longest as f64;
         let layouts = self.panels.iter().zip(&rows).map(|(panel, plots)| {
             Layout::auto_from_plots(plots)
+                .with_legend_width(legend)
+                .with_force_margins(LEFT, legend + 24.0)
                 .with_y_label(panel.y_label.as_str())
                 .with_x_label(self.x_label.as_str())
                 .with_font_family("Helvetica, Arial, sans-serif")

@@ -120,12 +120,7 @@ impl Curves {
             Panel { y_label: "power [W]".to_owned(), lines },
             Panel {
                 y_label: "residual / turnover".to_owned(),
-                lines: vec![line(
-                    "drives + loads - d/dt energy - dissipated",
-                    self.residual,
-                    6,
-                    false,
-                )],
+                lines: vec![line("residual", self.residual, 6, false)],
             },
         ];
         let title = format!("Power balance: {}", self.title);

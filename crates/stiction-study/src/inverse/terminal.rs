@@ -38,7 +38,7 @@ pub fn write_summary(
     }
     writeln!(out)?;
     write_drives(out, job, summary)?;
-    write_reactions(out, summary)?;
+    write_reactions(out, summary, model.mechanism.characteristic_length())?;
     write_friction(out, job, summary)?;
     write_verdicts(out, job, summary, verdict)
 }
@@ -91,7 +91,7 @@ fn write_drives(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::
     writeln!(out)
 }
 
-fn write_reactions(out: &mut impl Write, summary: &Summary) -> fmt::Result {
+fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt::Result {
     let mut joints: Vec<usize> = (0..summary.reactions.len()).collect();
     joints.sort_by(|&a, &b| summary.reactions[b].0.peak.total_cmp(&summary.reactions[a].0.peak));
     let listed = &joints[..joints.len().min(LISTED)];
@@ -99,13 +99,16 @@ fn write_reactions(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     writeln!(out, "{:wide$}  {:>11} {:>11}  {:>13}", "most loaded", "force", "at", "moment")?;
     for &k in listed {
         let (force, moment) = &summary.reactions[k];
+        // What is zero but for rounding is told as zero.
+        let noise = 1e-12 * force.peak * length;
+        let moment = if moment.peak < noise { 0.0 } else { moment.peak };
         writeln!(
             out,
             "{:wide$}  {:>9} N {:>9} s  {:>9} N m",
             summary.names.joints[k],
             number(force.peak),
             number(force.peak_time),
-            number(moment.peak),
+            number(moment),
         )?;
     }
     writeln!(out)
