@@ -1,2 +1,103 @@
-//! x
-fn main() {}
+//! The project's own automation: `cargo xtask test`.
+
+use std::env;
+use std::process::{Command, ExitCode};
+use std::time::Instant;
+
+const USAGE: &str = "\
+usage: cargo xtask COMMAND
+
+  test     formatting, lints, documentation and all tests, as the continuous integration runs them
+";
+
+fn main() -> ExitCode {
+    match env::args().nth(1).as_deref() {
+        Some("test") => test(),
+        Some("help" | "--help" | "-h") => {
+            print!("{USAGE}");
+            ExitCode::SUCCESS
+        }
+        other => {
+            if let Some(command) = other {
+                eprintln!("unknown command `{command}`\n");
+            }
+            eprint!("{USAGE}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// A command of the suite: what it is for, its arguments to cargo, and environment variables.
+struct Step {
+    name: &'static str,
+    arguments: &'static [&'static str],
+    environment: &'static [(&'static str, &'static str)],
+}
+
+const STEPS: &[Step] = &[
+    Step { name: "formatting", arguments: &["fmt", "--all", "--check"], environment: &[] },
+    Step {
+        name: "lints",
+        arguments: &["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"],
+        environment: &[],
+    },
+    Step {
+        name: "documentation",
+        arguments: &["doc", "--workspace", "--no-deps"],
+        environment: &[("RUSTDOCFLAGS", "-D warnings")],
+    },
+    Step { name: "tests", arguments: &["test", "--workspace"], environment: &[] },
+];
+
+fn test() -> ExitCode {
+    if !has_components() {
+        return ExitCode::from(2);
+    }
+    for step in STEPS {
+        eprintln!("\n== {}: cargo {}", step.name, step.arguments.join(" "));
+        let begun = Instant::now();
+        let mut command = cargo(step.arguments);
+        command.envs(step.environment.iter().copied());
+        if !succeeds(&mut command) {
+            eprintln!("\n== {} failed", step.name);
+            return ExitCode::FAILURE;
+        }
+        eprintln!("== {}: passed in {} s", step.name, begun.elapsed().as_secs());
+    }
+    ExitCode::SUCCESS
+}
+
+fn cargo(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.args(arguments);
+    command
+}
+
+fn succeeds(command: &mut Command) -> bool {
+    match command.status() {
+        Ok(status) => status.success(),
+        Err(error) => {
+            eprintln!("cannot run {command:?}: {error}");
+            false
+        }
+    }
+}
+
+/// Makes sure that rustfmt and clippy are there; a minimal toolchain comes without them.
+fn has_components() -> bool {
+    let is_there =
+        |name: &str| cargo(&[name, "--version"]).output().is_ok_and(|o| o.status.success());
+    if is_there("fmt") && is_there("clippy") {
+        return true;
+    }
+    eprintln!("== rustfmt and clippy are missing: rustup component add rustfmt clippy");
+    let mut install = Command::new("rustup");
+    install.args(["component", "add", "rustfmt", "clippy"]);
+    if succeeds(&mut install) && is_there("fmt") && is_there("clippy") {
+        return true;
+    }
+    eprintln!(
+        "rustfmt and clippy are needed for this; install them as components of your toolchain"
+    );
+    false
+}
