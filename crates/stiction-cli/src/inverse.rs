@@ -189,12 +189,13 @@ fn cannot_carry(missing: &Missing) -> Failure {
     } else {
         format!("at {samples} of {of} samples, first at t = {time} s")
     };
+    let what = if *unit == "N m" { "a moment" } else { "a force" };
     Failure::no_answer(format!(
         "no finite driving force carries this load {when}: the position is singular.\n  With all \
-         actuators locked, body `{body}` can still move: {motion}.\n  Along that motion nothing \
-         resists, and {amount} would be needed."
+         actuators locked, body `{body}` can still move: {motion}.\n  Nothing resists along that \
+         motion: {what} of {amount} is missing there."
     ))
-    .help("change the motion or the load, or add an actuator that resists this motion")
+    .help("change the motion or the load, or add an actuator or a constraint that resists this motion")
     .details(json!({
         "first_time": time,
         "samples": samples,

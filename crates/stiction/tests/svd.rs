@@ -6,7 +6,7 @@ use common::random::*;
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 use stiction::dynamics::{InverseDynamics, Settings};
-use stiction::linalg::Svd;
+use stiction::linalg::{Svd, smallest_singular_value};
 
 fn check(matrix: &DMatrix<f64>) {
     let svd = Svd::new(matrix);
@@ -38,6 +38,33 @@ proptest! {
         prop_assert_eq!(svd.rank(1e-10), rank);
         for vector in svd.null_space(rank) {
             prop_assert!((&product * vector).amax() < 1e-14);
+        }
+    }
+}
+
+/// The quick way to the smallest value, from well-conditioned to singular.
+#[test]
+fn smallest_singular_values() {
+    let mut random = Random(7);
+    for size in 1..30 {
+        for smallest in [1.0, 1e-2, 1e-5, 1e-9, 0.0] {
+            let extra = random.below(5);
+            let mut entry = || random.signed();
+            let mut matrix = DMatrix::from_fn(size, size + extra, |_, _| entry());
+            // Rows that depend on each other but for `smallest`.
+            if size > 1 {
+                let (first, last) = (matrix.row(0).into_owned(), matrix.row(size - 1).into_owned());
+                matrix.set_row(size - 1, &(first + last * smallest));
+            }
+            let expected = Svd::new(&matrix.transpose()).singular_values[size - 1];
+            for matrix in [matrix.clone(), matrix.transpose()] {
+                let found = smallest_singular_value(&matrix);
+                let error = (found - expected).abs();
+                assert!(
+                    error <= 1e-9 * expected + 1e-15,
+                    "{size} {smallest:e}: {found:e} {expected:e}"
+                );
+            }
         }
     }
 }

@@ -174,8 +174,8 @@ impl<W: io::Write> Tables<W> {
         for value in [
             forces.power.residual(),
             sample.closure,
-            sample.actuation_distance,
-            sample.constraint_distance,
+            sample.distances.actuation,
+            sample.distances.constraint,
         ] {
             table.number(value)?;
         }

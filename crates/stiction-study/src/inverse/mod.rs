@@ -6,6 +6,7 @@ mod run;
 mod statistics;
 mod summary;
 mod terminal;
+mod uniqueness;
 
 pub use columns::{Table, Tables};
 pub use figures::Curves;

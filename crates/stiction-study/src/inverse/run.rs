@@ -1,12 +1,13 @@
 //! A mechanism carried along a motion under a load.
 
+use super::uniqueness::Uniqueness;
 use crate::{Instants, InstantsError};
 use stiction::dynamics::Weighting;
 use stiction::dynamics::{
     AppliedLoad, Forces, FrictionMode, InverseDynamics, InverseError, Settings,
 };
 use stiction::kinematics::{AssemblyError, Coordinate, Target};
-use stiction::mobility::Constraints;
+use stiction::mobility::{Constraints, Distances};
 use stiction_model::{Diagnostic, LoadCase, Model, Motion};
 use thiserror::Error;
 
@@ -38,10 +39,8 @@ pub struct Sample<'a> {
     pub forces: &'a Forces,
     /// The largest loop-closure error, m (angles times the characteristic length).
     pub closure: f64,
-    /// Distance to a singularity of actuation.
-    pub actuation_distance: f64,
-    /// Distance to a singularity of constraint.
-    pub constraint_distance: f64,
+    /// Distances to singular positions.
+    pub distances: Distances,
     /// For each joint and each component of its reaction (force, then moment) whether the balance
     /// alone determines it.
     pub determined_reactions: &'a [[bool; 6]],
@@ -208,6 +207,7 @@ impl Job<'_> {
             rest_speed,
         };
 
+        let mut uniqueness = Uniqueness::new(&solver, meant);
         let mut missing: Option<Missing> = None;
         let mut loads = Vec::new();
         let mut before = instants.at(0);
@@ -226,19 +226,16 @@ impl Job<'_> {
                 Err(error) => return Err(Error::Forces { time, error }),
             }
             if missing.is_none() {
-                let statics = solver.statics();
-                verdict.redundancy = verdict.redundancy.max(statics.redundancy());
-                let determined = statics.determined();
+                uniqueness.look(&solver);
+                verdict.redundancy = verdict.redundancy.max(uniqueness.redundancy);
                 let sample = Sample {
                     time,
                     forces: solver.forces(),
                     closure: solver.closure_error(),
-                    actuation_distance: statics.actuation_distance(spins),
-                    constraint_distance: Constraints::new(&statics).distance(meant),
-                    determined_reactions: &statics.determined_reactions(),
-                    determined_loads: &solver.determined_loads(&statics),
-                    // Drives are the last unknowns.
-                    determined_drives: &determined[determined.len() - actuators..],
+                    distances: uniqueness.distances,
+                    determined_reactions: &uniqueness.reactions,
+                    determined_loads: &uniqueness.loads,
+                    determined_drives: &uniqueness.drives,
                 };
                 receive(&sample).map_err(Error::Receiver)?;
             }

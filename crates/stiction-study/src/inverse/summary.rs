@@ -92,8 +92,8 @@ impl Summary {
             self.power_residual_relative.add(time, power.residual() / power.turnover);
         }
         self.closure.add(time, sample.closure);
-        self.actuation.add(time, sample.actuation_distance);
-        self.constraint.add(time, sample.constraint_distance);
+        self.actuation.add(time, sample.distances.actuation);
+        self.constraint.add(time, sample.distances.constraint);
         for (all, now) in self.determined_reactions.iter_mut().zip(sample.determined_reactions) {
             all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);
         }
@@ -124,6 +124,12 @@ impl Summary {
     pub(super) fn drives_are_unique(&self, friction: FrictionMode) -> bool {
         let frictions = friction == FrictionMode::Off || !self.determined_loads.contains(&false);
         frictions && !self.determined_drives.contains(&false)
+    }
+
+    /// Contacts whose load, and so friction, is not unique.
+    pub(super) fn frictions_that_are_not_unique(&self) -> impl Iterator<Item = &str> {
+        let contacts = self.names.contacts.iter().zip(&self.determined_loads);
+        contacts.filter(|(_, determined)| !**determined).map(|((name, _), _)| name.as_str())
     }
 
     /// The content of `summary.json`.

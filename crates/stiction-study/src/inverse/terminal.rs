@@ -28,7 +28,7 @@ pub fn write_summary(
         out,
         "motion {} ({} s, {count} sample{}), load {}, friction {}",
         job.motion_name,
-        job.motion.duration,
+        number(job.motion.duration),
         if count == 1 { "" } else { "s" },
         job.load_name,
         friction_word(job.friction),
@@ -202,7 +202,19 @@ fn write_verdicts(
     if let Some(words) = weighting_words(verdict, length) {
         writeln!(out, "these are chosen by the {words}")?;
     }
-    writeln!(out, "driving forces are {}unique", if unique { "" } else { "not " })
+    if unique {
+        return writeln!(out, "driving forces are unique");
+    }
+    let open: Vec<&str> = summary.frictions_that_are_not_unique().collect();
+    if open.is_empty() {
+        writeln!(out, "driving forces are not unique: actuators are redundant")
+    } else {
+        writeln!(
+            out,
+            "driving forces are not unique: friction at {} depends on reactions that are not",
+            open.join(", ")
+        )
+    }
 }
 
 /// Four significant digits.

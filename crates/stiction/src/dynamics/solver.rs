@@ -187,12 +187,15 @@ impl InverseDynamics {
         self.assembly.follow(&self.topology, &self.parameters, from, to, motion)
     }
 
+    /// The balance of all bodies at the present position.
+    pub fn balance(&self) -> NewtonEuler {
+        NewtonEuler::new(&self.mechanism, &self.parameters, self.bodies())
+    }
+
     /// The balance at the present position, decomposed.
     pub fn statics(&self) -> Statics {
-        let bodies = &self.assembly.kinematics().bodies;
-        let system = NewtonEuler::new(&self.mechanism, &self.parameters, bodies);
-        let origins = bodies.frame_j.iter().map(|frame| frame.position).collect();
-        Statics::new(&self.mechanism, system, origins)
+        let origins = self.bodies().frame_j.iter().map(|frame| frame.position).collect();
+        Statics::new(&self.mechanism, self.balance(), origins)
     }
 
     /// For each contact whether its load, and with it its friction, is determined by the balance

@@ -2,8 +2,10 @@
 
 mod elimination;
 mod plan;
+mod smallest;
 mod svd;
 
 pub use elimination::Elimination;
 pub use plan::{Entry, Plan, RankDeficient, Scales};
+pub use smallest::smallest_singular_value;
 pub use svd::Svd;

@@ -10,8 +10,7 @@ pub enum Warning {
     /// A principal moment greater than the sum of the other two.
     #[error(
         "no distribution of mass has the inertia of body `{body}`: its largest principal moment, \
-         {largest:.6} kg m^2, exceeds the sum of the other two, {sum:.6} kg m^2 (harmless where the \
-         body turns about that axis only)"
+         {largest} kg m^2, exceeds the sum of the other two, {sum} kg m^2"
     )]
     ImpossibleInertia {
         /// The body.
@@ -43,7 +42,8 @@ impl Mechanism {
         for body in moving {
             let [smallest, middle, largest] = body.principal_moments();
             let sum = smallest + middle;
-            if largest > sum * (1.0 + 1e-6) {
+            // One moment alone is how planar models are written down.
+            if middle > 0.0 && largest > sum * (1.0 + 1e-6) {
                 warnings.push(Warning::ImpossibleInertia { body: body.name.clone(), largest, sum });
             }
             if body.mass == 0.0 && largest > 0.0 {

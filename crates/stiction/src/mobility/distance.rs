@@ -8,9 +8,49 @@
 //! on which joints are cut.
 
 use super::statics::{RANK_TOLERANCE, Statics};
-use crate::dynamics::newton_euler::Unknown;
-use crate::linalg::Svd;
+use crate::dynamics::newton_euler::{NewtonEuler, Unknown};
+use crate::joint::JointType;
+use crate::linalg::{Svd, smallest_singular_value};
 use nalgebra::DMatrix;
+
+/// Both distances at a position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Distances {
+    /// To a singularity of actuation (type 2): a position where some motion, idle spins apart, is
+    /// resisted neither by a constraint nor by an actuator.
+    pub actuation: f64,
+    /// To a singularity of constraint: a position where the constraints leave more motions than the
+    /// mechanism is meant to have.
+    pub constraint: f64,
+}
+
+impl Distances {
+    /// For a balance that has as many unknowns as equations: nothing redundant, no idle spins, and
+    /// just as many actuators as freedoms. Much faster than by decompositions.
+    pub fn of_square(system: &NewtonEuler, joint_types: &[JointType]) -> Self {
+        let scaled = system.scaled_matrix(joint_types);
+        let is_constraint = |k: &usize| matches!(system.unknowns[*k], Unknown::Constraint { .. });
+        let constraints: Vec<usize> = (0..scaled.ncols()).filter(is_constraint).collect();
+        let only_constraints = scaled.select_columns(&constraints);
+        Self {
+            actuation: smallest_singular_value(&scaled),
+            constraint: if constraints.is_empty() {
+                1.0
+            } else {
+                smallest_singular_value(&only_constraints)
+            },
+        }
+    }
+
+    /// From decompositions: `mobility` is how many motions the constraints are meant to leave,
+    /// `idle_spins` how many of them are spins that nothing resists.
+    pub fn new(statics: &Statics, mobility: usize, idle_spins: usize) -> Self {
+        Self {
+            actuation: statics.actuation_distance(idle_spins),
+            constraint: Constraints::new(statics).distance(mobility),
+        }
+    }
+}
 
 /// What the constraints of a mechanism alone hold at a position.
 #[derive(Clone, Debug)]

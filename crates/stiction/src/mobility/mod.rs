@@ -4,7 +4,7 @@ mod distance;
 mod statics;
 mod words;
 
-pub use distance::Constraints;
+pub use distance::{Constraints, Distances};
 pub(crate) use statics::DETERMINED;
 pub use statics::{Carried, RANK_TOLERANCE, Statics, Uncarried};
 pub use words::describe_motion;

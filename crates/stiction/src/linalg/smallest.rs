@@ -1,0 +1,69 @@
+//! The smallest singular value alone, in a fraction of the time of a decomposition.
+
+use super::Svd;
+use nalgebra::{DMatrix, DVector};
+
+/// Vectors iterated together: clusters of small values slow the iteration down otherwise.
+const BLOCK: usize = 3;
+/// Steps before the decomposition is asked instead.
+const STEPS: usize = 60;
+/// Relative accuracy at which the iteration stops.
+const ACCURACY: f64 = 1e-13;
+/// Squaring the matrix loses digits below this part of its largest entry.
+const SQUARABLE: f64 = 1e-3;
+
+/// The smallest of a matrix' `min(rows, columns)` singular values.
+///
+/// By inverse iteration of a block with the Gram matrix of the shorter side. Where the value is so
+/// small that squaring the matrix would spoil it, the decomposition is asked.
+pub fn smallest_singular_value(matrix: &DMatrix<f64>) -> f64 {
+    let (rows, columns) = matrix.shape();
+    let size = rows.min(columns);
+    if size == 0 {
+        return 0.0;
+    }
+    let by_iteration = || {
+        let gram =
+            if rows <= columns { matrix * matrix.transpose() } else { matrix.tr_mul(matrix) };
+        let factor = gram.cholesky()?;
+        let block = BLOCK.min(size);
+        // Any start will do that is not orthogonal to what is looked for.
+        let mut vectors = DMatrix::from_fn(size, block, |i, j| {
+            (1.0 + i as f64 * (0.7548 + 0.5698 * j as f64)).sin()
+        });
+        let mut last = f64::INFINITY;
+        for _ in 0..STEPS {
+            factor.solve_mut(&mut vectors);
+            // The lengths after orthogonalisation grow like the inverse of the smallest value.
+            let largest = orthonormalise(&mut vectors)?;
+            let now = largest.recip();
+            if (now - last).abs() <= ACCURACY * now {
+                return Some(now.sqrt());
+            }
+            last = now;
+        }
+        None
+    };
+    match by_iteration() {
+        Some(value) if value > SQUARABLE * matrix.amax() => value,
+        _ => {
+            let shorter = if rows < columns { matrix.transpose() } else { matrix.clone() };
+            Svd::new(&shorter).singular_values[size - 1]
+        }
+    }
+}
+
+/// Makes the columns orthonormal; returns the largest singular value they had together, or nothing
+/// if they are not finite.
+fn orthonormalise(vectors: &mut DMatrix<f64>) -> Option<f64> {
+    let svd = Svd::new(vectors);
+    let largest = svd.largest();
+    if !(largest.is_finite() && largest > 0.0) {
+        return None;
+    }
+    for (k, mut column) in vectors.column_iter_mut().enumerate() {
+        let direction: DVector<f64> = svd.u.column(k).into_owned();
+        column.copy_from(&direction);
+    }
+    Some(largest)
+}
