@@ -36,6 +36,11 @@ impl Place {
         Self { source: Arc::clone(source), span }
     }
 
+    /// Whether it stands for the text as a whole.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.span == (0..0)
+    }
+
     /// Line and column of the first character; both count from 1, columns in characters.
     pub fn line_column(&self) -> (usize, usize) {
         line_column(&self.source.text, self.span.start)

@@ -126,7 +126,7 @@ impl Diagnostics {
 
     /// Adds a message, unless it has been said already.
     pub fn push(&mut self, diagnostic: Diagnostic) {
-        if self.list.len() < MOST_KEPT {
+        if !self.is_full() {
             if !self.list.iter().any(|other| diagnostic.repeats(other)) {
                 self.list.push(diagnostic);
             }
@@ -135,6 +135,11 @@ impl Diagnostics {
         } else {
             self.warnings_untold += 1;
         }
+    }
+
+    /// Whether further messages are only counted.
+    pub(crate) fn is_full(&self) -> bool {
+        self.list.len() >= MOST_KEPT
     }
 
     /// Adds all messages of `other`.

@@ -115,6 +115,9 @@ fn excerpt<'a>(
     let name = mark.place.source.name.as_str();
     let (line, column) = mark.place.line_column();
     let shown = text.get(from..to).unwrap_or_default();
+    if mark.place.is_whole() {
+        return Origin::path(name).into();
+    }
     if shown.lines().any(|line| line.len() > LONGEST_LINE) {
         return Origin::path(name).line(line).char_column(column).into();
     }

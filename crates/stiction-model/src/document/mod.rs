@@ -1,31 +1,36 @@
 //! TOML text to a tree with places; all syntax errors at once.
 
+mod repair;
 mod syntax;
 pub(crate) mod tree;
 
 pub(crate) use tree::{Key, Node, Table, Text, Value};
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::source::{Place, Source};
+use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 use toml::de::{DeInteger, DeTable, DeValue};
 
 /// A model file describes one robot; a text of this size is something else.
-const MOST_BYTES: usize = 8 << 20;
+const MOST_BYTES: usize = 2 << 20;
 /// Model files nest five levels deep.
 const MOST_LEVELS: usize = 32;
 
-/// The document, and whether the text was free of syntax errors. With errors the rest of the
-/// document is still there, as far as it could be read; `None` when reading on makes no sense.
-pub(crate) fn parse(source: &Arc<Source>, out: &mut Diagnostics) -> Option<(Table, bool)> {
+/// A text as far as it could be read.
+pub(crate) struct Document {
+    pub(crate) root: Table,
+    /// Lines with syntax errors. What else seems wrong there is their consequence; and what seems to
+    /// be missing may be there.
+    pub(crate) broken: Vec<Span>,
+}
+
+/// The document; `None` when reading on makes no sense. Syntax errors go to `out`.
+pub(crate) fn parse(source: &Arc<Source>, out: &mut Diagnostics) -> Option<Document> {
     let text = source.text.as_str();
-    let whole = |message: String, help: &str| {
-        Diagnostic::error("syntax", message).at(Place::new(source, 0..0), "").help(help)
-    };
     if text.len() > MOST_BYTES {
         let (size, limit) = (text.len() >> 20, MOST_BYTES >> 20);
-        out.push(whole(
-            format!("the file has {size} MiB; a model file has at most {limit} MiB"),
+        let message = format!("the file has {size} MiB; a model file has at most {limit} MiB");
+        out.push(Diagnostic::error("syntax", message).at(Place::new(source, 0..0), "").help(
             "is this the right file? Long motions belong into a CSV file: `file = \"motion.csv\"`",
         ));
         return None;
@@ -38,15 +43,14 @@ pub(crate) fn parse(source: &Arc<Source>, out: &mut Diagnostics) -> Option<(Tabl
         );
         return None;
     }
-    let (root, errors) = DeTable::parse_recoverable(text);
-    let mut table = Table { span: 0..0, entries: entries(root.get_ref(), text, 0) };
-    // The parser sorts by key, people by what comes first.
-    table.entries.sort_by_key(|(key, _)| key.span.start);
-    let sound = errors.is_empty();
-    syntax::report(source, &table, errors, out);
-    Some((table, sound))
+    let repaired = repair::close_brackets(source);
+    let (root, errors) = DeTable::parse_recoverable(&repaired.text);
+    let root = Table { span: 0..0, entries: entries(root.get_ref(), text, 0) };
+    let broken = syntax::report(source, &repaired.unclosed, errors, out);
+    Some(Document { root, broken })
 }
 
+/// The entries in the order of the text (the parser sorts them by key).
 fn entries(table: &DeTable<'_>, text: &str, level: usize) -> Vec<(Key, Value)> {
     let mut entries: Vec<_> = table
         .iter()
@@ -92,7 +96,7 @@ fn integer_value(integer: &DeInteger<'_>) -> f64 {
 }
 
 /// Where the content of a string begins, if it stands in the text as it is.
-fn start_of(content: &str, text: &str, span: &std::ops::Range<usize>) -> Option<usize> {
+fn start_of(content: &str, text: &str, span: &Span) -> Option<usize> {
     let raw = text.get(span.clone())?;
     let quotes = if raw.starts_with("\"\"\"") || raw.starts_with("'''") {
         // A newline right behind the opening quotes does not count.

@@ -1,67 +1,48 @@
 //! What is wrong with the text as TOML, in words that help.
 
-use super::tree::{Node, Table, Value};
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::source::{Place, Source, Span};
+use crate::source::{Place, Source, Span, boundary};
 use std::sync::Arc;
 
-/// Adds a diagnostic for every syntax error that is not the consequence of another.
+/// Adds a diagnostic for every syntax error that is not the consequence of another, and gives the
+/// lines in which there are any.
 pub(super) fn report(
     source: &Arc<Source>,
-    table: &Table,
+    unclosed: &[Span],
     errors: Vec<toml::de::Error>,
     out: &mut Diagnostics,
-) {
+) -> Vec<Span> {
     let text = source.text.as_str();
     let mut errors: Vec<(Span, String)> =
         errors.into_iter().map(|e| (e.span().unwrap_or(0..0), e.message().to_owned())).collect();
-    // What was read as inside an unclosed bracket was probably not meant to be there.
-    let unclosed: Vec<Span> = errors
-        .iter()
-        .filter(|(_, message)| {
-            message.starts_with("unclosed array") || message.starts_with("unclosed inline table")
-        })
-        .filter_map(|(span, _)| opened_before(table, span.end))
-        .collect();
-    errors.retain(|(span, _)| {
-        !unclosed.iter().any(|open| open.start <= span.start && span.end <= open.end)
-    });
-    for open in unclosed {
-        let bracket = open.start..open.start + 1;
+    for value in unclosed {
+        let bracket = value.start..value.start + 1;
         let (what, close) =
             if text.get(bracket.clone()) == Some("{") { ("`{`", "`}`") } else { ("`[`", "`]`") };
         errors.push((bracket, format!("this {what} is never closed\u{0}with {close}")));
     }
     errors.sort_by_key(|(span, _)| span.start);
 
-    let mut last_line = None;
+    let mut broken: Vec<Span> = Vec::new();
     for (span, message) in errors {
-        let place = Place::new(source, span.clone());
-        let (line, _) = place.line_column();
         // A second error in a line is mostly the echo of the first.
-        if last_line.replace(line) == Some(line) {
+        if broken.last().is_some_and(|line| span.start <= line.end) {
             continue;
         }
+        broken.push(line_around(text, span.start));
+        let place = Place::new(source, span.clone());
         out.push(explain(place, text.get(span).unwrap_or_default(), &message));
     }
+    broken.extend(unclosed.iter().cloned());
+    broken.sort_by_key(|part| part.start);
+    broken
 }
 
-/// The outermost list or table that the parser took to end at `end`.
-fn opened_before(table: &Table, end: usize) -> Option<Span> {
-    let mut best: Option<Span> = None;
-    let mut pending: Vec<&Value> = table.entries.iter().map(|(_, value)| value).collect();
-    while let Some(value) = pending.pop() {
-        match &value.node {
-            Node::List(list) => pending.extend(list),
-            Node::Table(table) => pending.extend(table.entries.iter().map(|(_, value)| value)),
-            _ => continue,
-        }
-        let outermost = best.as_ref().is_none_or(|best| value.span.start < best.start);
-        if value.span.end == end && outermost {
-            best = Some(value.span.clone());
-        }
-    }
-    best
+fn line_around(text: &str, at: usize) -> Span {
+    let at = boundary(text, at);
+    let (before, after) = text.split_at(at);
+    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    start..after.find('\n').map_or(text.len(), |newline| at + newline)
 }
 
 fn explain(place: Place, found: &str, message: &str) -> Diagnostic {
@@ -69,6 +50,15 @@ fn explain(place: Place, found: &str, message: &str) -> Diagnostic {
         |message: &str, label: &str| Diagnostic::error("syntax", message).at(place.clone(), label);
     let found = found.trim();
     if message.starts_with("string values must be quoted") && !found.is_empty() {
+        let truth = match found.to_lowercase().as_str() {
+            "yes" | "true" | "on" => Some("true"),
+            "no" | "false" | "off" => Some("false"),
+            _ => None,
+        };
+        if let Some(truth) = truth {
+            return error(&format!("`{found}` is not understood"), "not understood")
+                .help(format!("write {truth}"));
+        }
         let what = if starts_like_a_number(found) { "quantities with a unit" } else { "words" };
         return error(&format!("{what} stand between quotes"), "no quotes")
             .help(format!("write \"{}\"", found.replace('"', "'")));

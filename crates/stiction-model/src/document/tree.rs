@@ -87,7 +87,7 @@ impl Value {
         match self.node {
             Node::Text(_) => "a string",
             Node::Number(_) => "a number",
-            Node::Flag(_) => "a true or false",
+            Node::Flag(_) => "a Boolean",
             Node::List(_) => "a list",
             Node::Table(_) => "a table",
             Node::Other => "something else (a date?)",

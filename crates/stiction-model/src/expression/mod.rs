@@ -9,6 +9,8 @@ mod function;
 pub(crate) mod jet;
 mod parse;
 mod run;
+#[cfg(test)]
+mod tests;
 mod token;
 pub(crate) mod unit;
 

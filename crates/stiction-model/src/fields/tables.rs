@@ -131,7 +131,7 @@ pub(crate) const JOINT: &[Field] = &[
          free.",
     ),
     required("from", Name, "The predecessor: the reaction is that of this body on `to`."),
-    required("to", Name, "The successor."),
+    required("to", Name, "The successor: the body on the other side."),
     AT,
     TO_AT,
     AXIS,
@@ -234,7 +234,7 @@ pub(crate) const LEGS: &[Field] = &[
 /// One leg of a group.
 pub(crate) const PLACE: &[Field] = &[
     field("angle", Quantity(Angle), "The leg's angle; by default 0."),
-    field("name", Text, "The leg's name; by default leg1, leg2, …"),
+    field("name", Text, "The leg's name; by default leg1, leg2 and so on."),
     FOOT,
     TIP,
     LEG_JOINTS,

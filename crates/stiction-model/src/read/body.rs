@@ -34,7 +34,7 @@ pub(crate) fn read(
     }
     for key in ["com", "inertia"] {
         if mass.is_some_and(|mass| mass > 0.0) && record.value(key).is_none() {
-            record.missing(key, ", but a mass");
+            record.missing(key, ", though it has a mass");
         }
     }
     if let Some(com) = record.vector("com") {

@@ -2,7 +2,7 @@
 
 use super::parameters::Parameters;
 use crate::course::Course;
-use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
+use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, nearest, quoted};
 use crate::document::{Node, Table, Text, Value};
 use crate::expression::{self, Fault, TimeFormula};
 use crate::fields::{self, Field, Shape};
@@ -16,15 +16,19 @@ use stiction::spatial::Vec3;
 pub(crate) struct Context<'a> {
     pub(crate) source: Arc<Source>,
     pub(crate) parameters: &'a Parameters,
-    /// Whether the text was free of syntax errors. If not, what seems to be missing may be there.
-    pub(crate) sound: bool,
+    /// Lines with syntax errors, about which nothing more is said.
+    pub(crate) broken: &'a [Span],
     pub(crate) out: RefCell<Diagnostics>,
 }
 
 impl<'a> Context<'a> {
-    pub(crate) fn new(source: &Arc<Source>, parameters: &'a Parameters, sound: bool) -> Self {
+    pub(crate) fn new(
+        source: &Arc<Source>,
+        parameters: &'a Parameters,
+        broken: &'a [Span],
+    ) -> Self {
         let out = RefCell::new(Diagnostics::new());
-        Self { source: Arc::clone(source), parameters, sound, out }
+        Self { source: Arc::clone(source), parameters, broken, out }
     }
 
     pub(crate) fn place(&self, span: &Span) -> Place {
@@ -32,14 +36,29 @@ impl<'a> Context<'a> {
     }
 
     pub(crate) fn push(&self, diagnostic: Diagnostic) {
+        let told = |place: &Place| {
+            let at = place.span.start;
+            // Sorted by start; an unclosed value may begin in a broken line and end far below.
+            let candidates = self.broken.partition_point(|part| part.start <= at);
+            let mut before = self.broken.iter().take(candidates).rev().take(20);
+            Arc::ptr_eq(&place.source, &self.source) && before.any(|part| at <= part.end)
+        };
+        if diagnostic.place.as_ref().is_some_and(told) {
+            return;
+        }
         self.out.borrow_mut().push(diagnostic);
     }
 
-    /// Says that something which should be in the text is not.
+    /// Says that something which should be in the text is not: unknown in a text with syntax errors.
     pub(crate) fn push_missing(&self, diagnostic: Diagnostic) {
-        if self.sound {
+        if self.broken.is_empty() {
             self.push(diagnostic);
         }
+    }
+
+    /// Whether enough has been said. Advice takes time; what nobody will read need not be good.
+    pub(crate) fn is_full(&self) -> bool {
+        self.out.borrow().is_full()
     }
 
     /// Says that a value is not what was expected.
@@ -60,10 +79,19 @@ impl<'a> Context<'a> {
         name: &str,
         known: impl IntoIterator<Item = &'n str>,
     ) {
+        if !self.broken.is_empty() {
+            return;
+        }
+        if self.is_full() {
+            return self.out.borrow_mut().add_untold_errors(1);
+        }
         self.push_missing(
             Diagnostic::error("unknown-name", format!("there is no {kind} {}", quoted(name)))
                 .at(self.place(span), format!("unknown {kind}"))
-                .maybe_help(did_you_mean(name, kinds, known)),
+                .help(
+                    did_you_mean(name, kinds, known)
+                        .unwrap_or_else(|| format!("the model has no {kinds}")),
+                ),
         );
     }
 
@@ -84,6 +112,7 @@ impl<'a> Context<'a> {
     pub(crate) fn quantity(&self, value: &Value, measure: Measure) -> Option<f64> {
         match &value.node {
             Node::Number(number) => self.finite(value, *number),
+            Node::Text(_) if self.is_full() => None,
             Node::Text(text) => {
                 let read = || {
                     let program = expression::parse(&text.content, self.parameters, false)?;
@@ -107,6 +136,9 @@ impl<'a> Context<'a> {
         let Node::Text(text) = &value.node else {
             return self.quantity(value, measure).map(Course::constant);
         };
+        if self.is_full() {
+            return None;
+        }
         match expression::in_time(&text.content, self.parameters, measure) {
             Ok(TimeFormula::Constant(number)) => Some(Course::constant(number)),
             Ok(TimeFormula::Changing(formula)) => {
@@ -140,9 +172,11 @@ impl<'a> Context<'a> {
             Some(list) => {
                 let count = list.len();
                 let message = format!("expected a list of 3 {each}, found {count}");
+                let comma = (count > 3).then(|| "decimals have a point: 0.5".to_owned());
                 self.push(
                     Diagnostic::error("wrong-type", message)
-                        .at(self.place(&value.span), "expected [x, y, z]"),
+                        .at(self.place(&value.span), "expected [x, y, z]")
+                        .maybe_help(comma),
                 );
             }
             None => self.wrong(value, &format!("a list of 3 {each}")),
@@ -214,13 +248,16 @@ impl<'a> Record<'a> {
         what: impl Into<String>,
     ) -> Self {
         let record = Self { context, table, fields, what: what.into() };
+        let mut meant = Vec::new();
         for (key, _) in &table.entries {
             if fields::find(fields, &key.name).is_none() {
                 record.unknown_key(&key.name, &key.span);
+                meant.extend(nearest(&key.name, fields.iter().map(|field| field.key)));
             }
         }
         for field in fields.iter().filter(|field| field.required) {
-            if table.get(field.key).is_none() {
+            // A misspelt key is not missing.
+            if table.get(field.key).is_none() && !meant.contains(&field.key) {
                 record.missing(field.key, "");
             }
         }
@@ -238,6 +275,9 @@ impl<'a> Record<'a> {
     }
 
     fn unknown_key(&self, name: &str, span: &Span) {
+        if self.context.is_full() {
+            return self.context.out.borrow_mut().add_untold_errors(1);
+        }
         let known = self.fields.iter().map(|field| field.key);
         let message = format!("{} has no key {}", self.what, quoted(name));
         self.context.push(
@@ -256,6 +296,16 @@ impl<'a> Record<'a> {
             Diagnostic::error("missing-key", message)
                 .at(self.context.place(&self.table.span), format!("`{key}` is missing"))
                 .help(format!("`{key}`: {doc}")),
+        );
+    }
+
+    /// Says that at least one of two keys is needed.
+    pub(crate) fn missing_both(&self, keys: [&str; 2]) {
+        let [first, second] = keys;
+        let message = format!("{} has neither `{first}` nor `{second}`", self.what);
+        self.context.push_missing(
+            Diagnostic::error("missing-key", message)
+                .at(self.context.place(&self.table.span), "one of them is needed"),
         );
     }
 

@@ -7,7 +7,11 @@ use super::names::Names;
 use crate::diagnostic::{Diagnostic, did_you_mean};
 use crate::source::Span;
 use std::mem::discriminant;
+use stiction::joint::JointType;
 use stiction::mechanism::{Defect, Warning};
+
+/// The place of what concerns the whole.
+const WHOLE: Span = 0..0;
 
 /// The parts of the mechanism and where they stand.
 pub(crate) struct Origin<'a> {
@@ -15,8 +19,6 @@ pub(crate) struct Origin<'a> {
     pub(crate) bodies: &'a [BodyDraft],
     pub(crate) joints: &'a [JointDraft],
     pub(crate) names: &'a Names,
-    /// Where what concerns the whole is said.
-    pub(crate) whole: Span,
     /// Where the characteristic length stands.
     pub(crate) length: Span,
 }
@@ -24,11 +26,19 @@ pub(crate) struct Origin<'a> {
 impl Origin<'_> {
     /// Reports defects; those that many legs share only once.
     pub(crate) fn report(&self, defects: &[Defect]) {
+        // They say what is missing, and in a text with syntax errors nobody knows.
+        if !self.context.broken.is_empty() {
+            return;
+        }
         let incomplete = self.joints.iter().any(|joint| joint.spec.is_none());
         let mut told = Vec::new();
         for defect in defects {
             // Without all joints nothing can be said about what they connect.
             if incomplete && matches!(defect, Defect::Disconnected { .. }) {
+                continue;
+            }
+            if self.context.is_full() {
+                self.context.out.borrow_mut().add_untold_errors(1);
                 continue;
             }
             let (span, label, help) = self.locate(defect);
@@ -37,11 +47,33 @@ impl Origin<'_> {
                 continue;
             }
             told.push(key);
-            self.context.push_missing(
-                Diagnostic::error("mechanism", defect.to_string())
+            self.context.push(
+                Diagnostic::error("mechanism", self.message(defect))
                     .at(self.context.place(&span), label)
                     .maybe_help(help),
             );
+        }
+    }
+
+    /// The defect in the words of the file.
+    fn message(&self, defect: &Defect) -> String {
+        let joint = |name: &str| self.joints.iter().find(|joint| joint.name == name);
+        let symbol = |name: &str| {
+            joint(name)
+                .and_then(|joint| joint.joint_type)
+                .map_or("?", |joint_type| joint_type.symbol())
+        };
+        match defect {
+            Defect::Pitch { joint } if symbol(joint) == "H" => {
+                format!("joint `{joint}` needs a `pitch` other than 0")
+            }
+            Defect::Pitch { joint } => {
+                format!("joint `{joint}` of type {} has no pitch", symbol(joint))
+            }
+            Defect::NotActuable { joint, .. } => {
+                format!("joint `{joint}` of type {} cannot be driven", symbol(joint))
+            }
+            other => other.to_string(),
         }
     }
 
@@ -51,7 +83,7 @@ impl Origin<'_> {
         let last_body = |name: &str| self.bodies.iter().rev().find(|body| body.name == name);
         let joint = |name: &str| self.joints.iter().find(|joint| joint.name == name);
         let last_joint = |name: &str| self.joints.iter().rev().find(|joint| joint.name == name);
-        let whole = || self.whole.clone();
+        let whole = || WHOLE;
         let mut help = None;
         let (span, label) = match defect {
             Defect::NoBodies => {
@@ -87,8 +119,11 @@ impl Origin<'_> {
                 (body(name).map_or_else(whole, |b| b.inertia_span.clone()), "not an inertia")
             }
             Defect::Pitch { joint: name } => {
-                help = Some("an H joint has a `pitch` such as \"5 mm/rev\"".to_owned());
-                (joint(name).map_or_else(whole, |j| j.spans.pitch.clone()), "this pitch")
+                let draft = joint(name);
+                let helical = draft.is_some_and(|j| j.joint_type == Some(JointType::Helical));
+                help = helical.then(|| "for example `pitch = \"5 mm/rev\"`".to_owned());
+                let label = if helical { "the pitch is missing or 0" } else { "not for this type" };
+                (draft.map_or_else(whole, |j| j.spans.pitch.clone()), label)
             }
             Defect::NotActuable { joint: name, .. } => {
                 help = Some(
@@ -98,19 +133,21 @@ impl Origin<'_> {
                 );
                 (joint(name).map_or_else(whole, |j| j.spans.actuated.clone()), "cannot be driven")
             }
-            Defect::StartLength { joint: name, .. } => {
-                (joint(name).map_or_else(whole, |j| j.spans.start.clone()), "this start")
-            }
+            Defect::StartLength { joint: name, .. } => (
+                joint(name).map_or_else(whole, |j| j.spans.start.clone()),
+                "not as many as there are",
+            ),
             Defect::NoContact { joint: name, .. } | Defect::DuplicateContact { joint: name } => {
                 let span = joint(name).map_or_else(whole, |j| j.spans.friction.table.clone());
                 (span, "friction cannot act here")
             }
             Defect::Radius { joint: name, .. } => {
-                let span = joint(name).map_or_else(whole, |j| {
-                    let given = j.spans.friction.numbers.iter().find(|(key, ..)| *key == "radius");
-                    given.map_or(&j.spans.friction.table, |(.., span)| span).clone()
-                });
-                (span, "the radius")
+                let friction = joint(name).map(|j| &j.spans.friction);
+                let given = friction
+                    .and_then(|f| f.numbers.iter().find(|(key, ..)| *key == "radius"))
+                    .map(|(.., span)| span.clone());
+                let label = if given.is_some() { "not for a guide" } else { "`radius` is missing" };
+                (given.or_else(|| friction.map(|f| f.table.clone())).unwrap_or(WHOLE), label)
             }
             Defect::FrictionParameter { joint: name, parameter, value, .. } => {
                 let span = joint(name)
@@ -127,7 +164,7 @@ impl Origin<'_> {
     /// Where a joint names this body.
     fn end_of(&self, joint: &str, body: &str) -> Span {
         let Some(draft) = self.joints.iter().find(|draft| draft.name == joint) else {
-            return self.whole.clone();
+            return WHOLE;
         };
         let text = |span: &Span| self.context.source.text.get(span.clone()).unwrap_or_default();
         let names_it = |span: &Span| text(span).trim_matches(['"', '\'']) == body;
@@ -144,7 +181,7 @@ impl Origin<'_> {
                 return joint.spans.name.clone();
             }
         }
-        self.whole.clone()
+        WHOLE
     }
 
     /// Reports what is suspicious, once for many legs.
@@ -161,7 +198,7 @@ impl Origin<'_> {
                 }
                 _ => (None, ""),
             };
-            let span = span.unwrap_or_else(|| self.whole.clone());
+            let span = span.unwrap_or(WHOLE);
             let key = (discriminant(warning), span.clone());
             if !told.contains(&key) {
                 told.push(key);

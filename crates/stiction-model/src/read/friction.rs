@@ -140,7 +140,7 @@ impl Reader<'_> {
         let (mu, viscous) = (self.number("mu"), self.number("viscous"));
         if self.given("mu").is_none() && self.given("viscous").is_none() {
             let record = self.own.unwrap_or(self.shared);
-            record.missing("mu", " and no `viscous`");
+            record.missing_both(["mu", "viscous"]);
         }
         let radius = self.number("radius");
         let mut part = |key| applies(key, self.shape).then(|| self.number(key)).flatten();

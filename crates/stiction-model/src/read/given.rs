@@ -6,9 +6,9 @@ use super::names::Names;
 use super::path::Orders;
 use super::{load, recording, statement};
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
-use crate::document::{self, Table};
+use crate::document::{self, Document, Table};
 use crate::model::{LoadCase, Model, Motion};
-use crate::source::{Place, Source};
+use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
 /// What a text on a command line is.
@@ -71,7 +71,7 @@ impl Model {
                 motion::read(context, names, table, files)
             });
         }
-        self.reading(&source, true, |context, names| {
+        self.reading(&source, &[], |context, names| {
             recording::read(&source, names, &Orders::new(), context)
         })
     }
@@ -113,7 +113,7 @@ impl Model {
         source: &Arc<Source>,
         read: impl FnOnce(&Context<'_>, &Names, &Table) -> Option<T>,
     ) -> Result<T, Diagnostics> {
-        self.reading(source, true, |context, names| {
+        self.reading(source, &[], |context, names| {
             let table = statement::read(context);
             read(context, names, &table)
         })
@@ -125,8 +125,10 @@ impl Model {
         read: impl FnOnce(&Context<'_>, &Names, &Table) -> Option<T>,
     ) -> Result<T, Diagnostics> {
         let mut out = Diagnostics::new();
-        let Some((table, sound)) = document::parse(source, &mut out) else { return Err(out) };
-        let result = self.reading(source, sound, |context, names| read(context, names, &table));
+        let Some(Document { root, broken }) = document::parse(source, &mut out) else {
+            return Err(out);
+        };
+        let result = self.reading(source, &broken, |context, names| read(context, names, &root));
         match result {
             Ok(value) if !out.has_errors() => Ok(value),
             Ok(_) => Err(out),
@@ -141,10 +143,10 @@ impl Model {
     fn reading<T>(
         &self,
         source: &Arc<Source>,
-        sound: bool,
+        broken: &[Span],
         read: impl FnOnce(&Context<'_>, &Names) -> Option<T>,
     ) -> Result<T, Diagnostics> {
-        let context = Context::new(source, &self.parameters, sound);
+        let context = Context::new(source, &self.parameters, broken);
         let value = read(&context, &Names::of(&self.mechanism));
         let mut out = context.out.into_inner();
         out.sort();
@@ -175,11 +177,15 @@ fn unknown<'a>(
     let help = did_you_mean(name, &format!("{kind}s"), known.map(String::as_str));
     let place = Place::new(source, 0..source.text.len());
     let example = match kind {
-        "motion" => "or assignments such as `platform.x = 5 mm*sin(2*pi*t)`",
-        _ => "or assignments such as `platform.fz = -100 N`",
+        "motion" => "write assignments such as `platform.x = 5 mm*sin(2*pi*t)`",
+        _ => "write assignments such as `platform.fz = -100 N`",
     };
     Diagnostic::error("unknown-name", format!("the model has no {kind} {}", quoted(name)))
         .at(place, format!("unknown {kind}"))
-        .help(help.map_or_else(|| example.to_owned(), |help| format!("{help}; {example}")))
+        .help(match help {
+            Some(near) if near.ends_with('?') => near,
+            Some(list) => format!("{list}; {example}"),
+            None => example.to_owned(),
+        })
         .into()
 }

@@ -57,7 +57,7 @@ pub(crate) fn read(
     let record = Record::new(context, table, fields, what);
     let joint_type = match placement {
         Some(placement) => Some(placement.joint_type),
-        None => record.choice("type").and_then(JointType::from_symbol),
+        None => read_type(context, &record),
     };
     let end = |key: &str, of_leg: Option<&(&str, Span)>| match of_leg {
         Some((name, span)) => (Some((*name).to_owned()), span.clone()),
@@ -99,6 +99,36 @@ pub(crate) fn read(
         spec = Some(built);
     }
     JointDraft { name, spec, joint_type, spans }
+}
+
+/// The type by its symbol; whole words get their symbol as an answer.
+fn read_type(context: &Context<'_>, record: &Record<'_>) -> Option<JointType> {
+    const WORDS: &[(&str, &str)] = &[
+        ("revolute", "R"),
+        ("hinge", "R"),
+        ("prismatic", "P"),
+        ("slider", "P"),
+        ("helical", "H"),
+        ("screw", "H"),
+        ("cylindrical", "C"),
+        ("universal", "U"),
+        ("cardan", "U"),
+        ("hooke", "U"),
+        ("spherical", "S"),
+        ("ball", "S"),
+        ("planar", "E"),
+    ];
+    let value = record.value("type")?;
+    let word = value.as_text().unwrap_or_default().to_lowercase();
+    if let Some((_, symbol)) = WORDS.iter().find(|(known, _)| *known == word) {
+        context.push(
+            Diagnostic::error("unknown-name", "joint types are written as letters")
+                .at(context.place(&value.span), "a word")
+                .help(format!("write \"{symbol}\"")),
+        );
+        return None;
+    }
+    record.choice("type").and_then(JointType::from_symbol)
 }
 
 struct Reader<'a> {

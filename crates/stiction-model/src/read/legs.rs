@@ -6,7 +6,7 @@ use super::context::{Context, Record};
 use super::geometry::about;
 use super::joint::{self, JointDraft, Placement};
 use super::names;
-use crate::diagnostic::{Diagnostic, quoted};
+use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
 use crate::document::{Key, Node, Table, Value};
 use crate::fields::tables::{LEGS, PLACE};
 use crate::measure::Measure;
@@ -86,7 +86,7 @@ fn spots<'a>(context: &'a Context<'a>, record: &Record<'a>) -> Vec<Spot<'a>> {
     let mut spots = Vec::new();
     match (record.value("angles"), record.value("place")) {
         (None, None) => {
-            record.missing("angles", " and no `place`");
+            record.missing_both(["angles", "place"]);
         }
         (Some(angles), Some(place)) => context.push(
             Diagnostic::error("legs", "the places of the legs are given twice")
@@ -142,14 +142,12 @@ impl Group<'_> {
             let table = value.and_then(Value::as_table);
             for (key, _) in table.into_iter().flat_map(|table| &table.entries) {
                 if !known.contains(&key.name.as_str()) {
-                    let (what, list) =
-                        (format!("{kind} in the chain named"), format!("the chain's {kind}s"));
-                    self.context.unknown_name(
-                        &key.span,
-                        &what,
-                        &list,
-                        &key.name,
-                        known.iter().copied(),
+                    let message = format!("the chain has no {kind} {}", quoted(&key.name));
+                    let help = did_you_mean(&key.name, "it has", known.iter().copied());
+                    self.context.push(
+                        Diagnostic::error("unknown-name", message)
+                            .at(self.context.place(&key.span), "not in the chain")
+                            .maybe_help(help),
                     );
                 }
             }
@@ -173,6 +171,7 @@ impl Group<'_> {
                         )
                         .at(context.place(&value.span), "used already"),
                     );
+                    return;
                 }
                 name.to_owned()
             }

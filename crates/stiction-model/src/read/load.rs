@@ -21,6 +21,9 @@ pub(crate) fn read(context: &Context<'_>, names: &Names, table: &Table) -> LoadC
     let mut bodies: Vec<(BodyId, Table)> = Vec::new();
     let found = leaves(table, LOAD);
     for leaf in &found {
+        if context.is_full() {
+            break;
+        }
         let Some((body, key)) = owner(context, names, leaf) else { continue };
         let known = bodies.iter().position(|(known, _)| *known == body);
         let index = known.unwrap_or_else(|| {
@@ -60,17 +63,18 @@ fn owner<'a>(
         Some(BodyId::GROUND) => {
             context.push(
                 Diagnostic::error("unknown-name", "a load on the ground moves nothing")
-                    .at(context.place(&leaf.key), "the ground")
+                    .at(context.place(&leaf.owner), "the ground")
                     .maybe_help(did_you_mean(GROUND_NAME, "bodies", names.body_names())),
             );
             None
         }
         Some(id) => Some((id, key)),
+        None if !context.broken.is_empty() => None,
         None => {
             let near = did_you_mean(body, "bodies", names.body_names());
             context.push_missing(
                 Diagnostic::error("unknown-name", format!("there is no body {}", quoted(body)))
-                    .at(context.place(&leaf.key), "of an unknown body")
+                    .at(context.place(&leaf.owner), "unknown body")
                     .maybe_help(near),
             );
             None

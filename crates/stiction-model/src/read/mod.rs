@@ -19,9 +19,10 @@ mod statement;
 
 pub(crate) use parameters::Parameters;
 
-use crate::diagnostic::{Diagnostics, quoted};
-use crate::document::{self, Table, Value};
-use crate::fields::tables::{DEFAULT, MODEL};
+use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
+use crate::document::{self, Document, Table, Value};
+use crate::fields::Field;
+use crate::fields::tables::{BODY, DEFAULT, JOINT, MODEL};
 use crate::model::{Leg, LoadCase, Model, Motion};
 use crate::source::Source;
 use body::BodyDraft;
@@ -49,7 +50,7 @@ pub fn read(
     let source = Arc::new(source.clone());
     let mut out = Diagnostics::new();
     let model = document::parse(&source, &mut out)
-        .and_then(|(table, sound)| read_document(&source, &table, sound, files, &mut out));
+        .and_then(|document| read_document(&source, &document, files, &mut out));
     out.sort();
     match model {
         Some(model) if !out.has_errors() => Ok(Model { warnings: out, ..model }),
@@ -59,17 +60,17 @@ pub fn read(
 
 fn read_document(
     source: &Arc<Source>,
-    table: &Table,
-    sound: bool,
+    document: &Document,
     files: Files<'_>,
     out: &mut Diagnostics,
 ) -> Option<Model> {
-    let parameters = match table.get("parameters").and_then(Value::as_table) {
-        Some(table) => Parameters::read(table, source, sound, out),
+    let Document { root, broken } = document;
+    let parameters = match root.get("parameters").and_then(Value::as_table) {
+        Some(table) => Parameters::read(table, source, broken, out),
         None => Parameters::default(),
     };
-    let context = Context::new(source, &parameters, sound);
-    let model = read_model(&context, table, files);
+    let context = Context::new(source, &parameters, broken);
+    let model = read_model(&context, root, files);
     out.append(context.out.into_inner());
     model.map(|model| Model { parameters, ..model })
 }
@@ -108,12 +109,17 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
         "one-pass" => FrictionMode::OnePass,
         _ => FrictionMode::Converged,
     });
+    let mechanism = mechanism?;
+    // Of a text with errors, what is suspicious may just be unreadable.
+    if !context.out.borrow().has_errors() {
+        parts.origin(&record, &names).warn(&mechanism.warnings());
+    }
     let text = |key: &str| record.text(key).unwrap_or_default().trim().to_owned();
     Some(Model {
         name: parts.name.clone(),
         title: text("title"),
         source: text("source"),
-        mechanism: mechanism?,
+        mechanism,
         homes: parts.homes(),
         motions,
         loads,
@@ -153,6 +159,30 @@ fn read_loads(
     loads
 }
 
+/// Whether a table is `[joints.leg1.R]` where the joint `leg1.R` was meant; then it says so.
+fn dotted(
+    context: &Context<'_>,
+    kind: &str,
+    key: &document::Key,
+    table: &Table,
+    fields: &[Field],
+) -> bool {
+    let is_name = |(inner, value): &&(document::Key, Value)| {
+        value.as_table().is_some() && !fields.iter().any(|field| field.key == inner.name)
+    };
+    let own = table.entries.iter().any(|entry| !is_name(&entry));
+    let Some((inner, _)) = table.entries.iter().find(is_name).filter(|_| !own) else {
+        return false;
+    };
+    let name = format!("{}.{}", key.name, inner.name);
+    context.push(
+        Diagnostic::error("name", "a name with a dot stands between quotes")
+            .at(context.place(&inner.span), "taken for a table within a table")
+            .help(format!("write [{kind}.{name:?}]")),
+    );
+    true
+}
+
 /// The bodies and joints of the text, those of legs included.
 struct Parts {
     name: String,
@@ -166,6 +196,9 @@ impl Parts {
         let context = record.context;
         let mut bodies = Vec::new();
         for (key, table) in record.tables("bodies") {
+            if dotted(context, "bodies", key, table, BODY) {
+                continue;
+            }
             // The ground is refused for a better reason than its name.
             if key.name != GROUND_NAME {
                 names::check(context, &key.name, &key.span, "body");
@@ -175,6 +208,9 @@ impl Parts {
         }
         let mut joints = Vec::new();
         for (key, table) in record.tables("joints") {
+            if dotted(context, "joints", key, table, JOINT) {
+                continue;
+            }
             names::check(context, &key.name, &key.span, "joint");
             let what = format!("joint {}", quoted(&key.name));
             let name = key.name.clone();
@@ -197,17 +233,10 @@ impl Parts {
         )
     }
 
-    /// The mechanism; its defects and warnings are reported.
+    /// The mechanism; its defects are reported.
     fn build(&self, record: &Record<'_>, names: &Names) -> Option<Mechanism> {
         let context = record.context;
-        let origin = Origin {
-            context,
-            bodies: &self.bodies,
-            joints: &self.joints,
-            names,
-            whole: record.table.entries.first().map_or(0..0, |(key, _)| key.span.clone()),
-            length: record.span("characteristic_length"),
-        };
+        let origin = self.origin(record, names);
         let mut builder = MechanismBuilder::new(self.name.as_str());
         if let Some(gravity) = record.vector("gravity") {
             builder = builder.gravity(gravity);
@@ -226,17 +255,21 @@ impl Parts {
             builder = builder.joint(spec);
         }
         match builder.build() {
-            Ok(mechanism) => {
-                // Of a text with errors, what is suspicious may just be unreadable.
-                if !context.out.borrow().has_errors() {
-                    origin.warn(&mechanism.warnings());
-                }
-                Some(mechanism)
-            }
+            Ok(mechanism) => Some(mechanism),
             Err(defects) => {
                 origin.report(&defects);
                 None
             }
+        }
+    }
+
+    fn origin<'a>(&'a self, record: &Record<'a>, names: &'a Names) -> Origin<'a> {
+        Origin {
+            context: record.context,
+            bodies: &self.bodies,
+            joints: &self.joints,
+            names,
+            length: record.span("characteristic_length"),
         }
     }
 

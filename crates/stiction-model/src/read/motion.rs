@@ -2,7 +2,7 @@
 
 use super::context::{Context, Record};
 use super::names::Names;
-use super::path::{Meaning, Orders, Trouble, coordinate, leaves, resolve};
+use super::path::{Leaf, Meaning, Orders, Trouble, coordinate, leaves, resolve};
 use super::recording;
 use crate::course::Course;
 use crate::diagnostic::{Diagnostic, number};
@@ -117,13 +117,16 @@ impl Reader<'_> {
         let mut meanings = Vec::new();
         let found = leaves(table, MOTION);
         for leaf in &found {
+            if context.is_full() {
+                break;
+            }
             let path = match leaf.value {
                 Some(_) => leaf.path.clone(),
                 // An empty table still names something.
                 None => format!("{}.x", leaf.path),
             };
             match resolve(self.names, &path) {
-                Err(trouble) => self.trouble(&leaf.key, trouble),
+                Err(trouble) => self.trouble(leaf, trouble),
                 Ok(Meaning::Body(body, "order")) => {
                     let order = leaf.value.and_then(|value| context.choice(value, ORDERS));
                     if let Some(order) = order.and_then(AngleOrder::from_name) {
@@ -148,7 +151,7 @@ impl Reader<'_> {
             let (coordinate, measure) = match meant {
                 Ok(meant) => meant,
                 Err(trouble) => {
-                    self.trouble(&leaf.key, trouble);
+                    self.trouble(leaf, trouble);
                     continue;
                 }
             };
@@ -168,14 +171,23 @@ impl Reader<'_> {
         coordinates
     }
 
-    fn trouble(&self, span: &Span, trouble: Trouble) {
-        if let Some(message) = trouble.message {
-            self.context.push_missing(
-                Diagnostic::error("unknown-name", message)
-                    .at(self.context.place(span), "not a coordinate")
-                    .maybe_help(trouble.help),
-            );
+    fn trouble(&self, leaf: &Leaf<'_>, trouble: Trouble) {
+        // In a text with syntax errors, what seems unknown may be unreadable.
+        if !self.context.broken.is_empty() {
+            return;
         }
+        let Some((message, help, in_owner)) = trouble.explain(self.names, &leaf.path) else {
+            return;
+        };
+        let (span, label) = match in_owner {
+            true => (&leaf.owner, "unknown name"),
+            false => (&leaf.key, "not a coordinate"),
+        };
+        self.context.push(
+            Diagnostic::error("unknown-name", message)
+                .at(self.context.place(span), label)
+                .maybe_help(help),
+        );
     }
 
     fn recorded(

@@ -75,19 +75,18 @@ pub(crate) fn check(context: &Context<'_>, name: &str, span: &Span, kind: &str) 
         !part.is_empty() && part.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-')
     };
     let first = name.split('.').next().unwrap_or_default();
-    let problem = if !name.split('.').all(letters) {
-        format!("{} cannot be the name of a {kind}", quoted(name))
+    let (problem, help) = if !name.split('.').all(letters) {
+        let problem = format!("{} cannot be the name of a {kind}", quoted(name));
+        (problem, "names consist of letters, digits, `_` and `-`")
     } else if TAKEN.contains(&first) {
-        format!(
-            "no {kind} can be named {}: motions and loads have a key of that name",
-            quoted(name)
-        )
+        let problem = format!("no {kind} can be named {}", quoted(name));
+        (problem, "choose another name: motions and loads have a key of that name")
     } else {
         return;
     };
     context.push(
         Diagnostic::error("name", problem)
             .at(context.place(span), "not a possible name")
-            .help("names consist of letters, digits, `_` and `-`"),
+            .help(help),
     );
 }

@@ -4,7 +4,7 @@ use super::context::Context;
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::document::{Node, Table, Value};
 use crate::expression::{self, Dimension, Program, Quantity, Scope};
-use crate::source::Source;
+use crate::source::{Source, Span};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -36,7 +36,7 @@ impl Parameters {
     pub(crate) fn read(
         table: &Table,
         source: &Arc<Source>,
-        sound: bool,
+        broken: &[Span],
         out: &mut Diagnostics,
     ) -> Self {
         let mut all = Self::default();
@@ -49,7 +49,7 @@ impl Parameters {
         // Definitions first, then values in the order of dependence.
         let mut programs = Vec::new();
         {
-            let context = Context::new(source, &all, sound);
+            let context = Context::new(source, &all, broken);
             for (key, value) in &table.entries {
                 check_name(&context, &key.name, &key.span);
                 programs.push(define(&context, value));
@@ -60,7 +60,7 @@ impl Parameters {
         for index in order.sorted {
             if let Some(Some(Definition::Formula(program))) = programs.get(index) {
                 let value = expression::constant(program, &all);
-                let context = Context::new(source, &all, sound);
+                let context = Context::new(source, &all, broken);
                 if let (Err(fault), Some((_, value))) = (&value, table.entries.get(index))
                     && let Node::Text(text) = &value.node
                 {
@@ -91,7 +91,7 @@ enum Definition {
     Formula(Program),
 }
 
-fn check_name(context: &Context<'_>, name: &str, span: &std::ops::Range<usize>) {
+fn check_name(context: &Context<'_>, name: &str, span: &Span) {
     let mut letters = name.chars();
     let starts_well = letters.next().is_some_and(|c| c.is_alphabetic() || c == '_');
     let problem = if !starts_well || !letters.all(|c| c.is_alphanumeric() || c == '_') {
@@ -110,6 +110,7 @@ fn check_name(context: &Context<'_>, name: &str, span: &std::ops::Range<usize>) 
 
 fn define(context: &Context<'_>, value: &Value) -> Option<Definition> {
     match &value.node {
+        Node::Text(_) if context.is_full() => None,
         Node::Text(text) => match expression::parse(&text.content, context.parameters, false) {
             Ok(program) => Some(Definition::Formula(program)),
             Err(fault) => {

@@ -3,6 +3,7 @@
 use super::names::Names;
 use crate::diagnostic::{nearest, or, quoted};
 use crate::document::{Node, Table, Value};
+use crate::fields::Field;
 use crate::fields::tables::BODY_MOTION;
 use crate::measure::Measure;
 use crate::source::Span;
@@ -16,33 +17,43 @@ pub(crate) struct Leaf<'a> {
     pub(crate) path: String,
     /// The last key of the path.
     pub(crate) key: Span,
+    /// The key before it; the same where there is none.
+    pub(crate) owner: Span,
     /// `None` for an empty table.
     pub(crate) value: Option<&'a Value>,
 }
 
 /// All values in the table and in the tables within, but for the keys `own`.
-pub(crate) fn leaves<'a>(table: &'a Table, own: &[crate::fields::Field]) -> Vec<Leaf<'a>> {
+pub(crate) fn leaves<'a>(table: &'a Table, own: &[Field]) -> Vec<Leaf<'a>> {
+    struct Pending<'a> {
+        path: String,
+        key: Span,
+        owner: Span,
+        value: &'a Value,
+    }
     let mut all = Vec::new();
-    let mut pending: Vec<(String, Span, &'a Value)> = table
-        .entries
-        .iter()
-        .filter(|(key, _)| !own.iter().any(|field| field.key == key.name))
+    let names = table.entries.iter().filter(|(key, _)| !own.iter().any(|f| f.key == key.name));
+    let mut pending: Vec<Pending<'a>> = names
         .rev()
-        .map(|(key, value)| (key.name.clone(), key.span.clone(), value))
+        .map(|(key, value)| {
+            let (path, key) = (key.name.clone(), key.span.clone());
+            Pending { path, owner: key.clone(), key, value }
+        })
         .collect();
-    while let Some((path, key, value)) = pending.pop() {
+    while let Some(Pending { path, key, owner, value }) = pending.pop() {
         match &value.node {
-            Node::Table(inner) if inner.entries.is_empty() => {
-                all.push(Leaf { path, key, value: None });
+            Node::Table(table) if table.entries.is_empty() => {
+                all.push(Leaf { path, key, owner, value: None });
             }
-            Node::Table(inner) => {
-                pending.extend(
-                    inner.entries.iter().rev().map(|(key, value)| {
-                        (format!("{path}.{}", key.name), key.span.clone(), value)
-                    }),
-                )
+            Node::Table(table) => {
+                pending.extend(table.entries.iter().rev().map(|(inner, value)| Pending {
+                    path: format!("{path}.{}", inner.name),
+                    key: inner.span.clone(),
+                    owner: key.clone(),
+                    value,
+                }));
             }
-            _ => all.push(Leaf { path, key, value: Some(value) }),
+            _ => all.push(Leaf { path, key, owner, value: Some(value) }),
         }
     }
     all
@@ -57,19 +68,35 @@ pub(crate) enum Meaning<'a> {
     Joint(JointId, JointType, usize),
 }
 
-/// Why a path means nothing: message and help. Without a message the reason has been given.
+/// Why a path means nothing.
 #[derive(Debug, PartialEq)]
-pub(crate) struct Trouble {
-    pub(crate) message: Option<String>,
-    pub(crate) help: Option<String>,
+pub(crate) enum Trouble {
+    /// The reason has been given elsewhere.
+    Told,
+    /// Nothing has this name.
+    Unknown,
+    /// The name is known, but what is asked of it is not there: message and help.
+    Wrong(String, Option<String>),
 }
 
 impl Trouble {
     fn new(message: String, help: impl Into<Option<String>>) -> Self {
-        Self { message: Some(message), help: help.into() }
+        Self::Wrong(message, help.into())
     }
 
-    const TOLD: Self = Self { message: None, help: None };
+    /// What to say about it: message, help, and whether the trouble lies in the name of the body or
+    /// joint rather than in that of the coordinate. This takes time: advice compares all names.
+    pub(crate) fn explain(
+        self,
+        names: &Names,
+        path: &str,
+    ) -> Option<(String, Option<String>, bool)> {
+        match self {
+            Self::Told => None,
+            Self::Wrong(message, help) => Some((message, help, false)),
+            Self::Unknown => Some(unknown(names, path)),
+        }
+    }
 }
 
 /// What a path means.
@@ -95,7 +122,7 @@ pub(crate) fn resolve<'a>(names: &Names, path: &'a str) -> Result<Meaning<'a>, T
         }
         (Some(body), _) => Ok(body),
         (None, Some(joint)) => joint,
-        (None, None) => Err(unknown(names, path)),
+        (None, None) => Err(Trouble::Unknown),
     }
 }
 
@@ -104,7 +131,7 @@ fn whole_joint<'a>(
     id: JointId,
     joint_type: Option<JointType>,
 ) -> Result<Meaning<'a>, Trouble> {
-    let joint_type = joint_type.ok_or(Trouble::TOLD)?;
+    let joint_type = joint_type.ok_or(Trouble::Told)?;
     let freedoms = joint_type.freedoms();
     if !joint_type.has_scalar_coordinates() || freedoms.is_empty() {
         return Err(no_coordinates(name, joint_type));
@@ -123,7 +150,7 @@ fn joint_freedom<'a>(
     joint_type: Option<JointType>,
     freedom: &str,
 ) -> Result<Meaning<'a>, Trouble> {
-    let joint_type = joint_type.ok_or(Trouble::TOLD)?;
+    let joint_type = joint_type.ok_or(Trouble::Told)?;
     if !joint_type.has_scalar_coordinates() {
         return Err(no_coordinates(name, joint_type));
     }
@@ -148,24 +175,28 @@ fn no_coordinates(name: &str, joint_type: JointType) -> Trouble {
     Trouble::new(message, "prescribe the pose of a body instead".to_owned())
 }
 
-fn unknown(names: &Names, path: &str) -> Trouble {
+fn unknown(names: &Names, path: &str) -> (String, Option<String>, bool) {
     if names.body(path).is_some() {
         let message = format!("{} is a body; one of its coordinates is missing", quoted(path));
-        return Trouble::new(message, format!("for example `{path}.x`"));
+        return (message, Some(format!("for example `{path}.x`")), false);
     }
     let (bodies, joints) = (names.body_names(), names.joint_names());
     let owner = path.rsplit_once('.').map_or(path, |(owner, _)| owner);
     // A slip may be in the name of the joint, or before the coordinate.
     let near = nearest(path, joints.iter().copied())
         .or_else(|| nearest(owner, bodies.iter().chain(&joints).copied()));
-    let message = format!("there is no body or joint {}", quoted(owner));
+    // `leg1.Q` is meant as a name itself where others begin like that.
+    let prefix = format!("{owner}.");
+    let within = bodies.iter().chain(&joints).any(|name| name.starts_with(&prefix));
+    let missing = if within { path } else { owner };
+    let message = format!("there is no body or joint {}", quoted(missing));
     let help = near.map(|near| format!("did you mean {}?", quoted(near))).or_else(|| {
         const MOST: usize = 10;
         let shown: Vec<_> = bodies.iter().chain(&joints).take(MOST).map(|n| quoted(n)).collect();
         let more = if bodies.len() + joints.len() > MOST { ", …" } else { "" };
         (!shown.is_empty()).then(|| format!("there are {}{more}", shown.join(", ")))
     });
-    Trouble::new(message, help)
+    (message, help, !within)
 }
 
 /// Orders of intrinsic angles by body; xyz where there is none.

@@ -5,8 +5,8 @@ use crate::diagnostic::{Diagnostic, quoted};
 use crate::document::{Key, Node, Table, Text, Value};
 use crate::source::Span;
 
-/// Reads the assignments of the context's text. Names keep their dots; values are strings, or lists
-/// of strings.
+/// Reads the assignments of the context's text. Names with dots nest, as in TOML; values are strings,
+/// or lists of strings.
 pub(crate) fn read(context: &Context<'_>) -> Table {
     let text = context.source.text.as_str();
     let mut table = Table { span: 0..text.len(), entries: Vec::new() };
@@ -26,33 +26,66 @@ pub(crate) fn read(context: &Context<'_>) -> Table {
         };
         let key = trimmed(text, part.start..part.start + equals);
         let value = trimmed(text, part.start + equals + 1..part.end);
-        let name: String = text
-            .get(key.clone())
-            .unwrap_or_default()
-            .split('.')
-            .map(|segment| segment.trim().trim_matches(['"', '\'']))
-            .collect::<Vec<_>>()
-            .join(".");
-        if name.is_empty() || value.is_empty() {
-            let (span, what) = if name.is_empty() { (part, "name") } else { (key, "value") };
+        if key.is_empty() || value.is_empty() {
+            let (span, what) = if key.is_empty() { (part, "name") } else { (key, "value") };
             context.push(
                 Diagnostic::error("syntax", format!("this assignment has no {what}"))
                     .at(context.place(&span), format!("the {what} is missing")),
             );
             continue;
         }
-        if let Some((first, _)) = table.entry(&name) {
-            context.push(
-                Diagnostic::error("duplicate", format!("{} is given twice", quoted(&name)))
-                    .at(context.place(&key), "again here")
-                    .also(context.place(&first.span), "first here"),
-            );
-            continue;
-        }
         let value = read_value(text, value);
-        table.entries.push((Key { name, span: key }, value));
+        if let Err(first) = insert(&mut table, segments(text, &key), value) {
+            let name = quoted(text.get(key.clone()).unwrap_or_default());
+            context.push(
+                Diagnostic::error("duplicate", format!("{name} is given twice"))
+                    .at(context.place(&key), "again here")
+                    .also(context.place(&first), "first here"),
+            );
+        }
     }
     table
+}
+
+/// The parts of a name with dots.
+fn segments(text: &str, key: &Span) -> Vec<Key> {
+    split(text, key, '.')
+        .into_iter()
+        .map(|segment| {
+            let span = trimmed(text, segment);
+            let name = text.get(span.clone()).unwrap_or_default().trim_matches(['"', '\'']);
+            Key { name: name.to_owned(), span }
+        })
+        .collect()
+}
+
+/// Puts a value under its name; otherwise says where there is one already.
+fn insert(table: &mut Table, path: Vec<Key>, value: Value) -> Result<(), Span> {
+    let mut table = table;
+    let mut path = path.into_iter().peekable();
+    let mut value = Some(value);
+    while let Some(key) = path.next() {
+        let known = table.entries.iter().position(|(known, _)| known.name == key.name);
+        let span = key.span.clone();
+        let last = path.peek().is_none();
+        let index = match known {
+            Some(index) => index,
+            None => {
+                let node = Node::Table(Table { span: span.clone(), entries: Vec::new() });
+                let inner = Value { span: span.clone(), node };
+                let new = if last { value.take().unwrap_or(inner) } else { inner };
+                table.entries.push((key, new));
+                table.entries.len() - 1
+            }
+        };
+        match table.entries.get_mut(index).map(|(first, value)| (first, &mut value.node)) {
+            Some((first, _)) if last && known.is_some() => return Err(first.span.clone()),
+            Some((_, Node::Table(inner))) => table = inner,
+            Some((first, _)) if !last => return Err(first.span.clone()),
+            _ => break,
+        }
+    }
+    Ok(())
 }
 
 fn read_value(text: &str, span: Span) -> Value {
@@ -80,8 +113,24 @@ fn string(text: &str, span: Span) -> Value {
     Value { span, node }
 }
 
-/// The parts of a range between separators that are not within quotes or brackets.
+/// The parts of a range between separators that are not within quotes or brackets; between all of
+/// them, if the quotes or brackets do not match.
 fn split(text: &str, range: &Span, separator: char) -> Vec<Span> {
+    split_outside(text, range, separator).unwrap_or_else(|| {
+        let mut start = range.start;
+        let content = text.get(range.clone()).unwrap_or_default();
+        content
+            .split(separator)
+            .map(|part| {
+                let span = start..start + part.len();
+                start = span.end + separator.len_utf8();
+                span
+            })
+            .collect()
+    })
+}
+
+fn split_outside(text: &str, range: &Span, separator: char) -> Option<Vec<Span>> {
     let mut parts = Vec::new();
     let (mut start, mut depth, mut quote) = (range.start, 0u32, None);
     for (at, c) in text.get(range.clone()).unwrap_or_default().char_indices() {
@@ -91,7 +140,7 @@ fn split(text: &str, range: &Span, separator: char) -> Vec<Span> {
             (Some(_), _) => {}
             (None, '"' | '\'') => quote = Some(c),
             (None, '(' | '[' | '{') => depth += 1,
-            (None, ')' | ']' | '}') => depth = depth.saturating_sub(1),
+            (None, ')' | ']' | '}') => depth = depth.checked_sub(1)?,
             (None, c) if c == separator && depth == 0 => {
                 parts.push(start..at);
                 start = at + c.len_utf8();
@@ -100,7 +149,7 @@ fn split(text: &str, range: &Span, separator: char) -> Vec<Span> {
         }
     }
     parts.push(start..range.end);
-    parts
+    (depth == 0 && quote.is_none()).then_some(parts)
 }
 
 /// The range without white space at its ends.

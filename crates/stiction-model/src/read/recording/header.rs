@@ -148,9 +148,11 @@ fn read_column(
                 measure
             }
             Err(trouble) => {
-                if let Some(message) = trouble.message {
+                let explained =
+                    (!messages.is_full()).then(|| trouble.explain(names, name)).flatten();
+                if let Some((message, help, _)) = explained {
                     let label = "unknown column";
-                    messages.push_help("unknown-name", message, name_span, label, trouble.help);
+                    messages.push_help("unknown-name", message, name_span, label, help);
                 }
                 return column;
             }
@@ -158,10 +160,8 @@ fn read_column(
     };
     if let Some(unit) = unit {
         let at = cell.start + content.len() - unit.len();
-        match read_unit(unit, at, measure, order, messages) {
-            Some(scale) => column.scale = scale,
-            None => column.role = Role::Unknown,
-        }
+        // The scale of a wrong unit does not matter: the motion is refused.
+        column.scale = read_unit(unit, at, measure, order, messages).unwrap_or(Scale::ONE);
     }
     column
 }
@@ -202,24 +202,22 @@ fn read_unit(
     if wanted.same(found) && !(found.is_none() && found.is_angle() && !wanted.is_angle()) {
         return Some(scale);
     }
-    let message = format!("the unit of this column is {}", expected_unit(measure, order));
+    let message =
+        format!("the unit of this column should be one of {}", expected_unit(measure, order));
     let label = format!("this is the unit of {}", found.describe());
     let span = at..at + inner.len();
     messages.push("dimension", message, span, &label);
     None
 }
 
-fn expected_unit(measure: Measure, order: u8) -> String {
-    let base = match measure {
-        Measure::Length => "m, mm, …",
-        Measure::Angle => "rad, deg, …",
-        _ => "s, ms, …",
-    };
-    match order {
-        0 => base.to_owned(),
-        1 => format!("that of a rate: {} per second", base.trim_end_matches(", …")),
-        _ => {
-            format!("that of an acceleration: {} per second squared", base.trim_end_matches(", …"))
-        }
+fn expected_unit(measure: Measure, order: u8) -> &'static str {
+    match (measure, order) {
+        (Measure::Time, _) => "s, ms, …",
+        (Measure::Angle, 0) => "rad, deg, …",
+        (Measure::Angle, 1) => "rad/s, deg/s, …",
+        (Measure::Angle, _) => "rad/s^2, deg/s^2, …",
+        (_, 0) => "m, mm, …",
+        (_, 1) => "m/s, mm/s, …",
+        (_, _) => "m/s^2, mm/s^2, …",
     }
 }

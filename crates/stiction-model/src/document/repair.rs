@@ -1,0 +1,89 @@
+//! Brackets that are never closed would swallow the rest of the text, and with it all other errors.
+
+use crate::source::{Source, Span};
+use std::borrow::Cow;
+use toml::de::{DeTable, DeValue};
+
+/// After so many the text is hopeless.
+const MOST_REPAIRS: usize = 8;
+
+/// A text of the same length in which all brackets are closed.
+pub(super) struct Repaired<'a> {
+    pub(super) text: Cow<'a, str>,
+    /// What was taken out of it: from an open bracket to the end of its value.
+    pub(super) unclosed: Vec<Span>,
+}
+
+/// Takes out values that are not closed.
+pub(super) fn close_brackets(source: &Source) -> Repaired<'_> {
+    let mut repaired = Repaired { text: Cow::Borrowed(&source.text), unclosed: Vec::new() };
+    while repaired.unclosed.len() < MOST_REPAIRS {
+        // The usual text has no errors, and then this is cheaper.
+        if DeTable::parse(&repaired.text).is_ok() {
+            break;
+        }
+        let (root, errors) = DeTable::parse_recoverable(&repaired.text);
+        let is_unclosed = |message: &str| {
+            message.starts_with("unclosed array") || message.starts_with("unclosed inline table")
+        };
+        let ends = errors.iter().filter(|error| is_unclosed(error.message()));
+        let ends: Vec<usize> = ends.filter_map(|error| Some(error.span()?.end)).collect();
+        let Some(open) = opened(root.get_ref(), &ends) else { break };
+        let value = open..end_of_value(&repaired.text, open);
+        let text = blank(&repaired.text, &value);
+        repaired.text = Cow::Owned(text);
+        repaired.unclosed.push(value);
+    }
+    repaired
+}
+
+/// Where the first value begins that the parser took to end at one of `ends`.
+fn opened(root: &DeTable<'_>, ends: &[usize]) -> Option<usize> {
+    let mut first = None;
+    let mut pending: Vec<&toml::Spanned<DeValue<'_>>> = root.values().collect();
+    while let Some(value) = pending.pop() {
+        match value.get_ref() {
+            DeValue::Array(list) => pending.extend(list.iter()),
+            DeValue::Table(table) => pending.extend(table.values()),
+            _ => continue,
+        }
+        let span = value.span();
+        if span.start < span.end && ends.contains(&span.end) {
+            first = Some(first.unwrap_or(span.start).min(span.start));
+        }
+    }
+    first
+}
+
+/// The value probably ends before the next line that begins something else.
+fn end_of_value(text: &str, open: usize) -> usize {
+    let mut at = open;
+    for (i, line) in text.get(open..).unwrap_or_default().split_inclusive('\n').enumerate() {
+        // Rows of numbers or strings may be part of the value; `[joints.A]` is not.
+        let header = line.trim_start().strip_prefix('[').map(|rest| rest.trim_start_matches('['));
+        let begins_table = header.is_some_and(|rest| rest.starts_with(char::is_alphabetic));
+        if i > 0 && (line.contains('=') || begins_table) {
+            break;
+        }
+        at += line.len();
+    }
+    open + text.get(open..at).unwrap_or_default().trim_end().len()
+}
+
+/// The text with `0` and spaces instead of a part; lines stay lines.
+fn blank(text: &str, part: &Span) -> String {
+    let (before, rest) = text.split_at_checked(part.start).unwrap_or((text, ""));
+    let (inside, after) = rest.split_at_checked(part.len()).unwrap_or((rest, ""));
+    let mut blank = String::with_capacity(text.len());
+    blank.push_str(before);
+    for (i, byte) in inside.bytes().enumerate() {
+        blank.push(match byte {
+            b'\n' => '\n',
+            b'\r' => '\r',
+            _ if i == 0 => '0',
+            _ => ' ',
+        });
+    }
+    blank.push_str(after);
+    blank
+}
