@@ -9,7 +9,7 @@ use stiction_model::Diagnostics;
 #[derive(Debug)]
 pub(crate) struct Failure {
     kind: Kind,
-    what: What,
+    what: Box<What>,
     json: bool,
 }
 
@@ -48,16 +48,13 @@ impl Failure {
     }
 
     fn message(kind: Kind, message: String) -> Self {
-        Self {
-            kind,
-            what: What::Message { message, help: None, details: Value::Null },
-            json: false,
-        }
+        let what = Box::new(What::Message { message, help: None, details: Value::Null });
+        Self { kind, what, json: false }
     }
 
     /// Adds a way out.
     pub(crate) fn help(mut self, text: impl Into<String>) -> Self {
-        if let What::Message { help, .. } = &mut self.what {
+        if let What::Message { help, .. } = &mut *self.what {
             *help = Some(text.into());
         }
         self
@@ -65,14 +62,14 @@ impl Failure {
 
     /// Adds numbers for programs.
     pub(crate) fn details(mut self, value: Value) -> Self {
-        if let What::Message { details, .. } = &mut self.what {
+        if let What::Message { details, .. } = &mut *self.what {
             *details = value;
         }
         self
     }
 
     /// Tells programs rather than people.
-    pub(crate) fn as_json(mut self, json: bool) -> Self {
+    pub(crate) fn for_programs(mut self, json: bool) -> Self {
         self.json = json;
         self
     }
@@ -84,7 +81,7 @@ impl Failure {
             let _ = crate::print(&format!("{:#}\n", self.to_json()));
             return;
         }
-        match &self.what {
+        match &*self.what {
             What::Diagnostics(diagnostics) => {
                 let colour =
                     std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
@@ -105,7 +102,7 @@ impl Failure {
             Kind::Input => "input",
             Kind::Interrupted => "interrupted",
         };
-        match &self.what {
+        match &*self.what {
             What::Diagnostics(diagnostics) => {
                 json!({ "error": { "kind": kind, "diagnostics": diagnostics.to_json() } })
             }
@@ -126,6 +123,6 @@ impl Failure {
 
 impl From<Diagnostics> for Failure {
     fn from(diagnostics: Diagnostics) -> Self {
-        Self { kind: Kind::Input, what: What::Diagnostics(diagnostics), json: false }
+        Self { kind: Kind::Input, what: Box::new(What::Diagnostics(diagnostics)), json: false }
     }
 }

@@ -18,7 +18,7 @@ use stiction_study::inverse::{Curves, Error, Job, Missing, Summary, Tables, writ
 const DEFAULT_MODEL: &str = "zhang2018-regular";
 
 pub(crate) fn run(options: &Inverse) -> Result<(), Failure> {
-    carry_out(options).map_err(|failure| failure.as_json(options.json))
+    carry_out(options).map_err(|failure| failure.for_programs(options.json))
 }
 
 fn carry_out(options: &Inverse) -> Result<(), Failure> {
