@@ -4,7 +4,7 @@ use super::parameters::Parameters;
 use crate::course::Course;
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, nearest, quoted};
 use crate::document::{Node, Table, Text, Value};
-use crate::expression::{self, Fault, TimeFormula};
+use crate::expression::{self, Dimension, Fault, TimeFormula};
 use crate::fields::{self, Field, Shape};
 use crate::measure::Measure;
 use crate::source::{Place, Source, Span};
@@ -111,14 +111,22 @@ impl<'a> Context<'a> {
     /// A number or an expression.
     pub(crate) fn quantity(&self, value: &Value, measure: Measure) -> Option<f64> {
         match &value.node {
-            Node::Number(number) => self.finite(value, *number),
+            Node::Number(number) => {
+                let number = self.finite(value, *number)?;
+                self.doubt(value, measure, number, true);
+                Some(number)
+            }
             Node::Text(_) if self.is_full() => None,
             Node::Text(text) => {
                 let read = || {
                     let program = expression::parse(&text.content, self.parameters, false)?;
                     let quantity = expression::constant(&program, self.parameters)?;
                     match measure.complaint(quantity.dimension) {
-                        None => Ok(quantity.value),
+                        None => {
+                            let bare = quantity.dimension == Dimension::NONE;
+                            self.doubt(value, measure, quantity.value, bare);
+                            Ok(quantity.value)
+                        }
                         Some(fault) => Err(fault(0..text.content.len())),
                     }
                 };
@@ -149,6 +157,22 @@ impl<'a> Context<'a> {
                 None
             }
         }
+    }
+
+    /// Asks whether a bare number was meant to be in degrees.
+    fn doubt(&self, value: &Value, measure: Measure, number: f64, bare: bool) {
+        if measure != Measure::Angle || !bare || number.abs() <= std::f64::consts::TAU {
+            return;
+        }
+        let (shown, turns) = (crate::diagnostic::number(number), number / std::f64::consts::TAU);
+        let message = format!("{shown} rad is {turns:.1} turns");
+        self.push(
+            Diagnostic::warning("angle", message)
+                .at(self.place(&value.span), "bare angles are in rad")
+                .help(format!(
+                    "for degrees write \"{shown} deg\"; if this is meant, \"{shown} rad\""
+                )),
+        );
     }
 
     fn finite(&self, value: &Value, number: f64) -> Option<f64> {

@@ -176,7 +176,8 @@ impl Reader<'_> {
         if !self.context.broken.is_empty() {
             return;
         }
-        let Some((message, help, in_owner)) = trouble.explain(self.names, &leaf.path) else {
+        let Some((message, help, in_owner)) = trouble.explain(self.names, MOTION, &leaf.path)
+        else {
             return;
         };
         let (span, label) = match in_owner {

@@ -85,16 +85,18 @@ impl Trouble {
     }
 
     /// What to say about it: message, help, and whether the trouble lies in the name of the body or
-    /// joint rather than in that of the coordinate. This takes time: advice compares all names.
+    /// joint rather than in that of the coordinate. The keys `own` could stand there as well. This
+    /// takes time: advice compares all names.
     pub(crate) fn explain(
         self,
         names: &Names,
+        own: &'static [Field],
         path: &str,
     ) -> Option<(String, Option<String>, bool)> {
         match self {
             Self::Told => None,
             Self::Wrong(message, help) => Some((message, help, false)),
-            Self::Unknown => Some(unknown(names, path)),
+            Self::Unknown => Some(unknown(names, own, path)),
         }
     }
 }
@@ -175,7 +177,7 @@ fn no_coordinates(name: &str, joint_type: JointType) -> Trouble {
     Trouble::new(message, "prescribe the pose of a body instead".to_owned())
 }
 
-fn unknown(names: &Names, path: &str) -> (String, Option<String>, bool) {
+fn unknown(names: &Names, own: &'static [Field], path: &str) -> (String, Option<String>, bool) {
     if names.body(path).is_some() {
         let message = format!("{} is a body; one of its coordinates is missing", quoted(path));
         return (message, Some(format!("for example `{path}.x`")), false);
@@ -183,7 +185,7 @@ fn unknown(names: &Names, path: &str) -> (String, Option<String>, bool) {
     let (bodies, joints) = (names.body_names(), names.joint_names());
     let owner = path.rsplit_once('.').map_or(path, |(owner, _)| owner);
     // A slip may be in the name of the joint, or before the coordinate.
-    let near = nearest(path, joints.iter().copied())
+    let near = nearest(path, joints.iter().copied().chain(own.iter().map(|field| field.key)))
         .or_else(|| nearest(owner, bodies.iter().chain(&joints).copied()));
     // `leg1.Q` is meant as a name itself where others begin like that.
     let prefix = format!("{owner}.");

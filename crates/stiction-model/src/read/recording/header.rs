@@ -149,7 +149,7 @@ fn read_column(
             }
             Err(trouble) => {
                 let explained =
-                    (!messages.is_full()).then(|| trouble.explain(names, name)).flatten();
+                    (!messages.is_full()).then(|| trouble.explain(names, &[], name)).flatten();
                 if let Some((message, help, _)) = explained {
                     let label = "unknown column";
                     messages.push_help("unknown-name", message, name_span, label, help);
