@@ -2,7 +2,12 @@
 
 const MODELS: &[(&str, &str)] = &[
     ("3rps", include_str!("../gallery/3rps.toml")),
+    ("3rrr", include_str!("../gallery/3rrr.toml")),
     ("five-bar", include_str!("../gallery/five-bar.toml")),
+    ("four-bar", include_str!("../gallery/four-bar.toml")),
+    ("gough", include_str!("../gallery/gough.toml")),
+    ("slider-crank", include_str!("../gallery/slider-crank.toml")),
+    ("zhang2018", include_str!("../gallery/zhang2018.toml")),
     ("zhang2018-regular", include_str!("../gallery/zhang2018-regular.toml")),
 ];
 

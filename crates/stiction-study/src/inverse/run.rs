@@ -65,6 +65,9 @@ pub struct Verdict {
     pub weighting: Option<Weighting>,
     /// Contacts that slide no faster than this count as resting, m/s.
     pub rest_speed: f64,
+    /// Pairs of neighbouring samples, s, between which the mechanism passes a singular position,
+    /// where no finite driving force exists.
+    pub passed_singularities: Vec<(f64, f64)>,
 }
 
 /// What the job is busy with.
@@ -165,7 +168,7 @@ impl Job<'_> {
     /// (phase, samples done, samples in all), which answers whether to go on.
     ///
     /// # Errors
-    /// See [`Error`].
+    /// See [`enum@Error`].
     pub fn run(
         &self,
         mut receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
@@ -205,26 +208,36 @@ impl Job<'_> {
             redundancy: 0,
             weighting: solver.weighting(),
             rest_speed,
+            passed_singularities: Vec::new(),
         };
 
         let mut uniqueness = Uniqueness::new(&solver, meant);
         let mut missing: Option<Missing> = None;
         let mut loads = Vec::new();
         let mut before = instants.at(0);
+        let mut side_before = None;
         for (k, time) in instants.iter().enumerate() {
             self.follow(&mut solver, before, time)?;
-            before = time;
             self.loads_at(time, &mut loads)?;
             let outcome = solver.solve(&loads).map(|_| ());
             match outcome {
                 Ok(()) => {}
                 Err(error @ InverseError::CannotCarry { .. }) => {
+                    (side_before, before) = (None, time);
                     add_missing(&mut missing, time, error, count);
                     go_on(progress(Phase::Forces, k + 1, count))?;
                     continue;
                 }
                 Err(error) => return Err(Error::Forces { time, error }),
             }
+            let side = solver.side();
+            if let (Some((plan, sign)), Some((plan_before, sign_before))) = (side, side_before)
+                && plan == plan_before
+                && sign != sign_before
+            {
+                verdict.passed_singularities.push((before, time));
+            }
+            (side_before, before) = (side, time);
             if missing.is_none() {
                 uniqueness.look(&solver);
                 verdict.redundancy = verdict.redundancy.max(uniqueness.redundancy);

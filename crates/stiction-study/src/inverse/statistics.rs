@@ -13,9 +13,12 @@ pub(super) struct Size {
     magnitudes: f64,
 }
 
+/// What exceeds the peak by less is rounding, and does not move the peak to a later instant.
+const ROUNDING: f64 = 1e-12;
+
 impl Size {
     pub(super) fn add(&mut self, time: f64, value: f64) {
-        if self.count == 0 || value.abs() > self.peak.abs() {
+        if self.count == 0 || value.abs() > self.peak.abs() * (1.0 + ROUNDING) {
             (self.peak, self.peak_time) = (value, time);
         }
         self.count += 1;
@@ -127,7 +130,7 @@ impl Default for Least {
 
 impl Least {
     pub(super) fn add(&mut self, time: f64, value: f64) {
-        if value < self.value {
+        if value < self.value * (1.0 - ROUNDING) {
             (self.value, self.time) = (value, time);
         }
     }

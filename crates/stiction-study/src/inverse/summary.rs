@@ -216,6 +216,7 @@ impl Summary {
             "closure": self.closure.peak,
             "power_residual": self.power_residual.peak.abs(),
             "power_residual_relative": self.power_residual_relative.peak.abs(),
+            "passed_singularities": verdict.passed_singularities,
             "distance_actuation": self.actuation.json(),
             "distance_constraint": self.constraint.json(),
             "characteristic_length": job.model.mechanism.characteristic_length(),

@@ -5,6 +5,8 @@ use super::summary::{Summary, friction_word, weighting_words};
 use std::fmt::{self, Write};
 use stiction::dynamics::FrictionMode;
 
+/// Closer to a singular position than this deserves a word.
+const NEAR_SINGULAR: f64 = 1e-3;
 /// Joints and contacts listed at most.
 const LISTED: usize = 6;
 
@@ -158,9 +160,9 @@ fn write_verdicts(
 ) -> fmt::Result {
     writeln!(
         out,
-        "loops closed to {:.0e} m; power balance to {:.0e} of what is turned over",
-        summary.closure.peak,
-        summary.power_residual_relative.peak.abs(),
+        "loops closed to {} m; power balance to {} of what is turned over",
+        order(summary.closure.peak),
+        order(summary.power_residual_relative.peak.abs()),
     )?;
     let length = job.model.mechanism.characteristic_length();
     writeln!(
@@ -173,6 +175,22 @@ fn write_verdicts(
         number(summary.constraint.time),
         length * 1e3,
     )?;
+    for (from, to) in verdict.passed_singularities.iter().take(LISTED) {
+        writeln!(
+            out,
+            "CAUTION: between t = {} s and t = {} s the mechanism passes a singular position, where \
+             no finite driving force exists",
+            number(*from),
+            number(*to),
+        )?;
+    }
+    if summary.actuation.value < NEAR_SINGULAR {
+        writeln!(
+            out,
+            "CAUTION: near a singular position driving forces and errors of the model grow like one \
+             over the distance",
+        )?;
+    }
     if !verdict.idle_spins.is_empty() {
         writeln!(
             out,
@@ -228,6 +246,11 @@ fn number(x: f64) -> String {
     }
     let digits = (3.0 - magnitude).max(0.0) as usize;
     format!("{x:.digits$}")
+}
+
+/// The order of magnitude of what should be zero.
+fn order(x: f64) -> String {
+    if x == 0.0 { "0".to_owned() } else { format!("{x:.0e}") }
 }
 
 fn percent(ratio: Option<f64>) -> String {

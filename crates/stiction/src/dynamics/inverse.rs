@@ -6,7 +6,7 @@ use super::load::AppliedLoad;
 use super::plan::BalancePlan;
 use crate::kinematics::{Bodies, Kinematics, Prescription};
 use crate::linalg::Elimination;
-use crate::parameters::Parameters;
+use crate::parameters::{ContactParameters, Parameters};
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::{Link, Role, Topology};
@@ -138,6 +138,12 @@ impl<T: Scalar> Inverse<T> {
         &self.contacts.states
     }
 
+    /// The sign of the determinant of the frictionless balance, up to a constant of the plan: it
+    /// flips where the mechanism passes a singular position.
+    pub fn side(&self) -> T {
+        self.sign_without
+    }
+
     /// Whether the coupling of friction and reactions is solved, on the branch that begins at no
     /// friction as far as the determinant's sign tells.
     pub fn friction_settled(&self, settings: &Settings) -> bool {
@@ -157,7 +163,11 @@ impl<T: Scalar> Inverse<T> {
         const GROWTH: f64 = 1e8;
         let (residual, demanded, carried) =
             self.balance.size_of_residual(setup.topology, &setup.balance.structure, parameters);
-        let frictions = self.contacts.states.iter().map(|c| c.friction().largest());
+        // What friction asks for whatever the reactions are.
+        let without_load = |(state, contact): (&ContactState<T>, &ContactParameters<T>)| {
+            state.resistance.force(contact.load.preload).largest()
+        };
+        let frictions = self.contacts.states.iter().zip(&parameters.contacts).map(without_load);
         let demanded = frictions.fold(demanded, f64::max);
         residual.is_finite() && residual <= 1e-9 * carried && carried <= GROWTH * demanded
     }

@@ -98,6 +98,11 @@ impl NewtonEuler {
         self.com[body]
     }
 
+    /// How many joints a body has.
+    pub fn joints_at(&self, body: usize) -> usize {
+        self.ends.iter().filter(|(a, b)| *a == body || *b == body).count()
+    }
+
     /// Adds to `rows` what a joint's wrench does to both of its bodies.
     pub fn add_joint_wrench(&self, rows: &mut DVector<f64>, joint: usize, wrench: Wrench<f64>) {
         let (predecessor, successor) = self.ends[joint];

@@ -51,6 +51,8 @@ pub struct InverseDynamics {
     assembly: Assembly,
     settings: Settings,
     plan: Result<BalancePlan, NotPlanned>,
+    /// How many plans were made.
+    plans: usize,
     inverse: Option<Inverse<f64>>,
     forces: Forces,
 }
@@ -100,6 +102,7 @@ impl InverseDynamics {
             assembly,
             settings,
             plan: Err(NotPlanned::Singular),
+            plans: 0,
             inverse: None,
             forces,
         };
@@ -135,6 +138,13 @@ impl InverseDynamics {
     /// Motion of all bodies; accelerations of idle spins are those of the last [`Self::solve`].
     pub fn bodies(&self) -> &Bodies<f64> {
         &self.assembly.kinematics().bodies
+    }
+
+    /// On which side of the singular positions the last [`Self::solve`] was: the sign of a
+    /// determinant, and the number of the plan for which the sign holds. Where the sign changes
+    /// under one plan, a singular position was passed. None where there is no plan.
+    pub fn side(&self) -> Option<(usize, f64)> {
+        self.inverse.as_ref().map(|inverse| (self.plans, inverse.side()))
     }
 
     /// The largest loop-closure error at the present position, m; angles times the characteristic
@@ -232,6 +242,7 @@ impl InverseDynamics {
     fn replan(&mut self) {
         let spins = self.spin_responses();
         let bodies = &self.assembly.kinematics().bodies;
+        self.plans += 1;
         self.plan = BalancePlan::new(&self.topology, &self.parameters, bodies, &spins);
         self.inverse = match &self.plan {
             Err(_) => None,

@@ -436,7 +436,8 @@ impl Assembly {
     /// The gap at the present state.
     fn gap(&self, topology: &Topology) -> Gap {
         let errors = self.kinematics.errors();
-        let mut worst = Gap { joint: None, length: 0.0, angle: 0.0, deviation: 0.0 };
+        let mut worst =
+            Gap { joint: None, length: 0.0, angle: 0.0, missed_length: 0.0, missed_angle: 0.0 };
         let mut row = 0;
         for cut in &topology.cuts {
             let (mut length, mut angle) = (0.0_f64, 0.0_f64);
@@ -454,7 +455,10 @@ impl Assembly {
                 worst = Gap { joint, length, angle, ..worst };
             }
         }
-        worst.deviation = errors[row..].iter().fold(0.0, |max, e| e.abs().max(max));
+        for (error, is_angle) in errors.iter().zip(self.prescription.are_angles()).skip(row) {
+            let missed = if is_angle { &mut worst.missed_angle } else { &mut worst.missed_length };
+            *missed = missed.max(error.abs());
+        }
         worst
     }
 }

@@ -10,7 +10,12 @@ pub enum AssemblyError {
     #[error("{0}")]
     Gap(Gap),
     /// The prescription leaves freedoms open.
-    #[error("the motion leaves {} open: {}", count(open.len()), list(open))]
+    #[error(
+        "the motion leaves {} open: {}; prescribe {} more",
+        count(open.len(), "freedom"),
+        list(open),
+        count(open.len(), "coordinate")
+    )]
     Open {
         /// Each open freedom in words.
         open: Vec<OpenFreedom>,
@@ -47,39 +52,48 @@ pub enum AssemblyError {
     },
 }
 
-/// By how much a mechanism fails to assemble.
+/// By how much a mechanism fails to assemble, at best: loops and prescription are both missed as
+/// little as can be, the prescription counting more.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gap {
-    /// The joint that is open most.
+    /// The joint that is open most; none in a mechanism without loops.
     pub joint: Option<String>,
     /// How far it is open, m.
     pub length: f64,
     /// By which angle it is open, rad.
     pub angle: f64,
-    /// The largest deviation from the prescription that remains as well, m or rad.
-    pub deviation: f64,
+    /// By how much prescribed lengths are missed at most, m.
+    pub missed_length: f64,
+    /// By how much prescribed angles are missed at most, rad.
+    pub missed_angle: f64,
 }
 
 impl core::fmt::Display for Gap {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match &self.joint {
-            Some(joint) => write!(
+        let missed = amounts(self.missed_length, self.missed_angle);
+        let open = amounts(self.length, self.angle);
+        match (&self.joint, missed.is_empty()) {
+            (Some(joint), true) => {
+                write!(f, "the loops do not close: at best, joint `{joint}` stays open by {open}")
+            }
+            (Some(joint), false) => write!(
                 f,
-                "the loops do not close: at best, joint `{joint}` stays open by {:.4} mm and {:.4} deg",
-                self.length * 1e3,
-                self.angle.to_degrees()
-            )?,
-            None => write!(f, "the prescribed coordinates contradict each other")?,
-        }
-        if self.joint.is_none() || self.deviation > 1e-9 {
-            write!(
+                "the prescribed position is out of reach: at best it is missed by {missed}, and joint \
+                 `{joint}` stays open by {open}"
+            ),
+            (None, _) => write!(
                 f,
-                " (prescribed coordinates are missed by up to {:.2e} m or rad)",
-                self.deviation
-            )?;
+                "the prescribed coordinates contradict each other: at best they are missed by {missed}"
+            ),
         }
-        Ok(())
     }
+}
+
+/// A length and an angle in words; what is smaller than anyone would measure is left out.
+fn amounts(length: f64, angle: f64) -> String {
+    let length = (length > 1e-9).then(|| format!("{:.4} mm", length * 1e3));
+    let angle = (angle > 1e-9).then(|| format!("{:.4} deg", angle.to_degrees()));
+    [length, angle].into_iter().flatten().collect::<Vec<_>>().join(" and ")
 }
 
 /// A freedom that neither the loops nor the prescription determine.
@@ -91,8 +105,8 @@ pub struct OpenFreedom {
     pub motion: String,
 }
 
-fn count(n: usize) -> String {
-    if n == 1 { "one freedom".to_owned() } else { format!("{n} freedoms") }
+fn count(n: usize, what: &str) -> String {
+    if n == 1 { format!("one {what}") } else { format!("{n} {what}s") }
 }
 
 fn list(open: &[OpenFreedom]) -> String {

@@ -102,6 +102,11 @@ impl Prescription {
         self.rows.len()
     }
 
+    /// For each row whether its error is an angle rather than a length.
+    pub(super) fn are_angles(&self) -> impl Iterator<Item = bool> + '_ {
+        self.rows.iter().map(|row| row.is_angle)
+    }
+
     /// Factors that make errors of angles and lengths comparable: lengths count in units of
     /// `length`.
     pub(super) fn row_scales(&self, length: f64) -> Vec<f64> {

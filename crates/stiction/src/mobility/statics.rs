@@ -37,9 +37,9 @@ pub struct Carried {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Uncarried {
     /// The motion of each body along which nothing resists, about the kernel origin; scaled so that
-    /// the body that moves most turns by one radian, or, if it does not turn, moves by one metre.
+    /// `body` turns by one radian, or, if it does not turn, moves by one metre.
     pub motion: Vec<Twist<f64>>,
-    /// The body that moves most.
+    /// The body by which the motion is told.
     pub body: usize,
     /// Whether that body turns: then `missing` is a moment.
     pub turns: bool,
@@ -250,7 +250,15 @@ impl Statics {
         };
         let bodies = motion.len() / 6;
         let size = |body: usize| part(body, 0).norm().max(part(body, 3).norm() * self.length);
-        let body = (1..=bodies).max_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap_or(1);
+        // Of the bodies that move a good deal, the one where most joints meet says most: a platform.
+        let most = (1..=bodies).map(size).fold(0.0, f64::max);
+        let body = (1..=bodies)
+            .filter(|&body| size(body) > 0.2 * most)
+            .max_by(|&a, &b| {
+                let joints = self.system.joints_at(a).cmp(&self.system.joints_at(b));
+                joints.then(size(a).total_cmp(&size(b)))
+            })
+            .unwrap_or(1);
         let (moves, turns_by) = (part(body, 0).norm(), part(body, 3).norm());
         let turns = turns_by * self.length > 1e-6 * moves;
         let scale = 1.0 / if turns { turns_by } else { moves };
