@@ -169,6 +169,10 @@ fn failure_of(error: Error) -> Failure {
         } => Failure::no_answer(format!("at t = {time} s: {error_of}"))
             .help("--friction off shows what the mechanism needs without friction")
             .details(json!({ "time": time, "joint": joint, "percent": percent })),
+        error @ Error::Forces { error: InverseError::Unsettled, .. } => {
+            Failure::no_answer(error.to_string())
+                .help("--friction off shows what the mechanism needs without friction")
+        }
         error if error.is_bad_input() => Failure::input(error.to_string()),
         error => Failure::no_answer(error.to_string()),
     }

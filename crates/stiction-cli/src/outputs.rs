@@ -58,15 +58,13 @@ impl Outputs {
 
     /// Gives all files their names; returns these.
     pub(crate) fn complete(mut self) -> Result<Vec<PathBuf>, Failure> {
-        let mut names = Vec::new();
-        for (partial, complete) in std::mem::take(&mut self.pending) {
-            if let Err(error) = fs::rename(&partial, &complete) {
-                let _ = fs::remove_file(&partial);
-                return Err(self.trouble(&complete.display().to_string(), error));
-            }
-            names.push(complete);
+        for (partial, complete) in &self.pending {
+            fs::rename(partial, complete).map_err(|error| {
+                Failure::input(format!("cannot write {}: {error}", complete.display()))
+                    .help("give another folder with -o")
+            })?;
         }
-        Ok(names)
+        Ok(std::mem::take(&mut self.pending).into_iter().map(|(_, complete)| complete).collect())
     }
 
     /// A failure about one of the files.

@@ -213,6 +213,7 @@ impl Job<'_> {
 
         let mut uniqueness = Uniqueness::new(&solver, meant);
         let mut missing: Option<Missing> = None;
+        let mut unsettled: Option<Error> = None;
         let mut loads = Vec::new();
         let mut before = instants.at(0);
         let mut side_before = None;
@@ -228,6 +229,13 @@ impl Job<'_> {
                     go_on(progress(Phase::Forces, k + 1, count))?;
                     continue;
                 }
+                // What cannot be carried elsewhere says more about why.
+                Err(error @ InverseError::Unsettled) => {
+                    (side_before, before) = (None, time);
+                    unsettled.get_or_insert(Error::Forces { time, error });
+                    go_on(progress(Phase::Forces, k + 1, count))?;
+                    continue;
+                }
                 Err(error) => return Err(Error::Forces { time, error }),
             }
             let side = solver.side();
@@ -238,7 +246,7 @@ impl Job<'_> {
                 verdict.passed_singularities.push((before, time));
             }
             (side_before, before) = (side, time);
-            if missing.is_none() {
+            if missing.is_none() && unsettled.is_none() {
                 uniqueness.look(&solver);
                 verdict.redundancy = verdict.redundancy.max(uniqueness.redundancy);
                 let sample = Sample {
@@ -254,9 +262,10 @@ impl Job<'_> {
             }
             go_on(progress(Phase::Forces, k + 1, count))?;
         }
-        match missing {
-            Some(missing) => Err(Error::CannotCarry(Box::new(missing))),
-            None => Ok(verdict),
+        match (missing, unsettled) {
+            (Some(missing), _) => Err(Error::CannotCarry(Box::new(missing))),
+            (None, Some(unsettled)) => Err(unsettled),
+            (None, None) => Ok(verdict),
         }
     }
 
