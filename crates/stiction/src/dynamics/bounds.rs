@@ -6,6 +6,10 @@ use super::load::AppliedLoad;
 use crate::kinematics::{Bodies, Kinematics};
 use crate::parameters::Parameters;
 
+/// The part of the greatest static friction by which the change of drives is probed: so small that
+/// loads hardly change, so large that rounding does not matter.
+const PROBE: f64 = 1e-3;
+
 /// A contact at rest that can hold.
 fn holds(inverse: &Inverse<f64>, contact: usize) -> bool {
     let state = &inverse.contacts()[contact];
@@ -67,7 +71,6 @@ fn point_held(
     actuator: usize,
     raise: bool,
 ) {
-    let undisturbed = inverse.drives()[actuator];
     let resting: Vec<usize> =
         (0..parameters.contacts.len()).filter(|&contact| holds(inverse, contact)).collect();
     let mut directions = Vec::with_capacity(resting.len());
@@ -75,11 +78,14 @@ fn point_held(
         let mut direction = [0.0; 3];
         let freedoms = parameters.contacts[contact].shape.freedoms().len();
         for component in 0..freedoms {
-            let mut unit = [0.0; 3];
-            unit[component] = 1.0;
-            inverse.set_held(contact, unit);
-            inverse.hold_again(setup, parameters, bodies, settings);
-            direction[component] = inverse.drives()[actuator] - undisturbed;
+            let [ahead, back] = [PROBE, -PROBE].map(|part| {
+                let mut held = [0.0; 3];
+                held[component] = part;
+                inverse.set_held(contact, held);
+                inverse.hold_again(setup, parameters, bodies, settings);
+                inverse.drives()[actuator]
+            });
+            direction[component] = ahead - back;
         }
         inverse.set_held(contact, [0.0; 3]);
         let size = direction.iter().map(|d| d * d).sum::<f64>().sqrt();

@@ -319,8 +319,8 @@ impl<T: Scalar> Inverse<T> {
         self.contacts.slide(topology, parameters, bodies, rest_speed);
     }
 
-    /// Solves again with the friction that contacts hold by at rest, everything else as it was;
-    /// friction's magnitudes stay those of the present loads.
+    /// Solves again with the friction that contacts hold by at rest, everything else as it was, to
+    /// first order in what they hold by.
     #[inline(always)]
     pub(super) fn hold_again(
         &mut self,
@@ -331,7 +331,13 @@ impl<T: Scalar> Inverse<T> {
     ) {
         let rest_speed = T::from_f64(settings.rest_speed);
         self.contacts.slide(setup.topology, parameters, bodies, rest_speed);
-        self.couple(setup, parameters, bodies, Coupling::Frozen);
+        if self.mode == FrictionMode::Converged {
+            // Where no friction holds directly it still changes the loads of what slides.
+            self.couple(setup, parameters, bodies, Coupling::Linear);
+            self.contacts.press(parameters, bodies, &self.balance.joint_wrenches);
+        } else {
+            self.couple(setup, parameters, bodies, Coupling::Frozen);
+        }
         self.finish_friction(setup.topology, parameters, bodies);
     }
 
