@@ -42,7 +42,7 @@ pub(crate) struct Inverse {
     #[arg(long, value_name = "MODE")]
     pub(crate) friction: Option<Friction>,
     /// Time between samples in seconds [default: as the motion says, else 0.01]
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub(crate) step: Option<f64>,
     /// Write inverse.csv, reactions.csv, friction.csv, summary.json and plots into this folder
     #[arg(short, long, value_name = "DIR")]

@@ -1,0 +1,177 @@
+//! The book's pages are true: their files are accepted, and their commands say what is printed.
+//!
+//! A fenced block `toml` whose first line is `# NAME.toml` is a file; a block `console` holds
+//! commands after `$ ` and what they say (standard output, then standard error). There, a line `...`
+//! stands for any lines and `[..]` for any characters. `console exit=N` is how the last one ends.
+
+mod program;
+
+use program::{Folder, Said};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn pages() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src");
+    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut pages: Vec<_> =
+        files.filter(|path| path.extension().is_some_and(|ending| ending == "md")).collect();
+    pages.sort();
+    pages
+}
+
+/// A fenced block: its info string, its lines, and where it begins.
+struct Block {
+    info: String,
+    lines: Vec<String>,
+    line: usize,
+}
+
+fn blocks(page: &str) -> Vec<Block> {
+    let mut blocks: Vec<Block> = Vec::new();
+    let mut open = false;
+    for (index, line) in page.lines().enumerate() {
+        match line.trim_start().strip_prefix("```") {
+            Some(_) if open => open = false,
+            Some(info) => {
+                open = true;
+                blocks.push(Block { info: info.into(), lines: Vec::new(), line: index + 1 });
+            }
+            None if open => blocks.last_mut().unwrap().lines.push(line.into()),
+            None => {}
+        }
+    }
+    assert!(!open, "a block is not closed");
+    blocks
+}
+
+/// Runs one command of a page.
+fn run(folder: &Folder, command: &str) -> Said {
+    let words = split(command);
+    let ok = |out: String| Said { code: 0, out, err: String::new() };
+    match words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["stiction", ..] => folder.stiction(&words[1..]),
+        ["cat", file] => ok(folder.read(file)),
+        ["head", "-n", count, file] => {
+            let count = count.parse().unwrap();
+            ok(folder.read(file).split_inclusive('\n').take(count).collect())
+        }
+        ["ls"] => ok(folder.files().join("\n")),
+        ["ls", inner] => ok(Folder(folder.0.join(inner)).files().join("\n")),
+        _ => panic!("a page may not run `{command}`"),
+    }
+}
+
+/// The words of a command line; quotes of both kinds keep spaces.
+fn split(command: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut quote = None;
+    for c in command.chars() {
+        match quote {
+            Some(mark) if c == mark => quote = None,
+            None if c == '"' || c == '\'' => quote = Some(c),
+            None if c == ' ' => words.push(String::new()),
+            _ => words.last_mut().unwrap().push(c),
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+/// Whether `found` is what `pattern` says.
+fn matches(pattern: &[&str], found: &[&str]) -> bool {
+    match pattern.split_first() {
+        None => found.is_empty(),
+        Some((&"...", rest)) => (0..=found.len()).any(|skip| matches(rest, &found[skip..])),
+        Some((line, rest)) => found
+            .split_first()
+            .is_some_and(|(first, others)| line_matches(line, first) && matches(rest, others)),
+    }
+}
+
+fn line_matches(pattern: &str, found: &str) -> bool {
+    let (pattern, found) = (pattern.trim_end(), found.trim_end());
+    match pattern.split_once("[..]") {
+        None => pattern == found,
+        Some((head, tail)) => found.strip_prefix(head).is_some_and(|rest| {
+            let ends = rest.char_indices().map(|(k, _)| k).chain([rest.len()]);
+            ends.into_iter().any(|k| line_matches(tail, &rest[k..]))
+        }),
+    }
+}
+
+/// Carries out a page in an empty folder; returns how many commands it runs.
+fn carry_out(path: &Path) -> usize {
+    let name = path.file_name().unwrap().to_str().unwrap();
+    let folder = Folder::new(&format!("book-{name}"));
+    let mut commands = 0;
+    for block in blocks(&fs::read_to_string(path).unwrap()) {
+        let place = format!("{name}:{}", block.line);
+        let (kind, rest) = block.info.split_once(' ').unwrap_or((&block.info, ""));
+        match kind {
+            "toml" => {
+                let file = block.lines[0].strip_prefix("# ");
+                let file = file.unwrap_or_else(|| panic!("{place}: the first line names the file"));
+                folder.write(file, &(block.lines.join("\n") + "\n"));
+            }
+            "console" => {
+                let exit = rest.strip_prefix("exit=").map_or(0, |code| code.parse().unwrap());
+                let mut parts: Vec<(&str, Vec<&str>)> = Vec::new();
+                for line in &block.lines {
+                    match line.strip_prefix("$ ") {
+                        Some(command) => parts.push((command, Vec::new())),
+                        None => parts.last_mut().expect("a command").1.push(line),
+                    }
+                }
+                let last = parts.len() - 1;
+                for (k, (command, expected)) in parts.iter().enumerate() {
+                    let said = run(&folder, command);
+                    let all = said.out.clone() + &said.err;
+                    let found: Vec<&str> = all.trim_end().lines().collect();
+                    assert!(
+                        matches(expected, &found),
+                        "{place}: `{command}` says\n{all}\nwhere the page has\n{}",
+                        expected.join("\n")
+                    );
+                    assert_eq!(said.code, if k == last { exit } else { 0 }, "{place}: {all}");
+                    commands += 1;
+                }
+            }
+            _ => {}
+        }
+    }
+    commands
+}
+
+/// Every complete model that a page shows is accepted, too.
+fn accepted(path: &Path) {
+    let name = path.file_name().unwrap().to_str().unwrap();
+    for block in blocks(&fs::read_to_string(path).unwrap()) {
+        if block.info == "toml" {
+            let text = block.lines.join("\n");
+            let model = block.lines[0].trim_start_matches("# ");
+            let source = stiction_model::Source::new(model, text);
+            if let Err(diagnostics) = stiction_model::read(&source, &|_| Err("no files".into())) {
+                // A page may show a mistake, if it runs it as one.
+                assert!(name == "first-robot.md", "{name}:{}: {diagnostics}", block.line);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_page_is_true() {
+    let pages = pages();
+    assert!(pages.len() > 5, "the book has pages");
+    let commands: usize = pages.iter().map(|page| carry_out(page)).sum();
+    assert!(commands > 5, "the tutorial runs commands");
+    pages.iter().for_each(|page| accepted(page));
+}
+
+#[test]
+fn patterns_match_what_they_should() {
+    assert!(matches(&["a", "...", "d"], &["a", "b", "c", "d"]));
+    assert!(!matches(&["a", "...", "d"], &["a", "b"]));
+    assert!(line_matches("to [..] m; to [..] of", "to 3e-16 m; to 0 of"));
+    assert!(!line_matches("to [..] m", "to 3e-16 N"));
+    assert_eq!(split("a 'b c' \"d\""), ["a", "b c", "d"]);
+}
