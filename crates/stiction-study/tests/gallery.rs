@@ -120,8 +120,8 @@ fn every_body_is_in_equilibrium_from_the_written_reactions() {
                     let mut size = force.norm();
                     let mut reach = 0.0_f64;
                     let mut add = |f: Vec3<f64>, m: Vec3<f64>, point: Vec3<f64>| {
-                        force = force + f;
-                        moment = moment + m + (point - com).cross(f);
+                        force += f;
+                        moment += m + (point - com).cross(f);
                         size = size.max(f.norm());
                         reach = reach.max((point - com).norm());
                     };

@@ -284,3 +284,50 @@ fn scale() {
 fn types(mechanism: &Mechanism) -> Vec<stiction::joint::JointType> {
     mechanism.joints().iter().map(|j| j.joint_type).collect()
 }
+
+/// Time run backwards turns friction round and nothing else: the kernel at reversed rates gives what
+/// it gives at the same rates with all coefficients negative.
+#[test]
+fn time_reversal_turns_friction_round() {
+    let mut compared = 0;
+    for class in CLASSES {
+        for seed in 0..6 {
+            let (_, case) = case(class, seed, 0.05);
+            let (mechanism, settings) = (case.mechanism.clone(), Settings::default());
+            let (coordinates, targets) = (&case.coordinates, &case.targets);
+            let Ok(solver) = InverseDynamics::new(mechanism, &[], coordinates, targets, settings)
+            else {
+                continue;
+            };
+            let Some(kernel) = solver.kernel() else { continue };
+            let run = |sign: f64, coefficients: f64| {
+                let mut parameters = solver.parameters().clone();
+                for contact in &mut parameters.contacts {
+                    contact.coulomb *= coefficients;
+                    contact.viscous *= coefficients;
+                }
+                let targets: Vec<_> = targets
+                    .iter()
+                    .map(|t| stiction::kinematics::Target { rate: sign * t.rate, ..*t })
+                    .collect();
+                let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
+                kernel.run(&parameters, &mut workspace, &targets, &case.loads, &settings);
+                let inverse = &workspace.inverse;
+                (inverse.drives().to_vec(), inverse.drives_frictionless().to_vec())
+            };
+            let (forward, backward, negative) = (run(1.0, 1.0), run(-1.0, 1.0), run(1.0, -1.0));
+            let largest = forward.0.iter().fold(1e-9f64, |max, x| max.max(x.abs()));
+            if largest > 1e4 {
+                continue; // Too close to a singular position for digits to mean something.
+            }
+            let differ = |a: &[f64], b: &[f64]| {
+                a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest
+            };
+            assert!(differ(&forward.1, &backward.1) < 1e-11, "{class:?} {seed} without friction");
+            assert!(differ(&backward.0, &negative.0) < 1e-9, "{class:?} {seed} with friction");
+            assert!(differ(&forward.0, &backward.0) > 1e-6, "{class:?} {seed}: friction acts");
+            compared += 1;
+        }
+    }
+    assert!(compared > 20, "{compared}");
+}
