@@ -45,17 +45,18 @@ pub enum InstantsError {
 }
 
 impl Instants {
-    /// Samples a motion every `step` seconds; without a step, at the samples it was made from, or as
-    /// it says itself, or every 0.01 s. If the step does not divide the duration, the motion's last
+    /// Samples a motion every `step` seconds; without a step, as it says itself, or at the samples it
+    /// was made from, or every 0.01 s. If the step does not divide the duration, the motion's last
     /// piece is not sampled.
     ///
     /// # Errors
     /// See [`InstantsError`].
     pub fn of(motion: &Motion, step: Option<f64>) -> Result<Self, InstantsError> {
+        let step = step.or(motion.step);
         if let (None, Some(samples)) = (step, &motion.samples) {
             return Ok(Self { kind: Kind::Listed(samples.clone()) });
         }
-        let step = step.or(motion.step).unwrap_or(USUAL_STEP);
+        let step = step.unwrap_or(USUAL_STEP);
         if !(step > 0.0 && step.is_finite()) {
             return Err(InstantsError::Step(step));
         }

@@ -66,14 +66,16 @@ impl Comparison {
         }
     }
 
-    /// Difference over frictionless value by four metrics; none where the latter is zero.
+    /// Difference over frictionless value by four metrics; none where the latter is zero but for
+    /// rounding.
     pub(super) fn metrics(&self) -> Metrics {
-        let ratio = |a: f64, b: f64| Some(a / b).filter(|r| r.is_finite());
+        let nothing = self.without.peak.abs() <= 1e-9 * self.with.peak.abs();
+        let ratio = |a: f64, b: f64| Some(a / b).filter(|r| r.is_finite() && !nothing);
         Metrics {
             max_over_max: ratio(self.difference.peak.abs(), self.without.peak.abs()),
             rms_over_rms: ratio(self.difference.rms(), self.without.rms()),
             mean_over_mean: ratio(self.difference.mean(), self.without.mean()),
-            at_one_time: self.greatest,
+            at_one_time: self.greatest.filter(|_| !nothing),
         }
     }
 }

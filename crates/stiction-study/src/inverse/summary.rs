@@ -14,6 +14,8 @@ pub struct Summary {
     /// For each drive: bounds at instants where contacts rest.
     pub(super) widest: Vec<Size>,
     pub(super) resting_samples: usize,
+    /// Samples with contacts at rest for which the intervals of drives are not known.
+    pub(super) unbounded_samples: usize,
     pub(super) reactions: Vec<(Size, Size)>,
     pub(super) dissipated: Vec<Integral>,
     pub(super) contact_loads: Vec<Size>,
@@ -50,6 +52,7 @@ impl Summary {
             drives: vec![Comparison::default(); drives],
             widest: vec![Size::default(); drives],
             resting_samples: 0,
+            unbounded_samples: 0,
             reactions: vec![Default::default(); joints],
             dissipated: vec![Integral::default(); contacts],
             contact_loads: vec![Size::default(); contacts],
@@ -73,6 +76,7 @@ impl Summary {
             let (low, high) = forces.drive_bounds[k];
             self.widest[k].add(time, high - low);
         }
+        self.unbounded_samples += usize::from(!forces.bounded);
         self.resting_samples +=
             usize::from(forces.contacts.iter().any(|c| !c.slides && c.limit > 0.0));
         for ((force, moment), (f, m)) in self.reactions.iter_mut().zip(&forces.reactions) {
@@ -212,6 +216,7 @@ impl Summary {
             "undetermined_reactions": undetermined,
             "weighting": weighting_words(verdict, job.model.mechanism.characteristic_length()),
             "samples_with_contacts_at_rest": self.resting_samples,
+            "samples_without_intervals": self.unbounded_samples,
             "rest_speed": verdict.rest_speed,
             "closure": self.closure.peak,
             "power_residual": self.power_residual.peak.abs(),
@@ -236,12 +241,12 @@ pub(super) fn friction_word(mode: FrictionMode) -> &'static str {
 /// Under which declared weighting what is not unique was chosen; nothing if all is unique.
 pub(super) fn weighting_words(verdict: &Verdict, length: f64) -> Option<String> {
     let reactions = format!(
-        "least sum over all joints of |force|^2 + |moment|^2/L^2, moments about the joint's origin, \
+        "the least sum over all joints of |force|^2 + |moment|^2/L^2, moments about the joint's origin, \
          L = {:.4} mm",
         length * 1e3
     );
     let drives = format!(
-        "least sum of squared efforts, those of rotary actuators divided by L = {:.4} mm",
+        "the least sum of squared efforts, those of rotary actuators divided by L = {:.4} mm",
         length * 1e3
     );
     match verdict.weighting {
@@ -249,6 +254,6 @@ pub(super) fn weighting_words(verdict: &Verdict, length: f64) -> Option<String> 
         Some(Weighting::LeastReactions) => Some(reactions),
         Some(Weighting::LeastDrives) => Some(drives),
         Some(Weighting::Determined) => None,
-        None => Some(format!("first {drives}; then {reactions}")),
+        None => Some(format!("{drives}, and then by {reactions}")),
     }
 }

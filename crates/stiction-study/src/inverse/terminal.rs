@@ -33,7 +33,11 @@ pub fn write_summary(
         number(job.motion.duration),
         if count == 1 { "" } else { "s" },
         job.load_name,
-        friction_word(job.friction),
+        if model.mechanism.joints().iter().all(|joint| joint.friction.is_empty()) {
+            "not declared"
+        } else {
+            friction_word(job.friction)
+        },
     )?;
     if let Some(interpolation) = &job.motion.interpolation {
         writeln!(out, "{interpolation}")?;
@@ -127,13 +131,17 @@ fn write_friction(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt
         let part = summary.dissipated[k].value / total;
         format!("{} {}", summary.names.contacts[k].0, percent(Some(part).filter(|p| p.is_finite())))
     });
-    writeln!(
-        out,
-        "friction dissipates {} J: {}{}",
-        number(total),
-        shares.collect::<Vec<_>>().join(", "),
-        if contacts.len() > LISTED { ", ..." } else { "" },
-    )?;
+    if total > 0.0 {
+        writeln!(
+            out,
+            "friction dissipates {} J: {}{}",
+            number(total),
+            shares.collect::<Vec<_>>().join(", "),
+            if contacts.len() > LISTED { ", ..." } else { "" },
+        )?;
+    } else {
+        writeln!(out, "friction dissipates nothing")?;
+    }
     if summary.resting_samples > 0 {
         let widest = summary.widest.iter().zip(&summary.names.drives);
         let widest = widest.max_by(|a, b| a.0.peak.total_cmp(&b.0.peak));
@@ -148,6 +156,14 @@ fn write_friction(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt
                 number(size.peak_time),
             )?;
         }
+    }
+    if summary.unbounded_samples > 0 {
+        writeln!(
+            out,
+            "at {} of these samples the interval is not known, and drive_low and drive_high are just \
+             the drive: the position is singular, or constraints and actuators are both redundant",
+            summary.unbounded_samples,
+        )?;
     }
     writeln!(out)
 }
@@ -194,8 +210,9 @@ fn write_verdicts(
     if !verdict.idle_spins.is_empty() {
         writeln!(
             out,
-            "{} of {} spin idly about their own axes; their rates are taken as zero",
-            if verdict.idle_spins.len() == 1 { "one body" } else { "bodies" },
+            "free to spin about {} own ax{}: {}; rates of such spins are taken as zero",
+            if verdict.idle_spins.len() == 1 { "its" } else { "their" },
+            if verdict.idle_spins.len() == 1 { "is" } else { "es" },
             verdict.idle_spins.join(", "),
         )?;
     }
@@ -209,16 +226,10 @@ fn write_verdicts(
         "{} redundan{}: the balance does not determine {}",
         verdict.redundancy,
         if verdict.redundancy == 1 { "cy" } else { "cies" },
-        undetermined
-            .iter()
-            .take(LISTED)
-            .map(|(name, open)| format!("{name} {}", open.join(" ")))
-            .collect::<Vec<_>>()
-            .join("; ")
-            + if undetermined.len() > LISTED { "; ..." } else { "" },
+        by_components(&undetermined),
     )?;
     if let Some(words) = weighting_words(verdict, length) {
-        writeln!(out, "these are chosen by the {words}")?;
+        writeln!(out, "these are chosen by {words}")?;
     }
     if unique {
         return writeln!(out, "driving forces are unique");
@@ -233,6 +244,26 @@ fn write_verdicts(
             open.join(", ")
         )
     }
+}
+
+/// Components with the joints that have them, most joints first: `fz mx my of A, B, C`.
+fn by_components(undetermined: &[(&str, Vec<&'static str>)]) -> String {
+    let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
+    for (name, components) in undetermined {
+        let components = components.join(" ");
+        match groups.iter_mut().find(|(known, _)| *known == components) {
+            Some((_, names)) => names.push(name),
+            None => groups.push((components, vec![name])),
+        }
+    }
+    groups.sort_by_key(|(_, names)| std::cmp::Reverse(names.len()));
+    let in_words = |(components, names): &(String, Vec<&str>)| {
+        let listed = names[..names.len().min(LISTED)].join(", ");
+        let more = if names.len() > LISTED { ", ..." } else { "" };
+        format!("{components} of {listed}{more}")
+    };
+    let listed: Vec<String> = groups.iter().take(LISTED).map(in_words).collect();
+    listed.join("; ") + if groups.len() > LISTED { "; ..." } else { "" }
 }
 
 /// Four significant digits.

@@ -34,6 +34,8 @@ pub struct Forces {
     /// The least effort of each actuator over what static friction in contacts at rest may do, and
     /// the greatest; equal to `drives` while everything slides.
     pub drive_bounds: Vec<(f64, f64)>,
+    /// Whether `drive_bounds` are known; the careful path does not look for them.
+    pub bounded: bool,
     /// For each joint the force that the predecessor exerts on the successor, N, and its moment
     /// about the joint's origin, N m; world axes; constraint, drive and friction together.
     pub reactions: Vec<(Vec3<f64>, Vec3<f64>)>,
@@ -70,6 +72,7 @@ impl Forces {
             drives: vec![0.0; actuators],
             drives_frictionless: vec![0.0; actuators],
             drive_bounds: vec![(0.0, 0.0); actuators],
+            bounded: true,
             reactions: vec![(Vec3::zero(), Vec3::zero()); joints],
             contacts: vec![ContactForce::NONE; contacts],
             power: Power::NONE,
@@ -91,10 +94,12 @@ impl Forces {
         self.unbounded();
         self.read_joints(bodies, &solution.wrenches);
         self.read_contacts(&solution.contacts.states, friction);
+        self.bounded = self.contacts.iter().all(|contact| contact.slides || contact.limit == 0.0);
     }
 
     /// Nothing rests: the drives are what they are.
     pub(super) fn unbounded(&mut self) {
+        self.bounded = true;
         for (bounds, &drive) in self.drive_bounds.iter_mut().zip(&self.drives) {
             *bounds = (drive, drive);
         }

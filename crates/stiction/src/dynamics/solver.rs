@@ -17,7 +17,7 @@ use crate::kinematics::{Assembly, AssemblyError, Bodies, Coordinate, Target};
 use crate::mechanism::{BodyId, Mechanism};
 use crate::mobility::{DETERMINED, Statics, Uncarried, describe_motion};
 use crate::parameters::Parameters;
-use crate::spatial::{Pose, Twist};
+use crate::spatial::{Mat3, Pose, Twist};
 use crate::topology::{Topology, TreeRule};
 
 /// Moves a mechanism and computes all its forces.
@@ -231,15 +231,28 @@ impl InverseDynamics {
         if !self.by_kernel(loads) {
             // The order of elimination suits another position, or this one is special.
             self.replan();
-            if !self.by_kernel(loads) {
+            if !self.by_kernel(loads) && !self.is_balanced_without_friction(loads) {
                 return self.solve_carefully(loads);
             }
         }
         self.finish(loads)
     }
 
+    /// Whether it is friction that spoils the balance: it may lock the mechanism just here.
+    fn is_balanced_without_friction(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
+        if self.settings.friction != FrictionMode::Converged {
+            return false;
+        }
+        self.settings.friction = FrictionMode::Off;
+        let balanced = self.by_kernel(loads);
+        self.settings.friction = FrictionMode::Converged;
+        self.by_kernel(loads);
+        balanced
+    }
+
     /// Plans the balance at the present position.
     fn replan(&mut self) {
+        self.steady_idle_spins();
         let spins = self.spin_responses();
         let bodies = &self.assembly.kinematics().bodies;
         self.plans += 1;
@@ -253,6 +266,28 @@ impl InverseDynamics {
                 Some(Inverse::new(&setup, parameters))
             }
         };
+    }
+
+    /// Gives bodies that spin idly, and have no inertia about the axis of that spin, some. Nothing
+    /// turns about it, so no result changes; but without it the acceleration would be anything.
+    /// Where friction acts on such a body that is not so: it has no balance, and keeps none.
+    fn steady_idle_spins(&mut self) {
+        let length = self.parameters.length;
+        for spin in self.assembly.prescription().spins() {
+            let body = spin.body.0;
+            let rubs = self.parameters.contacts.iter().any(|contact| {
+                let (predecessor, successor) = self.topology.ends[contact.joint];
+                predecessor == body || successor == body
+            });
+            let inertia = &mut self.parameters.inertia[body];
+            let size = inertia.trace() + self.parameters.mass[body] * length * length;
+            if !rubs && spin.axis.dot(*inertia * spin.axis) <= 1e-12 * size {
+                let fictitious = if size > 0.0 { size } else { length * length };
+                let [x, y, z] = (spin.axis * fictitious).to_array();
+                let about_axis = Mat3::from_columns(spin.axis * x, spin.axis * y, spin.axis * z);
+                *inertia = *inertia + about_axis;
+            }
+        }
     }
 
     fn spin_responses(&mut self) -> Vec<Vec<f64>> {
@@ -271,6 +306,7 @@ impl InverseDynamics {
     fn by_kernel(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
         let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else { return false };
         let topology = &self.topology;
+        self.assembly.forget_spins(topology);
         let (prescription, motion, kinematics) = self.assembly.parts();
         let setup = Setup { topology, prescription, motion, balance };
         inverse.solve(&setup, &self.parameters, kinematics, loads, &self.settings);
@@ -286,7 +322,7 @@ impl InverseDynamics {
         let settings = &self.settings;
         let (prescription, motion, kinematics) = self.assembly.parts();
         let setup = Setup { topology, prescription, motion, balance };
-        if !inverse.friction_settled(settings) {
+        if !inverse.friction_settled(settings) || !inverse.is_balanced(&setup, parameters) {
             // Follow the solution from no friction; it is found, or lost where friction locks.
             wedge::follow_friction(inverse, &setup, parameters, kinematics, loads, settings)
                 .map_err(|lock| InverseError::Locked {
@@ -310,7 +346,8 @@ impl InverseDynamics {
     }
 
     /// The same by dense decompositions, friction by a plain fixed point: slow, for special
-    /// positions, and as an oracle. It leaves the intervals of contacts at rest at zero width.
+    /// positions, and as an oracle. It leaves the intervals of contacts at rest at zero width, and
+    /// says so in [`Forces::bounded`].
     ///
     /// # Errors
     /// See [`InverseError`].

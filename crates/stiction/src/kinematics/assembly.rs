@@ -105,6 +105,13 @@ impl Assembly {
         &self.state
     }
 
+    /// Takes the accelerations of idle spins out again, which dynamics adds.
+    pub(crate) fn forget_spins(&mut self, topology: &Topology) {
+        if !self.prescription.spins().is_empty() {
+            self.kinematics.bodies.accelerate(topology, &self.state.accelerations);
+        }
+    }
+
     /// What is prescribed, how rates are solved for, and the motion to be completed.
     pub(crate) fn parts(&mut self) -> (&Prescription, &Elimination, &mut Kinematics<f64>) {
         (&self.prescription, &self.program, &mut self.kinematics)
@@ -159,7 +166,11 @@ impl Assembly {
                     now = next;
                     step *= 2.0;
                 }
-                Err(error) if (0.5 * step).abs() < smallest.abs() => return Err(error),
+                Err(error) if (0.5 * step).abs() < smallest.abs() => {
+                    return Err(self
+                        .out_of_reach(topology, parameters, to, motion)
+                        .unwrap_or(error));
+                }
                 Err(_) => {
                     self.state.clone_from(&self.before);
                     step = 0.5 * (next - now);
@@ -167,6 +178,22 @@ impl Assembly {
             }
         }
         Ok(())
+    }
+
+    /// The gap at `to` if the mechanism cannot be assembled there at all, near where it is: what is
+    /// out of reach is no jump on the way.
+    fn out_of_reach(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        to: f64,
+        mut motion: impl FnMut(f64, &mut [Target<f64>]),
+    ) -> Option<AssemblyError> {
+        self.state.clone_from(&self.before);
+        let mut targets = core::mem::take(&mut self.targets);
+        motion(to, &mut targets);
+        self.targets = targets;
+        self.search(topology, parameters).err()
     }
 
     /// One step along a motion; fails if the bodies do not move as their velocities say.
@@ -233,7 +260,7 @@ impl Assembly {
         self.search(topology, parameters)?;
         self.plan(topology, parameters)?;
         if !self.newton(topology, parameters) {
-            return Err(AssemblyError::Gap(self.gap(topology)));
+            return Err(AssemblyError::Gap(self.gap(topology, parameters)));
         }
         // What is singular shows only where the loops are closed to round-off.
         self.plan(topology, parameters)
@@ -430,14 +457,36 @@ impl Assembly {
         }
         let (prescription, state) = (&self.prescription, &self.state);
         self.kinematics.place(topology, parameters, prescription, state, &self.targets);
-        if errors.amax() < 1e-6 { Ok(()) } else { Err(AssemblyError::Gap(self.gap(topology))) }
+        if errors.amax() < 1e-6 {
+            Ok(())
+        } else {
+            Err(AssemblyError::Gap(self.gap(topology, parameters)))
+        }
+    }
+
+    /// How many coordinates are prescribed and how many freedoms there are, if these are fewer.
+    fn over_prescribed(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+    ) -> Option<(usize, usize)> {
+        self.kinematics.linearise(topology, &self.prescription);
+        let rows = self.prescription.row_scales(parameters.length);
+        let jacobian = self.jacobian(topology);
+        let (closures, freedoms) = (topology.constraints, topology.freedoms());
+        let columns = column_scales(topology, parameters.length);
+        let scaled =
+            DMatrix::from_fn(closures, freedoms, |i, j| jacobian[(i, j)] * rows[i] * columns[j]);
+        let rank = if closures == 0 { 0 } else { Svd::new(&scaled).rank(freedom::OPEN) };
+        let (prescribed, mobility) = (self.prescription.coordinates().len(), freedoms - rank);
+        (prescribed > mobility).then_some((prescribed, mobility))
     }
 
     /// The gap at the present state.
-    fn gap(&self, topology: &Topology) -> Gap {
+    fn gap(&mut self, topology: &Topology, parameters: &Parameters<f64>) -> Gap {
+        let prescribed = self.over_prescribed(topology, parameters);
         let errors = self.kinematics.errors();
-        let mut worst =
-            Gap { joint: None, length: 0.0, angle: 0.0, missed_length: 0.0, missed_angle: 0.0 };
+        let mut worst = Gap { prescribed, ..Gap::default() };
         let mut row = 0;
         for cut in &topology.cuts {
             let (mut length, mut angle) = (0.0_f64, 0.0_f64);

@@ -54,7 +54,7 @@ pub enum AssemblyError {
 
 /// By how much a mechanism fails to assemble, at best: loops and prescription are both missed as
 /// little as can be, the prescription counting more.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gap {
     /// The joint that is open most; none in a mechanism without loops.
     pub joint: Option<String>,
@@ -66,33 +66,54 @@ pub struct Gap {
     pub missed_length: f64,
     /// By how much prescribed angles are missed at most, rad.
     pub missed_angle: f64,
+    /// How many coordinates are prescribed and how many freedoms the mechanism has, if these are
+    /// fewer.
+    pub prescribed: Option<(usize, usize)>,
 }
 
 impl core::fmt::Display for Gap {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let missed = amounts(self.missed_length, self.missed_angle);
         let open = amounts(self.length, self.angle);
-        match (&self.joint, missed.is_empty()) {
-            (Some(joint), true) => {
-                write!(f, "the loops do not close: at best, joint `{joint}` stays open by {open}")
+        match (&self.joint, missed.as_str(), open.as_str()) {
+            (_, "", "") => write!(f, "the prescribed position is just out of reach")?,
+            (Some(joint), "", open) => {
+                write!(f, "the loops do not close: at best, joint `{joint}` stays open by {open}")?;
             }
-            (Some(joint), false) => write!(
+            (Some(_), missed, "") => {
+                write!(
+                    f,
+                    "the prescribed position is out of reach: at best it is missed by {missed}"
+                )?;
+            }
+            (Some(joint), missed, open) => write!(
                 f,
                 "the prescribed position is out of reach: at best it is missed by {missed}, and joint \
                  `{joint}` stays open by {open}"
-            ),
-            (None, _) => write!(
+            )?,
+            (None, missed, _) => write!(
                 f,
                 "the prescribed coordinates contradict each other: at best they are missed by {missed}"
-            ),
+            )?,
         }
+        if let Some((prescribed, freedoms)) = self.prescribed {
+            write!(
+                f,
+                " ({prescribed} coordinates are prescribed, but the mechanism has {})",
+                count(freedoms, "freedom")
+            )?;
+        }
+        Ok(())
     }
 }
 
 /// A length and an angle in words; what is smaller than anyone would measure is left out.
 fn amounts(length: f64, angle: f64) -> String {
-    let length = (length > 1e-9).then(|| format!("{:.4} mm", length * 1e3));
-    let angle = (angle > 1e-9).then(|| format!("{:.4} deg", angle.to_degrees()));
+    let in_words = |length: f64| {
+        if length < 1.0 { format!("{:.4} mm", length * 1e3) } else { format!("{length:.3} m") }
+    };
+    let length = (length > 5e-8).then(|| in_words(length));
+    let angle = (angle > 1e-6).then(|| format!("{:.4} deg", angle.to_degrees()));
     [length, angle].into_iter().flatten().collect::<Vec<_>>().join(" and ")
 }
 

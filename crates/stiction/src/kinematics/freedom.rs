@@ -94,7 +94,8 @@ fn idle_spins(
         let effort = bodies.effort(freedom, actuator.joint);
         for twists in twists {
             let rate = (twists[successor] - twists[predecessor]).power(effort);
-            if rate.abs() > small * length.max(1.0) {
+            let size = if freedom.units().1 == "N m" { 1.0 } else { length };
+            if rate.abs() > small * size {
                 return None;
             }
         }

@@ -38,7 +38,8 @@ pub(crate) fn describe_direction(direction: Vec3<f64>) -> String {
     let components = direction.to_array();
     // The first component that counts is told positive.
     let leading = components.iter().find(|c| c.abs() > 1e-6).copied().unwrap_or(1.0);
-    let [x, y, z] = components.map(|c| round(c * leading.signum()));
+    let clean = |c: f64| if c.abs() < 1e-6 { 0.0 } else { c * leading.signum() };
+    let [x, y, z] = components.map(|c| round(clean(c)));
     format!("({x}, {y}, {z})")
 }
 
