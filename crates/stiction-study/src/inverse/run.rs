@@ -239,10 +239,7 @@ impl Job<'_> {
                 Err(error) => return Err(Error::Forces { time, error }),
             }
             let side = solver.side();
-            if let (Some((plan, sign)), Some((plan_before, sign_before))) = (side, side_before)
-                && plan == plan_before
-                && sign != sign_before
-            {
+            if side.zip(side_before).is_some_and(|(now, before)| now != before) {
                 verdict.passed_singularities.push((before, time));
             }
             (side_before, before) = (side, time);

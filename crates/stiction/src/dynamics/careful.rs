@@ -61,10 +61,18 @@ pub(super) fn solve(
     };
     let still = spin(&[]);
     let demand = system.demand(parameters, &still, loads);
+    // What spinning a body without inertia demands is rounding, and must not be magnified.
+    let masses: f64 = parameters.mass.iter().sum();
+    let inertias: f64 = parameters.inertia.iter().map(|inertia| inertia.trace()).sum();
+    let negligible = 1e-12 * (masses * parameters.length + inertias / parameters.length);
     let units: Vec<_> = (0..spin_responses.len())
         .map(|k| {
             let amounts: Vec<f64> = (0..=k).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
-            system.demand(parameters, &spin(&amounts), loads) - &demand
+            let unit = system.demand(parameters, &spin(&amounts), loads) - &demand;
+            let size = (0..unit.len())
+                .map(|row| (unit[row] * system.row_scale(row)).abs())
+                .fold(0.0, f64::max);
+            if size > negligible { unit } else { unit * 0.0 }
         })
         .collect();
 

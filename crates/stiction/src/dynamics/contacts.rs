@@ -171,8 +171,9 @@ impl<T: Scalar> Contacts<T> {
             state.press(contact, bodies, wrenches[contact.joint]);
             let now = state.load.value;
             let moved = (now - before).abs();
-            change = (moved - change).if_positive(moved, change);
-            largest = (now - largest).if_positive(now, largest);
+            // Comparisons pass over NaN, sums do not.
+            change = (moved - change).if_positive(moved, change) + (now - now);
+            largest = (now - largest).if_positive(now, largest) + (now - now);
         }
         (change, largest)
     }

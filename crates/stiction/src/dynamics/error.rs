@@ -35,10 +35,24 @@ pub enum InverseError {
         /// The part of the coefficients at which the solution is lost, percent.
         percent: f64,
     },
+    /// What was computed does not balance: rounding has eaten it.
+    #[error(
+        "the forces cannot be computed here: rounding errors leave {} of the power unaccounted for; \
+         the position is too close to a singular one, or the model's numbers differ too much in size",
+        percent_of(*.residual)
+    )]
+    Inaccurate {
+        /// The power residual as a part of what is turned over; infinite where forces are not finite.
+        residual: f64,
+    },
     /// The friction's fixed point did not settle where only the dense method applies.
     #[error(
         "friction and reactions do not settle at this position, where the mechanism is singular or \
          redundant in constraints and actuators at once"
     )]
     Unsettled,
+}
+
+fn percent_of(part: f64) -> String {
+    if part < 1.0 { format!("{:.1e} %", 100.0 * part) } else { "all".to_owned() }
 }

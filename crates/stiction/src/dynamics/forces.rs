@@ -97,6 +97,29 @@ impl Forces {
         self.bounded = self.contacts.iter().all(|contact| contact.slides || contact.limit == 0.0);
     }
 
+    /// How far the powers are from balance, as a part of what is turned over; infinite where a force
+    /// is not finite. `length` is characteristic.
+    pub(super) fn imbalance(&self, length: f64) -> f64 {
+        let numbers = self.drives.iter().chain(&self.drives_frictionless).copied();
+        let reactions = self.reactions.iter().map(|(force, moment)| {
+            force.norm_squared().sqrt() + moment.norm_squared().sqrt() / length
+        });
+        let (mut largest, mut finite) = (0.0_f64, self.power.turnover.is_finite());
+        for reaction in reactions.clone() {
+            largest = largest.max(reaction);
+        }
+        for number in numbers.chain(reactions).chain(self.contacts.iter().map(|c| c.limit)) {
+            finite &= number.is_finite();
+        }
+        if !finite {
+            return f64::INFINITY;
+        }
+        // What is at rest has rates of rounding size, and so powers: those of a thousandth of a
+        // radian a second count as nothing.
+        let at_rest = 1e-3 * largest * length;
+        self.power.residual().abs() / (self.power.turnover + at_rest).max(f64::MIN_POSITIVE)
+    }
+
     /// Nothing rests: the drives are what they are.
     pub(super) fn unbounded(&mut self) {
         self.bounded = true;

@@ -138,12 +138,6 @@ impl<T: Scalar> Inverse<T> {
         &self.contacts.states
     }
 
-    /// The sign of the determinant of the frictionless balance, up to a constant of the plan: it
-    /// flips where the mechanism passes a singular position.
-    pub fn side(&self) -> T {
-        self.sign_without
-    }
-
     /// Whether the coupling of friction and reactions is solved, on the branch that begins at no
     /// friction as far as the determinant's sign tells.
     pub fn friction_settled(&self, settings: &Settings) -> bool {

@@ -13,12 +13,17 @@ use super::plan::{BalancePlan, NotPlanned};
 use super::power::Power;
 use super::structure::Weighting;
 use super::wedge;
-use crate::kinematics::{Assembly, AssemblyError, Bodies, Coordinate, Target};
+use crate::kinematics::{Assembly, AssemblyError, Bodies, Coordinate, Target, body_twists};
 use crate::mechanism::{BodyId, Mechanism};
 use crate::mobility::{DETERMINED, Statics, Uncarried, describe_motion};
 use crate::parameters::Parameters;
 use crate::spatial::{Mat3, Pose, Twist};
 use crate::topology::{Topology, TreeRule};
+use nalgebra::DMatrix;
+
+/// Forces are given out only where the power balance holds to this part of what is turned over.
+/// Round-off is some 1e-15; positions near singular ones magnify it.
+const BALANCED: f64 = 1e-9;
 
 /// Moves a mechanism and computes all its forces.
 ///
@@ -51,8 +56,6 @@ pub struct InverseDynamics {
     assembly: Assembly,
     settings: Settings,
     plan: Result<BalancePlan, NotPlanned>,
-    /// How many plans were made.
-    plans: usize,
     inverse: Option<Inverse<f64>>,
     forces: Forces,
 }
@@ -102,7 +105,6 @@ impl InverseDynamics {
             assembly,
             settings,
             plan: Err(NotPlanned::Singular),
-            plans: 0,
             inverse: None,
             forces,
         };
@@ -140,11 +142,33 @@ impl InverseDynamics {
         &self.assembly.kinematics().bodies
     }
 
-    /// On which side of the singular positions the last [`Self::solve`] was: the sign of a
-    /// determinant, and the number of the plan for which the sign holds. Where the sign changes
-    /// under one plan, a singular position was passed. None where there is no plan.
-    pub fn side(&self) -> Option<(usize, f64)> {
-        self.inverse.as_ref().map(|inverse| (self.plans, inverse.side()))
+    /// On which side of the singular positions of its actuators the mechanism is: the sign of the
+    /// determinant of the actuators' rates by the prescribed rates. It vanishes where the prescribed
+    /// coordinates can move while all actuators stand still. None unless there are as many actuators
+    /// as prescribed coordinates.
+    pub fn side(&mut self) -> Option<f64> {
+        let topology = &self.topology;
+        let freedoms = topology.freedoms();
+        let (prescription, motion, kinematics) = self.assembly.parts();
+        let count = prescription.coordinates().len();
+        if count == 0 || count != topology.actuators.len() {
+            return None;
+        }
+        let mut rates = vec![0.0; freedoms];
+        let mut matrix = DMatrix::zeros(count, count);
+        for column in 0..count {
+            kinematics.response_to_coordinate(prescription, motion, column, &mut rates);
+            let bodies = &kinematics.bodies;
+            let twists = body_twists(topology, bodies, &rates);
+            for (row, actuator) in topology.actuators.iter().enumerate() {
+                let (predecessor, successor) = topology.ends[actuator.joint];
+                let freedom = &topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
+                let effort = bodies.effort(freedom, actuator.joint);
+                matrix[(row, column)] = (twists[successor] - twists[predecessor]).power(effort);
+            }
+        }
+        let determinant = matrix.determinant();
+        determinant.is_finite().then(|| determinant.signum())
     }
 
     /// The largest loop-closure error at the present position, m; angles times the characteristic
@@ -235,7 +259,11 @@ impl InverseDynamics {
                 return self.solve_carefully(loads);
             }
         }
-        self.finish(loads)
+        match self.finish(loads) {
+            Ok(()) if self.forces.imbalance(self.parameters.length) <= BALANCED => Ok(&self.forces),
+            Err(locked @ InverseError::Locked { .. }) => Err(locked),
+            _ => self.solve_carefully(loads),
+        }
     }
 
     /// Whether it is friction that spoils the balance: it may lock the mechanism just here.
@@ -255,7 +283,6 @@ impl InverseDynamics {
         self.steady_idle_spins();
         let spins = self.spin_responses();
         let bodies = &self.assembly.kinematics().bodies;
-        self.plans += 1;
         self.plan = BalancePlan::new(&self.topology, &self.parameters, bodies, &spins);
         self.inverse = match &self.plan {
             Err(_) => None,
@@ -314,7 +341,7 @@ impl InverseDynamics {
     }
 
     /// Takes over what the kernel found, after the checks of friction.
-    fn finish(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
+    fn finish(&mut self, loads: &[AppliedLoad<f64>]) -> Result<(), InverseError> {
         let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else {
             return Err(InverseError::Unsettled);
         };
@@ -334,15 +361,12 @@ impl InverseDynamics {
         }
         let forces = &mut self.forces;
         forces.read(&kinematics.bodies, inverse);
-        let bounded =
-            bounds::bound_drives(forces, inverse, &setup, parameters, kinematics, loads, settings);
-        if !bounded {
-            return Err(InverseError::Unsettled);
-        }
+        let position = bounds::Position { setup, parameters, kinematics, loads, settings };
+        bounds::bound_drives(forces, inverse, position);
         let dissipated = forces.contacts.iter().map(|c| c.power);
         let bodies = &kinematics.bodies;
         forces.power = Power::new(topology, parameters, bodies, &forces.drives, dissipated, loads);
-        Ok(&self.forces)
+        Ok(())
     }
 
     /// The same by dense decompositions, friction by a plain fixed point: slow, for special
@@ -383,7 +407,12 @@ impl InverseDynamics {
             self.forces.contacts.iter().map(|c| c.power),
             loads,
         );
-        Ok(&self.forces)
+        let residual = self.forces.imbalance(self.parameters.length);
+        if residual <= BALANCED {
+            Ok(&self.forces)
+        } else {
+            Err(InverseError::Inaccurate { residual })
+        }
     }
 
     /// An uncarried load with names and places.

@@ -52,7 +52,7 @@ pub(super) fn open_motions(
         .map(|n| DVector::from_iterator(n.len(), n.iter().zip(column_scales).map(|(x, s)| x * s)))
         .collect();
     let twists: Vec<Vec<Twist<f64>>> =
-        rates.iter().map(|rates| body_twists(topology, bodies, rates)).collect();
+        rates.iter().map(|rates| body_twists(topology, bodies, rates.as_slice())).collect();
     match idle_spins(topology, parameters, bodies, &rates, &twists) {
         Some(spins) => OpenMotion::Spins(spins),
         None => OpenMotion::Freedoms(
@@ -61,7 +61,12 @@ pub(super) fn open_motions(
     }
 }
 
-fn body_twists(topology: &Topology, bodies: &Bodies<f64>, rates: &DVector<f64>) -> Vec<Twist<f64>> {
+/// Twists of all bodies for given rates of the tree.
+pub(crate) fn body_twists(
+    topology: &Topology,
+    bodies: &Bodies<f64>,
+    rates: &[f64],
+) -> Vec<Twist<f64>> {
     let mut twists = vec![Twist::zero(); bodies.pose.len()];
     for node in &topology.nodes {
         let mut twist = match (node.link, node.parent) {

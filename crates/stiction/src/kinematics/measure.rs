@@ -2,6 +2,7 @@
 
 use super::bodies::Bodies;
 use super::coordinate::{AngleOrder, Coordinate};
+use super::rotation_vector::RotationVector;
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3, Wrench};
@@ -162,8 +163,9 @@ pub(super) fn bias<T: Scalar>(
     }
 }
 
+/// A body's axes seen from the ground's.
 #[inline(always)]
-fn seen_from<T: Scalar>(ground: Pose<T>, body: Pose<T>) -> Mat3<T> {
+pub(super) fn seen_from<T: Scalar>(ground: Pose<T>, body: Pose<T>) -> Mat3<T> {
     ground.rotation.transpose() * body.rotation
 }
 
@@ -215,109 +217,9 @@ fn rate_rows<T: Scalar>([a, b, c]: [Vec3<T>; 3]) -> [Vec3<T>; 3] {
     [b.cross(c) * over, c.cross(a) * over, a.cross(b) * over]
 }
 
-/// A rotation vector and the coefficients of its rate:
-/// `r' = omega - r x omega / 2 + c r x (r x omega)`, `c = 1/a^2 - (1 + cos a) / (2 a sin a)`.
-struct RotationVector<T> {
-    value: Vec3<T>,
-    /// `c`.
-    coefficient: T,
-    /// `(dc/da) / a`.
-    slope: T,
-}
-
-impl<T: Scalar> RotationVector<T> {
-    #[inline(always)]
-    fn of(rotation: Mat3<T>) -> Self {
-        let w = rotation.skew_part();
-        let half = T::from_f64(0.5);
-        let sine = w.norm();
-        let angle = sine.atan2((rotation.trace() - T::one()) * half);
-        // Near zero: power series; the switch at a = 0.1 leaves both sides better than 1e-13.
-        let large = angle - T::from_f64(0.1);
-        let safe = large.if_positive(angle, T::one());
-        let (s, c) = safe.sin_cos();
-        let a2 = safe * safe;
-        let versine = T::one() + c;
-        let closed = a2.recip() - versine * half / (safe * s);
-        // d/da of c, over a; the derivative of (1 + cos a)/sin a is -(1 + cos a)/sin^2 a.
-        let closed_slope =
-            T::from_f64(-2.0) / (a2 * a2) + versine * half * (s + safe) / (a2 * safe * s * s);
-        let x = w.norm_squared();
-        // a^2 in terms of sin^2 a = x, and a / sin a.
-        let asin2 = x * series(
-            x,
-            &[1.0, 1.0 / 3.0, 8.0 / 45.0, 4.0 / 35.0, 128.0 / 1575.0, 128.0 / 2079.0],
-        );
-        let ratio = series(
-            x,
-            &[
-                1.0,
-                1.0 / 6.0,
-                3.0 / 40.0,
-                15.0 / 336.0,
-                105.0 / 3456.0,
-                945.0 / 42240.0,
-                10395.0 / 599_040.0,
-            ],
-        );
-        let small = series(
-            asin2,
-            &[1.0 / 12.0, 1.0 / 720.0, 1.0 / 30_240.0, 1.0 / 1_209_600.0, 1.0 / 47_900_160.0],
-        );
-        let small_slope =
-            series(asin2, &[1.0 / 360.0, 1.0 / 7560.0, 1.0 / 201_600.0, 1.0 / 5_987_520.0]);
-        let safe_sine = large.if_positive(sine, T::one());
-        Self {
-            value: w * large.if_positive(angle / safe_sine, ratio),
-            coefficient: large.if_positive(closed, small),
-            slope: large.if_positive(closed_slope, small_slope),
-        }
-    }
-
-    /// The matrix `A` of `r' = A omega`.
-    #[inline(always)]
-    fn rate_matrix(&self) -> Mat3<T> {
-        self.matrix(|r, e| {
-            e - r.cross(e) * T::from_f64(0.5) + r.cross(r.cross(e)) * self.coefficient
-        })
-    }
-
-    /// The time derivative of [`Self::rate_matrix`].
-    #[inline(always)]
-    fn rate_matrix_change(&self, omega: Vec3<T>) -> Mat3<T> {
-        let rate = self.rate_matrix() * omega;
-        let change = self.slope * self.value.dot(rate);
-        self.matrix(|r, e| {
-            (rate.cross(r.cross(e)) + r.cross(rate.cross(e))) * self.coefficient
-                + r.cross(r.cross(e)) * change
-                - rate.cross(e) * T::from_f64(0.5)
-        })
-    }
-
-    #[inline(always)]
-    fn matrix(&self, column: impl Fn(Vec3<T>, Vec3<T>) -> Vec3<T>) -> Mat3<T> {
-        Mat3::from_columns(
-            column(self.value, Vec3::unit(0)),
-            column(self.value, Vec3::unit(1)),
-            column(self.value, Vec3::unit(2)),
-        )
-    }
-}
-
-/// A polynomial in `x`, lowest power first.
-#[inline(always)]
-fn series<T: Scalar>(x: T, coefficients: &[f64]) -> T {
-    let mut sum = T::zero();
-    for &coefficient in coefficients.iter().rev() {
-        sum = sum * x + T::from_f64(coefficient);
-    }
-    sum
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scalar::Dual;
     use proptest::prelude::*;
 
     const ORDERS: [&str; 12] =
@@ -339,53 +241,6 @@ mod tests {
                 for (found, expected) in found.iter().zip(angles) {
                     prop_assert!((found - expected).abs() < 1e-12, "{name}");
                 }
-            }
-        }
-
-        /// Along r(t) = r0 + r1 t the rate matrix turns the angular velocity into r1, and its change
-        /// is its derivative; the angular velocity by dual numbers from the rotation itself.
-        #[test]
-        fn rotation_vector_rates_are_exact(
-            r0 in prop::array::uniform3(-1.7..1.7f64),
-            r1 in prop::array::uniform3(-1.0..1.0f64),
-            shrink in prop::sample::select(vec![1.0, 0.1, 0.06, 0.05, 1e-3, 1e-8]),
-        ) {
-            let r0 = Vec3::from(r0) * shrink;
-            let r1 = Vec3::from(r1);
-            prop_assume!(r0.norm() < 3.0);
-            type D = Dual<f64, 1>;
-            let at = |t: D| Vec3::new(D::from_f64(r0.x), D::from_f64(r0.y), D::from_f64(r0.z))
-                + Vec3::new(D::from_f64(r1.x), D::from_f64(r1.y), D::from_f64(r1.z)) * t;
-            // exp by its series, exact for these sizes; w = R' R^T.
-            let exp = |r: Vec3<D>| {
-                let column = |e: Vec3<D>| {
-                    let (mut term, mut sum) = (e, e);
-                    for n in 1..40 {
-                        term = r.cross(term) * D::from_f64(1.0 / n as f64);
-                        sum += term;
-                    }
-                    sum
-                };
-                Mat3::from_columns(column(Vec3::unit(0)), column(Vec3::unit(1)), column(Vec3::unit(2)))
-            };
-            let rotation = exp(at(D::variable(0.0, 0)));
-            let value = Mat3 { columns: rotation.columns.map(|c| Vec3::new(c.x.value, c.y.value, c.z.value)) };
-            let rate = Mat3 { columns: rotation.columns.map(|c| Vec3::new(c.x.slope[0], c.y.slope[0], c.z.slope[0])) };
-            let omega = (rate * value.transpose()).skew_part();
-
-            let vector = RotationVector::of(value);
-            prop_assert!((vector.value - r0).norm() < 1e-12);
-            let error = (vector.rate_matrix() * omega - r1).norm();
-            prop_assert!(error < 1e-11, "rate {error:e}");
-
-            // The same object over dual numbers differentiates the matrix.
-            let dual = RotationVector::of(rotation).rate_matrix();
-            let change = vector.rate_matrix_change(omega);
-            for k in 0..3 {
-                let c = dual.columns[k];
-                let expected = Vec3::new(c.x.slope[0], c.y.slope[0], c.z.slope[0]);
-                let error = (change.columns[k] - expected).norm();
-                prop_assert!(error < 1e-9, "change {error:e} at {:e}", r0.norm());
             }
         }
     }

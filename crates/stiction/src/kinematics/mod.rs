@@ -10,10 +10,12 @@ mod coordinate;
 mod error;
 mod freedom;
 mod measure;
+mod rotation_vector;
 mod system;
 
 pub use assembly::Assembly;
 pub use bodies::{Bodies, State};
 pub use coordinate::{AngleOrder, Coordinate, Target};
 pub use error::{AssemblyError, Gap, OpenFreedom};
+pub(crate) use freedom::body_twists;
 pub use system::{Kinematics, Prescription, Spin};

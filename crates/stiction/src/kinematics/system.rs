@@ -7,6 +7,7 @@
 use super::bodies::{Bodies, State};
 use super::coordinate::{Coordinate, Target};
 use super::measure::{self, Difference};
+use super::rotation_vector::{Orientation, RotationVector};
 use crate::linalg::{Elimination, Entry, Plan, RankDeficient, Scales};
 use crate::mechanism::BodyId;
 use crate::parameters::Parameters;
@@ -21,6 +22,8 @@ pub struct Prescription {
     /// Rows before this one are constraints of cut joints.
     closures: usize,
     coordinates: Vec<Coordinate>,
+    /// For parts of whole rotation vectors, where all three parts stand.
+    orientations: Vec<Option<[usize; 3]>>,
     differences: Vec<Difference>,
     spins: Vec<Spin>,
     entries: Vec<Entry>,
@@ -76,6 +79,7 @@ impl Prescription {
             rows,
             closures,
             coordinates: coordinates.to_vec(),
+            orientations: coordinates.iter().map(|&c| orientation(coordinates, c)).collect(),
             differences: coordinates.iter().map(|&c| measure::difference(topology, c)).collect(),
             spins: spins.to_vec(),
             entries,
@@ -130,6 +134,26 @@ impl Prescription {
         let freedoms = topology.freedoms();
         Plan::new(self.rows.len(), freedoms, &self.entries, &workspace.entries, scales)
     }
+}
+
+/// Where the whole rotation vector stands among the coordinates, if `coordinate` is a part of one
+/// that is prescribed with all its parts. Then it may go beyond half a turn.
+fn orientation(coordinates: &[Coordinate], coordinate: Coordinate) -> Option<[usize; 3]> {
+    let Coordinate::RotationVector { body, .. } = coordinate else { return None };
+    let place =
+        |axis| coordinates.iter().position(|c| *c == Coordinate::RotationVector { body, axis });
+    Some([place(0)?, place(1)?, place(2)?])
+}
+
+/// The orientation that three targets prescribe.
+#[inline(always)]
+fn wanted_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -> Orientation<T> {
+    let [x, y, z] = places.map(|place| targets[place]);
+    Orientation::of(
+        Vec3::new(x.value, y.value, z.value),
+        Vec3::new(x.rate, y.rate, z.rate),
+        Vec3::new(x.acceleration, y.acceleration, z.acceleration),
+    )
 }
 
 /// Factors that make rates of translations and rotations comparable.
@@ -211,17 +235,29 @@ impl<T: Scalar> Kinematics<T> {
                 row += 1;
             }
         }
-        let coordinates = prescription.coordinates.iter().zip(&prescription.differences);
-        for ((&coordinate, &difference), target) in coordinates.zip(targets) {
-            let measured = measure::measure(
-                coordinate,
-                topology,
-                parameters,
-                &self.bodies,
-                &state.coordinates,
-            );
-            self.errors[row] = measure::deviation(difference, measured.value, target.value);
-            self.covectors[row] = measured.covector;
+        let coordinates = prescription.coordinates.iter().zip(&prescription.orientations);
+        let coordinates = coordinates.zip(&prescription.differences).zip(targets);
+        for (((&coordinate, &orientation), &difference), target) in coordinates {
+            (self.errors[row], self.covectors[row]) = match (coordinate, orientation) {
+                (Coordinate::RotationVector { body, axis }, Some(places)) => {
+                    let ground = self.bodies.pose[0];
+                    let found = measure::seen_from(ground, self.bodies.pose[body.0]);
+                    let wanted = wanted_orientation(targets, places).rotation;
+                    let error = RotationVector::of(found * wanted.transpose()).value;
+                    (error.component(axis), Wrench::couple(ground.rotation.columns[axis]))
+                }
+                _ => {
+                    let measured = measure::measure(
+                        coordinate,
+                        topology,
+                        parameters,
+                        &self.bodies,
+                        &state.coordinates,
+                    );
+                    let error = measure::deviation(difference, measured.value, target.value);
+                    (error, measured.covector)
+                }
+            };
             row += 1;
         }
         for spin in &prescription.spins {
@@ -287,8 +323,17 @@ impl<T: Scalar> Kinematics<T> {
 
         let closures = self.closures;
         self.right.fill(T::zero());
-        for (right, target) in self.right[closures..].iter_mut().zip(targets) {
-            *right = target.rate;
+        let coordinates = prescription.coordinates.iter().zip(&prescription.orientations);
+        let coordinates = coordinates.zip(targets);
+        for (right, ((&coordinate, &orientation), target)) in
+            self.right[closures..].iter_mut().zip(coordinates)
+        {
+            *right = match (coordinate, orientation) {
+                (Coordinate::RotationVector { axis, .. }, Some(places)) => {
+                    wanted_orientation(targets, places).rate.component(axis)
+                }
+                _ => target.rate,
+            };
         }
         program.solve(&self.factors, &mut self.right, &mut state.rates);
         self.bodies.move_with(topology, &state.rates);
@@ -319,16 +364,41 @@ impl<T: Scalar> Kinematics<T> {
                 row += 1;
             }
         }
-        for (&coordinate, target) in prescription.coordinates.iter().zip(targets) {
+        let coordinates = prescription.coordinates.iter().zip(&prescription.orientations);
+        for ((&coordinate, &orientation), target) in coordinates.zip(targets) {
             let covector = self.covectors[row];
-            let bias = measure::bias(coordinate, topology, parameters, &self.bodies, covector);
-            self.right[row] = target.acceleration - bias;
+            self.right[row] = match (coordinate, orientation) {
+                (Coordinate::RotationVector { body, axis }, Some(places)) => {
+                    wanted_orientation(targets, places).acceleration.component(axis)
+                        - self.bodies.bias[body.0].power(covector)
+                }
+                _ => {
+                    let bodies = &self.bodies;
+                    target.acceleration
+                        - measure::bias(coordinate, topology, parameters, bodies, covector)
+                }
+            };
             row += 1;
         }
         for spin in &prescription.spins {
             self.right[row] = -self.bodies.bias[spin.body.0].power(self.covectors[row]);
             row += 1;
         }
+    }
+
+    /// The tree's rates for a unit rate of one prescribed coordinate and nothing else; needs
+    /// [`Self::differentiate`].
+    pub(crate) fn response_to_coordinate(
+        &mut self,
+        prescription: &Prescription,
+        program: &Elimination,
+        coordinate: usize,
+        rates: &mut [T],
+    ) {
+        self.right.fill(T::zero());
+        self.right[self.closures + coordinate] = T::one();
+        program.solve(&self.factors, &mut self.right, rates);
+        debug_assert!(coordinate < prescription.coordinates.len());
     }
 
     /// The tree's accelerations for a unit acceleration of one idle spin and nothing else; needs
