@@ -245,7 +245,11 @@ pub(crate) const PLACE: &[Field] = &[
 pub(crate) const MOTION: &[Field] = &[
     field("title", Text, "One line that says what it is."),
     field("start", Quantity(Time), "First instant; by default 0."),
-    field("duration", Quantity(Time), "Length; by default 1 s."),
+    field(
+        "duration",
+        Quantity(Time),
+        "Length; by default 1 s. With 0 the motion is a single pose.",
+    ),
     field("step", Quantity(Time), "Time between samples of the result."),
     field("file", Text, "A CSV file with samples, instead of expressions; relative to the model."),
 ];

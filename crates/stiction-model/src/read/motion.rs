@@ -32,19 +32,19 @@ pub(crate) fn read(
 ) -> Option<Motion> {
     let record = Record::open(context, table, MOTION, "a motion");
     let title = record.text("title").unwrap_or_default().to_owned();
-    let positive = |key: &str| {
-        let value = record.quantity(key)?;
-        if value > 0.0 {
-            return Some(value);
-        }
-        let message = format!("`{key}` is {} s, but must be greater than 0", number(value));
+    let refuse = |key: &str, value: f64, expected: &str| {
+        let message = format!("`{key}` is {} s, but must {expected}", number(value));
         context.push(
             Diagnostic::error("range", message)
                 .at(context.place(&record.span(key)), "out of range"),
         );
-        None
     };
-    let step = positive("step");
+    let step = record.quantity("step").filter(|&step| {
+        if step <= 0.0 {
+            refuse("step", step, "be greater than 0");
+        }
+        step > 0.0
+    });
     let mut reader = Reader { context, names, orders: Orders::new() };
     let coordinates = reader.coordinates(table, record.value("file"));
     if let Some(file) = record.value("file") {
@@ -60,7 +60,12 @@ pub(crate) fn read(
         return reader.recorded(title, step, file, files);
     }
     let start = record.quantity("start").unwrap_or(0.0);
-    let duration = if record.value("duration").is_some() { positive("duration")? } else { 1.0 };
+    let duration =
+        if record.value("duration").is_some() { record.quantity("duration")? } else { 1.0 };
+    if duration < 0.0 {
+        refuse("duration", duration, "not be negative; 0 is a single pose");
+        return None;
+    }
     let mut motion =
         Motion { title, start, duration, step, samples: None, coordinates, interpolation: None };
     let count = duration / step.unwrap_or(STEP);

@@ -154,6 +154,9 @@ impl Error {
 /// Slower than this part of the fastest sliding speed of the motion is rest: reversals come out of
 /// the arithmetic as 1e-16 of it, not as zero.
 const REST: f64 = 1e-9;
+/// Slower than this is rest whatever the motion, m/s: an atom's width in minutes. It tells where all
+/// samples are reversals, as a single pose may be, and nothing in the motion is fast.
+const STANDSTILL: f64 = 1e-12;
 
 impl Job<'_> {
     /// The instants of the samples.
@@ -194,7 +197,7 @@ impl Job<'_> {
         }
 
         let mut solver = start;
-        let rest_speed = REST * fastest;
+        let rest_speed = (REST * fastest).max(STANDSTILL);
         *solver.settings_mut() =
             Settings { friction: self.friction, rest_speed, ..Settings::default() };
         let spins = solver.assembly().prescription().spins().len();

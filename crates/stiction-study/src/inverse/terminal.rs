@@ -1,6 +1,7 @@
 //! The summary that a person reads.
 
 use super::run::{Job, Verdict};
+use super::statistics::Integral;
 use super::summary::{Summary, friction_word, weighting_words};
 use std::fmt::{self, Write};
 use stiction::dynamics::FrictionMode;
@@ -41,7 +42,7 @@ pub fn write_summary(
     writeln!(out)?;
     write_drives(out, job, summary)?;
     write_reactions(out, summary, model.mechanism.characteristic_length())?;
-    write_friction(out, job, summary)?;
+    write_friction(out, job, summary, verdict)?;
     write_verdicts(out, job, summary, verdict)
 }
 
@@ -116,24 +117,36 @@ fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt:
     writeln!(out)
 }
 
-fn write_friction(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::Result {
+fn write_friction(
+    out: &mut impl Write,
+    job: &Job<'_>,
+    summary: &Summary,
+    verdict: &Verdict,
+) -> fmt::Result {
     if job.friction == FrictionMode::Off || summary.names.contacts.is_empty() {
         return Ok(());
     }
-    let total = summary.work.dissipated.value;
-    let mut contacts: Vec<usize> = (0..summary.dissipated.len()).collect();
-    contacts.sort_by(|&a, &b| summary.dissipated[b].value.total_cmp(&summary.dissipated[a].value));
-    let shares = contacts.iter().take(LISTED).map(|&k| {
-        let part = summary.dissipated[k].value / total;
-        format!("{} {}", summary.names.contacts[k].0, percent(Some(part).filter(|p| p.is_finite())))
-    });
-    writeln!(
-        out,
-        "friction dissipates {} J: {}{}",
-        number(total),
-        shares.collect::<Vec<_>>().join(", "),
-        if contacts.len() > LISTED { ", ..." } else { "" },
-    )?;
+    // At a single instant there is power, but no work.
+    let is_pose = verdict.samples == 1;
+    let amount = |integral: &Integral| if is_pose { integral.last() } else { integral.value };
+    let total = amount(&summary.work.dissipated);
+    let mut contacts: Vec<(f64, &str)> = summary
+        .dissipated
+        .iter()
+        .zip(&summary.names.contacts)
+        .map(|(integral, (name, _))| (amount(integral), name.as_str()))
+        .collect();
+    contacts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let unit = if is_pose { "W" } else { "J" };
+    write!(out, "friction dissipates {} {unit}", number(total))?;
+    // Nothing has no shares.
+    if total != 0.0 {
+        let shares = contacts.iter().take(LISTED);
+        let shares = shares.map(|(part, name)| format!("{name} {}", percent(Some(part / total))));
+        let more = if contacts.len() > LISTED { ", ..." } else { "" };
+        write!(out, ": {}{more}", shares.collect::<Vec<_>>().join(", "))?;
+    }
+    writeln!(out)?;
     if summary.resting_samples > 0 {
         let widest = summary.widest.iter().zip(&summary.names.drives);
         let widest = widest.max_by(|a, b| a.0.peak.total_cmp(&b.0.peak));
