@@ -24,7 +24,7 @@ macro_rules! wrong_files {
 }
 
 wrong_files! {
-    syntax keys units parameters misnamed bodies joints mechanism disconnected suspicious legs motions
+    syntax keys units parameters misnamed bodies joints mechanism disconnected suspicious legs chains motions
 }
 
 mod given {

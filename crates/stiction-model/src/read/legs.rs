@@ -54,7 +54,9 @@ struct Spot<'a> {
 
 fn read_group(context: &Context<'_>, table: &Table, all: &mut Expansion) {
     let record = Record::new(context, table, LEGS, "a group of legs");
-    let chain = record.value("chain").and_then(|value| Chain::read(context, value));
+    let chain = record
+        .value("chain")
+        .and_then(|value| Chain::read(context, value, record.value("between")));
     let about_axis = match record.value("about") {
         Some(value) => context.axis(value),
         None => Some(Vec3::unit(2)),
@@ -97,6 +99,7 @@ fn spots<'a>(context: &'a Context<'a>, record: &Record<'a>) -> Vec<Spot<'a>> {
                 ),
         ),
         (Some(angles), None) => match angles.as_list() {
+            Some([]) => no_legs(context, angles),
             Some(list) => spots.extend(list.iter().filter_map(|angle| {
                 Some(Spot { angle: context.quantity(angle, Measure::Angle)?, table: None })
             })),
@@ -107,6 +110,9 @@ fn spots<'a>(context: &'a Context<'a>, record: &Record<'a>) -> Vec<Spot<'a>> {
                 context.wrong(place, "a list of places such as [{ angle = \"0 deg\" }]");
                 return spots;
             };
+            if list.is_empty() {
+                no_legs(context, place);
+            }
             for entry in list {
                 let Some(table) = entry.as_table() else {
                     context.wrong(entry, "a place such as { angle = \"0 deg\" }");
@@ -124,6 +130,15 @@ fn spots<'a>(context: &'a Context<'a>, record: &Record<'a>) -> Vec<Spot<'a>> {
         }
     }
     spots
+}
+
+/// A robot that loses all its legs to a slip would still be a mechanism.
+fn no_legs(context: &Context<'_>, list: &Value) {
+    context.push(
+        Diagnostic::error("legs", "a group of legs has no leg")
+            .at(context.place(&list.span), "nothing stands here")
+            .help("give each leg its place here, or delete the group"),
+    );
 }
 
 struct Group<'a> {
