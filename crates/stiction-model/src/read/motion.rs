@@ -1,6 +1,6 @@
 //! Motions.
 
-use super::context::{Context, Record};
+use super::context::{Context, Record, of_the_top};
 use super::names::Names;
 use super::path::{Leaf, Meaning, Orders, Trouble, coordinate, leaves, resolve};
 use super::recording;
@@ -8,6 +8,7 @@ use crate::course::Course;
 use crate::diagnostic::{Diagnostic, number};
 use crate::document::{Table, Value};
 use crate::fields::tables::{MOTION, ORDERS};
+use crate::measure::Measure;
 use crate::model::Motion;
 use crate::source::{Source, Span};
 use std::sync::Arc;
@@ -80,6 +81,16 @@ pub(crate) fn read(
         motion.coordinates.clear();
         return None;
     }
+    // Instants are sums of `start` and a part of `duration`.
+    if duration > 0.0 && start.abs() * f64::EPSILON > 1e-3 * step.unwrap_or(STEP) {
+        let message = "so late, instants one step apart cannot be told from each other";
+        context.push(
+            Diagnostic::error("range", message)
+                .at(context.place(&record.span("start")), "too far from 0")
+                .help("let the motion start at 0"),
+        );
+        return None;
+    }
     let courses = motion.coordinates.iter().map(|(_, course)| course);
     check_courses(context, courses, start, duration, step);
     Some(motion)
@@ -95,7 +106,7 @@ pub(crate) fn check_courses<'a>(
 ) {
     let count = (duration / step.unwrap_or(STEP)).round().clamp(1.0, TRIALS);
     for course in courses.into_iter().filter(|course| course.as_constant().is_none()) {
-        let instants = (0..=count as usize).map(|k| start + duration * (k as f64 / count));
+        let instants = (0..=count as usize).map(|k| start + duration * k as f64 / count);
         if let Some(fault) =
             instants.filter(|&t| !is_finite(course, t)).find_map(|t| course.fault_at(t))
         {
@@ -131,7 +142,10 @@ impl Reader<'_> {
                 None => format!("{}.x", leaf.path),
             };
             match resolve(self.names, &path) {
-                Err(trouble) => self.trouble(leaf, trouble),
+                Err(trouble) => {
+                    self.trouble(leaf, trouble);
+                    leaf.value.into_iter().for_each(|value| self.proofread(value));
+                }
                 Ok(Meaning::Body(body, "order")) => {
                     let order = leaf.value.and_then(|value| context.choice(value, ORDERS));
                     if let Some(order) = order.and_then(AngleOrder::from_name) {
@@ -157,6 +171,7 @@ impl Reader<'_> {
                 Ok(meant) => meant,
                 Err(trouble) => {
                     self.trouble(leaf, trouble);
+                    self.proofread(value);
                     continue;
                 }
             };
@@ -176,6 +191,13 @@ impl Reader<'_> {
         coordinates
     }
 
+    /// Says what is wrong with an expression whatever it is meant for.
+    fn proofread(&self, value: &Value) {
+        if value.as_text().is_some() {
+            self.context.course(value, Measure::Any);
+        }
+    }
+
     fn trouble(&self, leaf: &Leaf<'_>, trouble: Trouble) {
         // In a text with syntax errors, what seems unknown may be unreadable.
         if !self.context.broken.is_empty() {
@@ -192,7 +214,7 @@ impl Reader<'_> {
         self.context.push(
             Diagnostic::error("unknown-name", message)
                 .at(self.context.place(span), label)
-                .maybe_help(help),
+                .maybe_help(of_the_top(&leaf.path).or(help)),
         );
     }
 
@@ -210,7 +232,10 @@ impl Reader<'_> {
                 self.context.push(
                     Diagnostic::error("file", format!("the file cannot be read: {reason}"))
                         .at(self.context.place(&value.span), "this file")
-                        .help("the name is taken relative to the folder of the model"),
+                        .help(
+                            "a motion is a CSV file in UTF-8; its name is relative to the folder of \
+                             the model",
+                        ),
                 );
                 return None;
             }

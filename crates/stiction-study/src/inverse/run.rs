@@ -125,6 +125,15 @@ pub enum Error {
         /// Why.
         error: InverseError,
     },
+    /// Forces are larger than numbers can be.
+    #[error(
+        "at t = {time} s: the forces are too large to be computed; look for a wrong unit or exponent \
+         in the model, the motion or the load"
+    )]
+    Overflow {
+        /// Time, s.
+        time: f64,
+    },
     /// The load cannot be carried.
     #[error("at t = {} s: {}", .0.time, .0.first)]
     CannotCarry(Box<Missing>),
@@ -143,6 +152,7 @@ impl Error {
             self,
             Self::Instants(_)
                 | Self::NotFinite(_)
+                | Self::Overflow { .. }
                 | Self::Assembly {
                     error: AssemblyError::Open { .. } | AssemblyError::AngleRange { .. },
                     ..
@@ -241,6 +251,9 @@ impl Job<'_> {
                 verdict.passed_singularities.push((before, time));
             }
             (side_before, before) = (side, time);
+            if !is_finite(solver.forces()) {
+                return Err(Error::Overflow { time });
+            }
             if missing.is_none() {
                 uniqueness.look(&solver);
                 verdict.redundancy = verdict.redundancy.max(uniqueness.redundancy);
@@ -313,6 +326,18 @@ impl Job<'_> {
 
 fn go_on(answer: bool) -> Result<(), Error> {
     if answer { Ok(()) } else { Err(Error::Interrupted) }
+}
+
+/// Whether all forces are numbers.
+fn is_finite(forces: &Forces) -> bool {
+    let vector = |v: &stiction::spatial::Vec3<f64>| v.norm().is_finite();
+    let power = &forces.power;
+    let drives = forces.drives.iter().chain(&forces.drives_frictionless);
+    drives.copied().all(f64::is_finite)
+        && forces.drive_bounds.iter().all(|(low, high)| low.is_finite() && high.is_finite())
+        && forces.reactions.iter().all(|(force, moment)| vector(force) && vector(moment))
+        && forces.contacts.iter().all(|contact| contact.power.is_finite())
+        && [power.drives, power.loads, power.energy, power.dissipated].iter().all(|p| p.is_finite())
 }
 
 fn add_missing(missing: &mut Option<Missing>, time: f64, error: InverseError, of: usize) {
