@@ -128,6 +128,10 @@ fn explain(place: Place, found: &str, message: &str) -> Diagnostic {
         return error("the line should end here", "this is too much")
             .help("one `key = value` a line; decimals have a point; quantities with a unit stand between quotes");
     }
+    if message.starts_with("cannot extend value of type inline table") {
+        return error("a table between braces is complete", "this comes too late")
+            .help("write it between the braces, or all of it as [table] and keys");
+    }
     if message.starts_with("cannot recurse further") || message.starts_with("recursion limit") {
         return error("this is nested too deeply", "too deep");
     }

@@ -65,7 +65,7 @@ impl Text<'_> {
     fn joint(&self, (word, span): &Word<'_>) -> Option<JointLink> {
         let symbol = symbol(word);
         let Some(joint_type) = JointType::from_symbol(symbol) else {
-            let message = format!("{} is not a type of joint", quoted(symbol));
+            let message = format!("{} is not a type of joint", quoted(word));
             let types = JOINT_TYPES.iter().copied();
             let near = apart(word)
                 .map(|apart| format!("put blanks between the joints: {apart:?}"))

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use stiction::spatial::Vec3;
 
 /// Products of several numbers of this size are still numbers.
-const LARGEST: f64 = 1e30;
+pub(crate) const LARGEST: f64 = 1e30;
 
 /// A text that is being read, and what has been said about it.
 pub(crate) struct Context<'a> {

@@ -203,6 +203,8 @@ struct Parts {
     bodies: Vec<BodyDraft>,
     joints: Vec<JointDraft>,
     legs: Vec<legs::LegDraft>,
+    /// Whether some legs could not be read.
+    lost_legs: bool,
 }
 
 impl Parts {
@@ -229,13 +231,14 @@ impl Parts {
             joints.push(joint::read(context, name, &key.span, table, None, &what));
         }
         let legs = record.value("legs").map(|value| legs::read(context, value));
-        let Expansion { bodies: more_bodies, joints: more_joints, legs } = legs.unwrap_or_default();
+        let Expansion { bodies: more_bodies, joints: more_joints, legs, lost: lost_legs } =
+            legs.unwrap_or_default();
         bodies.extend(more_bodies);
         joints.extend(more_joints);
         let file = context.source.name.rsplit(['/', '\\']).next().unwrap_or_default();
         let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
         let name = record.text("name").unwrap_or(stem).to_owned();
-        Self { name, bodies, joints, legs }
+        Self { name, bodies, joints, legs, lost_legs }
     }
 
     fn names(&self) -> Names {
@@ -243,6 +246,7 @@ impl Parts {
             self.bodies.iter().map(|body| body.name.as_str()),
             self.joints.iter().map(|joint| (joint.name.as_str(), joint.joint_type)),
         )
+        .with_lost_legs(self.lost_legs)
     }
 
     /// The mechanism; its defects are reported.

@@ -267,5 +267,8 @@ fn order(x: f64) -> String {
 }
 
 fn percent(ratio: Option<f64>) -> String {
-    ratio.map_or("-".to_owned(), |ratio| format!("{:.1} %", 100.0 * ratio))
+    ratio.map_or("-".to_owned(), |ratio| match 100.0 * ratio {
+        percent if percent.abs() < 1e5 => format!("{percent:.1} %"),
+        percent => format!("{percent:.1e} %"),
+    })
 }
