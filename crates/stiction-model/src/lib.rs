@@ -93,7 +93,8 @@
 //! of their order: `{ xyz = [0, "30 deg", 0] }`.
 //!
 //! A chain names joints and the bodies between them in turn: `chain = "R cylinder P* rod S"`, where `*`
-//! means actuated. There is a leg for each of `angles`, or for each entry of `place`, which may also
+//! means actuated; or the joints alone, `chain = "R P* S"`, with `between = ["cylinder", "rod"]` or with
+//! bodies that are called `link1`, `link2`. There is a leg for each of `angles`, or for each entry of `place`, which may also
 //! change anything below. Leg 1 consists of the bodies `leg1.cylinder`, `leg1.rod` and the joints
 //! `leg1.R`, `leg1.P`, `leg1.S`; joints of one letter get numbers (`leg1.U1`, `leg1.U2`). Their tables are
 //! `[legs.bodies.cylinder]`, `[legs.joints.R]` and so on. The first joint is at `foot` in the frame of

@@ -78,6 +78,16 @@ impl Measure {
         }
     }
 
+    /// A way out for what is often taken for it.
+    fn advice(self, found: Dimension) -> Option<String> {
+        // Data sheets give friction moments over angular rates.
+        let turning = self == Self::Viscous && found.same(Dimension::of(2, 1, -1));
+        turning.then(|| {
+            "it acts at the sliding surface: divide it by the square of the contact's radius"
+                .to_owned()
+        })
+    }
+
     /// What is wrong with a quantity of this dimension, as a function of its place. Plain numbers
     /// count in SI units; angles do not pass for plain numbers where a length is due.
     pub(crate) fn complaint(self, found: Dimension) -> Option<impl FnOnce(Span) -> Fault> {
@@ -92,6 +102,7 @@ impl Measure {
                 format!("this is {}", found.describe()),
             )
             .code("dimension")
+            .maybe_help(self.advice(found))
         })
     }
 }

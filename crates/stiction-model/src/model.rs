@@ -56,7 +56,7 @@ pub struct Motion {
     pub title: String,
     /// First instant, s.
     pub start: f64,
-    /// Length, s.
+    /// Length, s; zero for a single pose.
     pub duration: f64,
     /// Time between samples of the result, s, if the motion says so.
     pub step: Option<f64>,

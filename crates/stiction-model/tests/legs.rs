@@ -252,3 +252,108 @@ pitch = "5 mm/rev"
         .unwrap();
     assert_eq!(model.mechanism, expected);
 }
+
+/// The three ways to write a chain are the same robot but for the names of the bodies.
+#[test]
+fn a_chain_may_name_joints_alone() {
+    let legs = |chain: &str, [first, second]: [&str; 2]| {
+        model(&format!(
+            r#"{HEAD}
+[legs]
+{chain}
+to = "platform"
+angles = ["0 deg", "120 deg", "240 deg"]
+foot = [0.4, 0, 0]
+tip = [0.2, 0, 0]
+[legs.joints.R]
+axis = "y"
+friction = {{ mu = 0.1, radius = "5 mm" }}
+[legs.joints.P]
+axis = "z"
+start = 0.5
+[legs.bodies.{first}]
+mass = 2
+com = [0, 0, 0.1]
+inertia = [1, 1, 1]
+[legs.bodies.{second}]
+mass = 1
+com = [0, 0, -0.1]
+inertia = [1, 1, 1]
+"#
+        ))
+    };
+    let named = legs("chain = \"R cylinder P* rod S\"", ["cylinder", "rod"]);
+    let apart = legs("chain = \"R P* S\"\nbetween = [\"cylinder\", \"rod\"]", ["cylinder", "rod"]);
+    assert_eq!(named.mechanism, apart.mechanism);
+
+    let short = legs("chain = \"R P* S\"", ["link1", "link2"]);
+    assert_eq!(short.mechanism.bodies()[2].name, "leg1.link1");
+    assert_eq!(short.mechanism.bodies()[7].name, "leg3.link2");
+    assert_eq!(short.legs[1].bodies.len(), 2);
+    for (a, b) in named.mechanism.bodies().iter().zip(short.mechanism.bodies()) {
+        assert_eq!((a.mass, a.com, a.inertia), (b.mass, b.com, b.inertia));
+    }
+    assert_eq!(named.mechanism.joints(), short.mechanism.joints());
+}
+
+/// Whatever differs in one leg is said at its place, and changes no other.
+#[test]
+fn one_leg_may_differ_in_anything() {
+    let legs = |places: &str| {
+        model(&format!(
+            r#"{HEAD}
+[legs]
+chain = "R P* S"
+to = "platform"
+foot = [0.4, 0, 0]
+tip = [0.2, 0, 0]
+place = [{places}]
+[legs.joints.R]
+axis = "y"
+start = "10 deg"
+friction = {{ mu = 0.1, radius = "5 mm", viscous = "0.02 N s/m" }}
+[legs.joints.P]
+axis = "z"
+start = "0.5 m"
+friction = {{ mu = 0.1 }}
+[legs.bodies.link1]
+mass = "2 kg"
+com = [0, 0, 0.1]
+inertia = [0.1, 0.2, 0.3]
+"#
+        ))
+    };
+    let equal = legs("{ angle = 0 }, { angle = \"120 deg\" }, { angle = \"240 deg\" }");
+    let one = legs(
+        r#"
+    { angle = 0 },
+    { angle = "120 deg", bodies.link1 = { mass = "5 kg", inertia = { xx = 1, yy = 1, zz = 1 } }, joints = { R = { friction.mu = 0.3, start = "20 deg" }, P.start = "0.6 m" } },
+    { angle = "240 deg" },
+"#,
+    );
+    let (a, b) = (&equal.mechanism, &one.mechanism);
+    for (a, b) in a.bodies().iter().zip(b.bodies()) {
+        if a.name == "leg2.link1" {
+            assert_eq!((a.mass, b.mass), (2.0, 5.0));
+            // A tensor is replaced as a whole; what is not said stays.
+            assert_eq!((b.inertia.at(0, 0), b.inertia.at(2, 2), b.com), (1.0, 1.0, a.com));
+        } else {
+            assert_eq!(a, b);
+        }
+    }
+    for (a, b) in a.joints().iter().zip(b.joints()) {
+        let law = |joint: &stiction::mechanism::Joint| format!("{:?}", joint.friction);
+        match a.name.as_str() {
+            "leg2.R" => {
+                assert_ne!(a.start, b.start);
+                // The rest of the friction is that of the other legs.
+                assert_eq!(law(b), law(a).replace("0.1", "0.3"));
+            }
+            "leg2.P" => {
+                assert_ne!(a.start, b.start);
+                assert_eq!(law(a), law(b));
+            }
+            _ => assert_eq!(a, b),
+        }
+    }
+}

@@ -24,7 +24,7 @@ macro_rules! wrong_files {
 }
 
 wrong_files! {
-    syntax keys units parameters bodies joints mechanism disconnected suspicious legs motions
+    syntax keys units parameters misnamed bodies joints mechanism disconnected suspicious legs chains lost_legs twice motions
 }
 
 mod given {
@@ -94,7 +94,8 @@ mod given {
             "time,A\n0,1\n0.5,2,3\n0.5,nan\n0.4,1e999\n,\n1,0x10\n",
             "time [s\n0\n1\n",
             &format!("time, A\n{many}"),
-            "time, A\n0, 0\n1e-320, 1\n2e-320, 1e300\n",
+            "time, A\n0, 0\n1e-320, 1\n2e-320, 1e29\n",
+            "time, A\n0, 0\n1, 1e300\n",
         ];
         insta::assert_snapshot!(each(&files, |source| robot
             .read_motion(&Source::new("motion.csv", source.text.as_str()), &|_| Err(

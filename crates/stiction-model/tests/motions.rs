@@ -217,3 +217,15 @@ fn formulas_that_fail_later_explain_themselves() {
     assert_eq!(fault.place.unwrap().line_column(), (19, 18));
     assert_eq!(fault.label, "division by zero");
 }
+
+/// A motion without duration is a single pose, in a file and on a command line.
+#[test]
+fn no_duration_is_a_pose() {
+    let model =
+        model("[motions.pose]\nstart = \"0.5 s\"\nduration = 0\nplatform.x = \"1 m/s*t\"\n");
+    let pose = model.motion("pose").unwrap();
+    assert_eq!((pose.start, pose.duration), (0.5, 0.0));
+    let given = Source::new("--motion", "duration = 0; platform.x = 1 mm");
+    let pose = model.parse_motion(&given, &|_| Err(String::new())).unwrap();
+    assert_eq!((pose.start, pose.duration, pose.coordinates.len()), (0.0, 0.0, 1));
+}

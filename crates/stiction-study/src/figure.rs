@@ -44,6 +44,8 @@ const PANEL_WIDTH: f64 = 860.0;
 const PANEL_HEIGHT: f64 = 220.0;
 /// Room left of the axes for tick labels and the axis' name.
 const LEFT: f64 = 92.0;
+/// Half the width of the mark for a single point.
+const MARK: f64 = 5.0;
 /// Widths of a legend's frame with its line samples, and of one letter.
 const LEGEND_FRAME: f64 = 48.0;
 const LETTER: f64 = 6.6;
@@ -99,9 +101,17 @@ impl Line {
     fn plot(&self) -> Plot {
         // What is not finite has no place on paper.
         let points = self.points.iter().copied().filter(|(x, y)| x.is_finite() && y.is_finite());
+        let points: Vec<_> = points.collect();
+        let colour = COLOURS[self.colour % COLOURS.len()];
+        if points.len() == 1 {
+            // A line through one point cannot be seen. What would be dashed may lie upon another.
+            let shape = if self.dashed { MarkerShape::Cross } else { MarkerShape::Circle };
+            let mark = ScatterPlot::new().with_data(points).with_color(colour).with_size(MARK);
+            return Plot::from(mark.with_marker(shape).with_legend(self.label.as_str()));
+        }
         let line = LinePlot::new()
-            .with_data(points.collect::<Vec<_>>())
-            .with_color(COLOURS[self.colour % COLOURS.len()])
+            .with_data(points)
+            .with_color(colour)
             .with_stroke_width(1.6)
             .with_legend(self.label.as_str());
         Plot::from(if self.dashed { line.with_dashed() } else { line })
@@ -190,6 +200,16 @@ mod tests {
             assert!(!svg.contains("NaN") && !svg.contains("inf"), "{case:?}");
             assert!(!svg.contains("<more>"));
         }
+    }
+
+    /// A line through one point would not be seen.
+    #[test]
+    fn a_single_point_is_marked() {
+        let svg = figure(vec![vec![(0.0, 1.0)], vec![(0.0, 2.0)]]).svg();
+        let marks = svg.matches("#0072b2").count() + svg.matches("#d55e00").count();
+        // Each in the plot and in the legend.
+        assert!(marks >= 4, "{svg}");
+        assert!(svg.contains("<circle"));
     }
 
     #[test]

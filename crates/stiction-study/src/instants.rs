@@ -35,7 +35,9 @@ pub enum InstantsError {
         f64,
     ),
     /// The step is so small that nobody can mean it.
-    #[error("a step of {step} s makes {count:.1e} samples of this motion; the most is {MOST:.0e}")]
+    #[error(
+        "a step of {step:?} s makes {count:.1e} samples of this motion; the most is {MOST:.0e}"
+    )]
     TooMany {
         /// The step, s.
         step: f64,

@@ -26,13 +26,21 @@ pub(crate) fn nearest<'a>(
     let wanted = plain(name);
     // A third of the letters may be wrong: `platfrom` finds `platform`, `q` finds nothing.
     let tolerance = (wanted.chars().count() / 3).clamp(1, 4);
-    candidates
-        .into_iter()
-        .filter(|candidate| candidate.len() <= 4 * LONGEST_NAME)
-        .map(|candidate| (strsim::damerau_levenshtein(&wanted, &plain(candidate)), candidate))
+    let candidates: Vec<_> =
+        candidates.into_iter().filter(|candidate| candidate.len() <= 4 * LONGEST_NAME).collect();
+    let near = candidates
+        .iter()
+        .map(|&candidate| (strsim::damerau_levenshtein(&wanted, &plain(candidate)), candidate))
         .filter(|&(distance, candidate)| distance <= tolerance && distance < candidate.len())
-        .min_by_key(|&(distance, _)| distance)
-        .map(|(_, candidate)| candidate)
+        .min_by_key(|&(distance, _)| distance);
+    if let Some((_, candidate)) = near {
+        return Some(candidate);
+    }
+    // `collar` finds `collar_radius`, if nothing else begins like this.
+    let mut longer = candidates.iter().filter(|candidate| {
+        plain(candidate).strip_prefix(&wanted).is_some_and(|rest| rest.starts_with('_'))
+    });
+    longer.next().copied().filter(|_| longer.next().is_none())
 }
 
 /// `did you mean ...?`, or else the list of what there is.

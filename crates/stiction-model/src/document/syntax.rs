@@ -23,19 +23,59 @@ pub(super) fn report(
     }
     errors.sort_by_key(|(span, _)| span.start);
 
+    if let Some(other) = other_language(source, !errors.is_empty()) {
+        out.push(other);
+        return errors.into_iter().map(|(span, _)| line_around(text, span.start)).collect();
+    }
     let mut broken: Vec<Span> = Vec::new();
+    let mut repeated_table = false;
     for (span, message) in errors {
         // A second error in a line is mostly the echo of the first.
         if broken.last().is_some_and(|line| span.start <= line.end) {
             continue;
         }
-        broken.push(line_around(text, span.start));
+        let line = line_around(text, span.start);
+        let is_header =
+            text.get(line.clone()).is_some_and(|line| line.trim_start().starts_with('['));
+        broken.push(line);
+        // What stands under a header that occurs twice may well occur twice.
+        if message == "duplicate key" && repeated_table && !is_header {
+            continue;
+        }
+        repeated_table = message == "duplicate key" && is_header;
+        if repeated_table {
+            out.push(
+                Diagnostic::error("syntax", "this table is there twice")
+                    .at(Place::new(source, span), "there already")
+                    .help(
+                        "put all keys of a table under one header, or give this one another name",
+                    ),
+            );
+            continue;
+        }
         let place = Place::new(source, span.clone());
         out.push(explain(place, text.get(span).unwrap_or_default(), &message));
     }
     broken.extend(unclosed.iter().cloned());
     broken.sort_by_key(|part| part.start);
     broken
+}
+
+/// What to say about a text in another language than TOML.
+fn other_language(source: &Arc<Source>, is_wrong: bool) -> Option<Diagnostic> {
+    let text = source.text.as_str();
+    let start = text.find(|c: char| !c.is_whitespace() && c != '\u{feff}')?;
+    let language = match text.get(start..)?.chars().next()? {
+        '<' => "XML (URDF, SDF, MJCF?)",
+        '{' => "JSON",
+        _ => return None,
+    };
+    let place = Place::new(source, start..start + 1);
+    is_wrong.then(|| {
+        Diagnostic::error("syntax", format!("this looks like {language}, not like a model file"))
+            .at(place, "no key can begin like this")
+            .help("a model is a TOML file: `stiction models` lists examples")
+    })
 }
 
 fn line_around(text: &str, at: usize) -> Span {
@@ -88,8 +128,29 @@ fn explain(place: Place, found: &str, message: &str) -> Diagnostic {
         return error("the line should end here", "this is too much")
             .help("one `key = value` a line; decimals have a point; quantities with a unit stand between quotes");
     }
+    if message.starts_with("cannot extend value of type inline table") {
+        return error("a table between braces is complete", "this comes too late")
+            .help("write it between the braces, or all of it as [table] and keys");
+    }
     if message.starts_with("cannot recurse further") || message.starts_with("recursion limit") {
         return error("this is nested too deeply", "too deep");
+    }
+    if message.starts_with("key with no value") || message.starts_with("invalid unquoted key") {
+        let is_letter = found.starts_with(char::is_alphabetic);
+        return match is_letter {
+            true => error("such letters need quotes in a name", "not a to z")
+                .help("write the whole name between quotes, or with other letters"),
+            false => error("there is no `=` between a name and its value", "expected `=`")
+                .help("write `key = value`"),
+        };
+    }
+    if message.starts_with("invalid basic string") || message.starts_with("invalid literal string")
+    {
+        return error("this text is never closed, or has a wrong `\\` in it", "the text ends here")
+            .help("close it with the quote it begins with, in the same line");
+    }
+    if message.starts_with("unclosed table") {
+        return error("this header is never closed", "expected `]`").help("close it with `]`");
     }
     let message = message.trim_end_matches(", expected nothing");
     error(&format!("this is not TOML: {message}"), "")

@@ -128,7 +128,27 @@ pub(crate) fn advice(name: &str) -> Option<String> {
         ("meter", "m"),
         ("metre", "m"),
         ("meters", "m"),
+        ("millimeter", "mm"),
+        ("millimetre", "mm"),
+        ("centimeter", "cm"),
+        ("centimetre", "cm"),
+        ("micrometer", "um"),
+        ("micrometre", "um"),
+        ("micron", "um"),
         ("inch", "in"),
+        ("inches", "in"),
+        ("foot", "ft"),
+        ("kilogram", "kg"),
+        ("kilogramme", "kg"),
+        ("gram", "g"),
+        ("pound", "lb"),
+        ("minute", "min"),
+        ("hour", "h"),
+        ("millisecond", "ms"),
+        ("joule", "J"),
+        ("watt", "W"),
+        ("pascal", "Pa"),
+        ("hertz", "Hz"),
         ("newton", "N"),
         ("Newton", "N"),
         ("µm", "um"),
@@ -137,7 +157,8 @@ pub(crate) fn advice(name: &str) -> Option<String> {
         ("RPM", "rpm"),
         ("hz", "Hz"),
     ];
-    if let Some((_, meant)) = MEANT.iter().find(|(typed, _)| *typed == name) {
+    let singular = name.strip_suffix('s').unwrap_or(name);
+    if let Some((_, meant)) = MEANT.iter().find(|(typed, _)| *typed == name || *typed == singular) {
         return Some(format!("write `{meant}`"));
     }
     // `Nm` is two units written as one; `kgm2` is the same with a power.

@@ -30,6 +30,8 @@ pub(crate) enum Shape {
     Text,
     /// The name of something.
     Name,
+    /// A list of names.
+    Names,
     /// One of these words.
     Choice(&'static [&'static str]),
     /// A number or an expression.

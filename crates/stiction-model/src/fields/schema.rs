@@ -130,6 +130,7 @@ fn property(field: &Field) -> Value {
 fn shape(shape: &Shape) -> Value {
     match shape {
         Shape::Text | Shape::Name => json!({ "type": "string" }),
+        Shape::Names => json!({ "type": "array", "items": { "type": "string" } }),
         Shape::Choice(words) => json!({ "enum": words }),
         Shape::Quantity(_) => reference("quantity"),
         Shape::Vector(_) => reference("vector"),

@@ -1,8 +1,8 @@
 //! The tables of the model file.
 
 use super::Shape::{
-    Actuated, Axis, Choice, Inertia, List, Loads, Motions, Name, Named, OneOrMore, Parameters,
-    Quantities, Quantity, Rotation, Start, Table, Text, Vector,
+    Actuated, Axis, Choice, Inertia, List, Loads, Motions, Name, Named, Names, OneOrMore,
+    Parameters, Quantities, Quantity, Rotation, Start, Table, Text, Vector,
 };
 use super::{Field, field, required};
 use crate::measure::Measure::{
@@ -206,7 +206,7 @@ const LEG_JOINTS: Field = field(
     Named(LEG_JOINT),
     "The joints of the chain by their letter, or letter and number (R1, R2) where one occurs twice.",
 );
-const LEG_BODIES: Field = field("bodies", Named(BODY), "The bodies of the chain.");
+const LEG_BODIES: Field = field("bodies", Named(BODY), "The bodies of the chain by their names.");
 
 /// A group of equal legs.
 pub(crate) const LEGS: &[Field] = &[
@@ -214,7 +214,13 @@ pub(crate) const LEGS: &[Field] = &[
         "chain",
         Text,
         "Joints and the bodies between them, from `from` to `to`: \"R cylinder P* rod S\"; * means \
-         actuated.",
+         actuated. Or the joints alone, \"R P* S\": their bodies are then those of `between`, or are \
+         called link1, link2 and so on.",
+    ),
+    field(
+        "between",
+        Names,
+        "The bodies between the joints of a chain that names joints alone: [\"cylinder\", \"rod\"].",
     ),
     field("from", Name, "The body from which the legs start; by default the ground."),
     required("to", Name, "The body to which they lead."),
@@ -245,7 +251,11 @@ pub(crate) const PLACE: &[Field] = &[
 pub(crate) const MOTION: &[Field] = &[
     field("title", Text, "One line that says what it is."),
     field("start", Quantity(Time), "First instant; by default 0."),
-    field("duration", Quantity(Time), "Length; by default 1 s."),
+    field(
+        "duration",
+        Quantity(Time),
+        "Length; by default 1 s. With 0 the motion is a single pose.",
+    ),
     field("step", Quantity(Time), "Time between samples of the result."),
     field("file", Text, "A CSV file with samples, instead of expressions; relative to the model."),
 ];

@@ -1,11 +1,12 @@
-//! The chain of a leg: `R cylinder P* rod S`.
+//! The chain of a leg: `R cylinder P* rod S`, or shorter `R P* S`.
 
 use super::context::Context;
 use super::names;
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
-use crate::document::{Node, Value};
+use crate::document::{self, Node, Value};
 use crate::fields::tables::JOINT_TYPES;
 use crate::source::Span;
+use std::collections::HashMap;
 use stiction::joint::JointType;
 
 /// Joints and the bodies between them, in order.
@@ -34,63 +35,157 @@ impl JointLink {
     }
 }
 
-const EXAMPLE: &str = "write the joints and the bodies between them in turn: \"R cylinder P* rod S\"; * means \
-     actuated";
+const EXAMPLE: &str = "write the joints and the bodies between them in turn, \"R cylinder P* rod S\", or \
+     the joints alone, \"R P* S\"; * means actuated";
+
+/// A word of the chain and where it stands in the chain's text.
+type Word<'a> = (&'a str, Span);
+
+/// The chain's text, and what is said about it.
+struct Text<'a> {
+    context: &'a Context<'a>,
+    value: &'a Value,
+    text: &'a document::Text,
+}
+
+impl Text<'_> {
+    fn place(&self, span: &Span) -> Span {
+        self.text.place_of(&self.value.span, span)
+    }
+
+    fn complain(&self, span: &Span, message: String, label: &str) {
+        self.complain_with(span, message, label, EXAMPLE.to_owned());
+    }
+
+    fn complain_with(&self, span: &Span, message: String, label: &str, help: String) {
+        let place = self.context.place(&self.place(span));
+        self.context.push(Diagnostic::error("chain", message).at(place, label).help(help));
+    }
+
+    fn joint(&self, (word, span): &Word<'_>) -> Option<JointLink> {
+        let symbol = symbol(word);
+        let Some(joint_type) = JointType::from_symbol(symbol) else {
+            let message = format!("{} is not a type of joint", quoted(word));
+            let types = JOINT_TYPES.iter().copied();
+            let near = apart(word)
+                .map(|apart| format!("put blanks between the joints: {apart:?}"))
+                .or_else(|| did_you_mean(symbol, "types of joints", types));
+            self.complain_with(
+                span,
+                message,
+                "expected a joint",
+                near.unwrap_or_else(|| EXAMPLE.to_owned()),
+            );
+            return None;
+        };
+        let actuated = word.len() > symbol.len();
+        Some(JointLink { key: symbol.to_owned(), span: self.place(span), joint_type, actuated })
+    }
+}
+
+/// A joint without the mark of an actuator.
+fn symbol(word: &str) -> &str {
+    word.trim_end_matches('*')
+}
+
+/// Letters of joints run together, `RP*S`, with blanks between them.
+fn apart(word: &str) -> Option<String> {
+    let letters = word.chars().filter(|c| !matches!(c, '-' | '_' | ',' | '.'));
+    let mut apart = String::new();
+    for letter in letters {
+        if letter != '*' && !apart.is_empty() {
+            apart.push(' ');
+        }
+        apart.push(letter);
+    }
+    let joints = || apart.split(' ').map(symbol);
+    let all = joints().all(|joint| JointType::from_symbol(joint).is_some());
+    (all && joints().count() > 1).then_some(apart)
+}
+
+/// Whether the chain consists of joints alone: no body stands behind the first joint, and nothing
+/// that is left could be the name of one.
+fn is_bare(words: &[Word<'_>]) -> bool {
+    let is_joint = |word: &str| JointType::from_symbol(symbol(word)).is_some();
+    let is_letter = |word: &str| symbol(word).chars().count() == 1 || word.ends_with('*');
+    words.get(1).is_some_and(|(second, _)| is_joint(second))
+        && words.iter().all(|(word, _)| is_joint(word) || is_letter(word))
+}
 
 impl Chain {
-    /// Reads the chain; `None` if it cannot be understood.
-    pub(crate) fn read(context: &Context<'_>, value: &Value) -> Option<Self> {
+    /// Reads the chain, with the names of its bodies where these stand apart; `None` if it cannot be
+    /// understood.
+    pub(crate) fn read(
+        context: &Context<'_>,
+        value: &Value,
+        between: Option<&Value>,
+    ) -> Option<Self> {
         let Node::Text(text) = &value.node else {
             context.wrong(value, "a chain such as \"R cylinder P* rod S\"");
             return None;
         };
-        let error = |span: &Span, message: String, label: &str| {
-            let place = context.place(&text.place_of(&value.span, span));
-            Diagnostic::error("chain", message).at(place, label).help(EXAMPLE)
+        let words = words(&text.content);
+        let text = Text { context, value, text };
+        let mut chain = if is_bare(&words) {
+            Self::of_joints(&text, &words, between)?
+        } else {
+            let chain = Self::of_joints_and_bodies(&text, &words)?;
+            if let Some(between) = between.filter(|_| !chain.bodies.is_empty()) {
+                context.push(
+                    Diagnostic::error("chain", "the bodies of the chain are named twice")
+                        .at(context.place(&between.span), "once here")
+                        .also(context.place(&value.span), "once here")
+                        .help("delete `between`, or leave the bodies out of `chain`"),
+                );
+            }
+            chain
         };
+        chain.number();
+        Some(chain)
+    }
+
+    /// `R P* S`
+    fn of_joints(text: &Text<'_>, words: &[Word<'_>], between: Option<&Value>) -> Option<Self> {
+        let joints = words.iter().map(|word| text.joint(word)).collect::<Option<Vec<_>>>()?;
+        let count = joints.len().saturating_sub(1);
+        let bodies = match between {
+            Some(list) => names_of(text.context, list, count)?,
+            // They stand nowhere: what is wrong with them is shown at the joint before.
+            None => joints
+                .iter()
+                .take(count)
+                .zip(1..)
+                .map(|(joint, i)| Link { key: format!("link{i}"), span: joint.span.clone() })
+                .collect(),
+        };
+        Some(Self { joints, bodies })
+    }
+
+    /// `R cylinder P* rod S`
+    fn of_joints_and_bodies(text: &Text<'_>, words: &[Word<'_>]) -> Option<Self> {
         let mut chain = Self { joints: Vec::new(), bodies: Vec::new() };
-        let mut sound = true;
-        for (i, (word, span)) in words(&text.content).into_iter().enumerate() {
-            let place = text.place_of(&value.span, &span);
-            let symbol = word.trim_end_matches('*');
-            let joint_type = JointType::from_symbol(symbol);
+        for (i, word) in words.iter().enumerate() {
+            let (name, span) = word;
             if i % 2 == 0 {
-                let Some(joint_type) = joint_type else {
-                    let message = format!("{} is not a type of joint", quoted(symbol));
-                    let near = did_you_mean(symbol, "types of joints", JOINT_TYPES.iter().copied());
-                    let diagnostic = error(&span, message, "expected a joint");
-                    context.push(diagnostic.maybe_help(near));
-                    return None;
-                };
-                let actuated = word.len() > symbol.len();
-                let key = symbol.to_owned();
-                chain.joints.push(JointLink { key, span: place, joint_type, actuated });
-            } else if joint_type.is_some() {
-                let message = format!("there is no body before the joint {}", quoted(word));
-                context.push(error(&span, message, "expected the name of a body"));
+                chain.joints.push(text.joint(word)?);
+            } else if JointType::from_symbol(symbol(name)).is_some() {
+                let message = format!("there is no body before the joint {}", quoted(name));
+                text.complain(span, message, "expected the name of a body");
                 return None;
             } else {
-                names::check(context, word, &place, "body");
-                if chain.bodies.iter().any(|body| body.key == word) {
-                    let message = format!("body {} occurs twice in the chain", quoted(word));
-                    context.push(error(&span, message, "used already"));
-                    sound = false;
-                }
-                chain.bodies.push(Link { key: word.to_owned(), span: place });
+                let link = Link { key: (*name).to_owned(), span: text.place(span) };
+                names::check(text.context, name, &link.span, "body");
+                chain.bodies.push(link);
             }
         }
+        let different = are_different(text.context, &chain.bodies);
         if chain.joints.len() != chain.bodies.len() + 1 {
-            let end = text.content.len();
-            let label = "expected a joint at the end";
-            context.push(error(
-                &(0..end),
-                "a chain begins and ends with a joint".to_owned(),
-                label,
-            ));
+            let end = text.text.content.len();
+            let message = "a chain begins and ends with a joint".to_owned();
+            text.complain(&(0..end), message, "expected a joint at the end");
             return None;
         }
-        chain.number();
-        sound.then_some(chain)
+        different.then_some(chain)
     }
 
     /// Joints of the same letter are told apart by a number.
@@ -106,8 +201,52 @@ impl Chain {
     }
 }
 
+/// The names of `count` bodies.
+fn names_of(context: &Context<'_>, list: &Value, count: usize) -> Option<Vec<Link>> {
+    let expected = "a list of names such as [\"cylinder\", \"rod\"]";
+    let Some(items) = list.as_list() else {
+        context.wrong(list, expected);
+        return None;
+    };
+    if items.len() != count {
+        let bodies = |n: usize| if n == 1 { "1 body".to_owned() } else { format!("{n} bodies") };
+        let message =
+            format!("the chain has {} between its joints, not {}", bodies(count), items.len());
+        context.push(
+            Diagnostic::error("chain", message)
+                .at(context.place(&list.span), format!("expected {count}, found {}", items.len())),
+        );
+        return None;
+    }
+    let link = |item: &Value| {
+        let name = context.text(item, "the name of a body between quotes")?;
+        names::check(context, name, &item.span, "body");
+        Some(Link { key: name.to_owned(), span: item.span.clone() })
+    };
+    let links = items.iter().map(link).collect::<Option<Vec<_>>>()?;
+    are_different(context, &links).then_some(links)
+}
+
+/// Says which bodies have a name that was used before.
+fn are_different(context: &Context<'_>, bodies: &[Link]) -> bool {
+    let mut first: HashMap<&str, &Link> = HashMap::new();
+    let mut different = true;
+    for body in bodies {
+        let Some(before) = first.insert(&body.key, body) else { continue };
+        let message = format!("body {} occurs twice in the chain", quoted(&body.key));
+        context.push(
+            Diagnostic::error("chain", message)
+                .at(context.place(&body.span), "again here")
+                .also(context.place(&before.span), "first here")
+                .help("give it another name, such as its place in the leg"),
+        );
+        different = false;
+    }
+    different
+}
+
 /// Words and where they stand.
-fn words(text: &str) -> Vec<(&str, Span)> {
+fn words(text: &str) -> Vec<Word<'_>> {
     let mut words: Vec<Span> = Vec::new();
     let mut inside = false;
     for (at, c) in text.char_indices() {

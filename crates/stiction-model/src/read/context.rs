@@ -2,15 +2,19 @@
 
 use super::parameters::Parameters;
 use crate::course::Course;
-use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, nearest, quoted};
+use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, nearest, or, quoted};
 use crate::document::{Node, Table, Text, Value};
 use crate::expression::{self, Dimension, Fault, TimeFormula};
+use crate::fields::tables::MODEL;
 use crate::fields::{self, Field, Shape};
 use crate::measure::Measure;
 use crate::source::{Place, Source, Span};
 use std::cell::RefCell;
 use std::sync::Arc;
 use stiction::spatial::Vec3;
+
+/// Products of several numbers of this size are still numbers.
+pub(crate) const LARGEST: f64 = 1e30;
 
 /// A text that is being read, and what has been said about it.
 pub(crate) struct Context<'a> {
@@ -125,12 +129,12 @@ impl<'a> Context<'a> {
                         None => {
                             let bare = quantity.dimension == Dimension::NONE;
                             self.doubt(value, measure, quantity.value, bare);
-                            Ok(quantity.value)
+                            Ok(self.finite(value, quantity.value))
                         }
                         Some(fault) => Err(fault(0..text.content.len())),
                     }
                 };
-                read().map_err(|fault| self.fault(&value.span, text, fault)).ok()
+                read().map_err(|fault| self.fault(&value.span, text, fault)).ok().flatten()
             }
             _ => {
                 self.wrong(value, &measure.expected());
@@ -148,7 +152,7 @@ impl<'a> Context<'a> {
             return None;
         }
         match expression::in_time(&text.content, self.parameters, measure) {
-            Ok(TimeFormula::Constant(number)) => Some(Course::constant(number)),
+            Ok(TimeFormula::Constant(number)) => self.finite(value, number).map(Course::constant),
             Ok(TimeFormula::Changing(formula)) => {
                 Some(Course::formula(formula, &self.source, value.span.clone(), text.start))
             }
@@ -175,9 +179,19 @@ impl<'a> Context<'a> {
         );
     }
 
+    /// The number, if it can be computed with.
     fn finite(&self, value: &Value, number: f64) -> Option<f64> {
-        if number.is_finite() {
+        if number.abs() <= LARGEST {
             return Some(number);
+        }
+        if number.is_finite() {
+            let message = format!("{} is too large", crate::diagnostic::number(number));
+            self.push(
+                Diagnostic::error("range", message)
+                    .at(self.place(&value.span), "too large to compute with")
+                    .help(format!("numbers in SI units may be as large as {LARGEST:e}")),
+            );
+            return None;
         }
         let what = if number.is_nan() { "`nan`" } else { "infinity" };
         self.push(
@@ -203,7 +217,7 @@ impl<'a> Context<'a> {
                         .maybe_help(comma),
                 );
             }
-            None => self.wrong(value, &format!("a list of 3 {each}")),
+            None => self.wrong(value, &format!("a list [x, y, z] of 3 {each}")),
         }
         None
     }
@@ -233,7 +247,8 @@ impl<'a> Context<'a> {
         value: &Value,
         words: &'static [&'static str],
     ) -> Option<&'static str> {
-        let text = self.text(value, "one of some words between quotes")?;
+        let all: Vec<_> = words.iter().map(|word| format!("{word:?}")).collect();
+        let text = self.text(value, &or(&all))?;
         let found = words.iter().copied().find(|word| *word == text);
         if found.is_none() {
             self.push(
@@ -244,6 +259,13 @@ impl<'a> Context<'a> {
         }
         found
     }
+}
+
+/// What to do with a key of the whole model in one of its tables: in TOML a key belongs to the last
+/// `[table]` above it.
+pub(crate) fn of_the_top(key: &str) -> Option<String> {
+    fields::find(MODEL, key)?;
+    Some(format!("`{key}` belongs to the whole model: put it above the first [table]"))
 }
 
 /// `a length` to `length`: the plural takes an s.
@@ -304,10 +326,11 @@ impl<'a> Record<'a> {
         }
         let known = self.fields.iter().map(|field| field.key);
         let message = format!("{} has no key {}", self.what, quoted(name));
+        let help = of_the_top(name).or_else(|| did_you_mean(name, "known keys", known));
         self.context.push(
             Diagnostic::error("unknown-key", message)
                 .at(self.context.place(span), "unknown key")
-                .maybe_help(did_you_mean(name, "known keys", known)),
+                .maybe_help(help),
         );
     }
 
@@ -370,7 +393,11 @@ impl<'a> Record<'a> {
 
     /// A string.
     pub(crate) fn text(&self, key: &str) -> Option<&'a str> {
-        self.context.text(self.value(key)?, "a string between quotes")
+        let what = match fields::find(self.fields, key).map(|field| field.shape) {
+            Some(Shape::Name) => "a name between quotes",
+            _ => "a string between quotes",
+        };
+        self.context.text(self.value(key)?, what)
     }
 
     /// One of the words of the field.

@@ -30,11 +30,17 @@ impl Origin<'_> {
         if !self.context.broken.is_empty() {
             return;
         }
-        let incomplete = self.joints.iter().any(|joint| joint.spec.is_none());
+        let incomplete =
+            self.joints.iter().any(|joint| joint.spec.is_none()) || self.names.has_lost_legs();
         let mut told = Vec::new();
         for defect in defects {
             // Without all joints nothing can be said about what they connect.
-            if incomplete && matches!(defect, Defect::Disconnected { .. }) {
+            let consequence = match defect {
+                Defect::Disconnected { .. } => incomplete,
+                Defect::UnknownBody { body, .. } => self.names.may_be_lost(body),
+                _ => false,
+            };
+            if consequence {
                 continue;
             }
             if self.context.is_full() {

@@ -131,6 +131,14 @@ impl Context<'_> {
                 );
                 return None;
             }
+            if value.as_list().is_some_and(|rows| rows.iter().all(|row| row.as_list().is_some())) {
+                self.push(
+                    Diagnostic::error("wrong-type", "an inertia is not written in rows")
+                        .at(self.place(&value.span), "a list of lists")
+                        .help("write the diagonal [xx, yy, zz], or { xx = 1, yy = 1, zz = 1, xy = 0 }"),
+                );
+                return None;
+            }
             return self.vector(value, Measure::Inertia).map(Mat3::diagonal);
         };
         let mut rows = [[0.0; 3]; 3];

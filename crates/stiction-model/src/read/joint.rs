@@ -3,6 +3,7 @@
 use super::context::{Context, Record};
 use super::friction::{self, FrictionSpans};
 use super::geometry::frame;
+use super::proofread::proofread;
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
 use crate::document::{Node, Table, Value};
 use crate::fields::tables::{JOINT, LEG_JOINT};
@@ -97,6 +98,8 @@ pub(crate) fn read(
             built = contacts.into_iter().fold(built, JointSpec::friction);
         }
         spec = Some(built);
+    } else {
+        proofread(&record, fields);
     }
     JointDraft { name, spec, joint_type, spans }
 }

@@ -28,6 +28,8 @@ pub(crate) struct Expansion {
     pub(crate) bodies: Vec<BodyDraft>,
     pub(crate) joints: Vec<JointDraft>,
     pub(crate) legs: Vec<LegDraft>,
+    /// Whether there are legs that could not be read: what seems to be missing may be theirs.
+    pub(crate) lost: bool,
 }
 
 /// Expands all groups of legs. The numbering of legs goes on across groups.
@@ -40,7 +42,10 @@ pub(crate) fn read(context: &Context<'_>, value: &Value) -> Expansion {
     for group in groups {
         match group.as_table() {
             Some(table) => read_group(context, table, &mut all),
-            None => context.wrong(group, "a table of legs"),
+            None => {
+                context.wrong(group, "a table of legs");
+                all.lost = true;
+            }
         }
     }
     all
@@ -54,7 +59,9 @@ struct Spot<'a> {
 
 fn read_group(context: &Context<'_>, table: &Table, all: &mut Expansion) {
     let record = Record::new(context, table, LEGS, "a group of legs");
-    let chain = record.value("chain").and_then(|value| Chain::read(context, value));
+    let chain = record
+        .value("chain")
+        .and_then(|value| Chain::read(context, value, record.value("between")));
     let about_axis = match record.value("about") {
         Some(value) => context.axis(value),
         None => Some(Vec3::unit(2)),
@@ -64,8 +71,10 @@ fn read_group(context: &Context<'_>, table: &Table, all: &mut Expansion) {
         Some(value) => context.text(value, "the name of a body between quotes"),
         None => Some(GROUND_NAME),
     };
-    let spots = spots(context, &record);
+    let (spots, complete) = spots(context, &record);
+    all.lost |= !complete;
     let (Some(chain), Some(axis), Some(to), Some(from)) = (chain, about_axis, to, from) else {
+        all.lost = true;
         return;
     };
     let group = Group {
@@ -82,8 +91,10 @@ fn read_group(context: &Context<'_>, table: &Table, all: &mut Expansion) {
     }
 }
 
-fn spots<'a>(context: &'a Context<'a>, record: &Record<'a>) -> Vec<Spot<'a>> {
+/// Where the legs stand, and whether these are all.
+fn spots<'a>(context: &'a Context<'a>, record: &Record<'a>) -> (Vec<Spot<'a>>, bool) {
     let mut spots = Vec::new();
+    let mut count = 1;
     match (record.value("angles"), record.value("place")) {
         (None, None) => {
             record.missing_both(["angles", "place"]);
@@ -97,33 +108,48 @@ fn spots<'a>(context: &'a Context<'a>, record: &Record<'a>) -> Vec<Spot<'a>> {
                 ),
         ),
         (Some(angles), None) => match angles.as_list() {
-            Some(list) => spots.extend(list.iter().filter_map(|angle| {
-                Some(Spot { angle: context.quantity(angle, Measure::Angle)?, table: None })
-            })),
+            Some([]) => no_legs(context, angles),
+            Some(list) => {
+                count = list.len();
+                spots.extend(list.iter().filter_map(|angle| {
+                    Some(Spot { angle: context.quantity(angle, Measure::Angle)?, table: None })
+                }));
+            }
             None => context.wrong(angles, "a list of angles such as [\"0 deg\", \"120 deg\"]"),
         },
-        (None, Some(place)) => {
-            let Some(list) = place.as_list() else {
-                context.wrong(place, "a list of places such as [{ angle = \"0 deg\" }]");
-                return spots;
-            };
-            for entry in list {
-                let Some(table) = entry.as_table() else {
-                    context.wrong(entry, "a place such as { angle = \"0 deg\" }");
-                    continue;
-                };
-                let record = Record::new(context, table, PLACE, "the place of a leg");
-                let angle = match record.value("angle") {
-                    Some(_) => record.quantity("angle"),
-                    None => Some(0.0),
-                };
-                if let Some(angle) = angle {
-                    spots.push(Spot { angle, table: Some(table) });
-                }
+        (None, Some(place)) => match place.as_list() {
+            Some([]) => no_legs(context, place),
+            Some(list) => {
+                count = list.len();
+                spots.extend(list.iter().filter_map(|entry| spot(context, entry)));
             }
-        }
+            None => context.wrong(place, "a list of places such as [{ angle = \"0 deg\" }]"),
+        },
     }
-    spots
+    let complete = spots.len() == count;
+    (spots, complete)
+}
+
+fn spot<'a>(context: &'a Context<'a>, entry: &'a Value) -> Option<Spot<'a>> {
+    let Some(table) = entry.as_table() else {
+        context.wrong(entry, "a place such as { angle = \"0 deg\" }");
+        return None;
+    };
+    let record = Record::new(context, table, PLACE, "the place of a leg");
+    let angle = match record.value("angle") {
+        Some(_) => record.quantity("angle")?,
+        None => 0.0,
+    };
+    Some(Spot { angle, table: Some(table) })
+}
+
+/// A robot that loses all its legs to a slip would still be a mechanism.
+fn no_legs(context: &Context<'_>, list: &Value) {
+    context.push(
+        Diagnostic::error("legs", "a group of legs has no leg")
+            .at(context.place(&list.span), "nothing stands here")
+            .help("give each leg its place here, or delete the group"),
+    );
 }
 
 struct Group<'a> {
@@ -161,7 +187,10 @@ impl Group<'_> {
         let own = |key: &str| spot.table.and_then(|table| table.get(key));
         let name = match own("name") {
             Some(value) => {
-                let Some(name) = context.text(value, "a name between quotes") else { return };
+                let Some(name) = context.text(value, "a name between quotes") else {
+                    all.lost = true;
+                    return;
+                };
                 names::check(context, name, &value.span, "leg");
                 if all.legs.iter().any(|leg| leg.name == name) {
                     context.push(

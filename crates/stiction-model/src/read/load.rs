@@ -69,7 +69,7 @@ fn owner<'a>(
             None
         }
         Some(id) => Some((id, key)),
-        None if !context.broken.is_empty() => None,
+        None if !context.broken.is_empty() || names.may_be_lost(body) => None,
         None => {
             let near = did_you_mean(body, "bodies", names.body_names());
             context.push_missing(

@@ -14,6 +14,7 @@ mod motion;
 mod names;
 pub(crate) mod parameters;
 mod path;
+mod proofread;
 mod recording;
 mod statement;
 
@@ -24,7 +25,7 @@ use crate::document::{self, Document, Table, Value};
 use crate::fields::Field;
 use crate::fields::tables::{BODY, DEFAULT, JOINT, MODEL};
 use crate::model::{Leg, LoadCase, Model, Motion};
-use crate::source::Source;
+use crate::source::{Place, Source};
 use body::BodyDraft;
 use context::{Context, Record};
 use defects::Origin;
@@ -65,13 +66,23 @@ fn read_document(
     out: &mut Diagnostics,
 ) -> Option<Model> {
     let Document { root, broken } = document;
+    if root.entries.is_empty() && broken.is_empty() {
+        out.push(
+            Diagnostic::error("syntax", "there is nothing in the file")
+                .at(Place::new(source, 0..0), "")
+                .help("a model needs `gravity`, [bodies.NAME] and [joints.NAME]"),
+        );
+        return None;
+    }
     let parameters = match root.get("parameters").and_then(Value::as_table) {
         Some(table) => Parameters::read(table, source, broken, out),
         None => Parameters::default(),
     };
     let context = Context::new(source, &parameters, broken);
+    // What is known to be wrong so far keeps suspicions about its consequences quiet.
+    context.out.replace(std::mem::take(out));
     let model = read_model(&context, root, files);
-    out.append(context.out.into_inner());
+    *out = context.out.into_inner();
     model.map(|model| Model { parameters, ..model })
 }
 
@@ -159,28 +170,31 @@ fn read_loads(
     loads
 }
 
-/// Whether a table is `[joints.leg1.R]` where the joint `leg1.R` was meant; then it says so.
-fn dotted(
+/// What stands in `[joints.leg1.R]` where the joint `leg1.R` was meant, by that name; it says so.
+fn dotted<'a>(
     context: &Context<'_>,
     kind: &str,
-    key: &document::Key,
-    table: &Table,
+    key: &'a document::Key,
+    table: &'a Table,
     fields: &[Field],
-) -> bool {
+) -> Vec<(document::Key, &'a Table)> {
     let is_name = |(inner, value): &&(document::Key, Value)| {
         value.as_table().is_some() && !fields.iter().any(|field| field.key == inner.name)
     };
     let own = table.entries.iter().any(|entry| !is_name(&entry));
-    let Some((inner, _)) = table.entries.iter().find(is_name).filter(|_| !own) else {
-        return false;
+    if own || table.entries.is_empty() {
+        return vec![(key.clone(), table)];
+    }
+    let meant = |(inner, value): &'a (document::Key, Value)| {
+        let name = format!("{}.{}", key.name, inner.name);
+        context.push(
+            Diagnostic::error("name", "a name with a dot stands between quotes")
+                .at(context.place(&inner.span), "taken for a table within a table")
+                .help(format!("write [{kind}.{name:?}]")),
+        );
+        Some((document::Key { name, span: inner.span.clone() }, value.as_table()?))
     };
-    let name = format!("{}.{}", key.name, inner.name);
-    context.push(
-        Diagnostic::error("name", "a name with a dot stands between quotes")
-            .at(context.place(&inner.span), "taken for a table within a table")
-            .help(format!("write [{kind}.{name:?}]")),
-    );
-    true
+    table.entries.iter().filter_map(meant).collect()
 }
 
 /// The bodies and joints of the text, those of legs included.
@@ -189,41 +203,42 @@ struct Parts {
     bodies: Vec<BodyDraft>,
     joints: Vec<JointDraft>,
     legs: Vec<legs::LegDraft>,
+    /// Whether some legs could not be read.
+    lost_legs: bool,
 }
 
 impl Parts {
     fn read(record: &Record<'_>) -> Self {
         let context = record.context;
         let mut bodies = Vec::new();
-        for (key, table) in record.tables("bodies") {
-            if dotted(context, "bodies", key, table, BODY) {
-                continue;
-            }
+        let tables = |kind: &str, fields| -> Vec<(document::Key, &Table)> {
+            let tables = record.tables(kind).into_iter();
+            tables.flat_map(|(key, table)| dotted(context, kind, key, table, fields)).collect()
+        };
+        for (key, table) in tables("bodies", BODY) {
             // The ground is refused for a better reason than its name.
             if key.name != GROUND_NAME {
                 names::check(context, &key.name, &key.span, "body");
             }
             let what = format!("body {}", quoted(&key.name));
-            bodies.push(body::read(context, key.name.clone(), key, table, &what));
+            bodies.push(body::read(context, key.name.clone(), &key, table, &what));
         }
         let mut joints = Vec::new();
-        for (key, table) in record.tables("joints") {
-            if dotted(context, "joints", key, table, JOINT) {
-                continue;
-            }
+        for (key, table) in tables("joints", JOINT) {
             names::check(context, &key.name, &key.span, "joint");
             let what = format!("joint {}", quoted(&key.name));
             let name = key.name.clone();
             joints.push(joint::read(context, name, &key.span, table, None, &what));
         }
         let legs = record.value("legs").map(|value| legs::read(context, value));
-        let Expansion { bodies: more_bodies, joints: more_joints, legs } = legs.unwrap_or_default();
+        let Expansion { bodies: more_bodies, joints: more_joints, legs, lost: lost_legs } =
+            legs.unwrap_or_default();
         bodies.extend(more_bodies);
         joints.extend(more_joints);
         let file = context.source.name.rsplit(['/', '\\']).next().unwrap_or_default();
         let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
         let name = record.text("name").unwrap_or(stem).to_owned();
-        Self { name, bodies, joints, legs }
+        Self { name, bodies, joints, legs, lost_legs }
     }
 
     fn names(&self) -> Names {
@@ -231,6 +246,7 @@ impl Parts {
             self.bodies.iter().map(|body| body.name.as_str()),
             self.joints.iter().map(|joint| (joint.name.as_str(), joint.joint_type)),
         )
+        .with_lost_legs(self.lost_legs)
     }
 
     /// The mechanism; its defects are reported.

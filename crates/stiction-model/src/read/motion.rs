@@ -1,6 +1,6 @@
 //! Motions.
 
-use super::context::{Context, Record};
+use super::context::{Context, Record, of_the_top};
 use super::names::Names;
 use super::path::{Leaf, Meaning, Orders, Trouble, coordinate, leaves, resolve};
 use super::recording;
@@ -8,6 +8,7 @@ use crate::course::Course;
 use crate::diagnostic::{Diagnostic, number};
 use crate::document::{Table, Value};
 use crate::fields::tables::{MOTION, ORDERS};
+use crate::measure::Measure;
 use crate::model::Motion;
 use crate::source::{Source, Span};
 use std::sync::Arc;
@@ -32,19 +33,19 @@ pub(crate) fn read(
 ) -> Option<Motion> {
     let record = Record::open(context, table, MOTION, "a motion");
     let title = record.text("title").unwrap_or_default().to_owned();
-    let positive = |key: &str| {
-        let value = record.quantity(key)?;
-        if value > 0.0 {
-            return Some(value);
-        }
-        let message = format!("`{key}` is {} s, but must be greater than 0", number(value));
+    let refuse = |key: &str, value: f64, expected: &str| {
+        let message = format!("`{key}` is {} s, but must {expected}", number(value));
         context.push(
             Diagnostic::error("range", message)
                 .at(context.place(&record.span(key)), "out of range"),
         );
-        None
     };
-    let step = positive("step");
+    let step = record.quantity("step").filter(|&step| {
+        if step <= 0.0 {
+            refuse("step", step, "be greater than 0");
+        }
+        step > 0.0
+    });
     let mut reader = Reader { context, names, orders: Orders::new() };
     let coordinates = reader.coordinates(table, record.value("file"));
     if let Some(file) = record.value("file") {
@@ -60,7 +61,12 @@ pub(crate) fn read(
         return reader.recorded(title, step, file, files);
     }
     let start = record.quantity("start").unwrap_or(0.0);
-    let duration = if record.value("duration").is_some() { positive("duration")? } else { 1.0 };
+    let duration =
+        if record.value("duration").is_some() { record.quantity("duration")? } else { 1.0 };
+    if duration < 0.0 {
+        refuse("duration", duration, "not be negative; 0 is a single pose");
+        return None;
+    }
     let mut motion =
         Motion { title, start, duration, step, samples: None, coordinates, interpolation: None };
     let count = duration / step.unwrap_or(STEP);
@@ -73,6 +79,16 @@ pub(crate) fn read(
                 .help(format!("at most {} samples: choose a greater `step`", number(MOST_SAMPLES))),
         );
         motion.coordinates.clear();
+        return None;
+    }
+    // Instants are sums of `start` and a part of `duration`.
+    if duration > 0.0 && start.abs() * f64::EPSILON > 1e-3 * step.unwrap_or(STEP) {
+        let message = "so late, instants one step apart cannot be told from each other";
+        context.push(
+            Diagnostic::error("range", message)
+                .at(context.place(&record.span("start")), "too far from 0")
+                .help("let the motion start at 0"),
+        );
         return None;
     }
     let courses = motion.coordinates.iter().map(|(_, course)| course);
@@ -90,7 +106,7 @@ pub(crate) fn check_courses<'a>(
 ) {
     let count = (duration / step.unwrap_or(STEP)).round().clamp(1.0, TRIALS);
     for course in courses.into_iter().filter(|course| course.as_constant().is_none()) {
-        let instants = (0..=count as usize).map(|k| start + duration * (k as f64 / count));
+        let instants = (0..=count as usize).map(|k| start + duration * k as f64 / count);
         if let Some(fault) =
             instants.filter(|&t| !is_finite(course, t)).find_map(|t| course.fault_at(t))
         {
@@ -126,7 +142,10 @@ impl Reader<'_> {
                 None => format!("{}.x", leaf.path),
             };
             match resolve(self.names, &path) {
-                Err(trouble) => self.trouble(leaf, trouble),
+                Err(trouble) => {
+                    self.trouble(leaf, trouble);
+                    leaf.value.into_iter().for_each(|value| self.proofread(value));
+                }
                 Ok(Meaning::Body(body, "order")) => {
                     let order = leaf.value.and_then(|value| context.choice(value, ORDERS));
                     if let Some(order) = order.and_then(AngleOrder::from_name) {
@@ -152,6 +171,7 @@ impl Reader<'_> {
                 Ok(meant) => meant,
                 Err(trouble) => {
                     self.trouble(leaf, trouble);
+                    self.proofread(value);
                     continue;
                 }
             };
@@ -171,6 +191,13 @@ impl Reader<'_> {
         coordinates
     }
 
+    /// Says what is wrong with an expression whatever it is meant for.
+    fn proofread(&self, value: &Value) {
+        if value.as_text().is_some() {
+            self.context.course(value, Measure::Any);
+        }
+    }
+
     fn trouble(&self, leaf: &Leaf<'_>, trouble: Trouble) {
         // In a text with syntax errors, what seems unknown may be unreadable.
         if !self.context.broken.is_empty() {
@@ -187,7 +214,7 @@ impl Reader<'_> {
         self.context.push(
             Diagnostic::error("unknown-name", message)
                 .at(self.context.place(span), label)
-                .maybe_help(help),
+                .maybe_help(of_the_top(&leaf.path).or(help)),
         );
     }
 
@@ -205,7 +232,10 @@ impl Reader<'_> {
                 self.context.push(
                     Diagnostic::error("file", format!("the file cannot be read: {reason}"))
                         .at(self.context.place(&value.span), "this file")
-                        .help("the name is taken relative to the folder of the model"),
+                        .help(
+                            "a motion is a CSV file in UTF-8; its name is relative to the folder of \
+                             the model",
+                        ),
                 );
                 return None;
             }

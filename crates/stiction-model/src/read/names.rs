@@ -13,6 +13,8 @@ pub(crate) struct Names {
     bodies: HashMap<String, BodyId>,
     /// The type is `None` where it could not be read.
     joints: HashMap<String, (JointId, Option<JointType>)>,
+    /// Whether there are legs that could not be read.
+    lost_legs: bool,
 }
 
 impl Names {
@@ -38,6 +40,22 @@ impl Names {
             mechanism.bodies().iter().skip(1).map(|body| body.name.as_str()),
             mechanism.joints().iter().map(|joint| (joint.name.as_str(), Some(joint.joint_type))),
         )
+    }
+
+    /// The same where some legs could not be read.
+    pub(crate) fn with_lost_legs(self, lost_legs: bool) -> Self {
+        Self { lost_legs, ..self }
+    }
+
+    /// Whether some parts of the mechanism are not known.
+    pub(crate) fn has_lost_legs(&self) -> bool {
+        self.lost_legs
+    }
+
+    /// Whether a path may name a part of a leg that could not be read.
+    pub(crate) fn may_be_lost(&self, path: &str) -> bool {
+        let number = path.strip_prefix("leg");
+        self.lost_legs && number.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
     }
 
     /// The body with this name.

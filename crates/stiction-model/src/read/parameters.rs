@@ -12,7 +12,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parameters {
     names: Vec<String>,
-    /// `None` where the definition is wrong.
+    /// `None` where the definition is wrong, or the name: nobody knows what was meant by its uses.
     values: Vec<Option<Quantity>>,
     index: HashMap<String, usize>,
 }
@@ -27,7 +27,7 @@ impl Scope for Parameters {
     }
 
     fn names(&self) -> Vec<&str> {
-        self.names.iter().map(String::as_str).collect()
+        self.names.iter().map(String::as_str).filter(|name| complaint(name).is_none()).collect()
     }
 }
 
@@ -56,7 +56,7 @@ impl Parameters {
             }
             out.append(context.out.into_inner());
         }
-        let order = Order::of(&programs);
+        let order = Order::of(&programs, &all);
         for index in order.sorted {
             if let Some(Some(Definition::Formula(program))) = programs.get(index) {
                 let value = expression::constant(program, &all);
@@ -67,10 +67,10 @@ impl Parameters {
                     context.fault(&value.span, text, fault.clone());
                 }
                 out.append(context.out.into_inner());
-                set(&mut all.values, index, value.ok());
+                all.set(index, value.ok());
             } else if let Some(Some(Definition::Number(value))) = programs.get(index) {
                 let plain = Quantity { value: *value, dimension: Dimension::NONE };
-                set(&mut all.values, index, Some(plain));
+                all.set(index, Some(plain));
             }
         }
         for cycle in order.cycles {
@@ -78,11 +78,16 @@ impl Parameters {
         }
         all
     }
-}
 
-fn set(values: &mut [Option<Quantity>], index: usize, value: Option<Quantity>) {
-    if let Some(slot) = values.get_mut(index) {
-        *slot = value;
+    fn set(&mut self, index: usize, value: Option<Quantity>) {
+        let known = !self.is_misnamed(index);
+        if let Some(slot) = self.values.get_mut(index) {
+            *slot = value.filter(|_| known);
+        }
+    }
+
+    fn is_misnamed(&self, index: usize) -> bool {
+        self.names.get(index).is_some_and(|name| complaint(name).is_some())
     }
 }
 
@@ -91,21 +96,39 @@ enum Definition {
     Formula(Program),
 }
 
-fn check_name(context: &Context<'_>, name: &str, span: &Span) {
+/// Why no parameter can have this name.
+fn complaint(name: &str) -> Option<String> {
     let mut letters = name.chars();
     let starts_well = letters.next().is_some_and(|c| c.is_alphabetic() || c == '_');
-    let problem = if !starts_well || !letters.all(|c| c.is_alphanumeric() || c == '_') {
-        "a parameter's name consists of letters, digits and `_`, a letter first".to_owned()
-    } else if let Some(what) = expression::reserved(name) {
-        format!("no parameter can be named {}: that is {what}", quoted(name))
-    } else {
-        return;
-    };
+    if !starts_well || !letters.all(|c| c.is_alphanumeric() || c == '_') {
+        return Some(
+            "a parameter's name consists of letters, digits and `_`, a letter first".to_owned(),
+        );
+    }
+    let what = expression::reserved(name)?;
+    Some(format!("no parameter can be named {}: that is {what}", quoted(name)))
+}
+
+fn check_name(context: &Context<'_>, name: &str, span: &Span) {
+    let Some(problem) = complaint(name) else { return };
     context.push(
         Diagnostic::error("name", problem)
             .at(context.place(span), "not a possible name")
-            .help("choose another name, for example with a number or word behind it"),
+            .help(format!("choose another name, for example {}", quoted(&possible(name, context)))),
     );
+}
+
+/// A name much like this one that is possible and not taken.
+fn possible(name: &str, context: &Context<'_>) -> String {
+    let allowed = |c: char| if c.is_alphanumeric() || c == '_' { c } else { '_' };
+    let mut near: String = name.chars().map(allowed).collect();
+    if !near.starts_with(|c: char| c.is_alphabetic() || c == '_') {
+        near.insert(0, '_');
+    }
+    let is_free =
+        |name: &String| complaint(name).is_none() && context.parameters.find(name).is_none();
+    let numbered = (1..100).map(|number| format!("{near}{number}"));
+    std::iter::once(near.clone()).chain(numbered).find(is_free).unwrap_or_default()
 }
 
 fn define(context: &Context<'_>, value: &Value) -> Option<Definition> {
@@ -129,11 +152,14 @@ struct Order {
 }
 
 impl Order {
-    fn of(programs: &[Option<Definition>]) -> Self {
+    fn of(programs: &[Option<Definition>], all: &Parameters) -> Self {
+        // What has an impossible name has no value to wait for.
         let needs: Vec<Vec<usize>> = programs
             .iter()
             .map(|definition| match definition {
-                Some(Definition::Formula(program)) => program.parameters().collect(),
+                Some(Definition::Formula(program)) => {
+                    program.parameters().filter(|&index| !all.is_misnamed(index)).collect()
+                }
                 _ => Vec::new(),
             })
             .collect();

@@ -124,6 +124,7 @@ pub(crate) fn resolve<'a>(names: &Names, path: &'a str) -> Result<Meaning<'a>, T
         }
         (Some(body), _) => Ok(body),
         (None, Some(joint)) => joint,
+        (None, None) if names.may_be_lost(path) => Err(Trouble::Told),
         (None, None) => Err(Trouble::Unknown),
     }
 }

@@ -65,6 +65,9 @@ pub struct Verdict {
     pub weighting: Option<Weighting>,
     /// Contacts that slide no faster than this count as resting, m/s.
     pub rest_speed: f64,
+    /// How strongly friction and reactions are coupled, the most along the motion: below one there
+    /// is no other solution than the one given. None where it is not known.
+    pub coupling: Option<f64>,
     /// Pairs of neighbouring samples, s, between which the mechanism passes a singular position,
     /// where no finite driving force exists.
     pub passed_singularities: Vec<(f64, f64)>,
@@ -154,6 +157,9 @@ impl Error {
 /// Slower than this part of the fastest sliding speed of the motion is rest: reversals come out of
 /// the arithmetic as 1e-16 of it, not as zero.
 const REST: f64 = 1e-9;
+/// Slower than this is rest whatever the motion, m/s: an atom's width in minutes. It tells where all
+/// samples are reversals, as a single pose may be, and nothing in the motion is fast.
+const STANDSTILL: f64 = 1e-12;
 
 impl Job<'_> {
     /// The instants of the samples.
@@ -194,7 +200,7 @@ impl Job<'_> {
         }
 
         let mut solver = start;
-        let rest_speed = REST * fastest;
+        let rest_speed = (REST * fastest).max(STANDSTILL);
         *solver.settings_mut() =
             Settings { friction: self.friction, rest_speed, ..Settings::default() };
         let spins = solver.assembly().prescription().spins().len();
@@ -208,12 +214,13 @@ impl Job<'_> {
             redundancy: 0,
             weighting: solver.weighting(),
             rest_speed,
+            coupling: Some(0.0),
             passed_singularities: Vec::new(),
         };
 
         let mut uniqueness = Uniqueness::new(&solver, meant);
         let mut missing: Option<Missing> = None;
-        let mut unsettled: Option<Error> = None;
+        let mut failed: Option<(f64, InverseError)> = None;
         let mut loads = Vec::new();
         let mut before = instants.at(0);
         let mut side_before = None;
@@ -230,21 +237,22 @@ impl Job<'_> {
                     continue;
                 }
                 // What cannot be carried elsewhere says more about why.
-                Err(error @ InverseError::Unsettled) => {
+                Err(error) => {
                     (side_before, before) = (None, time);
-                    unsettled.get_or_insert(Error::Forces { time, error });
+                    failed.get_or_insert((time, error));
                     go_on(progress(Phase::Forces, k + 1, count))?;
                     continue;
                 }
-                Err(error) => return Err(Error::Forces { time, error }),
             }
             let side = solver.side();
             if side.zip(side_before).is_some_and(|(now, before)| now != before) {
                 verdict.passed_singularities.push((before, time));
             }
             (side_before, before) = (side, time);
-            if missing.is_none() && unsettled.is_none() {
+            if missing.is_none() && failed.is_none() {
                 uniqueness.look(&solver);
+                let coupling = solver.coupling();
+                verdict.coupling = verdict.coupling.zip(coupling).map(|(a, b)| a.max(b));
                 verdict.redundancy = verdict.redundancy.max(uniqueness.redundancy);
                 let sample = Sample {
                     time,
@@ -259,10 +267,17 @@ impl Job<'_> {
             }
             go_on(progress(Phase::Forces, k + 1, count))?;
         }
-        match (missing, unsettled) {
-            (Some(missing), _) => Err(Error::CannotCarry(Box::new(missing))),
-            (None, Some(unsettled)) => Err(unsettled),
+        match (missing, failed) {
             (None, None) => Ok(verdict),
+            (Some(missing), None) => Err(Error::CannotCarry(Box::new(missing))),
+            // A mechanism that locks before says more than one that is singular later.
+            (Some(missing), Some((time, error @ InverseError::Locked { .. })))
+                if missing.time > time =>
+            {
+                Err(Error::Forces { time, error })
+            }
+            (Some(missing), Some(_)) => Err(Error::CannotCarry(Box::new(missing))),
+            (None, Some((time, error))) => Err(Error::Forces { time, error }),
         }
     }
 

@@ -115,6 +115,11 @@ impl Integral {
         }
         self.last = Some((time, value));
     }
+
+    /// The value of the series at the last instant.
+    pub(super) fn last(&self) -> f64 {
+        self.last.map_or(0.0, |(_, value)| value)
+    }
 }
 
 /// The least of a series and when.

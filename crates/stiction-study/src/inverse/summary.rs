@@ -22,6 +22,8 @@ pub struct Summary {
     pub(super) work: Work,
     pub(super) power_residual: Size,
     pub(super) power_residual_relative: Size,
+    /// The characteristic length, m.
+    length: f64,
     pub(super) closure: Size,
     pub(super) actuation: Least,
     pub(super) constraint: Least,
@@ -59,6 +61,7 @@ impl Summary {
             work: Work::default(),
             power_residual: Size::default(),
             power_residual_relative: Size::default(),
+            length: job.model.mechanism.characteristic_length(),
             closure: Size::default(),
             actuation: Least::default(),
             constraint: Least::default(),
@@ -92,9 +95,7 @@ impl Summary {
         self.work.loads.add(time, power.loads);
         self.work.dissipated.add(time, power.dissipated);
         self.power_residual.add(time, power.residual());
-        if power.turnover > 0.0 {
-            self.power_residual_relative.add(time, power.residual() / power.turnover);
-        }
+        self.power_residual_relative.add(time, forces.imbalance(self.length));
         self.closure.add(time, sample.closure);
         self.actuation.add(time, sample.distances.actuation);
         self.constraint.add(time, sample.distances.constraint);
@@ -173,6 +174,7 @@ impl Summary {
                 "frictionless": comparison.without.json(),
                 "friction_effect": comparison.metrics().json(),
                 "widest_interval": self.widest[k].peak,
+                "interval_without_limit": self.widest[k].peak.is_infinite(),
                 "determined": self.determined_drives[k],
             });
             drives.insert(name.clone(), value);
@@ -221,6 +223,8 @@ impl Summary {
             "closure": self.closure.peak,
             "power_residual": self.power_residual.peak.abs(),
             "power_residual_relative": self.power_residual_relative.peak.abs(),
+            "friction_coupling": verdict.coupling,
+            "friction_is_unique": verdict.coupling.is_some_and(|coupling| coupling < 1.0),
             "passed_singularities": verdict.passed_singularities,
             "distance_actuation": self.actuation.json(),
             "distance_constraint": self.constraint.json(),

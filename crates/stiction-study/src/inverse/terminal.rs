@@ -1,6 +1,7 @@
 //! The summary that a person reads.
 
 use super::run::{Job, Verdict};
+use super::statistics::Integral;
 use super::summary::{Summary, friction_word, weighting_words};
 use std::fmt::{self, Write};
 use stiction::dynamics::FrictionMode;
@@ -45,7 +46,7 @@ pub fn write_summary(
     writeln!(out)?;
     write_drives(out, job, summary)?;
     write_reactions(out, summary, model.mechanism.characteristic_length())?;
-    write_friction(out, job, summary)?;
+    write_friction(out, job, summary, verdict)?;
     write_verdicts(out, job, summary, verdict)
 }
 
@@ -120,41 +121,53 @@ fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt:
     writeln!(out)
 }
 
-fn write_friction(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::Result {
+fn write_friction(
+    out: &mut impl Write,
+    job: &Job<'_>,
+    summary: &Summary,
+    verdict: &Verdict,
+) -> fmt::Result {
     if job.friction == FrictionMode::Off || summary.names.contacts.is_empty() {
         return Ok(());
     }
-    let total = summary.work.dissipated.value;
-    let mut contacts: Vec<usize> = (0..summary.dissipated.len()).collect();
-    contacts.sort_by(|&a, &b| summary.dissipated[b].value.total_cmp(&summary.dissipated[a].value));
-    let shares = contacts.iter().take(LISTED).map(|&k| {
-        let part = summary.dissipated[k].value / total;
-        format!("{} {}", summary.names.contacts[k].0, percent(Some(part).filter(|p| p.is_finite())))
-    });
-    if total > 0.0 {
-        writeln!(
-            out,
-            "friction dissipates {} J: {}{}",
-            number(total),
-            shares.collect::<Vec<_>>().join(", "),
-            if contacts.len() > LISTED { ", ..." } else { "" },
-        )?;
-    } else {
-        writeln!(out, "friction dissipates nothing")?;
+    // At a single instant there is power, but no work.
+    let is_pose = verdict.samples == 1;
+    let amount = |integral: &Integral| if is_pose { integral.last() } else { integral.value };
+    let total = amount(&summary.work.dissipated);
+    let mut contacts: Vec<(f64, &str)> = summary
+        .dissipated
+        .iter()
+        .zip(&summary.names.contacts)
+        .map(|(integral, (name, _))| (amount(integral), name.as_str()))
+        .collect();
+    contacts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let unit = if is_pose { "W" } else { "J" };
+    write!(out, "friction dissipates {} {unit}", number(total))?;
+    // Nothing has no shares.
+    if total != 0.0 {
+        let shares = contacts.iter().take(LISTED);
+        let shares = shares.map(|(part, name)| format!("{name} {}", percent(Some(part / total))));
+        let more = if contacts.len() > LISTED { ", ..." } else { "" };
+        write!(out, ": {}{more}", shares.collect::<Vec<_>>().join(", "))?;
     }
+    writeln!(out)?;
     if summary.resting_samples > 0 {
         let widest = summary.widest.iter().zip(&summary.names.drives);
         let widest = widest.max_by(|a, b| a.0.peak.total_cmp(&b.0.peak));
         if let Some((size, (name, unit))) = widest {
-            writeln!(
+            write!(
                 out,
                 "contacts rest at {} sample{}: there static friction leaves driving forces an \
-                 interval, at most {} {unit} wide ({name} at t = {} s)",
+                 interval, ",
                 summary.resting_samples,
                 if summary.resting_samples == 1 { "" } else { "s" },
-                number(size.peak),
-                number(size.peak_time),
             )?;
+            let place = format!("{name} at t = {} s", number(size.peak_time));
+            if size.peak.is_finite() {
+                writeln!(out, "at most {} {unit} wide ({place})", number(size.peak))?;
+            } else {
+                writeln!(out, "without limit where friction locks ({place})")?;
+            }
         }
     }
     if summary.unbounded_samples > 0 {
@@ -218,7 +231,15 @@ fn write_verdicts(
     }
     let undetermined = summary.undetermined();
     if undetermined.is_empty() {
-        return writeln!(out, "all reactions and driving forces are unique");
+        return match verdict.coupling {
+            Some(coupling) if coupling < 1.0 => {
+                writeln!(out, "all reactions and driving forces are unique")
+            }
+            coupling => {
+                writeln!(out, "without friction all reactions and driving forces are unique")?;
+                write_coupling(out, coupling)
+            }
+        };
     }
     let unique = summary.drives_are_unique(job.friction);
     writeln!(
@@ -232,7 +253,13 @@ fn write_verdicts(
         writeln!(out, "these are chosen by {words}")?;
     }
     if unique {
-        return writeln!(out, "driving forces are unique");
+        return match verdict.coupling {
+            Some(coupling) if coupling < 1.0 => writeln!(out, "driving forces are unique"),
+            coupling => {
+                writeln!(out, "without friction driving forces are unique")?;
+                write_coupling(out, coupling)
+            }
+        };
     }
     let open: Vec<&str> = summary.frictions_that_are_not_unique().collect();
     if open.is_empty() {
@@ -243,6 +270,22 @@ fn write_verdicts(
             "driving forces are not unique: friction at {} depends on reactions that are not",
             open.join(", ")
         )
+    }
+}
+
+/// That friction may have other solutions.
+fn write_coupling(out: &mut impl Write, coupling: Option<f64>) -> fmt::Result {
+    match coupling {
+        Some(coupling) => writeln!(
+            out,
+            "with friction there may be other solutions (coupling {}, unique below 1): given is the \
+             one that is connected with no friction",
+            number(coupling),
+        ),
+        None => writeln!(
+            out,
+            "with friction there may be other solutions: whether there are is not known here"
+        ),
     }
 }
 
@@ -285,5 +328,8 @@ fn order(x: f64) -> String {
 }
 
 fn percent(ratio: Option<f64>) -> String {
-    ratio.map_or("-".to_owned(), |ratio| format!("{:.1} %", 100.0 * ratio))
+    ratio.map_or("-".to_owned(), |ratio| match 100.0 * ratio {
+        percent if percent.abs() < 1e5 => format!("{percent:.1} %"),
+        percent => format!("{percent:.1e} %"),
+    })
 }

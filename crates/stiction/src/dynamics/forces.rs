@@ -99,7 +99,7 @@ impl Forces {
 
     /// How far the powers are from balance, as a part of what is turned over; infinite where a force
     /// is not finite. `length` is characteristic.
-    pub(super) fn imbalance(&self, length: f64) -> f64 {
+    pub fn imbalance(&self, length: f64) -> f64 {
         let numbers = self.drives.iter().chain(&self.drives_frictionless).copied();
         let reactions = self.reactions.iter().map(|(force, moment)| {
             force.norm_squared().sqrt() + moment.norm_squared().sqrt() / length
@@ -114,9 +114,9 @@ impl Forces {
         if !finite {
             return f64::INFINITY;
         }
-        // What is at rest has rates of rounding size, and so powers: those of a thousandth of a
-        // radian a second count as nothing.
-        let at_rest = 1e-3 * largest * length;
+        // What is at rest has rates of rounding size, and so powers: those at a hundred thousandth
+        // of a radian a second count as nothing.
+        let at_rest = 1e-5 * largest * length;
         self.power.residual().abs() / (self.power.turnover + at_rest).max(f64::MIN_POSITIVE)
     }
 

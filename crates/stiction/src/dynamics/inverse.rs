@@ -4,6 +4,7 @@ use super::balance::Balance;
 use super::contacts::{ContactState, Contacts, Coupling};
 use super::load::AppliedLoad;
 use super::plan::BalancePlan;
+use crate::friction::Resistance;
 use crate::kinematics::{Bodies, Kinematics, Prescription};
 use crate::linalg::Elimination;
 use crate::parameters::{ContactParameters, Parameters};
@@ -335,6 +336,40 @@ impl<T: Scalar> Inverse<T> {
         self.finish_friction(setup.topology, parameters, bodies);
     }
 
+    /// Sets what every contact resists with; for probing.
+    pub(super) fn set_resistances(&mut self, resistance: Resistance<T>) {
+        self.contacts.states.iter_mut().for_each(|state| state.resistance = resistance);
+    }
+
+    /// Sets what one contact resists with; for probing.
+    pub(super) fn set_resistance(&mut self, contact: usize, resistance: Resistance<T>) {
+        self.contacts.states[contact].resistance = resistance;
+    }
+
+    /// The joints' wrenches with the present frictions, whatever their loads.
+    pub(super) fn frozen_wrenches(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+    ) -> &[Wrench<T>] {
+        self.couple(setup, parameters, bodies, Coupling::Frozen);
+        &self.balance.joint_wrenches
+    }
+
+    /// The load of a contact with other parameters under another wrench of its joint.
+    pub(super) fn load_of(
+        &self,
+        contact: usize,
+        parameters: &ContactParameters<T>,
+        bodies: &Bodies<T>,
+        wrench: Wrench<T>,
+    ) -> T {
+        let mut state = self.contacts.states[contact];
+        state.press(parameters, bodies, wrench);
+        state.load.value
+    }
+
     /// Efforts of friction on the tree's freedoms.
     #[inline(always)]
     fn add_friction_efforts(&mut self, topology: &Topology, parameters: &Parameters<T>) {
@@ -372,6 +407,9 @@ impl<T: Scalar> Inverse<T> {
         let first = setup.balance.structure.wrench_columns;
         for (spin, response) in self.spin_responses.iter().enumerate() {
             let amount = self.balance.unknowns[first + spin];
+            // What is not finite would stay in the bodies' motion for good.
+            let finite = T::one() + (amount - amount);
+            let amount = finite.if_positive(amount, T::zero());
             kinematics.bodies.accelerate_more(setup.topology, response, amount);
         }
     }

@@ -7,6 +7,7 @@ mod balance;
 mod bounds;
 mod careful;
 mod contacts;
+mod coupling;
 mod error;
 mod forces;
 mod inverse;

@@ -3,6 +3,7 @@
 use super::bounds;
 use super::careful;
 use super::contacts::ContactState;
+use super::coupling;
 use super::error::InverseError;
 use super::forces::Forces;
 use super::inverse::{FrictionMode, Inverse, Settings, Setup};
@@ -14,6 +15,7 @@ use super::power::Power;
 use super::structure::Weighting;
 use super::wedge;
 use crate::kinematics::{Assembly, AssemblyError, Bodies, Coordinate, Target, body_twists};
+use crate::linalg::Elimination;
 use crate::mechanism::{BodyId, Mechanism};
 use crate::mobility::{DETERMINED, Statics, Uncarried, describe_motion};
 use crate::parameters::Parameters;
@@ -57,6 +59,8 @@ pub struct InverseDynamics {
     settings: Settings,
     plan: Result<BalancePlan, NotPlanned>,
     inverse: Option<Inverse<f64>>,
+    /// By which rates were solved for first: whatever is planned later, its signs compare.
+    first_program: Elimination,
     forces: Forces,
 }
 
@@ -98,6 +102,7 @@ impl InverseDynamics {
             mechanism.joints().len(),
             parameters.contacts.len(),
         );
+        let first_program = assembly.program().clone();
         let mut solver = Self {
             mechanism,
             topology,
@@ -106,6 +111,7 @@ impl InverseDynamics {
             settings,
             plan: Err(NotPlanned::Singular),
             inverse: None,
+            first_program,
             forces,
         };
         solver.replan();
@@ -142,10 +148,26 @@ impl InverseDynamics {
         &self.assembly.kinematics().bodies
     }
 
+    /// How strongly friction and reactions are coupled where the last [`Self::solve`] was: below one
+    /// there is no other solution than the one it found; above, there may be, and it found the one
+    /// that is connected with no friction. Zero without friction or where it is not coupled. None
+    /// where the position is singular, or constraints and actuators are both redundant.
+    pub fn coupling(&self) -> Option<f64> {
+        if self.settings.friction != FrictionMode::Converged || self.parameters.contacts.is_empty()
+        {
+            return Some(0.0);
+        }
+        let (Ok(balance), Some(inverse)) = (&self.plan, &self.inverse) else { return None };
+        let (prescription, motion) = (self.assembly.prescription(), self.assembly.program());
+        let setup = Setup { topology: &self.topology, prescription, motion, balance };
+        let strength = coupling::strength(inverse, &setup, &self.parameters, self.bodies());
+        strength.is_finite().then_some(strength)
+    }
+
     /// On which side of the singular positions of its actuators the mechanism is: the sign of the
-    /// determinant of the actuators' rates by the prescribed rates. It vanishes where the prescribed
-    /// coordinates can move while all actuators stand still. None unless there are as many actuators
-    /// as prescribed coordinates.
+    /// determinant of closures and actuators by the freedoms of the tree, up to a constant. It
+    /// vanishes where something can move while all actuators stand still. None unless there are as
+    /// many actuators as prescribed coordinates.
     pub fn side(&mut self) -> Option<f64> {
         let topology = &self.topology;
         let freedoms = topology.freedoms();
@@ -167,7 +189,9 @@ impl InverseDynamics {
                 matrix[(row, column)] = (twists[successor] - twists[predecessor]).power(effort);
             }
         }
-        let determinant = matrix.determinant();
+        // Closures and actuators by the tree are these times closures and coordinates by the tree.
+        let prescription = kinematics.sign_by(&self.first_program)?;
+        let determinant = matrix.determinant() * prescription;
         determinant.is_finite().then(|| determinant.signum())
     }
 
@@ -295,20 +319,17 @@ impl InverseDynamics {
         };
     }
 
-    /// Gives bodies that spin idly, and have no inertia about the axis of that spin, some. Nothing
-    /// turns about it, so no result changes; but without it the acceleration would be anything.
-    /// Where friction acts on such a body that is not so: it has no balance, and keeps none.
+    /// Gives bodies that spin idly, and have no inertia about the axis of that spin, some. By
+    /// convention nothing turns about it, so no result changes; but without it the acceleration
+    /// would be anything, or, with friction at the body, infinite: this is the limit of little
+    /// inertia.
     fn steady_idle_spins(&mut self) {
         let length = self.parameters.length;
         for spin in self.assembly.prescription().spins() {
             let body = spin.body.0;
-            let rubs = self.parameters.contacts.iter().any(|contact| {
-                let (predecessor, successor) = self.topology.ends[contact.joint];
-                predecessor == body || successor == body
-            });
             let inertia = &mut self.parameters.inertia[body];
             let size = inertia.trace() + self.parameters.mass[body] * length * length;
-            if !rubs && spin.axis.dot(*inertia * spin.axis) <= 1e-12 * size {
+            if spin.axis.dot(*inertia * spin.axis) <= 1e-12 * size {
                 let fictitious = if size > 0.0 { size } else { length * length };
                 let [x, y, z] = (spin.axis * fictitious).to_array();
                 let about_axis = Mat3::from_columns(spin.axis * x, spin.axis * y, spin.axis * z);

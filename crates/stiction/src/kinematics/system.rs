@@ -386,6 +386,14 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
+    /// The sign of the determinant of the system at the present position by any program that was
+    /// made for it, up to a constant of that program; none if it was made for other rows.
+    pub(crate) fn sign_by(&self, program: &Elimination) -> Option<T> {
+        let fits = program.rows() == self.errors.len() && program.columns() == self.step.len();
+        let mut factors = vec![T::zero(); program.values()];
+        fits.then(|| program.factor(&self.entries, &mut factors))
+    }
+
     /// The tree's rates for a unit rate of one prescribed coordinate and nothing else; needs
     /// [`Self::differentiate`].
     pub(crate) fn response_to_coordinate(

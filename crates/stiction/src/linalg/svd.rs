@@ -6,8 +6,9 @@ use nalgebra::{DMatrix, DVector};
 ///
 /// By one-sided Jacobi rotations (Hestenes 1958; de Rijk 1989 for the order of columns), which finds
 /// small singular values to high relative accuracy. Ranks are decided by it, so it must be right:
-/// the decomposition of a general-purpose library that was used first lost eleven digits on one of
-/// sixty matrices of mechanisms (`tests/svd.rs` keeps the properties that it broke).
+/// the decomposition of a general-purpose library loses up to eleven digits on matrices of
+/// mechanisms (`tests/svd.rs` keeps the properties that it broke). But its right singular vectors are
+/// orthogonal, and rotations that begin with them have little left to do.
 #[derive(Clone, Debug)]
 pub struct Svd {
     /// Left singular vectors, one for each column of the matrix; zero where the singular value is
@@ -19,6 +20,9 @@ pub struct Svd {
     pub v: DMatrix<f64>,
 }
 
+/// From this number of columns on it pays to begin with another decomposition's vectors.
+const LARGE: usize = 24;
+
 /// Sweeps over all pairs of columns; some six to ten suffice.
 const SWEEPS: usize = 60;
 
@@ -26,22 +30,24 @@ impl Svd {
     /// Decomposes a matrix of any shape.
     pub fn new(matrix: &DMatrix<f64>) -> Self {
         let columns = matrix.ncols();
-        let mut work = matrix.clone();
-        let mut v = DMatrix::identity(columns, columns);
+        let mut v = if columns < LARGE { None } else { nearly_right_vectors(matrix) }
+            .unwrap_or_else(|| DMatrix::identity(columns, columns));
+        let mut work = matrix * &v;
         let scale = matrix.amax();
         // Columns below this are rounding and have no direction.
         let nothing = (f64::EPSILON * scale).powi(2) * matrix.nrows().max(1) as f64;
+        let mut squares: Vec<f64> = work.column_iter().map(|c| c.norm_squared()).collect();
         for _ in 0..SWEEPS {
             let mut rotated = false;
             for i in 0..columns {
                 // De Rijk: the largest of the remaining columns first.
-                let norm = |k: usize| work.column(k).norm_squared();
                 let largest =
-                    (i..columns).max_by(|&a, &b| norm(a).total_cmp(&norm(b))).unwrap_or(i);
+                    (i..columns).max_by(|&a, &b| squares[a].total_cmp(&squares[b])).unwrap_or(i);
                 work.swap_columns(i, largest);
                 v.swap_columns(i, largest);
+                squares.swap(i, largest);
                 for j in i + 1..columns {
-                    rotated |= orthogonalise(&mut work, &mut v, i, j, nothing);
+                    rotated |= orthogonalise(&mut work, &mut v, &mut squares, (i, j), nothing);
                 }
             }
             if !rotated {
@@ -89,15 +95,27 @@ impl Svd {
     }
 }
 
+/// A complete orthogonal basis that nearly diagonalises, by nalgebra; none if it finds none.
+fn nearly_right_vectors(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let (rows, columns) = matrix.shape();
+    // With rows of zeros there are as many right singular vectors as columns.
+    let square = matrix.clone().resize_vertically(rows.max(columns), 0.0);
+    let found = nalgebra::SVD::try_new(square, false, true, f64::EPSILON, 100 * columns)?;
+    let v = found.v_t?.transpose();
+    let skew = v.tr_mul(&v) - DMatrix::identity(columns, columns);
+    // NaN is not orthogonal.
+    (skew.amax() <= 1e-15 * columns as f64).then_some(v)
+}
+
 /// Rotates two columns to be orthogonal; false if they are.
 fn orthogonalise(
     work: &mut DMatrix<f64>,
     v: &mut DMatrix<f64>,
-    i: usize,
-    j: usize,
+    squares: &mut [f64],
+    (i, j): (usize, usize),
     nothing: f64,
 ) -> bool {
-    let (alpha, beta) = (work.column(i).norm_squared(), work.column(j).norm_squared());
+    let (alpha, beta) = (squares[i], squares[j]);
     if alpha <= nothing || beta <= nothing {
         return false;
     }
@@ -109,7 +127,7 @@ fn orthogonalise(
     let t = zeta.signum() / (zeta.abs() + (1.0 + zeta * zeta).sqrt());
     let c = 1.0 / (1.0 + t * t).sqrt();
     let s = c * t;
-    for matrix in [work, v] {
+    for matrix in [&mut *work, v] {
         // `i < j`, and columns lie one after the other.
         let rows = matrix.nrows();
         let (before, from) = matrix.as_mut_slice().split_at_mut(j * rows);
@@ -117,6 +135,9 @@ fn orthogonalise(
         for (a, b) in first.iter_mut().zip(second.iter_mut()) {
             (*a, *b) = (c * *a - s * *b, s * *a + c * *b);
         }
+    }
+    for k in [i, j] {
+        squares[k] = work.column(k).norm_squared();
     }
     true
 }

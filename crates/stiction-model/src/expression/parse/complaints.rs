@@ -47,7 +47,10 @@ impl Parser<'_> {
         let mut known = self.scope.names();
         known.extend(Function::ALL.iter().map(|(name, _)| *name));
         known.extend(CONSTANTS.iter().map(|(name, _)| *name));
-        let help = unit::advice(name)
+        let is_time = self.time && name == "T";
+        let help = is_time
+            .then(|| "the time is `t`".to_owned())
+            .or_else(|| unit::advice(name))
             .or_else(|| {
                 let candidates: Vec<_> = match unit {
                     true => units.clone().collect(),
@@ -58,7 +61,7 @@ impl Parser<'_> {
                 nearest(name, candidates).map(|near| format!("did you mean `{near}`?"))
             })
             .or_else(|| match unit {
-                true => did_you_mean(name, "units", units.take(12)),
+                true => did_you_mean(name, "units", units),
                 false if self.scope.names().is_empty() => {
                     Some("parameters are defined in the table [parameters]".to_owned())
                 }

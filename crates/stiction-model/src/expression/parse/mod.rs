@@ -211,9 +211,12 @@ impl<'a> Parser<'a> {
             }
             TokenKind::Name if self.kind_at(1) == TokenKind::Symbol('(') => self.call()?,
             TokenKind::Name if self.unit_here().is_some() => {
+                let named = self.scope.find(self.word_at(0));
                 let (scale, dimension) = self.units()?;
                 let end = self.before();
-                self.emit(Op::Number(scale.apply(1.0), dimension), span.start..end);
+                let unit = Op::Number(scale.apply(1.0), dimension);
+                // A parameter cannot be named like a unit; where one is, it may be meant here.
+                self.emit(named.map_or(unit, Op::Parameter), span.start..end);
             }
             TokenKind::Name => self.name()?,
             TokenKind::Symbol('(') => {
@@ -301,7 +304,11 @@ impl<'a> Parser<'a> {
     fn name(&mut self) -> Result<(), Fault> {
         let span = self.span();
         let name = self.word_at(0);
-        if let Some((_, value)) = CONSTANTS.iter().find(|(constant, _)| *constant == name) {
+        // First the parameters: none can be named like a constant or the time, but where one is,
+        // it is meant.
+        if let Some(index) = self.scope.find(name) {
+            self.emit(Op::Parameter(index), span);
+        } else if let Some((_, value)) = CONSTANTS.iter().find(|(known, _)| *known == name) {
             self.emit(Op::Number(*value, Dimension::NONE), span);
         } else if name == "t" {
             if !self.time {
@@ -312,8 +319,6 @@ impl<'a> Parser<'a> {
                 ));
             }
             self.emit(Op::Time, span);
-        } else if let Some(index) = self.scope.find(name) {
-            self.emit(Op::Parameter(index), span);
         } else {
             return Err(self.unknown(false));
         }

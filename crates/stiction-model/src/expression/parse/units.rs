@@ -76,7 +76,8 @@ impl Parser<'_> {
             let power = unit.dimension.power(exponent).and_then(|power| dimension.times(power));
             let (Some(power), Some(product)) = (power, scale.times(unit.scale, exponent)) else {
                 let span = span.start..self.before();
-                return Err(Fault::new(span, "the power of this unit is out of range", ""));
+                let label = "expected a power such as 2 or -1";
+                return Err(Fault::new(span, "this power of a unit makes no unit", label));
             };
             (scale, dimension) = (product, power);
         }

@@ -90,9 +90,21 @@ fn read_text(
         messages.push_help("syntax", "the file is empty".to_owned(), 0..0, "", Some(help));
         return None;
     };
+    if rows::cells(text, first.clone())
+        .all(|cell| text.get(cell).is_some_and(|cell| cell.parse::<f64>().is_ok()))
+    {
+        let help = "name the columns above them: time [s], platform.x [mm], …".to_owned();
+        let message = "the columns have no names".to_owned();
+        messages.push_help("syntax", message, first, "numbers already", Some(help));
+        return None;
+    }
     let header = Header::read(text, first, names, orders, messages);
     let columns = rows::read(text, lines, &header, messages);
     let times = columns.get(header.time?)?;
+    // Rows that could not be read are not missing.
+    if messages.out.has_errors() {
+        return None;
+    }
     if times.len() < LEAST_SAMPLES {
         let message = format!(
             "the file has {}; a motion needs at least {LEAST_SAMPLES} samples",
@@ -101,10 +113,10 @@ fn read_text(
                 n => format!("{n} sample"),
             }
         );
-        messages.push("samples", message, text.len()..text.len(), "the end");
-        return None;
-    }
-    if messages.out.has_errors() {
+        let pose = (times.len() == 1).then(|| {
+            "for a single pose give the motion `duration = 0` and coordinates instead".to_owned()
+        });
+        messages.push_help("samples", message, text.len()..text.len(), "the end", pose);
         return None;
     }
     let times: Arc<[f64]> = times.as_slice().into();

@@ -1,5 +1,6 @@
 //! The rows of a recording.
 
+use super::super::context::LARGEST;
 use super::Messages;
 use super::header::{Header, Role};
 use crate::diagnostic::{number, quoted};
@@ -73,6 +74,10 @@ pub(super) fn read(
             if column.role == Role::Time {
                 check_time(value, last_time, &cell, messages);
                 last_time = if value.is_nan() { last_time } else { Some(value) };
+            }
+            if value.abs() > LARGEST {
+                let message = format!("{} is too large", number(value));
+                messages.push("range", message, cell, "too large to compute with");
             }
             values.push(value);
         }

@@ -1,0 +1,32 @@
+//! Defects in a table whose meaning is not known, for example that of a joint without a type.
+
+use super::context::Record;
+use crate::fields::{Field, Shape};
+
+/// Says which values of the table are wrong whatever the rest of it means.
+pub(crate) fn proofread(record: &Record<'_>, fields: &'static [Field]) {
+    for field in fields {
+        let Some(value) = record.value(field.key) else { continue };
+        match field.shape {
+            Shape::Quantity(_) => {
+                record.quantity(field.key);
+            }
+            Shape::Vector(_) => {
+                record.vector(field.key);
+            }
+            Shape::Axis => {
+                record.context.axis(value);
+            }
+            Shape::Rotation => {
+                record.context.rotation(value);
+            }
+            Shape::Table(inner) => {
+                if let Some(table) = record.table(field.key) {
+                    let what = format!("`{}`", field.key);
+                    proofread(&Record::new(record.context, table, inner, what), inner);
+                }
+            }
+            _ => {}
+        }
+    }
+}
