@@ -38,13 +38,18 @@ pub(crate) fn find(name: &str) -> Result<Found, Failure> {
 
 /// There is no such model in the gallery.
 pub(crate) fn unknown_model(name: &str) -> Failure {
+    // Where a model may stand, a command may have been meant.
+    let command = ["inverse", "models", "schema", "help"]
+        .into_iter()
+        .find(|command| strsim::damerau_levenshtein(command, name) <= 2);
     let nearest = gallery::names()
         .map(|known| (strsim::damerau_levenshtein(known, name), known))
         .min()
         .filter(|(distance, known)| *distance <= 1 + known.len() / 3);
-    let help = match nearest {
-        Some((_, known)) => format!("did you mean `{known}`? `stiction models` lists all"),
-        None => {
+    let help = match (nearest, command) {
+        (_, Some(command)) => format!("did you mean `stiction {command}`?"),
+        (Some((_, known)), None) => format!("did you mean `{known}`? `stiction models` lists all"),
+        (None, None) => {
             "`stiction models` lists the built-in models; a file's name ends in .toml".to_owned()
         }
     };

@@ -198,7 +198,7 @@ fn wrong_input_is_told_with_a_way_out() {
         (&["inverse", "--step", "1e-15"], &["--step"]),
         (&["inverse", "--friction", "yes"], &["one-pass"]),
         (&["inverse", "-o", "out"], &["cannot make the folder out"]),
-        (&["invert"], &["inverse"]),
+        (&["invert"], &["did you mean `stiction inverse`?"]),
         (&["models", "gouhg"], &["did you mean `gough`?"]),
     ];
     for (arguments, texts) in cases {

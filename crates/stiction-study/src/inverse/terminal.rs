@@ -34,7 +34,7 @@ pub fn write_summary(
         number(job.motion.duration),
         if count == 1 { "" } else { "s" },
         job.load_name,
-        if model.mechanism.joints().iter().all(|joint| joint.friction.is_empty()) {
+        if job.friction != FrictionMode::Off && summary.names.contacts.is_empty() {
             "not declared"
         } else {
             friction_word(job.friction)

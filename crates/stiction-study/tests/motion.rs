@@ -1,0 +1,136 @@
+//! Motions that are easy to get wrong: whole turns, idle spins, singular positions passed.
+
+mod common;
+
+use common::*;
+use stiction::dynamics::FrictionMode;
+use stiction_model::gallery;
+
+/// A body on three slides and three revolute joints: every pose is within reach.
+fn six_axes(coordinates: &str) -> String {
+    let slide = |name: &str, from: &str, to: &str, kind: &str, axis: &str| {
+        format!(
+            "[joints.{name}]\ntype = \"{kind}\"\nfrom = \"{from}\"\nto = \"{to}\"\naxis = \"{axis}\"\n\
+             actuated = true\n"
+        )
+    };
+    let mut text = String::from("gravity = [0, 0, \"-9.81 m/s^2\"]\n");
+    for body in ["a", "b", "c", "d", "e", "hand"] {
+        text += &format!(
+            "[bodies.{body}]\nmass = 1.0\ncom = [0.1, 0.05, -0.02]\ninertia = [0.01, 0.02, 0.025]\n"
+        );
+    }
+    let chain = [
+        ("x", "ground", "a", "P", "x"),
+        ("y", "a", "b", "P", "y"),
+        ("z", "b", "c", "P", "z"),
+        ("A", "c", "d", "R", "x"),
+        ("B", "d", "e", "R", "y"),
+        ("C", "e", "hand", "R", "z"),
+    ];
+    for (name, from, to, kind, axis) in chain {
+        text += &slide(name, from, to, kind, axis);
+    }
+    text + "[motions.m]\nduration = \"1 s\"\nhand.x = 0\nhand.y = 0\nhand.z = 0\n"
+        + coordinates
+        + "\n[loads.none]\n[default]\nmotion = \"m\"\nload = \"none\"\n"
+}
+
+fn drives(text: &str) -> Vec<Vec<f64>> {
+    let model = model_of("six", text);
+    let run = Run::of(&default_job(&model, FrictionMode::Off)).unwrap();
+    assert!(run.closure < 1e-12);
+    let columns = run.inverse.columns().filter(|(name, _)| name.contains(".drive "));
+    columns.map(|(_, values)| values.clone()).collect()
+}
+
+/// Rotation vectors beyond half a turn and beyond whole turns, against the same motion in angles.
+#[test]
+fn rotation_vectors_go_round_and_round() {
+    let pairs = [
+        ("rvx = 0\nrvy = 0\nrvz = \"20 rad/s*t\"", "rx = 0\nry = 0\nrz = \"20 rad/s*t\""),
+        ("rvx = \"-9 rad/s*t\"\nrvy = 0\nrvz = 0", "rx = \"-9 rad/s*t\"\nry = 0\nrz = 0"),
+    ];
+    let named = |text: &str| text.lines().map(|line| format!("hand.{line}\n")).collect::<String>();
+    for (vector, angles) in pairs {
+        let (vector, angles) =
+            (drives(&six_axes(&named(vector))), drives(&six_axes(&named(angles))));
+        assert_eq!(vector.len(), 6);
+        for (a, b) in vector.iter().flatten().zip(angles.iter().flatten()) {
+            assert!((a - b).abs() < 1e-8, "{a} {b}");
+        }
+    }
+    // About a slanting axis through more than a turn, with a wobble.
+    drives(&six_axes(&named(
+        "rvx = \"pi*1 rad*sin(2*pi*t)\"\nrvy = 0.3\nrvz = \"0.1 rad + 1 rad*t\"",
+    )));
+}
+
+/// A crank that drives a lever through a rod between two balls.
+fn rssr(rod: &str, friction: &str) -> String {
+    format!(
+        r#"
+        gravity = [0, 0, "-9.81 m/s^2"]
+        [bodies.crank]
+        mass = 1.0
+        com = [0.05, 0, 0]
+        inertia = [1e-3, 1e-3, 1e-3]
+        [bodies.rod]
+        {rod}
+        [bodies.lever]
+        mass = 2.0
+        com = [0.1, 0, 0]
+        inertia = [1e-2, 1e-2, 1e-2]
+        home = {{ position = [0.4, 0.1, 0], rotation = {{ axis = "x", angle = "90 deg" }} }}
+        [joints]
+        A = {{ type = "R", from = "ground", to = "crank", axis = "z", actuated = true {friction} }}
+        B = {{ type = "S", from = "crank", to = "rod", at = [0.1, 0, 0] {friction} }}
+        C = {{ type = "S", from = "rod", to = "lever", at = [0.35, 0, 0], to_at = [0.2, 0, 0], start = {{ axis = "y", angle = "-30 deg" }} {friction} }}
+        D = {{ type = "R", from = "ground", to = "lever", at = [0.4, 0.1, 0], axis = "y", start = "-120 deg" {friction} }}
+        [motions.m]
+        duration = "1 s"
+        A = "30 deg*sin(2*pi*t)"
+        [loads.none]
+        [default]
+        motion = "m"
+        load = "none"
+        "#
+    )
+}
+
+/// A rod without mass is the limit of a light one, also where its balls rub.
+#[test]
+fn a_massless_rod_is_a_light_one() {
+    let light = "mass = 1e-9\ncom = [0, 0, 0]\ninertia = [1e-11, 1e-11, 1e-11]";
+    for friction in ["", ", friction = { mu = 0.2, radius = \"10 mm\" }"] {
+        let run = |rod: &str| {
+            let model = model_of("rssr", &rssr(rod, friction));
+            let run = Run::of(&default_job(&model, FrictionMode::Converged)).unwrap();
+            assert!(run.power_residual < 1e-10, "{:e}", run.power_residual);
+            assert_eq!(run.verdict.idle_spins, ["rod"]);
+            run.inverse.column("A.drive [N m]").to_vec()
+        };
+        for (massless, light) in run("").iter().zip(run(light)) {
+            assert!((massless - light).abs() < 1e-6, "{massless} {light}");
+        }
+    }
+}
+
+/// A slider that drives its crank through both dead centres, where it cannot.
+#[test]
+fn a_singular_position_that_is_passed_is_told() {
+    let text = gallery::get("slider-crank").unwrap();
+    let text = text.replacen("actuated = true\n", "", 1);
+    let text =
+        text.replacen("start = \"crank + rod\"", "start = \"crank + rod\"\nactuated = true", 1);
+    let text = text.replacen("A = \"10 rad/s*t\"", "A = \"10 rad/s*t + 0.5 deg\"", 1);
+    let model = model_of("slider", &text);
+    let run = Run::of(&default_job(&model, FrictionMode::Off)).unwrap();
+    let passed = &run.verdict.passed_singularities;
+    let near = |(from, to): &(f64, f64), turn: f64| {
+        let t = (turn * std::f64::consts::PI - 0.5_f64.to_radians()) / 10.0;
+        *from <= t && t <= *to
+    };
+    assert_eq!(passed.len(), 2, "{passed:?}");
+    assert!(near(&passed[0], 1.0) && near(&passed[1], 2.0), "{passed:?}");
+}
