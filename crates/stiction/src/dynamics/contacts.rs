@@ -172,8 +172,8 @@ impl<T: Scalar> Contacts<T> {
             let now = state.load.value;
             let moved = (now - before).abs();
             // Comparisons pass over NaN, sums do not.
-            change = (moved - change).if_positive(moved, change) + (now - now);
-            largest = (now - largest).if_positive(now, largest) + (now - now);
+            change = (moved - change).if_positive(moved, change) + now * T::zero();
+            largest = (now - largest).if_positive(now, largest) + now * T::zero();
         }
         (change, largest)
     }

@@ -408,7 +408,7 @@ impl<T: Scalar> Inverse<T> {
         for (spin, response) in self.spin_responses.iter().enumerate() {
             let amount = self.balance.unknowns[first + spin];
             // What is not finite would stay in the bodies' motion for good.
-            let finite = T::one() + (amount - amount);
+            let finite = T::one() + amount * T::zero();
             let amount = finite.if_positive(amount, T::zero());
             kinematics.bodies.accelerate_more(setup.topology, response, amount);
         }
