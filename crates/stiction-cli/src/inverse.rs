@@ -123,7 +123,7 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
                 outputs.write(&file, &png)?;
             }
         }
-        let names = outputs.complete()?;
+        let names = outputs.complete(&["friction.svg", "friction.png"])?;
         if !options.json {
             let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
             eprintln!("\nwrote {}", names.join(", "));

@@ -56,13 +56,21 @@ impl Outputs {
         arrived(&mut file).map_err(|error| self.trouble(name, error))
     }
 
-    /// Gives all files their names; returns these.
-    pub(crate) fn complete(mut self) -> Result<Vec<PathBuf>, Failure> {
+    /// Gives all files their names; returns these. Those of `possible` that were not written this
+    /// time would be taken for results of this run, and are removed.
+    pub(crate) fn complete(mut self, possible: &[&str]) -> Result<Vec<PathBuf>, Failure> {
         for (partial, complete) in &self.pending {
             fs::rename(partial, complete).map_err(|error| {
                 Failure::input(format!("cannot write {}: {error}", complete.display()))
                     .help("give another folder with -o")
             })?;
+        }
+        for name in possible {
+            let stale = self.folder.join(name);
+            if self.pending.iter().all(|(_, complete)| *complete != stale) {
+                // Mostly there is none.
+                let _ = fs::remove_file(stale);
+            }
         }
         Ok(std::mem::take(&mut self.pending).into_iter().map(|(_, complete)| complete).collect())
     }

@@ -172,6 +172,11 @@ fn what_stood_in_the_folder_stays_until_all_is_there() {
     assert!(folder.read("inverse.csv").starts_with("time [s],"));
     assert_eq!(folder.read("notes.txt"), "mine too");
     assert!(folder.files().iter().all(|name| !name.contains("partial")));
+    // What is not a result of the last run is not there.
+    assert!(folder.files().contains(&"friction.svg".to_owned()));
+    folder.stiction(&["inverse", "four-bar", "--friction", "off", "-o", "."]).succeeds();
+    assert!(!folder.files().contains(&"friction.svg".to_owned()));
+    assert_eq!(folder.read("notes.txt"), "mine too");
 }
 
 #[test]
