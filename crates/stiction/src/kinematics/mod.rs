@@ -12,6 +12,7 @@ mod freedom;
 mod measure;
 mod rotation_vector;
 mod system;
+mod tracing;
 
 pub use assembly::Assembly;
 pub use bodies::{Bodies, State};
@@ -19,3 +20,4 @@ pub use coordinate::{AngleOrder, Coordinate, Target};
 pub use error::{AssemblyError, Gap, OpenFreedom};
 pub(crate) use freedom::body_twists;
 pub use system::{Kinematics, Prescription, Spin};
+pub(crate) use tracing::{finite_mobility, singular_values as loop_singular_values};

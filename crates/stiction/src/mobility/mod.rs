@@ -1,9 +1,11 @@
 //! What can move and what cannot: analysis by dense decompositions.
 
+mod count;
 mod distance;
 mod statics;
 mod words;
 
+pub use count::Mobility;
 pub use distance::{Constraints, Distances};
 pub(crate) use statics::DETERMINED;
 pub use statics::{Carried, RANK_TOLERANCE, Statics, Uncarried};
