@@ -17,6 +17,28 @@ fn mobility(model: &Model) -> Mobility {
     Mobility::of(&solver.unwrap())
 }
 
+fn freedoms(name: &str, body: &str) -> (Vec<String>, Vec<String>) {
+    let found = mobility(&model(name)).bodies.into_iter().find(|known| known.body == body);
+    found.map(|body| (body.motions, body.first_order_only)).unwrap()
+}
+
+#[test]
+fn what_bodies_can_do_in_words() {
+    let (lasting, brief) = freedoms("zhang2018", "platform");
+    assert_eq!(lasting, ["translation along x", "translation along z", "rotation about y"]);
+    assert_eq!(brief.len(), 1);
+    assert!(brief[0].starts_with("rotation about x through "), "{brief:?}");
+    let (lasting, brief) = freedoms("3rrr", "platform");
+    assert_eq!(lasting, ["translation along x", "translation along y", "rotation about z"]);
+    assert!(brief.is_empty());
+    let (lasting, _) = freedoms("slider-crank", "slider");
+    assert_eq!(lasting, ["translation along x"]);
+    let (lasting, _) = freedoms("slider-crank", "crank");
+    assert_eq!(lasting, ["rotation about z through (0, 0, 0) m"]);
+    let (lasting, _) = freedoms("gough", "platform");
+    assert_eq!(lasting.len(), 6);
+}
+
 /// Gruebler's count, instantaneous, finite, redundant constraints.
 #[test]
 fn of_the_gallery() {

@@ -386,6 +386,17 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
+    /// What velocities alone make of the second derivatives of the loops' errors.
+    pub(super) fn closure_biases(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        prescription: &Prescription,
+    ) -> Vec<T> {
+        self.right_of_accelerations(topology, parameters, prescription, &[]);
+        self.right[..self.closures].iter().map(|right| -*right).collect()
+    }
+
     /// The sign of the determinant of the system at the present position by any program that was
     /// made for it, up to a constant of that program; none if it was made for other rows.
     pub(crate) fn sign_by(&self, program: &Elimination) -> Option<T> {

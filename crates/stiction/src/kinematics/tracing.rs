@@ -88,6 +88,66 @@ pub(crate) fn finite_mobility(
     spread.singular_values.iter().filter(|&&value| value > limit).count()
 }
 
+/// Motions that are open to first order, as rates of the tree.
+pub(crate) struct OpenToFirstOrder {
+    /// A basis of all.
+    pub(crate) all: Vec<Vec<f64>>,
+    /// A basis of those that are open to second order, too.
+    pub(crate) to_second: Vec<Vec<f64>>,
+}
+
+/// Finds them. Some motions are blocked to second order: along them the loops' equations depend on
+/// each other, but their second derivatives do not agree. These derivatives along the loops'
+/// self-stresses are quadratic forms, and exact. (Where the forms are not definite, branches of
+/// motion meet, and `to_second` holds too few.)
+pub(crate) fn open_to_first_order(
+    topology: &Topology,
+    parameters: &Parameters<f64>,
+    state: &State<f64>,
+    negligible: f64,
+) -> OpenToFirstOrder {
+    let mut loops = Loops::new(topology, parameters);
+    let svd = loops.svd(state);
+    let rank = if svd.largest() == 0.0 { 0 } else { svd.rank(negligible) };
+    let open = svd.null_space(rank);
+    let count = open.len();
+    let stresses = Svd::new(&loops.jacobian().transpose()).null_space(rank);
+    let pure: Vec<DVector<f64>> = open.iter().map(|d| loops.second_derivatives(d)).collect();
+    // One form for each self-stress, one above the other.
+    let mut forms = DMatrix::zeros(count * stresses.len(), count);
+    for i in 0..count {
+        for j in i..count {
+            // (x + y)^2 - x^2 - y^2 = 2 x y.
+            let mixed = if i == j {
+                pure[i].clone()
+            } else {
+                let sum = loops.second_derivatives(&(&open[i] + &open[j]));
+                (sum - &pure[i] - &pure[j]) * 0.5
+            };
+            for (k, stress) in stresses.iter().enumerate() {
+                let value = stress.dot(&mixed);
+                forms[(k * count + i, j)] = value;
+                forms[(k * count + j, i)] = value;
+            }
+        }
+    }
+    let rates = |amounts: DVector<f64>| -> Vec<f64> {
+        let mut rates = DVector::zeros(loops.columns.len());
+        for (amount, vector) in amounts.iter().zip(&open) {
+            rates.axpy(*amount, vector, 1.0);
+        }
+        rates.iter().zip(&loops.columns).map(|(rate, scale)| rate * scale).collect()
+    };
+    let forms = Svd::new(&forms);
+    // Second derivatives of unit motions, lengths in units of the mechanism's, are of order one.
+    let blocked = forms.singular_values.iter().filter(|&&value| value > 1e-6).count();
+    let unit = |k: usize| DVector::from_fn(count, |i, _| if i == k { 1.0 } else { 0.0 });
+    OpenToFirstOrder {
+        all: (0..count).map(|k| rates(unit(k))).collect(),
+        to_second: forms.null_space(blocked).into_iter().map(rates).collect(),
+    }
+}
+
 impl<'a> Loops<'a> {
     fn new(topology: &'a Topology, parameters: &'a Parameters<f64>) -> Self {
         let prescription = Prescription::new(topology, &[], &[]);
@@ -113,6 +173,19 @@ impl<'a> Loops<'a> {
                 value * self.rows[entry.row] * self.columns[entry.column];
         }
         jacobian
+    }
+
+    /// The scaled second derivatives of the errors along constant rates (scaled) of the tree, where
+    /// the bodies were placed last.
+    fn second_derivatives(&mut self, rates: &DVector<f64>) -> DVector<f64> {
+        let rates: Vec<f64> = rates.iter().zip(&self.columns).map(|(r, c)| r * c).collect();
+        self.kinematics.bodies.move_with(self.topology, &rates);
+        let biases =
+            self.kinematics.closure_biases(self.topology, self.parameters, &self.prescription);
+        DVector::from_iterator(
+            self.rows.len(),
+            biases.iter().zip(&self.rows).map(|(bias, scale)| bias * scale),
+        )
     }
 
     fn svd(&mut self, state: &State<f64>) -> Svd {

@@ -1,8 +1,10 @@
-//! Degrees of freedom, counted three ways.
+//! Degrees of freedom, counted three ways, and what they are.
 
+use super::words::describe_freedoms;
 use crate::dynamics::InverseDynamics;
-use crate::kinematics::{finite_mobility, loop_singular_values};
+use crate::kinematics::{body_twists, finite_mobility, loop_singular_values, open_to_first_order};
 use crate::mechanism::Mechanism;
+use crate::spatial::Twist;
 
 /// Singular values of the loops' equations below this, relative to the largest, count as zero.
 /// Matrices are scaled to entries of order one, positions are closed to 1e-13.
@@ -23,6 +25,19 @@ pub struct Mobility {
     /// The smallest singular value that counts as one and the largest that counts as zero, both
     /// relative to the largest of all: the gap that decides. None where there is no such value.
     pub gap: (Option<f64>, Option<f64>),
+    /// What each moving body can do, in the order of the mechanism's bodies.
+    pub bodies: Vec<BodyFreedoms>,
+}
+
+/// What a body can do at a position.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyFreedoms {
+    /// The body's name.
+    pub body: String,
+    /// Independent motions in words.
+    pub motions: Vec<String>,
+    /// Those that are open to first order only; known where the two kinds can be told apart.
+    pub first_order_only: Vec<String>,
 }
 
 impl Mechanism {
@@ -45,16 +60,43 @@ impl Mobility {
         let relative = |index: usize| values.get(index).map(|value| value / largest);
         let gruebler = solver.mechanism().gruebler();
         let instantaneous = topology.freedoms() - rank;
+        let finite = finite_mobility(topology, parameters, state, NEGLIGIBLE);
         Self {
             gruebler,
             instantaneous,
-            finite: finite_mobility(topology, parameters, state, NEGLIGIBLE),
-            redundant_constraints: (instantaneous as i64 - gruebler).unsigned_abs() as usize,
-            gap: if rank == 0 {
-                (None, None)
-            } else {
-                (relative(rank - 1), relative(rank).filter(|_| largest > 0.0))
-            },
+            finite,
+            redundant_constraints: (instantaneous as i64 - gruebler).max(0) as usize,
+            gap: if rank == 0 { (None, None) } else { (relative(rank - 1), relative(rank)) },
+            bodies: body_freedoms(solver, finite),
         }
     }
+}
+
+fn body_freedoms(solver: &InverseDynamics, finite: usize) -> Vec<BodyFreedoms> {
+    let (topology, parameters) = (solver.topology(), solver.parameters());
+    let open = open_to_first_order(topology, parameters, solver.assembly().state(), NEGLIGIBLE);
+    // Where branches of motion meet, the second order blocks too much.
+    let told = open.to_second.len() == finite;
+    let lasting = if told { &open.to_second } else { &open.all };
+    let twists = |basis: &[Vec<f64>]| -> Vec<Vec<Twist<f64>>> {
+        basis.iter().map(|rates| body_twists(topology, solver.bodies(), rates)).collect()
+    };
+    let (lasting, all) = (twists(lasting), twists(&open.all));
+    let bodies = solver.mechanism().bodies();
+    (1..bodies.len())
+        .map(|body| {
+            let com = solver.bodies().pose[body].apply(parameters.com[body]);
+            let of_body = |twists: &[Vec<Twist<f64>>]| -> Vec<Twist<f64>> {
+                twists.iter().map(|twists| twists[body]).collect()
+            };
+            let (motions, first_order_only) = describe_freedoms(
+                &of_body(&lasting),
+                &of_body(&all),
+                com,
+                parameters.origin,
+                parameters.length,
+            );
+            BodyFreedoms { body: bodies[body].name.clone(), motions, first_order_only }
+        })
+        .collect()
 }

@@ -5,7 +5,7 @@ mod distance;
 mod statics;
 mod words;
 
-pub use count::Mobility;
+pub use count::{BodyFreedoms, Mobility};
 pub use distance::{Constraints, Distances};
 pub(crate) use statics::DETERMINED;
 pub use statics::{Carried, RANK_TOLERANCE, Statics, Uncarried};

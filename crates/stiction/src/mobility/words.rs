@@ -1,6 +1,8 @@
 //! Instantaneous motions in a mechanism engineer's words.
 
+use crate::linalg::Svd;
 use crate::spatial::{Twist, Vec3};
+use nalgebra::{DMatrix, DVector};
 
 /// Describes the direction of a twist, for example `rotation about y through (0.1, 0, 0.3) m`.
 ///
@@ -26,6 +28,112 @@ pub fn describe_motion(twist: Twist<f64>, length: f64) -> String {
     } else {
         format!("rotation {place}")
     }
+}
+
+/// Parts of unit motions below this are none.
+const NONE: f64 = 1e-6;
+
+/// Independent motions of one body in words: those spanned by `lasting`, and what `all` has beyond.
+/// Twists are about the kernel origin, `com` is the centre of mass seen from there, and `origin` the
+/// kernel origin in the world.
+pub(crate) fn describe_freedoms(
+    lasting: &[Twist<f64>],
+    all: &[Twist<f64>],
+    com: Vec3<f64>,
+    origin: Vec3<f64>,
+    length: f64,
+) -> (Vec<String>, Vec<String>) {
+    // About the centre of mass, angles and lengths made comparable.
+    let vector = |twist: &Twist<f64>| {
+        let (w, v) = (twist.angular, twist.velocity_at(com) * (1.0 / length));
+        DVector::from_column_slice(&[w.x, w.y, w.z, v.x, v.y, v.z])
+    };
+    let span = |twists: &[Twist<f64>]| basis(&twists.iter().map(vector).collect::<Vec<_>>());
+    let lasting = span(lasting);
+    let beyond: Vec<DVector<f64>> = span(all)
+        .into_iter()
+        .map(|mut motion| {
+            // Twice, for the sake of rounding.
+            for _ in 0..2 {
+                for known in &lasting {
+                    let part = known.dot(&motion);
+                    motion.axpy(-part, known, 1.0);
+                }
+            }
+            motion
+        })
+        .collect();
+    let place = com + origin;
+    (in_words(&lasting, place, length), in_words(&basis(&beyond), place, length))
+}
+
+/// An orthonormal basis of what vectors span.
+fn basis(vectors: &[DVector<f64>]) -> Vec<DVector<f64>> {
+    if vectors.is_empty() {
+        return Vec::new();
+    }
+    let svd = Svd::new(&DMatrix::from_columns(vectors));
+    let count = svd.singular_values.iter().filter(|&&value| value > NONE).count();
+    (0..count).map(|k| svd.u.column(k).into_owned()).collect()
+}
+
+/// Translations first, then rotations and screws, along the axes of the world where these are among
+/// them.
+fn in_words(motions: &[DVector<f64>], com: Vec3<f64>, length: f64) -> Vec<String> {
+    if motions.is_empty() {
+        return Vec::new();
+    }
+    let matrix = DMatrix::from_columns(motions);
+    let part = |rows: usize| matrix.rows(rows, 3).into_owned();
+    let turns = Svd::new(&part(0));
+    let turning = turns.singular_values.iter().filter(|&&value| value > NONE).count();
+    let translations: Vec<Vec3<f64>> = turns
+        .null_space(turning)
+        .iter()
+        .filter_map(|amounts| vector_of(&(part(3) * amounts)).direction())
+        .collect();
+    let mut words: Vec<String> = along_axes(&translations)
+        .into_iter()
+        .map(|direction| format!("translation along {}", describe_direction(direction)))
+        .collect();
+    let axes: Vec<Vec3<f64>> =
+        (0..turning).map(|k| vector_of(&turns.u.column(k).into_owned())).collect();
+    for axis in along_axes(&axes) {
+        let right = DVector::from_column_slice(&axis.to_array());
+        let twist = &matrix * turns.solve(&right, turning);
+        let mut velocity = vector_of(&twist.rows(3, 3).into_owned()) * length;
+        for &direction in &translations {
+            velocity = velocity - direction * velocity.dot(direction);
+        }
+        words.push(if translations.len() >= 2 {
+            // With these its place is anywhere.
+            format!("rotation about {}", describe_direction(axis))
+        } else {
+            let linear = velocity + com.cross(axis);
+            describe_motion(Twist { angular: axis, linear }, length)
+        });
+    }
+    words
+}
+
+fn vector_of(column: &DVector<f64>) -> Vec3<f64> {
+    Vec3::new(column[0], column[1], column[2])
+}
+
+/// An orthonormal basis of the span of orthonormal vectors, of the world's axes as far as these are
+/// in it.
+fn along_axes(vectors: &[Vec3<f64>]) -> Vec<Vec3<f64>> {
+    let mut found: Vec<Vec3<f64>> = Vec::new();
+    let within =
+        |axis: Vec3<f64>| vectors.iter().fold(Vec3::zero(), |sum, v| sum + *v * v.dot(axis));
+    found.extend((0..3).map(Vec3::unit).filter(|axis| (within(*axis) - *axis).norm() < NONE));
+    for &vector in vectors {
+        let rest = found.iter().fold(vector, |rest, known| rest - *known * known.dot(rest));
+        if found.len() < vectors.len() && rest.norm() > 1e-3 {
+            found.extend(rest.direction());
+        }
+    }
+    found
 }
 
 /// A direction as an axis' name or as components; its sign does not matter.
