@@ -20,6 +20,8 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Driving forces with and without friction, and every joint reaction, along a motion
     Inverse(Inverse),
+    /// What a mechanism can do, what of it is redundant, unique and singular
+    Check(Check),
     /// List the built-in models, or print one
     Models(Models),
     /// Print the JSON Schema of the model file, for editors
@@ -48,6 +50,23 @@ pub(crate) struct Inverse {
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Print the summary, or what is wrong, as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Check {
+    /// A model file, or the name of a built-in model (`stiction models`) [default:
+    /// zhang2018-regular]
+    pub(crate) model: Option<String>,
+    /// The motion along which to look: its name in the model, a CSV file, or assignments; see
+    /// `stiction inverse --help`
+    #[arg(long, value_name = "MOTION")]
+    pub(crate) motion: Option<String>,
+    /// Time between samples in seconds [default: as the motion says, else 0.01]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    pub(crate) step: Option<f64>,
+    /// Print the findings, or what is wrong, as JSON
     #[arg(long)]
     pub(crate) json: bool,
 }

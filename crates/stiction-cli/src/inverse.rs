@@ -15,7 +15,7 @@ use stiction_model::Diagnostics;
 use stiction_study::inverse::{Curves, Error, Job, Missing, Summary, Tables, write_summary};
 
 /// The built-in robot.
-const DEFAULT_MODEL: &str = "zhang2018-regular";
+pub(crate) const DEFAULT_MODEL: &str = "zhang2018-regular";
 
 pub(crate) fn run(options: &Inverse) -> Result<(), Failure> {
     carry_out(options).map_err(|failure| failure.for_programs(options.json))
@@ -135,7 +135,7 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
 }
 
 /// Warnings go to standard error and change nothing.
-fn warn(warnings: &Diagnostics) {
+pub(crate) fn warn(warnings: &Diagnostics) {
     if !warnings.is_empty() {
         let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
         eprintln!("{}", warnings.render(colour));
@@ -143,7 +143,7 @@ fn warn(warnings: &Diagnostics) {
 }
 
 /// A flag that Ctrl-C sets, so that what was begun is cleaned up.
-fn listen_for_interrupt() -> Arc<AtomicBool> {
+pub(crate) fn listen_for_interrupt() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let set = Arc::clone(&flag);
     // Without a handler Ctrl-C still stops the program, only less tidily.
@@ -151,7 +151,7 @@ fn listen_for_interrupt() -> Arc<AtomicBool> {
     flag
 }
 
-fn failure_of(error: Error) -> Failure {
+pub(crate) fn failure_of(error: Error) -> Failure {
     match error {
         Error::NotFinite(diagnostic) => {
             let mut diagnostics = Diagnostics::new();

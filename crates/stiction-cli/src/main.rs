@@ -6,6 +6,7 @@
 //! mechanism that jams), 2 the input cannot be used, 130 interrupted.
 
 mod arguments;
+mod check;
 mod failure;
 mod inverse;
 mod models;
@@ -24,6 +25,7 @@ fn main() -> ExitCode {
     let outcome = match arguments.command {
         None => inverse::run(&arguments.inverse),
         Some(Command::Inverse(options)) => inverse::run(&options),
+        Some(Command::Check(options)) => check::run(&options),
         Some(Command::Models(options)) => models::run(&options),
         Some(Command::Schema) => print(&format!("{:#}\n", stiction_model::json_schema())),
     };

@@ -223,6 +223,32 @@ fn a_motion_that_leaves_freedoms_open_or_out_of_reach_is_told() {
 }
 
 #[test]
+fn a_check_gives_verdicts() {
+    let folder = Folder::new("check");
+    let printed = json(folder.stiction(&["check", "zhang2018", "--json"]).succeeds());
+    let mobility = &printed["mobility"];
+    assert_eq!(mobility["gruebler"], 3);
+    assert_eq!(mobility["instantaneous"], 4);
+    assert_eq!(mobility["finite"], 3);
+    assert_eq!(printed["redundant_constraints"], 1);
+    assert_eq!(printed["singularities"]["actuation"]["singular_samples"], 101);
+    // The self-stress: forces along y at the balls in the ratio -2 : 1 : 1.
+    let stress = printed["self_stresses"][0].as_array().unwrap();
+    let along_y = |name: &str| {
+        let joint = stress.iter().find(|entry| entry["joint"] == name).unwrap();
+        joint["force"][1].as_f64().unwrap()
+    };
+    let first = along_y("leg1.S");
+    for other in ["leg2.S", "leg3.S"] {
+        assert!((along_y(other) / first + 0.5).abs() < 1e-9);
+    }
+    let regular = json(folder.stiction(&["check", "--json"]).succeeds());
+    assert_eq!(regular["undetermined_reactions"].as_array().unwrap().len(), 0);
+    assert_eq!(regular["drives_unique"], true);
+    folder.stiction(&["check", "nothing"]).fails(2, &["no built-in model"]);
+}
+
+#[test]
 fn models_are_listed_and_printed() {
     let folder = Folder::new("models");
     let said = folder.stiction(&["models"]);

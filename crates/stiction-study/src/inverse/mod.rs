@@ -2,10 +2,10 @@
 
 mod columns;
 mod figures;
-mod run;
-mod statistics;
+pub(crate) mod run;
+pub(crate) mod statistics;
 mod summary;
-mod terminal;
+pub(crate) mod terminal;
 mod uniqueness;
 
 pub use columns::{Table, Tables};

@@ -281,7 +281,8 @@ impl Job<'_> {
         }
     }
 
-    fn assemble(&self, time: f64) -> Result<InverseDynamics, Error> {
+    /// The mechanism at an instant.
+    pub(crate) fn assemble(&self, time: f64) -> Result<InverseDynamics, Error> {
         let coordinates: Vec<Coordinate> =
             self.motion.coordinates.iter().map(|(coordinate, _)| *coordinate).collect();
         let mut targets =
@@ -293,7 +294,13 @@ impl Job<'_> {
             .map_err(|error| Error::Assembly { time, error })
     }
 
-    fn follow(&self, solver: &mut InverseDynamics, from: f64, to: f64) -> Result<(), Error> {
+    /// From one instant to the next.
+    pub(crate) fn follow(
+        &self,
+        solver: &mut InverseDynamics,
+        from: f64,
+        to: f64,
+    ) -> Result<(), Error> {
         self.check_motion(to)?;
         solver
             .follow(from, to, |t, targets| self.targets_at(t, targets))
@@ -360,7 +367,7 @@ fn fastest_contact(solver: &InverseDynamics) -> f64 {
     solver.parameters().contacts.iter().map(speed).fold(0.0, f64::max)
 }
 
-fn idle_spins(solver: &InverseDynamics) -> Vec<String> {
+pub(crate) fn idle_spins(solver: &InverseDynamics) -> Vec<String> {
     let bodies = solver.mechanism().bodies();
     let spins = solver.assembly().prescription().spins();
     spins.iter().map(|spin| bodies[spin.body.0].name.clone()).collect()

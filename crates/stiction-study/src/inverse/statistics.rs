@@ -124,9 +124,9 @@ impl Integral {
 
 /// The least of a series and when.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Least {
-    pub(super) value: f64,
-    pub(super) time: f64,
+pub(crate) struct Least {
+    pub(crate) value: f64,
+    pub(crate) time: f64,
 }
 
 impl Default for Least {
@@ -136,13 +136,13 @@ impl Default for Least {
 }
 
 impl Least {
-    pub(super) fn add(&mut self, time: f64, value: f64) {
+    pub(crate) fn add(&mut self, time: f64, value: f64) {
         if value < self.value * (1.0 - ROUNDING) {
             (self.value, self.time) = (value, time);
         }
     }
 
-    pub(super) fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         json!({ "least": self.value, "time": self.time })
     }
 }

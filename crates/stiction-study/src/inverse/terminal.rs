@@ -290,7 +290,7 @@ fn write_coupling(out: &mut impl Write, coupling: Option<f64>) -> fmt::Result {
 }
 
 /// Components with the joints that have them, most joints first: `fz mx my of A, B, C`.
-fn by_components(undetermined: &[(&str, Vec<&'static str>)]) -> String {
+pub(crate) fn by_components(undetermined: &[(&str, Vec<&'static str>)]) -> String {
     let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
     for (name, components) in undetermined {
         let components = components.join(" ");
@@ -310,7 +310,7 @@ fn by_components(undetermined: &[(&str, Vec<&'static str>)]) -> String {
 }
 
 /// Four significant digits.
-fn number(x: f64) -> String {
+pub(crate) fn number(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();
     }

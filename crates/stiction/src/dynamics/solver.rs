@@ -16,7 +16,7 @@ use super::structure::Weighting;
 use super::wedge;
 use crate::kinematics::{Assembly, AssemblyError, Bodies, Coordinate, Target, body_twists};
 use crate::linalg::Elimination;
-use crate::mechanism::{BodyId, Mechanism};
+use crate::mechanism::{BodyId, JointId, Mechanism};
 use crate::mobility::{DETERMINED, Statics, Uncarried, describe_motion};
 use crate::parameters::Parameters;
 use crate::spatial::{Mat3, Pose, Twist};
@@ -193,6 +193,19 @@ impl InverseDynamics {
         let prescription = kinematics.sign_by(&self.first_program)?;
         let determinant = matrix.determinant() * prescription;
         determinant.is_finite().then(|| determinant.signum())
+    }
+
+    /// The scalar coordinates of a joint, m and rad, angles within half a turn; nothing for joints
+    /// that turn in all directions.
+    pub fn joint_coordinates(&self, joint: JointId) -> Vec<f64> {
+        let content = &self.mechanism.joints()[joint.0];
+        if !content.joint_type.has_scalar_coordinates() {
+            return Vec::new();
+        }
+        let bodies = self.bodies();
+        let relative = bodies.frame_j[joint.0].inverse() * bodies.frame_k[joint.0];
+        let (_, coordinates) = content.joint_type.misfit(relative, content.pitch);
+        coordinates[..content.joint_type.freedoms().len()].to_vec()
     }
 
     /// The largest loop-closure error at the present position, m; angles times the characteristic

@@ -11,7 +11,11 @@ use super::statics::{RANK_TOLERANCE, Statics};
 use crate::dynamics::newton_euler::{NewtonEuler, Unknown};
 use crate::joint::JointType;
 use crate::linalg::{Svd, smallest_singular_value};
+use crate::spatial::{Vec3, Wrench};
 use nalgebra::DMatrix;
+
+/// A body with so many joints is where legs end.
+const HUB: usize = 3;
 
 /// Both distances at a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +62,11 @@ pub struct Constraints {
     /// Singular values of the constraints' part of the scaled balance, one for each equation,
     /// largest first.
     singular_values: Vec<f64>,
+    /// For each way in which constraints alone can load each other, their amounts in the order of
+    /// the constraints, forces in N and moments in N m, the largest (over the length) being one.
+    self_stresses: Vec<Vec<f64>>,
+    /// The least resistance of the bodies of legs with the hubs held; none if there are no legs.
+    legs: Option<Vec<f64>>,
 }
 
 impl Constraints {
@@ -72,7 +81,70 @@ impl Constraints {
             DMatrix::from_fn(constraints.len(), all.nrows(), |i, j| all[(j, constraints[i])]);
         let mut singular_values = Svd::new(&transposed).singular_values.as_slice().to_vec();
         singular_values.resize(all.nrows(), 0.0);
-        Self { singular_values }
+
+        let own = Svd::new(&transposed.transpose());
+        let scales = statics.column_scales();
+        let self_stresses = own
+            .null_space(own.rank(RANK_TOLERANCE))
+            .iter()
+            .map(|stress| {
+                let largest = stress.amax();
+                constraints
+                    .iter()
+                    .zip(stress.iter())
+                    .map(|(&k, x)| x / largest * scales[k])
+                    .collect()
+            })
+            .collect();
+
+        let system = statics.system();
+        let bodies = all.nrows() / 6;
+        let rows: Vec<usize> = (0..bodies)
+            .filter(|&body| system.joints_at(body + 1) < HUB)
+            .flat_map(|body| 6 * body..6 * body + 6)
+            .collect();
+        let legs = (!rows.is_empty() && rows.len() < all.nrows()).then(|| {
+            let held = transposed.select_columns(&rows);
+            let mut values = Svd::new(&held).singular_values.as_slice().to_vec();
+            values.resize(rows.len(), 0.0);
+            values
+        });
+        Self { singular_values, self_stresses, legs }
+    }
+
+    /// For each way in which the constraints alone can load each other, the joints that take part
+    /// and the wrenches there (force and moment about the joint's origin, world axes), without a
+    /// scale.
+    pub fn self_stresses(&self, statics: &Statics) -> Vec<Vec<(usize, Vec3<f64>, Vec3<f64>)>> {
+        let system = statics.system();
+        let in_joints = |stress: &Vec<f64>| {
+            let mut wrenches = vec![Wrench::zero(); statics.joint_origins().len()];
+            for ((unknown, unit), amount) in
+                system.unknowns.iter().zip(&system.wrenches).zip(stress)
+            {
+                wrenches[unknown.joint()] += *unit * *amount;
+            }
+            let size = |wrench: &Wrench<f64>, origin: Vec3<f64>| {
+                wrench.force.norm() + wrench.moment_about(origin).norm() / statics.length()
+            };
+            let places = wrenches.iter().zip(statics.joint_origins()).enumerate();
+            places
+                .filter(|(_, (wrench, origin))| size(wrench, **origin) > 1e-9)
+                .map(|(joint, (wrench, origin))| {
+                    (joint, wrench.force, wrench.moment_about(*origin))
+                })
+                .collect()
+        };
+        self.self_stresses.iter().map(in_joints).collect()
+    }
+
+    /// Distance to a singularity of a leg (type 1): to a position where bodies between the hubs
+    /// (bodies with three joints or more) can move while the hubs stand still, idle spins apart. None
+    /// if there are no such bodies or no hubs.
+    pub fn leg_distance(&self, idle_spins: usize) -> Option<f64> {
+        let values = self.legs.as_ref()?;
+        let held = values.len().checked_sub(idle_spins + 1)?;
+        values.get(held).copied()
     }
 
     /// How many independent motions the constraints leave at this position.

@@ -87,6 +87,21 @@ impl Statics {
         })
     }
 
+    /// What makes unknowns comparable: the characteristic length for moments, one for forces.
+    pub(super) fn column_scales(&self) -> &[f64] {
+        &self.column_scales
+    }
+
+    /// Origins of all joints from the kernel origin, m.
+    pub(super) fn joint_origins(&self) -> &[Vec3<f64>] {
+        &self.joint_origins
+    }
+
+    /// The characteristic length, m.
+    pub(super) fn length(&self) -> f64 {
+        self.length
+    }
+
     /// The system.
     pub fn system(&self) -> &NewtonEuler {
         &self.system

@@ -1,0 +1,50 @@
+//! `stiction check`: verdicts on a mechanism.
+
+use crate::arguments::Check;
+use crate::failure::Failure;
+use crate::inverse::{DEFAULT_MODEL, failure_of, listen_for_interrupt, warn};
+use crate::print;
+use crate::progress::Progress;
+use crate::sources;
+use std::sync::atomic::Ordering;
+use stiction::dynamics::FrictionMode;
+use stiction_model::LoadCase;
+use stiction_study::check::{examine, write_report};
+use stiction_study::inverse::Job;
+
+pub(crate) fn run(options: &Check) -> Result<(), Failure> {
+    carry_out(options).map_err(|failure| failure.for_programs(options.json))
+}
+
+fn carry_out(options: &Check) -> Result<(), Failure> {
+    let found = sources::find(options.model.as_deref().unwrap_or(DEFAULT_MODEL))?;
+    if !options.json {
+        warn(&found.model.warnings);
+    }
+    let (motion, motion_name) = found.motion(options.motion.as_deref())?;
+    let load = LoadCase::default();
+    let job = Job {
+        model: &found.model,
+        motion: &motion,
+        motion_name,
+        load: &load,
+        load_name: "none".to_owned(),
+        friction: FrictionMode::Off,
+        step: options.step,
+    };
+    let interrupted = listen_for_interrupt();
+    let mut progress = Progress::new();
+    let findings = examine(&job, |phase, done, of| {
+        progress.tell(phase, done, of);
+        !interrupted.load(Ordering::Relaxed)
+    });
+    progress.clear();
+    let findings = findings.map_err(failure_of)?;
+    if options.json {
+        return print(&format!("{:#}\n", findings.json(&job)));
+    }
+    let mut text = String::new();
+    // Writing to a string does not fail.
+    let _ = write_report(&mut text, &job, &findings);
+    print(&text)
+}
