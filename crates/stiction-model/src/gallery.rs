@@ -3,6 +3,8 @@
 const MODELS: &[(&str, &str)] = &[
     ("3rps", include_str!("../gallery/3rps.toml")),
     ("3rrr", include_str!("../gallery/3rrr.toml")),
+    ("6sps", include_str!("../gallery/6sps.toml")),
+    ("bricard", include_str!("../gallery/bricard.toml")),
     ("five-bar", include_str!("../gallery/five-bar.toml")),
     ("four-bar", include_str!("../gallery/four-bar.toml")),
     ("gough", include_str!("../gallery/gough.toml")),

@@ -150,7 +150,13 @@ fn every_body_is_in_equilibrium_from_the_written_reactions() {
                     // Differences of eighth order over 2 ms leave some 1e-9 of accelerations.
                     let error = (force - needed_force).norm();
                     assert!(error <= 1e-8 * size, "{what}: {error:e} N of {size:e}");
-                    let error = (moment - needed_moment).norm();
+                    let mut error = moment - needed_moment;
+                    if name == "6sps" && body.name != "platform" {
+                        // A leg may spin about its own axis, z; friction begins to turn it, which
+                        // positions by the convention of no spin do not show.
+                        error = error.across(poses[index][4].rotation.columns[2]);
+                    }
+                    let error = error.norm();
                     let size = size * reach.max(1e-2);
                     assert!(error <= 1e-8 * size, "{what}: {error:e} N m of {size:e}");
                 }

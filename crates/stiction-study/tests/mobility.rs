@@ -53,6 +53,8 @@ fn of_the_gallery() {
         ("slider-crank", -2, 1, 1, 3),
         ("five-bar", -1, 2, 2, 3),
         ("3rrr", -3, 3, 3, 6),
+        ("bricard", 0, 1, 1, 1),
+        ("6sps", 12, 12, 12, 0),
     ];
     for (name, gruebler, instantaneous, finite, redundant) in known {
         let found = mobility(&model(name));
