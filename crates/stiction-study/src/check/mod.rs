@@ -10,7 +10,7 @@ use crate::inverse::{Error, Job, Phase};
 use serde_json::{Value, json};
 use stiction::dynamics::InverseDynamics;
 use stiction::mechanism::JointId;
-use stiction::mobility::{Constraints, Mobility};
+use stiction::mobility::{Constraints, JointLoad, Mobility};
 use stiction::spatial::Vec3;
 
 /// Closer to a singular position than this is in it, to round-off.
@@ -23,9 +23,9 @@ pub struct Findings {
     pub mobility: Mobility,
     /// Bodies that may spin about an axis of their own without any influence.
     pub idle_spins: Vec<String>,
-    /// For each self-stress of the constraints at the beginning the joints that carry it, with force
-    /// and moment (about the joint's origin, world axes), without a scale.
-    pub self_stresses: Vec<Vec<(String, Vec3<f64>, Vec3<f64>)>>,
+    /// For each self-stress of the constraints at the beginning what the joints that take part carry,
+    /// without a scale.
+    pub self_stresses: Vec<Vec<JointLoad>>,
     /// For each joint the components of its reaction that the balance does not determine, anywhere
     /// along the motion.
     pub undetermined: Vec<(String, Vec<&'static str>)>,
@@ -103,11 +103,7 @@ pub fn examine(
     let name = |joint: usize| mechanism.joints()[joint].name.clone();
     let statics = solver.statics();
     let constraints = Constraints::new(&statics);
-    let self_stresses = constraints
-        .self_stresses(&statics)
-        .into_iter()
-        .map(|stress| stress.into_iter().map(|(joint, f, m)| (name(joint), f, m)).collect())
-        .collect();
+    let self_stresses = constraints.self_stresses(&statics);
     let (mass, com) = centre(&solver);
 
     let mut determined = vec![[true; 6]; mechanism.joints().len()];
@@ -288,8 +284,12 @@ impl Findings {
             })
         });
         let stresses = self.self_stresses.iter().map(|stress| {
-            let joints = stress.iter().map(|(joint, force, moment)| {
-                json!({ "joint": joint, "force": force.to_array(), "moment": moment.to_array() })
+            let joints = stress.iter().map(|load| {
+                json!({
+                    "joint": job.model.mechanism.joints()[load.joint.0].name,
+                    "force": load.force.to_array(),
+                    "moment": load.moment.to_array(),
+                })
             });
             Value::Array(joints.collect())
         });

@@ -4,6 +4,7 @@ use super::{Findings, Nearness};
 use crate::inverse::Job;
 use crate::inverse::terminal::{by_components, number};
 use std::fmt::{self, Write};
+use stiction::mobility::JointLoad;
 
 /// Bodies, joints and ranges listed at most.
 const LISTED: usize = 12;
@@ -26,7 +27,7 @@ pub fn write_report(out: &mut impl Write, job: &Job<'_>, findings: &Findings) ->
         number(findings.start),
     )?;
     write_mobility(out, findings)?;
-    write_redundancy(out, findings)?;
+    write_redundancy(out, job, findings)?;
     write_singularities(out, job, findings)?;
     write_sizes(out, findings)?;
     if !findings.warnings.is_empty() {
@@ -80,7 +81,7 @@ fn write_mobility(out: &mut impl Write, findings: &Findings) -> fmt::Result {
     writeln!(out)
 }
 
-fn write_redundancy(out: &mut impl Write, findings: &Findings) -> fmt::Result {
+fn write_redundancy(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> fmt::Result {
     let count = findings.mobility.redundant_constraints;
     match count {
         0 => writeln!(out, "no constraint is redundant")?,
@@ -88,7 +89,8 @@ fn write_redundancy(out: &mut impl Write, findings: &Findings) -> fmt::Result {
         _ => writeln!(out, "{count} redundant constraints")?,
     }
     for (k, stress) in findings.self_stresses.iter().take(LISTED).enumerate() {
-        let joints: Vec<&str> = stress.iter().map(|(joint, _, _)| joint.as_str()).collect();
+        let joint = |load: &JointLoad| job.model.mechanism.joints()[load.joint.0].name.as_str();
+        let joints: Vec<&str> = stress.iter().map(joint).collect();
         writeln!(out, "  self-stress {}: {}", k + 1, joints.join(", "))?;
     }
     if findings.undetermined.is_empty() {

@@ -11,6 +11,7 @@ use super::statics::{RANK_TOLERANCE, Statics};
 use crate::dynamics::newton_euler::{NewtonEuler, Unknown};
 use crate::joint::JointType;
 use crate::linalg::{Svd, smallest_singular_value};
+use crate::mechanism::JointId;
 use crate::spatial::{Vec3, Wrench};
 use nalgebra::DMatrix;
 
@@ -54,6 +55,17 @@ impl Distances {
             constraint: Constraints::new(statics).distance(mobility),
         }
     }
+}
+
+/// What a joint carries in a self-stress, predecessor on successor, world axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointLoad {
+    /// The joint.
+    pub joint: JointId,
+    /// Force, N.
+    pub force: Vec3<f64>,
+    /// Moment about the joint's origin, N m.
+    pub moment: Vec3<f64>,
 }
 
 /// What the constraints of a mechanism alone hold at a position.
@@ -113,9 +125,8 @@ impl Constraints {
     }
 
     /// For each way in which the constraints alone can load each other, the joints that take part
-    /// and the wrenches there (force and moment about the joint's origin, world axes), without a
-    /// scale.
-    pub fn self_stresses(&self, statics: &Statics) -> Vec<Vec<(usize, Vec3<f64>, Vec3<f64>)>> {
+    /// and the wrenches there, without a scale.
+    pub fn self_stresses(&self, statics: &Statics) -> Vec<Vec<JointLoad>> {
         let system = statics.system();
         let in_joints = |stress: &Vec<f64>| {
             let mut wrenches = vec![Wrench::zero(); statics.joint_origins().len()];
@@ -130,8 +141,10 @@ impl Constraints {
             let places = wrenches.iter().zip(statics.joint_origins()).enumerate();
             places
                 .filter(|(_, (wrench, origin))| size(wrench, **origin) > 1e-9)
-                .map(|(joint, (wrench, origin))| {
-                    (joint, wrench.force, wrench.moment_about(*origin))
+                .map(|(joint, (wrench, origin))| JointLoad {
+                    joint: JointId(joint),
+                    force: wrench.force,
+                    moment: wrench.moment_about(*origin),
                 })
                 .collect()
         };

@@ -6,7 +6,7 @@ mod statics;
 mod words;
 
 pub use count::{BodyFreedoms, Mobility};
-pub use distance::{Constraints, Distances};
+pub use distance::{Constraints, Distances, JointLoad};
 pub(crate) use statics::DETERMINED;
 pub use statics::{Carried, RANK_TOLERANCE, Statics, Uncarried};
 pub use words::describe_motion;
