@@ -11,7 +11,9 @@ use crate::parameters::Parameters;
 /// loads hardly change, so large that rounding does not matter.
 const PROBE: f64 = 1e-3;
 /// How often the directions of static friction are looked for again where they were put last.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 4;
+/// Directions that differ by less are the same.
+const SAME: f64 = 1e-6;
 
 /// A position with everything that is needed to solve it again.
 pub(super) struct Position<'a> {
@@ -27,6 +29,13 @@ pub(super) struct Position<'a> {
 struct Held {
     contact: usize,
     direction: [f64; 3],
+}
+
+impl Held {
+    fn is_near(&self, other: &Self) -> bool {
+        let pairs = self.direction.iter().zip(&other.direction);
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < SAME
+    }
 }
 
 /// Bounds each driving force over the static friction of contacts at rest, and leaves
@@ -54,15 +63,19 @@ pub(super) fn bound_drives(
     if !inverse.has_friction() || resting.is_empty() {
         return;
     }
+    let released: Vec<Held> =
+        resting.iter().map(|&contact| Held { contact, direction: [0.0; 3] }).collect();
+    let slopes = probe(inverse, &position, &released);
     for actuator in 0..forces.drives.len() {
         for sense in [1.0, -1.0] {
-            let released = resting.iter().map(|&contact| Held { contact, direction: [0.0; 3] });
-            let mut held: Vec<Held> = released.collect();
-            hold(inverse, &held);
-            resolve(inverse, &mut position);
-            for _ in 0..ROUNDS {
-                let next = steepest(inverse, &position, &held, actuator, sense);
-                if next == held {
+            let mut held = released.clone();
+            for round in 0..ROUNDS {
+                let next = if round == 0 {
+                    steepest(&released, &slopes, actuator, sense)
+                } else {
+                    steepest(&held, &probe(inverse, &position, &held), actuator, sense)
+                };
+                if next.iter().zip(&held).all(|(next, held)| next.is_near(held)) {
                     break;
                 }
                 held = next;
@@ -81,8 +94,7 @@ pub(super) fn bound_drives(
             }
         }
     }
-    let released = resting.iter().map(|&contact| Held { contact, direction: [0.0; 3] });
-    hold(inverse, &released.collect::<Vec<_>>());
+    hold(inverse, &released);
     resolve(inverse, &mut position);
 }
 
@@ -107,36 +119,41 @@ fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -> bool {
     outcome.is_ok()
 }
 
-/// The directions of static friction in which one drive rises (falls) most, by its change for small
-/// changes of each component about where they are.
-fn steepest(
-    inverse: &mut Inverse<f64>,
-    position: &Position<'_>,
-    held: &[Held],
-    actuator: usize,
-    sense: f64,
-) -> Vec<Held> {
+/// The change of each drive with each component of each contact's static friction, about where they
+/// are, as `slopes[held][component][actuator]`.
+fn probe(inverse: &mut Inverse<f64>, position: &Position<'_>, held: &[Held]) -> Vec<Vec<Vec<f64>>> {
     let Position { setup, parameters, kinematics, settings, .. } = position;
-    let found = held.iter().map(|&Held { contact, direction }| {
-        let mut slope = [0.0; 3];
+    let mut slopes = Vec::with_capacity(held.len());
+    for &Held { contact, direction } in held {
         let freedoms = parameters.contacts[contact].shape.freedoms().len();
-        for component in 0..freedoms {
+        let of_component = |component: usize| {
             let [ahead, back] = [PROBE, -PROBE].map(|part| {
                 let mut moved = direction;
                 moved[component] += part;
                 inverse.set_held(contact, moved);
                 inverse.hold_again(setup, parameters, &kinematics.bodies, settings);
-                inverse.drives()[actuator]
+                inverse.drives().to_vec()
             });
-            slope[component] = sense * (ahead - back);
-        }
+            ahead.iter().zip(&back).map(|(ahead, back)| ahead - back).collect()
+        };
+        slopes.push((0..freedoms).map(of_component).collect());
         inverse.set_held(contact, direction);
-        let size = slope.iter().map(|d| d * d).sum::<f64>().sqrt();
-        // One freedom has but two directions, whatever the size.
-        let over = if size > 0.0 { 1.0 / size } else { 0.0 };
-        Held { contact, direction: slope.map(|d| d * over) }
-    });
-    let found: Vec<Held> = found.collect();
+    }
     inverse.hold_again(setup, parameters, &kinematics.bodies, settings);
-    found
+    slopes
+}
+
+/// The directions of static friction in which one drive rises (falls) most.
+fn steepest(held: &[Held], slopes: &[Vec<Vec<f64>>], actuator: usize, sense: f64) -> Vec<Held> {
+    let direction_of = |(&Held { contact, .. }, slopes): (&Held, &Vec<Vec<f64>>)| {
+        let mut direction = [0.0; 3];
+        for (component, slope) in direction.iter_mut().zip(slopes) {
+            *component = sense * slope[actuator];
+        }
+        // One freedom has but two directions, whatever the size.
+        let size = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
+        let over = if size > 0.0 { 1.0 / size } else { 0.0 };
+        Held { contact, direction: direction.map(|d| d * over) }
+    };
+    held.iter().zip(slopes).map(direction_of).collect()
 }

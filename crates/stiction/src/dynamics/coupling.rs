@@ -54,6 +54,10 @@ fn radius_bound(matrix: &[Vec<f64>]) -> f64 {
     if matrix.is_empty() {
         return 0.0;
     }
+    // Comparisons would pass over NaN.
+    if matrix.iter().flatten().any(|entry| !entry.is_finite()) {
+        return f64::INFINITY;
+    }
     for _ in 0..STEPS {
         let next: Vec<f64> = matrix
             .iter()

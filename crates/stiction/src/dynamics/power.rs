@@ -16,7 +16,9 @@ pub struct Power {
     pub energy: f64,
     /// Dissipated by friction; never negative.
     pub dissipated: f64,
-    /// Sum of the magnitudes of all single powers that enter: what the residual is compared with.
+    /// What the residual is compared with: the sum over all that enters of force times velocity and
+    /// moment times angular velocity, as magnitudes. A body on a circle turns over the power of its
+    /// centripetal force, although that does no work.
     pub turnover: f64,
 }
 
@@ -40,34 +42,42 @@ impl Power {
         loads: &[AppliedLoad<f64>],
     ) -> Self {
         let mut turnover = 0.0;
-        let mut sum = |power: f64| {
-            turnover += power.abs();
+        let mut sum = |(power, size): (f64, f64)| {
+            turnover += size;
             power
         };
         let of_drive = |(actuator, drive): (&Actuator, &f64)| {
-            drive * bodies.joint_rates(topology, actuator.joint)[actuator.freedom]
+            let power = drive * bodies.joint_rates(topology, actuator.joint)[actuator.freedom];
+            (power, power.abs())
         };
-        let of_load =
-            |load: &AppliedLoad<f64>| bodies.twist[load.body.0].power(load.wrench(bodies));
+        let of_load = |load: &AppliedLoad<f64>| {
+            let (twist, wrench) = (bodies.twist[load.body.0], load.wrench(bodies));
+            let point = bodies.pose[load.body.0].apply(load.point);
+            let size = twist.velocity_at(point).norm() * wrench.force.norm()
+                + twist.angular.norm() * wrench.moment_about(point).norm();
+            (twist.power(wrench), size)
+        };
         let drives = topology.actuators.iter().zip(drives).map(|pair| sum(of_drive(pair))).sum();
         let loads = loads.iter().map(|load| sum(of_load(load))).sum();
-        let dissipated = dissipated.map(&mut sum).sum();
+        let dissipated = dissipated.map(|power| sum((power, power.abs()))).sum();
         let energy = (1..bodies.pose.len()).map(|b| sum(energy_rate(parameters, bodies, b))).sum();
         Self { drives, loads, energy, dissipated, turnover }
     }
 }
 
-/// Rate of change of a body's kinetic and potential energy, from its motion alone.
-fn energy_rate(parameters: &Parameters<f64>, bodies: &Bodies<f64>, body: usize) -> f64 {
+/// Rate of change of a body's kinetic and potential energy, from its motion alone, and the product of
+/// the sizes of what enters.
+fn energy_rate(parameters: &Parameters<f64>, bodies: &Bodies<f64>, body: usize) -> (f64, f64) {
     let (pose, twist, acceleration) =
         (bodies.pose[body], bodies.twist[body], bodies.acceleration[body]);
     let com = pose.apply(parameters.com[body]);
     let velocity = twist.velocity_at(com);
     let acceleration_of_com = acceleration.velocity_at(com) + twist.angular.cross(velocity);
-    let translation =
-        velocity.dot(acceleration_of_com - parameters.gravity) * parameters.mass[body];
+    let force = (acceleration_of_com - parameters.gravity) * parameters.mass[body];
     // d/dt (omega . J omega)/2 = omega . J omega' (the tensor's own turning does no work).
     let spin = pose.rotation.transpose_mul(twist.angular);
     let change = pose.rotation.transpose_mul(acceleration.angular);
-    translation + spin.dot(parameters.inertia[body] * change)
+    let moment = parameters.inertia[body] * change;
+    let size = velocity.norm() * force.norm() + spin.norm() * moment.norm();
+    (velocity.dot(force) + spin.dot(moment), size)
 }
