@@ -116,6 +116,20 @@ fn a_recording_can_be_the_motion() {
     }
 }
 
+/// An encoder that counts within one turn would otherwise be taken for a wild motion.
+#[test]
+fn a_recording_that_wraps_is_told() {
+    let folder = Folder::new("wrapped");
+    let mut rows = String::from("time [s],A [deg]\n");
+    for k in 0..=100 {
+        let angle = (60.0 + 3.6 * f64::from(k)) % 360.0;
+        rows += &format!("{},{angle}\n", 0.01 * f64::from(k));
+    }
+    folder.write("turn.csv", &rows);
+    let said = folder.stiction(&["inverse", "four-bar", "--motion", "turn.csv"]);
+    said.fails(2, &["turn.csv:", "changes by -356 deg", "more than half a turn", "count on over"]);
+}
+
 #[test]
 fn friction_has_three_modes() {
     let folder = Folder::new("modes");

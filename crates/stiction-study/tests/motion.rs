@@ -4,7 +4,8 @@ mod common;
 
 use common::*;
 use stiction::dynamics::FrictionMode;
-use stiction_model::gallery;
+use stiction_model::{LoadCase, gallery};
+use stiction_study::inverse::Job;
 
 /// A body on three slides and three revolute joints: every pose is within reach.
 fn six_axes(coordinates: &str) -> String {
@@ -133,4 +134,50 @@ fn a_singular_position_that_is_passed_is_told() {
     };
     assert_eq!(passed.len(), 2, "{passed:?}");
     assert!(near(&passed[0], 1.0) && near(&passed[1], 2.0), "{passed:?}");
+}
+
+/// A parallelogram that turns steadily in the horizontal plane turns over no power, only forces; it
+/// is computed at any speed.
+#[test]
+fn steady_turning_is_not_taken_for_noise() {
+    for speed in [1.0, 50.0, 1e3, 1e4] {
+        let text = format!(
+            r#"
+gravity=[0,0,"-9.81 m/s^2"]
+[bodies.crank]
+mass="1 kg"
+com=["50 mm",0,0]
+inertia=["1e-3 kg m^2","1e-3 kg m^2","1e-3 kg m^2"]
+[bodies.rod]
+mass="1 kg"
+com=["150 mm",0,0]
+inertia=["1e-3 kg m^2","1e-3 kg m^2","1e-3 kg m^2"]
+[bodies.crank2]
+mass="1 kg"
+com=["50 mm",0,0]
+inertia=["1e-3 kg m^2","1e-3 kg m^2","1e-3 kg m^2"]
+[joints]
+A={{type="R",from="ground",to="crank",axis="z",actuated=true}}
+B={{type="R",from="crank",to="rod",at=["100 mm",0,0],axis="z"}}
+D={{type="R",from="ground",to="crank2",at=["300 mm",0,0],axis="z"}}
+C={{type="R",from="crank2",to="rod",at=["100 mm",0,0],to_at=["300 mm",0,0],axis="z"}}
+[motions.run]
+duration="20 ms"
+step="0.1 ms"
+A="1 rad + {speed} rad/s*t"
+"#
+        );
+        let model = model_of("parallelogram", &text);
+        let job = Job {
+            model: &model,
+            motion: &model.motions[0].1,
+            motion_name: "m".into(),
+            load: &LoadCase::default(),
+            load_name: "none".into(),
+            friction: FrictionMode::Off,
+            step: Some(0.1 / speed),
+        };
+        let run = Run::of(&job).unwrap();
+        assert!(run.power_residual < 1e-10, "{speed}: {:e}", run.power_residual);
+    }
 }

@@ -28,6 +28,8 @@ pub(super) enum Role {
 pub(super) struct Column {
     pub(super) role: Role,
     pub(super) scale: Scale,
+    /// Whether it is an angle itself, no derivative of one.
+    pub(super) is_angle: bool,
     /// The name of the coordinate as it is written.
     pub(super) name: String,
     pub(super) span: Span,
@@ -119,6 +121,7 @@ fn read_column(
     let mut column = Column {
         role: Role::Unknown,
         scale: Scale::ONE,
+        is_angle: false,
         name: name.to_owned(),
         span: cell.clone(),
     };
@@ -145,6 +148,7 @@ fn read_column(
         match meaning {
             Ok((coordinate, measure)) => {
                 column.role = Role::Coordinate { coordinate, order };
+                column.is_angle = measure == Measure::Angle && order == 0;
                 measure
             }
             Err(trouble) => {

@@ -54,6 +54,7 @@ pub(super) fn read(
         return columns;
     }
     let mut last_time: Option<f64> = None;
+    let mut wrapped: Vec<String> = Vec::new();
     for line in lines {
         let count = cells(text, line.clone()).count();
         if count != width {
@@ -74,6 +75,9 @@ pub(super) fn read(
             if column.role == Role::Time {
                 check_time(value, last_time, &cell, messages);
                 last_time = if value.is_nan() { last_time } else { Some(value) };
+            }
+            if let (true, Some(&last)) = (column.is_angle, values.last()) {
+                check_turn(value - last, &column.name, &cell, &mut wrapped, messages);
             }
             if value.abs() > LARGEST {
                 let message = format!("{} is too large", number(value));
@@ -114,6 +118,30 @@ fn read_number(text: &str, cell: &Span, messages: &mut Messages<'_>) -> Option<f
             None
         }
     }
+}
+
+/// No motion is recorded so coarsely that an angle changes by half a turn from one sample to the
+/// next: its counting was begun anew. That is told once for each column.
+fn check_turn(
+    change: f64,
+    name: &str,
+    cell: &Span,
+    wrapped: &mut Vec<String>,
+    messages: &mut Messages<'_>,
+) {
+    if change.abs() <= std::f64::consts::PI || wrapped.iter().any(|known| known == name) {
+        return;
+    }
+    wrapped.push(name.to_owned());
+    let message = format!(
+        "{} changes by {} deg from the sample before",
+        quoted(name),
+        number(change.to_degrees().round())
+    );
+    let help = "count on over full turns: 358, 360, 362 deg; of a rotation vector turn the whole \
+                vector over, r to r (1 - 2 pi/|r|)";
+    let label = "more than half a turn at once";
+    messages.push_help("wrapped", message, cell.clone(), label, Some(help.to_owned()));
 }
 
 fn check_time(time: f64, last: Option<f64>, cell: &Span, messages: &mut Messages<'_>) {
