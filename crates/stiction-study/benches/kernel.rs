@@ -9,7 +9,7 @@ use std::hint::black_box;
 use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction::kinematics::Target;
 use stiction::parameters::Parameters;
-use stiction::scalar::{Lanes, Scalar};
+use stiction::scalar::Lanes;
 use stiction_model::{Model, Source, gallery, read};
 
 const LANES: usize = 8;
@@ -78,25 +78,8 @@ fn samples(c: &mut Criterion) {
         group.throughput(Throughput::Elements(LANES as u64));
         let parameters = Parameters::<L>::new(solver.mechanism());
         let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
-        let lift = |x: f64| L::from_f64(x);
-        let targets: Vec<Target<L>> = targets
-            .iter()
-            .map(|t| Target {
-                value: lift(t.value),
-                rate: lift(t.rate),
-                acceleration: lift(t.acceleration),
-            })
-            .collect();
-        let loads: Vec<AppliedLoad<L>> = loads
-            .iter()
-            .map(|load| AppliedLoad {
-                body: load.body,
-                point: load.point.lift(),
-                axes: load.axes,
-                force: load.force.lift(),
-                moment: load.moment.lift(),
-            })
-            .collect();
+        let targets: Vec<Target<L>> = targets.iter().map(|target| target.lift()).collect();
+        let loads: Vec<AppliedLoad<L>> = loads.iter().map(|load| load.lift()).collect();
         let settings = Settings { friction: FrictionMode::Converged, ..Settings::default() };
         group.bench_function(BenchmarkId::new("kernel, eight lanes", "with friction"), |b| {
             b.iter(|| {

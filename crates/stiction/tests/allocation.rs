@@ -1,44 +1,16 @@
 //! After set-up the kernels allocate nothing, and their cost grows with the number of legs.
-#![allow(unsafe_code, reason = "a global allocator that counts")]
 
 mod common;
+#[path = "common/counting.rs"]
+mod counting;
 
 use common::random::*;
 use common::*;
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+use counting::allocations;
 use stiction::dynamics::{FrictionMode, InverseDynamics, Settings};
 use stiction::joint::JointType::*;
 use stiction::kinematics::Coordinate;
 use stiction::spatial::Pose;
-
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: everything is passed on to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|n| n.set(n.get() + 1));
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn allocations(mut f: impl FnMut()) -> usize {
-    let before = ALLOCATIONS.with(Cell::get);
-    f();
-    ALLOCATIONS.with(Cell::get) - before
-}
 
 #[test]
 fn kernels_allocate_nothing() {

@@ -7,7 +7,6 @@ use stiction::dynamics::{AppliedLoad, InverseDynamics, Kernel, Settings};
 use stiction::kinematics::{State, Target};
 use stiction::parameters::Parameters;
 use stiction::scalar::{Dual, Lanes, Scalar};
-use stiction::spatial::Vec3;
 
 struct Subject {
     kernel: Kernel,
@@ -51,17 +50,6 @@ const SETTINGS: fn() -> Settings = || Settings {
     friction_tolerance: 0.0,
     ..Settings::default()
 };
-
-fn lift_load<T: Scalar>(load: &AppliedLoad<f64>) -> AppliedLoad<T> {
-    let lift = |v: Vec3<f64>| v.lift();
-    AppliedLoad {
-        body: load.body,
-        axes: load.axes,
-        point: lift(load.point),
-        force: lift(load.force),
-        moment: lift(load.moment),
-    }
-}
 
 fn run<T: Scalar>(
     subject: &Subject,
@@ -114,17 +102,8 @@ fn dual_numbers_differentiate_drives_and_reactions() {
         [drives, wrenches].concat()
     };
 
-    let lift = |x: f64| D::from_f64(x);
-    let mut targets: Vec<Target<D>> = subject
-        .targets
-        .iter()
-        .map(|t| Target {
-            value: lift(t.value),
-            rate: lift(t.rate),
-            acceleration: lift(t.acceleration),
-        })
-        .collect();
-    let mut load = lift_load(&subject.load);
+    let mut targets: Vec<Target<D>> = subject.targets.iter().map(|t| t.lift()).collect();
+    let mut load = subject.load.lift();
     let mut parameters = lifted_parameters();
     for direction in 0..DIRECTIONS {
         vary(&mut targets, &mut load, &mut parameters, direction, D::variable(0.0, direction));
@@ -182,7 +161,7 @@ fn eight_lanes_give_what_eight_runs_give() {
         })
         .collect();
     let (drives, wrenches) =
-        run(&subject, &lifted_parameters::<L>(), &targets, lift_load(&subject.load));
+        run(&subject, &lifted_parameters::<L>(), &targets, subject.load.lift());
     for (lane, &t) in instants.iter().enumerate() {
         let (d, w) = run(&subject, &subject.parameters, &symmetric_motion(t), subject.load);
         for (many, one) in drives.iter().zip(&d).chain(wrenches.iter().zip(&w)) {
@@ -197,35 +176,18 @@ fn eight_lanes_give_what_eight_runs_give() {
 fn lanes_of_dual_numbers() {
     type LD = Dual<Lanes<f64, 4>, 2>;
     let subject = subject();
-    let lift = |x: f64| LD::from_f64(x);
-    let mut targets: Vec<Target<LD>> = subject
-        .targets
-        .iter()
-        .map(|t| Target {
-            value: lift(t.value),
-            rate: lift(t.rate),
-            acceleration: lift(t.acceleration),
-        })
-        .collect();
+    let mut targets: Vec<Target<LD>> = subject.targets.iter().map(|t| t.lift()).collect();
     for direction in 0..2 {
         let one = LD::variable(Lanes::from_f64(0.0), direction);
         targets[direction].acceleration += one;
     }
-    let (many, _) = run(&subject, &lifted_parameters::<LD>(), &targets, lift_load(&subject.load));
+    let (many, _) = run(&subject, &lifted_parameters::<LD>(), &targets, subject.load.lift());
     type D = Dual<f64, 2>;
-    let mut targets: Vec<Target<D>> = subject
-        .targets
-        .iter()
-        .map(|t| Target {
-            value: D::from_f64(t.value),
-            rate: D::from_f64(t.rate),
-            acceleration: D::from_f64(t.acceleration),
-        })
-        .collect();
+    let mut targets: Vec<Target<D>> = subject.targets.iter().map(|t| t.lift()).collect();
     for direction in 0..2 {
         targets[direction].acceleration += D::variable(0.0, direction);
     }
-    let (one, _) = run(&subject, &lifted_parameters::<D>(), &targets, lift_load(&subject.load));
+    let (one, _) = run(&subject, &lifted_parameters::<D>(), &targets, subject.load.lift());
     for (many, one) in many.iter().zip(&one) {
         for lane in 0..4 {
             assert_eq!(many.value.0[lane], one.value);

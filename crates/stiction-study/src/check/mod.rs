@@ -4,8 +4,9 @@ mod report;
 
 pub use report::write_report;
 
-use crate::inverse::run::idle_spins;
+use crate::inverse::run::{Sides, idle_spins};
 use crate::inverse::statistics::Least;
+use crate::inverse::summary::undetermined_components;
 use crate::inverse::{Error, Job, Phase};
 use serde_json::{Value, json};
 use stiction::dynamics::InverseDynamics;
@@ -83,8 +84,6 @@ impl Series {
     }
 }
 
-const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
-
 /// Examines the job's mechanism along its motion; loads and friction play no part. `progress` is
 /// told the phase, the samples done and all, and answers whether to go on.
 ///
@@ -102,8 +101,7 @@ pub fn examine(
     let spins = idle_spins(&solver);
     let name = |joint: usize| mechanism.joints()[joint].name.clone();
     let statics = solver.statics();
-    let constraints = Constraints::new(&statics);
-    let self_stresses = constraints.self_stresses(&statics);
+    let self_stresses = Constraints::new(&statics).self_stresses();
     let (mass, com) = centre(&solver);
 
     let mut determined = vec![[true; 6]; mechanism.joints().len()];
@@ -114,7 +112,7 @@ pub fn examine(
     let mut drives_unique = true;
     let mut passed = Vec::new();
     let mut ranges = Ranges::new(&solver);
-    let (mut before, mut side_before) = (start, None);
+    let (mut before, mut sides) = (start, Sides::default());
     for (k, time) in instants.iter().enumerate() {
         job.follow(&mut solver, before, time)?;
         let statics = solver.statics();
@@ -128,14 +126,10 @@ pub fn examine(
         for (all, now) in determined.iter_mut().zip(statics.determined_reactions()) {
             all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);
         }
-        let unknowns = statics.determined();
-        drives_unique &= unknowns[unknowns.len() - drives..].iter().all(|determined| *determined);
-        let side = solver.side();
-        if side.zip(side_before).is_some_and(|(now, then)| now != then) {
-            passed.push((before, time));
-        }
+        drives_unique &= statics.determined_drives().iter().all(|determined| *determined);
+        passed.extend(sides.look(&mut solver, time));
         ranges.add(&solver);
-        (before, side_before) = (time, side);
+        before = time;
         if !progress(Phase::Motion, k + 1, count) {
             return Err(Error::Interrupted);
         }
@@ -144,10 +138,7 @@ pub fn examine(
         .iter()
         .enumerate()
         .filter(|(_, flags)| flags.contains(&false))
-        .map(|(joint, flags)| {
-            let open = COMPONENTS.iter().zip(flags).filter(|(_, determined)| !**determined);
-            (name(joint), open.map(|(component, _)| *component).collect())
-        })
+        .map(|(joint, flags)| (name(joint), undetermined_components(flags)))
         .collect();
     // A position that is singular leaves them open even where nothing is redundant.
     drives_unique &= actuation.singular == 0;
@@ -275,7 +266,10 @@ impl Findings {
 
     /// For programs.
     pub fn json(&self, job: &Job<'_>) -> Value {
-        let nearness = |n: &Nearness| json!({ "distance": n.least, "time": n.time, "singular_samples": n.singular_samples });
+        let nearness = |nearness: &Nearness| {
+            let Nearness { least, time, singular_samples } = nearness;
+            json!({ "distance": least, "time": time, "singular_samples": singular_samples })
+        };
         let bodies = self.mobility.bodies.iter().map(|body| {
             json!({
                 "body": body.body,

@@ -4,7 +4,7 @@ mod columns;
 mod figures;
 pub(crate) mod run;
 pub(crate) mod statistics;
-mod summary;
+pub(crate) mod summary;
 pub(crate) mod terminal;
 mod uniqueness;
 

@@ -223,33 +223,24 @@ impl Job<'_> {
         let mut failed: Option<(f64, InverseError)> = None;
         let mut loads = Vec::new();
         let mut before = instants.at(0);
-        let mut side_before = None;
+        let mut sides = Sides::default();
         for (k, time) in instants.iter().enumerate() {
             self.follow(&mut solver, before, time)?;
+            before = time;
             self.loads_at(time, &mut loads)?;
-            let outcome = solver.solve(&loads).map(|_| ());
-            match outcome {
-                Ok(()) => {}
-                Err(error @ InverseError::CannotCarry { .. }) => {
-                    (side_before, before) = (None, time);
-                    add_missing(&mut missing, time, error, count);
-                    go_on(progress(Phase::Forces, k + 1, count))?;
-                    continue;
+            if let Err(error) = solver.solve(&loads) {
+                sides = Sides::default();
+                match error {
+                    InverseError::CannotCarry { .. } => {
+                        add_missing(&mut missing, time, error, count);
+                    }
+                    // What cannot be carried elsewhere says more about why.
+                    _ => {
+                        failed.get_or_insert((time, error));
+                    }
                 }
-                // What cannot be carried elsewhere says more about why.
-                Err(error) => {
-                    (side_before, before) = (None, time);
-                    failed.get_or_insert((time, error));
-                    go_on(progress(Phase::Forces, k + 1, count))?;
-                    continue;
-                }
-            }
-            let side = solver.side();
-            if side.zip(side_before).is_some_and(|(now, before)| now != before) {
-                verdict.passed_singularities.push((before, time));
-            }
-            (side_before, before) = (side, time);
-            if missing.is_none() && failed.is_none() {
+            } else if missing.is_none() && failed.is_none() {
+                verdict.passed_singularities.extend(sides.look(&mut solver, time));
                 uniqueness.look(&solver);
                 let coupling = solver.coupling();
                 verdict.coupling = verdict.coupling.zip(coupling).map(|(a, b)| a.max(b));
@@ -333,6 +324,22 @@ impl Job<'_> {
             loads.push(wrench.at(time));
         }
         Ok(())
+    }
+}
+
+/// Watches on which side of the singular positions of its actuators a mechanism is.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sides {
+    /// The last sample, s, and the side there.
+    last: Option<(f64, f64)>,
+}
+
+impl Sides {
+    /// Looks at the next sample; the two samples, s, between which the side changed.
+    pub(crate) fn look(&mut self, solver: &mut InverseDynamics, time: f64) -> Option<(f64, f64)> {
+        let now = solver.side().map(|side| (time, side));
+        let before = core::mem::replace(&mut self.last, now)?;
+        (now?.1 != before.1).then_some((before.0, time))
     }
 }
 

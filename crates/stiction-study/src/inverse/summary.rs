@@ -41,6 +41,12 @@ pub(super) struct Work {
     pub(super) dissipated: Integral,
 }
 
+/// The components of a reaction that are not determined.
+pub(crate) fn undetermined_components(flags: &[bool; 6]) -> Vec<&'static str> {
+    let open = COMPONENTS.iter().zip(flags).filter(|(_, determined)| !**determined);
+    open.map(|(component, _)| *component).collect()
+}
+
 const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
 impl Summary {
@@ -117,10 +123,7 @@ impl Summary {
             .iter()
             .zip(&self.determined_reactions)
             .filter(|(_, flags)| flags.contains(&false))
-            .map(|(name, flags)| {
-                let open = COMPONENTS.iter().zip(flags).filter(|(_, determined)| !**determined);
-                (name.as_str(), open.map(|(component, _)| *component).collect())
-            })
+            .map(|(name, flags)| (name.as_str(), undetermined_components(flags)))
             .collect()
     }
 

@@ -231,15 +231,7 @@ fn write_verdicts(
     }
     let undetermined = summary.undetermined();
     if undetermined.is_empty() {
-        return match verdict.coupling {
-            Some(coupling) if coupling < 1.0 => {
-                writeln!(out, "all reactions and driving forces are unique")
-            }
-            coupling => {
-                writeln!(out, "without friction all reactions and driving forces are unique")?;
-                write_coupling(out, coupling)
-            }
-        };
+        return write_unique(out, "all reactions and driving forces", verdict.coupling);
     }
     let unique = summary.drives_are_unique(job.friction);
     writeln!(
@@ -253,13 +245,7 @@ fn write_verdicts(
         writeln!(out, "these are chosen by {words}")?;
     }
     if unique {
-        return match verdict.coupling {
-            Some(coupling) if coupling < 1.0 => writeln!(out, "driving forces are unique"),
-            coupling => {
-                writeln!(out, "without friction driving forces are unique")?;
-                write_coupling(out, coupling)
-            }
-        };
+        return write_unique(out, "driving forces", verdict.coupling);
     }
     let open: Vec<&str> = summary.frictions_that_are_not_unique().collect();
     if open.is_empty() {
@@ -273,8 +259,12 @@ fn write_verdicts(
     }
 }
 
-/// That friction may have other solutions.
-fn write_coupling(out: &mut impl Write, coupling: Option<f64>) -> fmt::Result {
+/// That something is unique, as far as friction lets it be.
+fn write_unique(out: &mut impl Write, what: &str, coupling: Option<f64>) -> fmt::Result {
+    if coupling.is_some_and(|coupling| coupling < 1.0) {
+        return writeln!(out, "{what} are unique");
+    }
+    writeln!(out, "without friction {what} are unique")?;
     match coupling {
         Some(coupling) => writeln!(
             out,

@@ -48,10 +48,7 @@ impl Uniqueness {
         self.redundancy = statics.redundancy();
         self.reactions = statics.determined_reactions();
         self.loads = solver.determined_loads(&statics);
-        // Drives are the last unknowns.
-        let determined = statics.determined();
-        let first = determined.len() - self.drives.len();
-        self.drives.copy_from_slice(&determined[first..]);
+        self.drives = statics.determined_drives();
         self.distances = Distances::new(&statics, self.mobility, spins);
     }
 }

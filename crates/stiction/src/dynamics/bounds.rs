@@ -53,7 +53,7 @@ pub(super) fn bound_drives(
     inverse: &mut Inverse<f64>,
     mut position: Position<'_>,
 ) {
-    forces.unbounded();
+    forces.close_bounds();
     let resting: Vec<usize> = (0..position.parameters.contacts.len())
         .filter(|&contact| {
             let state = &inverse.contacts()[contact];

@@ -91,7 +91,7 @@ impl Forces {
     pub(super) fn take(&mut self, bodies: &Bodies<f64>, solution: &CarefulForces, friction: bool) {
         self.drives.copy_from_slice(&solution.drives);
         self.drives_frictionless.copy_from_slice(&solution.drives_frictionless);
-        self.unbounded();
+        self.close_bounds();
         self.read_joints(bodies, &solution.wrenches);
         self.read_contacts(&solution.contacts.states, friction);
         self.bounded = self.contacts.iter().all(|contact| contact.slides || contact.limit == 0.0);
@@ -121,7 +121,7 @@ impl Forces {
     }
 
     /// Nothing rests: the drives are what they are.
-    pub(super) fn unbounded(&mut self) {
+    pub(super) fn close_bounds(&mut self) {
         self.bounded = true;
         for (bounds, &drive) in self.drive_bounds.iter_mut().zip(&self.drives) {
             *bounds = (drive, drive);

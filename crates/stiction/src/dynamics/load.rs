@@ -30,6 +30,19 @@ pub struct AppliedLoad<T> {
     pub moment: Vec3<T>,
 }
 
+impl AppliedLoad<f64> {
+    /// The same as constants of another scalar.
+    pub fn lift<T: Scalar>(self) -> AppliedLoad<T> {
+        AppliedLoad {
+            body: self.body,
+            point: self.point.lift(),
+            axes: self.axes,
+            force: self.force.lift(),
+            moment: self.moment.lift(),
+        }
+    }
+}
+
 impl<T: Scalar> AppliedLoad<T> {
     /// The wrench in world axes about the kernel origin.
     #[inline(always)]

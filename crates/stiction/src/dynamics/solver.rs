@@ -14,12 +14,14 @@ use super::plan::{BalancePlan, NotPlanned};
 use super::power::Power;
 use super::structure::Weighting;
 use super::wedge;
-use crate::kinematics::{Assembly, AssemblyError, Bodies, Coordinate, Target, body_twists};
+use crate::kinematics::{
+    Assembly, AssemblyError, Bodies, Coordinate, Target, actuator_rate, body_twists,
+};
 use crate::linalg::Elimination;
 use crate::mechanism::{BodyId, JointId, Mechanism};
 use crate::mobility::{DETERMINED, Statics, Uncarried, describe_motion};
 use crate::parameters::Parameters;
-use crate::spatial::{Mat3, Pose, Twist};
+use crate::spatial::{Mat3, Pose};
 use crate::topology::{Topology, TreeRule};
 use nalgebra::DMatrix;
 
@@ -183,10 +185,7 @@ impl InverseDynamics {
             let bodies = &kinematics.bodies;
             let twists = body_twists(topology, bodies, &rates);
             for (row, actuator) in topology.actuators.iter().enumerate() {
-                let (predecessor, successor) = topology.ends[actuator.joint];
-                let freedom = &topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
-                let effort = bodies.effort(freedom, actuator.joint);
-                matrix[(row, column)] = (twists[successor] - twists[predecessor]).power(effort);
+                matrix[(row, column)] = actuator_rate(topology, bodies, actuator, &twists);
             }
         }
         // Closures and actuators by the tree are these times closures and coordinates by the tree.
@@ -451,9 +450,7 @@ impl InverseDynamics {
 
     /// An uncarried load with names and places.
     fn in_words(&self, uncarried: &Uncarried) -> InverseError {
-        let twist = uncarried.motion[uncarried.body];
-        let in_world =
-            Twist { angular: twist.angular, linear: twist.velocity_at(-self.parameters.origin) };
+        let in_world = uncarried.motion[uncarried.body].about(-self.parameters.origin);
         let length = self.mechanism.characteristic_length();
         InverseError::CannotCarry {
             body: self.mechanism.bodies()[uncarried.body].name.clone(),

@@ -370,21 +370,9 @@ impl Assembly {
         true
     }
 
-    fn jacobian(&self, topology: &Topology) -> DMatrix<f64> {
-        let mut jacobian = DMatrix::zeros(self.prescription.row_count(), topology.freedoms());
-        for (entry, value) in self.prescription.entries().iter().zip(&self.kinematics.entries) {
-            jacobian[(entry.row, entry.column)] += value;
-        }
-        jacobian
-    }
-
     fn scaled_jacobian(&self, topology: &Topology, parameters: &Parameters<f64>) -> DMatrix<f64> {
         let columns = column_scales(topology, parameters.length);
-        let mut jacobian = self.jacobian(topology);
-        for ((i, j), value) in indices(&jacobian).zip(jacobian.as_mut_slice()) {
-            *value *= self.row_scales[i] * columns[j];
-        }
-        jacobian
+        self.kinematics.scaled_matrix(&self.prescription, &self.row_scales, &columns)
     }
 
     /// Levenberg and Marquardt's method on all rows: slow, but it needs neither a plan nor a good
@@ -419,10 +407,7 @@ impl Assembly {
                 break;
             }
             self.kinematics.linearise(topology, &self.prescription);
-            let jacobian = self.jacobian(topology);
-            let jacobian = DMatrix::from_fn(jacobian.nrows(), jacobian.ncols(), |i, j| {
-                jacobian[(i, j)] * weights[i] * columns[j]
-            });
+            let jacobian = self.kinematics.scaled_matrix(&self.prescription, &weights, &columns);
             let gradient = jacobian.tr_mul(&errors);
             let normal = jacobian.tr_mul(&jacobian);
             let mut improved = false;
@@ -472,11 +457,10 @@ impl Assembly {
     ) -> Option<(usize, usize)> {
         self.kinematics.linearise(topology, &self.prescription);
         let rows = self.prescription.row_scales(parameters.length);
-        let jacobian = self.jacobian(topology);
         let (closures, freedoms) = (topology.constraints, topology.freedoms());
         let columns = column_scales(topology, parameters.length);
-        let scaled =
-            DMatrix::from_fn(closures, freedoms, |i, j| jacobian[(i, j)] * rows[i] * columns[j]);
+        let all = self.kinematics.scaled_matrix(&self.prescription, &rows, &columns);
+        let scaled = all.rows(0, closures).into_owned();
         let rank = if closures == 0 { 0 } else { Svd::new(&scaled).rank(freedom::OPEN) };
         let (prescribed, mobility) = (self.prescription.coordinates().len(), freedoms - rank);
         (prescribed > mobility).then_some((prescribed, mobility))
@@ -510,12 +494,6 @@ impl Assembly {
         }
         worst
     }
-}
-
-/// The places of a matrix's entries in the order in which they are stored.
-fn indices(matrix: &DMatrix<f64>) -> impl Iterator<Item = (usize, usize)> + use<> {
-    let (rows, columns) = matrix.shape();
-    (0..columns).flat_map(move |j| (0..rows).map(move |i| (i, j)))
 }
 
 /// The body that differs most between two placements: its number, its relative pose, and the size

@@ -2,6 +2,7 @@
 
 use crate::joint::{JointType, Motion};
 use crate::mechanism::{BodyId, JointId};
+use crate::scalar::Scalar;
 
 /// One number that says something about the position of a mechanism. A motion prescribes any
 /// consistent set of them; loop closure gives the rest.
@@ -95,4 +96,15 @@ pub struct Target<T> {
     pub rate: T,
     /// Second time derivative.
     pub acceleration: T,
+}
+
+impl Target<f64> {
+    /// The same as constants of another scalar.
+    pub fn lift<T: Scalar>(self) -> Target<T> {
+        Target {
+            value: T::from_f64(self.value),
+            rate: T::from_f64(self.rate),
+            acceleration: T::from_f64(self.acceleration),
+        }
+    }
 }

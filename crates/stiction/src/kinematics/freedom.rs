@@ -8,7 +8,7 @@ use crate::mechanism::BodyId;
 use crate::mobility::describe_motion;
 use crate::parameters::Parameters;
 use crate::spatial::{Twist, Vec3};
-use crate::topology::{Link, Topology};
+use crate::topology::{Actuator, Link, Topology};
 use nalgebra::{DMatrix, DVector};
 
 /// Singular values below this, relative to the largest, count as zero. Matrices here are scaled to
@@ -81,6 +81,19 @@ pub(crate) fn body_twists(
     twists
 }
 
+/// The rate of an actuator where the bodies have these twists.
+pub(crate) fn actuator_rate(
+    topology: &Topology,
+    bodies: &Bodies<f64>,
+    actuator: &Actuator,
+    twists: &[Twist<f64>],
+) -> f64 {
+    let (predecessor, successor) = topology.ends[actuator.joint];
+    let freedom = &topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
+    let effort = bodies.effort(freedom, actuator.joint);
+    (twists[successor] - twists[predecessor]).power(effort)
+}
+
 /// The spins, if every open motion is made of rotations of bodies about axes through their own
 /// centres of mass, and drives nothing.
 fn idle_spins(
@@ -94,13 +107,10 @@ fn idle_spins(
     // Parts of unit motions below this are none.
     let small = 1e-4;
     for actuator in &topology.actuators {
-        let (predecessor, successor) = topology.ends[actuator.joint];
         let freedom = &topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
-        let effort = bodies.effort(freedom, actuator.joint);
+        let size = if freedom.units().1 == "N m" { 1.0 } else { length };
         for twists in twists {
-            let rate = (twists[successor] - twists[predecessor]).power(effort);
-            let size = if freedom.units().1 == "N m" { 1.0 } else { length };
-            if rate.abs() > small * size {
+            if actuator_rate(topology, bodies, actuator, twists).abs() > small * size {
                 return None;
             }
         }
@@ -159,7 +169,7 @@ fn in_words(
     let body = (1..twists.len()).max_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap_or(0);
     let twist = twists[body];
     // Told about the world's origin.
-    let in_world = Twist { angular: twist.angular, linear: twist.velocity_at(-parameters.origin) };
+    let in_world = twist.about(-parameters.origin);
     let largest = twist.angular.norm() * parameters.length + twist.linear.norm();
     let motion = describe_motion(in_world * (1.0 / largest), parameters.length);
     OpenTwist { body, motion }

@@ -18,8 +18,6 @@ pub use assembly::Assembly;
 pub use bodies::{Bodies, State};
 pub use coordinate::{AngleOrder, Coordinate, Target};
 pub use error::{AssemblyError, Gap, OpenFreedom};
-pub(crate) use freedom::body_twists;
+pub(crate) use freedom::{actuator_rate, body_twists};
 pub use system::{Kinematics, Prescription, Spin};
-pub(crate) use tracing::{
-    finite_mobility, open_to_first_order, singular_values as loop_singular_values,
-};
+pub(crate) use tracing::LoopsAt;

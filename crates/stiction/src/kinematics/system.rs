@@ -14,6 +14,7 @@ use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::Topology;
+use nalgebra::DMatrix;
 
 /// Which motion is prescribed, and how.
 #[derive(Clone, Debug)]
@@ -94,11 +95,6 @@ impl Prescription {
     /// The spins that are held.
     pub fn spins(&self) -> &[Spin] {
         &self.spins
-    }
-
-    /// Where each entry stands.
-    pub(super) fn entries(&self) -> &[Entry] {
-        &self.entries
     }
 
     /// Number of rows.
@@ -433,6 +429,22 @@ impl<T: Scalar> Kinematics<T> {
         self.right.fill(T::zero());
         self.right[prescription.rows.len() - prescription.spins.len() + spin] = T::one();
         program.solve(&self.factors, &mut self.right, accelerations);
+    }
+}
+
+impl Kinematics<f64> {
+    /// The system as a dense matrix, rows and columns scaled; needs [`Self::linearise`].
+    pub(super) fn scaled_matrix(
+        &self,
+        prescription: &Prescription,
+        rows: &[f64],
+        columns: &[f64],
+    ) -> DMatrix<f64> {
+        let mut matrix = DMatrix::zeros(rows.len(), columns.len());
+        for (entry, value) in prescription.entries.iter().zip(&self.entries) {
+            matrix[(entry.row, entry.column)] += value * rows[entry.row] * columns[entry.column];
+        }
+        matrix
     }
 }
 

@@ -28,124 +28,133 @@ struct Loops<'a> {
     columns: Vec<f64>,
 }
 
-/// The singular values of the loops' equations at a position, largest first, one for each freedom
-/// of the tree.
-pub(crate) fn singular_values(
-    topology: &Topology,
-    parameters: &Parameters<f64>,
-    state: &State<f64>,
-) -> Vec<f64> {
-    Loops::new(topology, parameters).svd(state).singular_values.as_slice().to_vec()
+/// The loops' equations at a position, decomposed.
+pub(crate) struct LoopsAt<'a> {
+    loops: Loops<'a>,
+    state: &'a State<f64>,
+    /// Of the scaled derivatives of the errors by the freedoms of the tree.
+    svd: Svd,
+    /// How many of the equations are independent.
+    pub(crate) rank: usize,
+    negligible: f64,
+    /// Motions that are open to first order, scaled.
+    open: Vec<DVector<f64>>,
 }
 
-/// The number of independent motions of finite size from a position, by tracing them: from a
-/// generic position nearby steps in all directions that are open to first order are taken, the
-/// loops closed again, and what is left of the steps is counted. `negligible` decides ranks.
-pub(crate) fn finite_mobility(
-    topology: &Topology,
-    parameters: &Parameters<f64>,
-    state: &State<f64>,
-    negligible: f64,
-) -> usize {
-    let mut loops = Loops::new(topology, parameters);
-    let svd = loops.svd(state);
-    let rank = if svd.largest() == 0.0 { 0 } else { svd.rank(negligible) };
-    let open = svd.null_space(rank);
-    // Where all equations are independent every motion to first order is one of finite size.
-    if open.is_empty() || rank == topology.constraints {
-        return open.len();
+impl<'a> LoopsAt<'a> {
+    /// Decomposes them; `negligible` decides ranks.
+    pub(crate) fn new(
+        topology: &'a Topology,
+        parameters: &'a Parameters<f64>,
+        state: &'a State<f64>,
+        negligible: f64,
+    ) -> Self {
+        let mut loops = Loops::new(topology, parameters);
+        let svd = loops.svd(state);
+        let rank = svd.rank(negligible);
+        let open = svd.null_space(rank);
+        Self { loops, state, svd, rank, negligible, open }
     }
-    let mut random = Directions(1);
-    // Where branches of motion meet more is open than along any of them: away from there first,
-    // by the way on which most is left.
-    let mut generic = state.clone();
-    let mut farthest = 0.0;
-    for _ in 0..2 * open.len() + 6 {
-        let step = random.within(&open) * (10.0 * STEP);
-        if let Some((reached, moved)) = loops.step(state, &step)
-            && moved.norm() > farthest
-        {
-            farthest = moved.norm();
-            generic = reached;
+
+    /// The singular values, largest first, one for each freedom of the tree.
+    pub(crate) fn singular_values(&self) -> &[f64] {
+        self.svd.singular_values.as_slice()
+    }
+
+    /// The number of independent motions of finite size, by tracing them: from a generic position
+    /// nearby steps in all directions that are open to first order are taken, the loops closed
+    /// again, and what is left of the steps is counted.
+    pub(crate) fn finite_mobility(&mut self) -> usize {
+        let Self { loops, state, open, .. } = self;
+        // Where all equations are independent every motion to first order is one of finite size.
+        if open.is_empty() || self.rank == loops.topology.constraints {
+            return open.len();
+        }
+        let mut random = Directions(1);
+        // Where branches of motion meet more is open than along any of them: away from there first,
+        // by the way on which most is left.
+        let mut generic = (*state).clone();
+        let mut farthest = 0.0;
+        for _ in 0..2 * open.len() + 6 {
+            let step = random.within(open) * (10.0 * STEP);
+            if let Some((reached, moved)) = loops.step(state, &step)
+                && moved.norm() > farthest
+            {
+                farthest = moved.norm();
+                generic = reached;
+            }
+        }
+        let svd = loops.svd(&generic);
+        // Positions are closed to 1e-13, singular values of a double root to its square root.
+        let open = svd.null_space(svd.rank(self.negligible.max(1e-6)));
+        let mut left = Vec::new();
+        for _ in 0..2 * open.len() + 6 {
+            let step = random.within(&open) * STEP;
+            if let Some((_, moved)) = loops.step(&generic, &step) {
+                left.push(moved / STEP);
+            }
+        }
+        if left.is_empty() {
+            return 0;
+        }
+        let count = left.len() as f64;
+        let spread = Svd::new(&DMatrix::from_columns(&left).transpose());
+        let limit = MOVES * count.sqrt();
+        spread.singular_values.iter().filter(|&&value| value > limit).count()
+    }
+
+    /// Motions that are open to first order, as rates of the tree. Some are blocked to second order:
+    /// along them the equations depend on each other, but their second derivatives do not agree.
+    /// These derivatives along the loops' self-stresses are quadratic forms, and exact. (Where the
+    /// forms are not definite, branches of motion meet, and `to_second` holds too few.)
+    pub(crate) fn open_motions(&mut self) -> OpenMotions {
+        let Self { loops, state, open, .. } = self;
+        loops.errors(state);
+        let count = open.len();
+        let stresses = Svd::new(&loops.jacobian().transpose()).null_space(self.rank);
+        let pure: Vec<DVector<f64>> = open.iter().map(|d| loops.second_derivatives(d)).collect();
+        // One form for each self-stress, one above the other.
+        let mut forms = DMatrix::zeros(count * stresses.len(), count);
+        for i in 0..count {
+            for j in i..count {
+                // (x + y)^2 - x^2 - y^2 = 2 x y.
+                let mixed = if i == j {
+                    pure[i].clone()
+                } else {
+                    let sum = loops.second_derivatives(&(&open[i] + &open[j]));
+                    (sum - &pure[i] - &pure[j]) * 0.5
+                };
+                for (k, stress) in stresses.iter().enumerate() {
+                    let value = stress.dot(&mixed);
+                    forms[(k * count + i, j)] = value;
+                    forms[(k * count + j, i)] = value;
+                }
+            }
+        }
+        let rates = |amounts: DVector<f64>| -> Vec<f64> {
+            let mut rates = DVector::zeros(loops.columns.len());
+            for (amount, vector) in amounts.iter().zip(open.iter()) {
+                rates.axpy(*amount, vector, 1.0);
+            }
+            rates.iter().zip(&loops.columns).map(|(rate, scale)| rate * scale).collect()
+        };
+        let forms = Svd::new(&forms);
+        // Second derivatives of unit motions, lengths in units of the mechanism's, are of order one.
+        let blocked = forms.singular_values.iter().filter(|&&value| value > 1e-6).count();
+        let unit = |k: usize| DVector::from_fn(count, |i, _| if i == k { 1.0 } else { 0.0 });
+        OpenMotions {
+            all: (0..count).map(|k| rates(unit(k))).collect(),
+            to_second: forms.null_space(blocked).into_iter().map(rates).collect(),
         }
     }
-    let svd = loops.svd(&generic);
-    // Positions are closed to 1e-13, singular values of a double root to its square root.
-    let open = svd.null_space(svd.rank(negligible.max(1e-6)));
-    let mut left = Vec::new();
-    for _ in 0..2 * open.len() + 6 {
-        let step = random.within(&open) * STEP;
-        if let Some((_, moved)) = loops.step(&generic, &step) {
-            left.push(moved / STEP);
-        }
-    }
-    if left.is_empty() {
-        return 0;
-    }
-    let count = left.len() as f64;
-    let spread = Svd::new(&DMatrix::from_columns(&left).transpose());
-    let limit = MOVES * count.sqrt();
-    spread.singular_values.iter().filter(|&&value| value > limit).count()
 }
 
 /// Motions that are open to first order, as rates of the tree.
-pub(crate) struct OpenToFirstOrder {
+pub(crate) struct OpenMotions {
     /// A basis of all.
     pub(crate) all: Vec<Vec<f64>>,
     /// A basis of those that are open to second order, too.
     pub(crate) to_second: Vec<Vec<f64>>,
-}
-
-/// Finds them. Some motions are blocked to second order: along them the loops' equations depend on
-/// each other, but their second derivatives do not agree. These derivatives along the loops'
-/// self-stresses are quadratic forms, and exact. (Where the forms are not definite, branches of
-/// motion meet, and `to_second` holds too few.)
-pub(crate) fn open_to_first_order(
-    topology: &Topology,
-    parameters: &Parameters<f64>,
-    state: &State<f64>,
-    negligible: f64,
-) -> OpenToFirstOrder {
-    let mut loops = Loops::new(topology, parameters);
-    let svd = loops.svd(state);
-    let rank = if svd.largest() == 0.0 { 0 } else { svd.rank(negligible) };
-    let open = svd.null_space(rank);
-    let count = open.len();
-    let stresses = Svd::new(&loops.jacobian().transpose()).null_space(rank);
-    let pure: Vec<DVector<f64>> = open.iter().map(|d| loops.second_derivatives(d)).collect();
-    // One form for each self-stress, one above the other.
-    let mut forms = DMatrix::zeros(count * stresses.len(), count);
-    for i in 0..count {
-        for j in i..count {
-            // (x + y)^2 - x^2 - y^2 = 2 x y.
-            let mixed = if i == j {
-                pure[i].clone()
-            } else {
-                let sum = loops.second_derivatives(&(&open[i] + &open[j]));
-                (sum - &pure[i] - &pure[j]) * 0.5
-            };
-            for (k, stress) in stresses.iter().enumerate() {
-                let value = stress.dot(&mixed);
-                forms[(k * count + i, j)] = value;
-                forms[(k * count + j, i)] = value;
-            }
-        }
-    }
-    let rates = |amounts: DVector<f64>| -> Vec<f64> {
-        let mut rates = DVector::zeros(loops.columns.len());
-        for (amount, vector) in amounts.iter().zip(&open) {
-            rates.axpy(*amount, vector, 1.0);
-        }
-        rates.iter().zip(&loops.columns).map(|(rate, scale)| rate * scale).collect()
-    };
-    let forms = Svd::new(&forms);
-    // Second derivatives of unit motions, lengths in units of the mechanism's, are of order one.
-    let blocked = forms.singular_values.iter().filter(|&&value| value > 1e-6).count();
-    let unit = |k: usize| DVector::from_fn(count, |i, _| if i == k { 1.0 } else { 0.0 });
-    OpenToFirstOrder {
-        all: (0..count).map(|k| rates(unit(k))).collect(),
-        to_second: forms.null_space(blocked).into_iter().map(rates).collect(),
-    }
 }
 
 impl<'a> Loops<'a> {
@@ -167,12 +176,7 @@ impl<'a> Loops<'a> {
     /// The scaled derivatives of the errors where the bodies were placed last.
     fn jacobian(&mut self) -> DMatrix<f64> {
         self.kinematics.linearise(self.topology, &self.prescription);
-        let mut jacobian = DMatrix::zeros(self.rows.len(), self.columns.len());
-        for (entry, value) in self.prescription.entries().iter().zip(&self.kinematics.entries) {
-            jacobian[(entry.row, entry.column)] +=
-                value * self.rows[entry.row] * self.columns[entry.column];
-        }
-        jacobian
+        self.kinematics.scaled_matrix(&self.prescription, &self.rows, &self.columns)
     }
 
     /// The scaled second derivatives of the errors along constant rates (scaled) of the tree, where

@@ -2,7 +2,7 @@
 
 use super::words::describe_freedoms;
 use crate::dynamics::InverseDynamics;
-use crate::kinematics::{body_twists, finite_mobility, loop_singular_values, open_to_first_order};
+use crate::kinematics::{LoopsAt, body_twists};
 use crate::mechanism::Mechanism;
 use crate::spatial::Twist;
 
@@ -54,27 +54,31 @@ impl Mobility {
     pub fn of(solver: &InverseDynamics) -> Self {
         let (topology, parameters) = (solver.topology(), solver.parameters());
         let state = solver.assembly().state();
-        let values = loop_singular_values(topology, parameters, state);
-        let largest = values.first().copied().unwrap_or(0.0);
-        let rank = values.iter().filter(|&&s| s > NEGLIGIBLE * largest).count();
-        let relative = |index: usize| values.get(index).map(|value| value / largest);
+        let mut loops = LoopsAt::new(topology, parameters, state, NEGLIGIBLE);
+        let finite = loops.finite_mobility();
+        let bodies = body_freedoms(solver, &mut loops, finite);
+        let (rank, values) = (loops.rank, loops.singular_values());
+        let relative = |index: usize| values.get(index).map(|value| value / values[0]);
         let gruebler = solver.mechanism().gruebler();
         let instantaneous = topology.freedoms() - rank;
-        let finite = finite_mobility(topology, parameters, state, NEGLIGIBLE);
         Self {
             gruebler,
             instantaneous,
             finite,
             redundant_constraints: (instantaneous as i64 - gruebler).max(0) as usize,
             gap: if rank == 0 { (None, None) } else { (relative(rank - 1), relative(rank)) },
-            bodies: body_freedoms(solver, finite),
+            bodies,
         }
     }
 }
 
-fn body_freedoms(solver: &InverseDynamics, finite: usize) -> Vec<BodyFreedoms> {
+fn body_freedoms(
+    solver: &InverseDynamics,
+    loops: &mut LoopsAt<'_>,
+    finite: usize,
+) -> Vec<BodyFreedoms> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
-    let open = open_to_first_order(topology, parameters, solver.assembly().state(), NEGLIGIBLE);
+    let open = loops.open_motions();
     // Where branches of motion meet, the second order blocks too much.
     let told = open.to_second.len() == finite;
     let lasting = if told { &open.to_second } else { &open.all };

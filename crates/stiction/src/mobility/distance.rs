@@ -13,7 +13,7 @@ use crate::joint::JointType;
 use crate::linalg::{Svd, smallest_singular_value};
 use crate::mechanism::JointId;
 use crate::spatial::{Vec3, Wrench};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// A body with so many joints is where legs end.
 const HUB: usize = 3;
@@ -70,94 +70,71 @@ pub struct JointLoad {
 
 /// What the constraints of a mechanism alone hold at a position.
 #[derive(Clone, Debug)]
-pub struct Constraints {
-    /// Singular values of the constraints' part of the scaled balance, one for each equation,
-    /// largest first.
+pub struct Constraints<'a> {
+    statics: &'a Statics,
+    /// Which unknowns of the balance are constraints.
+    unknowns: Vec<usize>,
+    /// Their part of the scaled balance: a row for each constraint, a column for each equation.
+    transposed: DMatrix<f64>,
+    /// Its singular values, one for each equation, largest first.
     singular_values: Vec<f64>,
-    /// For each way in which constraints alone can load each other, their amounts in the order of
-    /// the constraints, forces in N and moments in N m, the largest (over the length) being one.
-    self_stresses: Vec<Vec<f64>>,
-    /// The least resistance of the bodies of legs with the hubs held; none if there are no legs.
-    legs: Option<Vec<f64>>,
 }
 
-impl Constraints {
+impl<'a> Constraints<'a> {
     /// Looks at the constraints of a decomposed balance.
-    pub fn new(statics: &Statics) -> Self {
+    pub fn new(statics: &'a Statics) -> Self {
         let all = statics.scaled_matrix();
-        let constraints: Vec<usize> = (0..all.ncols())
+        let unknowns: Vec<usize> = (0..all.ncols())
             .filter(|&k| matches!(statics.system().unknowns[k], Unknown::Constraint { .. }))
             .collect();
-        // Transposed: as many singular values as there are equations.
-        let transposed =
-            DMatrix::from_fn(constraints.len(), all.nrows(), |i, j| all[(j, constraints[i])]);
-        let mut singular_values = Svd::new(&transposed).singular_values.as_slice().to_vec();
-        singular_values.resize(all.nrows(), 0.0);
-
-        let own = Svd::new(&transposed.transpose());
-        let scales = statics.column_scales();
-        let self_stresses = own
-            .null_space(own.rank(RANK_TOLERANCE))
-            .iter()
-            .map(|stress| {
-                let largest = stress.amax();
-                constraints
-                    .iter()
-                    .zip(stress.iter())
-                    .map(|(&k, x)| x / largest * scales[k])
-                    .collect()
-            })
-            .collect();
-
-        let system = statics.system();
-        let bodies = all.nrows() / 6;
-        let rows: Vec<usize> = (0..bodies)
-            .filter(|&body| system.joints_at(body + 1) < HUB)
-            .flat_map(|body| 6 * body..6 * body + 6)
-            .collect();
-        let legs = (!rows.is_empty() && rows.len() < all.nrows()).then(|| {
-            let held = transposed.select_columns(&rows);
-            let mut values = Svd::new(&held).singular_values.as_slice().to_vec();
-            values.resize(rows.len(), 0.0);
-            values
-        });
-        Self { singular_values, self_stresses, legs }
+        let transposed = all.select_columns(&unknowns).transpose();
+        let singular_values = one_for_each_column(&transposed);
+        Self { statics, unknowns, transposed, singular_values }
     }
 
     /// For each way in which the constraints alone can load each other, the joints that take part
     /// and the wrenches there, without a scale.
-    pub fn self_stresses(&self, statics: &Statics) -> Vec<Vec<JointLoad>> {
-        let system = statics.system();
-        let in_joints = |stress: &Vec<f64>| {
-            let mut wrenches = vec![Wrench::zero(); statics.joint_origins().len()];
-            for ((unknown, unit), amount) in
-                system.unknowns.iter().zip(&system.wrenches).zip(stress)
-            {
-                wrenches[unknown.joint()] += *unit * *amount;
-            }
-            let size = |wrench: &Wrench<f64>, origin: Vec3<f64>| {
-                wrench.force.norm() + wrench.moment_about(origin).norm() / statics.length()
-            };
-            let places = wrenches.iter().zip(statics.joint_origins()).enumerate();
-            places
-                .filter(|(_, (wrench, origin))| size(wrench, **origin) > 1e-9)
-                .map(|(joint, (wrench, origin))| JointLoad {
-                    joint: JointId(joint),
-                    force: wrench.force,
-                    moment: wrench.moment_about(*origin),
-                })
-                .collect()
-        };
-        self.self_stresses.iter().map(in_joints).collect()
+    pub fn self_stresses(&self) -> Vec<Vec<JointLoad>> {
+        let own = Svd::new(&self.transposed.transpose());
+        let stresses = own.null_space(own.rank(RANK_TOLERANCE));
+        stresses.iter().map(|stress| self.in_joints(stress)).collect()
+    }
+
+    /// The joints that a self-stress (scaled amounts) loads.
+    fn in_joints(&self, stress: &DVector<f64>) -> Vec<JointLoad> {
+        let (statics, system) = (self.statics, self.statics.system());
+        let largest = stress.amax();
+        let mut wrenches = vec![Wrench::zero(); statics.joint_origins().len()];
+        for (&k, amount) in self.unknowns.iter().zip(stress.iter()) {
+            let amount = amount / largest * statics.column_scales()[k];
+            wrenches[system.unknowns[k].joint()] += system.wrenches[k] * amount;
+        }
+        let places = wrenches.iter().zip(statics.joint_origins()).enumerate();
+        places
+            .map(|(joint, (wrench, origin))| JointLoad {
+                joint: JointId(joint),
+                force: wrench.force,
+                moment: wrench.moment_about(*origin),
+            })
+            .filter(|load| load.force.norm() + load.moment.norm() / statics.length() > 1e-9)
+            .collect()
     }
 
     /// Distance to a singularity of a leg (type 1): to a position where bodies between the hubs
     /// (bodies with three joints or more) can move while the hubs stand still, idle spins apart. None
     /// if there are no such bodies or no hubs.
     pub fn leg_distance(&self, idle_spins: usize) -> Option<f64> {
-        let values = self.legs.as_ref()?;
-        let held = values.len().checked_sub(idle_spins + 1)?;
-        values.get(held).copied()
+        let system = self.statics.system();
+        let equations = self.transposed.ncols();
+        let of_legs: Vec<usize> = (0..equations / 6)
+            .filter(|&body| system.joints_at(body + 1) < HUB)
+            .flat_map(|body| 6 * body..6 * body + 6)
+            .collect();
+        if of_legs.is_empty() || of_legs.len() == equations {
+            return None;
+        }
+        let values = one_for_each_column(&self.transposed.select_columns(&of_legs));
+        values.get(values.len().checked_sub(idle_spins + 1)?).copied()
     }
 
     /// How many independent motions the constraints leave at this position.
@@ -172,6 +149,11 @@ impl Constraints {
         let held = self.singular_values.len().saturating_sub(mobility);
         held.checked_sub(1).map_or(1.0, |last| self.singular_values[last])
     }
+}
+
+/// The singular values of a matrix, largest first, as many as it has columns.
+fn one_for_each_column(matrix: &DMatrix<f64>) -> Vec<f64> {
+    Svd::new(matrix).singular_values.as_slice().to_vec()
 }
 
 impl Statics {

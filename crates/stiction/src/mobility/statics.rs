@@ -175,6 +175,13 @@ impl Statics {
         (0..self.column_scales.len()).map(|k| free(k) < DETERMINED).collect()
     }
 
+    /// For each drive whether the balance alone determines it.
+    pub fn determined_drives(&self) -> Vec<bool> {
+        // Drives are the last unknowns.
+        let mut unknowns = self.determined();
+        unknowns.split_off(unknowns.len() - self.drive_weights.len())
+    }
+
     /// For each joint, for each component of its complete wrench (force x y z, then moment x y z
     /// about the joint's origin, world axes), whether the balance alone determines it.
     pub fn determined_reactions(&self) -> Vec<[bool; 6]> {

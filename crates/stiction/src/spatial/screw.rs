@@ -47,6 +47,12 @@ impl<T: Scalar> Twist<T> {
         self.linear + self.angular.cross(point)
     }
 
+    /// The same motion told about `point`.
+    #[inline(always)]
+    pub fn about(self, point: Vec3<T>) -> Self {
+        Self { angular: self.angular, linear: self.velocity_at(point) }
+    }
+
     /// Rate of change of `other` when it is fixed in a body that moves with this twist:
     /// `self x other` of spatial motion vectors.
     #[inline(always)]
