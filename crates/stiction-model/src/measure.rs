@@ -16,6 +16,10 @@ pub(crate) enum Measure {
     Acceleration,
     Viscous,
     Pitch,
+    /// How far something gives to a force.
+    Compliance,
+    /// By which angle something gives to a moment.
+    AngularCompliance,
     Number,
     /// Anything: a parameter.
     Any,
@@ -45,6 +49,8 @@ impl Measure {
             Self::Acceleration => Dimension::of(1, 0, -2),
             Self::Viscous => Dimension::of(0, 1, -1),
             Self::Pitch => Dimension::LENGTH.with_angle(-1),
+            Self::Compliance => Dimension::of(0, -1, 2),
+            Self::AngularCompliance => Dimension::of(-2, -1, 2).with_angle(1),
             Self::Number | Self::Any => Dimension::NONE,
         }
     }
@@ -62,6 +68,8 @@ impl Measure {
             Self::Acceleration => ("an acceleration", "-9.81 m/s^2", "m/s^2"),
             Self::Viscous => ("a viscous coefficient", "0.02 N s/m", "N s/m"),
             Self::Pitch => ("a pitch", "5 mm/rev", "m/rad"),
+            Self::Compliance => ("a compliance", "5 um/kN", "m/N"),
+            Self::AngularCompliance => ("an angular compliance", "20 mrad/(kN m)", "rad/(N m)"),
             Self::Number => ("a plain number", "0.12", ""),
             Self::Any => ("a quantity", "200 mm", ""),
         };
@@ -82,6 +90,15 @@ impl Measure {
     fn advice(self, found: Dimension) -> Option<String> {
         // Data sheets give friction moments over angular rates.
         let turning = self == Self::Viscous && found.same(Dimension::of(2, 1, -1));
+        // And stiffnesses, where compliances are due.
+        let inverse = match self {
+            Self::Compliance => found.same(Dimension::of(0, 1, -2)),
+            Self::AngularCompliance => found.same(Dimension::of(2, 1, -2)),
+            _ => false,
+        };
+        if inverse {
+            return Some("this is a stiffness; write one over it: \"1/(200 N/um)\"".to_owned());
+        }
         turning.then(|| {
             "it acts at the sliding surface: divide it by the square of the contact's radius"
                 .to_owned()

@@ -3,7 +3,7 @@
 use crate::friction::{ContactShape, LoadMap, contacts_of};
 use crate::mechanism::{BodyId, Mechanism};
 use crate::scalar::Scalar;
-use crate::spatial::{Mat3, Pose, Vec3};
+use crate::spatial::{Mat3, Pose, Vec3, Wrench};
 use core::ops::Range;
 
 /// All numbers that the kernels read: geometry, inertia, friction, gravity. Indices are those of
@@ -36,6 +36,52 @@ pub struct Parameters<T> {
     pub contacts_at: Vec<Range<usize>>,
     /// The length that makes moments comparable with forces, m.
     pub length: T,
+    /// For each joint how much it gives, relative to the one that gives most; none if no joint of
+    /// the mechanism declares a compliance.
+    pub compliance: Option<Vec<Weights<T>>>,
+}
+
+/// Weights of the parts of a joint's wrench along and about the axes of its frame J.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights<T> {
+    /// For forces, without a unit.
+    pub force: Vec3<T>,
+    /// For moments about the joint's origin, 1/m^2.
+    pub moment: Vec3<T>,
+}
+
+impl Weights<f64> {
+    /// Those of all joints, if any joint declares a compliance.
+    pub(crate) fn declared(mechanism: &Mechanism) -> Option<Vec<Self>> {
+        let length = mechanism.characteristic_length();
+        let each = mechanism.joints().iter().map(|joint| {
+            let compliance = joint.compliance.unwrap_or_default();
+            let (force, moment) = compliance.along_axes(joint.joint_type);
+            Self { force, moment }
+        });
+        let weights: Vec<Self> = each.collect();
+        let size = |w: &Self| w.force.norm().max(w.moment.norm() / (length * length));
+        let largest = weights.iter().map(size).fold(0.0, f64::max);
+        let scaled = |w: &Self| {
+            let over = 1.0 / largest;
+            Self { force: w.force * over, moment: w.moment * over }
+        };
+        (largest > 0.0).then(|| weights.iter().map(scaled).collect())
+    }
+}
+
+impl<T: Scalar> Weights<T> {
+    /// The product of two wrenches at the origin of `frame_j`, parts weighed along its axes.
+    #[inline(always)]
+    pub(crate) fn product(&self, frame_j: &Pose<T>, a: Wrench<T>, b: Wrench<T>) -> T {
+        let own = |v: Vec3<T>| frame_j.rotation.transpose_mul(v);
+        let weigh = |w: Vec3<T>, a: Vec3<T>, b: Vec3<T>| {
+            w.x * a.x * b.x + w.y * a.y * b.y + w.z * a.z * b.z
+        };
+        let point = frame_j.position;
+        weigh(self.force, own(a.force), own(b.force))
+            + weigh(self.moment, own(a.moment_about(point)), own(b.moment_about(point)))
+    }
 }
 
 /// A sliding contact with friction.
@@ -89,8 +135,13 @@ impl<T: Scalar> Parameters<T> {
             contacts,
             contacts_at,
             length: T::from_f64(mechanism.characteristic_length()),
+            compliance: Weights::declared(mechanism).map(|all| all.iter().map(lift).collect()),
         }
     }
+}
+
+fn lift<T: Scalar>(weights: &Weights<f64>) -> Weights<T> {
+    Weights { force: weights.force.lift(), moment: weights.moment.lift() }
 }
 
 /// The mean of the ground's joint origins, in the world.

@@ -6,7 +6,8 @@ use super::Shape::{
 };
 use super::{Field, field, required};
 use crate::measure::Measure::{
-    Acceleration, Angle, Force, Length, Mass, Moment, Number, Pitch, Time, Viscous,
+    Acceleration, Angle, AngularCompliance, Compliance, Force, Length, Mass, Moment, Number, Pitch,
+    Time, Viscous,
 };
 
 /// The whole file.
@@ -121,6 +122,33 @@ const PITCH: Field =
     field("pitch", Quantity(Pitch), "Advance of an H joint, for example \"5 mm/rev\".");
 const FRICTION: Field =
     field("friction", Table(JOINT_FRICTION), "Friction that grows with the joint's own reaction.");
+const COMPLIANCE: Field = field(
+    "compliance",
+    Table(JOINT_COMPLIANCE),
+    "How much the joint gives under load: it decides how redundant constraints share a load.",
+);
+
+/// What a joint gives to.
+pub(crate) const JOINT_COMPLIANCE: &[Field] = &[
+    field(
+        "radial",
+        Quantity(Compliance),
+        "Displacement across the axis for each unit of force; of an S joint in all directions. By \
+         default 0: rigid.",
+    ),
+    field("axial", Quantity(Compliance), "Displacement along the axis for each unit of force."),
+    field(
+        "bending",
+        Quantity(AngularCompliance),
+        "Angle by which the axis tilts for each unit of moment.",
+    ),
+    field(
+        "torsional",
+        Quantity(AngularCompliance),
+        "Angle of twist about the axis for each unit of moment; of a U joint about the common normal \
+         of its axes.",
+    ),
+];
 
 /// A joint.
 pub(crate) const JOINT: &[Field] = &[
@@ -142,11 +170,12 @@ pub(crate) const JOINT: &[Field] = &[
     START,
     PITCH,
     FRICTION,
+    COMPLIANCE,
 ];
 
 /// A joint of a leg: type and bodies are in the chain.
 pub(crate) const LEG_JOINT: &[Field] =
-    &[AT, TO_AT, AXIS, SECOND_AXIS, X_AXIS, TURN, ACTUATED, START, PITCH, FRICTION];
+    &[AT, TO_AT, AXIS, SECOND_AXIS, X_AXIS, TURN, ACTUATED, START, PITCH, FRICTION, COMPLIANCE];
 
 const MU: Field = field("mu", Quantity(Number), "Coulomb coefficient; by default 0.");
 const VISCOUS: Field = field(

@@ -160,6 +160,14 @@ impl Origin<'_> {
                     .map_or_else(whole, |j| j.spans.friction.of_parameter(parameter, *value));
                 (span, "out of range")
             }
+            Defect::Compliance { joint: name, part, .. } => {
+                let place = joint(name).map(|j| {
+                    let (table, parts) = &j.spans.compliance;
+                    let place = parts.iter().find(|(known, _)| known == part);
+                    place.map_or(table, |(_, span)| span).clone()
+                });
+                (place.unwrap_or(WHOLE), "not possible here")
+            }
             Defect::CharacteristicLength(_) => (self.length.clone(), "not positive"),
             // Whatever comes: the first name in the message that is known says where.
             other => (self.named_in(&other.to_string()), ""),

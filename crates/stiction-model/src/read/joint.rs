@@ -6,11 +6,11 @@ use super::geometry::frame;
 use super::proofread::proofread;
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
 use crate::document::{Node, Table, Value};
-use crate::fields::tables::{JOINT, LEG_JOINT};
+use crate::fields::tables::{JOINT, JOINT_COMPLIANCE, LEG_JOINT};
 use crate::measure::Measure;
 use crate::source::Span;
 use stiction::joint::{Freedom, JointType, Motion};
-use stiction::mechanism::JointSpec;
+use stiction::mechanism::{Compliance, JointSpec};
 use stiction::spatial::{Mat3, Pose, Quaternion, Vec3};
 
 /// A joint that was read, and where its parts stand.
@@ -31,6 +31,8 @@ pub(crate) struct JointSpans {
     pub(crate) start: Span,
     pub(crate) actuated: Span,
     pub(crate) friction: FrictionSpans,
+    /// The table of compliances, and the place of each of its parts.
+    pub(crate) compliance: (Span, Vec<(&'static str, Span)>),
 }
 
 /// What a leg says about one of its joints.
@@ -74,6 +76,7 @@ pub(crate) fn read(
         start: record.span("start"),
         actuated: record.span("actuated"),
         friction: FrictionSpans::default(),
+        compliance: (record.span("compliance"), Vec::new()),
     };
     let mut spec = None;
     if let (Some(joint_type), Some(from), Some(to)) = (joint_type, from, to) {
@@ -96,6 +99,20 @@ pub(crate) fn read(
             let (contacts, friction_spans) = friction::read(context, table, joint_type, what);
             spans.friction = friction_spans;
             built = contacts.into_iter().fold(built, JointSpec::friction);
+        }
+        if let Some(table) = record.table("compliance") {
+            let what = format!("the compliance of {what}");
+            let record = Record::new(context, table, JOINT_COMPLIANCE, what);
+            let mut part = |key: &'static str| {
+                spans.compliance.1.push((key, record.span(key)));
+                record.quantity(key).unwrap_or(0.0)
+            };
+            built = built.compliance(Compliance {
+                radial: part("radial"),
+                axial: part("axial"),
+                bending: part("bending"),
+                torsional: part("torsional"),
+            });
         }
         spec = Some(built);
     } else {

@@ -256,9 +256,11 @@ pub(super) fn weighting_words(verdict: &Verdict, length: f64) -> Option<String> 
         "the least sum of squared efforts, those of rotary actuators divided by L = {:.4} mm",
         length * 1e3
     );
+    let energy = "the least elastic energy of the joints by their declared compliances".to_owned();
     match verdict.weighting {
         _ if verdict.redundancy == 0 => None,
         Some(Weighting::LeastReactions) => Some(reactions),
+        Some(Weighting::LeastEnergy) => Some(energy),
         Some(Weighting::LeastDrives) => Some(drives),
         Some(Weighting::Determined) => None,
         None => Some(format!("{drives}, and then by {reactions}")),

@@ -6,9 +6,9 @@ use super::structure::{BalanceStructure, WeighedKind, Weighting};
 use crate::joint::Motion;
 use crate::kinematics::Bodies;
 use crate::linalg::Elimination;
-use crate::parameters::Parameters;
+use crate::parameters::{Parameters, Weights};
 use crate::scalar::Scalar;
-use crate::spatial::{Twist, Vec3, Wrench};
+use crate::spatial::{Pose, Twist, Wrench};
 use crate::topology::{Link, Role, Topology};
 
 /// The balance and the scratch to solve it.
@@ -318,19 +318,13 @@ impl<T: Scalar> Balance<T> {
                     }
                 }
                 WeighedKind::Node(_) | WeighedKind::Cut(_) => {
-                    let point = weighed_point(topology, bodies, weighed.what);
+                    let product = Product::at(topology, parameters, bodies, weighed.what);
                     for &(a, sign_a) in &weighed.cuts {
                         for &k in &structure.columns_of[a] {
                             for &(b, sign_b) in &weighed.cuts {
                                 let sign = T::from_f64(sign_a * sign_b);
                                 for &l in &structure.columns_of[b] {
-                                    let product = product_at(
-                                        self.columns[k],
-                                        self.tilted[l],
-                                        point,
-                                        parameters.length,
-                                    );
-                                    push(product * sign);
+                                    push(product.of(self.columns[k], self.tilted[l]) * sign);
                                 }
                             }
                         }
@@ -391,11 +385,10 @@ impl<T: Scalar> Balance<T> {
                         WeighedKind::Cut(cut) => self.cut_wrenches[cut],
                         _ => Wrench::zero(),
                     };
-                    let point = weighed_point(topology, bodies, weighed.what);
+                    let product = Product::at(topology, parameters, bodies, weighed.what);
                     for &(cut, sign) in &weighed.cuts {
                         for &column in &structure.columns_of[cut] {
-                            let product =
-                                product_at(self.columns[column], wrench, point, parameters.length);
+                            let product = product.of(self.columns[column], wrench);
                             self.right[column] -= product * T::from_f64(sign);
                         }
                     }
@@ -544,22 +537,44 @@ fn drive_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, actu
     }
 }
 
-/// The joint origin about which a weighed wrench's moment is taken.
-#[inline(always)]
-fn weighed_point<T: Scalar>(topology: &Topology, bodies: &Bodies<T>, what: WeighedKind) -> Vec3<T> {
-    match what {
-        WeighedKind::Cut(cut) => bodies.frame_j[topology.cuts[cut].joint].position,
-        WeighedKind::Node(node) => match topology.nodes[node].link {
-            Link::Joint { joint, .. } => bodies.frame_j[joint].position,
-            Link::Floating => Vec3::zero(),
-        },
-        WeighedKind::Drive { .. } | WeighedKind::CutDrive { .. } => Vec3::zero(),
-    }
+/// The product in which reactions are least, at one joint: see [`Weighting::LeastReactions`] and
+/// [`Weighting::LeastEnergy`].
+struct Product<'a, T> {
+    frame_j: Pose<T>,
+    length: T,
+    declared: Option<&'a Weights<T>>,
 }
 
-/// The product that the least reactions are least in, see [`Weighting::LeastReactions`].
-#[inline(always)]
-fn product_at<T: Scalar>(a: Wrench<T>, b: Wrench<T>, point: Vec3<T>, length: T) -> T {
-    let moments = a.moment_about(point).dot(b.moment_about(point));
-    a.force.dot(b.force) + moments / (length * length)
+impl<'a, T: Scalar> Product<'a, T> {
+    #[inline(always)]
+    fn at(
+        topology: &Topology,
+        parameters: &'a Parameters<T>,
+        bodies: &Bodies<T>,
+        what: WeighedKind,
+    ) -> Self {
+        let joint = match what {
+            WeighedKind::Cut(cut) => Some(topology.cuts[cut].joint),
+            WeighedKind::Node(node) => match topology.nodes[node].link {
+                Link::Joint { joint, .. } => Some(joint),
+                Link::Floating => None,
+            },
+            WeighedKind::Drive { .. } | WeighedKind::CutDrive { .. } => None,
+        };
+        Self {
+            frame_j: joint.map_or(Pose::identity(), |joint| bodies.frame_j[joint]),
+            length: parameters.length,
+            declared: joint.and_then(|joint| parameters.compliance.as_ref()?.get(joint)),
+        }
+    }
+
+    #[inline(always)]
+    fn of(&self, a: Wrench<T>, b: Wrench<T>) -> T {
+        if let Some(weights) = self.declared {
+            return weights.product(&self.frame_j, a, b);
+        }
+        let point = self.frame_j.position;
+        let moments = a.moment_about(point).dot(b.moment_about(point));
+        a.force.dot(b.force) + moments / (self.length * self.length)
+    }
 }

@@ -190,6 +190,7 @@ fn weighting(
     let driven = drive_response(topology, parameters, bodies, structure, &null, &columns);
     let singular_values = Svd::new(&driven).singular_values;
     match singular_values.iter().filter(|&&s| s > NEGLIGIBLE).count() {
+        0 if parameters.compliance.is_some() => Ok(Weighting::LeastEnergy),
         0 => Ok(Weighting::LeastReactions),
         rank if rank == redundant => Ok(Weighting::LeastDrives),
         _ => Err(NotPlanned::TwoWeightings),

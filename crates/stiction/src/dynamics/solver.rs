@@ -264,8 +264,7 @@ impl InverseDynamics {
 
     /// The balance at the present position, decomposed.
     pub fn statics(&self) -> Statics {
-        let origins = self.bodies().frame_j.iter().map(|frame| frame.position).collect();
-        Statics::new(&self.mechanism, self.balance(), origins)
+        Statics::new(&self.mechanism, self.balance(), self.bodies().frame_j.clone())
     }
 
     /// For each contact whether its load, and with it its friction, is determined by the balance

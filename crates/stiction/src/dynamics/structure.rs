@@ -24,6 +24,9 @@ pub enum Weighting {
     /// of joints that are all equally compliant. It depends neither on units nor on the choice of
     /// cut joints. Driving forces do not depend on it.
     LeastReactions,
+    /// Constraints are redundant and joints declare compliances: the reactions with the least
+    /// elastic energy, moments about the joint's origin. Joints without a declaration are rigid.
+    LeastEnergy,
     /// Actuators are redundant: the drives with the least sum of `effort^2`, efforts of rotary
     /// actuators divided by the characteristic length.
     LeastDrives,
@@ -193,7 +196,7 @@ fn weighed(topology: &Topology, weighting: Weighting) -> Vec<Weighed> {
     }
     match weighting {
         Weighting::Determined => Vec::new(),
-        Weighting::LeastReactions => {
+        Weighting::LeastReactions | Weighting::LeastEnergy => {
             let nodes = through.into_iter().enumerate().filter(|(node, cuts)| {
                 let transmits = matches!(topology.nodes[*node].link, Link::Joint { .. });
                 transmits && !cuts.is_empty()

@@ -1,6 +1,6 @@
 //! Building a mechanism, with all its defects at once.
 
-use super::{Body, BodyId, Defect, GROUND_NAME, Joint, Mechanism};
+use super::{Body, BodyId, Compliance, Defect, GROUND_NAME, Joint, Mechanism};
 use crate::friction::{Contact, contacts_of};
 use crate::joint::JointType;
 use crate::spatial::{Mat3, Pose, Vec3};
@@ -50,6 +50,7 @@ pub struct JointSpec {
     actuated: Vec<usize>,
     start: Option<Vec<f64>>,
     friction: Vec<Contact>,
+    compliance: Option<Compliance>,
 }
 
 impl BodySpec {
@@ -98,6 +99,7 @@ impl JointSpec {
             actuated: Vec::new(),
             start: None,
             friction: Vec::new(),
+            compliance: None,
         }
     }
 
@@ -128,6 +130,12 @@ impl JointSpec {
     /// Coordinates from which assembly starts.
     pub fn start(mut self, coordinates: impl Into<Vec<f64>>) -> Self {
         self.start = Some(coordinates.into());
+        self
+    }
+
+    /// How much the joint gives under load.
+    pub fn compliance(mut self, compliance: Compliance) -> Self {
+        self.compliance = Some(compliance);
         self
     }
 
@@ -275,6 +283,7 @@ impl JointSpec {
         }
         check_finite(defects, &place("the start"), &start);
         self.check_friction(defects);
+        self.check_compliance(defects);
 
         let mut body = |name: &str| {
             let id = ids.get(name).copied();
@@ -301,7 +310,22 @@ impl JointSpec {
             actuated,
             start,
             friction: self.friction,
+            compliance: self.compliance,
         })
+    }
+
+    fn check_compliance(&self, defects: &mut Vec<Defect>) {
+        let parts = self.compliance.iter().flat_map(Compliance::parts);
+        for (part, value) in parts.filter(|(_, value)| *value != 0.0) {
+            let problem = if !(value > 0.0 && value.is_finite()) {
+                "must be a finite number of at least 0"
+            } else if !Compliance::applies(self.joint_type, part) {
+                "has nothing to give to: the joint moves freely that way"
+            } else {
+                continue;
+            };
+            defects.push(Defect::Compliance { joint: self.name.clone(), part, problem });
+        }
     }
 
     fn check_friction(&self, defects: &mut Vec<Defect>) {

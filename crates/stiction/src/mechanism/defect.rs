@@ -131,6 +131,16 @@ pub enum Defect {
         /// What is wrong.
         problem: &'static str,
     },
+    /// A compliance out of its range, or in a direction in which the joint moves.
+    #[error("joint `{joint}`: the {part} compliance {problem}")]
+    Compliance {
+        /// The joint.
+        joint: String,
+        /// Which compliance.
+        part: &'static str,
+        /// What is wrong.
+        problem: &'static str,
+    },
     /// The characteristic length is not positive.
     #[error("the characteristic length is {0} m, but must be greater than 0")]
     CharacteristicLength(

@@ -4,10 +4,12 @@
 //! it is consistent and does not change.
 
 mod builder;
+mod compliance;
 mod defect;
 mod warning;
 
 pub use builder::{BodySpec, JointSpec, MechanismBuilder};
+pub use compliance::Compliance;
 pub use defect::Defect;
 pub use warning::Warning;
 
@@ -77,6 +79,8 @@ pub struct Joint {
     pub start: Vec<f64>,
     /// Its frictions, at most one for each contact of the type.
     pub friction: Vec<Contact>,
+    /// How much it gives; by default it is rigid.
+    pub compliance: Option<Compliance>,
 }
 
 impl Joint {

@@ -114,7 +114,7 @@ impl<'a> Constraints<'a> {
             .map(|(joint, (wrench, origin))| JointLoad {
                 joint: JointId(joint),
                 force: wrench.force,
-                moment: wrench.moment_about(*origin),
+                moment: wrench.moment_about(origin),
             })
             .filter(|load| load.force.norm() + load.moment.norm() / statics.length() > 1e-9)
             .collect()

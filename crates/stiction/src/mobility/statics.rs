@@ -3,7 +3,8 @@
 use crate::dynamics::newton_euler::{NewtonEuler, Unknown};
 use crate::linalg::Svd;
 use crate::mechanism::Mechanism;
-use crate::spatial::{Twist, Vec3, Wrench};
+use crate::parameters::Weights;
+use crate::spatial::{Pose, Twist, Vec3, Wrench};
 use nalgebra::{DMatrix, DVector};
 
 /// Singular values below this, relative to the largest, count as zero. The matrix is scaled to
@@ -22,7 +23,10 @@ pub struct Statics {
     /// Scaled unknowns that load no body: self-stresses.
     null: Vec<DVector<f64>>,
     drive_weights: Vec<f64>,
-    joint_origins: Vec<Vec3<f64>>,
+    /// Frame J of each joint, from the kernel origin.
+    frames: Vec<Pose<f64>>,
+    /// Declared compliances of the joints.
+    compliance: Option<Vec<Weights<f64>>>,
     length: f64,
 }
 
@@ -49,8 +53,8 @@ pub struct Uncarried {
 }
 
 impl Statics {
-    /// Decomposes the balance.
-    pub fn new(mechanism: &Mechanism, system: NewtonEuler, joint_origins: Vec<Vec3<f64>>) -> Self {
+    /// Decomposes the balance; `frames` are the frames J of all joints, from the kernel origin.
+    pub fn new(mechanism: &Mechanism, system: NewtonEuler, frames: Vec<Pose<f64>>) -> Self {
         let types: Vec<_> = mechanism.joints().iter().map(|j| j.joint_type).collect();
         let scaled = system.scaled_matrix(&types);
         let row_scales: Vec<f64> = (0..scaled.nrows()).map(|i| system.row_scale(i)).collect();
@@ -74,7 +78,8 @@ impl Statics {
             rank,
             null,
             drive_weights,
-            joint_origins,
+            frames,
+            compliance: Weights::declared(mechanism),
             length,
         }
     }
@@ -93,8 +98,8 @@ impl Statics {
     }
 
     /// Origins of all joints from the kernel origin, m.
-    pub(super) fn joint_origins(&self) -> &[Vec3<f64>] {
-        &self.joint_origins
+    pub(super) fn joint_origins(&self) -> impl ExactSizeIterator<Item = Vec3<f64>> {
+        self.frames.iter().map(|frame| frame.position)
     }
 
     /// The characteristic length, m.
@@ -185,10 +190,10 @@ impl Statics {
     /// For each joint, for each component of its complete wrench (force x y z, then moment x y z
     /// about the joint's origin, world axes), whether the balance alone determines it.
     pub fn determined_reactions(&self) -> Vec<[bool; 6]> {
-        let mut determined = vec![[true; 6]; self.joint_origins.len()];
+        let mut determined = vec![[true; 6]; self.frames.len()];
         for stress in self.self_stresses() {
-            for ((flags, wrench), &origin) in
-                determined.iter_mut().zip(stress).zip(&self.joint_origins)
+            for ((flags, wrench), origin) in
+                determined.iter_mut().zip(stress).zip(self.joint_origins())
             {
                 let moment = wrench.moment_about(origin) * (1.0 / self.length);
                 let six = [wrench.force.to_array(), moment.to_array()].concat();
@@ -211,7 +216,7 @@ impl Statics {
             scaled.len(),
             scaled.iter().zip(&self.column_scales).map(|(x, s)| x * s),
         );
-        self.system.joint_wrenches(&unknowns, &vec![Wrench::zero(); self.joint_origins.len()])
+        self.system.joint_wrenches(&unknowns, &vec![Wrench::zero(); self.frames.len()])
     }
 
     /// Solves the balance for a demand ([`NewtonEuler::demand`]) under the weighting that is
@@ -317,27 +322,44 @@ impl Statics {
             let response = DMatrix::from_columns(&columns);
             open = least(&response, &efforts(solution), open, solution);
         }
-        // Stage 2: reactions.
-        let wrenches = |x: &DVector<f64>, friction: &[Wrench<f64>]| {
-            let unknowns = DVector::from_iterator(
-                x.len(),
-                x.iter().zip(&self.column_scales).map(|(x, s)| x * s),
-            );
-            let wrenches = self.system.joint_wrenches(&unknowns, friction);
-            let numbers = wrenches.iter().zip(&self.joint_origins).flat_map(|(wrench, &origin)| {
-                let moment = wrench.moment_about(origin) * (1.0 / self.length);
-                [wrench.force.to_array(), moment.to_array()].concat()
-            });
-            DVector::from_iterator(6 * friction.len(), numbers)
-        };
-        if open.ncols() > 0 {
-            let none = vec![Wrench::zero(); friction.len()];
+        // Stage 2: reactions, by the declared compliances, and what these leave open by the default.
+        let none = vec![Wrench::zero(); friction.len()];
+        for weights in [self.compliance.as_deref(), None] {
+            if open.ncols() == 0 {
+                return;
+            }
             let columns: Vec<_> =
-                open.column_iter().map(|c| wrenches(&c.into_owned(), &none)).collect();
+                open.column_iter().map(|c| self.weighed(&c.into_owned(), &none, weights)).collect();
             let response = DMatrix::from_columns(&columns);
-            let now = wrenches(solution, friction);
-            least(&response, &now, open, solution);
+            let now = self.weighed(solution, friction, weights);
+            open = least(&response, &now, open, solution);
         }
+    }
+
+    /// All reactions for scaled unknowns and friction, as numbers whose sum of squares is least:
+    /// compliances as declared, or all joints alike.
+    fn weighed(
+        &self,
+        scaled: &DVector<f64>,
+        friction: &[Wrench<f64>],
+        weights: Option<&[Weights<f64>]>,
+    ) -> DVector<f64> {
+        let unknowns = scaled.iter().zip(&self.column_scales).map(|(x, s)| x * s);
+        let unknowns = DVector::from_iterator(scaled.len(), unknowns);
+        let wrenches = self.system.joint_wrenches(&unknowns, friction);
+        let numbers = wrenches.iter().zip(&self.frames).enumerate().flat_map(|(joint, (w, j))| {
+            let (force, moment) = (w.force, w.moment_about(j.position) * (1.0 / self.length));
+            let Some(weights) = weights.map(|weights| weights[joint]) else {
+                return [force.to_array(), moment.to_array()].concat();
+            };
+            let root = |v: Vec3<f64>, w: Vec3<f64>| {
+                let own = j.rotation.transpose_mul(v).to_array();
+                own.iter().zip(w.to_array()).map(|(v, w)| v * w.sqrt()).collect::<Vec<f64>>()
+            };
+            let squares = self.length * self.length;
+            [root(force, weights.force), root(moment, weights.moment * squares)].concat()
+        });
+        DVector::from_iterator(6 * friction.len(), numbers)
     }
 }
 

@@ -1,0 +1,63 @@
+//! How much joints give under load. Rigid bodies do not say how redundant constraints share a load;
+//! declared compliances do.
+
+use crate::joint::JointType;
+use crate::spatial::Vec3;
+
+/// What a joint gives for each newton or newton metre that it holds, about its axis (z of frame J).
+/// Zero is rigid.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Compliance {
+    /// Across the axis, m/N; of a spherical joint in all directions.
+    pub radial: f64,
+    /// Along the axis, m/N.
+    pub axial: f64,
+    /// Tilting of the axis, rad/(N m).
+    pub bending: f64,
+    /// Twisting about the axis, rad/(N m); of a universal joint about the common normal of its axes.
+    pub torsional: f64,
+}
+
+impl Compliance {
+    /// The parts with their names.
+    pub fn parts(&self) -> [(&'static str, f64); 4] {
+        [
+            ("radial", self.radial),
+            ("axial", self.axial),
+            ("bending", self.bending),
+            ("torsional", self.torsional),
+        ]
+    }
+
+    /// Whether a joint of this type holds what the part named so gives to.
+    pub fn applies(joint_type: JointType, part: &str) -> bool {
+        use JointType::{
+            Cylindrical, Fixed, Free, Helical, Planar, Prismatic, Revolute, Spherical, Universal,
+        };
+        let parts: &[&str] = match joint_type {
+            Revolute | Helical => &["radial", "axial", "bending"],
+            Prismatic => &["radial", "bending", "torsional"],
+            Cylindrical => &["radial", "bending"],
+            Universal => &["radial", "axial", "torsional"],
+            Spherical => &["radial"],
+            Planar => &["axial", "bending"],
+            Fixed => &["radial", "axial", "bending", "torsional"],
+            Free => &[],
+        };
+        parts.contains(&part)
+    }
+
+    /// Compliances along the axes of J, m/N, and about them, rad/(N m).
+    pub fn along_axes(&self, joint_type: JointType) -> (Vec3<f64>, Vec3<f64>) {
+        let Self { radial, axial, bending, torsional } = *self;
+        match joint_type {
+            JointType::Spherical => (Vec3::new(radial, radial, radial), Vec3::zero()),
+            // The one moment that it holds has no fixed direction in J; along the others it carries
+            // nothing.
+            JointType::Universal => {
+                (Vec3::new(radial, radial, axial), Vec3::new(torsional, torsional, torsional))
+            }
+            _ => (Vec3::new(radial, radial, axial), Vec3::new(bending, bending, torsional)),
+        }
+    }
+}
