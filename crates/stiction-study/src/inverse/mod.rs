@@ -13,3 +13,4 @@ pub use figures::Curves;
 pub use run::{Error, Job, Missing, Phase, Sample, Verdict};
 pub use summary::Summary;
 pub use terminal::write_summary;
+pub use uniqueness::Singular;

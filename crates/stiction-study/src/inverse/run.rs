@@ -1,6 +1,6 @@
 //! A mechanism carried along a motion under a load.
 
-use super::uniqueness::Uniqueness;
+use super::uniqueness::{Singular, Uniqueness};
 use crate::{Instants, InstantsError};
 use stiction::dynamics::Weighting;
 use stiction::dynamics::{
@@ -71,6 +71,8 @@ pub struct Verdict {
     /// Pairs of neighbouring samples, s, between which the mechanism passes a singular position,
     /// where no finite driving force exists.
     pub passed_singularities: Vec<(f64, f64)>,
+    /// Singular positions at samples, where the load could be carried nevertheless.
+    pub singular: Option<Singular>,
 }
 
 /// What the job is busy with.
@@ -216,6 +218,7 @@ impl Job<'_> {
             rest_speed,
             coupling: Some(0.0),
             passed_singularities: Vec::new(),
+            singular: None,
         };
 
         let mut uniqueness = Uniqueness::new(&solver, meant);
@@ -241,7 +244,7 @@ impl Job<'_> {
                 }
             } else if missing.is_none() && failed.is_none() {
                 verdict.passed_singularities.extend(sides.look(&mut solver, time));
-                uniqueness.look(&solver);
+                uniqueness.look(&solver, time);
                 let coupling = solver.coupling();
                 verdict.coupling = verdict.coupling.zip(coupling).map(|(a, b)| a.max(b));
                 verdict.redundancy = verdict.redundancy.max(uniqueness.redundancy);
@@ -259,7 +262,10 @@ impl Job<'_> {
             go_on(progress(Phase::Forces, k + 1, count))?;
         }
         match (missing, failed) {
-            (None, None) => Ok(verdict),
+            (None, None) => {
+                verdict.singular = uniqueness.singular;
+                Ok(verdict)
+            }
             (Some(missing), None) => Err(Error::CannotCarry(Box::new(missing))),
             // A mechanism that locks before says more than one that is singular later.
             (Some(missing), Some((time, error @ InverseError::Locked { .. })))

@@ -3,6 +3,7 @@
 use super::columns::Names;
 use super::run::{Job, Sample, Verdict};
 use super::statistics::{Comparison, Integral, Least, Size};
+use super::uniqueness::Singular;
 use serde_json::{Map, Value, json};
 use stiction::dynamics::{FrictionMode, Weighting};
 
@@ -229,9 +230,36 @@ impl Summary {
             "friction_coupling": verdict.coupling,
             "friction_is_unique": verdict.coupling.is_some_and(|coupling| coupling < 1.0),
             "passed_singularities": verdict.passed_singularities,
+            "singular": verdict.singular.as_ref().map(|singular| self.singular_json(singular)),
             "distance_actuation": self.actuation.json(),
             "distance_constraint": self.constraint.json(),
             "characteristic_length": job.model.mechanism.characteristic_length(),
+        })
+    }
+}
+
+impl Summary {
+    fn singular_json(&self, singular: &Singular) -> Value {
+        let directions = singular.null_directions.iter().map(|direction| {
+            let drives = self.names.drives.iter().zip(&direction.drives);
+            let drives: Map<String, Value> =
+                drives.map(|((name, _), drive)| (name.clone(), json!(drive))).collect();
+            let joints = direction.joints.iter().map(|load| {
+                json!({
+                    "joint": self.names.joints[load.joint.0],
+                    "force": load.force.to_array(),
+                    "moment": load.moment.to_array(),
+                })
+            });
+            json!({ "drives": drives, "reactions": joints.collect::<Vec<_>>() })
+        });
+        json!({
+            "time": singular.time,
+            "samples": singular.samples,
+            "body": singular.body,
+            "motion": singular.motion,
+            "load": singular.load,
+            "null_directions": directions.collect::<Vec<_>>(),
         })
     }
 }

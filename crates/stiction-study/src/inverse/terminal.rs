@@ -3,6 +3,7 @@
 use super::run::{Job, Verdict};
 use super::statistics::Integral;
 use super::summary::{Summary, friction_word, weighting_words};
+use super::uniqueness::Singular;
 use std::fmt::{self, Write};
 use stiction::dynamics::FrictionMode;
 
@@ -213,7 +214,9 @@ fn write_verdicts(
             number(*to),
         )?;
     }
-    if summary.actuation.value < NEAR_SINGULAR {
+    if let Some(singular) = &verdict.singular {
+        write_singular(out, summary, verdict, singular)?;
+    } else if summary.actuation.value < NEAR_SINGULAR {
         writeln!(
             out,
             "CAUTION: near a singular position driving forces and errors of the model grow like one \
@@ -257,6 +260,44 @@ fn write_verdicts(
             open.join(", ")
         )
     }
+}
+
+/// Singular positions in which the load is carried by chance.
+fn write_singular(
+    out: &mut impl Write,
+    summary: &Summary,
+    verdict: &Verdict,
+    singular: &Singular,
+) -> fmt::Result {
+    let Singular { samples, time, body, motion, load, null_directions } = singular;
+    writeln!(
+        out,
+        "CAUTION: the position is singular at {samples} of {} samples, first at t = {} s: while the \
+         actuators stand {body} can move ({motion}), and {load} could not be carried. This load is \
+         carried by chance: forces are finite, but not unique",
+        verdict.samples,
+        number(*time),
+    )?;
+    for (k, direction) in null_directions.iter().take(LISTED).enumerate() {
+        let drives = summary.names.drives.iter().zip(&direction.drives);
+        let drives: Vec<String> = drives
+            .filter(|(_, part)| **part != 0.0)
+            .map(|((name, unit), part)| format!("{name} {} {unit}", number(*part)))
+            .collect();
+        let joints: Vec<&str> = direction
+            .joints
+            .iter()
+            .map(|load| summary.names.joints[load.joint.0].as_str())
+            .collect();
+        writeln!(
+            out,
+            "  null direction {}, in any amount: {}; reactions of {}",
+            k + 1,
+            if drives.is_empty() { "no drive".to_owned() } else { drives.join(", ") },
+            joints.join(", "),
+        )?;
+    }
+    Ok(())
 }
 
 /// That something is unique, as far as friction lets it be.

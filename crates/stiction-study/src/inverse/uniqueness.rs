@@ -1,8 +1,9 @@
 //! What is unique at a sample, and how far it is from a singular position.
 
+use crate::check::SINGULAR;
 use stiction::dynamics::{InverseDynamics, Weighting};
 use stiction::joint::JointType;
-use stiction::mobility::{Distances, Statics};
+use stiction::mobility::{Distances, NullDirection, Statics};
 
 /// The look at one sample, and room for the next.
 #[derive(Clone, Debug)]
@@ -15,6 +16,26 @@ pub(super) struct Uniqueness {
     pub(super) reactions: Vec<[bool; 6]>,
     pub(super) loads: Vec<bool>,
     pub(super) drives: Vec<bool>,
+    /// Singular positions in which the load could be carried.
+    pub(super) singular: Option<Singular>,
+}
+
+/// Singular positions in which forces are finite, since the load happens to be carried, but not
+/// unique.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Singular {
+    /// At how many samples.
+    pub samples: usize,
+    /// The first of them, s.
+    pub time: f64,
+    /// The body that can move there while all actuators stand still, and how.
+    pub body: String,
+    /// See `body`.
+    pub motion: String,
+    /// What could not be carried there.
+    pub load: String,
+    /// What may be added to the forces there.
+    pub null_directions: Vec<NullDirection>,
 }
 
 impl Uniqueness {
@@ -29,11 +50,12 @@ impl Uniqueness {
             reactions: vec![[true; 6]; mechanism.joints().len()],
             loads: vec![true; solver.parameters().contacts.len()],
             drives: vec![true; mechanism.actuators().count()],
+            singular: None,
         }
     }
 
     /// Looks at the present position.
-    pub(super) fn look(&mut self, solver: &InverseDynamics) {
+    pub(super) fn look(&mut self, solver: &InverseDynamics, time: f64) {
         let spins = solver.assembly().prescription().spins().len();
         if solver.weighting() == Some(Weighting::Determined) && spins == 0 {
             // Everything is unique; only the distances are asked for.
@@ -50,5 +72,21 @@ impl Uniqueness {
         self.loads = solver.determined_loads(&statics);
         self.drives = statics.determined_drives();
         self.distances = Distances::new(&statics, self.mobility, spins);
+        if self.distances.actuation < SINGULAR {
+            match &mut self.singular {
+                Some(known) => known.samples += 1,
+                None => self.singular = singular(solver, &statics, time),
+            }
+        }
     }
+}
+
+/// What a singular position is like.
+fn singular(solver: &InverseDynamics, statics: &Statics, time: f64) -> Option<Singular> {
+    let told = statics.weakest_motion(&solver.idle_axes())?;
+    let mechanism = solver.mechanism();
+    let (body, motion) = told.in_words(mechanism, solver.parameters().origin);
+    let load = told.load_in_words(mechanism.characteristic_length());
+    let null_directions = statics.null_directions();
+    Some(Singular { samples: 1, time, body, motion, load, null_directions })
 }

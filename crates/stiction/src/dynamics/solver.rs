@@ -19,7 +19,7 @@ use crate::kinematics::{
 };
 use crate::linalg::Elimination;
 use crate::mechanism::{BodyId, JointId, Mechanism};
-use crate::mobility::{DETERMINED, Statics, Uncarried, describe_motion};
+use crate::mobility::{DETERMINED, IdleAxis, Statics, Uncarried};
 use crate::parameters::Parameters;
 use crate::spatial::{Mat3, Pose};
 use crate::topology::{Topology, TreeRule};
@@ -192,6 +192,13 @@ impl InverseDynamics {
         let prescription = kinematics.sign_by(&self.first_program)?;
         let determinant = matrix.determinant() * prescription;
         determinant.is_finite().then(|| determinant.signum())
+    }
+
+    /// Where bodies spin idly: each body's index and the axis of its spin in world axes.
+    pub fn idle_axes(&self) -> Vec<IdleAxis> {
+        let spins = self.assembly.prescription().spins().iter();
+        let pose = &self.bodies().pose;
+        spins.map(|spin| (spin.body.0, pose[spin.body.0].rotation * spin.axis)).collect()
     }
 
     /// The scalar coordinates of a joint, m and rad, angles within half a turn; nothing for joints
@@ -449,13 +456,8 @@ impl InverseDynamics {
 
     /// An uncarried load with names and places.
     fn in_words(&self, uncarried: &Uncarried) -> InverseError {
-        let in_world = uncarried.motion[uncarried.body].about(-self.parameters.origin);
-        let length = self.mechanism.characteristic_length();
-        InverseError::CannotCarry {
-            body: self.mechanism.bodies()[uncarried.body].name.clone(),
-            motion: describe_motion(in_world, length),
-            missing: uncarried.missing.abs(),
-            unit: if uncarried.turns { "N m" } else { "N" },
-        }
+        let (body, motion) = uncarried.motion.in_words(&self.mechanism, self.parameters.origin);
+        let unit = if uncarried.motion.turns { "N m" } else { "N" };
+        InverseError::CannotCarry { body, motion, missing: uncarried.missing.abs(), unit }
     }
 }

@@ -37,6 +37,8 @@ pub struct Assembly {
     state: State<f64>,
     /// The last position that was found, to judge the next by.
     before: State<f64>,
+    /// Newton's last state in which all was finite.
+    sound: State<f64>,
     predicted: State<f64>,
     trial: Bodies<f64>,
     step: Vec<f64>,
@@ -71,6 +73,7 @@ impl Assembly {
             program: Elimination::default(),
             kinematics,
             before: state.clone(),
+            sound: state.clone(),
             predicted: state.clone(),
             state,
             trial: Bodies::new(topology),
@@ -148,6 +151,8 @@ impl Assembly {
     ) -> Result<(), AssemblyError> {
         let (mut now, mut step) = (from, to - from);
         let smallest = step * 0.5_f64.powi(HALVINGS as i32);
+        // That a position is singular says more than that the way there is not smooth.
+        let mut singular = None;
         while now != to {
             // The last piece ends exactly at `to`.
             let last = (to - now).abs() <= step.abs() * (1.0 + 1e-9);
@@ -167,11 +172,14 @@ impl Assembly {
                     step *= 2.0;
                 }
                 Err(error) if (0.5 * step).abs() < smallest.abs() => {
-                    return Err(self
-                        .out_of_reach(topology, parameters, to, motion)
-                        .unwrap_or(error));
+                    return Err(singular.unwrap_or_else(|| {
+                        self.out_of_reach(topology, parameters, to, motion).unwrap_or(error)
+                    }));
                 }
-                Err(_) => {
+                Err(error) => {
+                    if matches!(error, AssemblyError::Undetermined { .. }) {
+                        singular.get_or_insert(error);
+                    }
                     self.state.clone_from(&self.before);
                     step = 0.5 * (next - now);
                 }
@@ -245,10 +253,18 @@ impl Assembly {
         parameters: &Parameters<f64>,
     ) -> Result<(), AssemblyError> {
         if !self.newton(topology, parameters) {
-            self.reassemble(topology, parameters)?;
+            self.reassemble(topology, parameters).map_err(on_the_way)?;
         }
         self.differentiate(topology, parameters);
-        Ok(())
+        let derivatives = || self.state.rates.iter().chain(&self.state.accelerations);
+        if derivatives().all(|x| x.is_finite()) {
+            return Ok(());
+        }
+        // The position is closed, but singular: no rates, or any.
+        self.state.rates.fill(0.0);
+        self.state.accelerations.fill(0.0);
+        let planned = self.plan(topology, parameters).map_err(on_the_way);
+        planned.and(Err(AssemblyError::Undetermined { open: Vec::new() }))
     }
 
     /// The careful search, then Newton's method with a new plan.
@@ -282,6 +298,7 @@ impl Assembly {
         let closed = CLOSED.max(self.round_off());
         let mut error = f64::INFINITY;
         for _ in 0..NEWTON_STEPS {
+            self.sound.clone_from(&self.state);
             self.kinematics.approach(
                 topology,
                 parameters,
@@ -290,6 +307,11 @@ impl Assembly {
                 &mut self.state,
                 &self.targets,
             );
+            if !self.state.coordinates.iter().all(|q| q.is_finite()) {
+                // Singular: whoever comes next begins where numbers are still numbers.
+                self.state.clone_from(&self.sound);
+                return false;
+            }
             // The error before the step that was just taken.
             if self.scaled_error() < NEAR {
                 let (prescription, state) = (&self.prescription, &self.state);
@@ -318,6 +340,20 @@ impl Assembly {
 
     /// Chooses the elimination at the present, assembled position; finds idle spins.
     fn plan(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+    ) -> Result<(), AssemblyError> {
+        let before = (self.prescription.clone(), self.row_scales.clone(), self.kinematics.clone());
+        let planned = self.plan_anew(topology, parameters);
+        if planned.is_err() {
+            // What was planned for other positions stays good there.
+            (self.prescription, self.row_scales, self.kinematics) = before;
+        }
+        planned
+    }
+
+    fn plan_anew(
         &mut self,
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -493,6 +529,14 @@ impl Assembly {
             *missed = missed.max(error.abs());
         }
         worst
+    }
+}
+
+/// What a prescription leaves open at a position that it reached is due to that position.
+fn on_the_way(error: AssemblyError) -> AssemblyError {
+    match error {
+        AssemblyError::Open { open } => AssemblyError::Undetermined { open },
+        other => other,
     }
 }
 

@@ -20,6 +20,17 @@ pub enum AssemblyError {
         /// Each open freedom in words.
         open: Vec<OpenFreedom>,
     },
+    /// At a position on the way the prescription leaves freedoms open that it determines elsewhere:
+    /// a singular position of what is prescribed, where branches of motion may meet.
+    #[error(
+        "what is prescribed does not determine the motion at this position: {} (a singular position; \
+         prescribe other coordinates, or avoid it)",
+        list(open)
+    )]
+    Undetermined {
+        /// Each open freedom in words.
+        open: Vec<OpenFreedom>,
+    },
     /// The prescribed second angle is where the other two are not defined.
     #[error(
         "the second rotation angle of body `{body}` is prescribed as {degrees:.3} deg, at or beyond \

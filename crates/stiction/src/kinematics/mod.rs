@@ -13,6 +13,7 @@ mod measure;
 mod rotation_vector;
 mod system;
 mod tracing;
+mod wander;
 
 pub use assembly::Assembly;
 pub use bodies::{Bodies, State};
@@ -21,3 +22,4 @@ pub use error::{AssemblyError, Gap, OpenFreedom};
 pub(crate) use freedom::{actuator_rate, body_twists};
 pub use system::{Kinematics, Prescription, Spin};
 pub(crate) use tracing::LoopsAt;
+pub(crate) use wander::Wander;

@@ -1,8 +1,9 @@
 //! What a mechanism can really do from a position: motions of finite size, traced.
 
 use super::bodies::State;
+use super::coordinate::{Coordinate, Target};
 use super::system::{Kinematics, Prescription, column_scales};
-use crate::linalg::{Elimination, Svd};
+use crate::linalg::{Elimination, Svd, complement};
 use crate::parameters::Parameters;
 use crate::topology::Topology;
 use nalgebra::{DMatrix, DVector};
@@ -18,11 +19,12 @@ const CORRECTIONS: usize = 400;
 /// less is the bend of a motion (some [`STEP`]) or the rest of a blocked one (some 1e-3).
 const MOVES: f64 = 0.05;
 
-/// The loops of a mechanism, nothing prescribed.
-struct Loops<'a> {
+/// The loops of a mechanism, and coordinates that may be prescribed besides.
+pub(super) struct Loops<'a> {
     topology: &'a Topology,
     parameters: &'a Parameters<f64>,
     prescription: Prescription,
+    targets: Vec<Target<f64>>,
     kinematics: Kinematics<f64>,
     rows: Vec<f64>,
     columns: Vec<f64>,
@@ -49,11 +51,24 @@ impl<'a> LoopsAt<'a> {
         state: &'a State<f64>,
         negligible: f64,
     ) -> Self {
-        let mut loops = Loops::new(topology, parameters);
+        let mut loops = Loops::new(topology, parameters, &[], &[]);
         let svd = loops.svd(state);
         let rank = svd.rank(negligible);
         let open = svd.null_space(rank);
         Self { loops, state, svd, rank, negligible, open }
+    }
+
+    /// The singular values, largest first, of the loops' equations and those of `coordinates`
+    /// together at a position: one for each freedom of the tree.
+    pub(crate) fn singular_values_with(
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        state: &State<f64>,
+        coordinates: &[Coordinate],
+        targets: &[Target<f64>],
+    ) -> Vec<f64> {
+        let mut loops = Loops::new(topology, parameters, coordinates, targets);
+        loops.svd(state).singular_values.as_slice().to_vec()
     }
 
     /// The singular values, largest first, one for each freedom of the tree.
@@ -108,6 +123,56 @@ impl<'a> LoopsAt<'a> {
     /// These derivatives along the loops' self-stresses are quadratic forms, and exact. (Where the
     /// forms are not definite, branches of motion meet, and `to_second` holds too few.)
     pub(crate) fn open_motions(&mut self) -> OpenMotions {
+        let to_second = self.open_to_second();
+        let columns = &self.loops.columns;
+        let rates = |scaled: &DVector<f64>| -> Vec<f64> {
+            scaled.iter().zip(columns).map(|(rate, scale)| rate * scale).collect()
+        };
+        OpenMotions {
+            all: self.open.iter().map(rates).collect(),
+            to_second: to_second.iter().map(rates).collect(),
+        }
+    }
+
+    /// How well coordinates govern the motions that are open to second order: the least that they
+    /// change, all together, in such a motion of size one (scaled). None if nothing is open.
+    pub(crate) fn governed_by(
+        &mut self,
+        coordinates: &[Coordinate],
+        targets: &[Target<f64>],
+    ) -> Option<f64> {
+        let basis = self.open_to_second();
+        if basis.is_empty() {
+            return None;
+        }
+        let loops = &self.loops;
+        let mut with = Loops::new(loops.topology, loops.parameters, coordinates, targets);
+        with.errors(self.state);
+        let jacobian = with.jacobian();
+        let rows = jacobian.rows(jacobian.nrows() - coordinates.len(), coordinates.len());
+        let rates = rows * DMatrix::from_columns(&basis);
+        Some(Svd::new(&rates).singular_values.min())
+    }
+
+    /// The motions that are open to first order and blocked to second.
+    pub(crate) fn blocked_motions(&mut self) -> Vec<BlockedMotion> {
+        let to_second = self.open_to_second();
+        let blocked = complement(&self.open, &to_second);
+        let Self { loops, state, .. } = self;
+        let each = blocked.iter().map(|scaled| {
+            loops.errors(state);
+            let biases = loops.second_derivatives(scaled);
+            let (rows, columns) = (&loops.rows, &loops.columns);
+            BlockedMotion {
+                rates: scaled.iter().zip(columns).map(|(rate, scale)| rate * scale).collect(),
+                biases: biases.iter().zip(rows).map(|(bias, scale)| bias / scale).collect(),
+            }
+        });
+        each.collect()
+    }
+
+    /// A basis of the motions that are open to second order, scaled.
+    fn open_to_second(&mut self) -> Vec<DVector<f64>> {
         let Self { loops, state, open, .. } = self;
         loops.errors(state);
         let count = open.len();
@@ -131,22 +196,24 @@ impl<'a> LoopsAt<'a> {
                 }
             }
         }
-        let rates = |amounts: DVector<f64>| -> Vec<f64> {
-            let mut rates = DVector::zeros(loops.columns.len());
-            for (amount, vector) in amounts.iter().zip(open.iter()) {
-                rates.axpy(*amount, vector, 1.0);
-            }
-            rates.iter().zip(&loops.columns).map(|(rate, scale)| rate * scale).collect()
-        };
         let forms = Svd::new(&forms);
         // Second derivatives of unit motions, lengths in units of the mechanism's, are of order one.
         let blocked = forms.singular_values.iter().filter(|&&value| value > 1e-6).count();
-        let unit = |k: usize| DVector::from_fn(count, |i, _| if i == k { 1.0 } else { 0.0 });
-        OpenMotions {
-            all: (0..count).map(|k| rates(unit(k))).collect(),
-            to_second: forms.null_space(blocked).into_iter().map(rates).collect(),
-        }
+        let combine = |amounts: DVector<f64>| {
+            let mut sum = DVector::zeros(loops.columns.len());
+            amounts.iter().zip(open.iter()).for_each(|(x, vector)| sum.axpy(*x, vector, 1.0));
+            sum
+        };
+        forms.null_space(blocked).into_iter().map(combine).collect()
     }
+}
+
+/// A motion that is open to first order and blocked to second.
+pub(crate) struct BlockedMotion {
+    /// Rates of the tree.
+    pub(crate) rates: Vec<f64>,
+    /// The second derivatives of the loops' errors along it, m and rad.
+    pub(crate) biases: Vec<f64>,
 }
 
 /// Motions that are open to first order, as rates of the tree.
@@ -158,23 +225,31 @@ pub(crate) struct OpenMotions {
 }
 
 impl<'a> Loops<'a> {
-    fn new(topology: &'a Topology, parameters: &'a Parameters<f64>) -> Self {
-        let prescription = Prescription::new(topology, &[], &[]);
+    /// With one target for each of the `coordinates`.
+    pub(super) fn new(
+        topology: &'a Topology,
+        parameters: &'a Parameters<f64>,
+        coordinates: &[Coordinate],
+        targets: &[Target<f64>],
+    ) -> Self {
+        let prescription = Prescription::new(topology, coordinates, &[]);
         let kinematics = Kinematics::new(topology, &prescription, &Elimination::default());
         let rows = prescription.row_scales(parameters.length);
         let columns = column_scales(topology, parameters.length);
-        Self { topology, parameters, prescription, kinematics, rows, columns }
+        let targets = targets.to_vec();
+        Self { topology, parameters, prescription, targets, kinematics, rows, columns }
     }
 
     /// Places the bodies; the loops' errors, scaled.
-    fn errors(&mut self, state: &State<f64>) -> DVector<f64> {
-        self.kinematics.place(self.topology, self.parameters, &self.prescription, state, &[]);
+    pub(super) fn errors(&mut self, state: &State<f64>) -> DVector<f64> {
+        let Self { topology, parameters, prescription, targets, .. } = self;
+        self.kinematics.place(topology, parameters, prescription, state, targets);
         let errors = self.kinematics.errors().iter().zip(&self.rows).map(|(e, s)| e * s);
         DVector::from_iterator(self.rows.len(), errors)
     }
 
     /// The scaled derivatives of the errors where the bodies were placed last.
-    fn jacobian(&mut self) -> DMatrix<f64> {
+    pub(super) fn jacobian(&mut self) -> DMatrix<f64> {
         self.kinematics.linearise(self.topology, &self.prescription);
         self.kinematics.scaled_matrix(&self.prescription, &self.rows, &self.columns)
     }
@@ -192,14 +267,9 @@ impl<'a> Loops<'a> {
         )
     }
 
-    fn svd(&mut self, state: &State<f64>) -> Svd {
-        self.errors(state);
-        Svd::new(&self.jacobian())
-    }
-
     /// Takes a step (scaled rates) and closes the loops again by the shortest ways; where that leads
     /// and how far in all, if anywhere.
-    fn step(
+    pub(super) fn step(
         &mut self,
         from: &State<f64>,
         step: &DVector<f64>,
@@ -248,7 +318,7 @@ impl<'a> Loops<'a> {
 }
 
 /// Directions that are the same in every run (Knuth's linear congruential generator).
-struct Directions(u64);
+pub(super) struct Directions(pub(super) u64);
 
 impl Directions {
     fn number(&mut self) -> f64 {
@@ -258,7 +328,7 @@ impl Directions {
     }
 
     /// A combination of orthonormal vectors of length one.
-    fn within(&mut self, basis: &[DVector<f64>]) -> DVector<f64> {
+    pub(super) fn within(&mut self, basis: &[DVector<f64>]) -> DVector<f64> {
         let mut sum = DVector::zeros(basis[0].len());
         for vector in basis {
             sum.axpy(self.number(), vector, 1.0);

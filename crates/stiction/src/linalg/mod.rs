@@ -9,3 +9,4 @@ pub use elimination::Elimination;
 pub use plan::{Entry, Plan, RankDeficient, Scales};
 pub use smallest::smallest_singular_value;
 pub use svd::Svd;
+pub(crate) use svd::complement;

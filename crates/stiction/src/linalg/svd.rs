@@ -141,3 +141,16 @@ fn orthogonalise(
     }
     true
 }
+
+/// The part of `all` (orthonormal) that is at right angles to `known` (orthonormal, within it).
+pub(crate) fn complement(all: &[DVector<f64>], known: &[DVector<f64>]) -> Vec<DVector<f64>> {
+    if all.is_empty() || known.len() >= all.len() {
+        return Vec::new();
+    }
+    let basis = DMatrix::from_columns(all);
+    let mut rows = DMatrix::zeros(known.len().max(1), all.len());
+    for (k, vector) in known.iter().enumerate() {
+        rows.set_row(k, &basis.tr_mul(vector).transpose());
+    }
+    Svd::new(&rows).null_space(known.len()).iter().map(|amounts| &basis * amounts).collect()
+}

@@ -1,14 +1,15 @@
 //! Degrees of freedom, counted three ways, and what they are.
 
+use super::clearance::{Play, play};
 use super::words::describe_freedoms;
 use crate::dynamics::InverseDynamics;
 use crate::kinematics::{LoopsAt, body_twists};
-use crate::mechanism::Mechanism;
-use crate::spatial::Twist;
+use crate::mechanism::{BodyId, Mechanism};
+use crate::spatial::{Twist, Vec3};
 
 /// Singular values of the loops' equations below this, relative to the largest, count as zero.
 /// Matrices are scaled to entries of order one, positions are closed to 1e-13.
-const NEGLIGIBLE: f64 = 1e-9;
+pub(super) const NEGLIGIBLE: f64 = 1e-9;
 
 /// How many degrees of freedom a mechanism has, idle spins included.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +28,9 @@ pub struct Mobility {
     pub gap: (Option<f64>, Option<f64>),
     /// What each moving body can do, in the order of the mechanism's bodies.
     pub bodies: Vec<BodyFreedoms>,
+    /// What clearance makes of motions that are blocked to second order only; empty where such
+    /// motions cannot be told from finite ones.
+    pub play: Vec<Play>,
 }
 
 /// What a body can do at a position.
@@ -57,6 +61,9 @@ impl Mobility {
         let mut loops = LoopsAt::new(topology, parameters, state, NEGLIGIBLE);
         let finite = loops.finite_mobility();
         let bodies = body_freedoms(solver, &mut loops, finite);
+        let told =
+            finite + loops.blocked_motions().len() == loops.singular_values().len() - loops.rank;
+        let play = if told { play(solver, &mut loops) } else { Vec::new() };
         let (rank, values) = (loops.rank, loops.singular_values());
         let relative = |index: usize| values.get(index).map(|value| value / values[0]);
         let gruebler = solver.mechanism().gruebler();
@@ -68,6 +75,7 @@ impl Mobility {
             redundant_constraints: (instantaneous as i64 - gruebler).max(0) as usize,
             gap: if rank == 0 { (None, None) } else { (relative(rank - 1), relative(rank)) },
             bodies,
+            play,
         }
     }
 }
@@ -96,6 +104,7 @@ fn body_freedoms(
             let (motions, first_order_only) = describe_freedoms(
                 &of_body(&lasting),
                 &of_body(&all),
+                &joints_of(solver, body),
                 com,
                 parameters.origin,
                 parameters.length,
@@ -103,4 +112,12 @@ fn body_freedoms(
             BodyFreedoms { body: bodies[body].name.clone(), motions, first_order_only }
         })
         .collect()
+}
+
+/// Names and places, from the kernel origin, of the joints at a body.
+fn joints_of(solver: &InverseDynamics, body: usize) -> Vec<(&str, Vec3<f64>)> {
+    let joints = solver.mechanism().joints().iter().enumerate();
+    let at = |id: BodyId| id == BodyId(body);
+    let own = joints.filter(|(_, joint)| at(joint.predecessor) || at(joint.successor));
+    own.map(|(k, joint)| (joint.name.as_str(), solver.bodies().frame_k[k].position)).collect()
 }

@@ -92,45 +92,64 @@ impl<'a> Constraints<'a> {
         Self { statics, unknowns, transposed, singular_values }
     }
 
+    pub(super) fn statics(&self) -> &Statics {
+        self.statics
+    }
+
+    /// A row for each constraint, a column for each equation of the scaled balance.
+    pub(super) fn transposed(&self) -> &DMatrix<f64> {
+        &self.transposed
+    }
+
     /// For each way in which the constraints alone can load each other, the joints that take part
     /// and the wrenches there, without a scale.
     pub fn self_stresses(&self) -> Vec<Vec<JointLoad>> {
-        let own = Svd::new(&self.transposed.transpose());
-        let stresses = own.null_space(own.rank(RANK_TOLERANCE));
-        stresses.iter().map(|stress| self.in_joints(stress)).collect()
+        self.stress_vectors().iter().map(|stress| self.loads(&(stress / stress.amax()))).collect()
     }
 
-    /// The joints that a self-stress (scaled amounts) loads.
-    fn in_joints(&self, stress: &DVector<f64>) -> Vec<JointLoad> {
+    /// Self-stresses as scaled amounts of [`Self::unknowns`], orthonormal.
+    pub(super) fn stress_vectors(&self) -> Vec<DVector<f64>> {
+        let own = Svd::new(&self.transposed.transpose());
+        own.null_space(own.rank(RANK_TOLERANCE))
+    }
+
+    /// The unknowns that are constraints.
+    pub(super) fn unknowns(&self) -> impl Iterator<Item = Unknown> + '_ {
+        self.unknowns.iter().map(|&k| self.statics.system().unknowns[k])
+    }
+
+    /// The amounts of [`Self::unknowns`], N and N m, for scaled ones.
+    pub(super) fn amounts(&self, scaled: &DVector<f64>) -> Vec<f64> {
+        let scales = self.unknowns.iter().map(|&k| self.statics.column_scales()[k]);
+        scales.zip(scaled.iter()).map(|(scale, amount)| scale * amount).collect()
+    }
+
+    /// What each joint carries for scaled amounts; joints that carry nothing are left out.
+    pub(super) fn loads(&self, scaled: &DVector<f64>) -> Vec<JointLoad> {
         let (statics, system) = (self.statics, self.statics.system());
-        let largest = stress.amax();
         let mut wrenches = vec![Wrench::zero(); statics.joint_origins().len()];
-        for (&k, amount) in self.unknowns.iter().zip(stress.iter()) {
-            let amount = amount / largest * statics.column_scales()[k];
+        for (&k, amount) in self.unknowns.iter().zip(self.amounts(scaled)) {
             wrenches[system.unknowns[k].joint()] += system.wrenches[k] * amount;
         }
         let places = wrenches.iter().zip(statics.joint_origins()).enumerate();
-        places
+        let size = |load: &JointLoad| load.force.norm() + load.moment.norm() / statics.length();
+        let loads: Vec<JointLoad> = places
             .map(|(joint, (wrench, origin))| JointLoad {
                 joint: JointId(joint),
                 force: wrench.force,
                 moment: wrench.moment_about(origin),
             })
-            .filter(|load| load.force.norm() + load.moment.norm() / statics.length() > 1e-9)
-            .collect()
+            .collect();
+        let most = loads.iter().map(size).fold(0.0, f64::max);
+        loads.into_iter().filter(|load| size(load) > 1e-9 * most).collect()
     }
 
     /// Distance to a singularity of a leg (type 1): to a position where bodies between the hubs
     /// (bodies with three joints or more) can move while the hubs stand still, idle spins apart. None
     /// if there are no such bodies or no hubs.
     pub fn leg_distance(&self, idle_spins: usize) -> Option<f64> {
-        let system = self.statics.system();
-        let equations = self.transposed.ncols();
-        let of_legs: Vec<usize> = (0..equations / 6)
-            .filter(|&body| system.joints_at(body + 1) < HUB)
-            .flat_map(|body| 6 * body..6 * body + 6)
-            .collect();
-        if of_legs.is_empty() || of_legs.len() == equations {
+        let of_legs = of_legs(self.statics.system());
+        if of_legs.is_empty() || of_legs.len() == self.transposed.ncols() {
             return None;
         }
         let values = one_for_each_column(&self.transposed.select_columns(&of_legs));
@@ -149,6 +168,14 @@ impl<'a> Constraints<'a> {
         let held = self.singular_values.len().saturating_sub(mobility);
         held.checked_sub(1).map_or(1.0, |last| self.singular_values[last])
     }
+}
+
+/// The equations of the bodies between hubs.
+pub(super) fn of_legs(system: &NewtonEuler) -> Vec<usize> {
+    (0..system.matrix.nrows() / 6)
+        .filter(|&body| system.joints_at(body + 1) < HUB)
+        .flat_map(|body| 6 * body..6 * body + 6)
+        .collect()
 }
 
 /// The singular values of a matrix, largest first, as many as it has columns.

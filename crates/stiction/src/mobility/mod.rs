@@ -1,12 +1,18 @@
 //! What can move and what cannot: analysis by dense decompositions.
 
+mod architecture;
+mod clearance;
 mod count;
 mod distance;
 mod statics;
+mod weakest;
 mod words;
 
+pub use architecture::{Architecture, GenericRank, governance};
+pub use clearance::{Play, blocked_motions};
 pub use count::{BodyFreedoms, Mobility};
 pub use distance::{Constraints, Distances, JointLoad};
 pub(crate) use statics::DETERMINED;
-pub use statics::{Carried, RANK_TOLERANCE, Statics, Uncarried};
+pub use statics::{Carried, NullDirection, RANK_TOLERANCE, Statics, Uncarried};
+pub use weakest::{IdleAxis, ToldMotion};
 pub use words::describe_motion;

@@ -1,10 +1,12 @@
 //! What the joints and actuators of a mechanism can carry at a position, and how uniquely.
 
+use super::distance::JointLoad;
+use super::weakest::ToldMotion;
 use crate::dynamics::newton_euler::{NewtonEuler, Unknown};
 use crate::linalg::Svd;
-use crate::mechanism::Mechanism;
+use crate::mechanism::{JointId, Mechanism};
 use crate::parameters::Weights;
-use crate::spatial::{Pose, Twist, Vec3, Wrench};
+use crate::spatial::{Pose, Vec3, Wrench};
 use nalgebra::{DMatrix, DVector};
 
 /// Singular values below this, relative to the largest, count as zero. The matrix is scaled to
@@ -40,16 +42,20 @@ pub struct Carried {
 /// A load that no reactions and no driving forces can carry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Uncarried {
-    /// The motion of each body along which nothing resists, about the kernel origin; scaled so that
-    /// `body` turns by one radian, or, if it does not turn, moves by one metre.
-    pub motion: Vec<Twist<f64>>,
-    /// The body by which the motion is told.
-    pub body: usize,
-    /// Whether that body turns: then `missing` is a moment.
-    pub turns: bool,
-    /// What is asked for along the motion and cannot be given, N m or N: what the joints would have
-    /// to do on it.
+    /// The motion along which nothing resists.
+    pub motion: ToldMotion,
+    /// What is asked for along the motion and cannot be given, N m or, if the body does not turn, N:
+    /// what the joints would have to do on it.
     pub missing: f64,
+}
+
+/// A way in which forces can be changed without any effect on the bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NullDirection {
+    /// The change of each drive, in the order of the actuators, N or N m.
+    pub drives: Vec<f64>,
+    /// The change at each joint that takes part.
+    pub joints: Vec<JointLoad>,
 }
 
 impl Statics {
@@ -168,7 +174,7 @@ impl Statics {
         rest
     }
 
-    fn scale_rows(&self, rows: &DVector<f64>) -> DVector<f64> {
+    pub(super) fn scale_rows(&self, rows: &DVector<f64>) -> DVector<f64> {
         let scaled = rows.iter().zip(&self.row_scales).map(|(x, s)| x * s);
         DVector::from_iterator(rows.len(), scaled)
     }
@@ -209,6 +215,30 @@ impl Statics {
     /// wrench at each joint, about the kernel origin. Unknowns are of size one in all.
     pub fn self_stresses(&self) -> Vec<Vec<Wrench<f64>>> {
         self.null.iter().map(|vector| self.wrenches_of(vector)).collect()
+    }
+
+    /// What may be added to any solution in any amount: for each such direction the drives and the
+    /// wrenches of the joints that take part, without a scale.
+    pub fn null_directions(&self) -> Vec<NullDirection> {
+        let count = self.drive_weights.len();
+        let each = self.null.iter().map(|vector| {
+            let scaled = vector / vector.amax();
+            let wrenches = self.wrenches_of(&scaled);
+            let loads = wrenches.iter().zip(&self.frames).enumerate();
+            let drives = scaled.len() - count..scaled.len();
+            NullDirection {
+                drives: drives.map(|k| clean(scaled[k]) * self.column_scales[k]).collect(),
+                joints: loads
+                    .map(|(joint, (wrench, frame))| JointLoad {
+                        joint: JointId(joint),
+                        force: wrench.force,
+                        moment: wrench.moment_about(frame.position),
+                    })
+                    .filter(|l| l.force.norm() + l.moment.norm() / self.length > DETERMINED)
+                    .collect(),
+            }
+        });
+        each.collect()
     }
 
     fn wrenches_of(&self, scaled: &DVector<f64>) -> Vec<Wrench<f64>> {
@@ -265,37 +295,10 @@ impl Statics {
         // The residual lies in the motions that nothing resists; along itself it asks for most.
         let motion = self.scale_rows(&residual);
         let demand = scaled.dot(&residual);
-        Err(self.uncarried(&motion, demand))
-    }
-
-    /// Names a motion of all bodies (velocity of the centre of mass, then angular velocity, for
-    /// each) and the work that is asked for along it.
-    fn uncarried(&self, motion: &DVector<f64>, demand: f64) -> Uncarried {
-        let part = |body: usize, at: usize| {
-            let row = 6 * (body - 1) + at;
-            Vec3::new(motion[row], motion[row + 1], motion[row + 2])
-        };
-        let bodies = motion.len() / 6;
-        let size = |body: usize| part(body, 0).norm().max(part(body, 3).norm() * self.length);
-        // Of the bodies that move a good deal, the one where most joints meet says most: a platform.
-        let most = (1..=bodies).map(size).fold(0.0, f64::max);
-        let body = (1..=bodies)
-            .filter(|&body| size(body) > 0.2 * most)
-            .max_by(|&a, &b| {
-                let joints = self.system.joints_at(a).cmp(&self.system.joints_at(b));
-                joints.then(size(a).total_cmp(&size(b)))
-            })
-            .unwrap_or(1);
-        let (moves, turns_by) = (part(body, 0).norm(), part(body, 3).norm());
-        let turns = turns_by * self.length > 1e-6 * moves;
-        let scale = 1.0 / if turns { turns_by } else { moves };
-        let mut twists = vec![Twist::zero()];
-        for body in 1..=bodies {
-            let (velocity, angular) = (part(body, 0) * scale, part(body, 3) * scale);
-            let com = self.system.com(body);
-            twists.push(Twist { angular, linear: velocity - angular.cross(com) });
-        }
-        Uncarried { motion: twists, body, turns, missing: demand * scale }
+        let told = self.told(&motion);
+        // The motion told is the residual's, scaled; the demand along it likewise.
+        let size = motion_size(&motion, told.body, told.turns);
+        Err(Uncarried { missing: demand / size, motion: told })
     }
 
     /// Moves the solution within what is open to the least drives, then to the least reactions.
@@ -361,6 +364,16 @@ impl Statics {
         });
         DVector::from_iterator(6 * friction.len(), numbers)
     }
+}
+
+/// Rounding as zero.
+fn clean(part: f64) -> f64 {
+    if part.abs() < DETERMINED { 0.0 } else { part }
+}
+
+/// How fast a body turns, rad/s, or moves, m/s, in a motion of all bodies.
+fn motion_size(motion: &DVector<f64>, body: usize, turns: bool) -> f64 {
+    motion.fixed_rows::<3>(6 * (body - 1) + if turns { 3 } else { 0 }).norm()
 }
 
 /// Parts of unit vectors below this are rounding.

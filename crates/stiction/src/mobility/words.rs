@@ -35,10 +35,12 @@ const NONE: f64 = 1e-6;
 
 /// Independent motions of one body in words: those spanned by `lasting`, and what `all` has beyond.
 /// Twists are about the kernel origin, `com` is the centre of mass seen from there, and `origin` the
-/// kernel origin in the world.
+/// kernel origin in the world. `points` are the body's joints: an axis through two of them is told by
+/// their names.
 pub(crate) fn describe_freedoms(
     lasting: &[Twist<f64>],
     all: &[Twist<f64>],
+    points: &[(&str, Vec3<f64>)],
     com: Vec3<f64>,
     origin: Vec3<f64>,
     length: f64,
@@ -50,8 +52,10 @@ pub(crate) fn describe_freedoms(
     };
     let span = |twists: &[Twist<f64>]| basis(&twists.iter().map(vector).collect::<Vec<_>>());
     let lasting = span(lasting);
-    let beyond: Vec<DVector<f64>> = span(all)
-        .into_iter()
+    let all = span(all);
+    let beyond: Vec<DVector<f64>> = all
+        .iter()
+        .cloned()
         .map(|mut motion| {
             // Twice, for the sake of rounding.
             for _ in 0..2 {
@@ -64,7 +68,42 @@ pub(crate) fn describe_freedoms(
         })
         .collect();
     let place = com + origin;
-    (in_words(&lasting, place, length), in_words(&basis(&beyond), place, length))
+    let beyond = basis(&beyond);
+    let words = match beyond.as_slice() {
+        [one] => about_joints(one, &all, points, |twist| vector(&twist)),
+        _ => None,
+    };
+    let words = words.map_or_else(|| in_words(&beyond, place, length), |words| vec![words]);
+    (in_words(&lasting, place, length), words)
+}
+
+/// A rotation about the line through two joints, if one is among `all` motions; of several the one
+/// that is most like what is `beyond` the others.
+fn about_joints(
+    beyond: &DVector<f64>,
+    all: &[DVector<f64>],
+    points: &[(&str, Vec3<f64>)],
+    vector: impl Fn(Twist<f64>) -> DVector<f64>,
+) -> Option<String> {
+    let mut best: Option<(f64, String)> = None;
+    for (k, (a, from)) in points.iter().enumerate() {
+        for (b, to) in &points[k + 1..] {
+            let Some(direction) = (*to - *from).direction() else { continue };
+            let turn = vector(Twist::rotation(direction, *from));
+            let inside = all.iter().fold(turn.clone(), |rest, known| {
+                let part = known.dot(&turn);
+                rest - known * part
+            });
+            let like = beyond.dot(&turn).abs() / turn.norm();
+            let known = best.as_ref().map_or(0.1, |(like, _)| like * (1.0 + 1e-9));
+            if inside.norm() < NONE * turn.norm() && like > known {
+                let axis = describe_direction(direction);
+                let words = format!("rotation about the line {a} - {b} (along {axis})");
+                best = Some((like, words));
+            }
+        }
+    }
+    best.map(|(_, words)| words)
 }
 
 /// An orthonormal basis of what vectors span.
@@ -152,7 +191,7 @@ pub(crate) fn describe_direction(direction: Vec3<f64>) -> String {
 }
 
 fn describe_point(point: Vec3<f64>, length: f64) -> String {
-    let clean = |c: f64| if c.abs() < 1e-9 * length { 0.0 } else { c };
+    let clean = |c: f64| if c.abs() < 1e-6 * length { 0.0 } else { c };
     let [x, y, z] = point.to_array().map(|c| round(clean(c)));
     format!("({x}, {y}, {z}) m")
 }

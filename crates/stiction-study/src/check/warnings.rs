@@ -1,0 +1,89 @@
+//! What a colleague would point at.
+
+use super::{Findings, Kind};
+use crate::inverse::Job;
+use crate::inverse::terminal::number;
+
+/// Nearer than this to a singular position forces are some hundred times the load.
+const NEAR: f64 = 0.01;
+/// Singular values of the loops, relative to the largest, below this hardly decide.
+const DOUBTFUL: f64 = 1e-6;
+
+/// Everything suspicious about what was found.
+pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
+    let mut warnings = Vec::new();
+    let drives = findings.drives;
+    let driven = findings.mobility.finite.saturating_sub(findings.idle_spins.len());
+    if drives > 0 && drives < driven {
+        warnings.push(format!(
+            "{drives} actuators cannot govern {driven} degrees of freedom: actuate more joints"
+        ));
+    }
+    if drives > driven {
+        warnings.push(format!(
+            "{drives} actuators govern {driven} degrees of freedom: driving forces are chosen by a \
+             rule where they are not unique"
+        ));
+    }
+    for (kind, nearness) in findings.singularities() {
+        let word = kind.word();
+        let everywhere = findings.everywhere(kind) == Some(true);
+        match nearness.singular_samples {
+            0 if nearness.crossings.is_empty() && nearness.least < NEAR => warnings.push(format!(
+                "nearly singular in {word} at t = {} s: the distance is {}",
+                number(nearness.time),
+                number(nearness.least)
+            )),
+            0 => {}
+            _ if everywhere && kind == Kind::Actuation && drives < driven => {}
+            _ if everywhere => warnings.push(format!(
+                "singular in {word} in every position: no other pose and no other motion mends it"
+            )),
+            n => {
+                warnings.push(format!("singular in {word} at {n} of {} samples", findings.samples))
+            }
+        }
+    }
+    if findings.mobility.finite < findings.mobility.instantaneous {
+        warnings.push(
+            "some motion is free to first order: clearance and compliance make it large".to_owned(),
+        );
+    }
+    let (kept, dropped) = findings.mobility.gap;
+    if let Some(kept) = kept.filter(|kept| *kept < DOUBTFUL) {
+        warnings.push(format!(
+            "the instantaneous count is hardly decidable: a singular value of {kept:.1e} counts as \
+             not zero; dimensions that differ by so much of the characteristic length change the count"
+        ));
+    }
+    if let Some(dropped) = dropped.filter(|dropped| *dropped > 1e-12) {
+        warnings.push(format!(
+            "the instantaneous count is hardly decidable: a singular value of {dropped:.1e} counts as \
+             zero"
+        ));
+    }
+    for (what, rank) in [
+        ("constraints", &findings.architecture.constraints),
+        ("constraints and actuators", &findings.architecture.actuated),
+    ] {
+        if !rank.decided {
+            warnings.push(format!(
+                "whether {what} are independent in general is not decidable from the dimensions given: \
+                 singular values lie between zero and not zero ({})",
+                number(rank.kept.unwrap_or(0.0))
+            ));
+        }
+    }
+    let slides = findings.sizes.joints.iter().filter(|range| range.unit == "m");
+    for range in slides.filter(|range| range.least < 0.0 && range.greatest > 0.0) {
+        let is_leg = findings.sizes.legs.iter().any(|leg| range.name.starts_with(&leg.name));
+        if is_leg {
+            warnings.push(format!("the leg's slide {} passes through zero length", range.name));
+        }
+    }
+    let no_friction = job.model.mechanism.joints().iter().all(|joint| joint.friction.is_empty());
+    if no_friction && drives > 0 {
+        warnings.push("no joint declares friction".to_owned());
+    }
+    warnings
+}

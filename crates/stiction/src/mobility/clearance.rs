@@ -1,0 +1,135 @@
+//! What play in a joint makes of a motion that is blocked to second order only.
+//!
+//! Along such a motion `x t` the loops open by `q t^2 / 2`, seen by the self-stress `s` that blocks
+//! it: `q = s . (second derivative along x)`. A joint that carries the force `F` of this self-stress
+//! and has the clearance `c` gives `F c` at most. So `t = sqrt(2 F c / |q|)`: a motion grows as the
+//! root of the clearance. (For the robot of Zhang et al. 2018: `c = sqrt(3)/2 k roll^2`.)
+
+use super::count::NEGLIGIBLE;
+use super::distance::Constraints;
+use super::statics::Statics;
+use super::weakest::ToldMotion;
+use crate::dynamics::InverseDynamics;
+use crate::dynamics::newton_euler::Unknown;
+use crate::kinematics::{LoopsAt, body_twists};
+use crate::mechanism::JointId;
+use crate::spatial::Twist;
+use nalgebra::DVector;
+
+/// A motion that clearance in one joint sets free.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Play {
+    /// The motion, told by one body.
+    pub motion: ToldMotion,
+    /// The joint that takes the greatest force of the self-stress which blocks the motion.
+    pub joint: JointId,
+    /// How far the body gets to either side, rad or m, with a clearance of one metre in the joint:
+    /// it grows as the square root.
+    pub per_root_metre: f64,
+}
+
+impl Play {
+    /// How far the body gets to either side, rad, or m if it does not turn, with this clearance, m,
+    /// in the joint.
+    pub fn with(&self, clearance: f64) -> f64 {
+        self.per_root_metre * clearance.sqrt()
+    }
+}
+
+/// Forces of self-stresses below this part of the largest moment over length block nothing.
+const NO_FORCE: f64 = 1e-9;
+
+/// The motions that are open to first order and blocked to second at the solver's position.
+pub fn blocked_motions(solver: &InverseDynamics) -> Vec<ToldMotion> {
+    let (topology, parameters) = (solver.topology(), solver.parameters());
+    let state = solver.assembly().state();
+    let statics = solver.statics();
+    let mut loops = LoopsAt::new(topology, parameters, state, NEGLIGIBLE);
+    let blocked = loops.blocked_motions();
+    let twists = blocked.iter().map(|m| body_twists(topology, solver.bodies(), &m.rates));
+    twists.map(|twists| statics.told(&of_bodies(&statics, &twists))).collect()
+}
+
+/// The motions that clearance sets free at the solver's position.
+pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Play> {
+    let blocked = loops.blocked_motions();
+    if blocked.is_empty() {
+        return Vec::new();
+    }
+    let statics = solver.statics();
+    let constraints = Constraints::new(&statics);
+    let stresses = constraints.stress_vectors();
+    if stresses.is_empty() {
+        return Vec::new();
+    }
+    let topology = solver.topology();
+    let mut row_of = Vec::new();
+    for cut in &topology.cuts {
+        let count = topology.joint_types[cut.joint].constraints().len();
+        row_of.extend((0..count).map(|index| (cut.joint, index)));
+    }
+    // For each unknown of the constraints the loop equation that it is the multiplier of.
+    let rows: Vec<Option<usize>> = constraints
+        .unknowns()
+        .map(|unknown| match unknown {
+            Unknown::Constraint { joint, index } => {
+                row_of.iter().position(|known| *known == (joint, index))
+            }
+            Unknown::Drive { .. } => None,
+        })
+        .collect();
+    blocked
+        .iter()
+        .filter_map(|motion| {
+            let openings: Vec<f64> = stresses
+                .iter()
+                .map(|stress| {
+                    let amounts = constraints.amounts(stress);
+                    let pairs = rows.iter().zip(amounts);
+                    pairs.filter_map(|(row, amount)| Some(motion.biases[(*row)?] * amount)).sum()
+                })
+                .collect();
+            // Of all self-stresses the one that blocks this motion most.
+            let combined = stresses
+                .iter()
+                .zip(&openings)
+                .fold(DVector::zeros(stresses[0].len()), |sum: DVector<f64>, (s, q)| sum + s * *q);
+            let opening: f64 = openings.iter().map(|q| q * q).sum();
+            let loads = constraints.loads(&combined);
+            let strongest = loads
+                .iter()
+                .max_by(|a, b| a.force.norm().total_cmp(&(b.force.norm() * (1.0 + 1e-9))))?;
+            let force = strongest.force.norm();
+            let moments = loads.iter().map(|load| load.moment.norm()).fold(0.0, f64::max);
+            if opening <= 0.0 || force <= NO_FORCE * moments / statics.length() {
+                return None;
+            }
+            let twists = body_twists(topology, solver.bodies(), &motion.rates);
+            let told = statics.told(&of_bodies(&statics, &twists));
+            let size = size_of(&statics, &twists, &told);
+            Some(Play {
+                joint: strongest.joint,
+                per_root_metre: size * (2.0 * force / opening).sqrt(),
+                motion: told,
+            })
+        })
+        .collect()
+}
+
+/// Velocity of the centre of mass and angular velocity of each body, one below the other.
+fn of_bodies(statics: &Statics, twists: &[Twist<f64>]) -> DVector<f64> {
+    let each = twists.iter().enumerate().skip(1).flat_map(|(body, twist)| {
+        let velocity = twist.velocity_at(statics.system().com(body));
+        [velocity.to_array(), twist.angular.to_array()].concat()
+    });
+    DVector::from_iterator(6 * (twists.len() - 1), each)
+}
+
+/// How fast the body turns, or moves, by which the motion is told.
+fn size_of(statics: &Statics, twists: &[Twist<f64>], told: &ToldMotion) -> f64 {
+    let twist = twists[told.body];
+    match told.turns {
+        true => twist.angular.norm(),
+        false => twist.velocity_at(statics.system().com(told.body)).norm(),
+    }
+}

@@ -1,0 +1,151 @@
+//! Motions that nothing resists, or that are resisted least: what is gained at a singular position,
+//! and what cannot be carried there.
+
+use super::distance::{Constraints, of_legs};
+use super::statics::Statics;
+use super::words::{describe_direction, describe_motion};
+use crate::linalg::Svd;
+use crate::mechanism::Mechanism;
+use crate::spatial::{Twist, Vec3};
+use nalgebra::{DMatrix, DVector};
+
+/// A motion of all bodies, told by one of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToldMotion {
+    /// The twist of each body about the kernel origin; scaled so that `body` turns by one radian,
+    /// or, if it does not turn, moves by one metre.
+    pub twists: Vec<Twist<f64>>,
+    /// The body by which the motion is told: of those that move a good deal the one with most joints.
+    pub body: usize,
+    /// Whether that body turns.
+    pub turns: bool,
+}
+
+impl ToldMotion {
+    /// The body's name and its motion; `origin` is the kernel origin in the world.
+    pub fn in_words(&self, mechanism: &Mechanism, origin: Vec3<f64>) -> (String, String) {
+        let name = mechanism.bodies()[self.body].name.clone();
+        let in_world = self.twists[self.body].about(-origin);
+        (name, describe_motion(in_world, mechanism.characteristic_length()))
+    }
+
+    /// The load on the body that does work on the motion: what nothing carries.
+    pub fn load_in_words(&self, length: f64) -> String {
+        let Twist { angular, linear } = self.twists[self.body];
+        let Some(axis) = angular.direction().filter(|_| self.turns) else {
+            return match linear.direction() {
+                Some(direction) => format!("a force along {}", describe_direction(direction)),
+                None => "no load".to_owned(),
+            };
+        };
+        let pitch = angular.dot(linear) / angular.norm_squared();
+        if pitch.abs() > 1e-6 * length {
+            format!("a moment about {} or a force along it", describe_direction(axis))
+        } else {
+            format!("a moment about {}", describe_direction(axis))
+        }
+    }
+}
+
+/// Where a body spins without influence: the body and the spin's axis in the world.
+pub type IdleAxis = (usize, Vec3<f64>);
+
+/// Singular values below this are zero, and their vectors mixed at will.
+const MIXED: f64 = 1e-9;
+
+impl Statics {
+    /// The motion that is resisted least while all actuators stand still, idle spins apart: the
+    /// twist that is gained where [`Statics::actuation_distance`] is zero. None if nothing moves.
+    pub fn weakest_motion(&self, idle: &[IdleAxis]) -> Option<ToldMotion> {
+        let transposed = self.scaled_matrix().transpose();
+        let equations: Vec<usize> = (0..transposed.ncols()).collect();
+        self.weakest(&transposed, &equations, idle.len(), idle)
+    }
+
+    /// The motion that the rows of a scaled, transposed balance resist least, of the `equations`
+    /// that are its columns; `others` motions more are resisted even less and are known.
+    fn weakest(
+        &self,
+        transposed: &DMatrix<f64>,
+        equations: &[usize],
+        others: usize,
+        idle: &[IdleAxis],
+    ) -> Option<ToldMotion> {
+        let svd = Svd::new(transposed);
+        let kept = equations.len().checked_sub(others + 1)?;
+        let basis: Vec<DVector<f64>> = svd
+            .null_space(kept)
+            .iter()
+            .map(|vector| {
+                let mut all = DVector::zeros(self.system().matrix.nrows());
+                equations.iter().zip(vector.iter()).for_each(|(&row, &x)| all[row] = x);
+                all
+            })
+            .collect();
+        let distinct = svd.singular_values[kept] > MIXED * svd.largest().max(f64::MIN_POSITIVE);
+        let motion = if distinct || basis.len() == 1 {
+            basis.first()?.clone()
+        } else {
+            // Of all that is open, what is least a spin.
+            let rest: Vec<_> = basis.iter().map(|vector| without_spins(vector, idle)).collect();
+            let amounts = Svd::new(&DMatrix::from_columns(&rest)).v.column(0).into_owned();
+            DMatrix::from_columns(&basis) * amounts
+        };
+        Some(self.told(&self.scale_rows(&motion)))
+    }
+
+    /// Tells a motion of all bodies: velocity of the centre of mass, then angular velocity, for each.
+    pub(super) fn told(&self, motion: &DVector<f64>) -> ToldMotion {
+        let part = |body: usize, at: usize| {
+            let row = 6 * (body - 1) + at;
+            Vec3::new(motion[row], motion[row + 1], motion[row + 2])
+        };
+        let bodies = motion.len() / 6;
+        let size = |body: usize| part(body, 0).norm().max(part(body, 3).norm() * self.length());
+        // Of the bodies that move a good deal, the one where most joints meet says most: a platform.
+        let most = (1..=bodies).map(size).fold(0.0, f64::max);
+        let joints = |body: usize| self.system().joints_at(body);
+        let body = (1..=bodies)
+            .filter(|&body| size(body) > 0.2 * most)
+            .max_by(|&a, &b| joints(a).cmp(&joints(b)).then(size(a).total_cmp(&size(b))))
+            .unwrap_or(1);
+        let (moves, turns_by) = (part(body, 0).norm(), part(body, 3).norm());
+        let turns = turns_by * self.length() > 1e-6 * moves;
+        let size = if turns { turns_by } else { moves };
+        let scale = if size > 0.0 { 1.0 / size } else { 0.0 };
+        let mut twists = vec![Twist::zero()];
+        for body in 1..=bodies {
+            let (velocity, angular) = (part(body, 0) * scale, part(body, 3) * scale);
+            twists
+                .push(Twist { angular, linear: velocity - angular.cross(self.system().com(body)) });
+        }
+        ToldMotion { twists, body, turns }
+    }
+}
+
+impl Constraints<'_> {
+    /// The motion that constraints resist least, besides `mobility` motions that they are meant to
+    /// leave.
+    pub fn weakest_motion(&self, mobility: usize, idle: &[IdleAxis]) -> Option<ToldMotion> {
+        let equations: Vec<usize> = (0..self.transposed().ncols()).collect();
+        self.statics().weakest(self.transposed(), &equations, mobility, idle)
+    }
+
+    /// The motion of bodies between the hubs that is resisted least while the hubs stand still.
+    pub fn weakest_leg_motion(&self, idle: &[IdleAxis]) -> Option<ToldMotion> {
+        let equations = of_legs(self.statics().system());
+        let own = self.transposed().select_columns(&equations);
+        self.statics().weakest(&own, &equations, idle.len(), idle)
+    }
+}
+
+/// A motion less the spins of bodies about axes of their own.
+fn without_spins(motion: &DVector<f64>, idle: &[IdleAxis]) -> DVector<f64> {
+    let mut rest = motion.clone();
+    for &(body, axis) in idle {
+        let row = 6 * (body - 1) + 3;
+        let spin = (0..3).map(|k| rest[row + k] * axis.component(k)).sum::<f64>();
+        (0..3).for_each(|k| rest[row + k] -= spin * axis.component(k));
+    }
+    rest
+}
