@@ -397,7 +397,7 @@ impl Assembly {
         // A small pivot need not mean a small singular value, but no small one means none.
         if plan.smallest_pivot < SUSPICIOUS_PIVOT {
             let svd = Svd::new(&self.scaled_jacobian(topology, parameters));
-            if svd.rank(freedom::OPEN) < topology.freedoms() {
+            if svd.rank_of_order_one(freedom::OPEN) < topology.freedoms() {
                 return false;
             }
         }
@@ -497,7 +497,8 @@ impl Assembly {
         let columns = column_scales(topology, parameters.length);
         let all = self.kinematics.scaled_matrix(&self.prescription, &rows, &columns);
         let scaled = all.rows(0, closures).into_owned();
-        let rank = if closures == 0 { 0 } else { Svd::new(&scaled).rank(freedom::OPEN) };
+        let rank =
+            if closures == 0 { 0 } else { Svd::new(&scaled).rank_of_order_one(freedom::OPEN) };
         let (prescribed, mobility) = (self.prescription.coordinates().len(), freedoms - rank);
         (prescribed > mobility).then_some((prescribed, mobility))
     }

@@ -45,7 +45,7 @@ pub(super) fn open_motions(
     column_scales: &[f64],
 ) -> OpenMotion {
     let svd = Svd::new(scaled);
-    let null = svd.null_space(svd.rank(OPEN));
+    let null = svd.null_space(svd.rank_of_order_one(OPEN));
     // Rates of the tree for each open direction, then twists of the bodies.
     let rates: Vec<DVector<f64>> = null
         .iter()

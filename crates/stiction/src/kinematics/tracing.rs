@@ -53,7 +53,8 @@ impl<'a> LoopsAt<'a> {
     ) -> Self {
         let mut loops = Loops::new(topology, parameters, &[], &[]);
         let svd = loops.svd(state);
-        let rank = svd.rank(negligible);
+        // In a loop that holds nothing, as of two slides along one axis, all entries are rounding.
+        let rank = svd.rank_of_order_one(negligible);
         let open = svd.null_space(rank);
         Self { loops, state, svd, rank, negligible, open }
     }
@@ -101,7 +102,7 @@ impl<'a> LoopsAt<'a> {
         }
         let svd = loops.svd(&generic);
         // Positions are closed to 1e-13, singular values of a double root to its square root.
-        let open = svd.null_space(svd.rank(self.negligible.max(1e-6)));
+        let open = svd.null_space(svd.rank_of_order_one(self.negligible.max(1e-6)));
         let mut left = Vec::new();
         for _ in 0..2 * open.len() + 6 {
             let step = random.within(&open) * STEP;

@@ -79,6 +79,13 @@ impl Svd {
         self.singular_values.iter().filter(|&&s| s > limit).count()
     }
 
+    /// The same for a matrix whose entries are of order one where they are not rounding: one that is
+    /// nothing but rounding has rank zero.
+    pub fn rank_of_order_one(&self, negligible: f64) -> usize {
+        let limit = negligible * self.largest().max(1.0);
+        self.singular_values.iter().filter(|&&s| s > limit).count()
+    }
+
     /// An orthonormal basis of what the matrix maps to nothing, given its rank.
     pub fn null_space(&self, rank: usize) -> Vec<DVector<f64>> {
         self.v.column_iter().skip(rank).map(|c| c.into_owned()).collect()
