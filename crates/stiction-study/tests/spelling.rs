@@ -27,33 +27,12 @@ fn assert_same(name: &str, text: &str, what: &str) {
     }
 }
 
-/// The tables of a file, each with its header.
-fn tables(text: &str) -> (String, Vec<String>) {
-    let mut head = String::new();
-    let mut tables: Vec<String> = Vec::new();
-    for line in text.lines() {
-        if line.starts_with('[') {
-            tables.push(String::new());
-        }
-        let part = tables.last_mut().unwrap_or(&mut head);
-        part.push_str(line);
-        part.push('\n');
-    }
-    (head, tables)
-}
-
 #[test]
 fn the_order_of_bodies_and_joints_in_the_file_does_not_matter() {
     let mut changed = 0;
     for name in regular() {
         let text = gallery::get(name).unwrap();
-        let (head, mut tables) = tables(text);
-        // Places of legs are numbered by their order, so these keep it.
-        let is_free = |table: &String| !table.starts_with("[[");
-        let mut reversed: Vec<String> =
-            tables.iter().filter(|t| is_free(t)).rev().cloned().collect();
-        reversed.extend(tables.drain(..).filter(|table| !is_free(table)));
-        let turned = head + &reversed.concat();
+        let turned = in_reverse(text);
         assert_ne!(turned, text);
         assert_same(name, &turned, "reversed");
         changed += 1;
@@ -69,39 +48,4 @@ fn units_do_not_matter() {
         assert_ne!(other, text);
         assert_same(name, &other, "in other units");
     }
-}
-
-/// Every quantity that is a number with a unit, in a smaller or larger unit of the same kind.
-fn in_other_units(text: &str) -> String {
-    let pairs = [
-        ("kg mm^2", "g mm^2", 1e3),
-        ("kg m^2", "kg mm^2", 1e6),
-        ("kg/m", "g/mm", 1.0),
-        ("kg", "g", 1e3),
-        ("mm", "m", 1e-3),
-        ("m", "mm", 1e3),
-        ("kN", "N", 1e3),
-        ("N", "mN", 1e3),
-        ("ms", "s", 1e-3),
-        ("s", "ms", 1e3),
-    ];
-    let mut out = String::new();
-    for line in text.lines() {
-        // Only quoted texts that are nothing but a quantity: expressions have units amid names.
-        for (k, part) in line.split('"').enumerate() {
-            let quoted = k % 2 == 1;
-            let quantity = part.split_once(' ').and_then(|(number, unit)| {
-                let value: f64 = number.parse().ok()?;
-                let (_, other, factor) = pairs.iter().find(|(from, _, _)| *from == unit)?;
-                Some(format!("{} {other}", value * factor))
-            });
-            let text = quantity.filter(|_| quoted).unwrap_or_else(|| part.to_owned());
-            if k > 0 {
-                out.push('"');
-            }
-            out.push_str(&text);
-        }
-        out.push('\n');
-    }
-    out
 }

@@ -1,6 +1,8 @@
 //! Jobs on models of the gallery, and their tables read back as any other program would.
 #![allow(dead_code, reason = "each test uses its part")]
 
+pub(crate) mod change;
+
 use std::collections::BTreeMap;
 use stiction::dynamics::FrictionMode;
 use stiction_model::{Model, Source, gallery, read};
@@ -117,4 +119,64 @@ pub(crate) fn cases(model: &Model) -> impl Iterator<Item = (&str, &str)> {
     model.motions.iter().flat_map(|(motion, _)| {
         model.loads.iter().map(move |(load, _)| (motion.as_str(), load.as_str()))
     })
+}
+
+/// The tables of a file, each with its header.
+fn tables(text: &str) -> (String, Vec<String>) {
+    let mut head = String::new();
+    let mut tables: Vec<String> = Vec::new();
+    for line in text.lines() {
+        if line.starts_with('[') {
+            tables.push(String::new());
+        }
+        let part = tables.last_mut().unwrap_or(&mut head);
+        part.push_str(line);
+        part.push('\n');
+    }
+    (head, tables)
+}
+
+/// The same file with its tables in reverse order.
+pub(crate) fn in_reverse(text: &str) -> String {
+    let (head, mut tables) = tables(text);
+    // Places of legs are numbered by their order, so these keep it.
+    let is_free = |table: &String| !table.starts_with("[[");
+    let mut reversed: Vec<String> = tables.iter().filter(|t| is_free(t)).rev().cloned().collect();
+    reversed.extend(tables.drain(..).filter(|table| !is_free(table)));
+    head + &reversed.concat()
+}
+
+/// Every quantity that is a number with a unit, in a smaller or larger unit of the same kind.
+pub(crate) fn in_other_units(text: &str) -> String {
+    let pairs = [
+        ("kg mm^2", "g mm^2", 1e3),
+        ("kg m^2", "kg mm^2", 1e6),
+        ("kg/m", "g/mm", 1.0),
+        ("kg", "g", 1e3),
+        ("mm", "m", 1e-3),
+        ("m", "mm", 1e3),
+        ("kN", "N", 1e3),
+        ("N", "mN", 1e3),
+        ("ms", "s", 1e-3),
+        ("s", "ms", 1e3),
+    ];
+    let mut out = String::new();
+    for line in text.lines() {
+        // Only quoted texts that are nothing but a quantity: expressions have units amid names.
+        for (k, part) in line.split('"').enumerate() {
+            let quoted = k % 2 == 1;
+            let quantity = part.split_once(' ').and_then(|(number, unit)| {
+                let value: f64 = number.parse().ok()?;
+                let (_, other, factor) = pairs.iter().find(|(from, _, _)| *from == unit)?;
+                Some(format!("{} {other}", value * factor))
+            });
+            let text = quantity.filter(|_| quoted).unwrap_or_else(|| part.to_owned());
+            if k > 0 {
+                out.push('"');
+            }
+            out.push_str(&text);
+        }
+        out.push('\n');
+    }
+    out
 }
