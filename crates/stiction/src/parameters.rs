@@ -1,12 +1,12 @@
 //! The numbers of a mechanism, in the scalar of the kernels.
 
 use crate::friction::{ContactShape, LoadMap, contacts_of};
-use crate::mechanism::{BodyId, Mechanism};
+use crate::mechanism::{BodyId, Mechanism, Spring};
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3, Wrench};
 use core::ops::Range;
 
-/// All numbers that the kernels read: geometry, inertia, friction, gravity. Indices are those of
+/// All numbers that the kernels read: geometry, inertia, friction, springs, gravity. Indices are those of
 /// the [`Mechanism`]. To differentiate with respect to a number, or to run several parameter sets
 /// side by side, change the fields.
 #[derive(Clone, Debug)]
@@ -34,6 +34,8 @@ pub struct Parameters<T> {
     pub contacts: Vec<ContactParameters<T>>,
     /// For each joint which of `contacts` are its own.
     pub contacts_at: Vec<Range<usize>>,
+    /// All springs.
+    pub springs: Vec<SpringParameters<T>>,
     /// The length that makes moments comparable with forces, m.
     pub length: T,
     /// For each joint how much it gives, relative to the one that gives most; none if no joint of
@@ -101,6 +103,33 @@ pub struct ContactParameters<T> {
     pub load: LoadMap<T>,
 }
 
+/// A spring with a damper between points of two bodies.
+#[derive(Clone, Copy, Debug)]
+pub struct SpringParameters<T> {
+    /// The indices of its two bodies.
+    pub ends: [usize; 2],
+    /// Where its ends are, each in its body's frame, m.
+    pub points: [Vec3<T>; 2],
+    /// Stiffness, N/m.
+    pub stiffness: T,
+    /// The length at which it does not pull, m.
+    pub free_length: T,
+    /// Damping, N s/m.
+    pub damping: T,
+}
+
+impl<T: Scalar> SpringParameters<T> {
+    fn new(spring: &Spring) -> Self {
+        Self {
+            ends: spring.ends.map(|body| body.0),
+            points: spring.points.map(Vec3::lift),
+            stiffness: T::from_f64(spring.stiffness),
+            free_length: T::from_f64(spring.free_length),
+            damping: T::from_f64(spring.damping),
+        }
+    }
+}
+
 impl<T: Scalar> Parameters<T> {
     /// The numbers of `mechanism`, as constants.
     pub fn new(mechanism: &Mechanism) -> Self {
@@ -134,6 +163,7 @@ impl<T: Scalar> Parameters<T> {
             pitch: joints.iter().map(|j| T::from_f64(j.pitch)).collect(),
             contacts,
             contacts_at,
+            springs: mechanism.springs().iter().map(SpringParameters::new).collect(),
             length: T::from_f64(mechanism.characteristic_length()),
             compliance: Weights::declared(mechanism).map(|all| all.iter().map(lift).collect()),
         }

@@ -2,6 +2,7 @@
 
 use super::contacts::{Contacts, Coupling, wrench_against};
 use super::load::{AppliedLoad, demand_of_motion};
+use super::spring::Pull;
 use super::structure::{BalanceStructure, WeighedKind, Weighting};
 use crate::joint::Motion;
 use crate::kinematics::Bodies;
@@ -65,7 +66,7 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Takes over the motion and the loads; nothing of friction.
+    /// Takes over the motion, the loads and the pull of springs; nothing of friction.
     #[inline(always)]
     pub(super) fn load(
         &mut self,
@@ -80,6 +81,16 @@ impl<T: Scalar> Balance<T> {
         for load in loads {
             if let Some(node) = topology.node_of_body[load.body.0] {
                 self.demand[node] -= load.wrench(bodies);
+            }
+        }
+        for spring in &parameters.springs {
+            let wrench = Pull::of(spring, bodies).wrench;
+            let [from, to] = spring.ends.map(|body| topology.node_of_body[body]);
+            if let Some(node) = to {
+                self.demand[node] -= wrench;
+            }
+            if let Some(node) = from {
+                self.demand[node] += wrench;
             }
         }
         accumulate(topology, &mut self.demand);

@@ -35,6 +35,15 @@ pub enum InverseError {
         /// The part of the coefficients at which the solution is lost, percent.
         percent: f64,
     },
+    /// A spring that pushes or pulls, but on no line.
+    #[error(
+        "the two ends of spring `{spring}` coincide here, so its force has no direction: only a spring \
+         of free length 0 without damping may pass through that point"
+    )]
+    SpringWithoutDirection {
+        /// The spring.
+        spring: String,
+    },
     /// What was computed does not balance: rounding has eaten it.
     #[error(
         "the forces cannot be computed here: rounding errors leave {} of the power unaccounted for; \

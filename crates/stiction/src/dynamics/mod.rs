@@ -17,6 +17,7 @@ pub mod newton_euler;
 mod plan;
 mod power;
 mod solver;
+mod spring;
 mod structure;
 mod wedge;
 
@@ -29,4 +30,5 @@ pub use load::{AppliedLoad, LoadAxes};
 pub use plan::{BalancePlan, NotPlanned};
 pub use power::Power;
 pub use solver::InverseDynamics;
+pub use spring::Pull;
 pub use structure::{BalanceStructure, Weighting};

@@ -10,7 +10,7 @@ use super::load::AppliedLoad;
 use crate::joint::JointType;
 use crate::kinematics::Bodies;
 use crate::mechanism::Mechanism;
-use crate::parameters::Parameters;
+use crate::parameters::{Parameters, SpringParameters};
 use crate::spatial::{Twist, Vec3, Wrench};
 use nalgebra::{DMatrix, DVector};
 
@@ -121,8 +121,8 @@ impl NewtonEuler {
         }
     }
 
-    /// What the joints must exert on the bodies: Newton's and Euler's equations, less gravity and
-    /// loads.
+    /// What the joints must exert on the bodies: Newton's and Euler's equations, less gravity,
+    /// loads and springs.
     pub fn demand(
         &self,
         parameters: &Parameters<f64>,
@@ -146,6 +146,12 @@ impl NewtonEuler {
         }
         for load in loads {
             self.add_wrench(&mut rows, load.body.0, -load.wrench(bodies));
+        }
+        for spring in &parameters.springs {
+            let pull = spring_forces(spring, bodies);
+            for ((&body, point), force) in spring.ends.iter().zip(pull.points).zip(pull.forces) {
+                self.add_wrench(&mut rows, body, -Wrench { force, moment: point.cross(force) });
+            }
         }
         rows
     }
@@ -199,6 +205,32 @@ impl NewtonEuler {
         }
         sums
     }
+}
+
+/// The two ends of a spring in the world, from the kernel origin, and the forces on them.
+struct SpringForces {
+    points: [Vec3<f64>; 2],
+    forces: [Vec3<f64>; 2],
+}
+
+/// Hooke's law with a damper, written down once more: what the kernels do is compared with it.
+fn spring_forces(spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> SpringForces {
+    let end = |k: usize| {
+        let body = spring.ends[k];
+        let Twist { angular, linear } = bodies.twist[body];
+        let point = bodies.pose[body].apply(spring.points[k]);
+        (nalgebra::Vector3::from(point), nalgebra::Vector3::from(linear + angular.cross(point)))
+    };
+    let ((a, velocity_a), (b, velocity_b)) = (end(0), end(1));
+    let (from_a_to_b, length) = ((b - a), (b - a).norm());
+    let mut force_on_a = from_a_to_b * spring.stiffness;
+    if length > 0.0 {
+        let direction = from_a_to_b / length;
+        let rate = (velocity_b - velocity_a).dot(&direction);
+        force_on_a += direction * (spring.damping * rate - spring.stiffness * spring.free_length);
+    }
+    let force = Vec3::from(force_on_a);
+    SpringForces { points: [a.into(), b.into()], forces: [force, -force] }
 }
 
 impl Unknown {

@@ -1,6 +1,7 @@
 //! The power balance: an account that no solver sees.
 
 use super::load::AppliedLoad;
+use super::spring::Pull;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::topology::{Actuator, Topology};
@@ -10,7 +11,7 @@ use crate::topology::{Actuator, Topology};
 pub struct Power {
     /// Of the actuators.
     pub drives: f64,
-    /// Of the loads from outside.
+    /// Of the loads from outside, and of the springs on the bodies between which they are.
     pub loads: f64,
     /// Rate of change of kinetic and potential energy.
     pub energy: f64,
@@ -58,7 +59,11 @@ impl Power {
             (twist.power(wrench), size)
         };
         let drives = topology.actuators.iter().zip(drives).map(|pair| sum(of_drive(pair))).sum();
-        let loads = loads.iter().map(|load| sum(of_load(load))).sum();
+        let of_springs = parameters.springs.iter().map(|spring| {
+            let pull = Pull::of(spring, bodies);
+            (pull.power(), pull.turnover(spring, bodies))
+        });
+        let loads = loads.iter().map(of_load).chain(of_springs).map(&mut sum).sum();
         let dissipated = dissipated.map(|power| sum((power, power.abs()))).sum();
         let energy = (1..bodies.pose.len()).map(|b| sum(energy_rate(parameters, bodies, b))).sum();
         Self { drives, loads, energy, dissipated, turnover }

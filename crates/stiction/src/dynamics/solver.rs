@@ -12,6 +12,7 @@ use super::load::AppliedLoad;
 use super::newton_euler::NewtonEuler;
 use super::plan::{BalancePlan, NotPlanned};
 use super::power::Power;
+use super::spring::Pull;
 use super::structure::Weighting;
 use super::wedge;
 use crate::kinematics::{
@@ -294,6 +295,7 @@ impl InverseDynamics {
     /// # Errors
     /// See [`InverseError`].
     pub fn solve(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
+        self.check_springs()?;
         if !self.by_kernel(loads) {
             // The order of elimination suits another position, or this one is special.
             self.replan();
@@ -305,6 +307,18 @@ impl InverseDynamics {
             Ok(()) if self.forces.imbalance(self.parameters.length) <= BALANCED => Ok(&self.forces),
             Err(locked @ InverseError::Locked { .. }) => Err(locked),
             _ => self.solve_carefully(loads),
+        }
+    }
+
+    /// Springs whose ends coincide have no direction to pull in.
+    fn check_springs(&self) -> Result<(), InverseError> {
+        let (bodies, length) = (self.bodies(), self.parameters.length);
+        let is_lost = |spring| !Pull::of(spring, bodies).has_direction(spring, length);
+        match self.parameters.springs.iter().position(is_lost) {
+            None => Ok(()),
+            Some(k) => Err(InverseError::SpringWithoutDirection {
+                spring: self.mechanism.springs()[k].name.clone(),
+            }),
         }
     }
 
@@ -415,6 +429,7 @@ impl InverseDynamics {
     /// # Errors
     /// See [`InverseError`].
     pub fn solve_carefully(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
+        self.check_springs()?;
         let statics = self.statics();
         let spins = self.spin_responses();
         let bodies = &self.assembly.kinematics().bodies;

@@ -1,6 +1,6 @@
 //! Building a mechanism, with all its defects at once.
 
-use super::{Body, BodyId, Compliance, Defect, GROUND_NAME, Joint, Mechanism};
+use super::{Body, BodyId, Compliance, Defect, GROUND_NAME, Joint, Mechanism, SpringSpec};
 use crate::friction::{Contact, contacts_of};
 use crate::joint::JointType;
 use crate::spatial::{Mat3, Pose, Vec3};
@@ -26,6 +26,7 @@ pub struct MechanismBuilder {
     name: String,
     bodies: Vec<BodySpec>,
     joints: Vec<JointSpec>,
+    springs: Vec<SpringSpec>,
     gravity: Vec3<f64>,
     base: Pose<f64>,
     characteristic_length: Option<f64>,
@@ -153,6 +154,7 @@ impl MechanismBuilder {
             name: name.into(),
             bodies: Vec::new(),
             joints: Vec::new(),
+            springs: Vec::new(),
             gravity: Vec3::zero(),
             base: Pose::identity(),
             characteristic_length: None,
@@ -186,6 +188,12 @@ impl MechanismBuilder {
     /// Adds a joint.
     pub fn joint(mut self, joint: JointSpec) -> Self {
         self.joints.push(joint);
+        self
+    }
+
+    /// Adds a spring.
+    pub fn spring(mut self, spring: SpringSpec) -> Self {
+        self.springs.push(spring);
         self
     }
 
@@ -225,6 +233,16 @@ impl MechanismBuilder {
             joints.extend(spec.resolve(&ids, &mut defects));
         }
 
+        let mut names = std::collections::HashSet::new();
+        let mut springs = Vec::new();
+        for spec in self.springs {
+            if !names.insert(spec.name().to_owned()) {
+                let name = spec.name().to_owned();
+                defects.push(Defect::DuplicateName { what: "springs", name });
+            }
+            springs.extend(spec.resolve(&ids, &mut defects));
+        }
+
         // Connection makes sense only once every joint knows its bodies.
         if defects.is_empty() {
             defects.extend(disconnected(&bodies, &joints));
@@ -243,6 +261,7 @@ impl MechanismBuilder {
             name: self.name,
             bodies,
             joints,
+            springs,
             gravity: self.gravity,
             base: self.base,
             characteristic_length,

@@ -9,10 +9,10 @@ pub enum Defect {
     /// There is no body but the ground.
     #[error("the mechanism has no body that could move")]
     NoBodies,
-    /// Two bodies, or two joints, of one name.
+    /// Two bodies, two joints, or two springs, of one name.
     #[error("there are two {what} named `{name}`")]
     DuplicateName {
-        /// `bodies` or `joints`.
+        /// `bodies`, `joints` or `springs`.
         what: &'static str,
         /// The name.
         name: String,
@@ -140,6 +140,32 @@ pub enum Defect {
         part: &'static str,
         /// What is wrong.
         problem: &'static str,
+    },
+    /// A spring refers to a body that does not exist.
+    #[error("spring `{spring}` is fixed to body `{body}`, which does not exist")]
+    UnknownBodyOfSpring {
+        /// The spring.
+        spring: String,
+        /// The missing body.
+        body: String,
+    },
+    /// A spring with both ends on one body.
+    #[error("both ends of spring `{spring}` are on body `{body}`, where it does nothing")]
+    SpringWithinBody {
+        /// The spring.
+        spring: String,
+        /// The body.
+        body: String,
+    },
+    /// A number of a spring is negative or not finite.
+    #[error("spring `{spring}`: its {parameter} is {value}, but must be at least 0")]
+    SpringParameter {
+        /// The spring.
+        spring: String,
+        /// The parameter's name.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
     },
     /// The characteristic length is not positive.
     #[error("the characteristic length is {0} m, but must be greater than 0")]

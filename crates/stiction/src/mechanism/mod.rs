@@ -1,4 +1,4 @@
-//! What a mechanism is: bodies, joints between them, gravity. Cycles are native.
+//! What a mechanism is: bodies, joints and springs between them, gravity. Cycles are native.
 //!
 //! A [`Mechanism`] is made by a [`MechanismBuilder`], which reports all defects at once; once built
 //! it is consistent and does not change.
@@ -6,11 +6,13 @@
 mod builder;
 mod compliance;
 mod defect;
+mod spring;
 mod warning;
 
 pub use builder::{BodySpec, JointSpec, MechanismBuilder};
 pub use compliance::Compliance;
 pub use defect::Defect;
+pub use spring::{Spring, SpringSpec};
 pub use warning::Warning;
 
 use crate::friction::Contact;
@@ -96,6 +98,7 @@ pub struct Mechanism {
     name: String,
     bodies: Vec<Body>,
     joints: Vec<Joint>,
+    springs: Vec<Spring>,
     gravity: Vec3<f64>,
     base: Pose<f64>,
     characteristic_length: f64,
@@ -115,6 +118,11 @@ impl Mechanism {
     /// All joints.
     pub fn joints(&self) -> &[Joint] {
         &self.joints
+    }
+
+    /// All springs.
+    pub fn springs(&self) -> &[Spring] {
+        &self.springs
     }
 
     /// Acceleration of gravity in world axes, m/s^2.
