@@ -267,13 +267,27 @@ fn models_are_listed_and_printed() {
     let folder = Folder::new("models");
     let said = folder.stiction(&["models"]);
     let out = said.succeeds();
-    let names = ["3rps", "3rrr", "five-bar", "four-bar", "gough", "slider-crank", "zhang2018"];
+    let names = [
+        "3rps",
+        "3rrr",
+        "3upu",
+        "4ups-upu",
+        "andrews",
+        "delta",
+        "five-bar",
+        "four-bar",
+        "gough",
+        "griffis-duffy",
+        "slider-crank",
+        "spherical-3rrr",
+        "zhang2018",
+    ];
     for name in names {
         assert!(out.contains(name), "{out}");
         let said = folder.stiction(&["models", name]);
         folder.write("copy.toml", said.succeeds());
         // What is printed is a file that works.
-        let code = if name == "zhang2018" { 1 } else { 0 };
+        let code = i32::from(["griffis-duffy", "zhang2018"].contains(&name));
         assert_eq!(folder.stiction(&["inverse", "copy.toml"]).code, code, "{name}");
     }
     let list = json(folder.stiction(&["models", "--json"]).succeeds());

@@ -110,3 +110,125 @@ mod reference {
         }
     }
 }
+
+/// The benchmark A03, whose numbers stand in many places; here those of the test set for solvers of
+/// initial value problems.
+mod andrews {
+    use stiction::dynamics::InverseDynamics;
+    use stiction::kinematics::{Coordinate, Target};
+    use stiction_model::{Model, Source, gallery, read};
+
+    const NAMES: [&str; 7] = ["beta", "theta", "gamma", "phi", "delta", "Omega", "epsilon"];
+    /// The angles at t = 0, rad.
+    const START: [f64; 7] = [
+        -0.0617138900142764496,
+        0.0,
+        0.455279819163070380,
+        0.222668390165885885,
+        0.487364979543842550,
+        -0.222668390165885885,
+        1.23054744454982119,
+    ];
+    /// Those at t = 30 ms, after more than two turns.
+    const END: [f64; 7] = [
+        15.81077119629904,
+        -15.75637105984298,
+        0.04082224013073101,
+        -0.5347301163226948,
+        0.5244099658805304,
+        0.5347301163226948,
+        1.048080741042263,
+    ];
+
+    fn model() -> Model {
+        let source = Source::new("andrews.toml", gallery::get("andrews").unwrap());
+        read(&source, &|_| Err("no files".into())).unwrap()
+    }
+
+    /// At the first instant of the default motion.
+    fn at_the_start(model: &Model) -> (InverseDynamics, Coordinate) {
+        let motion = model.motion("squeeze").unwrap();
+        let [(coordinate, _)] = motion.coordinates.as_slice() else { panic!() };
+        let targets: Vec<_> = motion.at(0.0).collect();
+        let (mechanism, homes) = (model.mechanism.clone(), &model.homes);
+        let solver = InverseDynamics::new(
+            mechanism,
+            homes,
+            &[*coordinate],
+            &targets,
+            stiction::dynamics::Settings {
+                friction: model.default_friction.unwrap(),
+                ..Default::default()
+            },
+        );
+        (solver.unwrap(), *coordinate)
+    }
+
+    fn angles(solver: &InverseDynamics) -> [f64; 7] {
+        NAMES.map(|name| {
+            let joint = solver.mechanism().joint_id(name).unwrap();
+            solver.joint_coordinates(joint)[0]
+        })
+    }
+
+    /// Angles but for whole turns.
+    fn assert_angles(found: [f64; 7], expected: [f64; 7], error: f64) {
+        for (name, (found, expected)) in NAMES.iter().zip(found.iter().zip(expected)) {
+            let difference = (found - expected).rem_euclid(std::f64::consts::TAU);
+            let difference = difference.min(std::f64::consts::TAU - difference);
+            assert!(difference <= error, "{name}: {found} {expected}");
+        }
+    }
+
+    #[test]
+    fn starts_as_the_benchmark_does() {
+        let model = model();
+        let (mut solver, _) = at_the_start(&model);
+        assert_angles(angles(&solver), START, 1e-15);
+        // Accelerations of the joints, rad/s^2.
+        let bodies = solver.bodies();
+        let about_z = |joint: &str| {
+            let joint = model.mechanism.joint_id(joint).unwrap();
+            let joint = &model.mechanism.joints()[joint.0];
+            let of = |body: usize| bodies.acceleration[body].angular.z;
+            of(joint.successor.0) - of(joint.predecessor.0)
+        };
+        let expected = [14222.4439199541, -10666.8329399656, 0.0, 0.0, 0.0, 0.0, 0.0];
+        for (name, expected) in NAMES.iter().zip(expected) {
+            // Printed with fifteen digits: to half a unit of the last.
+            assert!((about_z(name) - expected).abs() <= 1e-10, "{name}: {}", about_z(name));
+        }
+
+        let forces = solver.solve(&[]).unwrap();
+        // What the given acceleration, of fifteen digits, leaves of the torque.
+        assert!((forces.drives[0] - 0.033).abs() <= 1e-16 * 10.0, "{}", forces.drives[0]);
+        // The multipliers are the forces of K2 on the others at the common pin.
+        let expected = [
+            ("pin3", [98.5668703962411, -6.12268834425567]),
+            ("pin4", [0.0, 0.0]),
+            ("pin6", [0.0, 0.0]),
+        ];
+        for (name, [x, y]) in expected {
+            let joint = model.mechanism.joint_id(name).unwrap();
+            let (force, _) = forces.reactions[joint.0];
+            // Fifteen digits again; the spring's 99 N are the scale of all.
+            assert!((force.x - x).abs() <= 1e-13, "{name}: {force:?}");
+            assert!((force.y - y).abs() <= 1e-13, "{name}: {force:?}");
+        }
+    }
+
+    /// The loops have the benchmark's geometry also far from the start.
+    #[test]
+    fn passes_through_its_last_position() {
+        let model = model();
+        let (mut solver, _) = at_the_start(&model);
+        solver
+            .follow(0.0, 1.0, |part, targets| {
+                let rate = END[0] - START[0];
+                targets[0] = Target { value: START[0] + part * rate, rate, acceleration: 0.0 };
+            })
+            .unwrap();
+        // All digits of the reference; it is itself a solution to some 1e-13.
+        assert_angles(angles(&solver), END, 1e-11);
+    }
+}

@@ -37,6 +37,13 @@ fn what_bodies_can_do_in_words() {
     assert_eq!(lasting, ["rotation about z through (0, 0, 0) m"]);
     let (lasting, _) = freedoms("gough", "platform");
     assert_eq!(lasting.len(), 6);
+    for name in ["delta", "3upu"] {
+        let (lasting, _) = freedoms(name, "platform");
+        let moves = ["translation along x", "translation along y", "translation along z"];
+        assert_eq!(lasting, moves, "{name}");
+    }
+    let (lasting, _) = freedoms("spherical-3rrr", "camera");
+    assert_eq!(lasting, ["x", "y", "z"].map(|k| format!("rotation about {k} through (0, 0, 0) m")));
 }
 
 /// Gruebler's count, instantaneous, finite, redundant constraints.
@@ -55,6 +62,23 @@ fn of_the_gallery() {
         ("3rrr", -3, 3, 3, 6),
         ("bricard", 0, 1, 1, 1),
         ("6sps", 12, 12, 12, 0),
+        // 10 bodies, 3 R and 12 S: 60 - 15 - 36. Each pair of rods lets the platform go anywhere but
+        // turn about one line, so it has three translations; each of the six rods spins.
+        ("delta", 9, 9, 9, 0),
+        // 7 bodies, 10 R: 42 - 50. In the plane 21 - 20; three loops with three redundancies each.
+        ("andrews", -8, 1, 1, 9),
+        // 13 bodies, 6 U, 6 P, 6 S: 78 - 24 - 30 - 18. Singular in actuation, not in constraints.
+        ("griffis-duffy", 6, 6, 6, 0),
+        // 7 bodies, 6 U, 3 P: 42 - 24 - 15. Three couples, along the normals of the legs' two
+        // directions of axes; these are independent.
+        ("3upu", 3, 3, 3, 0),
+        // The same count; but the three couples are all vertical, so only one of them counts: 6 - 1.
+        // Two are redundant. Motions of finite size: the three translations, or as many others.
+        ("3upu-singular", 3, 5, 3, 2),
+        // 7 bodies, 9 R: 42 - 45. On the sphere each of the two loops is spared three constraints.
+        ("spherical-3rrr", -3, 3, 3, 6),
+        // 11 bodies, 6 U, 5 P, 4 S: 66 - 24 - 25 - 12. One leg of five freedoms, the others of six.
+        ("4ups-upu", 5, 5, 5, 0),
     ];
     for (name, gruebler, instantaneous, finite, redundant) in known {
         let found = mobility(&model(name));

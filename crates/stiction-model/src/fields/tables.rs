@@ -6,8 +6,8 @@ use super::Shape::{
 };
 use super::{Field, field, required};
 use crate::measure::Measure::{
-    Acceleration, Angle, AngularCompliance, Compliance, Force, Length, Mass, Moment, Number, Pitch,
-    Time, Viscous,
+    Acceleration, Angle, AngularCompliance, Compliance, Damping, Force, Length, Mass, Moment, Number,
+    Pitch, Stiffness, Time, Viscous,
 };
 
 /// The whole file.
@@ -34,6 +34,7 @@ pub(crate) const MODEL: &[Field] = &[
     ),
     field("bodies", Named(BODY), "The moving bodies. `ground` is there already."),
     field("joints", Named(JOINT), "The joints, each between two bodies."),
+    field("springs", Named(SPRING), "Springs and dampers, each between points of two bodies."),
     field(
         "legs",
         OneOrMore(LEGS),
@@ -218,6 +219,29 @@ pub(crate) const JOINT_FRICTION: &[Field] = &[
     field("second", Table(CONTACT), "What is different at the second axis of a U joint."),
     field("angle", Table(CONTACT), "What is different at the turning contact of a C joint."),
     field("slide", Table(CONTACT), "What is different at the sliding contact of a C joint."),
+];
+
+/// A spring.
+pub(crate) const SPRING: &[Field] = &[
+    required("from", Name, "The body at one end."),
+    required("to", Name, "The body at the other end."),
+    field("at", Vector(Length), "The end on `from`, in its frame; by default [0, 0, 0]."),
+    field("to_at", Vector(Length), "The end on `to`, in its frame; by default [0, 0, 0]."),
+    field(
+        "stiffness",
+        Quantity(Stiffness),
+        "Force over elongation, along the line between the ends; by default 0.",
+    ),
+    field(
+        "free_length",
+        Quantity(Length),
+        "The length at which the spring does not pull; required with a stiffness.",
+    ),
+    field(
+        "damping",
+        Quantity(Damping),
+        "Force over rate of the length, along the same line; by default 0.",
+    ),
 ];
 
 const FOOT: Field = field(

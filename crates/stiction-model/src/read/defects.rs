@@ -4,6 +4,7 @@ use super::body::BodyDraft;
 use super::context::Context;
 use super::joint::JointDraft;
 use super::names::Names;
+use super::spring::SpringDraft;
 use crate::diagnostic::{Diagnostic, did_you_mean};
 use crate::source::Span;
 use std::mem::discriminant;
@@ -18,6 +19,7 @@ pub(crate) struct Origin<'a> {
     pub(crate) context: &'a Context<'a>,
     pub(crate) bodies: &'a [BodyDraft],
     pub(crate) joints: &'a [JointDraft],
+    pub(crate) springs: &'a [SpringDraft],
     pub(crate) names: &'a Names,
     /// Where the characteristic length stands.
     pub(crate) length: Span,
@@ -37,7 +39,9 @@ impl Origin<'_> {
             // Without all joints nothing can be said about what they connect.
             let consequence = match defect {
                 Defect::Disconnected { .. } => incomplete,
-                Defect::UnknownBody { body, .. } => self.names.may_be_lost(body),
+                Defect::UnknownBody { body, .. } | Defect::UnknownBodyOfSpring { body, .. } => {
+                    self.names.may_be_lost(body)
+                }
                 _ => false,
             };
             if consequence {
@@ -89,6 +93,7 @@ impl Origin<'_> {
         let last_body = |name: &str| self.bodies.iter().rev().find(|body| body.name == name);
         let joint = |name: &str| self.joints.iter().find(|joint| joint.name == name);
         let last_joint = |name: &str| self.joints.iter().rev().find(|joint| joint.name == name);
+        let spring = |name: &str| self.springs.iter().find(|spring| spring.name == name);
         let whole = || WHOLE;
         let mut help = None;
         let (span, label) = match defect {
@@ -98,6 +103,10 @@ impl Origin<'_> {
             }
             Defect::DuplicateName { what: "bodies", name } => {
                 (last_body(name).map_or_else(whole, |b| b.name_span.clone()), "used already")
+            }
+            Defect::DuplicateName { what: "springs", name } => {
+                let last = self.springs.iter().rev().find(|spring| spring.name == *name);
+                (last.map_or_else(whole, |s| s.spans.name.clone()), "used already")
             }
             Defect::DuplicateName { name, .. } => {
                 (last_joint(name).map_or_else(whole, |j| j.spans.name.clone()), "used already")
@@ -168,6 +177,22 @@ impl Origin<'_> {
                 });
                 (place.unwrap_or(WHOLE), "not possible here")
             }
+            Defect::UnknownBodyOfSpring { spring: name, body } => {
+                help = did_you_mean(body, "bodies", self.names.body_names());
+                let spans = spring(name).map(|s| [&s.spans.from, &s.spans.to]);
+                (spans.map_or_else(whole, |[from, to]| self.naming(body, from, to)), "unknown body")
+            }
+            Defect::SpringWithinBody { spring: name, .. } => {
+                (spring(name).map_or_else(whole, |s| s.spans.to.clone()), "the same as `from`")
+            }
+            Defect::SpringParameter { spring: name, parameter, .. } => {
+                let span = spring(name).map(|s| match *parameter {
+                    "stiffness" => s.spans.stiffness.clone(),
+                    "damping" => s.spans.damping.clone(),
+                    _ => s.spans.free_length.clone(),
+                });
+                (span.unwrap_or(WHOLE), "out of range")
+            }
             Defect::CharacteristicLength(_) => (self.length.clone(), "not positive"),
             // Whatever comes: the first name in the message that is known says where.
             other => (self.named_in(&other.to_string()), ""),
@@ -180,10 +205,14 @@ impl Origin<'_> {
         let Some(draft) = self.joints.iter().find(|draft| draft.name == joint) else {
             return WHOLE;
         };
+        self.naming(body, &draft.spans.from, &draft.spans.to)
+    }
+
+    /// The one of two places that names this body.
+    fn naming(&self, body: &str, from: &Span, to: &Span) -> Span {
         let text = |span: &Span| self.context.source.text.get(span.clone()).unwrap_or_default();
         let names_it = |span: &Span| text(span).trim_matches(['"', '\'']) == body;
-        let spans = &draft.spans;
-        if names_it(&spans.to) && !names_it(&spans.from) { &spans.to } else { &spans.from }.clone()
+        if names_it(to) && !names_it(from) { to } else { from }.clone()
     }
 
     fn named_in(&self, message: &str) -> Span {

@@ -16,6 +16,7 @@ pub(crate) mod parameters;
 mod path;
 mod proofread;
 mod recording;
+mod spring;
 mod statement;
 
 pub(crate) use parameters::Parameters;
@@ -23,7 +24,7 @@ pub(crate) use parameters::Parameters;
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::document::{self, Document, Table, Value};
 use crate::fields::Field;
-use crate::fields::tables::{BODY, DEFAULT, JOINT, MODEL};
+use crate::fields::tables::{BODY, DEFAULT, JOINT, MODEL, SPRING};
 use crate::model::{Leg, LoadCase, Model, Motion};
 use crate::source::{Place, Source};
 use body::BodyDraft;
@@ -33,6 +34,7 @@ use joint::JointDraft;
 use legs::Expansion;
 use motion::Files;
 use names::Names;
+use spring::SpringDraft;
 use std::sync::Arc;
 use stiction::dynamics::FrictionMode;
 use stiction::mechanism::{BodyId, GROUND_NAME, JointId, Mechanism, MechanismBuilder};
@@ -197,11 +199,12 @@ fn dotted<'a>(
     table.entries.iter().filter_map(meant).collect()
 }
 
-/// The bodies and joints of the text, those of legs included.
+/// The bodies, joints and springs of the text, those of legs included.
 struct Parts {
     name: String,
     bodies: Vec<BodyDraft>,
     joints: Vec<JointDraft>,
+    springs: Vec<SpringDraft>,
     legs: Vec<legs::LegDraft>,
     /// Whether some legs could not be read.
     lost_legs: bool,
@@ -230,6 +233,12 @@ impl Parts {
             let name = key.name.clone();
             joints.push(joint::read(context, name, &key.span, table, None, &what));
         }
+        let mut springs = Vec::new();
+        for (key, table) in tables("springs", SPRING) {
+            names::check(context, &key.name, &key.span, "spring");
+            let what = format!("spring {}", quoted(&key.name));
+            springs.push(spring::read(context, &key, table, &what));
+        }
         let legs = record.value("legs").map(|value| legs::read(context, value));
         let Expansion { bodies: more_bodies, joints: more_joints, legs, lost: lost_legs } =
             legs.unwrap_or_default();
@@ -238,7 +247,7 @@ impl Parts {
         let file = context.source.name.rsplit(['/', '\\']).next().unwrap_or_default();
         let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
         let name = record.text("name").unwrap_or(stem).to_owned();
-        Self { name, bodies, joints, legs, lost_legs }
+        Self { name, bodies, joints, springs, legs, lost_legs }
     }
 
     fn names(&self) -> Names {
@@ -270,6 +279,9 @@ impl Parts {
         for spec in self.joints.iter().filter_map(|joint| joint.spec.clone()) {
             builder = builder.joint(spec);
         }
+        for spec in self.springs.iter().filter_map(|spring| spring.spec.clone()) {
+            builder = builder.spring(spec);
+        }
         match builder.build() {
             Ok(mechanism) => Some(mechanism),
             Err(defects) => {
@@ -284,6 +296,7 @@ impl Parts {
             context: record.context,
             bodies: &self.bodies,
             joints: &self.joints,
+            springs: &self.springs,
             names,
             length: record.span("characteristic_length"),
         }

@@ -109,9 +109,12 @@ impl Run {
     }
 }
 
+/// The robots of the gallery that are singular along their default motions.
+pub(crate) const SINGULAR: [&str; 3] = ["3upu-singular", "griffis-duffy", "zhang2018"];
+
 /// The robots of the gallery for which driving forces exist.
 pub(crate) fn regular() -> impl Iterator<Item = &'static str> {
-    gallery::names().filter(|name| *name != "zhang2018")
+    gallery::names().filter(|name| !SINGULAR.contains(name))
 }
 
 /// All pairs of a motion and a load.
