@@ -120,6 +120,7 @@ mod andrews {
 
     const NAMES: [&str; 7] = ["beta", "theta", "gamma", "phi", "delta", "Omega", "epsilon"];
     /// The angles at t = 0, rad.
+    #[expect(clippy::excessive_precision, reason = "as they are published")]
     const START: [f64; 7] = [
         -0.0617138900142764496,
         0.0,
