@@ -66,6 +66,10 @@ pub(crate) struct Check {
     /// Time between samples in seconds [default: as the motion says, else 0.01]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub(crate) step: Option<f64>,
+    /// Write check.html, a report with a picture of the mechanism, check.json and mechanism.svg into
+    /// this folder
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
     /// Print the findings, or what is wrong, as JSON
     #[arg(long)]
     pub(crate) json: bool,

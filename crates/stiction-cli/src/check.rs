@@ -3,13 +3,14 @@
 use crate::arguments::Check;
 use crate::failure::Failure;
 use crate::inverse::{DEFAULT_MODEL, failure_of, listen_for_interrupt, warn};
+use crate::outputs::Outputs;
 use crate::print;
 use crate::progress::Progress;
 use crate::sources;
 use std::sync::atomic::Ordering;
 use stiction::dynamics::FrictionMode;
 use stiction_model::LoadCase;
-use stiction_study::check::{examine, write_report};
+use stiction_study::check::{draw_page, examine, write_report};
 use stiction_study::inverse::Job;
 
 pub(crate) fn run(options: &Check) -> Result<(), Failure> {
@@ -32,6 +33,16 @@ fn carry_out(options: &Check) -> Result<(), Failure> {
         friction: FrictionMode::Off,
         step: options.step,
     };
+    // A folder that cannot be written is told before anything is computed.
+    let mut outputs = options.output.as_deref().map(Outputs::new).transpose()?;
+    let files = match &mut outputs {
+        None => None,
+        Some(outputs) => Some([
+            outputs.begin("check.html")?,
+            outputs.begin("check.json")?,
+            outputs.begin("mechanism.svg")?,
+        ]),
+    };
     let interrupted = listen_for_interrupt();
     let mut progress = Progress::new();
     let findings = examine(&job, |phase, done, of| {
@@ -40,11 +51,24 @@ fn carry_out(options: &Check) -> Result<(), Failure> {
     });
     progress.clear();
     let findings = findings.map_err(failure_of)?;
+    let json = format!("{:#}\n", findings.json(&job));
     if options.json {
-        return print(&format!("{:#}\n", findings.json(&job)));
+        print(&json)?;
+    } else {
+        let mut text = String::new();
+        // Writing to a string does not fail.
+        let _ = write_report(&mut text, &job, &findings);
+        print(&text)?;
     }
-    let mut text = String::new();
-    // Writing to a string does not fail.
-    let _ = write_report(&mut text, &job, &findings);
-    print(&text)
+    let (Some(outputs), Some([html, programs, picture])) = (outputs, files) else { return Ok(()) };
+    let page = draw_page(&job, &findings).map_err(failure_of)?;
+    outputs.end("check.html", html, page.html.as_bytes())?;
+    outputs.end("check.json", programs, json.as_bytes())?;
+    outputs.end("mechanism.svg", picture, page.picture.as_bytes())?;
+    let names = outputs.complete(&[])?;
+    if !options.json {
+        let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
+        eprintln!("\nwrote {}", names.join(", "));
+    }
+    Ok(())
 }

@@ -3,6 +3,7 @@
 //! Nothing here opens files or talks to a terminal; results go to whoever asks.
 
 pub mod check;
+pub mod drawing;
 pub mod figure;
 mod instants;
 pub mod inverse;

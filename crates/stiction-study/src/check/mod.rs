@@ -2,11 +2,13 @@
 
 mod along;
 mod json;
+mod page;
 mod report;
 mod sizes;
 mod warnings;
 
 pub use along::{Kind, Nearness, Weakness};
+pub use page::{Page, draw_page};
 pub use report::write_report;
 pub use sizes::{BodyMass, Range, Sizes};
 

@@ -1,0 +1,148 @@
+//! Findings as a page for a browser: one file that needs nothing else, with a picture of the
+//! mechanism.
+//!
+//! One function a section. Names and titles come from the user's files; `html` escapes them.
+
+mod html;
+mod mobility;
+mod portrait;
+mod redundancy;
+mod singular;
+mod sizes;
+
+use super::Findings;
+use crate::drawing::Surface;
+use crate::drawing::svg::escape;
+use crate::inverse::terminal::number;
+use crate::inverse::{Error, Job};
+use html::{card, note, paragraph, section};
+use portrait::Portrait;
+
+/// What [`draw_page`] gives.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Page {
+    /// A complete page in HTML that is well-formed XML, too.
+    pub html: String,
+    /// Its picture of the mechanism alone, in SVG on white, for papers.
+    pub picture: String,
+}
+
+/// Writes what was found about a job's mechanism as a page.
+///
+/// # Errors
+/// The motion, which is followed once more for the picture, cannot be followed.
+pub fn draw_page(job: &Job<'_>, findings: &Findings) -> Result<Page, Error> {
+    let portrait = Portrait::of(job)?;
+    let inner = [
+        header(job, findings),
+        cards(findings),
+        warnings(findings),
+        picture(&portrait),
+        mobility::mobility(findings),
+        redundancy::redundancy(job, findings),
+        singular::singularities(job, findings),
+        sizes::masses(job, findings, &portrait.start),
+        sizes::ranges(findings),
+        footer(job),
+    ];
+    let title = format!("{}: check", job.model.name);
+    Ok(Page { html: html::page(&title, &inner.concat()), picture: portrait.svg(Surface::Paper) })
+}
+
+fn header(job: &Job<'_>, findings: &Findings) -> String {
+    let mut inner = format!("<h1>{}</h1>\n", escape(&job.model.name));
+    if !job.model.title.is_empty() {
+        inner += &paragraph(&job.model.title);
+    }
+    let plural = if findings.samples == 1 { "" } else { "s" };
+    let about = match job.motion.title.as_str() {
+        "" => String::new(),
+        title => format!(": {title}"),
+    };
+    inner += &note(&format!(
+        "Motion {}{about} ({} sample{plural}); counts at t = {} s. Loads and friction play no part.",
+        job.motion_name,
+        findings.samples,
+        number(findings.start),
+    ));
+    inner
+}
+
+fn cards(findings: &Findings) -> String {
+    let mobility = &findings.mobility;
+    let first_order = if mobility.instantaneous == mobility.finite {
+        "degrees of freedom".to_owned()
+    } else {
+        format!("degrees of freedom; {} to first order", mobility.instantaneous)
+    };
+    let redundant = mobility.redundant_constraints;
+    let constraints = if redundant == 1 { "redundant constraint" } else { "redundant constraints" };
+    let open = findings.undetermined.len();
+    let reactions = match open {
+        0 => card("all", "reactions determined by statics", false),
+        1 => card("1", "joint with reactions that statics does not determine", false),
+        _ => {
+            card(&open.to_string(), "joints with reactions that statics does not determine", false)
+        }
+    };
+    let drives = if findings.drives_unique { "unique" } else { "not unique" };
+    let singular = [Some(&findings.actuation), Some(&findings.constraint), findings.leg.as_ref()]
+        .into_iter()
+        .flatten()
+        .map(|nearness| nearness.singular_samples)
+        .max()
+        .unwrap_or(0);
+    let positions = match (singular, findings.passed.len()) {
+        (0, 0) => card("none", "of the samples singular", false),
+        (0, passed) => card(&passed.to_string(), "times through a singularity of actuation", true),
+        (n, _) => card(&format!("{n} of {}", findings.samples), "samples singular", true),
+    };
+    let inner = [
+        card(&mobility.finite.to_string(), &first_order, mobility.instantaneous != mobility.finite),
+        card(&redundant.to_string(), constraints, false),
+        reactions,
+        card(drives, "driving forces (friction apart)", !findings.drives_unique),
+        positions,
+    ];
+    format!("<div class=\"cards\">\n{}</div>\n", inner.concat())
+}
+
+fn warnings(findings: &Findings) -> String {
+    if findings.warnings.is_empty() {
+        return String::new();
+    }
+    let item = |warning: &String| format!("<li>{}</li>\n", escape(warning));
+    let items: String = findings.warnings.iter().map(item).collect();
+    format!("<ul class=\"warnings\" title=\"warnings\">\n{items}</ul>\n")
+}
+
+fn picture(portrait: &Portrait) -> String {
+    let caption = |text: &str| format!("<figcaption>{}</figcaption>", escape(text));
+    let time = number(portrait.time);
+    let mut inner = format!(
+        "<figure>{}{}</figure>\n",
+        portrait.svg(Surface::Inline),
+        caption(&format!("At t = {time} s. Lengths across the line of sight are to scale."))
+    );
+    let views: String = portrait
+        .more_views()
+        .iter()
+        .map(|(name, svg)| format!("<figure>{svg}{}</figure>\n", caption(name)))
+        .collect();
+    if !views.is_empty() {
+        inner += &format!("<div class=\"views\">\n{views}</div>\n");
+    }
+    section("The mechanism", &inner)
+}
+
+fn footer(job: &Job<'_>) -> String {
+    let mut inner = String::new();
+    if !job.model.source.trim().is_empty() {
+        inner += &format!("<p class=\"source\">{}</p>\n", escape(job.model.source.trim()));
+    }
+    inner += &paragraph(&format!(
+        "stiction {}; the same for programs is in check.json.",
+        env!("CARGO_PKG_VERSION")
+    ));
+    format!("<footer>\n{inner}</footer>\n")
+}

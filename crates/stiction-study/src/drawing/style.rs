@@ -1,0 +1,122 @@
+//! Colours of pictures, for light and for dark surroundings.
+//!
+//! Plain colours and not variables of CSS, which programs other than browsers do not know; these
+//! take the light ones.
+
+/// Colours of branches that are told apart on paper, on screen and by most eyes (after Okabe and
+/// Ito), without those near the yellow of driven joints.
+const LIGHT: [&str; 7] =
+    ["#0072b2", "#c1440e", "#00835f", "#b0478c", "#7a6000", "#2c8fc9", "#666666"];
+/// The same upon a dark ground.
+const DARK: [&str; 7] =
+    ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0"];
+
+/// The number of colours.
+pub(super) const COLOURS: usize = LIGHT.len();
+
+/// Where the picture stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Surface {
+    /// On whatever is behind it, which is light or dark as the reader prefers.
+    Inline,
+    /// On a white sheet of its own.
+    Paper,
+}
+
+/// The style sheet of a picture.
+pub(super) fn style(surface: Surface) -> String {
+    let mut css = String::from(
+        ".mechanism{font-family:Helvetica,Arial,sans-serif;font-size:14px}\
+         .mechanism *{vector-effect:none}\
+         .mechanism line,.mechanism polyline{fill:none;stroke-linecap:round;stroke-linejoin:round}\
+         .mechanism .bone{stroke-width:6}\
+         .mechanism .tube{stroke-width:9}\
+         .mechanism .stem{stroke-width:4.5}\
+         .mechanism .axis{stroke-width:1;stroke-dasharray:6 3 1.5 3;stroke-linecap:butt}\
+         .mechanism .rod{stroke-width:3}\
+         .mechanism .detail{stroke-width:1.1}\
+         .mechanism .leader,.mechanism .hatch{stroke-width:1}\
+         .mechanism .rail{stroke-width:2}\
+         .mechanism .trail{stroke-width:1.6;stroke-opacity:.65}\
+         .mechanism .bar{stroke-width:2;stroke-linecap:butt}\
+         .mechanism .free{fill:none;stroke-dasharray:2.5 2.5}\
+         .mechanism .hub,.mechanism .plate{stroke-width:2;stroke-linejoin:round}\
+         .mechanism .hub{fill-opacity:.5}\
+         .mechanism .plate{fill-opacity:.35;stroke-width:1}\
+         .mechanism .joint path,.mechanism .joint polygon,.mechanism .joint circle{stroke-width:1.3;\
+         stroke-linejoin:round}\
+         .mechanism .joint .pin,.mechanism .joint .glint{stroke:none}\
+         .mechanism .name{font-weight:bold}\
+         .mechanism .quiet{font-size:13px}",
+    );
+    css += &colours(&Tones {
+        ink: "#222222",
+        soft: "#6f6f6f",
+        paper: "#ffffff",
+        side: "#d9dde2",
+        drive: "#ffd21f",
+        drive_side: "#e0a800",
+        hub: "#9fb0c3",
+        hub_edge: "#44576b",
+        plate: "#bcbcbc",
+        branches: &LIGHT,
+    });
+    if surface == Surface::Inline {
+        css += "@media (prefers-color-scheme:dark){";
+        css += &colours(&Tones {
+            ink: "#e8e8e8",
+            soft: "#a5a5a5",
+            paper: "#1c1f24",
+            side: "#3d444d",
+            drive: "#d9a400",
+            drive_side: "#9a7400",
+            hub: "#55677c",
+            hub_edge: "#a9bccf",
+            plate: "#5c5c5c",
+            branches: &DARK,
+        });
+        css += "}";
+    }
+    css
+}
+
+struct Tones {
+    ink: &'static str,
+    soft: &'static str,
+    paper: &'static str,
+    side: &'static str,
+    drive: &'static str,
+    drive_side: &'static str,
+    hub: &'static str,
+    hub_edge: &'static str,
+    plate: &'static str,
+    branches: &'static [&'static str; COLOURS],
+}
+
+fn colours(tones: &Tones) -> String {
+    let Tones { ink, soft, paper, side, drive, drive_side, hub, hub_edge, plate, branches } = tones;
+    let mut css = format!(
+        ".mechanism text{{fill:{ink};stroke:{paper};stroke-width:3;stroke-linejoin:round;\
+         paint-order:stroke}}\
+         .mechanism .quiet{{fill:{soft}}}\
+         .mechanism .sheet{{fill:{paper}}}\
+         .mechanism .axis,.mechanism .leader,.mechanism .hatch{{stroke:{soft}}}\
+         .mechanism .halo{{stroke:{paper};fill:none}}\
+         .mechanism .rod,.mechanism .detail,.mechanism .bar,.mechanism .free{{stroke:{ink}}}\
+         .mechanism .rail{{stroke:{soft}}}\
+         .mechanism .trail{{stroke:{hub_edge}}}\
+         .mechanism .hub{{fill:{hub};stroke:{hub_edge}}}\
+         .mechanism .plate{{fill:{plate};stroke:{soft}}}\
+         .mechanism .joint path,.mechanism .joint polygon,.mechanism .joint circle{{stroke:{ink}}}\
+         .mechanism .joint-face{{fill:{paper}}}\
+         .mechanism .joint-side{{fill:{side}}}\
+         .mechanism .drive-face{{fill:{drive}}}\
+         .mechanism .drive-side{{fill:{drive_side}}}\
+         .mechanism .pin,.mechanism .weld,.mechanism .com{{fill:{ink}}}\
+         .mechanism .glint{{fill:{side}}}"
+    );
+    for (k, colour) in branches.iter().enumerate() {
+        css += &format!(".mechanism .b{k}{{stroke:{colour}}}.mechanism .t{k}{{fill:{colour}}}");
+    }
+    css
+}
