@@ -104,6 +104,21 @@ fn branches(
             unite(&mut group, a, b);
         }
     }
+    // A chain that leads from one hub to nowhere, a serial arm, is no leg.
+    let held = |member: usize| {
+        let is_member = |body: usize| !hubs[body] && group[body] == member;
+        let at_hub = (0..mechanism.joints().len()).filter(|&joint| {
+            let (p, s) = ends(mechanism, joint);
+            joints[p].contains(&joint) && (is_member(p) && hubs[s] || is_member(s) && hubs[p])
+        });
+        at_hub.count()
+    };
+    let serial: Vec<bool> = (0..bodies.len())
+        .map(|body| leg_of(&bodies[body].name).is_none() && held(group[body]) < 2)
+        .collect();
+    for body in (0..bodies.len()).filter(|&body| serial[body]) {
+        group[body] = body;
+    }
     let mut roots: Vec<usize> = (0..bodies.len()).filter(|&b| !hubs[b]).map(|b| group[b]).collect();
     roots.sort_unstable();
     roots.dedup();

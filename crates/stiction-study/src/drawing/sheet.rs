@@ -48,7 +48,14 @@ impl<'a> Sheet<'a> {
         let seen = area_of(points.iter().map(|point| view.project(*point)), 0.0);
         let room = if detail == Detail::Full { ROOM } else { SMALL_ROOM };
         let length = drawing.solver.mechanism().characteristic_length();
-        let (scale, centre) = fit(&seen, room, length);
+        let (mut scale, centre) = fit(&seen, room, length);
+        if detail == Detail::Small {
+            // The same for all views along the axes of the world, so that they can be compared.
+            for other in [View::front(), View::side(), View::top()] {
+                let seen = area_of(points.iter().map(|point| other.project(*point)), 0.0);
+                scale = scale.min(fit(&seen, room, length).0);
+            }
+        }
         let mut sheet = Self {
             drawing,
             pen: Pen { view: *view, size: 0.0 },
@@ -76,10 +83,15 @@ impl<'a> Sheet<'a> {
         }
         self.parts.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut drawn: String = self.parts.iter().map(|(_, part)| part.as_str()).collect();
-        let places = self.drawing.layout.places.iter().map(|point| self.at(*point));
-        let mut area = area_of(places, 3.0 * self.pen.size);
+        let mut area = Area::empty();
+        for (place, joint) in self.drawing.layout.places.iter().zip(self.joints()) {
+            let half = self.pen.reach(joint.joint_type);
+            area.include(&Area::around(self.at(*place), [half; 2]));
+        }
         area.include(&area_of(self.obstacles.points.iter().copied(), 6.0));
-        area.include(&Area::around([0.0; 2], [1.0; 2]));
+        // Small pictures are equally wide, so that letters have one size in all.
+        let wide = if self.detail == Detail::Small { 0.5 * SMALL_ROOM[0] + 20.0 } else { 1.0 };
+        area.include(&Area::around([0.0; 2], [wide, 1.0]));
         self.obstacles.areas.iter().for_each(|own| area.include(own));
         if self.detail == Detail::Full {
             self.ask_for_labels();
@@ -89,8 +101,8 @@ impl<'a> Sheet<'a> {
             drawn += &format!(r#"<g class="legend">{}</g>"#, entries(&self.legend(), &mut area));
         }
         drawn += &scale_and_axes(&self.pen.view, self.scale, &mut area);
-        area.least = area.least.map(|x| x - 8.0);
-        area.greatest = area.greatest.map(|x| x + 8.0);
+        area.least = area.least.map(|x| (x - 8.0).floor());
+        area.greatest = area.greatest.map(|x| (x + 8.0).ceil());
         let sheet = match surface {
             Surface::Inline => String::new(),
             Surface::Paper => {
@@ -257,9 +269,16 @@ impl<'a> Sheet<'a> {
                 let (a, b) = (self.pen.go(at, axis, -2.4 * r), self.pen.go(at, axis, 2.4 * r));
                 [(0.5 * (a[0] - b[0]).abs()).max(1.3 * r), (0.5 * (a[1] - b[1]).abs()).max(1.3 * r)]
             }
+            JointType::Universal => [1.9 * r; 2],
+            JointType::Planar => [2.4 * r; 2],
             _ => [1.35 * r; 2],
         };
         self.obstacles.areas.push(Area::around(at, half));
+        if joint.joint_type == JointType::Revolute {
+            let axis = frame_j.rotation.columns[2];
+            let (a, b) = (self.pen.go(at, axis, -3.4 * r), self.pen.go(at, axis, 3.4 * r));
+            self.obstacles.add_line(a, b);
+        }
         let (p, s) = ends(mechanism, index);
         let name = escape(&joint.name);
         let title = format!(
@@ -410,7 +429,7 @@ impl<'a> Sheet<'a> {
                 JointType::Fixed | JointType::Free => word(kind).to_owned(),
                 _ => format!("{} {}", kind.symbol(), word(kind)),
             };
-            Some(Entry { symbol: Box::new(symbol), half: 2.6 * pen.size, meaning })
+            Some(Entry { symbol: Box::new(symbol), half: pen.sample_half(kind, planar), meaning })
         };
         let mut legend: Vec<Entry> = JointType::ALL.into_iter().filter_map(joint_entry).collect();
         if self.joints().iter().any(|joint| joint.actuated.contains(&true)) {

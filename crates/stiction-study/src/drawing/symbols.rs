@@ -29,6 +29,29 @@ impl Pen {
         [from[0] + x * length, from[1] + y * length]
     }
 
+    /// How far a symbol with its axes reaches from its middle at most.
+    pub(super) fn reach(&self, kind: JointType) -> f64 {
+        let radii = match kind {
+            JointType::Cylindrical | JointType::Helical => 5.2,
+            JointType::Prismatic => 4.8,
+            _ => 3.6,
+        };
+        radii * self.size
+    }
+
+    /// Half the width of a symbol in a legend.
+    pub(super) fn sample_half(&self, kind: JointType, planar: bool) -> f64 {
+        let radii = match kind {
+            JointType::Prismatic => 4.6,
+            JointType::Cylindrical | JointType::Helical => 4.8,
+            JointType::Revolute if planar => 1.3,
+            JointType::Revolute | JointType::Universal => 3.3,
+            JointType::Planar => 2.8,
+            _ => 1.3,
+        };
+        radii * self.size
+    }
+
     /// A joint at a point; `frame_j` and `frame_k` are its frames in world axes.
     pub(super) fn joint(
         &self,
@@ -104,14 +127,12 @@ impl Pen {
         let (far, near) = (self.go(at, axis, -0.5 * length), self.go(at, axis, 0.5 * length));
         let tilt = y.atan2(x).to_degrees() + 90.0;
         let arc = |to: Point, sweep: u8| {
-            format!(
-                "A{} {} {} 0 {sweep} {} {}",
-                px(r),
-                px(r * flat),
-                px(tilt),
-                px(to[0]),
-                px(to[1])
-            )
+            // Seen from the side its ends are lines, which not every program takes an arc for.
+            if flat * r < 0.3 {
+                return format!("L{} {}", px(to[0]), px(to[1]));
+            }
+            let (wide, high, tilt) = (px(r), px(r * flat), px(tilt));
+            format!("A{wide} {high} {tilt} 0 {sweep} {} {}", px(to[0]), px(to[1]))
         };
         let edge = |end: Point, sign: f64| [end[0] + sign * side[0], end[1] + sign * side[1]];
         let point = |p: Point| format!("{} {}", px(p[0]), px(p[1]));

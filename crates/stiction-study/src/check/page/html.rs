@@ -100,11 +100,12 @@ figure svg{display:block;width:100%;height:auto;max-height:40rem}
 figcaption{color:var(--soft);font-size:.9rem;text-align:center}
 .views{display:grid;grid-template-columns:repeat(auto-fit,minmax(13rem,1fr));gap:.6rem}
 .views figure{margin:0}
-.views svg{max-height:16rem}
+.views svg{max-height:none}
 .wide{overflow-x:auto}
 table{border-collapse:collapse;margin:.5rem 0;font-size:.92rem}
 th,td{padding:.15rem .9rem .15rem 0;text-align:left;vertical-align:top}
 th{border-bottom:1px solid var(--edge);font-weight:600}
+td:last-child:not(.number){min-width:13rem}
 tbody tr:nth-child(even){background:var(--tint)}
 .number{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
 summary{cursor:pointer}

@@ -61,5 +61,6 @@ fn row(kind: &str, meaning: &str, nearness: &Nearness, samples: usize) -> Vec<St
         0 => "none".to_owned(),
         n => format!("{n} of {samples}"),
     };
-    vec![kind.into(), distance, number(time), singular, meaning.into()]
+    let when = if singular_samples == samples { "always".to_owned() } else { number(time) };
+    vec![kind.into(), distance, when, singular, meaning.into()]
 }
