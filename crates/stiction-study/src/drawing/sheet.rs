@@ -16,7 +16,7 @@ use stiction::spatial::Vec3;
 /// Room for the mechanism itself, px.
 const ROOM: [f64; 2] = [540.0, 420.0];
 const SMALL_ROOM: [f64; 2] = [230.0, 200.0];
-/// Mechanisms with more joints than this have no labels at their joints.
+/// Of joints or legs that are more than this none has a label; browsers show names under the pointer.
 const LABELLED: usize = 48;
 
 pub(super) struct Sheet<'a> {
@@ -218,7 +218,7 @@ impl<'a> Sheet<'a> {
             1 => {}
             2 => {
                 let kind = self.thickness(body, joints);
-                shape += &line(&format!("halo {}-halo", kind), wide[0], wide[1]);
+                shape += &line(&format!("halo {kind}-halo"), wide[0], wide[1]);
                 shape += &line(&format!("{kind} {class}"), wide[0], wide[1]);
                 self.obstacles.add_line(wide[0], wide[1]);
             }
@@ -367,6 +367,9 @@ impl<'a> Sheet<'a> {
             let at = self.at(layout.middle(body).unwrap_or(self.coms[body]));
             let (class, content) = ("name".to_owned(), bodies[body].name.clone());
             self.labels.push(Label { at, radius: 2.0, class, content, inside: true });
+        }
+        if layout.branches.len() > LABELLED {
+            return;
         }
         for (branch, name) in layout.branches.iter().enumerate() {
             if let Some(at) = self.middle_of_branch(branch) {

@@ -27,11 +27,13 @@ pub enum Surface {
 pub(super) fn style(surface: Surface) -> String {
     let mut css = String::from(
         ".mechanism{font-family:Helvetica,Arial,sans-serif;font-size:14px}\
-         .mechanism *{vector-effect:none}\
          .mechanism line,.mechanism polyline{fill:none;stroke-linecap:round;stroke-linejoin:round}\
          .mechanism .bone{stroke-width:6}\
          .mechanism .tube{stroke-width:9}\
          .mechanism .stem{stroke-width:4.5}\
+         .mechanism .bone-halo{stroke-width:9}\
+         .mechanism .tube-halo{stroke-width:12}\
+         .mechanism .stem-halo{stroke-width:7.5}\
          .mechanism .axis{stroke-width:1;stroke-dasharray:6 3 1.5 3;stroke-linecap:butt}\
          .mechanism .rod{stroke-width:3}\
          .mechanism .detail{stroke-width:1.1}\
