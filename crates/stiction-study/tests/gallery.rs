@@ -242,9 +242,9 @@ fn a_griffis_duffy_platform_falls_with_its_legs_locked() {
     let found = examine(&default_job(&model, FrictionMode::Off), |_, _, _| true).unwrap();
     assert_eq!(found.actuation.singular_samples, found.samples);
     assert_eq!(found.constraint.singular_samples, 0);
-    let legs: Vec<_> = found.ranges.iter().filter(|(name, ..)| name.ends_with(".P")).collect();
+    let legs: Vec<_> = found.sizes.joints.iter().filter(|r| r.name.ends_with(".P")).collect();
     assert_eq!(legs.len(), 6);
-    for (name, _, least, greatest) in legs {
+    for stiction_study::check::Range { name, least, greatest, .. } in legs {
         // sqrt(0.5^2 + (2/sqrt(3) - 1/sqrt(3))^2 0.3^2) m, but for rounding.
         let length = 0.28_f64.sqrt();
         assert!((least - length).abs() < 1e-14 && (greatest - length).abs() < 1e-14, "{name}");

@@ -6,8 +6,8 @@ use super::Shape::{
 };
 use super::{Field, field, required};
 use crate::measure::Measure::{
-    Acceleration, Angle, AngularCompliance, Compliance, Damping, Force, Length, Mass, Moment, Number,
-    Pitch, Stiffness, Time, Viscous,
+    Acceleration, Angle, AngularCompliance, Compliance, Damping, Force, Length, Mass, Moment,
+    Number, Pitch, Stiffness, Time, Viscous,
 };
 
 /// The whole file.

@@ -6,6 +6,7 @@ mod page;
 mod report;
 mod sizes;
 mod warnings;
+mod words;
 
 pub use along::{Kind, Nearness, Weakness};
 pub use page::{Page, draw_page};

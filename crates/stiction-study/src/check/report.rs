@@ -1,11 +1,10 @@
 //! Findings that a person reads.
 
-use super::json::CLEARANCE;
-use super::{Findings, Kind, Nearness, Range, Weakness};
+use super::{Findings, Kind, Nearness, Range, words};
 use crate::inverse::Job;
 use crate::inverse::terminal::{by_components, number};
 use std::fmt::{self, Write};
-use stiction::mobility::{Architecture, GenericRank, JointLoad};
+use stiction::mobility::JointLoad;
 use stiction::spatial::Vec3;
 
 /// Bodies, joints and ranges listed at most.
@@ -46,7 +45,7 @@ fn write_mobility(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> f
         mobility.gruebler, mobility.instantaneous, mobility.finite,
     )?;
     if let (Some(kept), dropped) = mobility.gap {
-        let dropped = dropped.map_or("none".to_owned(), power_of_ten);
+        let dropped = dropped.map_or("none".to_owned(), words::power_of_ten);
         writeln!(
             out,
             "  decided by a gap: smallest singular value that counts {kept:.1e}, largest that does not \
@@ -80,18 +79,8 @@ fn write_mobility(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> f
     if bodies.len() > LISTED {
         writeln!(out, "  and {} more bodies", bodies.len() - LISTED)?;
     }
-    for play in findings.play().iter().take(LISTED) {
-        let body = &job.model.mechanism.bodies()[play.motion.body].name;
-        let joint = &job.model.mechanism.joints()[play.joint.0].name;
-        let (amount, verb) = match play.motion.turns {
-            true => (format!("{:.2} deg", play.with(CLEARANCE).to_degrees()), "turn"),
-            false => (format!("{:.3} mm", play.with(CLEARANCE) * 1e3), "move"),
-        };
-        writeln!(
-            out,
-            "  {:.0} um of clearance in {joint} let {body} {verb} by {amount} to either side",
-            CLEARANCE * 1e6
-        )?;
+    for sentence in words::play(job, findings).iter().take(LISTED) {
+        writeln!(out, "  {sentence}")?;
     }
     writeln!(out)
 }
@@ -132,25 +121,8 @@ fn write_singularities(out: &mut impl Write, job: &Job<'_>, findings: &Findings)
     for (kind, nearness) in findings.singularities() {
         write_nearness(out, findings, kind, nearness)?;
     }
-    write_in_general(out, findings)?;
-    if let Some((least, greatest, time)) = findings.governance {
-        let zero = |x: f64| if x < 1e-9 { 0.0 } else { x };
-        write!(
-            out,
-            "  motions of finite size alone are governed by the actuators to {} (t = {} s) to {} along \
-             this motion",
-            number(zero(least)),
-            number(time),
-            number(zero(greatest)),
-        )?;
-        match findings.architecture.governance {
-            Some(elsewhere) => writeln!(
-                out,
-                ", in other positions up to {} (0: one of them not at all)",
-                number(elsewhere)
-            )?,
-            None => writeln!(out)?,
-        }
+    for sentence in words::in_general(findings).iter().chain(&words::governance(findings)) {
+        writeln!(out, "  {sentence}")?;
     }
     writeln!(out)
 }
@@ -177,64 +149,20 @@ fn write_nearness(
         )?,
     }
     for (time, gained) in crossings.iter().take(LISTED) {
-        writeln!(out, "    at t = {time:.7} s {}", gain(kind, gained))?;
+        writeln!(out, "    at t = {time:.7} s {}", words::gained(kind, gained))?;
     }
     if crossings.len() > LISTED {
         writeln!(out, "    and {} times more", crossings.len() - LISTED)?;
     }
     match weakness {
         Some(gained) if *singular_samples > 0 && crossings.is_empty() => {
-            writeln!(out, "    there {}", gain(kind, gained))
+            writeln!(out, "    there {}", words::gained(kind, gained))
         }
         Some(weakest) if crossings.is_empty() => {
             writeln!(out, "    held least: {}, {}", weakest.body, weakest.motion)
         }
         _ => Ok(()),
     }
-}
-
-/// What a singular position brings.
-fn gain(kind: Kind, weakness: &Weakness) -> String {
-    let Weakness { body, motion, load, left } = weakness;
-    let but = match kind {
-        Kind::Actuation => "while the actuators stand",
-        Kind::Constraint => "against the constraints",
-        Kind::Leg => "while the bodies where legs end stand",
-    };
-    let left = left.as_ref().map_or(String::new(), |left| format!("; {left}"));
-    format!("{body} gains, {but}, {motion}; nothing carries {load} there{left}")
-}
-
-/// Whether what is singular is so in every position.
-fn write_in_general(out: &mut impl Write, findings: &Findings) -> fmt::Result {
-    let Architecture { positions, constraints, actuated, .. } = &findings.architecture;
-    let values = |rank: &GenericRank| {
-        let value = |v: Option<f64>| v.map_or("none".to_owned(), power_of_ten);
-        format!(
-            "singular values that count are at least {}, the others at most {}",
-            value(rank.kept),
-            value(rank.dropped)
-        )
-    };
-    for (kind, rank) in [(Kind::Actuation, actuated), (Kind::Constraint, constraints)] {
-        let word = kind.word();
-        match findings.everywhere(kind) {
-            Some(true) => writeln!(
-                out,
-                "  in every position: at {positions} positions taken at random it is singular in {word}, \
-                 too ({})",
-                values(rank)
-            )?,
-            Some(false) if findings.is_singular(kind) => writeln!(
-                out,
-                "  not in every position: at {positions} positions taken at random it is not singular in \
-                 {word} ({})",
-                values(rank)
-            )?,
-            _ => {}
-        }
-    }
-    Ok(())
 }
 
 fn write_sizes(out: &mut impl Write, findings: &Findings) -> fmt::Result {
@@ -260,10 +188,6 @@ fn write_sizes(out: &mut impl Write, findings: &Findings) -> fmt::Result {
         writeln!(out, "  and {} more freedoms of joints", sizes.joints.len() - LISTED)?;
     }
     Ok(())
-}
-
-fn power_of_ten(value: f64) -> String {
-    if value == 0.0 { "0".to_owned() } else { format!("{value:.0e}") }
 }
 
 fn point(point: Vec3<f64>) -> String {

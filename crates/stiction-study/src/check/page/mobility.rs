@@ -1,9 +1,10 @@
 //! Degrees of freedom: three counts, what decides them, and what every body can do.
 
 use super::html::{Column, note, paragraph, section, table};
-use crate::check::Findings;
+use crate::check::{Findings, words};
+use crate::inverse::Job;
 
-pub(super) fn mobility(findings: &Findings) -> String {
+pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
     let mobility = &findings.mobility;
     let row = |name: &str, count: String, meaning: &str| vec![name.into(), count, meaning.into()];
     let counts = [
@@ -43,6 +44,9 @@ pub(super) fn mobility(findings: &Findings) -> String {
             findings.idle_spins.join(", ")
         ));
     }
+    for sentence in words::play(job, findings) {
+        inner += &paragraph(&format!("{sentence}."));
+    }
     inner += &bodies(findings);
     section("Degrees of freedom", &inner)
 }
@@ -53,7 +57,7 @@ fn gap(findings: &Findings) -> String {
         return note("There are no loops: every freedom of a joint is one of the mechanism.");
     };
     let dropped = match dropped {
-        Some(dropped) => format!("the largest that does not is {dropped:.0e}"),
+        Some(dropped) => format!("the largest that does not is {}", words::power_of_ten(dropped)),
         None => "none does not".to_owned(),
     };
     note(&format!(

@@ -38,7 +38,7 @@ pub fn draw_page(job: &Job<'_>, findings: &Findings) -> Result<Page, Error> {
         cards(findings),
         warnings(findings),
         picture(&portrait),
-        mobility::mobility(findings),
+        mobility::mobility(job, findings),
         redundancy::redundancy(job, findings),
         singular::singularities(job, findings),
         sizes::masses(job, findings, &portrait.start),
@@ -86,15 +86,12 @@ fn cards(findings: &Findings) -> String {
         }
     };
     let drives = if findings.drives_unique { "unique" } else { "not unique" };
-    let singular = [Some(&findings.actuation), Some(&findings.constraint), findings.leg.as_ref()]
-        .into_iter()
-        .flatten()
-        .map(|nearness| nearness.singular_samples)
-        .max()
-        .unwrap_or(0);
-    let positions = match (singular, findings.passed.len()) {
-        (0, 0) => card("none", "of the samples singular", false),
-        (0, passed) => card(&passed.to_string(), "times through a singularity of actuation", true),
+    let singular = findings.singularities().map(|(_, n)| n.singular_samples).max().unwrap_or(0);
+    let passages: usize = findings.singularities().map(|(_, n)| n.crossings.len()).sum();
+    let positions = match (singular, passages) {
+        (0, 0) => card("none", "of the positions singular", false),
+        (0, 1) => card("1", "singular position is passed", true),
+        (0, n) => card(&n.to_string(), "singular positions are passed", true),
         (n, _) => card(&format!("{n} of {}", findings.samples), "samples singular", true),
     };
     let inner = [

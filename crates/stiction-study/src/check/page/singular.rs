@@ -1,7 +1,7 @@
 //! How near the motion comes to singular positions.
 
 use super::html::{Column, note, paragraph, section, table};
-use crate::check::{Findings, Nearness};
+use crate::check::{Findings, Kind, Nearness, words};
 use crate::inverse::Job;
 use crate::inverse::terminal::number;
 
@@ -9,41 +9,37 @@ use crate::inverse::terminal::number;
 const LISTED: usize = 24;
 
 pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
-    let mut rows = vec![
-        row(
-            "actuation",
-            "something can move although all actuators stand still",
-            &findings.actuation,
-            findings.samples,
-        ),
-        row(
-            "constraint",
-            "the constraints leave more than the motions of finite size",
-            &findings.constraint,
-            findings.samples,
-        ),
-    ];
-    rows.extend(findings.leg.as_ref().map(|leg| {
-        let meaning = "a leg's bodies can move although the bodies where legs end stand still";
-        row("leg", meaning, leg, findings.samples)
-    }));
+    let rows: Vec<Vec<String>> = findings
+        .singularities()
+        .map(|(kind, nearness)| row(kind, nearness, findings.samples))
+        .collect();
     let head = [
         ("kind", Column::Text),
         ("least distance", Column::Number),
         ("at t [s]", Column::Number),
         ("singular samples", Column::Number),
+        ("held least", Column::Text),
         ("what it is", Column::Text),
     ];
     let mut inner = table(&head, &rows);
-    for (from, to) in findings.passed.iter().take(LISTED) {
-        inner += &paragraph(&format!(
-            "A singularity of actuation is passed between t = {} s and t = {} s.",
-            number(*from),
-            number(*to)
-        ));
+    for (kind, nearness) in findings.singularities() {
+        for (time, weakness) in nearness.crossings.iter().take(LISTED) {
+            let gained = words::gained(kind, weakness);
+            inner +=
+                &paragraph(&format!("Singular in {} at t = {time:.7} s: {gained}.", kind.word()));
+        }
+        if nearness.crossings.len() > LISTED {
+            inner += &paragraph(&format!("And {} times more.", nearness.crossings.len() - LISTED));
+        }
+        if let (true, true, Some(weakness)) =
+            (nearness.singular_samples > 0, nearness.crossings.is_empty(), &nearness.weakness)
+        {
+            let gained = words::gained(kind, weakness);
+            inner += &paragraph(&format!("Singular in {}: {gained}.", kind.word()));
+        }
     }
-    if findings.passed.len() > LISTED {
-        inner += &paragraph(&format!("And {} more times.", findings.passed.len() - LISTED));
+    for sentence in words::in_general(findings).iter().chain(&words::governance(findings)) {
+        inner += &paragraph(&capitalised(sentence));
     }
     inner += &note(&format!(
         "A distance is the smallest singular value of the balance of all bodies, without units: \
@@ -54,13 +50,28 @@ pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
     section("Nearest singular positions", &inner)
 }
 
-fn row(kind: &str, meaning: &str, nearness: &Nearness, samples: usize) -> Vec<String> {
-    let Nearness { least, time, singular_samples } = *nearness;
-    let distance = if singular_samples > 0 { "0".to_owned() } else { number(least) };
-    let singular = match singular_samples {
-        0 => "none".to_owned(),
-        n => format!("{n} of {samples}"),
+fn row(kind: Kind, nearness: &Nearness, samples: usize) -> Vec<String> {
+    let meaning = match kind {
+        Kind::Actuation => "something can move although all actuators stand still",
+        Kind::Constraint => "the constraints leave more than the motions of finite size",
+        Kind::Leg => "a leg's bodies can move although the bodies where legs end stand still",
     };
-    let when = if singular_samples == samples { "always".to_owned() } else { number(time) };
-    vec![kind.into(), distance, when, singular, meaning.into()]
+    let Nearness { least, time, singular_samples, weakness, crossings } = nearness;
+    let is_singular = *singular_samples > 0 || !crossings.is_empty();
+    let distance = if is_singular { "0".to_owned() } else { number(*least) };
+    let singular = match (*singular_samples, crossings.len()) {
+        (0, 0) => "none".to_owned(),
+        (0, n) => format!("none, {n} between"),
+        (n, _) => format!("{n} of {samples}"),
+    };
+    let when = if *singular_samples == samples { "always".to_owned() } else { number(*time) };
+    let held = weakness.as_ref().map_or(String::new(), |w| format!("{}, {}", w.body, w.motion));
+    vec![kind.word().into(), distance, when, singular, held, meaning.into()]
+}
+
+/// With a capital letter and a full stop.
+fn capitalised(sentence: &str) -> String {
+    let mut letters = sentence.chars();
+    let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
+    format!("{first}{}.", letters.as_str())
 }

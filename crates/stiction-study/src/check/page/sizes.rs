@@ -1,7 +1,7 @@
 //! Masses of bodies and ranges of joints.
 
 use super::html::{Column, note, paragraph, section, table};
-use crate::check::Findings;
+use crate::check::{Findings, Range};
 use crate::inverse::Job;
 use crate::inverse::terminal::number;
 use stiction::dynamics::InverseDynamics;
@@ -41,8 +41,8 @@ pub(super) fn masses(job: &Job<'_>, findings: &Findings, start: &InverseDynamics
     ];
     let inner = paragraph(&format!(
         "{} kg in all, centred at {} mm.",
-        number(findings.mass),
-        point(findings.com)
+        number(findings.sizes.mass),
+        point(findings.sizes.centre)
     )) + &table(&head, &rows)
         + &note("At the beginning of the motion; inertias about each body's centre of mass.");
     section("Masses", &inner)
@@ -58,36 +58,50 @@ fn millimetres(x: f64) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
-/// How far joints go along the motion.
+/// How far bodies, legs and joints go along the motion.
 pub(super) fn ranges(findings: &Findings) -> String {
-    let rows: Vec<Vec<String>> = findings
-        .ranges
-        .iter()
-        .map(|(name, unit, least, greatest)| {
-            let (scale, unit) =
-                if *unit == "rad" { (1f64.to_degrees(), "deg") } else { (1e3, "mm") };
-            let value = |x: f64| {
-                let text = format!("{:.3}", x * scale);
-                if text == "-0.000" { "0.000".to_owned() } else { text }
-            };
-            vec![
-                name.clone(),
-                value(*least),
-                value(*greatest),
-                value(greatest - least),
-                unit.to_owned(),
-            ]
-        })
-        .collect();
-    if rows.is_empty() {
-        return String::new();
+    let sizes = &findings.sizes;
+    let mut inner = String::new();
+    for (title, ranges) in [("leg length", &sizes.legs), ("joint", &sizes.joints)] {
+        let rows: Vec<Vec<String>> = ranges.iter().map(row).collect();
+        let head = [
+            (title, Column::Text),
+            ("least", Column::Number),
+            ("greatest", Column::Number),
+            ("by", Column::Number),
+            ("unit", Column::Text),
+        ];
+        inner += &table(&head, &rows);
     }
+    let corner = |p: Vec3<f64>| {
+        let [x, y, z] = p.to_array().map(millimetres);
+        format!("{x}, {y}, {z}")
+    };
+    let reach: Vec<Vec<String>> = sizes
+        .reach
+        .iter()
+        .map(|(body, least, greatest)| vec![body.clone(), corner(*least), corner(*greatest)])
+        .collect();
     let head = [
-        ("joint", Column::Text),
-        ("least", Column::Number),
-        ("greatest", Column::Number),
-        ("by", Column::Number),
-        ("unit", Column::Text),
+        ("centre of mass of", Column::Text),
+        ("least x, y, z [mm]", Column::Number),
+        ("greatest x, y, z [mm]", Column::Number),
     ];
-    section("Joints along the motion", &table(&head, &rows))
+    inner += &table(&head, &reach);
+    if inner.is_empty() { inner } else { section("Along the motion", &inner) }
+}
+
+fn row(range: &Range) -> Vec<String> {
+    let (scale, unit) = if range.unit == "rad" { (1f64.to_degrees(), "deg") } else { (1e3, "mm") };
+    let value = |x: f64| {
+        let text = format!("{:.3}", x * scale);
+        if text == "-0.000" { "0.000".to_owned() } else { text }
+    };
+    vec![
+        range.name.clone(),
+        value(range.least),
+        value(range.greatest),
+        value(range.greatest - range.least),
+        unit.to_owned(),
+    ]
 }
