@@ -74,7 +74,8 @@ impl Weights<f64> {
 
 impl<T: Scalar> Weights<T> {
     /// The product of two wrenches at the origin of `frame_j`, parts weighed along its axes.
-    #[inline(always)]
+    // Few mechanisms declare compliances: not worth its weight in every kernel of every scalar.
+    #[inline(never)]
     pub(crate) fn product(&self, frame_j: &Pose<T>, a: Wrench<T>, b: Wrench<T>) -> T {
         let own = |v: Vec3<T>| frame_j.rotation.transpose_mul(v);
         let weigh = |w: Vec3<T>, a: Vec3<T>, b: Vec3<T>| {

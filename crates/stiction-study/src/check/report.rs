@@ -168,6 +168,19 @@ fn write_nearness(
 fn write_sizes(out: &mut impl Write, findings: &Findings) -> fmt::Result {
     let sizes = &findings.sizes;
     writeln!(out, "mass {} kg, centred at {} m", number(sizes.mass), point(sizes.centre))?;
+    for body in sizes.bodies.iter().take(LISTED) {
+        let [a, b, c] = body.moments.map(|moment| number(moment.max(0.0)));
+        writeln!(
+            out,
+            "  {}: {} kg at {} m, principal inertias {a}, {b}, {c} kg m^2",
+            body.name,
+            number(body.mass),
+            point(body.centre),
+        )?;
+    }
+    if sizes.bodies.len() > LISTED {
+        writeln!(out, "  and {} more bodies", sizes.bodies.len() - LISTED)?;
+    }
     for (body, least, greatest) in sizes.reach.iter().take(LISTED) {
         let (least, greatest) = (point(*least), point(*greatest));
         writeln!(out, "  the centre of {body} stays between {least} and {greatest} m")?;

@@ -24,7 +24,8 @@ impl<T: Scalar> Pull<T> {
     ///
     /// Ends that coincide are on no line: then only `stiffness * (vector between the ends)`, which
     /// is zero, is left of the force. See [`Self::has_direction`].
-    #[inline(always)]
+    // Few mechanisms have springs: not worth its weight in every kernel of every scalar.
+    #[inline(never)]
     pub fn of(spring: &SpringParameters<T>, bodies: &Bodies<T>) -> Self {
         let [from, to] = spring.ends;
         let a = bodies.pose[from].apply(spring.points[0]);

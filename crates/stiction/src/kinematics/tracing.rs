@@ -9,15 +9,26 @@ use crate::topology::Topology;
 use nalgebra::{DMatrix, DVector};
 
 /// Size of the steps, angles in radians, lengths in units of the characteristic length. What is
-/// blocked to second order comes back from them to the square root of what counts as closed.
-const STEP: f64 = 1e-3;
+/// blocked to second order comes back from them to the square root of what counts as closed, what is
+/// blocked to fourth order to its fourth root, 6e-4.
+const STEP: f64 = 4e-3;
+/// Size of the step away from where branches of motion may meet. Around there they bend as cones do:
+/// a [`STEP`] by some `STEP / AWAY` of itself.
+const AWAY: f64 = 0.1;
 /// Loops closed better than this count as closed.
 const CLOSED: f64 = 1e-13;
 /// Steps of the way back onto closed loops.
 const CORRECTIONS: usize = 400;
-/// Of directions of length one, what is left after closing the loops: more than this is motion,
-/// less is the bend of a motion (some [`STEP`]) or the rest of a blocked one (some 1e-3).
-const MOVES: f64 = 0.05;
+/// What a correction may leave of the errors, and what it should not exceed. Where `x^2 = 0` and
+/// `x y = 0` are asked for, steps as long as they can be go straight to the origin, though y is free:
+/// short ones go down to the line `x = 0`.
+const GENTLY: (f64, f64) = (0.25, 0.6);
+/// Errors below this are left no matter how fast: what is blocked is then some 1e-3 off, no longer as
+/// far as what is free.
+const NEAR: f64 = 1e-6;
+/// Of steps of length one, what is left after closing the loops: more than this is motion, less is the
+/// bend of a motion (some 0.04) or the rest of a blocked one (0.14 at most, see [`STEP`]).
+const MOVES: f64 = 0.2;
 
 /// The loops of a mechanism, and coordinates that may be prescribed besides.
 pub(super) struct Loops<'a> {
@@ -87,36 +98,28 @@ impl<'a> LoopsAt<'a> {
             return open.len();
         }
         let mut random = Directions(1);
-        // Where branches of motion meet more is open than along any of them: away from there first,
-        // by the way on which most is left.
-        let mut generic = (*state).clone();
-        let mut farthest = 0.0;
+        // Where branches of motion meet more is open than along any of them: away from there first.
+        // Branches may differ in what is open along them; each is known by the farthest way.
+        let mut branches: Vec<Branch> = Vec::new();
         for _ in 0..2 * open.len() + 6 {
-            let step = random.within(open) * (10.0 * STEP);
-            if let Some((reached, moved)) = loops.step(state, &step)
-                && moved.norm() > farthest
-            {
-                farthest = moved.norm();
-                generic = reached;
+            let Some((reached, moved)) = loops.step(state, &(random.within(open) * AWAY)) else {
+                continue;
+            };
+            // What came back says nothing of where it could have gone.
+            let moved = moved.norm() / AWAY;
+            if moved <= 0.5 * MOVES {
+                continue;
+            }
+            let svd = loops.svd(&reached);
+            // Positions are closed to 1e-13, singular values of a double root to its square root.
+            let open = svd.null_space(svd.rank_of_order_one(self.negligible.max(1e-6)));
+            match branches.iter_mut().find(|known| known.open.len() == open.len()) {
+                Some(known) if known.moved >= moved => {}
+                Some(known) => *known = Branch { moved, reached, open },
+                None => branches.push(Branch { moved, reached, open }),
             }
         }
-        let svd = loops.svd(&generic);
-        // Positions are closed to 1e-13, singular values of a double root to its square root.
-        let open = svd.null_space(svd.rank_of_order_one(self.negligible.max(1e-6)));
-        let mut left = Vec::new();
-        for _ in 0..2 * open.len() + 6 {
-            let step = random.within(&open) * STEP;
-            if let Some((_, moved)) = loops.step(&generic, &step) {
-                left.push(moved / STEP);
-            }
-        }
-        if left.is_empty() {
-            return 0;
-        }
-        let count = left.len() as f64;
-        let spread = Svd::new(&DMatrix::from_columns(&left).transpose());
-        let limit = MOVES * count.sqrt();
-        spread.singular_values.iter().filter(|&&value| value > limit).count()
+        branches.iter().map(|branch| loops.motions_at(branch, &mut random)).max().unwrap_or(0)
     }
 
     /// Motions that are open to first order, as rates of the tree. Some are blocked to second order:
@@ -217,6 +220,15 @@ pub(crate) struct BlockedMotion {
     pub(crate) biases: Vec<f64>,
 }
 
+/// A position on a branch of motion.
+struct Branch {
+    /// How much of the step there was left when the loops were closed.
+    moved: f64,
+    reached: State<f64>,
+    /// What is open there to first order, scaled.
+    open: Vec<DVector<f64>>,
+}
+
 /// Motions that are open to first order, as rates of the tree.
 pub(crate) struct OpenMotions {
     /// A basis of all.
@@ -268,6 +280,26 @@ impl<'a> Loops<'a> {
         )
     }
 
+    /// Steps in all directions that are open at a position, loops closed again: how many are left.
+    fn motions_at(&mut self, branch: &Branch, random: &mut Directions) -> usize {
+        let Branch { reached, open, .. } = branch;
+        let mut left = Vec::new();
+        for _ in 0..2 * open.len() + 6 {
+            let step = random.within(open) * STEP;
+            if let Some((_, moved)) = self.step(reached, &step) {
+                left.push(moved / STEP);
+            }
+        }
+        if left.is_empty() {
+            return 0;
+        }
+        // Random directions have as much of each of the open ones.
+        let each = (left.len() as f64 / open.len() as f64).sqrt();
+        let spread = Svd::new(&DMatrix::from_columns(&left).transpose());
+        let limit = MOVES * each;
+        spread.singular_values.iter().filter(|&&value| value > limit).count()
+    }
+
     /// Takes a step (scaled rates) and closes the loops again by the shortest ways; where that leads
     /// and how far in all, if anywhere.
     pub(super) fn step(
@@ -279,34 +311,40 @@ impl<'a> Loops<'a> {
         let mut moved = step.clone();
         self.advance(&mut state, step);
         let mut errors = self.errors(&state);
-        let mut damping = 1e-12;
+        let mut damping = 1.0;
         for _ in 0..CORRECTIONS {
             if errors.amax() < CLOSED {
                 return Some((state, moved));
             }
             let jacobian = self.jacobian();
-            let normal = &jacobian * jacobian.transpose();
-            // Equations that depend on each other are damped, the others hardly.
-            let mut damped = normal.clone();
+            let mut damped = &jacobian * jacobian.transpose();
             (0..damped.nrows()).for_each(|i| damped[(i, i)] += damping);
             let Some(factor) = damped.cholesky() else {
-                damping *= 100.0;
+                damping *= 10.0;
                 continue;
             };
             let correction = -jacobian.tr_mul(&factor.solve(&errors));
             let mut next = state.clone();
             self.advance(&mut next, &correction);
             let next_errors = self.errors(&next);
-            if next_errors.norm() < errors.norm() {
-                (state, errors) = (next, next_errors);
-                moved += correction;
-                damping = (damping * 0.1).max(1e-16);
-            } else {
+            let part = next_errors.norm() / errors.norm();
+            let (too_fast, fast_enough) = if errors.amax() > NEAR { GENTLY } else { (0.0, 0.0) };
+            if part >= 1.0 || part < too_fast {
                 self.errors(&state);
-                damping *= 100.0;
-                if damping > 1e3 {
+                damping *= 4.0;
+                if damping > 1e6 {
                     break;
                 }
+                continue;
+            }
+            (state, errors) = (next, next_errors);
+            moved += correction;
+            if errors.amax() < NEAR {
+                damping = damping.min(1e-12);
+            }
+            if part > fast_enough {
+                // Equations that depend on each other need some damping at any rate.
+                damping = (damping * 0.25).max(1e-15);
             }
         }
         None

@@ -109,8 +109,9 @@ impl GenericRank {
     fn of(positions: impl Iterator<Item = Vec<f64>>) -> Self {
         let mut generic: Option<Self> = None;
         for values in positions {
-            let largest = values.first().copied().unwrap_or(0.0);
-            let relative = |value: &f64| if largest > 0.0 { value / largest } else { 0.0 };
+            // Entries are of order one: where all are rounding, nothing counts.
+            let largest = values.first().copied().unwrap_or(0.0).max(1.0);
+            let relative = |value: &f64| value / largest;
             let values: Vec<f64> = values.iter().map(relative).collect();
             let rank = values.iter().filter(|&&value| value > UNDECIDED.0).count();
             let here = Self {

@@ -21,6 +21,9 @@ pub struct Mobility {
     pub instantaneous: usize,
     /// Motions of finite size from this position, traced.
     pub finite: usize,
+    /// Whether `finite` is beyond doubt: what tracing did not find is blocked to second order. Otherwise
+    /// it is blocked to third or higher order, or too close to call.
+    pub finite_is_certain: bool,
     /// Constraints that depend on others at this position.
     pub redundant_constraints: usize,
     /// The smallest singular value that counts as one and the largest that counts as zero, both
@@ -72,6 +75,7 @@ impl Mobility {
             gruebler,
             instantaneous,
             finite,
+            finite_is_certain: finite + blocked >= instantaneous,
             redundant_constraints: (instantaneous as i64 - gruebler).max(0) as usize,
             gap: if rank == 0 { (None, None) } else { (relative(rank - 1), relative(rank)) },
             bodies,
