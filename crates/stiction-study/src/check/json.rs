@@ -66,6 +66,7 @@ impl Findings {
                 "gruebler": self.mobility.gruebler,
                 "instantaneous": self.mobility.instantaneous,
                 "finite": self.mobility.finite,
+                "finite_is_certain": self.mobility.finite_is_certain,
                 "idle": self.idle_spins,
                 "smallest_kept": self.mobility.gap.0,
                 "largest_dropped": self.mobility.gap.1,

@@ -49,6 +49,13 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
             "some motion is free to first order: clearance and compliance make it large".to_owned(),
         );
     }
+    if !findings.mobility.finite_is_certain {
+        warnings.push(format!(
+            "the count of {} for motions of finite size is not decidable: it was found by tracing, but \
+             more is open than the second order blocks",
+            findings.mobility.finite
+        ));
+    }
     let (kept, dropped) = findings.mobility.gap;
     if let Some(kept) = kept.filter(|kept| *kept < DOUBTFUL) {
         warnings.push(format!(

@@ -64,8 +64,8 @@ impl Mobility {
         let mut loops = LoopsAt::new(topology, parameters, state, NEGLIGIBLE);
         let finite = loops.finite_mobility();
         let bodies = body_freedoms(solver, &mut loops, finite);
-        let told =
-            finite + loops.blocked_motions().len() == loops.singular_values().len() - loops.rank;
+        let blocked = loops.blocked_motions().len();
+        let told = finite + blocked == loops.singular_values().len() - loops.rank;
         let play = if told { play(solver, &mut loops) } else { Vec::new() };
         let (rank, values) = (loops.rank, loops.singular_values());
         let relative = |index: usize| values.get(index).map(|value| value / values[0]);
