@@ -22,6 +22,11 @@ pub(crate) enum Measure {
     Compliance,
     /// By which angle something gives to a moment.
     AngularCompliance,
+    Speed,
+    /// Stiffness of bristles for each newton of load.
+    PerLength,
+    /// Damping of bristles for each newton of load.
+    PerSpeed,
     Number,
     /// Anything: a parameter.
     Any,
@@ -54,6 +59,9 @@ impl Measure {
             Self::Pitch => Dimension::LENGTH.with_angle(-1),
             Self::Compliance => Dimension::of(0, -1, 2),
             Self::AngularCompliance => Dimension::of(-2, -1, 2).with_angle(1),
+            Self::Speed => Dimension::of(1, 0, -1),
+            Self::PerLength => Dimension::of(-1, 0, 0),
+            Self::PerSpeed => Dimension::of(-1, 0, 1),
             Self::Number | Self::Any => Dimension::NONE,
         }
     }
@@ -75,6 +83,9 @@ impl Measure {
             Self::Pitch => ("a pitch", "5 mm/rev", "m/rad"),
             Self::Compliance => ("a compliance", "5 um/kN", "m/N"),
             Self::AngularCompliance => ("an angular compliance", "20 mrad/(kN m)", "rad/(N m)"),
+            Self::Speed => ("a speed", "10 mm/s", "m/s"),
+            Self::PerLength => ("a stiffness per load", "20 N/um / 100 N", "1/m"),
+            Self::PerSpeed => ("a damping per load", "300 N s/m / 100 N", "s/m"),
             Self::Number => ("a plain number", "0.12", ""),
             Self::Any => ("a quantity", "200 mm", ""),
         };

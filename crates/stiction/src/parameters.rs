@@ -1,6 +1,6 @@
 //! The numbers of a mechanism, in the scalar of the kernels.
 
-use crate::friction::{ContactShape, LoadMap, contacts_of};
+use crate::friction::{ContactShape, Law, LoadMap, Thread, contacts_of};
 use crate::mechanism::{BodyId, Mechanism, Spring};
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3, Wrench};
@@ -88,7 +88,7 @@ impl<T: Scalar> Weights<T> {
 }
 
 /// A sliding contact with friction.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ContactParameters<T> {
     /// The joint's index.
     pub joint: usize,
@@ -96,10 +96,10 @@ pub struct ContactParameters<T> {
     pub shape: ContactShape,
     /// Radius of a turning contact, m; one for a guide, whose speed is that of its freedom.
     pub radius: T,
-    /// Coefficient of friction.
-    pub coulomb: T,
-    /// Viscous coefficient at the surface, N s/m.
-    pub viscous: T,
+    /// From speed and load to friction.
+    pub law: Law<T>,
+    /// The same for sliding backward, if it is different.
+    pub backward: Option<Law<T>>,
     /// From the joint's reaction to the load.
     pub load: LoadMap<T>,
 }
@@ -131,6 +131,18 @@ impl<T: Scalar> SpringParameters<T> {
     }
 }
 
+impl<T: Scalar> ContactParameters<T> {
+    /// The way at the surface for a unit of each of its freedoms, m or one; `pitch` is the joint's.
+    #[inline(always)]
+    pub fn arms(&self, pitch: T) -> [T; 3] {
+        match self.shape {
+            ContactShape::Plate => [T::one(), T::one(), self.radius],
+            ContactShape::Thread => [Thread { radius: self.radius, pitch }.way(); 3],
+            _ => [self.radius; 3],
+        }
+    }
+}
+
 impl<T: Scalar> Parameters<T> {
     /// The numbers of `mechanism`, as constants.
     pub fn new(mechanism: &Mechanism) -> Self {
@@ -146,8 +158,8 @@ impl<T: Scalar> Parameters<T> {
                 joint: index,
                 shape: contacts_of(joint.joint_type)[contact.place].1,
                 radius: T::from_f64(contact.radius.unwrap_or(1.0)),
-                coulomb: T::from_f64(contact.law.coulomb),
-                viscous: T::from_f64(contact.law.viscous),
+                law: contact.law.lift(),
+                backward: contact.backward.as_ref().map(Law::lift),
                 load: contact.load.lift(),
             }));
             contacts_at.push(first..contacts.len());

@@ -190,7 +190,7 @@ fn rebuilt(mechanism: &Mechanism, scale: f64, mut builder: MechanismBuilder) -> 
         .pitch(joint.pitch * scale)
         .actuated_freedoms(joint.actuated_freedoms().collect::<Vec<_>>());
         for contact in &joint.friction {
-            let mut contact = *contact;
+            let mut contact = contact.clone();
             contact.radius = contact.radius.map(|r| r * scale);
             contact.law.viscous *= scale;
             contact.load.preload *= scale * scale;
@@ -303,8 +303,8 @@ fn time_reversal_turns_friction_round() {
             let run = |sign: f64, coefficients: f64| {
                 let mut parameters = solver.parameters().clone();
                 for contact in &mut parameters.contacts {
-                    contact.coulomb *= coefficients;
-                    contact.viscous *= coefficients;
+                    contact.law.coulomb *= coefficients;
+                    contact.law.viscous *= coefficients;
                 }
                 let targets: Vec<_> = targets
                     .iter()

@@ -82,7 +82,7 @@ fn vary<T: Scalar>(
         6..9 => targets[direction - 6].acceleration += by,
         9 => load.force.x += by,
         10 => parameters.mass[2] += by,
-        11 => parameters.contacts[0].coulomb += by,
+        11 => parameters.contacts[0].law.coulomb += by,
         12 => parameters.contacts[2].radius += by,
         _ => parameters.frame_j[0].position.y += by,
     }

@@ -35,7 +35,7 @@ fn with_springs(mechanism: &Mechanism, springs: &[SpringSpec]) -> Mechanism {
             .pitch(joint.pitch)
             .actuated_freedoms(joint.actuated_freedoms().collect::<Vec<_>>());
         for contact in &joint.friction {
-            spec = spec.friction(*contact);
+            spec = spec.friction(contact.clone());
         }
         builder = builder.joint(spec);
     }

@@ -40,6 +40,8 @@ pub(crate) enum Shape {
     Vector(Measure),
     /// A list of quantities.
     Quantities(Measure),
+    /// A list of pairs of quantities.
+    Pairs(Measure, Measure),
     /// A direction: the name of a coordinate axis, or three numbers.
     Axis,
     /// A rotation: `{ axis, angle }` or three intrinsic angles.

@@ -135,6 +135,16 @@ fn shape(shape: &Shape) -> Value {
         Shape::Quantity(_) => reference("quantity"),
         Shape::Vector(_) => reference("vector"),
         Shape::Quantities(_) => json!({ "type": "array", "items": reference("quantity") }),
+        Shape::Pairs(..) => json!({
+            "type": "array",
+            "items": {
+                "type": "array",
+                "items": reference("quantity"),
+                "minItems": 2,
+                "maxItems": 2,
+            },
+            "minItems": 2,
+        }),
         Shape::Axis => reference("axis"),
         Shape::Rotation => reference("rotation"),
         Shape::Inertia => reference("inertia"),

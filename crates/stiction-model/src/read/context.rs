@@ -362,6 +362,11 @@ impl<'a> Record<'a> {
         self.table.get(key)
     }
 
+    /// Whether a key may stand in the table.
+    pub(crate) fn knows(&self, key: &str) -> bool {
+        fields::find(self.fields, key).is_some()
+    }
+
     /// The place of a key's value; of the table where the key is missing.
     pub(crate) fn span(&self, key: &str) -> Span {
         self.table.get(key).map_or(&self.table.span, |value| &value.span).clone()
@@ -398,6 +403,31 @@ impl<'a> Record<'a> {
             _ => "a string between quotes",
         };
         self.context.text(self.value(key)?, what)
+    }
+
+    /// Pairs of quantities, each with its place.
+    pub(crate) fn pairs(&self, key: &str) -> Option<Vec<([f64; 2], Span)>> {
+        let value = self.value(key)?;
+        let Some(Shape::Pairs(first, second)) = fields::find(self.fields, key).map(|f| f.shape)
+        else {
+            return None;
+        };
+        let Some(list) = value.as_list() else {
+            self.context.wrong(value, "a list of pairs");
+            return None;
+        };
+        let pair = |item: &Value| {
+            let Some([a, b]) = item.as_list() else {
+                let (first, second) = (first.words().noun, second.words().noun);
+                self.context.wrong(item, &format!("a pair of {first} and {second}"));
+                return None;
+            };
+            let pair = (self.context.quantity(a, first), self.context.quantity(b, second));
+            let (Some(a), Some(b)) = pair else { return None };
+            Some(([a, b], item.span.clone()))
+        };
+        let pairs: Vec<_> = list.iter().map(pair).collect();
+        pairs.into_iter().collect()
     }
 
     /// One of the words of the field.

@@ -152,7 +152,9 @@ impl Origin<'_> {
                 joint(name).map_or_else(whole, |j| j.spans.start.clone()),
                 "not as many as there are",
             ),
-            Defect::NoContact { joint: name, .. } | Defect::DuplicateContact { joint: name } => {
+            Defect::NoContact { joint: name, .. }
+            | Defect::DuplicateContact { joint: name }
+            | Defect::Friction { joint: name, .. } => {
                 let span = joint(name).map_or_else(whole, |j| j.spans.friction.table.clone());
                 (span, "friction cannot act here")
             }

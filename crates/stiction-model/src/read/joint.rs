@@ -85,7 +85,8 @@ pub(crate) fn read(
         if let Some((frame_j, frame_k)) = reader.frames(placement) {
             built = built.frames(frame_j, frame_k);
         }
-        if let Some(pitch) = record.quantity("pitch") {
+        let pitch = record.quantity("pitch");
+        if let Some(pitch) = pitch {
             built = built.pitch(pitch);
         } else if record.value("pitch").is_some() {
             // It stands there but cannot be read, which has been said: no complaint about 0.
@@ -96,7 +97,8 @@ pub(crate) fn read(
             built = built.start(start);
         }
         if let Some(table) = record.table("friction") {
-            let (contacts, friction_spans) = friction::read(context, table, joint_type, what);
+            let joint = friction::Place { joint_type, pitch: pitch.unwrap_or(0.0), what };
+            let (contacts, friction_spans) = friction::read(context, table, &joint);
             spans.friction = friction_spans;
             built = contacts.into_iter().fold(built, JointSpec::friction);
         }

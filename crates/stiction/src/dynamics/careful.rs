@@ -92,7 +92,7 @@ pub(super) fn solve(
     };
     let (mut unknowns, mut wrenches, mut amounts) = carry(&friction)?;
     let drives_frictionless = drives(statics, &unknowns);
-    contacts.press(parameters, bodies, &wrenches);
+    contacts.press_frictionless(parameters, bodies, &wrenches);
     let steps = match settings.friction {
         FrictionMode::Off => 0,
         FrictionMode::OnePass => 1,

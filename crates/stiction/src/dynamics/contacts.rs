@@ -1,6 +1,6 @@
 //! Sliding contacts during a computation: speeds, loads, and friction made linear in the reactions.
 
-use crate::friction::{ContactShape, Load, Resistance};
+use crate::friction::{ContactShape, Law, Load, OwnFriction, Resistance, Thread};
 use crate::joint::Carrier;
 use crate::kinematics::Bodies;
 use crate::parameters::{ContactParameters, Parameters};
@@ -21,6 +21,9 @@ pub struct ContactState<T> {
     /// For each freedom of the contact, the effort of a friction force of one newton: against the
     /// motion, with the arm of the surface's radius.
     pub(crate) against: [T; 3],
+    /// Of a contact with one freedom 1 where it slides forward, -1 backward; at rest the part of its
+    /// greatest friction by which it holds, with its sign.
+    pub(crate) sense: T,
     pub(crate) resistance: Resistance<T>,
     /// The load with its gradient, at the reaction it was last computed from.
     pub(crate) load: Load<T>,
@@ -32,6 +35,7 @@ impl<T: Scalar> ContactState<T> {
             velocity: T::zero(),
             sliding: T::zero(),
             against: [T::zero(); 3],
+            sense: T::zero(),
             resistance: Resistance { coefficient: T::zero(), viscous: T::zero() },
             load: Load { value: T::zero(), gradient: Twist::zero() },
         }
@@ -55,49 +59,103 @@ impl<T: Scalar> ContactState<T> {
         &mut self,
         topology: &Topology,
         contact: &ContactParameters<T>,
+        pitch: T,
         bodies: &Bodies<T>,
         rest_speed: T,
         held: [T; 3],
     ) {
         let rates = bodies.joint_rates(topology, contact.joint);
         let freedoms = contact.shape.freedoms();
+        let arms = contact.arms(pitch);
         let mut surface = [T::zero(); 3];
         let mut squared = T::zero();
-        for (velocity, &rate) in surface.iter_mut().zip(&rates[freedoms.clone()]) {
-            *velocity = rate * contact.radius;
+        for ((velocity, &arm), &rate) in surface.iter_mut().zip(&arms).zip(&rates[freedoms.clone()])
+        {
+            *velocity = rate * arm;
             squared += *velocity * *velocity;
         }
         let speed = squared.norm_of_square();
         self.velocity = if freedoms.len() == 1 { surface[0] } else { speed };
         self.sliding = (speed - rest_speed).if_positive(T::one(), T::zero());
         let over = speed.if_positive(speed, T::one()).recip();
-        for ((against, velocity), held) in self.against.iter_mut().zip(surface).zip(held) {
-            let direction = velocity * over * self.sliding + held * (T::one() - self.sliding);
-            *against = -(direction * contact.radius);
+        let mut sense = T::zero();
+        for (i, against) in self.against.iter_mut().enumerate() {
+            let direction = surface[i] * over * self.sliding + held[i] * (T::one() - self.sliding);
+            *against = -(direction * arms[i]);
+            if i == 0 {
+                sense = direction;
+            }
         }
-        self.resistance = Resistance::coulomb_viscous(contact.coulomb, contact.viscous, speed);
+        self.sense = sense;
+        self.resistance = self.resist(&contact.law, speed);
+        if let Some(law) = &contact.backward {
+            let backward = self.resist(law, speed);
+            let forward = self.resistance;
+            // At rest, with nothing held, either may come: the greater is the limit.
+            let greater = backward.coefficient - forward.coefficient;
+            let pick = |backward: T, forward: T| {
+                let open = greater.if_positive(backward, forward);
+                sense.if_positive(forward, (-sense).if_positive(backward, open))
+            };
+            self.resistance.coefficient = pick(backward.coefficient, forward.coefficient);
+            self.resistance.viscous = pick(backward.viscous, forward.viscous);
+        }
     }
 
-    /// The load under a joint's complete wrench.
+    /// What a law says of the contact as it slides or rests.
+    #[inline(always)]
+    fn resist(&self, law: &Law<T>, speed: T) -> Resistance<T> {
+        let mut resistance = law.sliding(speed);
+        if !law.is_constant() {
+            let moving = resistance.coefficient;
+            resistance.coefficient = self.sliding.if_positive(moving, law.at_rest());
+        }
+        resistance
+    }
+
+    /// The load under a joint's complete wrench, with the present friction where a load contains it.
     #[inline(always)]
     pub(crate) fn press(
         &mut self,
         contact: &ContactParameters<T>,
+        pitch: T,
         bodies: &Bodies<T>,
         wrench: Wrench<T>,
     ) {
+        let Resistance { coefficient, viscous } = self.resistance;
+        let own = OwnFriction { coefficient, viscous, direction: self.sense };
+        self.press_with(contact, pitch, bodies, wrench, own);
+    }
+
+    /// The load under a joint's complete wrench, and with this friction of its own where it contains
+    /// that.
+    #[inline(always)]
+    pub(crate) fn press_with(
+        &mut self,
+        contact: &ContactParameters<T>,
+        pitch: T,
+        bodies: &Bodies<T>,
+        wrench: Wrench<T>,
+        own: OwnFriction<T>,
+    ) {
         let (j, k) = (&bodies.frame_j[contact.joint], &bodies.frame_k[contact.joint]);
+        let map = &contact.load;
+        let z = j.rotation.columns[2];
         self.load = match contact.shape {
-            ContactShape::Ball => contact.load.at_point(wrench, j.position),
-            ContactShape::Guide { .. } => {
-                contact.load.around_axis(wrench, j.position, j.rotation.columns[2])
+            ContactShape::Ball => map.at_point(wrench, j.position),
+            ContactShape::Plate => map.on_plane(wrench, k.position, z),
+            ContactShape::Guide { .. } => map.between(wrench, j.position, k.position, z),
+            ContactShape::Thread => {
+                let other = map.between(wrench, j.position, k.position, z);
+                let thread = Thread { radius: contact.radius, pitch };
+                thread.load(map, other, wrench, z, own)
             }
             ContactShape::Pin { axis, carrier, .. } => {
                 let frame = match carrier {
                     Carrier::Predecessor => j,
                     Carrier::Successor => k,
                 };
-                contact.load.around_axis(wrench, j.position, frame.rotation.columns[axis])
+                map.between(wrench, j.position, k.position, frame.rotation.columns[axis])
             }
         };
     }
@@ -153,7 +211,23 @@ impl<T: Scalar> Contacts<T> {
         for ((state, contact), held) in
             self.states.iter_mut().zip(&parameters.contacts).zip(&self.held)
         {
-            state.slide(topology, contact, bodies, rest_speed, *held);
+            let pitch = parameters.pitch[contact.joint];
+            state.slide(topology, contact, pitch, bodies, rest_speed, *held);
+        }
+    }
+
+    /// The loads under wrenches that no friction has a part in.
+    #[inline(always)]
+    pub(crate) fn press_frictionless(
+        &mut self,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        wrenches: &[Wrench<T>],
+    ) {
+        for (state, contact) in self.states.iter_mut().zip(&parameters.contacts) {
+            let pitch = parameters.pitch[contact.joint];
+            let wrench = wrenches[contact.joint];
+            state.press_with(contact, pitch, bodies, wrench, OwnFriction::none());
         }
     }
 
@@ -168,7 +242,8 @@ impl<T: Scalar> Contacts<T> {
         let (mut change, mut largest) = (T::zero(), T::zero());
         for (state, contact) in self.states.iter_mut().zip(&parameters.contacts) {
             let before = state.load.value;
-            state.press(contact, bodies, wrenches[contact.joint]);
+            let pitch = parameters.pitch[contact.joint];
+            state.press(contact, pitch, bodies, wrenches[contact.joint]);
             let now = state.load.value;
             let moved = (now - before).abs();
             // Comparisons pass over NaN, sums do not.

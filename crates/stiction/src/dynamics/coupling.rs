@@ -36,11 +36,12 @@ pub(super) fn strength(
         let with = probe.frozen_wrenches(setup, parameters, bodies).to_vec();
         probe.set_resistance(from, none);
         for (i, &to) in sliding.iter().enumerate() {
-            let mut contact = parameters.contacts[to];
-            contact.load.preload = 0.0;
-            let change = with[contact.joint] - without[contact.joint];
-            let coefficient = inverse.contacts()[from].resistance.coefficient;
-            matrix[i][j] = coefficient * probe.load_of(to, &contact, bodies, change);
+            let joint = parameters.contacts[to].joint;
+            let change = with[joint] - without[joint];
+            let [own, coefficient] =
+                [to, from].map(|contact| inverse.contacts()[contact].resistance.coefficient);
+            let most = inverse.most_change_of_load(to, parameters, bodies, change, own);
+            matrix[i][j] = coefficient * most;
         }
     }
     radius_bound(&matrix)

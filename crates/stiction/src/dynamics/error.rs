@@ -44,6 +44,18 @@ pub enum InverseError {
         /// The spring.
         spring: String,
     },
+    /// The supports of a guide, one on each body, have passed each other.
+    #[error(
+        "the supports of joint `{joint}` do not overlap here: gland and piston have passed each other \
+         by {} mm",
+        1e3 * .beyond
+    )]
+    NoOverlap {
+        /// The joint.
+        joint: String,
+        /// By how much, m.
+        beyond: f64,
+    },
     /// What was computed does not balance: rounding has eaten it.
     #[error(
         "the forces cannot be computed here: rounding errors leave {} of the power unaccounted for; \

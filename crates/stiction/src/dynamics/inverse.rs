@@ -4,7 +4,7 @@ use super::balance::Balance;
 use super::contacts::{ContactState, Contacts, Coupling};
 use super::load::AppliedLoad;
 use super::plan::BalancePlan;
-use crate::friction::Resistance;
+use crate::friction::{OwnFriction, Resistance};
 use crate::kinematics::{Bodies, Kinematics, Prescription};
 use crate::linalg::Elimination;
 use crate::parameters::{ContactParameters, Parameters};
@@ -254,7 +254,7 @@ impl<T: Scalar> Inverse<T> {
         self.drives_frictionless.copy_from_slice(&self.drives);
         let rest_speed = T::from_f64(settings.rest_speed);
         self.contacts.slide(topology, parameters, bodies, rest_speed);
-        self.contacts.press(parameters, bodies, &self.balance.joint_wrenches);
+        self.contacts.press_frictionless(parameters, bodies, &self.balance.joint_wrenches);
         self.friction_change = T::zero();
         self.friction_steps = 0;
     }
@@ -302,16 +302,20 @@ impl<T: Scalar> Inverse<T> {
         self.read_drives(topology, bodies);
     }
 
-    /// Speeds, directions and laws again for changed coefficients.
+    /// Speeds, directions and laws again, with this part of the coefficients.
     pub(super) fn rub_at(
         &mut self,
         topology: &Topology,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         settings: &Settings,
+        part: T,
     ) {
         let rest_speed = T::from_f64(settings.rest_speed);
         self.contacts.slide(topology, parameters, bodies, rest_speed);
+        for state in &mut self.contacts.states {
+            state.resistance.coefficient *= part;
+        }
     }
 
     /// Solves again with the friction that contacts hold by at rest, everything else as it was, to
@@ -357,17 +361,28 @@ impl<T: Scalar> Inverse<T> {
         &self.balance.joint_wrenches
     }
 
-    /// The load of a contact with other parameters under another wrench of its joint.
-    pub(super) fn load_of(
+    /// The most by which the load of a contact may change where its joint's wrench changes by
+    /// `wrench`, whatever it is: the load of that change alone, with neither preload nor smoothing.
+    /// Where a load contains the contact's own friction, that is the worse of both directions, for
+    /// this coefficient.
+    pub(super) fn most_change_of_load(
         &self,
         contact: usize,
-        parameters: &ContactParameters<T>,
+        parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         wrench: Wrench<T>,
+        coefficient: T,
     ) -> T {
+        let mut content = parameters.contacts[contact].clone();
+        content.load = content.load.seminorm();
+        let pitch = parameters.pitch[content.joint];
         let mut state = self.contacts.states[contact];
-        state.press(parameters, bodies, wrench);
-        state.load.value
+        let [ahead, back] = [T::one(), -T::one()].map(|direction| {
+            let own = OwnFriction { coefficient, viscous: T::zero(), direction };
+            state.press_with(&content, pitch, bodies, wrench, own);
+            state.load.value
+        });
+        (ahead - back).if_positive(ahead, back)
     }
 
     /// Efforts of friction on the tree's freedoms.

@@ -21,7 +21,7 @@ use crate::kinematics::{
 use crate::linalg::Elimination;
 use crate::mechanism::{BodyId, JointId, Mechanism};
 use crate::mobility::{DETERMINED, IdleAxis, Statics, Uncarried};
-use crate::parameters::Parameters;
+use crate::parameters::{ContactParameters, Parameters};
 use crate::spatial::{Mat3, Pose};
 use crate::topology::{Topology, TreeRule};
 use nalgebra::DMatrix;
@@ -282,9 +282,11 @@ impl InverseDynamics {
         for stress in statics.self_stresses() {
             for (flag, contact) in determined.iter_mut().zip(&self.parameters.contacts) {
                 // The load map of the self-stress alone.
+                let alone = ContactParameters { load: contact.load.seminorm(), ..contact.clone() };
+                let pitch = self.parameters.pitch[contact.joint];
                 let mut state = ContactState::new();
-                state.press(contact, self.bodies(), stress[contact.joint]);
-                *flag &= state.load() - contact.load.preload < DETERMINED;
+                state.press(&alone, pitch, self.bodies(), stress[contact.joint]);
+                *flag &= state.load() < DETERMINED;
             }
         }
         determined
@@ -296,6 +298,7 @@ impl InverseDynamics {
     /// See [`InverseError`].
     pub fn solve(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
         self.check_springs()?;
+        self.check_overlaps()?;
         if !self.by_kernel(loads) {
             // The order of elimination suits another position, or this one is special.
             self.replan();
@@ -320,6 +323,23 @@ impl InverseDynamics {
                 spring: self.mechanism.springs()[k].name.clone(),
             }),
         }
+    }
+
+    /// Whether every rod is still in its cylinder.
+    fn check_overlaps(&self) -> Result<(), InverseError> {
+        let bodies = self.bodies();
+        for contact in &self.parameters.contacts {
+            let (j, k) = (&bodies.frame_j[contact.joint], &bodies.frame_k[contact.joint]);
+            let slide = (k.position - j.position).dot(j.rotation.columns[2]);
+            if let Some(overlap) = contact.load.overlap(slide)
+                && overlap <= 0.0
+                && self.settings.friction != FrictionMode::Off
+            {
+                let joint = self.mechanism.joints()[contact.joint].name.clone();
+                return Err(InverseError::NoOverlap { joint, beyond: -overlap });
+            }
+        }
+        Ok(())
     }
 
     /// Whether it is friction that spoils the balance: it may lock the mechanism just here.
@@ -430,6 +450,7 @@ impl InverseDynamics {
     /// See [`InverseError`].
     pub fn solve_carefully(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
         self.check_springs()?;
+        self.check_overlaps()?;
         let statics = self.statics();
         let spins = self.spin_responses();
         let bodies = &self.assembly.kinematics().bodies;

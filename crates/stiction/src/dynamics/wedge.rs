@@ -31,7 +31,6 @@ pub(super) fn follow_friction(
     loads: &[AppliedLoad<f64>],
     settings: &Settings,
 ) -> Result<(), Lock> {
-    let mut scaled = parameters.clone();
     inverse.begin(setup, parameters, kinematics, loads, settings);
     let bodies = &kinematics.bodies;
     let start: Vec<f64> = inverse.contacts().iter().map(|c| c.load()).collect();
@@ -40,13 +39,10 @@ pub(super) fn follow_friction(
     let (mut part, mut step) = (0.0, FIRST_STEP);
     while part < 1.0 {
         let next = f64::min(part + step, 1.0);
-        for (scaled, given) in scaled.contacts.iter_mut().zip(&parameters.contacts) {
-            scaled.coulomb = given.coulomb * next;
-        }
-        inverse.rub_at(setup.topology, &scaled, bodies, settings);
+        inverse.rub_at(setup.topology, parameters, bodies, settings, next);
         let mut found = false;
         for _ in 0..settings.friction_steps {
-            let (change, largest) = inverse.step(setup, &scaled, bodies);
+            let (change, largest) = inverse.step(setup, parameters, bodies);
             if largest.is_nan() || largest > UNBOUNDED * largest_start {
                 break;
             }

@@ -4,14 +4,17 @@ use super::{Law, LoadMap};
 use crate::joint::{Carrier, JointType};
 
 /// One sliding contact of a joint and its friction.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
     /// Place of the contact among those of the joint's type: an index into [`contacts_of`].
     pub place: usize,
-    /// Radius of the sliding surface, m. Guides slide along their axis and take no radius.
+    /// Radius of the sliding surface, m; of a plate the effective one, at which its friction resists
+    /// its turning. Guides slide along their axis and take no radius.
     pub radius: Option<f64>,
     /// From speed and load to friction force.
     pub law: Law,
+    /// The same for sliding backward, if it is different; only for contacts with one freedom.
+    pub backward: Option<Law>,
     /// From reaction to load.
     pub load: LoadMap<f64>,
 }
@@ -33,8 +36,13 @@ pub enum ContactShape {
         /// Index of the translation among the joint's freedoms.
         freedom: usize,
     },
+    /// A thread about the z axis of J, which slides along its helix.
+    Thread,
     /// A ball: freedoms 0, 1, 2 are the angular velocity in K.
     Ball,
+    /// A plate with its middle at the origin of K on a plane across the z axis of J: freedoms 0 and
+    /// 1 are the velocity of its middle, freedom 2 turns it.
+    Plate,
 }
 
 impl ContactShape {
@@ -43,7 +51,8 @@ impl ContactShape {
     pub const fn freedoms(self) -> core::ops::Range<usize> {
         match self {
             Self::Pin { freedom, .. } | Self::Guide { freedom } => freedom..freedom + 1,
-            Self::Ball => 0..3,
+            Self::Thread => 0..1,
+            Self::Ball | Self::Plate => 0..3,
         }
     }
 
@@ -51,17 +60,23 @@ impl ContactShape {
     pub const fn turns(self) -> bool {
         !matches!(self, Self::Guide { .. })
     }
+
+    /// Whether it slides forward or backward, and in no other direction.
+    pub const fn has_one_freedom(self) -> bool {
+        !matches!(self, Self::Ball | Self::Plate)
+    }
 }
 
 const PIN_Z: ContactShape =
     ContactShape::Pin { freedom: 0, axis: 2, carrier: Carrier::Predecessor };
 
 /// The sliding contacts of a joint type, each with its name (empty where the joint has only one).
-/// Helical, planar, fixed and free joints have none.
+/// Fixed and free joints have none.
 pub const fn contacts_of(joint_type: JointType) -> &'static [(&'static str, ContactShape)] {
     match joint_type {
         JointType::Revolute => &[("", PIN_Z)],
         JointType::Prismatic => &[("", ContactShape::Guide { freedom: 0 })],
+        JointType::Helical => &[("", ContactShape::Thread)],
         JointType::Cylindrical => {
             &[("angle", PIN_Z), ("slide", ContactShape::Guide { freedom: 1 })]
         }
@@ -70,6 +85,7 @@ pub const fn contacts_of(joint_type: JointType) -> &'static [(&'static str, Cont
             ("second", ContactShape::Pin { freedom: 1, axis: 0, carrier: Carrier::Successor }),
         ],
         JointType::Spherical => &[("", ContactShape::Ball)],
-        JointType::Helical | JointType::Planar | JointType::Fixed | JointType::Free => &[],
+        JointType::Planar => &[("", ContactShape::Plate)],
+        JointType::Fixed | JointType::Free => &[],
     }
 }

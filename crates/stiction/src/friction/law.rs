@@ -1,16 +1,65 @@
 //! Friction laws: from sliding speed and load to friction force.
 
+use super::Bristles;
 use crate::scalar::Scalar;
 
-/// Coulomb and viscous friction: `force = viscous * speed + coulomb * load * sgn(speed)`.
+/// Friction that is affine in the load:
+/// `force = viscous * speed + coefficient(speed) * load`, against the motion.
 ///
-/// Source: Zhang et al. 2018, section 5.1, with the force (not a torque) as its result.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Law {
-    /// Coefficient of friction, dimensionless, not negative.
-    pub coulomb: f64,
+/// Source of the plain case, Coulomb and viscous friction: Zhang et al. 2018, section 5.1, with the
+/// force (not a torque) as its result.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Law<T = f64> {
+    /// Coefficient of friction while sliding (fast, where it changes with speed), dimensionless, not
+    /// negative. A table has its own.
+    pub coulomb: T,
     /// Viscous coefficient at the sliding surface, N s/m, not negative.
-    pub viscous: f64,
+    pub viscous: T,
+    /// How the coefficient changes with speed, and what it is at rest.
+    pub curve: Curve<T>,
+    /// Makes the coefficient vanish at rest: it is multiplied by `tanh(speed / this)`, m/s. Nothing
+    /// sticks then, it creeps.
+    pub regularisation: Option<T>,
+    /// The law has an internal state, and all else describes its steady sliding.
+    pub bristles: Option<Bristles<T>>,
+}
+
+/// How a coefficient of friction changes with the sliding speed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Curve<T = f64> {
+    /// Not at all.
+    Constant,
+    /// It does not while sliding; at rest it is another.
+    Breakaway {
+        /// Coefficient at rest.
+        coefficient: T,
+    },
+    /// Stribeck's curve, `coulomb + (breakaway - coulomb) exp(-(speed / velocity)^exponent)`; the
+    /// exponent is two in most of the literature, and one in the exponential law.
+    ///
+    /// Source: Armstrong-Hélouvry, Dupont, Canudas de Wit 1994.
+    Stribeck {
+        /// Coefficient at rest.
+        breakaway: T,
+        /// The speed by which most of the difference is gone, m/s.
+        velocity: T,
+        /// How it goes.
+        exponent: Exponent<T>,
+    },
+    /// Speed (m/s) and coefficient in rows: straight between them, constant beyond the last. The
+    /// first speed is zero, they increase.
+    Table(Vec<[T; 2]>),
+}
+
+/// The exponent of Stribeck's curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Exponent<T = f64> {
+    /// 1, the exponential law.
+    One,
+    /// 2, a Gaussian.
+    Two,
+    /// Any other, positive.
+    Other(T),
 }
 
 /// What a law says at one speed. Every law is affine in the load, which is what lets the coupling
@@ -34,5 +83,235 @@ impl<T: Scalar> Resistance<T> {
     #[inline(always)]
     pub fn force(&self, load: T) -> T {
         self.viscous + self.coefficient * load
+    }
+}
+
+impl<T: Scalar> Law<T> {
+    /// Coulomb and viscous friction, nothing else.
+    pub fn coulomb_viscous(coulomb: T, viscous: T) -> Self {
+        Self { coulomb, viscous, curve: Curve::Constant, regularisation: None, bristles: None }
+    }
+
+    /// What it says at a sliding speed of magnitude `speed`, m/s.
+    #[inline(always)]
+    pub fn sliding(&self, speed: T) -> Resistance<T> {
+        let mut resistance = Resistance::coulomb_viscous(self.coulomb, self.viscous, speed);
+        match &self.curve {
+            Curve::Constant | Curve::Breakaway { .. } => {}
+            Curve::Stribeck { breakaway, velocity, exponent } => {
+                let decay = (-exponent.of(speed / *velocity)).exp();
+                resistance.coefficient += (*breakaway - self.coulomb) * decay;
+            }
+            Curve::Table(rows) => resistance.coefficient = interpolated(rows, speed),
+        }
+        if let Some(velocity) = self.regularisation {
+            // tanh x = (1 - exp -2x) / (1 + exp -2x), and nothing overflows.
+            let decay = (speed * T::from_f64(-2.0) / velocity).exp();
+            resistance.coefficient *= (T::one() - decay) / (T::one() + decay);
+        }
+        resistance
+    }
+
+    /// The coefficient at rest: that of the greatest force before it slides.
+    #[inline(always)]
+    pub fn at_rest(&self) -> T {
+        if self.regularisation.is_some() {
+            return T::zero();
+        }
+        match &self.curve {
+            Curve::Constant => self.coulomb,
+            Curve::Breakaway { coefficient: breakaway } | Curve::Stribeck { breakaway, .. } => {
+                *breakaway
+            }
+            Curve::Table(rows) => rows.first().map_or(self.coulomb, |row| row[1]),
+        }
+    }
+
+    /// Whether the coefficient is the same at all speeds and at rest.
+    #[inline(always)]
+    pub fn is_constant(&self) -> bool {
+        matches!(self.curve, Curve::Constant) && self.regularisation.is_none()
+    }
+}
+
+impl Law {
+    /// The same law as constants of another scalar.
+    pub fn lift<T: Scalar>(&self) -> Law<T> {
+        let lift = T::from_f64;
+        Law {
+            coulomb: lift(self.coulomb),
+            viscous: lift(self.viscous),
+            curve: match &self.curve {
+                Curve::Constant => Curve::Constant,
+                Curve::Breakaway { coefficient } => {
+                    Curve::Breakaway { coefficient: lift(*coefficient) }
+                }
+                Curve::Stribeck { breakaway, velocity, exponent } => Curve::Stribeck {
+                    breakaway: lift(*breakaway),
+                    velocity: lift(*velocity),
+                    exponent: match exponent {
+                        Exponent::One => Exponent::One,
+                        Exponent::Two => Exponent::Two,
+                        Exponent::Other(exponent) => Exponent::Other(lift(*exponent)),
+                    },
+                },
+                Curve::Table(rows) => Curve::Table(rows.iter().map(|row| row.map(lift)).collect()),
+            },
+            regularisation: self.regularisation.map(lift),
+            bristles: self.bristles.map(|bristles| bristles.lift()),
+        }
+    }
+}
+
+impl Exponent {
+    /// The exponent of this value.
+    pub fn new(exponent: f64) -> Self {
+        match exponent {
+            1.0 => Self::One,
+            2.0 => Self::Two,
+            other => Self::Other(other),
+        }
+    }
+
+    /// Its value.
+    pub fn value(self) -> f64 {
+        match self {
+            Self::One => 1.0,
+            Self::Two => 2.0,
+            Self::Other(other) => other,
+        }
+    }
+}
+
+impl<T: Scalar> Exponent<T> {
+    /// `x` to this power; `x` is not negative.
+    #[inline(always)]
+    fn of(self, x: T) -> T {
+        match self {
+            Self::One => x,
+            Self::Two => x * x,
+            Self::Other(exponent) => {
+                // The logarithm of zero would spoil derivatives.
+                let safe = x.if_positive(x, T::one());
+                x.if_positive((safe.ln() * exponent).exp(), x * T::zero())
+            }
+        }
+    }
+}
+
+/// The value at `speed` of a table, straight between its rows. Lanes differ in their rows, so all
+/// are gone through.
+#[inline(always)]
+fn interpolated<T: Scalar>(rows: &[[T; 2]], speed: T) -> T {
+    let mut value = rows.last().map_or(T::zero(), |row| row[1]);
+    for (&[speed_0, value_0], &[speed_1, value_1]) in rows.iter().zip(rows.iter().skip(1)).rev() {
+        let slope = (value_1 - value_0) / (speed_1 - speed_0);
+        value = (speed_1 - speed).if_positive(value_0 + slope * (speed - speed_0), value);
+    }
+    // Comparisons pass over NaN, sums do not.
+    value + speed * T::zero()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::{Dual, Lanes};
+    use proptest::prelude::*;
+
+    fn law(curve: Curve, regularisation: Option<f64>) -> Law {
+        Law { curve, regularisation, ..Law::coulomb_viscous(0.1, 3.0) }
+    }
+
+    /// One of each kind.
+    fn laws() -> Vec<Law> {
+        let stribeck = |exponent| Curve::Stribeck {
+            breakaway: 0.25,
+            velocity: 0.02,
+            exponent: Exponent::new(exponent),
+        };
+        let table = vec![[0.0, 0.3], [0.01, 0.12], [0.05, 0.1], [0.4, 0.2]];
+        let mut laws = vec![law(Curve::Constant, None), law(Curve::Constant, Some(0.003))];
+        laws.push(law(Curve::Breakaway { coefficient: 0.15 }, None));
+        laws.extend([0.7, 1.0, 2.0, 3.5].map(|exponent| law(stribeck(exponent), None)));
+        laws.push(law(stribeck(2.0), Some(0.002)));
+        laws.push(law(Curve::Table(table), None));
+        laws
+    }
+
+    #[test]
+    fn curves_are_what_their_formulas_say() {
+        let found = |curve: Curve, speed: f64| law(curve, None).sliding(speed).coefficient;
+        let stribeck = |exponent, velocity| Curve::Stribeck { breakaway: 0.3, velocity, exponent };
+        // At the Stribeck velocity 1/e of the difference is left, whatever the exponent.
+        let one_over_e = 0.1 + 0.2 / std::f64::consts::E;
+        for exponent in [1.0, 2.0, 0.5, 7.0] {
+            let curve = stribeck(Exponent::new(exponent), 0.04);
+            assert!((found(curve.clone(), 0.04) - one_over_e).abs() < 1e-16);
+            assert_eq!(found(curve, 0.0), 0.3);
+        }
+        // At twice of it e^-4, or e^-2 of the exponential law.
+        let (gauss, exponential) = (Exponent::new(2.0), Exponent::new(1.0));
+        let expected = [0.1 + 0.2 * 0.018_315_638_888_734_18, 0.1 + 0.2 * 0.135_335_283_236_612_7];
+        assert!((found(stribeck(gauss, 0.04), 0.08) - expected[0]).abs() < 1e-16);
+        assert!((found(stribeck(exponential, 0.04), 0.08) - expected[1]).abs() < 1e-16);
+
+        let table = Curve::Table(vec![[0.0, 0.3], [0.1, 0.2], [0.3, 0.4]]);
+        for (speed, expected) in
+            [(0.0, 0.3), (0.05, 0.25), (0.1, 0.2), (0.2, 0.3), (0.3, 0.4), (9.0, 0.4)]
+        {
+            assert!((found(table.clone(), speed) - expected).abs() < 1e-16, "{speed}");
+        }
+        assert_eq!(law(table, None).at_rest(), 0.3);
+
+        let tanh = law(Curve::Constant, Some(0.01));
+        for speed in [0.0, 1e-4, 0.005, 0.03, 2.0_f64] {
+            let expected = 0.1 * (speed / 0.01).tanh();
+            assert!((tanh.sliding(speed).coefficient - expected).abs() < 1e-16);
+        }
+        assert_eq!(tanh.at_rest(), 0.0);
+    }
+
+    proptest! {
+        /// Eight lanes give the digits of eight numbers, dual numbers the derivative, and no law
+        /// gives power.
+        #[test]
+        fn every_scalar_says_the_same(speeds in prop::array::uniform8(0.0..0.5_f64)) {
+            for law in laws() {
+                let lanes = law.lift::<Lanes<f64, 8>>().sliding(Lanes(speeds));
+                let duals = law.lift::<Dual<f64, 1>>();
+                for (lane, &speed) in speeds.iter().enumerate() {
+                    let at = |speed| law.sliding(speed);
+                    let resistance = at(speed);
+                    prop_assert_eq!(lanes.coefficient.0[lane], resistance.coefficient);
+                    prop_assert_eq!(lanes.viscous.0[lane], resistance.viscous);
+                    prop_assert!(resistance.coefficient >= 0.0 && resistance.viscous >= 0.0);
+
+                    let dual = duals.sliding(Dual::variable(speed, 0));
+                    prop_assert_eq!(dual.coefficient.value, resistance.coefficient);
+                    let step = 1e-6;
+                    let (ahead, behind) = (at(speed + step), at((speed - step).max(0.0)));
+                    let near_kink = match &law.curve {
+                        Curve::Table(rows) => rows.iter().any(|row| (row[0] - speed).abs() < 2.0 * step),
+                        _ => speed < 1e-3,
+                    };
+                    if !near_kink {
+                        let slope = (ahead.coefficient - behind.coefficient) / (2.0 * step);
+                        // Second-order differences of curves that bend within 2 mm/s: the third
+                        // derivative is some mu / (2 mm/s)^3, and the step 1e-6 m/s.
+                        let error = (dual.coefficient.slope[0] - slope).abs();
+                        prop_assert!(error < 1e-4 * (1.0 + slope.abs()), "{law:?} {speed} {error}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// A derivative at speed zero is a number.
+    #[test]
+    fn no_law_has_an_infinite_slope_at_rest() {
+        for law in laws() {
+            let dual = law.lift::<Dual<f64, 1>>().sliding(Dual::variable(0.0, 0));
+            assert!(dual.coefficient.slope[0].is_finite(), "{law:?}");
+        }
     }
 }

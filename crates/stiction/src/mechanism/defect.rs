@@ -123,6 +123,14 @@ pub enum Defect {
         /// What it may be.
         range: &'static str,
     },
+    /// A friction that does not fit its contact, or contradicts itself.
+    #[error("joint `{joint}`: {problem}")]
+    Friction {
+        /// The joint.
+        joint: String,
+        /// What is wrong.
+        problem: &'static str,
+    },
     /// A radius is missing where the contact turns, or given where it slides straight.
     #[error("joint `{joint}`: {problem}")]
     Radius {

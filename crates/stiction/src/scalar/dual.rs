@@ -122,6 +122,15 @@ impl<T: Scalar, const D: usize> Scalar for Dual<T, D> {
         self.zip(x, u.atan2(v), |du, dv| (du * v - u * dv) * over)
     }
     #[inline(always)]
+    fn exp(self) -> Self {
+        let value = self.value.exp();
+        self.chain(value, value)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.chain(self.value.ln(), self.value.recip())
+    }
+    #[inline(always)]
     fn if_positive(self, yes: Self, no: Self) -> Self {
         Self {
             value: self.value.if_positive(yes.value, no.value),
@@ -151,6 +160,8 @@ mod tests {
             (sin, 0.7_f64.cos()),
             (cos, -0.7_f64.sin()),
             (sin.atan2(cos), 1.0),
+            (x.exp(), 0.7_f64.exp()),
+            (x.ln(), 1.0 / 0.7),
             ((-x).abs(), 1.0),
             ((x * x).norm_of_square(), 1.0),
         ];

@@ -78,6 +78,14 @@ impl<T: Scalar, const N: usize> Scalar for Lanes<T, N> {
         self.zip(x, T::atan2)
     }
     #[inline(always)]
+    fn exp(self) -> Self {
+        Self(self.0.map(T::exp))
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        Self(self.0.map(T::ln))
+    }
+    #[inline(always)]
     fn if_positive(self, yes: Self, no: Self) -> Self {
         Self(core::array::from_fn(|i| self.0[i].if_positive(yes.0[i], no.0[i])))
     }

@@ -43,6 +43,12 @@ pub trait Scalar:
     /// The angle of the point (`x`, `self`), in (-pi, pi].
     fn atan2(self, x: Self) -> Self;
 
+    /// The exponential.
+    fn exp(self) -> Self;
+
+    /// The natural logarithm, of a positive number.
+    fn ln(self) -> Self;
+
     /// Lane by lane: `yes` where the value is greater than zero, else `no`.
     fn if_positive(self, yes: Self, no: Self) -> Self;
 
@@ -100,6 +106,14 @@ impl Scalar for f64 {
     #[inline(always)]
     fn atan2(self, x: Self) -> Self {
         f64::atan2(self, x)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        f64::exp(self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        f64::ln(self)
     }
     #[inline(always)]
     fn if_positive(self, yes: Self, no: Self) -> Self {

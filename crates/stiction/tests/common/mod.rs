@@ -26,7 +26,13 @@ pub fn diagonal(x: f64, y: f64, z: f64) -> Mat3<f64> {
 
 /// Coulomb and viscous friction at the first contact, with nothing but the resultant force as load.
 pub fn friction(mu: f64, viscous: f64, radius: Option<f64>) -> Contact {
-    Contact { place: 0, radius, law: Law { coulomb: mu, viscous }, load: LoadMap::force_only() }
+    Contact {
+        place: 0,
+        radius,
+        law: Law::coulomb_viscous(mu, viscous),
+        backward: None,
+        load: LoadMap::force_only(),
+    }
 }
 
 pub struct Robot {
@@ -46,7 +52,7 @@ fn rps_leg(
     inertias: [Mat3<f64>; 2],
     slide_origin: f64,
     start: [f64; 2],
-    rub: Option<[Contact; 3]>,
+    rub: Option<&[Contact; 3]>,
 ) -> MechanismBuilder {
     let (base, rod) = (format!("leg{n}.base"), format!("leg{n}.rod"));
     let y = Vec3::unit(1);
@@ -61,9 +67,9 @@ fn rps_leg(
     let mut s = JointSpec::new(format!("leg{n}.S"), JointType::Spherical, &rod, "platform")
         .frames(Pose::identity(), tip);
     if let Some([on_r, on_p, on_s]) = rub {
-        r = r.friction(on_r);
-        p = p.friction(on_p);
-        s = s.friction(on_s);
+        r = r.friction(on_r.clone());
+        p = p.friction(on_p.clone());
+        s = s.friction(on_s.clone());
     }
     builder
         .body(BodySpec::new(base).mass(masses[0]).com(v(0.0, 0.0, 0.17465)).inertia(inertias[0]))
@@ -90,7 +96,7 @@ pub fn symmetric_3rps(rub: Option<[Contact; 3]>) -> Robot {
             [diagonal(0.0502, 0.0502, 0.002), diagonal(0.0185, 0.0185, 0.0005)],
             0.0,
             [(-0.3f64).atan2(0.55), 0.3f64.hypot(0.55)],
-            rub,
+            rub.as_ref(),
         );
     }
     let mechanism = builder.build().unwrap();
@@ -111,7 +117,7 @@ pub fn symmetric_3rps(rub: Option<[Contact; 3]>) -> Robot {
 pub fn slider_crank() -> Robot {
     let (crank, rod) = (0.1, 0.3);
     let z = Pose::identity();
-    let pin = friction(0.1, 0.0, Some(0.01));
+    let pin = || friction(0.1, 0.0, Some(0.01));
     // Uniform rods; only the moment about z matters.
     let slim = |mass: f64, length: f64| {
         let j = mass * length * length / 12.0;
@@ -131,17 +137,17 @@ pub fn slider_crank() -> Robot {
             JointSpec::new("A", JointType::Revolute, "ground", "crank")
                 .frames(z, z)
                 .actuated()
-                .friction(pin),
+                .friction(pin()),
         )
         .joint(
             JointSpec::new("B", JointType::Revolute, "crank", "rod")
                 .frames(Pose::at(v(crank, 0.0, 0.0)), z)
-                .friction(pin),
+                .friction(pin()),
         )
         .joint(
             JointSpec::new("C", JointType::Revolute, "rod", "slider")
                 .frames(Pose::at(v(rod, 0.0, 0.0)), z)
-                .friction(pin),
+                .friction(pin()),
         )
         .joint(
             JointSpec::new("guide", JointType::Prismatic, "ground", "slider")
@@ -260,7 +266,7 @@ pub fn regular_twin(mu: f64, viscous: f64) -> Robot {
             [diagonal(0.0502, 0.0502, 0.002), diagonal(0.0185, 0.0185, 0.0005)],
             0.3493,
             starts[n],
-            Some(rub),
+            Some(&rub),
         );
     }
     let mechanism = builder.build().unwrap();
@@ -302,7 +308,7 @@ pub fn printed_robot(rub: bool) -> Robot {
             [diagonal(0.0502, 0.0502, 0.002), diagonal(0.0185, 0.0185, 0.0005)],
             0.3493,
             [[0.0, 0.16], [-0.53, 0.24], [0.53, 0.24]][n],
-            rub.then_some(contacts),
+            rub.then_some(&contacts),
         );
     }
     let mechanism = builder.build().unwrap();

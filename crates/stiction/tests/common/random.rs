@@ -1,7 +1,7 @@
 //! Random mechanisms of several classes, assembled by construction.
 
 use super::*;
-use stiction::friction::contacts_of;
+use stiction::friction::{ContactShape, contacts_of};
 
 /// A mechanism with what is prescribed and how it moves at the present instant.
 pub struct Case {
@@ -144,11 +144,16 @@ impl Draft {
                 joint.friction.push(Contact {
                     place,
                     radius: shape.turns().then(|| random.between(0.005, 0.03)),
-                    law: Law {
-                        coulomb: mu * random.between(0.3, 1.0),
-                        viscous: random.between(0.0, 5.0),
+                    law: Law::coulomb_viscous(
+                        mu * random.between(0.3, 1.0),
+                        random.between(0.0, 5.0),
+                    ),
+                    backward: None,
+                    load: LoadMap {
+                        preload: random.between(0.0, 3.0),
+                        flank_cosine: (*shape == ContactShape::Thread).then_some(0.9),
+                        ..LoadMap::force_only()
                     },
-                    load: LoadMap { preload: random.between(0.0, 3.0), ..LoadMap::force_only() },
                 });
             }
         }
@@ -185,7 +190,7 @@ impl Draft {
                 spec = spec.pitch(0.01);
             }
             for contact in &joint.friction {
-                spec = spec.friction(*contact);
+                spec = spec.friction(contact.clone());
             }
             builder = builder.joint(spec);
         }

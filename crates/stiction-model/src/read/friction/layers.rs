@@ -1,0 +1,99 @@
+//! Tables that lie over each other: what is said nearest counts.
+
+use super::FrictionSpans;
+use crate::diagnostic::Diagnostic;
+use crate::document::Value;
+use crate::read::context::Record;
+
+/// What has been found, and what has been said: several contacts share tables.
+pub(super) struct Notes {
+    pub(super) spans: FrictionSpans,
+    pub(super) told: Vec<(usize, &'static str)>,
+}
+
+impl Notes {
+    /// Whether this about this place is new.
+    fn is_new(&mut self, at: usize, key: &'static str) -> bool {
+        let new = !self.told.contains(&(at, key));
+        if new {
+            self.told.push((at, key));
+        }
+        new
+    }
+}
+
+/// The tables that say something about a contact, nearest first.
+pub(super) struct Layers<'a> {
+    pub(super) records: &'a [&'a Record<'a>],
+    /// Whether the farthest table's radius is that of another contact.
+    pub(super) no_shared_radius: bool,
+}
+
+/// A value and which table it stands in.
+#[derive(Clone, Copy)]
+pub(super) struct Given<'a> {
+    pub(super) layer: usize,
+    pub(super) record: &'a Record<'a>,
+    pub(super) value: &'a Value,
+}
+
+impl<'a> Layers<'a> {
+    /// The nearest value of a key.
+    pub(super) fn given(&self, key: &str) -> Option<Given<'a>> {
+        let last = self.records.len().saturating_sub(1);
+        self.records.iter().enumerate().find_map(|(layer, &record)| {
+            let hidden = key == "radius" && layer == last && self.no_shared_radius;
+            let value = record.knows(key).then(|| record.table.get(key)).flatten();
+            value.filter(|_| !hidden).map(|value| Given { layer, record, value })
+        })
+    }
+
+    /// The nearest number of a key.
+    pub(super) fn number(&self, key: &'static str, notes: &mut Notes) -> Option<f64> {
+        let Given { record, value, .. } = self.given(key)?;
+        // What cannot be read has been complained about; any valid number will do from here.
+        let number = record.quantity(key).unwrap_or(1.0);
+        notes.spans.numbers.push((key, number, value.span.clone()));
+        Some(number)
+    }
+
+    /// The nearest word of a key.
+    pub(super) fn word(&self, key: &'static str) -> Option<&'static str> {
+        self.given(key)?.record.choice(key)
+    }
+
+    /// Says that a key cannot stand beside others.
+    pub(super) fn conflict(
+        &self,
+        given: Given<'_>,
+        key: &'static str,
+        why: &str,
+        help: &str,
+        notes: &mut Notes,
+    ) {
+        if !notes.is_new(given.value.span.start, key) {
+            return;
+        }
+        let context = given.record.context;
+        context.push(
+            Diagnostic::error("friction", format!("`{key}` cannot stand here: {why}"))
+                .at(context.place(&given.value.span), "in conflict")
+                .help(help),
+        );
+    }
+
+    /// Says that another key asks for one that is missing.
+    pub(super) fn missing(
+        &self,
+        beside: Option<Given<'_>>,
+        key: &'static str,
+        why: &str,
+        notes: &mut Notes,
+    ) {
+        let nearest = self.records.first().copied();
+        let Some(record) = beside.map(|given| given.record).or(nearest) else { return };
+        if notes.is_new(record.table.span.start, key) {
+            record.missing(key, why);
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! The thread of a helical joint: what its flanks carry.
+
+use super::{Load, LoadMap};
+use crate::scalar::Scalar;
+use crate::spatial::{Twist, Vec3, Wrench};
+
+/// The line of a thread: a helix of this radius and advance.
+///
+/// A flank presses on the other with a normal force and rubs along the helix. Of the axial force
+/// `F` that the joint carries, the friction `R` bears a part. With the lead angle `l`
+/// (`tan l = pitch / radius`), half the flank angle `b` in the section normal to the thread, and
+/// `d = 1` where it slides forward, `-1` backward, the flanks carry
+///
+/// ```text
+/// N cos b = | F / cos l + d R tan l |,    R = viscous + coefficient (N + N_other)
+/// ```
+///
+/// which is solved here for `N`: on either side of zero it is linear. What drives the joint does
+/// not enter, so it makes no difference whether a motor turns the spindle through this joint or
+/// through another. It gives the torques of text books, `F r tan(l + r')` to raise a load and
+/// `F r tan(r' - l)` to lower it, with `tan r' = coefficient / cos b`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thread<T> {
+    /// Radius at which the flanks touch, m.
+    pub radius: T,
+    /// Advance, m/rad; negative in a left-hand thread.
+    pub pitch: T,
+}
+
+/// The friction of the thread itself, which bears a part of the load that makes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OwnFriction<T> {
+    /// Its force for each newton of load.
+    pub coefficient: T,
+    /// Its force without load, N.
+    pub viscous: T,
+    /// 1 where it slides forward, -1 backward; at rest the part of it by which it holds.
+    pub direction: T,
+}
+
+impl<T: Scalar> OwnFriction<T> {
+    /// None.
+    pub fn none() -> Self {
+        Self { coefficient: T::zero(), viscous: T::zero(), direction: T::zero() }
+    }
+}
+
+impl<T: Scalar> Thread<T> {
+    /// The way along the helix for each radian, m.
+    #[inline(always)]
+    pub fn way(&self) -> T {
+        (self.radius * self.radius + self.pitch * self.pitch).sqrt()
+    }
+
+    /// The load under `wrench` (about the kernel's origin): what the flanks carry, and `other`, the
+    /// load of the thread as a pin. Infinite where the friction outgrows what it rests on.
+    #[inline(always)]
+    pub fn load(
+        &self,
+        map: &LoadMap<T>,
+        other: Load<T>,
+        wrench: Wrench<T>,
+        axis: Vec3<T>,
+        own: OwnFriction<T>,
+    ) -> Load<T> {
+        let lead = self.pitch / self.radius;
+        let over_cosine = self.way() / self.radius;
+        let back = own.direction * lead;
+        let axial = wrench.force.dot(axis) * over_cosine
+            + back * (own.viscous + own.coefficient * other.value);
+        let sign = axial.if_positive(T::one(), (-axial).if_positive(-T::one(), T::zero()));
+        let left = map.flank_cosine.unwrap_or(T::one()) - sign * back * own.coefficient;
+        // Zero divided into what is not.
+        let left = left.if_positive(left, T::zero());
+        let factor = sign / left;
+        let gradient = Twist { angular: Vec3::zero(), linear: axis * over_cosine }
+            + other.gradient * (back * own.coefficient);
+        Load { value: other.value + axial * factor, gradient: other.gradient + gradient * factor }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::{Dual, Lanes};
+    use proptest::prelude::*;
+
+    const MAP: LoadMap<f64> = LoadMap {
+        bending_span: Some(0.05),
+        axial_ratio: None,
+        torsion_arm: None,
+        preload: 3.0,
+        combine: crate::friction::Combine::Sum,
+        supports: crate::friction::Supports::Predecessor,
+        flank_cosine: Some(0.9),
+        smoothing: None,
+    };
+
+    proptest! {
+        /// The flanks' normal force and friction against the equilibrium of one flank, resolved
+        /// along the axis and around it, and the gradient against exact derivatives.
+        #[test]
+        fn flanks_are_in_balance(
+            c in prop::array::uniform6(-50.0..50.0_f64),
+            (pitch, coefficient) in (-0.008..0.008_f64, 0.0..0.4_f64),
+            forward in any::<bool>(),
+        ) {
+            type D = Dual<Lanes<f64, 2>, 6>;
+            let thread = Thread { radius: 0.01, pitch };
+            let direction = if forward { 1.0 } else { -1.0 };
+            let own = OwnFriction { coefficient, viscous: 0.7, direction };
+            let (at, axis) = (Vec3::new(0.1, 0.2, -0.1), Vec3::unit(2));
+            let wrench = Wrench {
+                force: Vec3::new(c[0], c[1], c[2]),
+                moment: Vec3::new(c[3], c[4], c[5]),
+            };
+            let other = MAP.around_axis(wrench, at, axis);
+            let load = thread.load(&MAP, other, wrench, axis, own);
+            prop_assert!(load.value >= other.value);
+
+            // Along the axis, per unit: the normal has cos b cos l, friction sin l.
+            let lead = (pitch / thread.radius).atan();
+            let normal = load.value - other.value;
+            let friction = own.viscous + coefficient * load.value;
+            let errors = [1.0, -1.0].map(|flank| {
+                let along = flank * normal * 0.9 * lead.cos() - direction * friction * lead.sin();
+                (along - c[2]).abs()
+            });
+            prop_assert!(errors[0].min(errors[1]) < 1e-12 * load.value, "{errors:?}");
+
+            let lift = D::from_f64;
+            let variable = |i: usize| D::variable(Lanes::from_f64(c[i]), i);
+            let wrench = Wrench {
+                force: Vec3::new(variable(0), variable(1), variable(2)),
+                moment: Vec3::new(variable(3), variable(4), variable(5)),
+            };
+            let thread = Thread { radius: lift(thread.radius), pitch: lift(pitch) };
+            let own = OwnFriction {
+                coefficient: lift(coefficient),
+                viscous: lift(own.viscous),
+                direction: lift(direction),
+            };
+            let map = MAP.lift::<D>();
+            let other = map.around_axis(wrench, at.lift(), axis.lift());
+            let dual = thread.load(&map, other, wrench, axis.lift(), own);
+            prop_assert_eq!(dual.value.value.0, [load.value; 2]);
+            let gradient = [load.gradient.linear.to_array(), load.gradient.angular.to_array()];
+            for (i, component) in gradient.concat().into_iter().enumerate() {
+                prop_assert!((component - dual.value.slope[i].0[1]).abs() < 1e-11);
+            }
+        }
+    }
+
+    /// Friction steeper than the flank: nothing carries the load upwards.
+    #[test]
+    fn friction_that_outgrows_its_load_has_no_bound() {
+        let thread = Thread { radius: 0.01, pitch: 0.02 };
+        let own = OwnFriction { coefficient: 0.5, viscous: 0.0, direction: 1.0 };
+        let force = Vec3::unit(2) * 10.0;
+        let wrench = Wrench { force, moment: Vec3::zero() };
+        let map = LoadMap { preload: 0.0, ..MAP };
+        let other = map.around_axis(wrench, Vec3::zero(), Vec3::unit(2));
+        assert_eq!(thread.load(&map, other, wrench, Vec3::unit(2), own).value, f64::INFINITY);
+        let down = OwnFriction { direction: -1.0, ..own };
+        assert!(thread.load(&map, other, wrench, Vec3::unit(2), down).value.is_finite());
+    }
+}
