@@ -15,6 +15,8 @@ pub(super) struct Names {
     pub(super) joints: Vec<String>,
     /// For each contact its name and its joint's index.
     pub(super) contacts: Vec<(String, usize)>,
+    /// Contacts whose law has a state, of which only steady sliding is computed.
+    pub(super) steady: Vec<String>,
 }
 
 impl Names {
@@ -34,22 +36,26 @@ impl Names {
                 (name, freedom.units().1)
             })
             .collect();
+        let mut steady = Vec::new();
         let contacts = joints
             .iter()
             .enumerate()
-            .flat_map(|(index, joint)| {
-                joint.friction.iter().map(move |contact| {
-                    let place = contacts_of(joint.joint_type)[contact.place].0;
-                    let name = if place.is_empty() {
-                        joint.name.clone()
-                    } else {
-                        format!("{}.{place}", joint.name)
-                    };
-                    (name, index)
-                })
+            .flat_map(|(index, joint)| joint.friction.iter().map(move |c| (index, joint, c)))
+            .map(|(index, joint, contact)| {
+                let place = contacts_of(joint.joint_type)[contact.place].0;
+                let name = if place.is_empty() {
+                    joint.name.clone()
+                } else {
+                    format!("{}.{place}", joint.name)
+                };
+                let laws = [Some(&contact.law), contact.backward.as_ref()];
+                if laws.into_iter().flatten().any(|law| law.bristles.is_some()) {
+                    steady.push(name.clone());
+                }
+                (name, index)
             })
             .collect();
-        Self { drives, joints: joints.iter().map(|j| j.name.clone()).collect(), contacts }
+        Self { drives, joints: joints.iter().map(|j| j.name.clone()).collect(), contacts, steady }
     }
 }
 

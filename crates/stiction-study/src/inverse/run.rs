@@ -6,6 +6,7 @@ use stiction::dynamics::Weighting;
 use stiction::dynamics::{
     AppliedLoad, Forces, FrictionMode, InverseDynamics, InverseError, Settings,
 };
+use stiction::friction::ContactShape;
 use stiction::kinematics::{AssemblyError, Coordinate, Target};
 use stiction::mobility::{Constraints, Distances};
 use stiction_model::{Diagnostic, LoadCase, Model, Motion};
@@ -375,7 +376,12 @@ fn fastest_contact(solver: &InverseDynamics) -> f64 {
     let speed = |contact: &stiction::parameters::ContactParameters<f64>| {
         let rates = bodies.joint_rates(topology, contact.joint);
         let own = &rates[contact.shape.freedoms()];
-        own.iter().map(|rate| rate * rate).sum::<f64>().sqrt() * contact.radius
+        let arms = contact.arms(solver.parameters().pitch[contact.joint]);
+        let length = |rates: &[f64]| rates.iter().map(|rate| rate * rate).sum::<f64>().sqrt();
+        match contact.shape {
+            ContactShape::Plate => length(&[own[0], own[1], own[2] * arms[2]]),
+            _ => length(own) * arms[0],
+        }
     };
     solver.parameters().contacts.iter().map(speed).fold(0.0, f64::max)
 }

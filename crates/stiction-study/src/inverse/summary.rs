@@ -198,11 +198,15 @@ impl Summary {
     fn friction_json(&self) -> Value {
         let mut contacts = Map::new();
         for (k, (name, _)) in self.names.contacts.iter().enumerate() {
-            let value = json!({
+            let mut value = json!({
                 "load": self.contact_loads[k].json(),
                 "dissipated": self.dissipated[k].value,
                 "determined": self.determined_loads[k],
             });
+            // Said only where there is something to say.
+            if self.names.steady.contains(name) {
+                value["law"] = json!("steady state of a law with a state");
+            }
             contacts.insert(name.clone(), value);
         }
         Value::Object(contacts)

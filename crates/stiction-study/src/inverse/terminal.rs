@@ -152,6 +152,16 @@ fn write_friction(
         write!(out, ": {}{more}", shares.collect::<Vec<_>>().join(", "))?;
     }
     writeln!(out)?;
+    let steady = &summary.names.steady;
+    if !steady.is_empty() {
+        let listed = steady.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>();
+        writeln!(
+            out,
+            "friction at {}{} is that of steady sliding: the state of its law is taken as settled",
+            listed.join(", "),
+            if steady.len() > LISTED { ", ..." } else { "" },
+        )?;
+    }
     if summary.resting_samples > 0 {
         let widest = summary.widest.iter().zip(&summary.names.drives);
         let widest = widest.max_by(|a, b| a.0.peak.total_cmp(&b.0.peak));
