@@ -54,7 +54,7 @@ impl<T: Scalar> ContactState<T> {
 
     /// Speeds and directions from the motion of the bodies. A contact that slides no faster than
     /// `rest_speed` rests; its friction then acts along `held`, in units of the greatest it can be.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn slide(
         &mut self,
         topology: &Topology,
@@ -103,7 +103,7 @@ impl<T: Scalar> ContactState<T> {
     }
 
     /// What a law says of the contact as it slides or rests.
-    #[inline(always)]
+    #[inline]
     fn resist(&self, law: &Law<T>, speed: T) -> Resistance<T> {
         let mut resistance = law.sliding(speed);
         if !law.is_constant() {
@@ -114,7 +114,7 @@ impl<T: Scalar> ContactState<T> {
     }
 
     /// The load under a joint's complete wrench, with the present friction where a load contains it.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn press(
         &mut self,
         contact: &ContactParameters<T>,
@@ -129,7 +129,7 @@ impl<T: Scalar> ContactState<T> {
 
     /// The load under a joint's complete wrench, and with this friction of its own where it contains
     /// that.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn press_with(
         &mut self,
         contact: &ContactParameters<T>,
@@ -200,7 +200,7 @@ impl<T: Scalar> Contacts<T> {
         Self { states: vec![ContactState::new(); count], held: vec![[T::zero(); 3]; count] }
     }
 
-    #[inline(always)]
+    #[inline]
     pub(crate) fn slide(
         &mut self,
         topology: &Topology,
@@ -217,7 +217,7 @@ impl<T: Scalar> Contacts<T> {
     }
 
     /// The loads under wrenches that no friction has a part in.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn press_frictionless(
         &mut self,
         parameters: &Parameters<T>,
@@ -232,7 +232,7 @@ impl<T: Scalar> Contacts<T> {
     }
 
     /// Updates all loads to the joints' wrenches; returns the largest change and the largest load.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn press(
         &mut self,
         parameters: &Parameters<T>,

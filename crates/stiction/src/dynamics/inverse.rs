@@ -227,7 +227,7 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// The frictionless solution, and the loads and speeds of all contacts in it.
-    #[inline(always)]
+    #[inline]
     pub(super) fn begin(
         &mut self,
         setup: &Setup<'_>,
@@ -260,7 +260,7 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// One Newton step of the coupling; returns the largest change of a load and the largest load.
-    #[inline(always)]
+    #[inline]
     pub(super) fn step(
         &mut self,
         setup: &Setup<'_>,
@@ -276,7 +276,7 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// Solves the balance with friction as `coupling` says; returns the determinant's sign.
-    #[inline(always)]
+    #[inline]
     fn couple(
         &mut self,
         setup: &Setup<'_>,
@@ -291,7 +291,7 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// Drives with the friction of the present loads.
-    #[inline(always)]
+    #[inline]
     pub(super) fn finish_friction(
         &mut self,
         topology: &Topology,
@@ -320,7 +320,7 @@ impl<T: Scalar> Inverse<T> {
 
     /// Solves again with the friction that contacts hold by at rest, everything else as it was, to
     /// first order in what they hold by.
-    #[inline(always)]
+    #[inline]
     pub(super) fn hold_again(
         &mut self,
         setup: &Setup<'_>,
