@@ -46,6 +46,10 @@ pub(crate) struct Inverse {
     /// Time between samples in seconds [default: as the motion says, else 0.01]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     pub(crate) step: Option<f64>,
+    /// Find out by which factor all coefficients of friction can grow before friction locks the
+    /// mechanism
+    #[arg(long)]
+    pub(crate) friction_margin: bool,
     /// Write inverse.csv, reactions.csv, friction.csv, summary.json and plots into this folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,

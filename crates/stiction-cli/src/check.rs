@@ -32,6 +32,7 @@ fn carry_out(options: &Check) -> Result<(), Failure> {
         load_name: "none".to_owned(),
         friction: FrictionMode::Off,
         step: options.step,
+        friction_margin: false,
     };
     // A folder that cannot be written is told before anything is computed.
     let mut outputs = options.output.as_deref().map(Outputs::new).transpose()?;

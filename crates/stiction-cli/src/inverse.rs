@@ -46,6 +46,7 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
         load_name,
         friction,
         step: options.step,
+        friction_margin: options.friction_margin,
     };
     if friction != FrictionMode::Off
         && job.model.mechanism.joints().iter().all(|j| j.friction.is_empty())

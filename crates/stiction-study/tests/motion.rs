@@ -176,6 +176,7 @@ A="1 rad + {speed} rad/s*t"
             load_name: "none".into(),
             friction: FrictionMode::Off,
             step: Some(0.1 / speed),
+            friction_margin: false,
         };
         let run = Run::of(&job).unwrap();
         assert!(run.power_residual < 1e-10, "{speed}: {:e}", run.power_residual);

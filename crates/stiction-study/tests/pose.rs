@@ -16,6 +16,7 @@ fn run(model: &Model, motion: &str) -> (Verdict, String, serde_json::Value, Vec<
         load_name: "none".into(),
         friction: FrictionMode::Converged,
         step: None,
+        friction_margin: false,
     };
     let mut summary = Summary::new(&job);
     let mut curves = Curves::new(&job, 1);

@@ -153,6 +153,9 @@ impl<W: io::Write> Tables<W> {
                 header.push(format!("{name}.{column}"));
             }
         }
+        if !names.contacts.is_empty() {
+            header.push("coupling [-]".to_owned());
+        }
         let friction = Table::new(friction, &header)?;
         Ok(Self { inverse, reactions, friction })
     }
@@ -206,6 +209,10 @@ impl<W: io::Write> Tables<W> {
                 table.number(value)?;
             }
             table.flag(determined)?;
+        }
+        if !forces.contacts.is_empty() {
+            // Where it is not known it has no bound.
+            table.number(sample.coupling.unwrap_or(f64::INFINITY))?;
         }
         table.end_row()
     }

@@ -1,5 +1,6 @@
 //! Inverse dynamics along a motion: the main job.
 
+mod certainty;
 mod columns;
 mod figures;
 pub(crate) mod run;
@@ -8,6 +9,7 @@ pub(crate) mod summary;
 pub(crate) mod terminal;
 mod uniqueness;
 
+pub use certainty::{MOST_MARGIN, Margin, OtherSolutions};
 pub use columns::{Table, Tables};
 pub use figures::Curves;
 pub use run::{Error, Job, Missing, Phase, Sample, Verdict};

@@ -1,5 +1,6 @@
 //! A mechanism carried along a motion under a load.
 
+use super::certainty::{Certainty, Margin, OtherSolutions};
 use super::uniqueness::{Singular, Uniqueness};
 use crate::{Instants, InstantsError};
 use stiction::dynamics::Weighting;
@@ -29,6 +30,8 @@ pub struct Job<'a> {
     pub friction: FrictionMode,
     /// Time between samples, s, if it is not left to the motion.
     pub step: Option<f64>,
+    /// Whether to find out how far friction can grow before it locks the mechanism.
+    pub friction_margin: bool,
 }
 
 /// Everything about one instant.
@@ -49,6 +52,12 @@ pub struct Sample<'a> {
     pub determined_loads: &'a [bool],
     /// For each drive whether it is determined.
     pub determined_drives: &'a [bool],
+    /// How strongly friction and reactions are coupled: below one there is no other solution. None
+    /// where it is not known.
+    pub coupling: Option<f64>,
+    /// The factor by which all coefficients can grow before friction locks the mechanism, infinite if
+    /// it does not; if that was asked for.
+    pub friction_margin: Option<f64>,
 }
 
 /// What holds along the whole motion.
@@ -72,6 +81,11 @@ pub struct Verdict {
     /// Pairs of neighbouring samples, s, between which the mechanism passes a singular position,
     /// where no finite driving force exists.
     pub passed_singularities: Vec<(f64, f64)>,
+    /// Other solutions of friction and reactions that were found. Given is the one that is connected
+    /// with no friction.
+    pub other_solutions: Option<OtherSolutions>,
+    /// How far friction can grow before it locks the mechanism, if that was asked for.
+    pub friction_margin: Option<Margin>,
     /// Singular positions at samples, where the load could be carried nevertheless.
     pub singular: Option<Singular>,
 }
@@ -219,6 +233,8 @@ impl Job<'_> {
             rest_speed,
             coupling: Some(0.0),
             passed_singularities: Vec::new(),
+            other_solutions: None,
+            friction_margin: None,
             singular: None,
         };
 
@@ -228,6 +244,7 @@ impl Job<'_> {
         let mut loads = Vec::new();
         let mut before = instants.at(0);
         let mut sides = Sides::default();
+        let mut certainty = Certainty::default();
         for (k, time) in instants.iter().enumerate() {
             self.follow(&mut solver, before, time)?;
             before = time;
@@ -246,8 +263,8 @@ impl Job<'_> {
             } else if missing.is_none() && failed.is_none() {
                 verdict.passed_singularities.extend(sides.look(&mut solver, time));
                 uniqueness.look(&solver, time);
-                let coupling = solver.coupling();
-                verdict.coupling = verdict.coupling.zip(coupling).map(|(a, b)| a.max(b));
+                certainty.look(&mut solver, &loads, time, self.friction_margin);
+                verdict.coupling = verdict.coupling.zip(certainty.coupling).map(|(a, b)| a.max(b));
                 verdict.redundancy = verdict.redundancy.max(uniqueness.redundancy);
                 let sample = Sample {
                     time,
@@ -257,6 +274,8 @@ impl Job<'_> {
                     determined_reactions: &uniqueness.reactions,
                     determined_loads: &uniqueness.loads,
                     determined_drives: &uniqueness.drives,
+                    coupling: certainty.coupling,
+                    friction_margin: certainty.last_margin,
                 };
                 receive(&sample).map_err(Error::Receiver)?;
             }
@@ -265,6 +284,8 @@ impl Job<'_> {
         match (missing, failed) {
             (None, None) => {
                 verdict.singular = uniqueness.singular;
+                verdict.other_solutions = certainty.others;
+                verdict.friction_margin = certainty.margin;
                 Ok(verdict)
             }
             (Some(missing), None) => Err(Error::CannotCarry(Box::new(missing))),

@@ -1,5 +1,6 @@
 //! What a run comes to.
 
+use super::certainty::MOST_MARGIN;
 use super::columns::Names;
 use super::run::{Job, Sample, Verdict};
 use super::statistics::{Comparison, Integral, Least, Size};
@@ -233,6 +234,21 @@ impl Summary {
             "power_residual_relative": self.power_residual_relative.peak.abs(),
             "friction_coupling": verdict.coupling,
             "friction_is_unique": verdict.coupling.is_some_and(|coupling| coupling < 1.0),
+            "friction_unique_up_to": verdict
+                .coupling
+                .filter(|coupling| *coupling > 0.0)
+                .map(|coupling| 1.0 / coupling),
+            "other_solutions": verdict.other_solutions.as_ref().map(|others| {
+                json!({ "samples": others.samples, "time": others.time, "drives": others.drives })
+            }),
+            "friction_margin": verdict.friction_margin.as_ref().map(|margin| {
+                json!({
+                    "factor": margin.factor,
+                    "most": MOST_MARGIN,
+                    "time": margin.time,
+                    "joint": margin.joint,
+                })
+            }),
             "passed_singularities": verdict.passed_singularities,
             "singular": verdict.singular.as_ref().map(|singular| self.singular_json(singular)),
             "distance_actuation": self.actuation.json(),

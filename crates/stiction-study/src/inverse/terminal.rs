@@ -1,5 +1,6 @@
 //! The summary that a person reads.
 
+use super::certainty::{MOST_MARGIN, Margin};
 use super::run::{Job, Verdict};
 use super::statistics::Integral;
 use super::summary::{Summary, friction_word, weighting_words};
@@ -48,7 +49,8 @@ pub fn write_summary(
     write_drives(out, job, summary)?;
     write_reactions(out, summary, model.mechanism.characteristic_length())?;
     write_friction(out, job, summary, verdict)?;
-    write_verdicts(out, job, summary, verdict)
+    write_verdicts(out, job, summary, verdict)?;
+    write_certainty(out, summary, verdict)
 }
 
 fn width<'a>(names: impl Iterator<Item = &'a str>, least: usize) -> usize {
@@ -244,7 +246,7 @@ fn write_verdicts(
     }
     let undetermined = summary.undetermined();
     if undetermined.is_empty() {
-        return write_unique(out, "all reactions and driving forces", verdict.coupling);
+        return write_unique(out, "all reactions and driving forces", verdict);
     }
     let unique = summary.drives_are_unique(job.friction);
     writeln!(
@@ -258,7 +260,7 @@ fn write_verdicts(
         writeln!(out, "these are chosen by {words}")?;
     }
     if unique {
-        return write_unique(out, "driving forces", verdict.coupling);
+        return write_unique(out, "driving forces", verdict);
     }
     let open: Vec<&str> = summary.frictions_that_are_not_unique().collect();
     if open.is_empty() {
@@ -311,12 +313,19 @@ fn write_singular(
 }
 
 /// That something is unique, as far as friction lets it be.
-fn write_unique(out: &mut impl Write, what: &str, coupling: Option<f64>) -> fmt::Result {
-    if coupling.is_some_and(|coupling| coupling < 1.0) {
-        return writeln!(out, "{what} are unique");
+fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Result {
+    if let Some(coupling) = verdict.coupling.filter(|coupling| *coupling < 1.0) {
+        return match coupling > 1e-9 {
+            true => writeln!(
+                out,
+                "{what} are unique, also with up to {} times this friction",
+                number((1.0 / coupling * 100.0).floor() / 100.0)
+            ),
+            false => writeln!(out, "{what} are unique"),
+        };
     }
     writeln!(out, "without friction {what} are unique")?;
-    match coupling {
+    match verdict.coupling {
         Some(coupling) => writeln!(
             out,
             "with friction there may be other solutions (coupling {}, unique below 1): given is the \
@@ -326,6 +335,41 @@ fn write_unique(out: &mut impl Write, what: &str, coupling: Option<f64>) -> fmt:
         None => writeln!(
             out,
             "with friction there may be other solutions: whether there are is not known here"
+        ),
+    }
+}
+
+/// Other solutions that were found, and how far friction can grow.
+fn write_certainty(out: &mut impl Write, summary: &Summary, verdict: &Verdict) -> fmt::Result {
+    if let Some(others) = &verdict.other_solutions {
+        let count = others.drives.len();
+        writeln!(
+            out,
+            "CAUTION: friction has other solutions at {} of {} samples, found by Newton's method from \
+             many starts; given is the one that is connected with no friction. At t = {} s {}:",
+            others.samples,
+            verdict.samples,
+            number(others.time),
+            if count == 1 { "it is".to_owned() } else { format!("there are {count}") },
+        )?;
+        for drives in others.drives.iter().take(LISTED) {
+            let named = summary.names.drives.iter().zip(drives);
+            let each = named.map(|((name, unit), x)| format!("{name} {} {unit}", number(*x)));
+            writeln!(out, "  {}", each.collect::<Vec<_>>().join(", "))?;
+        }
+    }
+    match &verdict.friction_margin {
+        None => Ok(()),
+        Some(Margin { factor: Some(factor), time, joint }) => writeln!(
+            out,
+            "all coefficients of friction can grow {} times; then friction locks {} at t = {} s",
+            number(*factor),
+            joint.as_deref().unwrap_or("the mechanism"),
+            number(*time),
+        ),
+        Some(Margin { factor: None, .. }) => writeln!(
+            out,
+            "all coefficients of friction can grow {MOST_MARGIN} times, and nothing locks"
         ),
     }
 }

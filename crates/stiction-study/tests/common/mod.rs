@@ -37,6 +37,7 @@ pub(crate) fn job<'a>(
         load_name: load.into(),
         friction,
         step: None,
+        friction_margin: false,
     }
 }
 

@@ -112,7 +112,8 @@ fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -> bool {
     if inverse.friction_settled(settings) && inverse.is_balanced(setup, parameters) {
         return true;
     }
-    let outcome = wedge::follow_friction(inverse, setup, parameters, kinematics, loads, settings);
+    let outcome =
+        wedge::follow_friction(inverse, setup, parameters, kinematics, loads, settings, 1.0);
     if outcome.is_err() {
         inverse.finish_friction(setup.topology, parameters, &kinematics.bodies);
     }

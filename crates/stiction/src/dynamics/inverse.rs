@@ -259,6 +259,17 @@ impl<T: Scalar> Inverse<T> {
         self.friction_steps = 0;
     }
 
+    /// Loads as if the joints carried these wrenches: another start of the coupling.
+    pub(super) fn press_with(
+        &mut self,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        wrenches: &[Wrench<T>],
+    ) {
+        self.balance.joint_wrenches.copy_from_slice(wrenches);
+        self.contacts.press(parameters, bodies, wrenches);
+    }
+
     /// One Newton step of the coupling; returns the largest change of a load and the largest load.
     #[inline]
     pub(super) fn step(

@@ -5,6 +5,7 @@
 
 mod balance;
 mod bounds;
+mod branches;
 mod careful;
 mod contacts;
 mod coupling;
@@ -21,6 +22,7 @@ mod spring;
 mod structure;
 mod wedge;
 
+pub use branches::FrictionMargin;
 pub use contacts::ContactState;
 pub use error::InverseError;
 pub use forces::{ContactForce, Forces};

@@ -16,7 +16,7 @@ use super::spring::Pull;
 use super::structure::Weighting;
 use super::wedge;
 use crate::kinematics::{
-    Assembly, AssemblyError, Bodies, Coordinate, Target, actuator_rate, body_twists,
+    Assembly, AssemblyError, Bodies, Coordinate, Kinematics, Target, actuator_rate, body_twists,
 };
 use crate::linalg::Elimination;
 use crate::mechanism::{BodyId, JointId, Mechanism};
@@ -65,6 +65,15 @@ pub struct InverseDynamics {
     /// By which rates were solved for first: whatever is planned later, its signs compare.
     first_program: Elimination,
     forces: Forces,
+}
+
+/// What the kernel works with.
+pub(super) struct Parts<'a> {
+    pub(super) setup: Setup<'a>,
+    pub(super) inverse: &'a Inverse<f64>,
+    pub(super) parameters: &'a Parameters<f64>,
+    pub(super) kinematics: &'a mut Kinematics<f64>,
+    pub(super) settings: &'a Settings,
 }
 
 impl InverseDynamics {
@@ -165,6 +174,16 @@ impl InverseDynamics {
         let setup = Setup { topology: &self.topology, prescription, motion, balance };
         let strength = coupling::strength(inverse, &setup, &self.parameters, self.bodies());
         strength.is_finite().then_some(strength)
+    }
+
+    /// The kernel's parts at the present position; none where it is singular, or redundant in
+    /// constraints and actuators at once.
+    pub(super) fn parts(&mut self) -> Option<Parts<'_>> {
+        let (Ok(balance), Some(inverse)) = (&self.plan, &self.inverse) else { return None };
+        let (topology, parameters, settings) = (&self.topology, &self.parameters, &self.settings);
+        let (prescription, motion, kinematics) = self.assembly.parts();
+        let setup = Setup { topology, prescription, motion, balance };
+        Some(Parts { setup, inverse, parameters, kinematics, settings })
     }
 
     /// On which side of the singular positions of its actuators the mechanism is: the sign of the
@@ -424,13 +443,13 @@ impl InverseDynamics {
         let setup = Setup { topology, prescription, motion, balance };
         if !inverse.friction_settled(settings) || !inverse.is_balanced(&setup, parameters) {
             // Follow the solution from no friction; it is found, or lost where friction locks.
-            wedge::follow_friction(inverse, &setup, parameters, kinematics, loads, settings)
+            wedge::follow_friction(inverse, &setup, parameters, kinematics, loads, settings, 1.0)
                 .map_err(|lock| InverseError::Locked {
-                    joint: self.mechanism.joints()[parameters.contacts[lock.contact].joint]
-                        .name
-                        .clone(),
-                    percent: 100.0 * lock.part,
-                })?;
+                joint: self.mechanism.joints()[parameters.contacts[lock.contact].joint]
+                    .name
+                    .clone(),
+                percent: 100.0 * lock.part,
+            })?;
         }
         let forces = &mut self.forces;
         forces.read(&kinematics.bodies, inverse);

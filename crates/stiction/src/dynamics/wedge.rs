@@ -20,8 +20,12 @@ const SMALLEST_STEP: f64 = 1e-5;
 /// Loads grown by this factor count as grown without bound.
 const UNBOUNDED: f64 = 1e9;
 
-/// Follows the solution from frictionless joints, growing all coefficients together, to the given
-/// ones; `inverse` holds it then. It is lost where the determinant of the coupled balance vanishes:
+/// Steps of the coefficients beyond the given ones, as a part of what they are: a longer one might
+/// pass over a piece in which there is no solution.
+const LONGEST_STEP: f64 = 0.1;
+
+/// Follows the solution from frictionless joints, growing all coefficients together, to `until` times
+/// the given ones; `inverse` holds it then. It is lost where the determinant of the coupled balance vanishes:
 /// the driving forces grow without bound as the coefficients come near.
 pub(super) fn follow_friction(
     inverse: &mut Inverse<f64>,
@@ -30,6 +34,7 @@ pub(super) fn follow_friction(
     kinematics: &mut Kinematics<f64>,
     loads: &[AppliedLoad<f64>],
     settings: &Settings,
+    until: f64,
 ) -> Result<(), Lock> {
     inverse.begin(setup, parameters, kinematics, loads, settings);
     let bodies = &kinematics.bodies;
@@ -37,8 +42,11 @@ pub(super) fn follow_friction(
     let largest_start = start.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     let mut good = inverse.clone();
     let (mut part, mut step) = (0.0, FIRST_STEP);
-    while part < 1.0 {
-        let next = f64::min(part + step, 1.0);
+    while part < until {
+        if part >= 1.0 {
+            step = step.min(LONGEST_STEP * part);
+        }
+        let next = f64::min(part + step, until);
         inverse.rub_at(setup.topology, parameters, bodies, settings, next);
         let mut found = false;
         for _ in 0..settings.friction_steps {
@@ -58,7 +66,7 @@ pub(super) fn follow_friction(
         } else {
             inverse.clone_from(&good);
             step *= 0.5;
-            if step < SMALLEST_STEP {
+            if step < SMALLEST_STEP * part.max(1.0) {
                 let growth = |contact: usize| {
                     inverse.contacts()[contact].load() / (start[contact] + 1e-12 * largest_start)
                 };
