@@ -72,13 +72,16 @@ impl Findings {
     }
 
     /// Whether a singularity of this kind is in every position, as far as positions taken at random
-    /// say. None where they do not decide, or where nobody asked: for legs.
+    /// say. None where they do not decide: as singular values or the count of finite motions are not
+    /// clear, or as nothing moves to other positions; or where nobody asked: for legs.
     pub fn everywhere(&self, kind: Kind) -> Option<bool> {
-        let Architecture { constraints, actuated, .. } = &self.architecture;
+        let Architecture { constraints, actuated, reach, .. } = &self.architecture;
+        if *reach == 0.0 {
+            return None;
+        }
+        let is_known = constraints.decided && self.mobility.finite_is_certain;
         match kind {
-            Kind::Constraint => {
-                constraints.decided.then_some(constraints.open > self.mobility.finite)
-            }
+            Kind::Constraint => is_known.then_some(constraints.open > self.mobility.finite),
             Kind::Actuation => actuated.decided.then_some(actuated.open > self.idle_spins.len()),
             Kind::Leg => None,
         }

@@ -34,7 +34,11 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
                 number(nearness.time),
                 number(nearness.least)
             )),
-            0 => {}
+            0 if nearness.crossings.is_empty() => {}
+            0 => warnings.push(format!(
+                "the motion passes or touches a singular position in {word}, first at t = {} s",
+                number(nearness.crossings[0].0)
+            )),
             _ if everywhere && kind == Kind::Actuation && drives < driven => {}
             _ if everywhere => warnings.push(format!(
                 "singular in {word} in every position: no other pose and no other motion mends it"

@@ -225,7 +225,7 @@ impl Summary {
             "idle_spins": verdict.idle_spins,
             "redundancy": verdict.redundancy,
             "undetermined_reactions": undetermined,
-            "weighting": weighting_words(verdict, job.model.mechanism.characteristic_length()),
+            "weighting": weighting_words(job, verdict),
             "samples_with_contacts_at_rest": self.resting_samples,
             "samples_without_intervals": self.unbounded_samples,
             "rest_speed": verdict.rest_speed,
@@ -294,7 +294,10 @@ pub(super) fn friction_word(mode: FrictionMode) -> &'static str {
 }
 
 /// Under which declared weighting what is not unique was chosen; nothing if all is unique.
-pub(super) fn weighting_words(verdict: &Verdict, length: f64) -> Option<String> {
+pub(super) fn weighting_words(job: &Job<'_>, verdict: &Verdict) -> Option<String> {
+    let mechanism = &job.model.mechanism;
+    let length = mechanism.characteristic_length();
+    let gives = mechanism.joints().iter().any(|joint| joint.compliance.is_some());
     let reactions = format!(
         "the least sum over all joints of |force|^2 + |moment|^2/L^2, moments about the joint's origin, \
          L = {:.4} mm",
@@ -311,6 +314,7 @@ pub(super) fn weighting_words(verdict: &Verdict, length: f64) -> Option<String> 
         Some(Weighting::LeastEnergy) => Some(energy),
         Some(Weighting::LeastDrives) => Some(drives),
         Some(Weighting::Determined) => None,
+        None if gives => Some(format!("{drives}, then by {energy}, and then by {reactions}")),
         None => Some(format!("{drives}, and then by {reactions}")),
     }
 }

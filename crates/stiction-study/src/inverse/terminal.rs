@@ -256,14 +256,16 @@ fn write_verdicts(
         if verdict.redundancy == 1 { "cy" } else { "cies" },
         by_components(&undetermined),
     )?;
-    if let Some(words) = weighting_words(verdict, length) {
+    if let Some(words) = weighting_words(job, verdict) {
         writeln!(out, "these are chosen by {words}")?;
     }
     if unique {
         return write_unique(out, "driving forces", verdict);
     }
     let open: Vec<&str> = summary.frictions_that_are_not_unique().collect();
-    if open.is_empty() {
+    if verdict.singular.is_some() {
+        writeln!(out, "driving forces are not unique where the position is singular")
+    } else if open.is_empty() {
         writeln!(out, "driving forces are not unique: actuators are redundant")
     } else {
         writeln!(

@@ -297,7 +297,10 @@ impl<'a> Loops<'a> {
         let each = (left.len() as f64 / open.len() as f64).sqrt();
         let spread = Svd::new(&DMatrix::from_columns(&left).transpose());
         let limit = MOVES * each;
-        spread.singular_values.iter().filter(|&&value| value > limit).count()
+        let counted = spread.singular_values.iter().filter(|&&value| value > limit).count();
+        // Where the way bends as sharply as the step is long, its bend counts, too: no more moves than
+        // is open to first order.
+        counted.min(open.len())
     }
 
     /// Takes a step (scaled rates) and closes the loops again by the shortest ways; where that leads
