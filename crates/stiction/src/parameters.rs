@@ -62,7 +62,9 @@ impl Weights<f64> {
             Self { force, moment }
         });
         let weights: Vec<Self> = each.collect();
-        let size = |w: &Self| w.force.norm().max(w.moment.norm() / (length * length));
+        // Not norms: squares of compliances underflow.
+        let most = |v: Vec3<f64>| v.to_array().into_iter().map(f64::abs).fold(0.0, f64::max);
+        let size = |w: &Self| most(w.force).max(most(w.moment) / (length * length));
         let largest = weights.iter().map(size).fold(0.0, f64::max);
         let scaled = |w: &Self| {
             let over = 1.0 / largest;

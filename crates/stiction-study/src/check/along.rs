@@ -2,6 +2,7 @@
 
 use super::SINGULAR;
 use crate::inverse::{Error, Job};
+use std::fmt::Write as _;
 use stiction::dynamics::InverseDynamics;
 use stiction::mobility::{Constraints, Mobility, Statics, ToldMotion, blocked_motions};
 
@@ -57,10 +58,12 @@ pub struct Nearness {
     /// Instants, s, at which the motion passes through or touches a singular position, each with
     /// what is gained there; not while it stays singular over several samples.
     pub crossings: Vec<(f64, Weakness)>,
+    /// Near approaches that were not looked into, since there are so many.
+    pub not_searched: usize,
 }
 
-/// Looks for the instants of one kind at most.
-const REFINED: usize = 24;
+/// So many near approaches of one kind are looked into; each takes some fifty decompositions.
+const REFINED: usize = 100;
 /// A local minimum above this, and above the least found so far, is not looked into.
 const NEAR: f64 = 0.05;
 /// Where the search ends nearer than this to a singular position, the motion passes it: at the
@@ -125,7 +128,10 @@ impl<'a> Watch<'a> {
             if let Some(found) = &mut self.found[k] {
                 found.singular_samples += usize::from(distance < SINGULAR);
             }
-            self.look_back(kind, &now, passed && kind == Kind::Actuation);
+            self.look_back(kind, &now);
+        }
+        if passed {
+            self.pass(&now);
         }
         self.before_last = self.last.replace(now);
     }
@@ -137,48 +143,81 @@ impl<'a> Watch<'a> {
             let weakness = solver.and_then(|solver| self.weakness(&solver, kind));
             if let Some(found) = &mut self.found[kind as usize] {
                 found.weakness = weakness;
+                found.crossings.sort_by(|a, b| a.0.total_cmp(&b.0));
             }
         }
         self.found
     }
 
     /// Whether a minimum lies between the last samples, and where.
-    fn look_back(&mut self, kind: Kind, now: &Sample, passed: bool) {
+    fn look_back(&mut self, kind: Kind, now: &Sample) {
         let k = kind as usize;
-        let (Some(last), Some(here)) = (&self.last, now.distances[k]) else { return };
-        let Some(middle) = last.distances[k] else { return };
-        let from = match &self.before_last {
-            Some(before) => {
-                let falls = before.distances[k].is_some_and(|d| d >= middle);
-                if falls && middle < here { Some(before) } else { None }
-            }
-            None => None,
-        };
-        // A sign that changed tells of a passage even where the distance does not show it.
-        let from = from.or(passed.then_some(last));
-        let Some(from) = from else { return };
-        let singular = |sample: &Sample| sample.distances[k].is_some_and(|d| d < SINGULAR);
-        if middle < SINGULAR {
+        let (Some(before), Some(last)) = (&self.before_last, &self.last) else { return };
+        let distances = [before, last, now].map(|sample| sample.distances[k]);
+        let [Some(before_it), Some(least), Some(after_it)] = distances else { return };
+        if before_it < least || after_it <= least {
+            return;
+        }
+        if least < SINGULAR {
             // At the sample itself; alone it is a passage, in a row the motion stays singular.
-            if !singular(from) && here >= SINGULAR {
+            if before_it >= SINGULAR {
                 let (time, weakness) = (last.time, self.weakness(&last.solver, kind));
                 self.cross(kind, time, 0.0, weakness);
             }
             return;
         }
-        let least = self.found[k].as_ref().map_or(f64::INFINITY, |found| found.least);
-        if !(passed || middle < NEAR || middle <= least) || self.refined[k] >= REFINED {
+        let known = self.found[k].as_ref().map_or(f64::INFINITY, |found| found.least);
+        if least > NEAR && least > known {
+            return;
+        }
+        if self.refined[k] >= REFINED {
+            if let Some(found) = &mut self.found[k] {
+                found.not_searched += 1;
+            }
             return;
         }
         self.refined[k] += 1;
-        let from_time = from.time;
-        let Some(found) = self.search(kind, from, now.time) else { return };
+        let apart = 1e-3 * (now.time - before.time);
+        let Some(found) = self.search(kind, before, now.time) else { return };
         let Found { time, solver, distance, passage } = found;
         self.add(kind, time, distance, &solver);
-        if distance < CROSSED {
+        // Where all positions are nearly singular, a least one is no passage.
+        if distance < CROSSED && distance < 1e-3 * before_it.max(after_it) {
             let weakness = self.weakness(&solver, kind);
-            self.cross(kind, passage, 1e-3 * (now.time - from_time), weakness);
+            self.cross(kind, passage, apart, weakness);
         }
+    }
+
+    /// A passage between the last sample and this one, by bisection of the side on which the
+    /// mechanism is: certain, whether or not the distance can be followed to zero.
+    fn pass(&mut self, now: &Sample) {
+        let Some(last) = &self.last else { return };
+        let mut at_last = last.solver.clone();
+        let Some(side) = at_last.side() else { return };
+        let (mut low, mut high) = (last.time, now.time);
+        let mut nearest = now.solver.clone();
+        for _ in 0..STEPS {
+            let middle = 0.5 * (low + high);
+            let mut solver = last.solver.clone();
+            if middle <= low || middle >= high {
+                break;
+            }
+            // At the singular position itself the motion may not be determined.
+            let Ok(()) = self.job.follow(&mut solver, last.time, middle) else { break };
+            match solver.side() {
+                Some(here) if here == side => low = middle,
+                Some(_) => high = middle,
+                None => break,
+            }
+            nearest = solver;
+        }
+        let apart = 1e-3 * (now.time - last.time);
+        let time = 0.5 * (low + high);
+        let weakness = self.weakness(&nearest, Kind::Actuation);
+        if let Some(distance) = self.distance(&nearest.statics(), Kind::Actuation) {
+            self.add(Kind::Actuation, time, distance, &nearest);
+        }
+        self.cross(Kind::Actuation, time, apart, weakness);
     }
 
     fn add(&mut self, kind: Kind, time: f64, distance: f64, solver: &InverseDynamics) {
@@ -188,6 +227,7 @@ impl<'a> Watch<'a> {
             weakness: None,
             singular_samples: 0,
             crossings: Vec::new(),
+            not_searched: 0,
         });
         // Rounding does not move the least to a later instant.
         if distance < found.least * (1.0 - 1e-9) - 1e-12 {
@@ -199,7 +239,7 @@ impl<'a> Watch<'a> {
     /// Notes a passage, unless the last one is less than `apart`, s, away: then it is the same.
     fn cross(&mut self, kind: Kind, time: f64, apart: f64, weakness: Option<Weakness>) {
         if let (Some(found), Some(weakness)) = (&mut self.found[kind as usize], weakness)
-            && found.crossings.last().is_none_or(|(last, _)| (time - last).abs() > apart)
+            && found.crossings.iter().rev().take(2).all(|(known, _)| (time - known).abs() > apart)
         {
             found.crossings.push((time, weakness));
         }
@@ -268,7 +308,10 @@ impl<'a> Watch<'a> {
             Kind::Constraint => constraints.weakest_motion(self.mobility, &idle),
             Kind::Leg => constraints.weakest_leg_motion(&idle),
         }?;
-        let (body, motion) = told.in_words(mechanism, origin);
+        let (body, mut motion) = told.in_words(mechanism, origin);
+        if told.of > 1 {
+            let _ = write!(motion, " (one of {} such motions)", told.of);
+        }
         let load = told.load_in_words(mechanism.characteristic_length());
         Some(Weakness { body, motion, load, left: None })
     }

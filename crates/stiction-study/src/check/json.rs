@@ -67,6 +67,7 @@ impl Findings {
                 "instantaneous": self.mobility.instantaneous,
                 "finite": self.mobility.finite,
                 "finite_is_certain": self.mobility.finite_is_certain,
+                "branches_meet": self.mobility.branches_meet,
                 "idle": self.idle_spins,
                 "smallest_kept": self.mobility.gap.0,
                 "largest_dropped": self.mobility.gap.1,
@@ -120,6 +121,7 @@ impl Findings {
             "singular_samples": nearness.singular_samples,
             "weakest": nearness.weakness.as_ref().map(weakness),
             "crossings": crossings.collect::<Vec<_>>(),
+            "not_searched": nearness.not_searched,
             "everywhere": self.everywhere(kind),
         })
     }

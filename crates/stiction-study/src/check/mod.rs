@@ -21,8 +21,8 @@ use along::Watch;
 use sizes::Measuring;
 use stiction::mobility::{Architecture, Constraints, JointLoad, Mobility, Play, governance};
 
-/// Closer to a singular position than this is in it, to round-off.
-pub(crate) const SINGULAR: f64 = 1e-9;
+/// Closer to a singular position than this is in it: distances are zero where ranks do not count.
+pub(crate) const SINGULAR: f64 = f64::MIN_POSITIVE;
 
 /// What was found.
 #[derive(Clone, Debug)]
@@ -93,9 +93,23 @@ impl Findings {
         self.singularities().any(|(known, nearness)| known == kind && met(nearness))
     }
 
+    /// How many motions the actuators are to govern: idle spins are none.
+    pub fn to_be_driven(&self) -> usize {
+        meant(&self.mobility, &self.architecture).saturating_sub(self.idle_spins.len())
+    }
+
     /// What clearance does to motions that are blocked to second order only.
     pub fn play(&self) -> &[Play] {
         &self.mobility.play
+    }
+}
+
+/// How many motions the constraints are meant to leave: those of finite size, or, where these are in
+/// doubt, what they leave in general.
+fn meant(mobility: &Mobility, architecture: &Architecture) -> usize {
+    match mobility.finite_is_certain {
+        true => mobility.finite,
+        false => architecture.constraints.open,
     }
 }
 
@@ -121,7 +135,7 @@ pub fn examine(
 
     let mut solver = first.clone();
     let mut determined = vec![[true; 6]; mechanism.joints().len()];
-    let mut watch = Watch::new(job, mobility.finite, spins.len());
+    let mut watch = Watch::new(job, meant(&mobility, &architecture), spins.len());
     let mut measuring = Measuring::new(&first);
     let mut governed: Option<(Least, f64)> = None;
     let mut drives_unique = true;
@@ -137,7 +151,9 @@ pub fn examine(
             all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);
         }
         drives_unique &= statics.determined_drives().iter().all(|determined| *determined);
-        if let Some(value) = partly_blocked.then(|| governance(&solver)).flatten() {
+        // Where branches meet, motions of finite size are not those that the second order leaves.
+        let governable = partly_blocked && !mobility.branches_meet;
+        if let Some(value) = governable.then(|| governance(&solver)).flatten() {
             let (least, greatest) = governed.get_or_insert((Least::default(), value));
             least.add(time, value);
             *greatest = greatest.max(value);
@@ -167,6 +183,7 @@ pub fn examine(
         weakness: None,
         singular_samples: 0,
         crossings: Vec::new(),
+        not_searched: 0,
     };
     let actuation = actuation.unwrap_or_else(|| never.clone());
     // A position that is singular leaves them open even where nothing is redundant.

@@ -60,6 +60,9 @@ fn write_mobility(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> f
             findings.idle_spins.join(", ")
         )?;
     }
+    if findings.mobility.branches_meet {
+        writeln!(out, "  not all of them at once: branches of motion meet at this position")?;
+    }
     // Hubs first: what a robot carries its tool with has the most freedoms.
     let mut bodies: Vec<_> = mobility.bodies.iter().collect();
     bodies.sort_by_key(|body| std::cmp::Reverse(body.motions.len() + body.first_order_only.len()));
@@ -77,7 +80,7 @@ fn write_mobility(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> f
         }
     }
     if bodies.len() > LISTED {
-        writeln!(out, "  and {} more bodies", bodies.len() - LISTED)?;
+        writeln!(out, "  and {} more", bodies.len() - LISTED)?;
     }
     for sentence in words::play(job, findings).iter().take(LISTED) {
         writeln!(out, "  {sentence}")?;
@@ -107,6 +110,9 @@ fn write_redundancy(out: &mut impl Write, job: &Job<'_>, findings: &Findings) ->
             .collect();
         writeln!(out, "statics does not determine {}", by_components(&undetermined))?;
     }
+    if findings.drives == 0 {
+        return writeln!(out, "no joint is actuated\n");
+    }
     let unique = if findings.drives_unique { "are" } else { "are not" };
     writeln!(out, "driving forces {unique} unique (friction apart)\n")
 }
@@ -133,7 +139,7 @@ fn write_nearness(
     kind: Kind,
     nearness: &Nearness,
 ) -> fmt::Result {
-    let Nearness { least, time, singular_samples, weakness, crossings } = nearness;
+    let Nearness { least, time, singular_samples, weakness, crossings, not_searched } = nearness;
     let word = kind.word();
     match *singular_samples {
         0 if crossings.is_empty() => {
@@ -153,6 +159,9 @@ fn write_nearness(
     }
     if crossings.len() > LISTED {
         writeln!(out, "    and {} times more", crossings.len() - LISTED)?;
+    }
+    if *not_searched > 0 {
+        writeln!(out, "    {not_searched} near approaches more were not looked into")?;
     }
     match weakness {
         Some(gained) if *singular_samples > 0 && crossings.is_empty() => {
@@ -179,14 +188,14 @@ fn write_sizes(out: &mut impl Write, findings: &Findings) -> fmt::Result {
         )?;
     }
     if sizes.bodies.len() > LISTED {
-        writeln!(out, "  and {} more bodies", sizes.bodies.len() - LISTED)?;
+        writeln!(out, "  and {} more", sizes.bodies.len() - LISTED)?;
     }
     for (body, least, greatest) in sizes.reach.iter().take(LISTED) {
         let (least, greatest) = (point(*least), point(*greatest));
         writeln!(out, "  the centre of {body} stays between {least} and {greatest} m")?;
     }
     if sizes.reach.len() > LISTED {
-        writeln!(out, "  and {} more bodies", sizes.reach.len() - LISTED)?;
+        writeln!(out, "  and {} more", sizes.reach.len() - LISTED)?;
     }
     for leg in sizes.legs.iter().take(LISTED) {
         writeln!(out, "  {} is {} long", leg.name, range(leg))?;

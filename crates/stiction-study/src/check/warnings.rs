@@ -13,16 +13,19 @@ const DOUBTFUL: f64 = 1e-6;
 pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     let mut warnings = Vec::new();
     let drives = findings.drives;
-    let driven = findings.mobility.finite.saturating_sub(findings.idle_spins.len());
+    let driven = findings.to_be_driven();
     if drives > 0 && drives < driven {
         warnings.push(format!(
-            "{drives} actuators cannot govern {driven} degrees of freedom: actuate more joints"
+            "{} cannot govern {}: actuate more joints",
+            several(drives, "actuator"),
+            several(driven, "degree"),
         ));
     }
     if drives > driven {
         warnings.push(format!(
-            "{drives} actuators govern {driven} degrees of freedom: driving forces are chosen by a \
-             rule where they are not unique"
+            "{} for {}: driving forces are chosen by a rule where they are not unique",
+            several(drives, "actuator"),
+            several(driven, "degree"),
         ));
     }
     for (kind, nearness) in findings.singularities() {
@@ -97,4 +100,11 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
         warnings.push("no joint declares friction".to_owned());
     }
     warnings
+}
+
+/// `one actuator`, `3 actuators`; degrees are those of freedom.
+fn several(count: usize, what: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    let of = if what == "degree" { " of freedom" } else { "" };
+    format!("{count} {what}{plural}{of}")
 }

@@ -8,6 +8,8 @@ use super::uniqueness::Singular;
 use std::fmt::{self, Write};
 use stiction::dynamics::FrictionMode;
 
+/// Where velocities at a singular position are finite it is known to the root of rounding only.
+const ROOT_OF_ROUNDING: f64 = 1e-6;
 /// Closer to a singular position than this deserves a word.
 const NEAR_SINGULAR: f64 = 1e-3;
 /// Joints and contacts listed at most.
@@ -228,6 +230,13 @@ fn write_verdicts(
     }
     if let Some(singular) = &verdict.singular {
         write_singular(out, summary, verdict, singular)?;
+    } else if summary.actuation.value < ROOT_OF_ROUNDING {
+        writeln!(
+            out,
+            "CAUTION: at t = {} s the position cannot be told from a singular one: forces there are \
+             made of rounding",
+            number(summary.actuation.time),
+        )?;
     } else if summary.actuation.value < NEAR_SINGULAR {
         writeln!(
             out,

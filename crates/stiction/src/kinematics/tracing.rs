@@ -363,7 +363,7 @@ impl<'a> Loops<'a> {
 pub(super) struct Directions(pub(super) u64);
 
 impl Directions {
-    fn number(&mut self) -> f64 {
+    pub(super) fn number(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0

@@ -75,9 +75,13 @@ fn stride(
         let within = &basis * basis.tr_mul(heading);
         (within.norm() > 0.5 * heading.norm()).then(|| within.normalize())
     });
-    let directions = ahead.into_iter().chain((0..TRIES).map(|_| random.within(open)));
-    for direction in directions {
-        let step = direction * STRIDE;
+    for attempt in 0..=TRIES {
+        let direction = match (attempt, &ahead) {
+            (0, Some(ahead)) => ahead.clone(),
+            _ => random.within(open),
+        };
+        // Strides of one length would find the way back to where one freedom came from.
+        let step = direction * (STRIDE * (1.0 + 0.5 * random.number()));
         if let Some((next, moved)) = loops.step(at, &step)
             // What is blocked comes back; what jumps has left for another branch.
             && moved.norm() > 0.2 * STRIDE

@@ -14,10 +14,13 @@ use crate::topology::Topology;
 
 /// Positions taken.
 const POSITIONS: usize = 8;
-/// Singular values, relative to the largest, below the first are zero (a position where a motion is
-/// blocked to second order is found to the square root of rounding), above the second they are not.
-/// What is between is not decided.
-const UNDECIDED: (f64, f64) = (1e-6, 1e-4);
+/// Singular values, relative to the largest, below this are zero.
+const ZERO: f64 = 1e-9;
+/// Above this they are not.
+const NOT_ZERO: f64 = 1e-4;
+/// Between `ZERO` and this they are zero where a motion is blocked to second order: such a position is
+/// found to the square root of rounding only. Otherwise what is between is not decided.
+const ROOT_OF_ZERO: f64 = 1e-6;
 
 /// What holds in general, at positions taken at random.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +61,16 @@ impl Architecture {
         let (actuators, targets) = actuators(topology);
         let rank = |coordinates: &[Coordinate], targets: &[Target<f64>]| {
             let each = states.iter().map(|state| {
-                LoopsAt::singular_values_with(topology, parameters, state, coordinates, targets)
+                let values = LoopsAt::singular_values_with(
+                    topology,
+                    parameters,
+                    state,
+                    coordinates,
+                    targets,
+                );
+                (values, || {
+                    LoopsAt::new(topology, parameters, state, ROOT_OF_ZERO).blocked_motions().len()
+                })
             });
             GenericRank::of(each)
         };
@@ -91,7 +103,7 @@ fn governance_at(
     state: &State<f64>,
 ) -> Option<f64> {
     let (actuators, targets) = actuators(topology);
-    LoopsAt::new(topology, parameters, state, UNDECIDED.0).governed_by(&actuators, &targets)
+    LoopsAt::new(topology, parameters, state, ROOT_OF_ZERO).governed_by(&actuators, &targets)
 }
 
 /// All actuators as prescribed coordinates, and values for them.
@@ -105,20 +117,25 @@ fn actuators(topology: &Topology) -> (Vec<Coordinate>, Vec<Target<f64>>) {
 }
 
 impl GenericRank {
-    /// From the singular values at each position, as many as there are freedoms, largest first.
-    fn of(positions: impl Iterator<Item = Vec<f64>>) -> Self {
+    /// From the singular values at each position, as many as there are freedoms, largest first, and
+    /// what counts the motions that are blocked to second order there.
+    fn of(positions: impl Iterator<Item = (Vec<f64>, impl FnOnce() -> usize)>) -> Self {
         let mut generic: Option<Self> = None;
-        for values in positions {
+        for (values, blocked) in positions {
             // Entries are of order one: where all are rounding, nothing counts.
             let largest = values.first().copied().unwrap_or(0.0).max(1.0);
             let relative = |value: &f64| value / largest;
             let values: Vec<f64> = values.iter().map(relative).collect();
-            let rank = values.iter().filter(|&&value| value > UNDECIDED.0).count();
+            let within = |low: f64, high: f64| {
+                values.iter().filter(|&&value| value > low && value <= high).count()
+            };
+            let rank = within(ROOT_OF_ZERO, f64::INFINITY);
+            let roots = within(ZERO, ROOT_OF_ZERO);
             let here = Self {
                 open: values.len() - rank,
                 kept: rank.checked_sub(1).map(|last| values[last]),
                 dropped: values.get(rank).copied(),
-                decided: !values.iter().any(|&v| v > UNDECIDED.0 && v < UNDECIDED.1),
+                decided: within(ROOT_OF_ZERO, NOT_ZERO) == 0 && (roots == 0 || roots <= blocked()),
             };
             generic = Some(match generic {
                 Some(known) if known.open < here.open => known,

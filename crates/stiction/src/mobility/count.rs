@@ -24,6 +24,9 @@ pub struct Mobility {
     /// Whether `finite` is beyond doubt: what tracing did not find is blocked to second order. Otherwise
     /// it is blocked to third or higher order, or too close to call.
     pub finite_is_certain: bool,
+    /// Whether branches of motion meet here: along each of them fewer motions are open than to second
+    /// order here, or others.
+    pub branches_meet: bool,
     /// Constraints that depend on others at this position.
     pub redundant_constraints: usize,
     /// The smallest singular value that counts as one and the largest that counts as zero, both
@@ -76,6 +79,7 @@ impl Mobility {
             instantaneous,
             finite,
             finite_is_certain: finite + blocked >= instantaneous,
+            branches_meet: finite + blocked > instantaneous,
             redundant_constraints: (instantaneous as i64 - gruebler).max(0) as usize,
             gap: if rank == 0 { (None, None) } else { (relative(rank - 1), relative(rank)) },
             bodies,

@@ -153,7 +153,8 @@ impl<'a> Constraints<'a> {
             return None;
         }
         let values = one_for_each_column(&self.transposed.select_columns(&of_legs));
-        values.get(values.len().checked_sub(idle_spins + 1)?).copied()
+        let last = values.len().checked_sub(idle_spins + 1)?;
+        Some(zero_or(&values, last))
     }
 
     /// How many independent motions the constraints leave at this position.
@@ -166,8 +167,14 @@ impl<'a> Constraints<'a> {
     /// `mobility` motions. Zero where they do.
     pub fn distance(&self, mobility: usize) -> f64 {
         let held = self.singular_values.len().saturating_sub(mobility);
-        held.checked_sub(1).map_or(1.0, |last| self.singular_values[last])
+        held.checked_sub(1).map_or(1.0, |last| zero_or(&self.singular_values, last))
     }
+}
+
+/// A singular value, zero where ranks do not count it, or there is none.
+fn zero_or(values: &[f64], index: usize) -> f64 {
+    let largest = values.first().copied().unwrap_or(0.0);
+    values.get(index).copied().filter(|value| *value > RANK_TOLERANCE * largest).unwrap_or(0.0)
 }
 
 /// The equations of the bodies between hubs.
@@ -190,7 +197,7 @@ impl Statics {
         let resisted = self.system().matrix.nrows().saturating_sub(idle_spins);
         match resisted.checked_sub(1) {
             None => 1.0,
-            Some(last) => self.singular_values().get(last).copied().unwrap_or(0.0),
+            Some(last) => zero_or(self.singular_values(), last),
         }
     }
 }

@@ -19,6 +19,9 @@ pub struct ToldMotion {
     pub body: usize,
     /// Whether that body turns.
     pub turns: bool,
+    /// Of how many independent motions it is one, that nothing resists either; known idle spins and
+    /// other known motions do not count.
+    pub of: usize,
 }
 
 impl ToldMotion {
@@ -91,7 +94,10 @@ impl Statics {
             let amounts = Svd::new(&DMatrix::from_columns(&rest)).v.column(0).into_owned();
             DMatrix::from_columns(&basis) * amounts
         };
-        Some(self.told(&self.scale_rows(&motion)))
+        let zero = MIXED * svd.largest().max(f64::MIN_POSITIVE);
+        let open = svd.singular_values.iter().filter(|&&value| value <= zero).count();
+        let of = open.saturating_sub(others).max(1);
+        Some(ToldMotion { of, ..self.told(&self.scale_rows(&motion)) })
     }
 
     /// Tells a motion of all bodies: velocity of the centre of mass, then angular velocity, for each.
@@ -119,7 +125,7 @@ impl Statics {
             twists
                 .push(Twist { angular, linear: velocity - angular.cross(self.system().com(body)) });
         }
-        ToldMotion { twists, body, turns }
+        ToldMotion { twists, body, turns, of: 1 }
     }
 }
 

@@ -56,7 +56,7 @@ fn row(kind: Kind, nearness: &Nearness, samples: usize) -> Vec<String> {
         Kind::Constraint => "the constraints leave more than the motions of finite size",
         Kind::Leg => "a leg's bodies can move although the bodies where legs end stand still",
     };
-    let Nearness { least, time, singular_samples, weakness, crossings } = nearness;
+    let Nearness { least, time, singular_samples, weakness, crossings, .. } = nearness;
     let is_singular = *singular_samples > 0 || !crossings.is_empty();
     let distance = if is_singular { "0".to_owned() } else { number(*least) };
     let singular = match (*singular_samples, crossings.len()) {
