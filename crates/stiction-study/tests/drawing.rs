@@ -377,7 +377,7 @@ fn pages_are_well_formed_and_complete() {
             "Redundancy and uniqueness",
             "Nearest singular positions",
             "Masses",
-            "Joints along the motion",
+            "Along the motion",
         ] {
             assert!(heading(text), "{name}: {text}");
         }

@@ -185,7 +185,26 @@ fn names() {
             job.step = Some(job.motion.duration / 4.0);
             examine(&job, |_, _, _| true).unwrap()
         };
-        let (old, new) = (report(&model), report(&renamed));
+        let (old, mut new) = (report(&model), report(&renamed));
+        // Words name bodies and joints: in the new report by their new names.
+        let old_name = |name: &mut String| {
+            let known = renamed.mechanism.body_id(name).unwrap();
+            name.clone_from(&model.mechanism.bodies()[known.0].name);
+        };
+        let old_words = |words: &mut String| {
+            for (k, joint) in renamed.mechanism.joints().iter().enumerate() {
+                let whole = format!("{} ", joint.name);
+                *words = words.replace(&whole, &format!("{} ", model.mechanism.joints()[k].name));
+            }
+        };
+        let kinds = [Some(&mut new.actuation), Some(&mut new.constraint), new.leg.as_mut()];
+        for nearness in kinds.into_iter().flatten() {
+            let crossings = nearness.crossings.iter_mut().map(|(_, weakness)| weakness);
+            for weakness in nearness.weakness.iter_mut().chain(crossings) {
+                old_name(&mut weakness.body);
+                old_words(&mut weakness.motion);
+            }
+        }
         let counts = |found: &Findings| {
             let mobility = &found.mobility;
             let Mobility { gruebler, instantaneous, finite, redundant_constraints, .. } = *mobility;

@@ -82,7 +82,7 @@ pub(super) fn play(job: &Job<'_>, findings: &Findings) -> Vec<String> {
             false => (format!("{:.3} mm", play.with(CLEARANCE) * 1e3), "move"),
         };
         format!(
-            "{:.0} um of clearance in {joint} let {body} {verb} by {amount} to either side",
+            "{:.0} um of clearance in {joint} lets {body} {verb} by {amount} to either side",
             CLEARANCE * 1e6
         )
     });
