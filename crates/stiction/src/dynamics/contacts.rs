@@ -87,10 +87,27 @@ impl<T: Scalar> ContactState<T> {
             }
         }
         self.sense = sense;
-        self.resistance = self.resist(&contact.law, speed);
+        let law = &contact.law;
+        if law.is_constant() && contact.backward.is_none() {
+            self.resistance = Resistance::coulomb_viscous(law.coulomb, law.viscous, speed);
+        } else {
+            self.resist(contact, speed);
+        }
+    }
+
+    /// What laws say that change with speed, with its sense, or at rest. Not inlined: kernels of
+    /// dual numbers grow large.
+    fn resist(&mut self, contact: &ContactParameters<T>, speed: T) {
+        let (sliding, sense) = (self.sliding, self.sense);
+        let of = |law: &Law<T>| {
+            let Resistance { coefficient, viscous } = law.sliding(speed);
+            let coefficient = sliding.if_positive(coefficient, law.at_rest());
+            Resistance { coefficient, viscous }
+        };
+        let forward = of(&contact.law);
+        self.resistance = forward;
         if let Some(law) = &contact.backward {
-            let backward = self.resist(law, speed);
-            let forward = self.resistance;
+            let backward = of(law);
             // At rest, with nothing held, either may come: the greater is the limit.
             let greater = backward.coefficient - forward.coefficient;
             let pick = |backward: T, forward: T| {
@@ -100,17 +117,6 @@ impl<T: Scalar> ContactState<T> {
             self.resistance.coefficient = pick(backward.coefficient, forward.coefficient);
             self.resistance.viscous = pick(backward.viscous, forward.viscous);
         }
-    }
-
-    /// What a law says of the contact as it slides or rests.
-    #[inline]
-    fn resist(&self, law: &Law<T>, speed: T) -> Resistance<T> {
-        let mut resistance = law.sliding(speed);
-        if !law.is_constant() {
-            let moving = resistance.coefficient;
-            resistance.coefficient = self.sliding.if_positive(moving, law.at_rest());
-        }
-        resistance
     }
 
     /// The load under a joint's complete wrench, with the present friction where a load contains it.
@@ -140,24 +146,20 @@ impl<T: Scalar> ContactState<T> {
     ) {
         let (j, k) = (&bodies.frame_j[contact.joint], &bodies.frame_k[contact.joint]);
         let map = &contact.load;
-        let z = j.rotation.columns[2];
+        let axis = match contact.shape {
+            ContactShape::Pin { axis, carrier: Carrier::Successor, .. } => k.rotation.columns[axis],
+            ContactShape::Pin { axis, .. } => j.rotation.columns[axis],
+            _ => j.rotation.columns[2],
+        };
         self.load = match contact.shape {
             ContactShape::Ball => map.at_point(wrench, j.position),
-            ContactShape::Plate => map.on_plane(wrench, k.position, z),
-            ContactShape::Guide { .. } => map.between(wrench, j.position, k.position, z),
-            ContactShape::Thread => {
-                let other = map.between(wrench, j.position, k.position, z);
-                let thread = Thread { radius: contact.radius, pitch };
-                thread.load(map, other, wrench, z, own)
-            }
-            ContactShape::Pin { axis, carrier, .. } => {
-                let frame = match carrier {
-                    Carrier::Predecessor => j,
-                    Carrier::Successor => k,
-                };
-                map.between(wrench, j.position, k.position, frame.rotation.columns[axis])
-            }
+            ContactShape::Plate => map.on_plane(wrench, k.position, axis),
+            _ => map.between(wrench, j.position, k.position, axis),
         };
+        if contact.shape == ContactShape::Thread {
+            let thread = Thread { radius: contact.radius, pitch };
+            self.load = thread.load(map, self.load, wrench, axis, own);
+        }
     }
 
     /// The part of the friction force that does not change with the reaction, in the linear form of

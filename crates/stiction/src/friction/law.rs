@@ -96,24 +96,34 @@ impl<T: Scalar> Law<T> {
     #[inline(always)]
     pub fn sliding(&self, speed: T) -> Resistance<T> {
         let mut resistance = Resistance::coulomb_viscous(self.coulomb, self.viscous, speed);
-        match &self.curve {
-            Curve::Constant | Curve::Breakaway { .. } => {}
-            Curve::Stribeck { breakaway, velocity, exponent } => {
-                let decay = (-exponent.of(speed / *velocity)).exp();
-                resistance.coefficient += (*breakaway - self.coulomb) * decay;
-            }
-            Curve::Table(rows) => resistance.coefficient = interpolated(rows, speed),
-        }
-        if let Some(velocity) = self.regularisation {
-            // tanh x = (1 - exp -2x) / (1 + exp -2x), and nothing overflows.
-            let decay = (speed * T::from_f64(-2.0) / velocity).exp();
-            resistance.coefficient *= (T::one() - decay) / (T::one() + decay);
+        if !self.is_constant() {
+            resistance.coefficient = self.coefficient(speed);
         }
         resistance
     }
 
+    /// The coefficient at a sliding speed of magnitude `speed`, m/s. Not inlined: kernels of dual
+    /// numbers grow large.
+    pub fn coefficient(&self, speed: T) -> T {
+        let coefficient = match &self.curve {
+            Curve::Constant | Curve::Breakaway { .. } => self.coulomb,
+            Curve::Stribeck { breakaway, velocity, exponent } => {
+                let decay = (-exponent.of(speed / *velocity)).exp();
+                self.coulomb + (*breakaway - self.coulomb) * decay
+            }
+            Curve::Table(rows) => interpolated(rows, speed),
+        };
+        match self.regularisation {
+            None => coefficient,
+            Some(velocity) => {
+                // tanh x = (1 - exp -2x) / (1 + exp -2x), and nothing overflows.
+                let decay = (speed * T::from_f64(-2.0) / velocity).exp();
+                coefficient * ((T::one() - decay) / (T::one() + decay))
+            }
+        }
+    }
+
     /// The coefficient at rest: that of the greatest force before it slides.
-    #[inline(always)]
     pub fn at_rest(&self) -> T {
         if self.regularisation.is_some() {
             return T::zero();
@@ -185,7 +195,6 @@ impl Exponent {
 
 impl<T: Scalar> Exponent<T> {
     /// `x` to this power; `x` is not negative.
-    #[inline(always)]
     fn of(self, x: T) -> T {
         match self {
             Self::One => x,
@@ -201,7 +210,6 @@ impl<T: Scalar> Exponent<T> {
 
 /// The value at `speed` of a table, straight between its rows. Lanes differ in their rows, so all
 /// are gone through.
-#[inline(always)]
 fn interpolated<T: Scalar>(rows: &[[T; 2]], speed: T) -> T {
     let mut value = rows.last().map_or(T::zero(), |row| row[1]);
     for (&[speed_0, value_0], &[speed_1, value_1]) in rows.iter().zip(rows.iter().skip(1)).rev() {

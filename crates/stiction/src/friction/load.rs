@@ -114,121 +114,126 @@ impl<T: Scalar> LoadMap<T> {
     /// `axis`, between the origins of J and K, under `wrench` (about the kernel's origin).
     #[inline(always)]
     pub fn between(&self, wrench: Wrench<T>, j: Vec3<T>, k: Vec3<T>, axis: Vec3<T>) -> Load<T> {
-        match self.supports {
-            Supports::Predecessor => self.around_axis(wrench, j, axis),
-            Supports::Successor => self.around_axis(wrench, k, axis),
+        let (middle, span) = match self.supports {
+            Supports::Predecessor => (j, self.bending_span),
+            Supports::Successor => (k, self.bending_span),
             Supports::OneOnEach { gland, piston } => {
                 let slide = (k - j).dot(axis);
                 let middle = j + axis * ((gland + slide + piston) * T::from_f64(0.5));
-                let with_span = Self { bending_span: self.overlap(slide), ..*self };
-                with_span.around_axis(wrench, middle, axis)
+                (middle, self.overlap(slide))
             }
-        }
+        };
+        self.across(wrench, middle, axis, span)
     }
 
     /// The load of a pin or guide: a surface around the line through `point`, the middle between its
     /// supports, along the unit vector `axis`, under `wrench` (about the kernel's origin).
-    #[inline(always)]
     pub fn around_axis(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>) -> Load<T> {
-        let moment = wrench.moment_about(point);
-        match self.combine {
-            Combine::RootSumSquare => return self.root_sum_square(wrench, moment, point, axis),
-            Combine::Pads | Combine::Sum => {}
+        self.across(wrench, point, axis, self.bending_span)
+    }
+
+    #[inline(always)]
+    fn across(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>, span: Option<T>) -> Load<T> {
+        // What is rare is not inlined: kernels of dual numbers grow large.
+        if self.combine == Combine::Sum && self.smoothing.is_none() {
+            self.sum(wrench, point, axis, span)
+        } else {
+            self.combined(wrench, point, axis, span)
         }
+    }
+
+    /// The sum of all parts.
+    #[inline(always)]
+    fn sum(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>, span: Option<T>) -> Load<T> {
+        let moment = wrench.moment_about(point);
         let mut sum = Sum { value: self.preload, by_force: Vec3::zero(), by_moment: Vec3::zero() };
 
-        let lateral = wrench.force.across(axis);
-        match (self.combine, self.bending_span) {
-            (Combine::Pads, Some(span)) => {
-                let half = T::from_f64(0.5);
-                let couple = moment.cross(axis) * span.recip();
-                let ahead = self.norm(lateral * half + couple);
-                let behind = self.norm(lateral * half - couple);
-                sum.value += ahead.value + behind.value;
-                sum.by_force += (ahead.direction + behind.direction) * half;
-                sum.by_moment += axis.cross(ahead.direction - behind.direction) * span.recip();
-            }
-            (_, span) => {
-                let lateral = self.norm(lateral);
-                sum.value += lateral.value;
-                sum.by_force += lateral.direction;
-                if let Some(span) = span {
-                    let factor = T::from_f64(2.0) / span;
-                    let bending = self.norm_of_moment(moment.across(axis), factor);
-                    sum.value += bending.value * factor;
-                    sum.by_moment += bending.direction * factor;
-                }
-            }
+        let lateral = norm(wrench.force.across(axis));
+        sum.value += lateral.value;
+        sum.by_force += lateral.direction;
+
+        if let Some(span) = span {
+            let factor = T::from_f64(2.0) / span;
+            let bending = norm(moment.across(axis));
+            sum.value += bending.value * factor;
+            sum.by_moment += bending.direction * factor;
         }
         if let Some(ratio) = self.axial_ratio {
-            let axial = self.norm(axis * wrench.force.dot(axis));
+            let axial = norm(axis * wrench.force.dot(axis));
             sum.value += axial.value * ratio;
             sum.by_force += axial.direction * ratio;
         }
         if let Some(arm) = self.torsion_arm {
-            let torsion = self.norm_of_moment(axis * moment.dot(axis), arm.recip());
+            let torsion = norm(axis * moment.dot(axis));
             sum.value += torsion.value / arm;
             sum.by_moment += torsion.direction * arm.recip();
         }
         sum.load(point)
     }
 
-    #[inline(always)]
-    fn root_sum_square(
+    /// The parts, added and smoothed as is declared.
+    fn combined(
         &self,
         wrench: Wrench<T>,
-        moment: Vec3<T>,
         point: Vec3<T>,
         axis: Vec3<T>,
+        span: Option<T>,
     ) -> Load<T> {
         let (none, two) = (T::zero(), T::from_f64(2.0));
-        let bending = self.bending_span.map_or(none, |span| two / span);
+        let moment = wrench.moment_about(point);
+        let lateral = wrench.force.across(axis);
+        let bending = span.map_or(none, |span| two / span);
         let torsion = self.torsion_arm.map_or(none, T::recip);
         let axial = self.axial_ratio.unwrap_or(none);
-        let lateral = wrench.force.across(axis);
         let along = axis * (wrench.force.dot(axis) * axial);
         let bent = moment.across(axis) * bending;
         let twisted = axis * (moment.dot(axis) * torsion);
-        let square = lateral.norm_squared()
-            + along.norm_squared()
-            + bent.norm_squared()
-            + twisted.norm_squared();
-        let Part { value, direction: over } = self.root(square);
-        Sum {
-            value: self.preload + value,
-            by_force: (lateral + along * axial) * over,
-            by_moment: (bent * bending + twisted * torsion) * over,
+        if self.combine == Combine::RootSumSquare {
+            let square = lateral.norm_squared()
+                + along.norm_squared()
+                + bent.norm_squared()
+                + twisted.norm_squared();
+            let Part { value, direction: over } = self.root(square);
+            let by_force = (lateral + along * axial) * over;
+            let by_moment = (bent * bending + twisted * torsion) * over;
+            return Sum { value: self.preload + value, by_force, by_moment }.load(point);
         }
-        .load(point)
+        let mut sum = Sum { value: self.preload, by_force: Vec3::zero(), by_moment: Vec3::zero() };
+        if self.combine == Combine::Pads {
+            let half = T::from_f64(0.5);
+            let couple = bent.cross(axis) * half;
+            let ahead = self.norm(lateral * half + couple);
+            let behind = self.norm(lateral * half - couple);
+            sum.value += ahead.value + behind.value;
+            sum.by_force += (ahead.direction + behind.direction) * half;
+            sum.by_moment += axis.cross(ahead.direction - behind.direction) * (bending * half);
+        } else {
+            let (lateral, bent) = (self.norm(lateral), self.norm(bent));
+            sum.value += lateral.value + bent.value;
+            sum.by_force += lateral.direction;
+            sum.by_moment += bent.direction * bending;
+        }
+        let (along, twisted) = (self.norm(along), self.norm(twisted));
+        sum.value += along.value + twisted.value;
+        sum.by_force += along.direction * axial;
+        sum.by_moment += twisted.direction * torsion;
+        sum.load(point)
     }
 
     /// The load of a plate whose origin is at `point` and whose normal is `normal`, under `wrench`
     /// (about the kernel's origin).
-    #[inline(always)]
     pub fn on_plane(&self, wrench: Wrench<T>, point: Vec3<T>, normal: Vec3<T>) -> Load<T> {
-        let pressing = normal * wrench.force.dot(normal);
-        let tilting = wrench.moment_about(point).across(normal);
         let factor = self.bending_span.map_or(T::zero(), |span| T::from_f64(2.0) / span);
-        if self.combine == Combine::RootSumSquare {
-            let tilting = tilting * factor;
-            let Part { value, direction: over } =
-                self.root(pressing.norm_squared() + tilting.norm_squared());
-            let by_force = pressing * over;
-            let by_moment = tilting * (factor * over);
-            return Sum { value: self.preload + value, by_force, by_moment }.load(point);
-        }
-        let pressing = self.norm(pressing);
-        let mut sum = Sum {
-            value: self.preload + pressing.value,
-            by_force: pressing.direction,
-            by_moment: Vec3::zero(),
+        let pressing = normal * wrench.force.dot(normal);
+        let tilting = wrench.moment_about(point).across(normal) * factor;
+        let (value, by_force, by_moment) = if self.combine == Combine::RootSumSquare {
+            let root = self.root(pressing.norm_squared() + tilting.norm_squared());
+            (root.value, pressing * root.direction, tilting * (factor * root.direction))
+        } else {
+            let (pressing, tilting) = (self.norm(pressing), self.norm(tilting));
+            (pressing.value + tilting.value, pressing.direction, tilting.direction * factor)
         };
-        if self.bending_span.is_some() {
-            let tilting = self.norm_of_moment(tilting, factor);
-            sum.value += tilting.value * factor;
-            sum.by_moment += tilting.direction * factor;
-        }
-        sum.load(point)
+        Sum { value: self.preload + value, by_force, by_moment }.load(point)
     }
 
     /// The load of a ball at `point` under `wrench` (about the kernel's origin).
@@ -243,31 +248,16 @@ impl<T: Scalar> LoadMap<T> {
         .load(point)
     }
 
-    /// The length of a force and its gradient, the unit vector (zero where the length is), with the
-    /// corner rounded off if that is declared.
+    /// The length of a force and its gradient, with the corner rounded off if that is declared.
     #[inline(always)]
     fn norm(&self, force: Vec3<T>) -> Part<T, Vec3<T>> {
         match self.smoothing {
-            None => {
-                let value = force.norm();
-                let safe = value.if_positive(value, T::one());
-                Part { value, direction: force * safe.recip() }
-            }
+            None => norm(force),
             Some(smoothing) => smooth(force, smoothing),
         }
     }
 
-    /// The same of a moment, which counts as a force by the factor.
-    #[inline(always)]
-    fn norm_of_moment(&self, moment: Vec3<T>, factor: T) -> Part<T, Vec3<T>> {
-        match self.smoothing {
-            None => self.norm(moment),
-            Some(smoothing) => smooth(moment, smoothing / factor),
-        }
-    }
-
     /// The root of a square and the factor that makes its gradient from that of half the square.
-    #[inline(always)]
     fn root(&self, square: T) -> Part<T, T> {
         match self.smoothing {
             None => {
@@ -311,8 +301,15 @@ struct Part<T, D> {
     direction: D,
 }
 
-/// `sqrt(v^2 + e^2) - e`, without cancellation.
+/// The length of a vector and its gradient, the unit vector (zero where the length is).
 #[inline(always)]
+fn norm<T: Scalar>(v: Vec3<T>) -> Part<T, Vec3<T>> {
+    let value = v.norm();
+    let safe = value.if_positive(value, T::one());
+    Part { value, direction: v * safe.recip() }
+}
+
+/// `sqrt(v^2 + e^2) - e`, without cancellation.
 fn smooth<T: Scalar>(v: Vec3<T>, e: T) -> Part<T, Vec3<T>> {
     let square = v.norm_squared();
     let root = (square + e * e).sqrt();
@@ -368,12 +365,13 @@ mod tests {
     }
 
     /// All kinds of contacts under a wrench.
-    fn loads<T: Scalar>(map: &LoadMap<T>, wrench: Wrench<T>) -> [Load<T>; 3] {
+    fn loads<T: Scalar>(map: &LoadMap<T>, wrench: Wrench<T>) -> [Load<T>; 4] {
         let point = Vec3::new(0.2, -0.1, 0.3);
         let axis = Vec3::new(2.0, -1.0, 2.0).direction().unwrap();
         let (j, k) = (point.lift(), (point + axis * 0.07).lift());
         [
             map.between(wrench, j, k, axis.lift()),
+            map.around_axis(wrench, j, axis.lift()),
             map.on_plane(wrench, k, axis.lift()),
             map.at_point(wrench, j),
         ]

@@ -54,7 +54,6 @@ impl<T: Scalar> Thread<T> {
 
     /// The load under `wrench` (about the kernel's origin): what the flanks carry, and `other`, the
     /// load of the thread as a pin. Infinite where the friction outgrows what it rests on.
-    #[inline(always)]
     pub fn load(
         &self,
         map: &LoadMap<T>,
