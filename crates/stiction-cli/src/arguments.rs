@@ -22,6 +22,9 @@ pub(crate) enum Command {
     Inverse(Inverse),
     /// What a mechanism can do, what of it is redundant, unique and singular
     Check(Check),
+    /// At rest: what static friction leaves open, at what driving forces motion begins, and whether
+    /// the mechanism holds without drives
+    Breakaway(Breakaway),
     /// List the built-in models, or print one
     Models(Models),
     /// Print the JSON Schema of the model file, for editors
@@ -74,6 +77,27 @@ pub(crate) struct Check {
     /// this folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
+    /// Print the findings, or what is wrong, as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Breakaway {
+    /// A model file, or the name of a built-in model (`stiction models`) [default:
+    /// zhang2018-regular]
+    pub(crate) model: Option<String>,
+    /// The motion on whose way the position is: its name in the model, a CSV file, or assignments
+    /// like "A = 60 deg; duration = 0 s"; see `stiction inverse --help`
+    #[arg(long, value_name = "MOTION")]
+    pub(crate) motion: Option<String>,
+    /// The instant of the motion at which the mechanism stands still, in seconds [default: its
+    /// start]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    pub(crate) at: Option<f64>,
+    /// A load: its name in the model, or assignments like "platform.fz = -100 N"
+    #[arg(long, value_name = "LOAD")]
+    pub(crate) load: Option<String>,
     /// Print the findings, or what is wrong, as JSON
     #[arg(long)]
     pub(crate) json: bool,

@@ -6,6 +6,7 @@
 //! mechanism that jams), 2 the input cannot be used, 130 interrupted.
 
 mod arguments;
+mod breakaway;
 mod check;
 mod failure;
 mod inverse;
@@ -26,6 +27,7 @@ fn main() -> ExitCode {
         None => inverse::run(&arguments.inverse),
         Some(Command::Inverse(options)) => inverse::run(&options),
         Some(Command::Check(options)) => check::run(&options),
+        Some(Command::Breakaway(options)) => breakaway::run(&options),
         Some(Command::Models(options)) => models::run(&options),
         Some(Command::Schema) => print(&format!("{:#}\n", stiction_model::json_schema())),
     };

@@ -2,6 +2,7 @@
 //!
 //! Nothing here opens files or talks to a terminal; results go to whoever asks.
 
+pub mod breakaway;
 pub mod check;
 pub mod drawing;
 pub mod figure;

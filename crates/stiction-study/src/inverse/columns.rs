@@ -8,19 +8,19 @@ use stiction::mechanism::Mechanism;
 
 /// Names of actuators and contacts in columns and messages.
 #[derive(Clone, Debug)]
-pub(super) struct Names {
+pub(crate) struct Names {
     /// For each actuator its name and the unit of its effort.
-    pub(super) drives: Vec<(String, &'static str)>,
+    pub(crate) drives: Vec<(String, &'static str)>,
     /// For each joint its name.
-    pub(super) joints: Vec<String>,
+    pub(crate) joints: Vec<String>,
     /// For each contact its name and its joint's index.
-    pub(super) contacts: Vec<(String, usize)>,
+    pub(crate) contacts: Vec<(String, usize)>,
     /// Contacts whose law has a state, of which only steady sliding is computed.
-    pub(super) steady: Vec<String>,
+    pub(crate) steady: Vec<String>,
 }
 
 impl Names {
-    pub(super) fn new(mechanism: &Mechanism) -> Self {
+    pub(crate) fn new(mechanism: &Mechanism) -> Self {
         let joints = mechanism.joints();
         let drives = mechanism
             .actuators()

@@ -1,7 +1,7 @@
 //! Inverse dynamics along a motion: the main job.
 
 mod certainty;
-mod columns;
+pub(crate) mod columns;
 mod figures;
 pub(crate) mod run;
 pub(crate) mod statistics;

@@ -341,7 +341,11 @@ impl Job<'_> {
         Ok(())
     }
 
-    fn loads_at(&self, time: f64, loads: &mut Vec<AppliedLoad<f64>>) -> Result<(), Error> {
+    pub(crate) fn loads_at(
+        &self,
+        time: f64,
+        loads: &mut Vec<AppliedLoad<f64>>,
+    ) -> Result<(), Error> {
         loads.clear();
         for wrench in &self.load.wrenches {
             for course in wrench.force.iter().chain(&wrench.moment) {

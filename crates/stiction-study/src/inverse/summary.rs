@@ -6,7 +6,7 @@ use super::run::{Job, Sample, Verdict};
 use super::statistics::{Comparison, Integral, Least, Size};
 use super::uniqueness::Singular;
 use serde_json::{Map, Value, json};
-use stiction::dynamics::{FrictionMode, Weighting};
+use stiction::dynamics::{Bounds, FrictionMode, Weighting};
 
 /// Gathers a run's figures sample by sample.
 #[derive(Clone, Debug)]
@@ -15,6 +15,12 @@ pub struct Summary {
     pub(super) drives: Vec<Comparison>,
     /// For each drive: bounds at instants where contacts rest.
     pub(super) widest: Vec<Size>,
+    /// The same where nothing certainly exceeds them, at the same instants.
+    widest_outer: Vec<(f64, f64)>,
+    /// For each drive by how much more the certified bounds are apart at most, and at how many
+    /// samples with contacts at rest what is certain.
+    pub(super) certified_within: Vec<f64>,
+    pub(super) certainty: Certainty,
     pub(super) resting_samples: usize,
     /// Samples with contacts at rest for which the intervals of drives are not known.
     pub(super) unbounded_samples: usize,
@@ -33,6 +39,14 @@ pub struct Summary {
     pub(super) determined_reactions: Vec<[bool; 6]>,
     pub(super) determined_loads: Vec<bool>,
     pub(super) determined_drives: Vec<bool>,
+}
+
+/// At how many samples what is certain of the intervals of drives.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Certainty {
+    pub(super) exact: usize,
+    pub(super) certified: usize,
+    pub(super) attained: usize,
 }
 
 /// Work along the motion, J.
@@ -61,6 +75,9 @@ impl Summary {
             names,
             drives: vec![Comparison::default(); drives],
             widest: vec![Size::default(); drives],
+            widest_outer: vec![(0.0, 0.0); drives],
+            certified_within: vec![0.0; drives],
+            certainty: Certainty::default(),
             resting_samples: 0,
             unbounded_samples: 0,
             reactions: vec![Default::default(); joints],
@@ -85,7 +102,24 @@ impl Summary {
         for (k, comparison) in self.drives.iter_mut().enumerate() {
             comparison.add(time, forces.drives[k], forces.drives_frictionless[k]);
             let (low, high) = forces.drive_bounds[k];
+            let outer = forces.drive_outer_bounds[k];
             self.widest[k].add(time, high - low);
+            if self.widest[k].peak_time == time {
+                self.widest_outer[k] = outer;
+            }
+            if forces.bounds == Bounds::Certified {
+                let beyond = (low - outer.0).max(outer.1 - high);
+                self.certified_within[k] = self.certified_within[k].max(beyond);
+            }
+        }
+        if forces.contacts.iter().any(|c| !c.slides && c.limit > 0.0) {
+            let certainty = &mut self.certainty;
+            match forces.bounds {
+                Bounds::Exact => certainty.exact += 1,
+                Bounds::Certified => certainty.certified += 1,
+                Bounds::Attained => certainty.attained += 1,
+                Bounds::Unknown => {}
+            }
         }
         self.unbounded_samples += usize::from(!forces.bounded);
         self.resting_samples +=
@@ -180,6 +214,9 @@ impl Summary {
                 "friction_effect": comparison.metrics().json(),
                 "widest_interval": self.widest[k].peak,
                 "interval_without_limit": self.widest[k].peak.is_infinite(),
+                "drive_outer_low": self.widest_outer[k].0,
+                "drive_outer_high": self.widest_outer[k].1,
+                "interval_certified_within": self.certified_within[k],
                 "determined": self.determined_drives[k],
             });
             drives.insert(name.clone(), value);
@@ -228,6 +265,11 @@ impl Summary {
             "weighting": weighting_words(job, verdict),
             "samples_with_contacts_at_rest": self.resting_samples,
             "samples_without_intervals": self.unbounded_samples,
+            "intervals": {
+                "exact": self.certainty.exact,
+                "certified": self.certainty.certified,
+                "attained": self.certainty.attained,
+            },
             "rest_speed": verdict.rest_speed,
             "closure": self.closure.peak,
             "power_residual": self.power_residual.peak.abs(),

@@ -185,6 +185,28 @@ fn write_friction(
             }
         }
     }
+    let certainty = &summary.certainty;
+    if certainty.attained > 0 {
+        writeln!(
+            out,
+            "at {} of these samples the interval is what was attained; friction and reactions are \
+             coupled too strongly to say that nothing lies beyond",
+            certainty.attained,
+        )?;
+    }
+    if certainty.certified > 0 {
+        let beyond = summary.certified_within.iter().zip(&summary.names.drives);
+        let beyond = beyond.max_by(|a, b| a.0.total_cmp(b.0));
+        if let Some((beyond, (name, unit))) = beyond {
+            writeln!(
+                out,
+                "at {} of these samples the interval is what was attained, and certainly nothing lies \
+                 more than {} {unit} beyond ({name})",
+                certainty.certified,
+                number(*beyond),
+            )?;
+        }
+    }
     if summary.unbounded_samples > 0 {
         writeln!(
             out,

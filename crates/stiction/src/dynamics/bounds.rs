@@ -3,6 +3,7 @@
 use super::forces::Forces;
 use super::inverse::{Inverse, Settings, Setup};
 use super::load::AppliedLoad;
+use super::rest::{FrictionMap, outer_changes};
 use super::wedge;
 use crate::kinematics::Kinematics;
 use crate::parameters::Parameters;
@@ -26,9 +27,11 @@ pub(super) struct Position<'a> {
 
 /// Static friction of one contact at rest: its direction, of length one or zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Held {
-    contact: usize,
-    direction: [f64; 3],
+pub(super) struct Held {
+    pub(super) contact: usize,
+    pub(super) direction: [f64; 3],
+    /// Whether the direction is given.
+    pub(super) fixed: bool,
 }
 
 impl Held {
@@ -57,56 +60,94 @@ pub(super) fn bound_drives(
     let resting: Vec<usize> = (0..position.parameters.contacts.len())
         .filter(|&contact| {
             let state = &inverse.contacts()[contact];
-            state.sliding == 0.0 && state.friction() > 0.0
+            // Its load may be zero only while nothing else has friction.
+            state.sliding == 0.0 && state.resistance.coefficient > 0.0
         })
         .collect();
     if !inverse.has_friction() || resting.is_empty() {
         return;
     }
-    let released: Vec<Held> =
-        resting.iter().map(|&contact| Held { contact, direction: [0.0; 3] }).collect();
+    let released: Vec<Held> = resting
+        .iter()
+        .map(|&contact| Held { contact, direction: [0.0; 3], fixed: false })
+        .collect();
     let slopes = probe(inverse, &position, &released);
+    let Position { setup, parameters, settings, .. } = position;
+    let map = FrictionMap::new(inverse, &setup, parameters, &position.kinematics.bodies, settings);
+    let changes = outer_changes(&map, forces.drives.len());
     for actuator in 0..forces.drives.len() {
         for sense in [1.0, -1.0] {
-            let mut held = released.clone();
-            for round in 0..ROUNDS {
-                let next = if round == 0 {
-                    steepest(&released, &slopes, actuator, sense)
-                } else {
-                    steepest(&held, &probe(inverse, &position, &held), actuator, sense)
-                };
-                if next.iter().zip(&held).all(|(next, held)| next.is_near(held)) {
-                    break;
-                }
-                held = next;
-                hold(inverse, &held);
-                let settled = resolve(inverse, &mut position);
-                let mut drive = inverse.drives()[actuator];
-                if !settled {
-                    let away = drive - forces.drives[actuator];
-                    drive = if away < 0.0 { f64::NEG_INFINITY } else { f64::INFINITY };
-                }
-                let (low, high) = &mut forces.drive_bounds[actuator];
-                (*low, *high) = (low.min(drive), high.max(drive));
-                if !settled {
-                    break;
-                }
-            }
+            let before = forces.drives[actuator];
+            let way = Way { actuator, sense, before };
+            let found = extreme(inverse, &mut position, &released, &slopes, way);
+            let (low, high) = &mut forces.drive_bounds[actuator];
+            (*low, *high) = (low.min(found.least), high.max(found.greatest));
         }
     }
     hold(inverse, &released);
     resolve(inverse, &mut position);
+    forces.certify_bounds(changes);
 }
 
-fn hold(inverse: &mut Inverse<f64>, held: &[Held]) {
-    for &Held { contact, direction } in held {
+/// What was found on the way to an extreme of a drive.
+pub(super) struct Extreme {
+    pub(super) least: f64,
+    pub(super) greatest: f64,
+}
+
+/// What is to be raised (sense 1) or lowered (-1), and from where.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Way {
+    pub(super) actuator: usize,
+    pub(super) sense: f64,
+    pub(super) before: f64,
+}
+
+/// Raises (lowers) a drive as far as static friction can, from `start`, where the drives change with
+/// it by `slopes`. Fixed directions stay.
+pub(super) fn extreme(
+    inverse: &mut Inverse<f64>,
+    position: &mut Position<'_>,
+    start: &[Held],
+    slopes: &[Vec<Vec<f64>>],
+    way: Way,
+) -> Extreme {
+    let Way { actuator, sense, before } = way;
+    let mut found = Extreme { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
+    let mut held = start.to_vec();
+    for round in 0..ROUNDS {
+        let next = if round == 0 {
+            steepest(&held, slopes, actuator, sense)
+        } else {
+            steepest(&held, &probe(inverse, position, &held), actuator, sense)
+        };
+        if next.iter().zip(&held).all(|(next, held)| next.is_near(held)) {
+            break;
+        }
+        held = next;
+        hold(inverse, &held);
+        let settled = resolve(inverse, position);
+        let mut drive = inverse.drives()[actuator];
+        if !settled {
+            drive = if drive < before { f64::NEG_INFINITY } else { f64::INFINITY };
+        }
+        found = Extreme { least: found.least.min(drive), greatest: found.greatest.max(drive) };
+        if !settled {
+            break;
+        }
+    }
+    found
+}
+
+pub(super) fn hold(inverse: &mut Inverse<f64>, held: &[Held]) {
+    for &Held { contact, direction, .. } in held {
         inverse.set_held(contact, direction);
     }
 }
 
 /// Solves with the present static friction; false where friction grows without bound, the forces
 /// then are those on the way there.
-fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -> bool {
+pub(super) fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -> bool {
     let Position { setup, parameters, kinematics, loads, settings } = position;
     inverse.solve(setup, parameters, kinematics, loads, settings);
     if inverse.friction_settled(settings) && inverse.is_balanced(setup, parameters) {
@@ -122,10 +163,14 @@ fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -> bool {
 
 /// The change of each drive with each component of each contact's static friction, about where they
 /// are, as `slopes[held][component][actuator]`.
-fn probe(inverse: &mut Inverse<f64>, position: &Position<'_>, held: &[Held]) -> Vec<Vec<Vec<f64>>> {
+pub(super) fn probe(
+    inverse: &mut Inverse<f64>,
+    position: &Position<'_>,
+    held: &[Held],
+) -> Vec<Vec<Vec<f64>>> {
     let Position { setup, parameters, kinematics, settings, .. } = position;
     let mut slopes = Vec::with_capacity(held.len());
-    for &Held { contact, direction } in held {
+    for &Held { contact, direction, .. } in held {
         let freedoms = parameters.contacts[contact].shape.freedoms().len();
         let of_component = |component: usize| {
             let [ahead, back] = [PROBE, -PROBE].map(|part| {
@@ -146,7 +191,10 @@ fn probe(inverse: &mut Inverse<f64>, position: &Position<'_>, held: &[Held]) -> 
 
 /// The directions of static friction in which one drive rises (falls) most.
 fn steepest(held: &[Held], slopes: &[Vec<Vec<f64>>], actuator: usize, sense: f64) -> Vec<Held> {
-    let direction_of = |(&Held { contact, .. }, slopes): (&Held, &Vec<Vec<f64>>)| {
+    let direction_of = |(held, slopes): (&Held, &Vec<Vec<f64>>)| {
+        if held.fixed {
+            return *held;
+        }
         let mut direction = [0.0; 3];
         for (component, slope) in direction.iter_mut().zip(slopes) {
             *component = sense * slope[actuator];
@@ -154,7 +202,7 @@ fn steepest(held: &[Held], slopes: &[Vec<Vec<f64>>], actuator: usize, sense: f64
         // One freedom has but two directions, whatever the size.
         let size = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
         let over = if size > 0.0 { 1.0 / size } else { 0.0 };
-        Held { contact, direction: direction.map(|d| d * over) }
+        Held { direction: direction.map(|d| d * over), ..*held }
     };
     held.iter().zip(slopes).map(direction_of).collect()
 }

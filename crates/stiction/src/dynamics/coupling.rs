@@ -49,7 +49,7 @@ pub(super) fn strength(
 
 /// The spectral radius of a matrix without negative entries is at most the largest ratio of
 /// `(matrix x)_i` to `x_i`, for any positive `x` (Collatz and Wielandt).
-fn radius_bound(matrix: &[Vec<f64>]) -> f64 {
+pub(super) fn radius_bound(matrix: &[Vec<f64>]) -> f64 {
     let mut x = vec![1.0; matrix.len()];
     let mut bound = f64::INFINITY;
     if matrix.is_empty() {

@@ -24,6 +24,20 @@ pub struct ContactForce {
     pub power: f64,
 }
 
+/// What is certain of the interval that static friction leaves a driving force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bounds {
+    /// Nothing lies beyond what is attained.
+    Exact,
+    /// Nothing lies beyond outer bounds, which may not be attained.
+    Certified,
+    /// Both ends are attained; friction and reactions are coupled too strongly to say what lies
+    /// beyond.
+    Attained,
+    /// They were not looked for.
+    Unknown,
+}
+
 /// All forces at one instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forces {
@@ -36,6 +50,11 @@ pub struct Forces {
     pub drive_bounds: Vec<(f64, f64)>,
     /// Whether `drive_bounds` are known; the careful path does not look for them.
     pub bounded: bool,
+    /// Bounds of the same that nothing exceeds, around `drive_bounds`; infinite where
+    /// [`Bounds::Attained`].
+    pub drive_outer_bounds: Vec<(f64, f64)>,
+    /// What is certain of `drive_bounds`.
+    pub bounds: Bounds,
     /// For each joint the force that the predecessor exerts on the successor, N, and its moment
     /// about the joint's origin, N m; world axes; constraint, drive and friction together.
     pub reactions: Vec<(Vec3<f64>, Vec3<f64>)>,
@@ -73,6 +92,8 @@ impl Forces {
             drives_frictionless: vec![0.0; actuators],
             drive_bounds: vec![(0.0, 0.0); actuators],
             bounded: true,
+            drive_outer_bounds: vec![(0.0, 0.0); actuators],
+            bounds: Bounds::Exact,
             reactions: vec![(Vec3::zero(), Vec3::zero()); joints],
             contacts: vec![ContactForce::NONE; contacts],
             power: Power::NONE,
@@ -95,6 +116,10 @@ impl Forces {
         self.read_joints(bodies, &solution.wrenches);
         self.read_contacts(&solution.contacts.states, friction);
         self.bounded = self.contacts.iter().all(|contact| contact.slides || contact.limit == 0.0);
+        if !self.bounded {
+            self.bounds = Bounds::Unknown;
+            self.drive_outer_bounds.fill((f64::NEG_INFINITY, f64::INFINITY));
+        }
     }
 
     /// How far the powers are from balance, as a part of what is turned over; infinite where a force
@@ -125,6 +150,29 @@ impl Forces {
         self.bounded = true;
         for (bounds, &drive) in self.drive_bounds.iter_mut().zip(&self.drives) {
             *bounds = (drive, drive);
+        }
+        self.drive_outer_bounds.copy_from_slice(&self.drive_bounds);
+        self.bounds = Bounds::Exact;
+    }
+
+    /// Takes over by how much static friction changes the drives at most, if that is bounded.
+    pub(super) fn certify_bounds(&mut self, changes: Option<Vec<(f64, f64)>>) {
+        let Some(changes) = changes else {
+            self.bounds = Bounds::Attained;
+            self.drive_outer_bounds.fill((f64::NEG_INFINITY, f64::INFINITY));
+            return;
+        };
+        let mut exact = true;
+        for (k, (down, up)) in changes.into_iter().enumerate() {
+            let (low, high) = self.drive_bounds[k];
+            let outer = (low.min(self.drives[k] + down), high.max(self.drives[k] + up));
+            let same = 1e-9 * (low.abs() + high.abs());
+            exact &= low - outer.0 <= same && outer.1 - high <= same;
+            self.drive_outer_bounds[k] = outer;
+        }
+        self.bounds = if exact { Bounds::Exact } else { Bounds::Certified };
+        if exact {
+            self.drive_outer_bounds.copy_from_slice(&self.drive_bounds);
         }
     }
 

@@ -372,6 +372,12 @@ impl<T: Scalar> Inverse<T> {
         &self.balance.joint_wrenches
     }
 
+    /// The accelerations of idle spins in the last solution, rad/s^2.
+    pub(super) fn spin_accelerations(&self, setup: &Setup<'_>) -> &[T] {
+        let first = setup.balance.structure.wrench_columns;
+        &self.balance.unknowns[first..first + self.spin_responses.len()]
+    }
+
     /// The most by which the load of a contact may change where its joint's wrench changes by
     /// `wrench`, whatever it is: the load of that change alone, with neither preload nor smoothing.
     /// Where a load contains the contact's own friction, that is the worse of both directions, for

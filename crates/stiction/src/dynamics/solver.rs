@@ -12,6 +12,7 @@ use super::load::AppliedLoad;
 use super::newton_euler::NewtonEuler;
 use super::plan::{BalancePlan, NotPlanned};
 use super::power::Power;
+use super::rest::{self, Rest};
 use super::spring::Pull;
 use super::structure::Weighting;
 use super::wedge;
@@ -507,6 +508,28 @@ impl InverseDynamics {
         } else {
             Err(InverseError::Inaccurate { residual })
         }
+    }
+
+    /// Stops the mechanism where it is, all rates and accelerations zero, and looks at what static
+    /// friction does there. [`Self::forces`] are then those at rest.
+    ///
+    /// # Errors
+    /// See [`InverseError`]; [`InverseError::Unsettled`] where the position is singular, or
+    /// constraints and actuators are both redundant.
+    pub fn rest(&mut self, loads: &[AppliedLoad<f64>]) -> Result<Rest, InverseError> {
+        self.assembly.stop(&self.topology, &self.parameters);
+        self.solve(loads)?;
+        if !self.forces.bounded {
+            return Err(InverseError::Unsettled);
+        }
+        let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else {
+            return Err(InverseError::Unsettled);
+        };
+        let (topology, parameters, settings) = (&self.topology, &self.parameters, &self.settings);
+        let (prescription, motion, kinematics) = self.assembly.parts();
+        let setup = Setup { topology, prescription, motion, balance };
+        let position = bounds::Position { setup, parameters, kinematics, loads, settings };
+        Ok(rest::examine(inverse, position))
     }
 
     /// An uncarried load with names and places.

@@ -136,6 +136,14 @@ impl Assembly {
         self.settle(topology, parameters)
     }
 
+    /// Stops where it is: all rates and accelerations zero.
+    pub(crate) fn stop(&mut self, topology: &Topology, parameters: &Parameters<f64>) {
+        for target in &mut self.targets {
+            (target.rate, target.acceleration) = (0.0, 0.0);
+        }
+        self.differentiate(topology, parameters);
+    }
+
     /// Moves along a motion from time `from` (the present position) to `to`, staying in the same
     /// assembly mode. `motion` writes the targets of an instant.
     ///

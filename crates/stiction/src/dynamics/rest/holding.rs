@@ -1,0 +1,294 @@
+//! Does static friction hold a position while actuators do nothing?
+
+use super::map::{FrictionMap, unit};
+use super::outer::greatest_frictions;
+use crate::linalg::Svd;
+use nalgebra::{DMatrix, DVector};
+
+/// What friction does for a position while some actuators do nothing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Holding {
+    /// What is certain.
+    pub verdict: Verdict,
+    /// The part of all static coefficients that suffices to hold the position: what is certainly
+    /// not enough, and what certainly is. Infinite where none was found that suffices.
+    pub needed: (f64, f64),
+    /// Where it holds: the friction forces that do it, for each contact along its freedoms, with
+    /// the sign of the sliding that they act against, N.
+    pub frictions: Vec<Vec<f64>>,
+}
+
+/// Whether a position is held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// There are friction forces within all limits that hold it.
+    Holds,
+    /// There is a motion in which the load gives more power than friction takes at most.
+    Slips,
+    /// Neither was shown.
+    Undecided,
+}
+
+/// Loads that follow the friction: steps of the iteration.
+const ROUNDS: usize = 60;
+/// Steps of the weighted least squares, and by how much each lessens what rounds off the corners.
+const STEPS: usize = 200;
+const SHARPEN: f64 = 0.8;
+/// Halvings on the way to the greatest part of the coefficients that does not suffice.
+const HALVINGS: usize = 40;
+/// The greatest part that is looked at.
+const MOST: f64 = 1e6;
+/// What is left of unpowered drives counts as nothing below this part of the largest drive.
+const NOTHING: f64 = 1e-10;
+/// Bounds that differ by less are one number.
+const SAME: f64 = 1e-9;
+
+/// The equations of what must vanish: `slopes * frictions = missing`.
+pub(super) struct Demand {
+    slopes: DMatrix<f64>,
+    missing: DVector<f64>,
+}
+
+/// A distribution of the demand over contacts, and a certificate that there is no better one.
+struct Share {
+    frictions: Vec<f64>,
+    /// Every distribution asks some contact for this part of its weight.
+    least: f64,
+}
+
+impl Demand {
+    /// Drives (with what they are without friction) and idle spins that must vanish.
+    pub(super) fn new(
+        map: &FrictionMap<'_>,
+        drives: &[(usize, f64, f64)],
+        spins: usize,
+        largest: f64,
+    ) -> Self {
+        let mut rows: Vec<Vec<f64>> = Vec::new();
+        let mut missing = Vec::new();
+        for &(actuator, drive, scale) in drives {
+            rows.push(map.slopes(actuator).iter().map(|slope| slope * scale).collect());
+            let demand = -drive * scale;
+            missing.push(if demand.abs() <= NOTHING * largest { 0.0 } else { demand });
+        }
+        for spin in 0..spins {
+            // An acceleration, in units of what friction makes of it.
+            let row = map.spin_slopes(spin);
+            let size = row.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+            if size > 0.0 {
+                rows.push(row.iter().map(|x| x / size).collect());
+                missing.push(0.0);
+            }
+        }
+        let slopes = DMatrix::from_fn(rows.len(), map.len(), |i, k| rows[i][k]);
+        Self { slopes, missing: DVector::from_vec(missing) }
+    }
+
+    /// The same in independent equations; none where no friction at all meets the demand.
+    fn independent(&self) -> Option<Self> {
+        let svd = Svd::new(&self.slopes.transpose());
+        let rank = svd.rank(NOTHING);
+        // Combinations of equations that friction has a part in, and those that it has none in.
+        let inside = svd.v.columns(0, rank).transpose();
+        let outside = svd.v.columns(rank, svd.v.ncols() - rank).transpose();
+        let lost = (outside * &self.missing).norm();
+        (lost <= NOTHING * self.missing.norm())
+            .then(|| Self { slopes: &inside * &self.slopes, missing: inside * &self.missing })
+    }
+
+    /// The same by those contacts alone that have a weight; none where they cannot meet the demand.
+    fn borne_by(&self, map: &FrictionMap<'_>, weights: &[f64]) -> Option<Self> {
+        let mut borne = Self { slopes: self.slopes.clone(), missing: self.missing.clone() };
+        for (k, owner) in map.owners().enumerate() {
+            if weights[owner] <= 0.0 {
+                borne.slopes.column_mut(k).fill(0.0);
+            }
+        }
+        borne.independent()
+    }
+
+    /// Shares the demand so that the largest ratio of a contact's friction to its weight is least:
+    /// `min max |f_c| / w_c` under the equations. Its dual is the least power of friction, taken at
+    /// the weights, in a motion in which the demand has the power one: a sum of lengths, made least
+    /// by weighted least squares, each step of which gives a distribution and a motion.
+    fn share(&self, map: &FrictionMap<'_>, weights: &[f64]) -> Option<Share> {
+        let owners: Vec<usize> = map.owners().collect();
+        let mut best: Option<Share> = None;
+        let mut speeds = vec![1.0; weights.len()];
+        let mut sharp = 1.0;
+        for _ in 0..STEPS {
+            let factors: Vec<f64> =
+                owners.iter().map(|&owner| weights[owner] / speeds[owner]).collect();
+            let metric = DVector::from_column_slice(&factors);
+            let mut scaled = self.slopes.clone();
+            for (mut column, factor) in scaled.column_iter_mut().zip(metric.iter()) {
+                column *= *factor;
+            }
+            let gram = &scaled * self.slopes.transpose();
+            let Some(motion) = gram.clone().lu().solve(&self.missing) else { break };
+            let power = motion.dot(&self.missing);
+            if !(power > 0.0 && power.is_finite()) {
+                break;
+            }
+            let rates = self.slopes.tr_mul(&motion);
+            let frictions: Vec<f64> =
+                rates.iter().zip(&factors).map(|(rate, factor)| rate * factor).collect();
+            let rates = map.sizes(rates.as_slice());
+            let spent: f64 = rates.iter().zip(weights).map(|(rate, weight)| rate * weight).sum();
+            let least = power / spent;
+            let ratio = ratio(&map.sizes(&frictions), weights);
+            let known = best.as_ref().map_or(0.0, |share| share.least);
+            let before = best
+                .as_ref()
+                .map_or(f64::INFINITY, |s| self::ratio(&map.sizes(&s.frictions), weights));
+            let least = least.max(known);
+            match &mut best {
+                Some(share) if ratio >= before => share.least = least,
+                _ => best = Some(Share { frictions, least }),
+            }
+            if ratio.min(before) - least <= 1e-12 * least {
+                break;
+            }
+            let largest = rates.iter().copied().fold(0.0, f64::max);
+            sharp *= SHARPEN;
+            speeds = rates.iter().map(|rate| f64::hypot(rate / largest, sharp) + 1e-14).collect();
+        }
+        best
+    }
+}
+
+/// The largest ratio of a size to its weight.
+fn ratio(sizes: &[f64], weights: &[f64]) -> f64 {
+    let each = sizes.iter().zip(weights).map(|(&size, &weight)| match size {
+        0.0 => 0.0,
+        _ if weight > 0.0 => size / weight,
+        _ => f64::INFINITY,
+    });
+    each.fold(0.0, f64::max)
+}
+
+/// The limits of frictions under loads, each for the direction in which it acts.
+fn limits(map: &FrictionMap<'_>, frictions: &[f64], loads: &[f64]) -> Vec<f64> {
+    let mut signs = vec![1.0; map.contacts()];
+    let mut counts = vec![0; map.contacts()];
+    for (owner, friction) in map.owners().zip(frictions) {
+        signs[owner] = *friction;
+        counts[owner] += 1;
+    }
+    let limit = |contact: usize| {
+        let [forward, backward] = map.coefficients(contact);
+        let backwards = counts[contact] == 1 && signs[contact] < 0.0;
+        loads[contact] * if backwards { backward } else { forward }
+    };
+    (0..map.contacts()).map(limit).collect()
+}
+
+/// Whether friction meets the demand.
+pub(super) fn hold(map: &FrictionMap<'_>, demand: &Demand) -> Holding {
+    let nothing = vec![0.0; map.len()];
+    if demand.missing.norm() == 0.0 {
+        return Holding {
+            verdict: Verdict::Holds,
+            needed: (0.0, 0.0),
+            frictions: split(map, &nothing),
+        };
+    }
+    let slips = Holding {
+        verdict: Verdict::Slips,
+        needed: (f64::INFINITY, f64::INFINITY),
+        frictions: Vec::new(),
+    };
+    let Some(demand) = demand.independent() else { return slips };
+    let (enough, frictions) = follow_loads(map, &demand);
+    let not_enough = greatest_insufficient(map, &demand, enough, &frictions).min(enough);
+    let (verdict, frictions) = match (not_enough, enough) {
+        (_, enough) if enough <= 1.0 + 1e-12 => (Verdict::Holds, split(map, &frictions)),
+        (not_enough, _) if not_enough > 1.0 => (Verdict::Slips, Vec::new()),
+        _ => (Verdict::Undecided, Vec::new()),
+    };
+    let not_enough = if enough - not_enough <= SAME * enough { enough } else { not_enough };
+    Holding { verdict, needed: (not_enough, enough), frictions }
+}
+
+/// Shares the demand with the loads that it makes itself; the part of the coefficients that the best
+/// of them needs. Every one of them is checked by its own loads, so it is attained.
+fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
+    let mut frictions = vec![0.0; map.len()];
+    let mut best = (f64::INFINITY, frictions.clone());
+    let mut weights = limits(map, &frictions, &map.loads(&frictions));
+    for _ in 0..ROUNDS {
+        let borne = demand.borne_by(map, &weights);
+        let Some(share) = borne.and_then(|borne| borne.share(map, &weights)) else { break };
+        frictions = share.frictions;
+        let own = limits(map, &frictions, &map.loads(&frictions));
+        let part = ratio(&map.sizes(&frictions), &own);
+        let settled = (part - best.0).abs() <= 1e-13 * part;
+        if part < best.0 {
+            best = (part, frictions.clone());
+        }
+        if settled {
+            break;
+        }
+        // Half-way: loads that rise and fall in turn settle, too.
+        for (weight, own) in weights.iter_mut().zip(own) {
+            *weight = 0.5 * (*weight + own);
+        }
+    }
+    best
+}
+
+/// The greatest part of the coefficients, up to `most`, which certainly does not suffice.
+///
+/// Frictions that meet the demand are one such, `known`, and what has no effect on it. So loads are
+/// bounded about `known` as well as about no friction; only directions without effect change them.
+fn greatest_insufficient(map: &FrictionMap<'_>, demand: &Demand, most: f64, known: &[f64]) -> f64 {
+    let svd = Svd::new(&demand.slopes);
+    let rank = svd.rank(NOTHING);
+    let reach = svd.v.columns(0, rank);
+    let without_effect = |vector: &[f64]| {
+        let vector = DVector::from_column_slice(vector);
+        let rest = &vector - reach * reach.tr_mul(&vector);
+        rest.iter().copied().collect::<Vec<f64>>()
+    };
+    let plain_loads: Vec<f64> = (0..map.contacts()).map(|c| map.load_without(c)).collect();
+    let plain = map.couplings(|k| unit(map.len(), k));
+    let least: Vec<f64> = match known.iter().any(|x| *x != 0.0) {
+        true => known.iter().zip(without_effect(known)).map(|(a, b)| a - b).collect(),
+        false => svd.solve(&demand.missing, rank).iter().copied().collect(),
+    };
+    let bound_loads = map.loads(&least);
+    let bound = map.couplings(|k| without_effect(&unit(map.len(), k)));
+    let falls_short = |part: f64| {
+        let frictions = [(&plain_loads, &plain), (&bound_loads, &bound)]
+            .map(|(loads, couplings)| greatest_frictions(map, loads, couplings, part));
+        let greatest = match frictions {
+            [Some(a), Some(b)] => a.iter().zip(&b).map(|(a, b)| a.min(*b)).collect(),
+            [Some(one), None] | [None, Some(one)] => one,
+            [None, None] => return false,
+        };
+        match demand.borne_by(map, &greatest) {
+            None => true,
+            Some(borne) => borne.share(map, &greatest).is_some_and(|share| share.least > 1.0),
+        }
+    };
+    let (mut low, mut high) = (0.0, most.min(MOST));
+    if falls_short(high) {
+        return if most > MOST { f64::INFINITY } else { most };
+    }
+    for _ in 0..HALVINGS {
+        // Parts over many orders of magnitude: the geometric mean, once there is one.
+        let middle =
+            if low > 0.0 && high > 4.0 * low { (low * high).sqrt() } else { 0.5 * (low + high) };
+        if falls_short(middle) { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// The friction of each contact.
+fn split(map: &FrictionMap<'_>, frictions: &[f64]) -> Vec<Vec<f64>> {
+    let mut each = vec![Vec::new(); map.contacts()];
+    for (owner, friction) in map.owners().zip(frictions) {
+        each[owner].push(*friction);
+    }
+    each
+}

@@ -1,0 +1,85 @@
+//! A position at rest: what static friction leaves open, at what efforts motion begins, and whether
+//! friction holds the position by itself.
+//!
+//! Joints' wrenches and drives are affine in the friction forces ([`FrictionMap`]); what is not is
+//! that the limit of each friction grows with a load. So everything is said twice: what is attained,
+//! by friction forces that satisfy all laws at once, and what is certain, from loads that are no
+//! greater than a bound.
+
+mod breakaway;
+mod holding;
+mod map;
+mod outer;
+
+pub use breakaway::Breakaway;
+pub use holding::{Holding, Verdict};
+pub(super) use map::FrictionMap;
+pub(super) use outer::outer_changes;
+
+use super::bounds::{Held, Position, hold, resolve};
+use super::inverse::Inverse;
+use crate::joint::Motion;
+use holding::Demand;
+
+/// A position at rest under a load.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rest {
+    /// For each actuator the efforts at which it begins to move, the others holding; none where
+    /// actuators are redundant, or fewer than the freedoms.
+    pub breakaway: Vec<Option<Breakaway>>,
+    /// For each actuator whether friction holds the position while it does nothing, the others
+    /// holding.
+    pub alone: Vec<Holding>,
+    /// Whether friction holds the position while no actuator does anything.
+    pub unpowered: Holding,
+}
+
+/// Looks at the position in `inverse`, where nothing moves.
+pub(super) fn examine(inverse: &mut Inverse<f64>, mut position: Position<'_>) -> Rest {
+    let released: Vec<Held> = (0..position.parameters.contacts.len())
+        .map(|contact| Held { contact, direction: [0.0; 3], fixed: false })
+        .collect();
+    let velocities = breakaway::impending(&mut position);
+    let breakaway = velocities
+        .iter()
+        .enumerate()
+        .map(|(actuator, velocities)| {
+            let velocities = velocities.as_ref()?;
+            Some(breakaway::break_away(inverse, &mut position, actuator, velocities))
+        })
+        .collect();
+    hold(inverse, &released);
+    resolve(inverse, &mut position);
+
+    let Position { setup, parameters, settings, .. } = position;
+    let bodies = &position.kinematics.bodies;
+    let map = FrictionMap::new(inverse, &setup, parameters, bodies, settings);
+    let drives: Vec<(usize, f64, f64)> = inverse
+        .drives()
+        .iter()
+        .zip(&setup.topology.actuators)
+        .enumerate()
+        .map(|(index, (&drive, actuator))| {
+            let joint_type = setup.topology.joint_types[actuator.joint];
+            // A torque is compared with a force over the characteristic length.
+            let scale = match joint_type.freedoms()[actuator.freedom].motion {
+                Motion::Translation => 1.0,
+                Motion::Rotation | Motion::Screw => 1.0 / parameters.length,
+            };
+            (index, drive, scale)
+        })
+        .collect();
+    let spins = setup.prescription.spins().len();
+    let wrenches = inverse.joint_wrenches().iter();
+    let forces = wrenches.map(|wrench| wrench.force.norm());
+    let largest = forces.chain(drives.iter().map(|(_, drive, scale)| (drive * scale).abs()));
+    let largest = largest.fold(0.0, f64::max);
+    let hold = |drives: &[(usize, f64, f64)]| {
+        holding::hold(&map, &Demand::new(&map, drives, spins, largest))
+    };
+    Rest {
+        breakaway,
+        alone: drives.iter().map(|drive| hold(&[*drive])).collect(),
+        unpowered: hold(&drives),
+    }
+}

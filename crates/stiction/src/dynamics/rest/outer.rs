@@ -1,0 +1,76 @@
+//! What no static friction exceeds: certified bounds.
+
+use super::map::{FrictionMap, unit};
+use crate::dynamics::coupling::radius_bound;
+use nalgebra::{DMatrix, DVector};
+
+/// The greatest friction force of each contact, over everything that satisfies all laws at once,
+/// with the coefficients times `part`; of what slides the greatest change. `loads` and `couplings`
+/// bound the loads: `N <= loads + couplings |friction|`. None where nothing bounds them, since the
+/// coupling is one or more.
+///
+/// With `M = mu couplings` and a spectral radius of M below one, `|f| <= mu loads + M |f|` gives
+/// `|f| <= (I - M)^-1 mu loads`, as that inverse has no negative entries.
+pub(super) fn greatest_frictions(
+    map: &FrictionMap<'_>,
+    loads: &[f64],
+    couplings: &DMatrix<f64>,
+    part: f64,
+) -> Option<Vec<f64>> {
+    let count = map.contacts();
+    let coefficient = |contact: usize| {
+        let [forward, backward] = map.coefficients(contact);
+        part * forward.max(backward)
+    };
+    let coupled = DMatrix::from_fn(count, count, |i, j| coefficient(i) * couplings[(i, j)]);
+    let rows: Vec<Vec<f64>> = coupled.row_iter().map(|row| row.iter().copied().collect()).collect();
+    if radius_bound(&rows) >= 1.0 {
+        return None;
+    }
+    let alone = |contact: usize| {
+        if map.rests(contact) { coefficient(contact) * loads[contact] } else { 0.0 }
+    };
+    let constants = DVector::from_fn(count, |contact, _| alone(contact));
+    let greatest = (DMatrix::identity(count, count) - coupled).lu().solve(&constants)?;
+    let sound = greatest.iter().all(|x| x.is_finite() && *x >= -1e-12 * greatest.amax());
+    sound.then(|| greatest.iter().map(|x| x.max(0.0)).collect())
+}
+
+/// The least and the greatest change of each drive by static friction, certified: nothing lies
+/// beyond. None where the coupling is too strong.
+pub(in crate::dynamics) fn outer_changes(
+    map: &FrictionMap<'_>,
+    drives: usize,
+) -> Option<Vec<(f64, f64)>> {
+    let loads: Vec<f64> = (0..map.contacts()).map(|contact| map.load_without(contact)).collect();
+    let couplings = map.couplings(|k| unit(map.len(), k));
+    let greatest = greatest_frictions(map, &loads, &couplings, 1.0)?;
+    let parts = (0..map.contacts()).map(|contact| {
+        let [forward, backward] = map.coefficients(contact);
+        let most = forward.max(backward);
+        let part = |coefficient: f64| if most > 0.0 { coefficient / most } else { 0.0 };
+        // Friction with a positive sign acts against sliding forward. What slides may change
+        // either way.
+        if map.rests(contact) { [part(forward), part(backward)] } else { [1.0; 2] }
+    });
+    let parts: Vec<[f64; 2]> = parts.collect();
+    let owners: Vec<usize> = map.owners().collect();
+    let bounds = (0..drives).map(|actuator| {
+        let slopes = map.slopes(actuator);
+        let sizes = map.sizes(&slopes);
+        let (mut low, mut high) = (0.0, 0.0);
+        for (contact, size) in sizes.into_iter().enumerate() {
+            let single = owners.iter().filter(|owner| **owner == contact).count() == 1;
+            let slope =
+                owners.iter().position(|owner| *owner == contact).map_or(0.0, |k| slopes[k]);
+            let [mut up, mut down] = parts[contact];
+            if single && slope < 0.0 {
+                core::mem::swap(&mut up, &mut down);
+            }
+            high += size * greatest[contact] * up;
+            low -= size * greatest[contact] * down;
+        }
+        (low, high)
+    });
+    Some(bounds.collect())
+}
