@@ -34,6 +34,9 @@ const ROUNDS: usize = 60;
 /// Steps of the weighted least squares, and by how much each lessens what rounds off the corners.
 const STEPS: usize = 200;
 const SHARPEN: f64 = 0.8;
+const REFINEMENTS: usize = 3;
+/// What is left of the demand is rounding below this part of it.
+const MET: f64 = 1e-12;
 /// Halvings on the way to the greatest part of the coefficients that does not suffice.
 const HALVINGS: usize = 40;
 /// The greatest part that is looked at.
@@ -97,10 +100,10 @@ impl Demand {
     }
 
     /// The same by those contacts alone that have a weight; none where they cannot meet the demand.
-    fn borne_by(&self, map: &FrictionMap<'_>, weights: &[f64]) -> Option<Self> {
+    fn borne_by(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Self> {
         let mut borne = Self { slopes: self.slopes.clone(), missing: self.missing.clone() };
         for (k, owner) in map.owners().enumerate() {
-            if weights[owner] <= 0.0 {
+            if weights[owner] == [0.0; 2] {
                 borne.slopes.column_mut(k).fill(0.0);
             }
         }
@@ -111,50 +114,76 @@ impl Demand {
     /// `min max |f_c| / w_c` under the equations. Its dual is the least power of friction, taken at
     /// the weights, in a motion in which the demand has the power one: a sum of lengths, made least
     /// by weighted least squares, each step of which gives a distribution and a motion.
-    fn share(&self, map: &FrictionMap<'_>, weights: &[f64]) -> Option<Share> {
+    ///
+    /// Weights are given for friction forward and backward.
+    fn share(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Share> {
         let owners: Vec<usize> = map.owners().collect();
         let mut best: Option<Share> = None;
-        let mut speeds = vec![1.0; weights.len()];
+        let mut attained = f64::INFINITY;
+        let mut factors: Vec<f64> =
+            owners.iter().map(|&owner| weights[owner][0].max(weights[owner][1])).collect();
         let mut sharp = 1.0;
         for _ in 0..STEPS {
-            let factors: Vec<f64> =
-                owners.iter().map(|&owner| weights[owner] / speeds[owner]).collect();
-            let metric = DVector::from_column_slice(&factors);
             let mut scaled = self.slopes.clone();
-            for (mut column, factor) in scaled.column_iter_mut().zip(metric.iter()) {
+            for (mut column, factor) in scaled.column_iter_mut().zip(&factors) {
                 column *= *factor;
             }
-            let gram = &scaled * self.slopes.transpose();
-            let Some(motion) = gram.clone().lu().solve(&self.missing) else { break };
+            let gram = (&scaled * self.slopes.transpose()).lu();
+            let Some(motion) = gram.solve(&self.missing) else { break };
             let power = motion.dot(&self.missing);
             if !(power > 0.0 && power.is_finite()) {
                 break;
             }
             let rates = self.slopes.tr_mul(&motion);
-            let frictions: Vec<f64> =
-                rates.iter().zip(&factors).map(|(rate, factor)| rate * factor).collect();
-            let rates = map.sizes(rates.as_slice());
-            let spent: f64 = rates.iter().zip(weights).map(|(rate, weight)| rate * weight).sum();
-            let least = power / spent;
-            let ratio = ratio(&map.sizes(&frictions), weights);
-            let known = best.as_ref().map_or(0.0, |share| share.least);
-            let before = best
-                .as_ref()
-                .map_or(f64::INFINITY, |s| self::ratio(&map.sizes(&s.frictions), weights));
-            let least = least.max(known);
-            match &mut best {
-                Some(share) if ratio >= before => share.least = least,
-                _ => best = Some(Share { frictions, least }),
+            let mut frictions = scaled.tr_mul(&motion);
+            // Factors differ by many orders of magnitude in the end: what rounding left is met, too.
+            for _ in 0..REFINEMENTS {
+                let left = &self.missing - &self.slopes * &frictions;
+                if let Some(correction) = gram.solve(&left) {
+                    frictions += scaled.tr_mul(&correction);
+                }
             }
-            if ratio.min(before) - least <= 1e-12 * least {
+            let left = (&self.missing - &self.slopes * &frictions).norm();
+            if left.is_nan() || left > MET * self.missing.norm() {
                 break;
             }
-            let largest = rates.iter().copied().fold(0.0, f64::max);
+            let frictions: Vec<f64> = frictions.iter().copied().collect();
+            // Friction that gives what is missing has the sign of the rate.
+            let own = of_sign(map, rates.as_slice(), weights);
+            let speeds = map.sizes(rates.as_slice());
+            let spent: f64 = speeds.iter().zip(&own).map(|(speed, weight)| speed * weight).sum();
+            let known = best.as_ref().map_or(0.0, |share| share.least);
+            let least = known.max(power / spent);
+            let part = ratio(&map.sizes(&frictions), &own);
+            match &mut best {
+                Some(share) if part >= attained => share.least = least,
+                _ => best = Some(Share { frictions, least }),
+            }
+            attained = attained.min(part);
+            if attained - least <= 1e-12 * least {
+                break;
+            }
+            let largest = speeds.iter().copied().fold(0.0, f64::max);
             sharp *= SHARPEN;
-            speeds = rates.iter().map(|rate| f64::hypot(rate / largest, sharp) + 1e-14).collect();
+            let factor =
+                |&owner: &usize| own[owner] / (f64::hypot(speeds[owner] / largest, sharp) + 1e-14);
+            factors = owners.iter().map(factor).collect();
         }
         best
     }
+}
+
+/// For each contact the one of two numbers, for friction forward and backward, which belongs to the
+/// sign of its friction.
+fn of_sign(map: &FrictionMap<'_>, frictions: &[f64], numbers: &[[f64; 2]]) -> Vec<f64> {
+    let mut chosen: Vec<f64> = numbers.iter().map(|[forward, _]| *forward).collect();
+    for (owner, friction) in map.owners().zip(frictions) {
+        // Where both are the same, as at balls, the sign does not matter.
+        if *friction < 0.0 {
+            chosen[owner] = numbers[owner][1];
+        }
+    }
+    chosen
 }
 
 /// The largest ratio of a size to its weight.
@@ -167,20 +196,10 @@ fn ratio(sizes: &[f64], weights: &[f64]) -> f64 {
     each.fold(0.0, f64::max)
 }
 
-/// The limits of frictions under loads, each for the direction in which it acts.
-fn limits(map: &FrictionMap<'_>, frictions: &[f64], loads: &[f64]) -> Vec<f64> {
-    let mut signs = vec![1.0; map.contacts()];
-    let mut counts = vec![0; map.contacts()];
-    for (owner, friction) in map.owners().zip(frictions) {
-        signs[owner] = *friction;
-        counts[owner] += 1;
-    }
-    let limit = |contact: usize| {
-        let [forward, backward] = map.coefficients(contact);
-        let backwards = counts[contact] == 1 && signs[contact] < 0.0;
-        loads[contact] * if backwards { backward } else { forward }
-    };
-    (0..map.contacts()).map(limit).collect()
+/// The limits of frictions under loads, forward and backward.
+fn limits(map: &FrictionMap<'_>, loads: &[f64]) -> Vec<[f64; 2]> {
+    let limit = |(contact, load): (usize, &f64)| map.coefficients(contact).map(|mu| mu * load);
+    loads.iter().enumerate().map(limit).collect()
 }
 
 /// Whether friction meets the demand.
@@ -215,13 +234,13 @@ pub(super) fn hold(map: &FrictionMap<'_>, demand: &Demand) -> Holding {
 fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
     let mut frictions = vec![0.0; map.len()];
     let mut best = (f64::INFINITY, frictions.clone());
-    let mut weights = limits(map, &frictions, &map.loads(&frictions));
+    let mut weights = limits(map, &map.loads(&frictions));
     for _ in 0..ROUNDS {
         let borne = demand.borne_by(map, &weights);
         let Some(share) = borne.and_then(|borne| borne.share(map, &weights)) else { break };
         frictions = share.frictions;
-        let own = limits(map, &frictions, &map.loads(&frictions));
-        let part = ratio(&map.sizes(&frictions), &own);
+        let own = limits(map, &map.loads(&frictions));
+        let part = ratio(&map.sizes(&frictions), &of_sign(map, &frictions, &own));
         let settled = (part - best.0).abs() <= 1e-13 * part;
         if part < best.0 {
             best = (part, frictions.clone());
@@ -231,7 +250,7 @@ fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
         }
         // Half-way: loads that rise and fall in turn settle, too.
         for (weight, own) in weights.iter_mut().zip(own) {
-            *weight = 0.5 * (*weight + own);
+            *weight = [0, 1].map(|way| 0.5 * (weight[way] + own[way]));
         }
     }
     best
@@ -262,7 +281,10 @@ fn greatest_insufficient(map: &FrictionMap<'_>, demand: &Demand, most: f64, know
         let frictions = [(&plain_loads, &plain), (&bound_loads, &bound)]
             .map(|(loads, couplings)| greatest_frictions(map, loads, couplings, part));
         let greatest = match frictions {
-            [Some(a), Some(b)] => a.iter().zip(&b).map(|(a, b)| a.min(*b)).collect(),
+            [Some(a), Some(b)] => {
+                let least = |(a, b): (&[f64; 2], &[f64; 2])| [a[0].min(b[0]), a[1].min(b[1])];
+                a.iter().zip(&b).map(least).collect()
+            }
             [Some(one), None] | [None, Some(one)] => one,
             [None, None] => return false,
         };

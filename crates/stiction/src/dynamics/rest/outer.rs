@@ -4,7 +4,7 @@ use super::map::{FrictionMap, unit};
 use crate::dynamics::coupling::radius_bound;
 use nalgebra::{DMatrix, DVector};
 
-/// The greatest friction force of each contact, over everything that satisfies all laws at once,
+/// The greatest friction force of each contact, forward and backward (positive and negative), over everything that satisfies all laws at once,
 /// with the coefficients times `part`; of what slides the greatest change. `loads` and `couplings`
 /// bound the loads: `N <= loads + couplings |friction|`. None where nothing bounds them, since the
 /// coupling is one or more.
@@ -16,7 +16,7 @@ pub(super) fn greatest_frictions(
     loads: &[f64],
     couplings: &DMatrix<f64>,
     part: f64,
-) -> Option<Vec<f64>> {
+) -> Option<Vec<[f64; 2]>> {
     let count = map.contacts();
     let coefficient = |contact: usize| {
         let [forward, backward] = map.coefficients(contact);
@@ -33,7 +33,15 @@ pub(super) fn greatest_frictions(
     let constants = DVector::from_fn(count, |contact, _| alone(contact));
     let greatest = (DMatrix::identity(count, count) - coupled).lu().solve(&constants)?;
     let sound = greatest.iter().all(|x| x.is_finite() && *x >= -1e-12 * greatest.amax());
-    sound.then(|| greatest.iter().map(|x| x.max(0.0)).collect())
+    let limit = |(contact, greatest): (usize, &f64)| {
+        let [forward, backward] = map.coefficients(contact);
+        let most = forward.max(backward);
+        let part = |coefficient: f64| if most > 0.0 { coefficient / most } else { 0.0 };
+        // What slides may change either way.
+        let parts = if map.rests(contact) { [part(forward), part(backward)] } else { [1.0; 2] };
+        parts.map(|part| part * greatest.max(0.0))
+    };
+    sound.then(|| greatest.iter().enumerate().map(limit).collect())
 }
 
 /// The least and the greatest change of each drive by static friction, certified: nothing lies
@@ -45,15 +53,6 @@ pub(in crate::dynamics) fn outer_changes(
     let loads: Vec<f64> = (0..map.contacts()).map(|contact| map.load_without(contact)).collect();
     let couplings = map.couplings(|k| unit(map.len(), k));
     let greatest = greatest_frictions(map, &loads, &couplings, 1.0)?;
-    let parts = (0..map.contacts()).map(|contact| {
-        let [forward, backward] = map.coefficients(contact);
-        let most = forward.max(backward);
-        let part = |coefficient: f64| if most > 0.0 { coefficient / most } else { 0.0 };
-        // Friction with a positive sign acts against sliding forward. What slides may change
-        // either way.
-        if map.rests(contact) { [part(forward), part(backward)] } else { [1.0; 2] }
-    });
-    let parts: Vec<[f64; 2]> = parts.collect();
     let owners: Vec<usize> = map.owners().collect();
     let bounds = (0..drives).map(|actuator| {
         let slopes = map.slopes(actuator);
@@ -63,12 +62,13 @@ pub(in crate::dynamics) fn outer_changes(
             let single = owners.iter().filter(|owner| **owner == contact).count() == 1;
             let slope =
                 owners.iter().position(|owner| *owner == contact).map_or(0.0, |k| slopes[k]);
-            let [mut up, mut down] = parts[contact];
+            let [mut up, mut down] = greatest[contact];
+            // Friction forward is positive; of balls and plates both are the same.
             if single && slope < 0.0 {
                 core::mem::swap(&mut up, &mut down);
             }
-            high += size * greatest[contact] * up;
-            low -= size * greatest[contact] * down;
+            high += size * up;
+            low -= size * down;
         }
         (low, high)
     });
