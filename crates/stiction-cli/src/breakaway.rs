@@ -28,6 +28,7 @@ fn carry_out(options: &Breakaway) -> Result<(), Failure> {
         load_name,
         friction: FrictionMode::Converged,
         step: None,
+        friction_margin: false,
     };
     if !options.json && job.model.mechanism.joints().iter().all(|j| j.friction.is_empty()) {
         eprintln!("note: the model declares no friction in any joint\n");
