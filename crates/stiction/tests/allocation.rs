@@ -7,7 +7,7 @@ mod counting;
 use common::random::*;
 use common::*;
 use counting::allocations;
-use stiction::dynamics::{FrictionMode, InverseDynamics, Settings};
+use stiction::dynamics::{FrictionMode, InverseDynamics, Settings, Sharing};
 use stiction::joint::JointType::*;
 use stiction::kinematics::Coordinate;
 use stiction::spatial::Pose;
@@ -28,6 +28,12 @@ fn kernels_allocate_nothing() {
             let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
             let run = || kernel.run(&parameters, &mut workspace, targets, &case.loads, &settings);
             assert_eq!(allocations(run), 0, "kernel, {class:?} {mode:?}");
+
+            let mut sharing = Sharing::new(&kernel.setup());
+            let mut shares = solver.shares().clone();
+            let (bodies, inverse) = (&workspace.kinematics.bodies, &workspace.inverse);
+            let share = || sharing.run(&kernel.setup(), &parameters, bodies, inverse, &mut shares);
+            assert_eq!(allocations(share), 0, "shares, {class:?} {mode:?}");
 
             // The checked solver, too, while nothing special happens.
             solver.solve(&case.loads).unwrap();

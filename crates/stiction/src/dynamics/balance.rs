@@ -1,13 +1,15 @@
 //! The kernel that solves the balance for all reactions, given motion and linearised friction.
 
-use super::contacts::{Contacts, Coupling, wrench_against};
+use super::contacts::{ContactState, Contacts, Coupling, wrench_against};
+use super::inverse::Setup;
 use super::load::{AppliedLoad, demand_of_motion};
+use super::plan::BalancePlan;
 use super::spring::Pull;
 use super::structure::{BalanceStructure, WeighedKind, Weighting};
 use crate::joint::Motion;
 use crate::kinematics::Bodies;
 use crate::linalg::Elimination;
-use crate::parameters::{Parameters, Weights};
+use crate::parameters::{ContactParameters, Parameters, Weights};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Twist, Wrench};
 use crate::topology::{Link, Role, Topology};
@@ -238,6 +240,21 @@ impl<T: Scalar> Balance<T> {
     ) -> T {
         self.assemble(topology, structure, parameters, bodies);
         let sign = program.factor(&self.entries, &mut self.factors);
+        self.solve_factored(topology, structure, program, parameters, bodies, passes);
+        sign
+    }
+
+    /// The same with the matrix as it was factored last.
+    #[inline(always)]
+    fn solve_factored(
+        &mut self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        program: &Elimination,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        passes: usize,
+    ) {
         self.unknowns.fill(T::zero());
         self.node_wrenches.copy_from_slice(&self.demand);
         self.cut_wrenches.fill(Wrench::zero());
@@ -250,7 +267,83 @@ impl<T: Scalar> Balance<T> {
             self.correct(topology, structure);
         }
         self.collect(topology);
-        sign
+    }
+
+    /// Becomes the frictionless balance of the same position as `other`, demanding nothing, and
+    /// factors it.
+    pub(super) fn rest_like(
+        &mut self,
+        other: &Self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+    ) {
+        let BalancePlan { structure, program } = setup.balance;
+        self.demand.fill(Wrench::zero());
+        self.columns.copy_from_slice(&other.columns);
+        for (demand, others) in self.spin_demand.iter_mut().zip(&other.spin_demand) {
+            demand.copy_from_slice(others);
+        }
+        self.rows.copy_from_slice(&bodies.screws);
+        self.tilted.copy_from_slice(&self.columns);
+        self.assemble(setup.topology, structure, parameters, bodies);
+        program.factor(&self.entries, &mut self.factors);
+    }
+
+    /// The balance of [`Self::rest_like`] with nothing but one contact's friction, as it is now;
+    /// writes what the drives must do against it.
+    pub(super) fn rub_alone(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        contact: &ContactParameters<T>,
+        state: &ContactState<T>,
+        drives: &mut [T],
+    ) {
+        let topology = setup.topology;
+        self.constants.fill(T::zero());
+        self.cut_constants.fill(Wrench::zero());
+        match topology.role[contact.joint] {
+            Role::Tree { node } => {
+                let first = topology.nodes[node].dofs.start;
+                for (&against, freedom) in state.against.iter().zip(contact.shape.freedoms()) {
+                    self.constants[first + freedom] = against * state.friction();
+                }
+            }
+            Role::Cut { cut } => {
+                let wrench = wrench_against(topology, contact, state, bodies);
+                self.cut_constants[cut] = wrench * state.friction();
+            }
+        }
+        let BalancePlan { structure, program } = setup.balance;
+        let passes = setup.balance.passes();
+        self.solve_factored(topology, structure, program, parameters, bodies, passes);
+        self.read_drives(topology, bodies, &self.constants, drives);
+    }
+
+    /// What the actuators must do: the joint's effort on their freedoms, less friction's.
+    #[inline(always)]
+    pub(super) fn read_drives(
+        &self,
+        topology: &Topology,
+        bodies: &Bodies<T>,
+        friction_efforts: &[T],
+        drives: &mut [T],
+    ) {
+        for (dof, content) in topology.dofs.iter().enumerate() {
+            let (Some(actuator), Link::Joint { joint, reversed }) =
+                (content.actuator, topology.nodes[content.node].link)
+            else {
+                continue;
+            };
+            let effort = bodies.screws[dof].power(self.joint_wrenches[joint]);
+            let effort = if reversed { -effort } else { effort };
+            drives[actuator] = effort - friction_efforts[dof];
+        }
+        for (index, &actuator) in topology.cut_actuators.iter().enumerate() {
+            drives[actuator] = self.unknowns[topology.constraints + index];
+        }
     }
 
     /// A wrench more at a cut joint, and what it takes off the joints of the tree.

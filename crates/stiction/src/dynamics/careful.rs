@@ -5,6 +5,7 @@ use super::contacts::{Contacts, wrench_against};
 use super::inverse::{FrictionMode, Settings};
 use super::load::AppliedLoad;
 use super::newton_euler::Unknown;
+use super::shares::Shares;
 use crate::kinematics::Bodies;
 use crate::mechanism::Mechanism;
 use crate::mobility::{Statics, Uncarried};
@@ -23,6 +24,8 @@ pub(super) struct CarefulForces {
     pub(super) drives_frictionless: Vec<f64>,
     pub(super) wrenches: Vec<Wrench<f64>>,
     pub(super) contacts: Contacts<f64>,
+    /// What each friction causes of each drive.
+    pub(super) shares: Shares<f64>,
     /// Motion of the bodies with the accelerations of idle spins.
     pub(super) bodies: Bodies<f64>,
     /// Whether friction and reactions settled.
@@ -121,11 +124,32 @@ pub(super) fn solve(
             break;
         }
     }
+    let mut shares = Shares::new(topology.actuators.len(), parameters.contacts.len());
+    if settings.friction != FrictionMode::Off {
+        // The same frictions once more, one at a time, with nothing else to be carried.
+        let nothing = &demand * 0.0;
+        for (index, (contact, state)) in
+            parameters.contacts.iter().zip(&contacts.states).enumerate()
+        {
+            friction.fill(Wrench::zero());
+            // Only what slides has friction here: see `Contacts::held`.
+            friction[contact.joint] =
+                wrench_against(topology, contact, state, bodies) * state.friction();
+            let amounts = statics.amounts_into_reach(&nothing, &friction, &units);
+            let mut with_spins = nothing.clone();
+            for (unit, amount) in units.iter().zip(&amounts) {
+                with_spins += unit * *amount;
+            }
+            let response = statics.carry_what_can_be(&with_spins, &friction).unknowns;
+            shares.set_contact(index, &drives(statics, &response));
+        }
+    }
     Ok(CarefulForces {
         drives: drives(statics, &unknowns),
         drives_frictionless,
         wrenches,
         contacts,
+        shares,
         bodies: spin(&amounts),
         settled,
     })

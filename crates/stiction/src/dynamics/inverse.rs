@@ -10,7 +10,7 @@ use crate::linalg::Elimination;
 use crate::parameters::{ContactParameters, Parameters};
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
-use crate::topology::{Link, Role, Topology};
+use crate::topology::{Role, Topology};
 
 /// How friction and reactions act on each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -415,22 +415,14 @@ impl<T: Scalar> Inverse<T> {
         }
     }
 
-    /// What the actuators must do: the joint's effort on their freedoms, less friction's.
     #[inline(always)]
     fn read_drives(&mut self, topology: &Topology, bodies: &Bodies<T>) {
-        for (dof, content) in topology.dofs.iter().enumerate() {
-            let (Some(actuator), Link::Joint { joint, reversed }) =
-                (content.actuator, topology.nodes[content.node].link)
-            else {
-                continue;
-            };
-            let effort = bodies.screws[dof].power(self.balance.joint_wrenches[joint]);
-            let effort = if reversed { -effort } else { effort };
-            self.drives[actuator] = effort - self.friction_efforts[dof];
-        }
-        for (index, &actuator) in topology.cut_actuators.iter().enumerate() {
-            self.drives[actuator] = self.balance.unknowns[topology.constraints + index];
-        }
+        self.balance.read_drives(topology, bodies, &self.friction_efforts, &mut self.drives);
+    }
+
+    /// The balance as it was solved last.
+    pub(super) fn balance(&self) -> &Balance<T> {
+        &self.balance
     }
 
     /// Adds the accelerations of idle spins to those of the bodies.

@@ -13,6 +13,7 @@ use super::newton_euler::NewtonEuler;
 use super::plan::{BalancePlan, NotPlanned};
 use super::power::Power;
 use super::rest::{self, Rest};
+use super::shares::{Shares, Sharing};
 use super::spring::Pull;
 use super::structure::Weighting;
 use super::wedge;
@@ -66,6 +67,11 @@ pub struct InverseDynamics {
     /// By which rates were solved for first: whatever is planned later, its signs compare.
     first_program: Elimination,
     forces: Forces,
+    /// Made when it is first asked for.
+    sharing: Option<Sharing<f64>>,
+    /// Whether the last forces are those of the kernel, and not of the dense system.
+    forces_by_kernel: bool,
+    shares: Shares<f64>,
 }
 
 /// What the kernel works with.
@@ -116,6 +122,7 @@ impl InverseDynamics {
             parameters.contacts.len(),
         );
         let first_program = assembly.program().clone();
+        let shares = Shares::new(topology.actuators.len(), parameters.contacts.len());
         let mut solver = Self {
             mechanism,
             topology,
@@ -126,6 +133,9 @@ impl InverseDynamics {
             inverse: None,
             first_program,
             forces,
+            sharing: None,
+            forces_by_kernel: true,
+            shares,
         };
         solver.replan();
         Ok(solver)
@@ -245,6 +255,37 @@ impl InverseDynamics {
     /// The forces of the last [`Self::solve`].
     pub fn forces(&self) -> &Forces {
         &self.forces
+    }
+
+    /// How much of each drive of the last [`Self::solve`] each contact's friction causes.
+    pub fn shares(&mut self) -> &Shares<f64> {
+        // Those of the dense system are there already.
+        if let (true, Ok(balance), Some(inverse)) =
+            (self.forces_by_kernel, &self.plan, &self.inverse)
+        {
+            let (topology, parameters) = (&self.topology, &self.parameters);
+            let (prescription, motion, kinematics) = self.assembly.parts();
+            let setup = Setup { topology, prescription, motion, balance };
+            let sharing = self.sharing.get_or_insert_with(|| Sharing::new(&setup));
+            sharing.run(&setup, parameters, &kinematics.bodies, inverse, &mut self.shares);
+        }
+        &self.shares
+    }
+
+    /// Rates of the actuators, rad/s or m/s, in the order of [`Mechanism::actuators`].
+    pub fn drive_rates(&self) -> impl Iterator<Item = f64> {
+        let (topology, bodies) = (&self.topology, self.bodies());
+        let actuators = topology.actuators.iter();
+        actuators.map(|a| bodies.joint_rates(topology, a.joint)[a.freedom])
+    }
+
+    /// A copy that passes the present position the other way: all rates reversed, accelerations
+    /// the same, as when time runs backward. Only friction and dampers tell the difference.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let mut copy = self.clone();
+        copy.assembly.reverse(&copy.topology, &copy.parameters);
+        copy
     }
 
     /// Which weighting decides what is redundant; none if the position is singular.
@@ -380,6 +421,7 @@ impl InverseDynamics {
         let spins = self.spin_responses();
         let bodies = &self.assembly.kinematics().bodies;
         self.plan = BalancePlan::new(&self.topology, &self.parameters, bodies, &spins);
+        self.sharing = None;
         self.inverse = match &self.plan {
             Err(_) => None,
             Ok(balance) => {
@@ -452,6 +494,7 @@ impl InverseDynamics {
                 percent: 100.0 * lock.part,
             })?;
         }
+        self.forces_by_kernel = true;
         let forces = &mut self.forces;
         forces.read(&kinematics.bodies, inverse);
         let position = bounds::Position { setup, parameters, kinematics, loads, settings };
@@ -494,6 +537,8 @@ impl InverseDynamics {
         }
         let has_friction = self.settings.friction != FrictionMode::Off;
         self.forces.take(bodies, &solution, has_friction);
+        self.forces_by_kernel = false;
+        self.shares.clone_from(&solution.shares);
         self.forces.power = Power::new(
             &self.topology,
             &self.parameters,

@@ -120,6 +120,12 @@ impl Assembly {
         (&self.prescription, &self.program, &mut self.kinematics)
     }
 
+    /// Passes the present position the other way: rates reversed, accelerations the same.
+    pub(crate) fn reverse(&mut self, topology: &Topology, parameters: &Parameters<f64>) {
+        self.targets.iter_mut().for_each(|target| target.rate = -target.rate);
+        self.differentiate(topology, parameters);
+    }
+
     /// Moves to new targets near the present ones: Newton's method from the present position. It
     /// does not watch the assembly mode; [`Self::follow`] does.
     ///

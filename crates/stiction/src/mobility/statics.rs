@@ -262,11 +262,26 @@ impl Statics {
         friction: &[Wrench<f64>],
     ) -> Result<Carried, Uncarried> {
         let scaled = self.scale_rows(&self.less_friction(demand, friction));
-        let mut particular = self.particular(&scaled);
+        let particular = self.particular(&scaled);
         self.check_range(&scaled, &particular)?;
+        Ok(self.distributed(particular, friction))
+    }
+
+    /// The same of that part of a demand that is within reach. It is linear in demand and friction
+    /// taken together.
+    pub(crate) fn carry_what_can_be(
+        &self,
+        demand: &DVector<f64>,
+        friction: &[Wrench<f64>],
+    ) -> Carried {
+        let scaled = self.scale_rows(&self.less_friction(demand, friction));
+        self.distributed(self.particular(&scaled), friction)
+    }
+
+    fn distributed(&self, mut particular: DVector<f64>, friction: &[Wrench<f64>]) -> Carried {
         self.distribute(&mut particular, friction);
         let unknowns = particular.iter().zip(&self.column_scales).map(|(x, s)| x * s);
-        Ok(Carried { unknowns: DVector::from_iterator(particular.len(), unknowns) })
+        Carried { unknowns: DVector::from_iterator(particular.len(), unknowns) }
     }
 
     /// The least scaled unknowns that carry the scaled demand as well as it can be.

@@ -1,0 +1,89 @@
+//! Which friction causes how much of each driving force.
+//!
+//! With the friction forces as they were found, the balance is linear in them: each drive is the
+//! frictionless one and a sum over contacts. A contact's part is the drive's response to the
+//! friction at that contact alone, with nothing else to be carried. Where drives are unique it is
+//! also given by virtual work: friction times the contact's sliding velocity in the motion of one
+//! unit of rate of that actuator while all others stand still.
+//!
+//! What friction a contact has depends on the others', through the reactions; how much of a drive it
+//! causes, once it is there, does not.
+
+use super::balance::Balance;
+use super::inverse::{Inverse, Setup};
+use crate::kinematics::Bodies;
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
+
+/// The part of each drive that the friction at each contact causes, N or N m. For each drive they
+/// add up to the difference that friction makes. Contacts at rest have none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shares<T> {
+    actuators: usize,
+    contacts: usize,
+    /// All actuators for the first contact, then for the next.
+    values: Vec<T>,
+}
+
+impl<T: Scalar> Shares<T> {
+    /// No friction at all.
+    pub fn new(actuators: usize, contacts: usize) -> Self {
+        Self { actuators, contacts, values: vec![T::zero(); actuators * contacts] }
+    }
+
+    /// The part of drive `actuator` that contact `contact` causes. Drives are in the order of
+    /// [`crate::mechanism::Mechanism::actuators`], contacts in that of [`Parameters::contacts`].
+    pub fn of(&self, actuator: usize, contact: usize) -> T {
+        self.values[contact * self.actuators + actuator]
+    }
+
+    /// The parts of one drive, contact by contact.
+    pub fn of_drive(&self, actuator: usize) -> impl ExactSizeIterator<Item = T> + '_ {
+        (0..self.contacts).map(move |contact| self.of(actuator, contact))
+    }
+
+    /// Sets what one contact causes.
+    pub(super) fn set_contact(&mut self, contact: usize, drives: &[T]) {
+        self.row(contact).copy_from_slice(drives);
+    }
+
+    fn row(&mut self, contact: usize) -> &mut [T] {
+        &mut self.values[contact * self.actuators..][..self.actuators]
+    }
+}
+
+/// Room to find [`Shares`] in, made once. One factorisation serves all contacts.
+#[derive(Clone, Debug)]
+pub struct Sharing<T> {
+    balance: Balance<T>,
+}
+
+impl<T: Scalar> Sharing<T> {
+    /// Room for a mechanism.
+    pub fn new(setup: &Setup<'_>) -> Self {
+        let plan = setup.balance;
+        Self { balance: Balance::new(setup.topology, &plan.structure, &plan.program) }
+    }
+
+    /// Finds the shares of the frictions that `inverse` found last, at the motion in `bodies`.
+    /// What is redundant is chosen by the same weighting, so shares add up there, too.
+    pub fn run(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        inverse: &Inverse<T>,
+        shares: &mut Shares<T>,
+    ) {
+        if !inverse.has_friction() {
+            shares.values.fill(T::zero());
+            return;
+        }
+        self.balance.rest_like(inverse.balance(), setup, parameters, bodies);
+        let contacts = parameters.contacts.iter().zip(inverse.contacts()).enumerate();
+        for (index, (contact, state)) in contacts {
+            let drives = shares.row(index);
+            self.balance.rub_alone(setup, parameters, bodies, contact, state, drives);
+        }
+    }
+}
