@@ -12,7 +12,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stiction::dynamics::{FrictionMode, InverseError};
 use stiction_model::Diagnostics;
-use stiction_study::inverse::{Curves, Error, Job, Missing, Summary, Tables, write_summary};
+use stiction_study::inverse::{
+    Curves, Error, Job, Missing, ShareTable, Summary, Tables, write_summary,
+};
 
 /// The built-in robot.
 pub(crate) const DEFAULT_MODEL: &str = "zhang2018-regular";
@@ -68,6 +70,13 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
             Some(tables.map_err(|error| outputs.trouble("the tables", error))?)
         }
     };
+    let mut shares = match &mut outputs {
+        Some(outputs) if job.has_shares() => {
+            let table = ShareTable::new(&job, outputs.begin("shares.csv")?);
+            Some(table.map_err(|error| outputs.trouble("shares.csv", error))?)
+        }
+        _ => None,
+    };
     let mut summary = Summary::new(&job);
     let mut curves = outputs.is_some().then(|| Curves::new(&job, count));
 
@@ -78,6 +87,9 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
             summary.add(sample);
             if let Some(curves) = &mut curves {
                 curves.add(sample);
+            }
+            if let Some(shares) = &mut shares {
+                shares.add(sample).map_err(|error| error.to_string())?;
             }
             match &mut tables {
                 Some(tables) => tables.add(sample).map_err(|error| error.to_string()),
@@ -114,6 +126,10 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
             let file = file.map_err(|error| outputs.trouble(name, error))?;
             outputs.end(name, file, &[])?;
         }
+        if let Some(shares) = shares {
+            let file = shares.finish().map_err(|error| outputs.trouble("shares.csv", error))?;
+            outputs.end("shares.csv", file, &[])?;
+        }
         outputs.write("summary.json", format!("{json:#}\n").as_bytes())?;
         for (name, figure) in curves.figures() {
             outputs.write(&format!("{name}.svg"), figure.svg().as_bytes())?;
@@ -124,7 +140,13 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
                 outputs.write(&file, &png)?;
             }
         }
-        let names = outputs.complete(&["friction.svg", "friction.png"])?;
+        let names = outputs.complete(&[
+            "friction.svg",
+            "friction.png",
+            "shares.csv",
+            "shares.svg",
+            "shares.png",
+        ])?;
         if !options.json {
             let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
             eprintln!("\nwrote {}", names.join(", "));

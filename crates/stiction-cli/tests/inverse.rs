@@ -49,7 +49,7 @@ fn the_files_are_complete() {
     folder.stiction(&["inverse", "-o", "new/deep"]).succeeds();
     let inner = Folder(folder.0.join("new/deep"));
     let mut expected: Vec<&str> = TABLES.to_vec();
-    expected.extend(["drives.svg", "friction.svg", "power.svg"]);
+    expected.extend(["drives.svg", "friction.svg", "power.svg", "shares.csv", "shares.svg"]);
     expected.sort_unstable();
     assert_eq!(inner.files(), expected);
 
@@ -71,6 +71,10 @@ fn the_files_are_complete() {
     let friction = inner.read("friction.csv");
     let along = column(&friction, "leg1.P.power [W]");
     assert!(along.iter().all(|power| *power >= 0.0));
+
+    let shares = inner.read("shares.csv");
+    assert_eq!(column(&shares, "leg1.P.from.leg2.S [N]").len(), 101);
+    assert_eq!(shares.lines().next().unwrap().split(',').count(), 1 + 3 * 9);
 
     let summary = json(&inner.read("summary.json"));
     assert_eq!(summary["model"]["name"], "zhang2018-regular");
@@ -189,7 +193,9 @@ fn what_stood_in_the_folder_stays_until_all_is_there() {
     // What is not a result of the last run is not there.
     assert!(folder.files().contains(&"friction.svg".to_owned()));
     folder.stiction(&["inverse", "four-bar", "--friction", "off", "-o", "."]).succeeds();
-    assert!(!folder.files().contains(&"friction.svg".to_owned()));
+    for stale in ["friction.svg", "shares.csv", "shares.svg"] {
+        assert!(!folder.files().contains(&stale.to_owned()), "{stale}");
+    }
     assert_eq!(folder.read("notes.txt"), "mine too");
 }
 

@@ -66,14 +66,14 @@ pub struct Table<W: io::Write> {
 }
 
 impl<W: io::Write> Table<W> {
-    fn new(into: W, header: &[String]) -> io::Result<Self> {
+    pub(super) fn new(into: W, header: &[String]) -> io::Result<Self> {
         let mut writer = csv::Writer::from_writer(into);
         writer.write_record(header)?;
         Ok(Self { writer, cell: String::new() })
     }
 
     /// A number with all its digits, in the shortest way that reads back as the same number.
-    fn number(&mut self, value: f64) -> io::Result<()> {
+    pub(super) fn number(&mut self, value: f64) -> io::Result<()> {
         self.cell.clear();
         let plain = value == 0.0 || (1e-5..1e16).contains(&value.abs());
         // Writing to a string does not fail.
@@ -87,7 +87,7 @@ impl<W: io::Write> Table<W> {
         Ok(())
     }
 
-    fn end_row(&mut self) -> io::Result<()> {
+    pub(super) fn end_row(&mut self) -> io::Result<()> {
         self.writer.write_record(None::<&[u8]>)?;
         Ok(())
     }

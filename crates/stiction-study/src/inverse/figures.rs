@@ -2,6 +2,7 @@
 
 use super::columns::Names;
 use super::run::{Job, Sample};
+use super::shares::ShareCurves;
 use crate::figure::{Figure, Line, Panel, Trace};
 use stiction::dynamics::FrictionMode;
 
@@ -18,6 +19,7 @@ pub struct Curves {
     friction: Vec<Trace>,
     power: [Trace; 4],
     residual: Trace,
+    shares: ShareCurves,
 }
 
 impl Curves {
@@ -48,6 +50,7 @@ impl Curves {
             friction: vec![trace.clone(); names.contacts.len()],
             power: std::array::from_fn(|_| trace.clone()),
             residual: trace,
+            shares: ShareCurves::new(&names, count),
             names,
         }
     }
@@ -62,6 +65,7 @@ impl Curves {
         for (trace, contact) in self.friction.iter_mut().zip(&forces.contacts) {
             trace.push(time, contact.friction);
         }
+        self.shares.add(time, sample.shares);
         let power = &forces.power;
         for (trace, value) in
             self.power.iter_mut().zip([power.drives, power.loads, power.energy, power.dissipated])
@@ -111,6 +115,11 @@ impl Curves {
             }
             let title = format!("Friction forces at the sliding surfaces: {}", self.title);
             figures.push(("friction", Figure { title, x_label: x_label.clone(), panels }));
+            if !self.names.drives.is_empty() {
+                let title = format!("What friction makes of the driving forces: {}", self.title);
+                let figure = self.shares.figure(&self.names, title, x_label.clone());
+                figures.push(("shares", figure));
+            }
         }
 
         let labels = ["drives", "loads", "d/dt energy", "dissipated"];

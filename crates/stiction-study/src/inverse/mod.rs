@@ -2,8 +2,10 @@
 
 mod certainty;
 pub(crate) mod columns;
+mod efficiency;
 mod figures;
 pub(crate) mod run;
+mod shares;
 pub(crate) mod statistics;
 pub(crate) mod summary;
 pub(crate) mod terminal;
@@ -11,8 +13,10 @@ mod uniqueness;
 
 pub use certainty::{MOST_MARGIN, Margin, OtherSolutions};
 pub use columns::{Table, Tables};
+pub use efficiency::Backward;
 pub use figures::Curves;
 pub use run::{Error, Job, Missing, Phase, Sample, Verdict};
+pub use shares::ShareTable;
 pub use summary::Summary;
 pub use terminal::write_summary;
 pub use uniqueness::Singular;

@@ -1,11 +1,12 @@
 //! A mechanism carried along a motion under a load.
 
 use super::certainty::{Certainty, Margin, OtherSolutions};
+use super::efficiency::{Backward, look_back};
 use super::uniqueness::{Singular, Uniqueness};
 use crate::{Instants, InstantsError};
 use stiction::dynamics::Weighting;
 use stiction::dynamics::{
-    AppliedLoad, Forces, FrictionMode, InverseDynamics, InverseError, Settings,
+    AppliedLoad, Forces, FrictionMode, InverseDynamics, InverseError, Settings, Shares,
 };
 use stiction::friction::ContactShape;
 use stiction::kinematics::{AssemblyError, Coordinate, Target};
@@ -58,6 +59,10 @@ pub struct Sample<'a> {
     /// The factor by which all coefficients can grow before friction locks the mechanism, infinite if
     /// it does not; if that was asked for.
     pub friction_margin: Option<f64>,
+    /// What each contact's friction causes of each drive.
+    pub shares: &'a Shares<f64>,
+    /// For each drive how the load drives it back; nothing without friction.
+    pub backward: &'a [Backward],
 }
 
 /// What holds along the whole motion.
@@ -245,6 +250,7 @@ impl Job<'_> {
         let mut before = instants.at(0);
         let mut sides = Sides::default();
         let mut certainty = Certainty::default();
+        let (mut shares, mut backward) = (solver.shares().clone(), Vec::new());
         for (k, time) in instants.iter().enumerate() {
             self.follow(&mut solver, before, time)?;
             before = time;
@@ -262,6 +268,10 @@ impl Job<'_> {
                 }
             } else if missing.is_none() && failed.is_none() {
                 verdict.passed_singularities.extend(sides.look(&mut solver, time));
+                if self.friction != FrictionMode::Off && !solver.forces().contacts.is_empty() {
+                    look_back(&solver, &loads, &mut backward);
+                }
+                shares.clone_from(solver.shares());
                 uniqueness.look(&solver, time);
                 certainty.look(&mut solver, &loads, time, self.friction_margin);
                 verdict.coupling = verdict.coupling.zip(certainty.coupling).map(|(a, b)| a.max(b));
@@ -276,6 +286,8 @@ impl Job<'_> {
                     determined_drives: &uniqueness.drives,
                     coupling: certainty.coupling,
                     friction_margin: certainty.last_margin,
+                    shares: &shares,
+                    backward: &backward,
                 };
                 receive(&sample).map_err(Error::Receiver)?;
             }

@@ -2,7 +2,9 @@
 
 use super::certainty::MOST_MARGIN;
 use super::columns::Names;
+use super::efficiency::Efficiency;
 use super::run::{Job, Sample, Verdict};
+use super::shares::Ranking;
 use super::statistics::{Comparison, Integral, Least, Size};
 use super::uniqueness::Singular;
 use serde_json::{Map, Value, json};
@@ -28,6 +30,8 @@ pub struct Summary {
     pub(super) dissipated: Vec<Integral>,
     pub(super) contact_loads: Vec<Size>,
     pub(super) work: Work,
+    pub(super) shares: Ranking,
+    pub(super) efficiency: Efficiency,
     pub(super) power_residual: Size,
     pub(super) power_residual_relative: Size,
     /// The characteristic length, m.
@@ -84,6 +88,8 @@ impl Summary {
             dissipated: vec![Integral::default(); contacts],
             contact_loads: vec![Size::default(); contacts],
             work: Work::default(),
+            shares: Ranking::new(drives, contacts),
+            efficiency: Efficiency::new(drives),
             power_residual: Size::default(),
             power_residual_relative: Size::default(),
             length: job.model.mechanism.characteristic_length(),
@@ -132,6 +138,8 @@ impl Summary {
             self.dissipated[k].add(time, contact.power);
             self.contact_loads[k].add(time, contact.load);
         }
+        self.shares.add(time, sample.shares);
+        self.efficiency.add(time, forces, sample.backward);
         let power = &forces.power;
         self.work.drives.add(time, power.drives);
         self.work.loads.add(time, power.loads);
@@ -191,7 +199,7 @@ impl Summary {
                 "interpolation": job.motion.interpolation,
             },
             "units": "SI: s, m, rad, kg, N, N m, J, W",
-            "drives": self.drives_json(),
+            "drives": self.drives_json(job),
             "joints": self.joints_json(),
             "friction": self.friction_json(),
             "work": {
@@ -199,15 +207,21 @@ impl Summary {
                 "loads": self.work.loads.value,
                 "dissipated": self.work.dissipated.value,
             },
+            "efficiency": self.has_friction(job).then(|| self.efficiency.json(&self.names)),
             "verdicts": self.verdicts_json(job, verdict),
         })
     }
 
-    fn drives_json(&self) -> Value {
+    /// Whether there is friction to tell of.
+    pub(super) fn has_friction(&self, job: &Job<'_>) -> bool {
+        job.friction != FrictionMode::Off && !self.names.contacts.is_empty()
+    }
+
+    fn drives_json(&self, job: &Job<'_>) -> Value {
         let mut drives = Map::new();
         for (k, (name, unit)) in self.names.drives.iter().enumerate() {
             let comparison = &self.drives[k];
-            let value = json!({
+            let mut value = json!({
                 "unit": unit,
                 "with_friction": comparison.with.json(),
                 "frictionless": comparison.without.json(),
@@ -219,6 +233,9 @@ impl Summary {
                 "interval_certified_within": self.certified_within[k],
                 "determined": self.determined_drives[k],
             });
+            if self.has_friction(job) {
+                value["friction_shares"] = self.shares.json(&self.names, k);
+            }
             drives.insert(name.clone(), value);
         }
         Value::Object(drives)
@@ -235,10 +252,12 @@ impl Summary {
 
     fn friction_json(&self) -> Value {
         let mut contacts = Map::new();
+        let total: f64 = self.dissipated.iter().map(|integral| integral.value).sum();
         for (k, (name, _)) in self.names.contacts.iter().enumerate() {
             let mut value = json!({
                 "load": self.contact_loads[k].json(),
                 "dissipated": self.dissipated[k].value,
+                "dissipated_part": (total > 0.0).then(|| self.dissipated[k].value / total),
                 "determined": self.determined_loads[k],
             });
             // Said only where there is something to say.

@@ -132,7 +132,7 @@ fn write_friction(
     summary: &Summary,
     verdict: &Verdict,
 ) -> fmt::Result {
-    if job.friction == FrictionMode::Off || summary.names.contacts.is_empty() {
+    if !summary.has_friction(job) {
         return Ok(());
     }
     // At a single instant there is power, but no work.
@@ -156,6 +156,10 @@ fn write_friction(
         write!(out, ": {}{more}", shares.collect::<Vec<_>>().join(", "))?;
     }
     writeln!(out)?;
+    let changes = summary.drives.iter().map(|drive| (drive.difference.rms(), drive.with.rms()));
+    let changes: Vec<(f64, f64)> = changes.collect();
+    summary.shares.write(out, &summary.names, &changes)?;
+    summary.efficiency.write(out, &summary.names)?;
     let steady = &summary.names.steady;
     if !steady.is_empty() {
         let listed = steady.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>();
@@ -445,7 +449,7 @@ fn order(x: f64) -> String {
     if x == 0.0 { "0".to_owned() } else { format!("{x:.0e}") }
 }
 
-fn percent(ratio: Option<f64>) -> String {
+pub(super) fn percent(ratio: Option<f64>) -> String {
     ratio.map_or("-".to_owned(), |ratio| match 100.0 * ratio {
         percent if percent.abs() < 1e5 => format!("{percent:.1} %"),
         percent => format!("{percent:.1e} %"),
