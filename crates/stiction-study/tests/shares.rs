@@ -216,6 +216,7 @@ fn none_loaded<'a>(model: &'a Model, motion: &str) -> Job<'a> {
         load_name: "none".into(),
         friction: FrictionMode::Converged,
         step: None,
+        friction_margin: false,
     }
 }
 
