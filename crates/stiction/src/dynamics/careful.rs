@@ -5,7 +5,9 @@ use super::contacts::{Contacts, wrench_against};
 use super::inverse::{FrictionMode, Settings};
 use super::load::AppliedLoad;
 use super::newton_euler::Unknown;
+use super::reduced::{self, Reactions};
 use super::shares::Shares;
+use super::wedge::Lock;
 use crate::kinematics::Bodies;
 use crate::mechanism::Mechanism;
 use crate::mobility::{Statics, Uncarried};
@@ -14,8 +16,9 @@ use crate::spatial::Wrench;
 use crate::topology::Topology;
 use nalgebra::DVector;
 
-/// Steps of the fixed point between friction and reactions.
-const FIXED_POINT_STEPS: usize = 2000;
+/// Steps of the fixed point between friction and reactions; where it needs more, Newton's method is
+/// faster.
+const FIXED_POINT_STEPS: usize = 200;
 
 /// All forces, by dense decompositions.
 #[derive(Clone, Debug)]
@@ -28,8 +31,8 @@ pub(super) struct CarefulForces {
     pub(super) shares: Shares<f64>,
     /// Motion of the bodies with the accelerations of idle spins.
     pub(super) bodies: Bodies<f64>,
-    /// Whether friction and reactions settled.
-    pub(super) settled: bool,
+    /// Where friction locks the mechanism, if it does; all else is then without meaning.
+    pub(super) lock: Option<Lock>,
 }
 
 /// A position and what is known about it.
@@ -103,11 +106,7 @@ pub(super) fn solve(
     };
     let mut settled = steps < 2 || contacts.states.is_empty();
     for _ in 0..steps {
-        friction.fill(Wrench::zero());
-        for (contact, state) in parameters.contacts.iter().zip(&contacts.states) {
-            let against = wrench_against(topology, contact, state, bodies);
-            friction[contact.joint] += against * state.friction();
-        }
+        contacts.friction_at_joints(topology, parameters, bodies, &mut friction);
         // Without friction the load was carried: what is lost now is lost in the size of frictions
         // that grow without bound.
         let Ok(carried) = carry(&friction) else { break };
@@ -122,6 +121,29 @@ pub(super) fn solve(
         }
         if !change.is_finite() {
             break;
+        }
+    }
+    let mut lock = None;
+    if !settled && settings.friction == FrictionMode::Converged {
+        // The fixed point does not contract: Newton's method on the loads, from no friction.
+        let none = vec![Wrench::zero(); friction.len()];
+        let base = carry(&none)?.1;
+        let mut responses = Vec::with_capacity(contacts.states.len());
+        for (contact, state) in parameters.contacts.iter().zip(&contacts.states) {
+            friction.fill(Wrench::zero());
+            friction[contact.joint] = wrench_against(topology, contact, state, bodies);
+            let with = carry(&friction)?.1;
+            responses.push(with.iter().zip(&base).map(|(a, b)| *a - *b).collect());
+        }
+        contacts.slide(topology, parameters, bodies, settings.rest_speed);
+        let reactions = Reactions { base: &base, responses: &responses };
+        match reduced::follow(&mut contacts, parameters, bodies, &reactions) {
+            Err(found) => lock = Some(found),
+            Ok(()) => {
+                contacts.friction_at_joints(topology, parameters, bodies, &mut friction);
+                (unknowns, wrenches, amounts) = carry(&friction)?;
+                contacts.press(parameters, bodies, &wrenches);
+            }
         }
     }
     let mut shares = Shares::new(topology.actuators.len(), parameters.contacts.len());
@@ -151,7 +173,7 @@ pub(super) fn solve(
         contacts,
         shares,
         bodies: spin(&amounts),
-        settled,
+        lock,
     })
 }
 

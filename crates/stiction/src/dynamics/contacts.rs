@@ -256,6 +256,23 @@ impl<T: Scalar> Contacts<T> {
     }
 }
 
+impl Contacts<f64> {
+    /// The efforts of all present frictions, joint by joint.
+    pub(crate) fn friction_at_joints(
+        &self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+        efforts: &mut [Wrench<f64>],
+    ) {
+        efforts.fill(Wrench::zero());
+        for (contact, state) in parameters.contacts.iter().zip(&self.states) {
+            let against = wrench_against(topology, contact, state, bodies);
+            efforts[contact.joint] += against * state.friction();
+        }
+    }
+}
+
 /// The efforts that friction of force one newton at a contact has on its joint, as a wrench.
 #[inline(always)]
 pub(crate) fn wrench_against<T: Scalar>(

@@ -17,6 +17,7 @@ mod load;
 pub mod newton_euler;
 mod plan;
 mod power;
+mod reduced;
 mod rest;
 mod shares;
 mod solver;

@@ -532,8 +532,8 @@ impl InverseDynamics {
             &self.settings,
         )
         .map_err(|uncarried| self.in_words(&uncarried))?;
-        if !solution.settled {
-            return Err(InverseError::Unsettled);
+        if let Some(lock) = solution.lock {
+            return Err(self.locked(lock));
         }
         let has_friction = self.settings.friction != FrictionMode::Off;
         self.forces.take(bodies, &solution, has_friction);
