@@ -157,7 +157,9 @@ impl Forces {
 
     /// Takes over by how much static friction changes the drives at most, if that is bounded.
     pub(super) fn certify_bounds(&mut self, changes: Option<Vec<(f64, f64)>>) {
-        let Some(changes) = changes else {
+        let finite =
+            self.drive_bounds.iter().all(|(low, high)| low.is_finite() && high.is_finite());
+        let Some(changes) = changes.filter(|_| finite) else {
             self.bounds = Bounds::Attained;
             self.drive_outer_bounds.fill((f64::NEG_INFINITY, f64::INFINITY));
             return;
