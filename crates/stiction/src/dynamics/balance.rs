@@ -85,16 +85,7 @@ impl<T: Scalar> Balance<T> {
                 self.demand[node] -= load.wrench(bodies);
             }
         }
-        for spring in &parameters.springs {
-            let wrench = Pull::of(spring, bodies).wrench;
-            let [from, to] = spring.ends.map(|body| topology.node_of_body[body]);
-            if let Some(node) = to {
-                self.demand[node] -= wrench;
-            }
-            if let Some(node) = from {
-                self.demand[node] += wrench;
-            }
-        }
+        self.load_springs(topology, parameters, bodies);
         accumulate(topology, &mut self.demand);
         for cut in &topology.cuts {
             let joint_type = topology.joint_types[cut.joint];
@@ -107,6 +98,27 @@ impl<T: Scalar> Balance<T> {
                 let actuator = topology.actuators[topology.cut_actuators[index]];
                 let freedom = &joint_type.freedoms()[actuator.freedom];
                 self.columns[topology.constraints + index] = freedom.effort(j, k);
+            }
+        }
+    }
+
+    /// What springs take off the demand of the joints. Not inlined: most mechanisms have none, and
+    /// compilers take minutes over what kernels of nested scalars inline.
+    #[inline(never)]
+    fn load_springs(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+    ) {
+        for spring in &parameters.springs {
+            let wrench = Pull::of(spring, bodies).wrench;
+            let [from, to] = spring.ends.map(|body| topology.node_of_body[body]);
+            if let Some(node) = to {
+                self.demand[node] -= wrench;
+            }
+            if let Some(node) = from {
+                self.demand[node] += wrench;
             }
         }
     }
