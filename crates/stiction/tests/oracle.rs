@@ -52,10 +52,14 @@ fn kernels_agree_with_the_dense_system() {
                     continue;
                 }
                 match solver.solve(&case.loads) {
-                    // Said by the kernel, and the oracle finds nothing to hold against it.
-                    Err(InverseError::Locked { .. }) => {
-                        let careful = solver.solve_carefully(&case.loads);
-                        assert_eq!(careful.unwrap_err(), InverseError::Unsettled);
+                    // Said by the kernel, and by the dense method at the same coefficients.
+                    Err(InverseError::Locked { percent, .. }) => {
+                        let careful = solver.solve_carefully(&case.loads).unwrap_err();
+                        let InverseError::Locked { percent: other, .. } = careful else {
+                            panic!("{class:?} {seed}: {careful}")
+                        };
+                        let apart = (percent - other).abs();
+                        assert!(apart < 1e-3 * percent, "{class:?} {seed} {percent} {other}");
                         locked += 1;
                         continue;
                     }
@@ -68,12 +72,15 @@ fn kernels_agree_with_the_dense_system() {
                     power.residual().abs() <= 1e-12 * power.turnover,
                     "{class:?} {seed} {power:?}"
                 );
-                match solver.solve_carefully(&case.loads) {
-                    // The fixed point does not contract where Newton's method still converges.
-                    Err(InverseError::Unsettled) => continue,
-                    outcome => outcome.unwrap(),
-                };
+                // Near locking loads and their rounding grow: half-digits of them are compared there.
+                let strong = solver.coupling().is_none_or(|coupling| coupling > 0.9);
+                solver.solve_carefully(&case.loads).unwrap();
                 let dense = numbers(&solver);
+                if strong && friction == FrictionMode::Converged {
+                    let drives = apart(&kernel.0, &dense.0);
+                    assert!(drives < 1e-6, "{class:?} {seed}: drives {drives:e}, near locking");
+                    continue;
+                }
                 let (drives, reactions) = (apart(&kernel.0, &dense.0), apart(&kernel.1, &dense.1));
                 let limit = 1e-12 / smallest;
                 assert!(

@@ -117,8 +117,8 @@ impl<'a> Watch<'a> {
     }
 
     /// Looks at the next sample; `passed` if it lies on another side of the singular positions of
-    /// actuation than the last one.
-    pub(super) fn look(&mut self, solver: &InverseDynamics, time: f64, passed: bool) {
+    /// actuation than the last one; whether it is so beyond rounding.
+    pub(super) fn look(&mut self, solver: &InverseDynamics, time: f64, passed: bool) -> bool {
         let statics = solver.statics();
         let distances = Kind::ALL.map(|kind| self.distance(&statics, kind));
         let now = Sample { time, solver: solver.clone(), distances };
@@ -130,10 +130,14 @@ impl<'a> Watch<'a> {
             }
             self.look_back(kind, &now);
         }
+        let is_regular = |sample: &Sample| sample.distances[0].is_some_and(|d| d >= SINGULAR);
+        // In singular positions the side is that of rounding.
+        let passed = passed && is_regular(&now) && self.last.as_ref().is_some_and(is_regular);
         if passed {
             self.pass(&now);
         }
         self.before_last = self.last.replace(now);
+        passed
     }
 
     /// What was found of each kind; legs where there are some.

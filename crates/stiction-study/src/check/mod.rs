@@ -144,8 +144,9 @@ pub fn examine(
     for (k, time) in instants.iter().enumerate() {
         job.follow(&mut solver, before, time)?;
         let passage = sides.look(&mut solver, time);
-        watch.look(&solver, time, passage.is_some());
-        passed.extend(passage);
+        if watch.look(&solver, time, passage.is_some()) {
+            passed.extend(passage);
+        }
         let statics = solver.statics();
         for (all, now) in determined.iter_mut().zip(statics.determined_reactions()) {
             all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);

@@ -267,12 +267,17 @@ impl Job<'_> {
                     }
                 }
             } else if missing.is_none() && failed.is_none() {
-                verdict.passed_singularities.extend(sides.look(&mut solver, time));
+                let passage = sides.look(&mut solver, time);
                 if self.friction != FrictionMode::Off && !solver.forces().contacts.is_empty() {
                     look_back(&solver, &loads, &mut backward);
                 }
                 shares.clone_from(solver.shares());
+                let was_singular = uniqueness.distances.actuation == 0.0;
                 uniqueness.look(&solver, time);
+                // In singular positions the side is that of rounding.
+                if !was_singular && uniqueness.distances.actuation > 0.0 {
+                    verdict.passed_singularities.extend(passage);
+                }
                 certainty.look(&mut solver, &loads, time, self.friction_margin);
                 verdict.coupling = verdict.coupling.zip(certainty.coupling).map(|(a, b)| a.max(b));
                 verdict.redundancy = verdict.redundancy.max(uniqueness.redundancy);

@@ -142,7 +142,6 @@ pub(super) fn solve(
             Ok(()) => {
                 contacts.friction_at_joints(topology, parameters, bodies, &mut friction);
                 (unknowns, wrenches, amounts) = carry(&friction)?;
-                contacts.press(parameters, bodies, &wrenches);
             }
         }
     }

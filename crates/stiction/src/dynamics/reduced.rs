@@ -99,7 +99,7 @@ fn newton(
         let change = factored.solve(&misfit)?;
         loads -= &change;
         let largest = loads.amax();
-        if !(largest < limit) {
+        if largest >= limit || !loads.iter().all(|load| load.is_finite()) {
             return None;
         }
         if change.amax() <= SETTLED * largest {

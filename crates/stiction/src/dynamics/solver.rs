@@ -16,7 +16,7 @@ use super::rest::{self, Rest};
 use super::shares::{Shares, Sharing};
 use super::spring::Pull;
 use super::structure::Weighting;
-use super::wedge;
+use super::wedge::{self, Lock};
 use crate::kinematics::{
     Assembly, AssemblyError, Bodies, Coordinate, Kinematics, Target, actuator_rate, body_twists,
 };
@@ -487,12 +487,7 @@ impl InverseDynamics {
         if !inverse.friction_settled(settings) || !inverse.is_balanced(&setup, parameters) {
             // Follow the solution from no friction; it is found, or lost where friction locks.
             wedge::follow_friction(inverse, &setup, parameters, kinematics, loads, settings, 1.0)
-                .map_err(|lock| InverseError::Locked {
-                joint: self.mechanism.joints()[parameters.contacts[lock.contact].joint]
-                    .name
-                    .clone(),
-                percent: 100.0 * lock.part,
-            })?;
+                .map_err(|lock| locked(&self.mechanism, parameters, lock))?;
         }
         self.forces_by_kernel = true;
         let forces = &mut self.forces;
@@ -533,7 +528,7 @@ impl InverseDynamics {
         )
         .map_err(|uncarried| self.in_words(&uncarried))?;
         if let Some(lock) = solution.lock {
-            return Err(self.locked(lock));
+            return Err(locked(&self.mechanism, &self.parameters, lock));
         }
         let has_friction = self.settings.friction != FrictionMode::Off;
         self.forces.take(bodies, &solution, has_friction);
@@ -582,5 +577,14 @@ impl InverseDynamics {
         let (body, motion) = uncarried.motion.in_words(&self.mechanism, self.parameters.origin);
         let unit = if uncarried.motion.turns { "N m" } else { "N" };
         InverseError::CannotCarry { body, motion, missing: uncarried.missing.abs(), unit }
+    }
+}
+
+/// Where the solution is lost, with the joint's name.
+fn locked(mechanism: &Mechanism, parameters: &Parameters<f64>, lock: Lock) -> InverseError {
+    let joint = parameters.contacts[lock.contact].joint;
+    InverseError::Locked {
+        joint: mechanism.joints()[joint].name.clone(),
+        percent: 100.0 * lock.part,
     }
 }

@@ -7,7 +7,7 @@ use crate::spatial::{Pose, Quaternion, Twist, Vec3, Wrench};
 use crate::topology::{Link, Topology};
 
 /// Coordinates, rates and accelerations of the tree: what determines the motion of everything.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct State<T> {
     /// Coordinates, rad and m; unit quaternions for orientations.
     pub coordinates: Vec<T>,
@@ -15,6 +15,24 @@ pub struct State<T> {
     pub rates: Vec<T>,
     /// Accelerations, rad/s^2 and m/s^2.
     pub accelerations: Vec<T>,
+}
+
+impl<T: Clone> Clone for State<T> {
+    fn clone(&self) -> Self {
+        let Self { coordinates, rates, accelerations } = self;
+        Self {
+            coordinates: coordinates.clone(),
+            rates: rates.clone(),
+            accelerations: accelerations.clone(),
+        }
+    }
+
+    /// Into the room that is there: motions are followed without allocation.
+    fn clone_from(&mut self, other: &Self) {
+        self.coordinates.clone_from(&other.coordinates);
+        self.rates.clone_from(&other.rates);
+        self.accelerations.clone_from(&other.accelerations);
+    }
 }
 
 impl<T: Scalar> State<T> {

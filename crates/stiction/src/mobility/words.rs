@@ -1,7 +1,7 @@
 //! Instantaneous motions in a mechanism engineer's words.
 
 use crate::linalg::Svd;
-use crate::spatial::{Twist, Vec3};
+use crate::spatial::{Mat3, Twist, Vec3};
 use nalgebra::{DMatrix, DVector};
 
 /// Describes the direction of a twist, for example `rotation about y through (0.1, 0, 0.3) m`.
@@ -144,7 +144,13 @@ fn in_words(motions: &[DVector<f64>], com: Vec3<f64>, length: f64) -> Vec<String
         for &direction in &translations {
             velocity = velocity - direction * velocity.dot(direction);
         }
-        words.push(if translations.len() >= 2 {
+        // A shift of the axis adds a translation at right angles to it.
+        let is_free = |shift: Vec3<f64>| {
+            let rest = translations.iter().fold(shift, |rest, t| rest - *t * t.dot(rest));
+            rest.norm() < NONE
+        };
+        let frame = Mat3::between(Vec3::unit(2), axis).columns;
+        words.push(if is_free(frame[0]) && is_free(frame[1]) {
             // With these its place is anywhere.
             format!("rotation about {}", describe_direction(axis))
         } else {
