@@ -58,8 +58,9 @@ fn kernels_agree_with_the_dense_system() {
                         let InverseError::Locked { percent: other, .. } = careful else {
                             panic!("{class:?} {seed}: {careful}")
                         };
+                        // Near the limit loads grow without bound, and neither settles to the last.
                         let apart = (percent - other).abs();
-                        assert!(apart < 1e-3 * percent, "{class:?} {seed} {percent} {other}");
+                        assert!(apart < 3e-3 * percent, "{class:?} {seed} {percent} {other}");
                         locked += 1;
                         continue;
                     }

@@ -68,6 +68,27 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
+    /// Whether there is the same room for everything.
+    pub(super) fn fits(&self, other: &Self) -> bool {
+        self.entries.len() == other.entries.len()
+            && self.factors.len() == other.factors.len()
+            && self.right.len() == other.right.len()
+            && self.unknowns.len() == other.unknowns.len()
+            && self.columns.len() == other.columns.len()
+            && self.spin_demand.len() == other.spin_demand.len()
+            && self.spin_demand.iter().zip(&other.spin_demand).all(|(a, b)| a.len() == b.len())
+    }
+
+    /// What motion and loads made, and the joints' wrenches, into the room that is there.
+    pub(super) fn take_over(&mut self, other: &Self) {
+        self.demand.copy_from_slice(&other.demand);
+        for (own, other) in self.spin_demand.iter_mut().zip(&other.spin_demand) {
+            own.copy_from_slice(other);
+        }
+        self.columns.copy_from_slice(&other.columns);
+        self.joint_wrenches.copy_from_slice(&other.joint_wrenches);
+    }
+
     /// Takes over the motion, the loads and the pull of springs; nothing of friction.
     #[inline(always)]
     pub(super) fn load(

@@ -351,6 +351,20 @@ impl<T: Scalar> Inverse<T> {
         self.finish_friction(setup.topology, parameters, bodies);
     }
 
+    /// Whether there is the same room for everything.
+    pub(super) fn fits(&self, other: &Self) -> bool {
+        self.balance.fits(&other.balance)
+            && self.contacts.states.len() == other.contacts.states.len()
+            && self.spin_responses.len() == other.spin_responses.len()
+    }
+
+    /// What is needed to solve again with other frictions, into the room that is there.
+    pub(super) fn take_over(&mut self, other: &Self) {
+        self.balance.take_over(&other.balance);
+        self.contacts.states.copy_from_slice(&other.contacts.states);
+        self.contacts.held.copy_from_slice(&other.contacts.held);
+    }
+
     /// Sets what every contact resists with; for probing.
     pub(super) fn set_resistances(&mut self, resistance: Resistance<T>) {
         self.contacts.states.iter_mut().for_each(|state| state.resistance = resistance);

@@ -3,7 +3,7 @@
 use super::bounds;
 use super::careful;
 use super::contacts::ContactState;
-use super::coupling;
+use super::coupling::CouplingRoom;
 use super::error::InverseError;
 use super::forces::Forces;
 use super::inverse::{FrictionMode, Inverse, Settings, Setup};
@@ -67,6 +67,9 @@ pub struct InverseDynamics {
     /// By which rates were solved for first: whatever is planned later, its signs compare.
     first_program: Elimination,
     forces: Forces,
+    /// The strength of the coupling in the last solution by the kernel.
+    strength: f64,
+    room: CouplingRoom,
     /// Made when it is first asked for.
     sharing: Option<Sharing<f64>>,
     /// Whether the last forces are those of the kernel, and not of the dense system.
@@ -133,6 +136,8 @@ impl InverseDynamics {
             inverse: None,
             first_program,
             forces,
+            strength: 0.0,
+            room: CouplingRoom::default(),
             sharing: None,
             forces_by_kernel: true,
             shares,
@@ -180,10 +185,8 @@ impl InverseDynamics {
         {
             return Some(0.0);
         }
-        let (Ok(balance), Some(inverse)) = (&self.plan, &self.inverse) else { return None };
-        let (prescription, motion) = (self.assembly.prescription(), self.assembly.program());
-        let setup = Setup { topology: &self.topology, prescription, motion, balance };
-        let strength = coupling::strength(inverse, &setup, &self.parameters, self.bodies());
+        // Of the last solution by the kernel; the dense path does not know it.
+        let strength = if self.forces_by_kernel { self.strength } else { f64::INFINITY };
         strength.is_finite().then_some(strength)
     }
 
@@ -484,8 +487,20 @@ impl InverseDynamics {
         let settings = &self.settings;
         let (prescription, motion, kinematics) = self.assembly.parts();
         let setup = Setup { topology, prescription, motion, balance };
-        if !inverse.friction_settled(settings) || !inverse.is_balanced(&setup, parameters) {
-            // Follow the solution from no friction; it is found, or lost where friction locks.
+        let is_coupled = settings.friction == FrictionMode::Converged
+            && inverse.contacts().iter().any(|contact| contact.sliding > 0.0);
+        let strength = match is_coupled {
+            true => self.room.strength(inverse, &setup, parameters, &kinematics.bodies),
+            false => 0.0,
+        };
+        self.strength = strength;
+        if !inverse.friction_settled(settings)
+            || !inverse.is_balanced(&setup, parameters)
+            || strength >= 1.0
+            || strength.is_nan()
+        {
+            // There may be other solutions, or none: follow the one that is connected with no friction.
+            // It is found, or lost where friction locks.
             wedge::follow_friction(inverse, &setup, parameters, kinematics, loads, settings, 1.0)
                 .map_err(|lock| locked(&self.mechanism, parameters, lock))?;
         }

@@ -1,5 +1,6 @@
 //! Friction that locks: the solution followed from no friction to the given coefficients.
 
+use super::coupling::CouplingRoom;
 use super::inverse::{Inverse, Settings, Setup};
 use super::load::AppliedLoad;
 use crate::kinematics::Kinematics;
@@ -14,15 +15,16 @@ pub(super) struct Lock {
     pub(super) contact: usize,
 }
 
-/// The first step of the coefficients, as a part of the given ones, and the smallest.
-const FIRST_STEP: f64 = 0.25;
+/// A bound on the coupling below which a step may go at once: there is one solution and no other.
+const CERTAIN: f64 = 0.99;
+/// Beyond that steps are this part of what the coefficients are: a longer one might pass over a piece
+/// in which there is no solution, or reach another one.
+const LONGEST_STEP: f64 = 0.02;
+/// Where they begin if no bound is known, and the smallest step, as parts of the given coefficients.
+const FIRST_STEP: f64 = 0.01;
 const SMALLEST_STEP: f64 = 1e-5;
 /// Loads grown by this factor count as grown without bound.
 const UNBOUNDED: f64 = 1e9;
-
-/// Steps of the coefficients beyond the given ones, as a part of what they are: a longer one might
-/// pass over a piece in which there is no solution.
-const LONGEST_STEP: f64 = 0.1;
 
 /// Follows the solution from frictionless joints, growing all coefficients together, to `until` times
 /// the given ones; `inverse` holds it then. It is lost where the determinant of the coupled balance vanishes:
@@ -41,9 +43,11 @@ pub(super) fn follow_friction(
     let start: Vec<f64> = inverse.contacts().iter().map(|c| c.load()).collect();
     let largest_start = start.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     let mut good = inverse.clone();
-    let (mut part, mut step) = (0.0, FIRST_STEP);
+    let strength = CouplingRoom::default().strength(inverse, setup, parameters, bodies);
+    let certain = if strength > 0.0 { CERTAIN / strength } else { f64::INFINITY };
+    let (mut part, mut step) = (0.0, f64::min(certain, until).max(FIRST_STEP));
     while part < until {
-        if part >= 1.0 {
+        if part > 0.0 {
             step = step.min(LONGEST_STEP * part);
         }
         let next = f64::min(part + step, until);

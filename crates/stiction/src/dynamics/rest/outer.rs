@@ -4,8 +4,9 @@ use super::map::{FrictionMap, unit};
 use crate::dynamics::coupling::radius_bound;
 use nalgebra::{DMatrix, DVector};
 
-/// The greatest friction force of each contact, forward and backward (positive and negative), over everything that satisfies all laws at once,
-/// with the coefficients times `part`; of what slides the greatest change. `loads` and `couplings`
+/// The greatest friction force of each contact, forward and backward (positive and negative), over
+/// everything that satisfies all laws at once, with the coefficients times `part`; of what slides the
+/// greatest change. `loads` and `couplings`
 /// bound the loads: `N <= loads + couplings |friction|`. None where nothing bounds them, since the
 /// coupling is one or more.
 ///
@@ -23,8 +24,8 @@ pub(super) fn greatest_frictions(
         part * forward.max(backward)
     };
     let coupled = DMatrix::from_fn(count, count, |i, j| coefficient(i) * couplings[(i, j)]);
-    let rows: Vec<Vec<f64>> = coupled.row_iter().map(|row| row.iter().copied().collect()).collect();
-    if radius_bound(&rows) >= 1.0 {
+    // Columns for rows: the radius is the same.
+    if radius_bound(coupled.as_slice(), count, &mut Default::default()) >= 1.0 {
         return None;
     }
     let alone = |contact: usize| {
