@@ -31,6 +31,8 @@ pub(super) struct CarefulForces {
     pub(super) shares: Shares<f64>,
     /// Motion of the bodies with the accelerations of idle spins.
     pub(super) bodies: Bodies<f64>,
+    /// Whether friction was found, or that it locks.
+    pub(super) settled: bool,
     /// Where friction locks the mechanism, if it does; all else is then without meaning.
     pub(super) lock: Option<Lock>,
 }
@@ -132,16 +134,21 @@ pub(super) fn solve(
         for (contact, state) in parameters.contacts.iter().zip(&contacts.states) {
             friction.fill(Wrench::zero());
             friction[contact.joint] = wrench_against(topology, contact, state, bodies);
-            let with = carry(&friction)?.1;
+            // Here friction asks for a load that nothing carries: known to have an answer only if the
+            // fixed point finds it.
+            let Ok((_, with, _)) = carry(&friction) else { break };
             responses.push(with.iter().zip(&base).map(|(a, b)| *a - *b).collect());
         }
         contacts.slide(topology, parameters, bodies, settings.rest_speed);
         let reactions = Reactions { base: &base, responses: &responses };
-        match reduced::follow(&mut contacts, parameters, bodies, &reactions) {
-            Err(found) => lock = Some(found),
-            Ok(()) => {
-                contacts.friction_at_joints(topology, parameters, bodies, &mut friction);
-                (unknowns, wrenches, amounts) = carry(&friction)?;
+        if responses.len() == contacts.states.len() {
+            settled = true;
+            match reduced::follow(&mut contacts, parameters, bodies, &reactions) {
+                Err(found) => lock = Some(found),
+                Ok(()) => {
+                    contacts.friction_at_joints(topology, parameters, bodies, &mut friction);
+                    (unknowns, wrenches, amounts) = carry(&friction)?;
+                }
             }
         }
     }
@@ -172,6 +179,7 @@ pub(super) fn solve(
         contacts,
         shares,
         bodies: spin(&amounts),
+        settled: settled || settings.friction != FrictionMode::Converged,
         lock,
     })
 }

@@ -66,10 +66,10 @@ pub enum InverseError {
         /// The power residual as a part of what is turned over; infinite where forces are not finite.
         residual: f64,
     },
-    /// The friction's fixed point did not settle where only the dense method applies.
+    /// At a singular position friction asks for loads that nothing carries.
     #[error(
-        "friction and reactions do not settle at this position, where the mechanism is singular or \
-         redundant in constraints and actuators at once"
+        "the position is singular: without friction this load is carried by chance, but friction asks \
+         there for loads that neither joints nor actuators can carry"
     )]
     Unsettled,
 }

@@ -542,6 +542,9 @@ impl InverseDynamics {
             &self.settings,
         )
         .map_err(|uncarried| self.in_words(&uncarried))?;
+        if !solution.settled {
+            return Err(InverseError::Unsettled);
+        }
         if let Some(lock) = solution.lock {
             return Err(locked(&self.mechanism, &self.parameters, lock));
         }
