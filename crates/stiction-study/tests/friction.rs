@@ -76,6 +76,16 @@ fn a_collar_locks_where_it_must() {
             }
             assert!(found.verdict.coupling.unwrap() < 1.0, "{mu}: {:?}", found.verdict.coupling);
         }
+        // Just below the limit loads are large and their rounding, too: that is no locking.
+        for k in 0..40 {
+            for below in [1e-3, 1e-4, 1e-5] {
+                let mu = 0.25 * (1.0 - below * (0.5 + f64::from(k) / 40.0));
+                let found = run(&collar(mu, rod, "0.1 m/s*t")).unwrap();
+                let drive = found.inverse.column("drive.drive [N]")[1];
+                let expected = WEIGHT / (1.0 - 4.0 * mu);
+                assert!((drive / expected - 1.0).abs() < 1e-9 / below, "{mu}: {drive} {expected}");
+            }
+        }
         // Among them those that halvings of the coefficient hit exactly.
         for mu in [0.25, 0.26, 1.0 / 3.0, 0.375, 0.4, 0.5, 1.0, 2.0] {
             match run(&collar(mu, rod, "0.1 m/s*t")) {

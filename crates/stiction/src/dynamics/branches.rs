@@ -99,6 +99,7 @@ impl InverseDynamics {
                     break;
                 }
             }
+            found |= probe.friction_stagnated() && probe.is_balanced(&setup, parameters);
             if !found {
                 continue;
             }

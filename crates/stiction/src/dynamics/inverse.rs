@@ -60,6 +60,9 @@ impl Settings {
     }
 }
 
+/// Changes of loads below this part of the largest are rounding where they do not fall any more.
+pub(super) const STAGNATED: f64 = 1e-9;
+
 /// A mechanism compiled for one prescription: what the kernels are told beyond numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup<'a> {
@@ -148,6 +151,17 @@ impl<T: Scalar> Inverse<T> {
         let loads = self.contacts.states.iter().map(|c| c.load.value.largest());
         let largest = loads.fold(0.0, f64::max);
         settings.is_settled(self.friction_change.largest(), largest)
+            && (self.orientation() - T::one()).largest() == 0.0
+    }
+
+    /// Whether the coupling is solved as far as rounding lets it be: near locking, where loads grow,
+    /// Newton's method comes to a stand before its change is that of a single solve.
+    pub(super) fn friction_stagnated(&self) -> bool {
+        let loads = self.contacts.states.iter().map(|c| c.load.value.largest());
+        let largest = loads.fold(0.0, f64::max);
+        let change = self.friction_change.largest();
+        change.is_finite()
+            && change <= STAGNATED * largest
             && (self.orientation() - T::one()).largest() == 0.0
     }
 

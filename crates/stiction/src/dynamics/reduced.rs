@@ -3,6 +3,7 @@
 //! forces, whatever decides among those that are not unique.
 
 use super::contacts::Contacts;
+use super::inverse::STAGNATED;
 use super::wedge::Lock;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
@@ -80,7 +81,7 @@ fn newton(
     let count = known.len();
     let joint = |contact: usize| parameters.contacts[contact].joint;
     let mut loads = known.clone();
-    for _ in 0..STEPS {
+    for step in 0..STEPS {
         let mut wrenches = reactions.base.to_vec();
         for (state, (load, response)) in
             contacts.states.iter().zip(loads.iter().zip(reactions.responses))
@@ -102,7 +103,9 @@ fn newton(
         if largest >= limit || !loads.iter().all(|load| load.is_finite()) {
             return None;
         }
-        if change.amax() <= SETTLED * largest {
+        // At last what does not fall any more is rounding.
+        let enough = if step + 1 == STEPS { STAGNATED } else { SETTLED };
+        if change.amax() <= enough * largest {
             return (factored.determinant() > 0.0).then_some(loads);
         }
     }

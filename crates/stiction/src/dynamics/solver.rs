@@ -17,6 +17,7 @@ use super::shares::{Shares, Sharing};
 use super::spring::Pull;
 use super::structure::Weighting;
 use super::wedge::{self, Lock};
+use crate::friction::ContactShape;
 use crate::kinematics::{
     Assembly, AssemblyError, Bodies, Coordinate, Kinematics, Target, actuator_rate, body_twists,
 };
@@ -494,15 +495,26 @@ impl InverseDynamics {
             false => 0.0,
         };
         self.strength = strength;
-        if !inverse.friction_settled(settings)
-            || !inverse.is_balanced(&setup, parameters)
-            || strength >= 1.0
-            || strength.is_nan()
-        {
+        let is_unique = strength < 1.0;
+        let settled =
+            inverse.friction_settled(settings) || (is_unique && inverse.friction_stagnated());
+        if !settled || !is_unique || !inverse.is_balanced(&setup, parameters) {
             // There may be other solutions, or none: follow the one that is connected with no friction.
             // It is found, or lost where friction locks.
-            wedge::follow_friction(inverse, &setup, parameters, kinematics, loads, settings, 1.0)
-                .map_err(|lock| locked(&self.mechanism, parameters, lock))?;
+            let followed = wedge::follow_friction(
+                inverse, &setup, parameters, kinematics, loads, settings, 1.0,
+            );
+            if let Err(lock) = followed {
+                // Where there certainly is one, what was lost is digits. (A thread's load contains its
+                // own friction, and has no limit where that locks it.)
+                let is_thread =
+                    |contact: &ContactParameters<f64>| contact.shape == ContactShape::Thread;
+                let exists = is_unique && !parameters.contacts.iter().any(is_thread);
+                return Err(match exists {
+                    true => InverseError::Unsettled,
+                    false => locked(&self.mechanism, parameters, lock),
+                });
+            }
         }
         self.forces_by_kernel = true;
         let forces = &mut self.forces;
@@ -587,7 +599,9 @@ impl InverseDynamics {
         let (prescription, motion, kinematics) = self.assembly.parts();
         let setup = Setup { topology, prescription, motion, balance };
         let position = bounds::Position { setup, parameters, kinematics, loads, settings };
-        Ok(rest::examine(inverse, position))
+        let mut rest = rest::examine(inverse, position);
+        rest.take_intervals(&self.forces);
+        Ok(rest)
     }
 
     /// An uncarried load with names and places.

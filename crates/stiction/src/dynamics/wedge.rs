@@ -63,6 +63,7 @@ pub(super) fn follow_friction(
                 break;
             }
         }
+        found |= inverse.friction_stagnated() && inverse.is_balanced(setup, parameters);
         if found {
             good.clone_from(inverse);
             part = next;

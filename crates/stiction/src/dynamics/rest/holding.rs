@@ -14,7 +14,8 @@ pub struct Holding {
     /// not enough, and what certainly is. Infinite where none was found that suffices.
     pub needed: (f64, f64),
     /// Where it holds: the friction forces that do it, for each contact along its freedoms, with
-    /// the sign of the sliding that they act against, N.
+    /// the sign of the sliding that they act against, N. Empty where it follows from the interval of
+    /// the driving force, which contains zero.
     pub frictions: Vec<Vec<f64>>,
 }
 
@@ -225,7 +226,10 @@ pub(super) fn hold(map: &FrictionMap<'_>, demand: &Demand) -> Holding {
         (not_enough, _) if not_enough > 1.0 => (Verdict::Slips, Vec::new()),
         _ => (Verdict::Undecided, Vec::new()),
     };
-    let not_enough = if enough - not_enough <= SAME * enough { enough } else { not_enough };
+    // Parts beyond all reason are those of loads that are nothing but rounding.
+    let enough = if enough > MOST { f64::INFINITY } else { enough };
+    let is_same = enough.is_finite() && enough - not_enough <= SAME * enough;
+    let not_enough = if is_same { enough } else { not_enough };
     Holding { verdict, needed: (not_enough, enough), frictions }
 }
 

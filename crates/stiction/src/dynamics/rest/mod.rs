@@ -17,6 +17,7 @@ pub(super) use map::FrictionMap;
 pub(super) use outer::outer_changes;
 
 use super::bounds::{Held, Position, hold, resolve};
+use super::forces::{Bounds, Forces};
 use super::inverse::Inverse;
 use crate::joint::Motion;
 use holding::Demand;
@@ -32,6 +33,24 @@ pub struct Rest {
     pub alone: Vec<Holding>,
     /// Whether friction holds the position while no actuator does anything.
     pub unpowered: Holding,
+}
+
+impl Rest {
+    /// What was not decided by itself and follows from the interval of a driving force: solutions
+    /// change continuously where there is only one for each way in which contacts hold, so an interval
+    /// that contains zero has a way in which the drive does nothing.
+    pub(super) fn take_intervals(&mut self, forces: &Forces) {
+        if !matches!(forces.bounds, Bounds::Exact | Bounds::Certified) {
+            return;
+        }
+        for (holding, &(low, high)) in self.alone.iter_mut().zip(&forces.drive_bounds) {
+            let contains_zero = low <= 0.0 && 0.0 <= high;
+            if holding.verdict == Verdict::Undecided && contains_zero {
+                holding.verdict = Verdict::Holds;
+                holding.needed.1 = holding.needed.1.min(1.0);
+            }
+        }
+    }
 }
 
 /// Looks at the position in `inverse`, where nothing moves.
