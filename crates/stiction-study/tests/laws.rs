@@ -492,3 +492,76 @@ fn supports_on_either_body() {
     // On the carriage it makes no difference where it is.
     assert!((on_carriage[0] - on_carriage[2]).abs() < 1e-12);
 }
+
+/// A shoe on a lever brakes a straight rope that is drawn past it. The pin of the shoe lies `a` from
+/// the lever's pivot along the rope and `c` across; with the force `P` at the arm `l` the shoe is
+/// pressed with `N = P l / (a - mu c)` if the rope drags it away from the pivot, `a + mu c` if
+/// towards it, and the rope needs `mu N`. Away it grips by itself from `mu = a/c` on.
+#[test]
+fn a_rope_brake_with_a_shoe() {
+    let (force, arm, a, c) = (50.0, 0.4, 0.1, 0.15);
+    let brake = |mu: f64, motion: &str| {
+        format!(
+            r#"
+            gravity = [0, 0, 0]
+            {}{}{}
+            [joints.rope]
+            type = "P"
+            from = "ground"
+            to = "rope"
+            at = [0, {c}, 0]
+            axis = "x"
+            actuated = true
+            [joints.shoe]
+            type = "P"
+            from = "shoe"
+            to = "rope"
+            axis = "x"
+            friction = {{ mu = {mu} }}
+            [joints.pin]
+            type = "R"
+            from = "lever"
+            to = "shoe"
+            at = [{a}, {c}, 0]
+            axis = "z"
+            [joints.pivot]
+            type = "R"
+            from = "ground"
+            to = "lever"
+            axis = "z"
+            [motions.m]
+            duration = "0.1 s"
+            step = "0.05 s"
+            rope = "{motion}"
+            [loads.press]
+            lever = {{ force = [0, {down}, 0], at = [{arm}, 0, 0] }}
+            [default]
+            motion = "m"
+            load = "press"
+            "#,
+            body("rope", 1.0),
+            body("shoe", 1.0),
+            body("lever", 1.0),
+            down = -force,
+        )
+    };
+    for mu in [0.1, 0.3, 0.6] {
+        for (motion, sign) in [("0.2 m/s*t", 1.0), ("-0.2 m/s*t", -1.0)] {
+            let run = run(&brake(mu, motion)).unwrap();
+            let drive = run.inverse.column("rope.drive [N]")[1];
+            // Drawn along x the rope drags the shoe forward: about the pivot that presses it on.
+            let load = force * arm / (a - sign * mu * c);
+            let expected = sign * mu * load;
+            assert!((drive / expected - 1.0).abs() < 1e-10, "{mu} {motion}: {drive} {expected}");
+        }
+    }
+    for mu in [0.67, 1.0] {
+        match run(&brake(mu, "0.2 m/s*t")) {
+            Err(Error::Forces { error: InverseError::Locked { joint, percent }, .. }) => {
+                assert_eq!(joint, "shoe");
+                assert!((percent * mu - 100.0 * a / c).abs() < 0.1, "{mu}: {percent}");
+            }
+            other => panic!("{mu}: {other:?}"),
+        }
+    }
+}

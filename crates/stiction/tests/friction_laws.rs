@@ -119,7 +119,7 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn friction_dissipates_and_both_methods_agree() {
     let (mut compared, mut dissipating) = (0, 0);
-    for_each_case(0.15, 12, |case, solver| {
+    for_each_case(0.15, 250, |case, solver| {
         let Ok(forces) = solver.solve(&case.loads) else { return };
         let forces = forces.clone();
         for contact in &forces.contacts {
@@ -128,9 +128,19 @@ fn friction_dissipates_and_both_methods_agree() {
         }
         let power = forces.power;
         assert!(power.residual().abs() <= 1e-11 * power.turnover, "{:?} {power:?}", case.class);
-        // The fixed point does not contract everywhere.
-        let Ok(careful) = solver.solve_carefully(&case.loads) else { return };
-        assert!(apart(&forces.drives, &careful.drives) < 1e-9, "{:?}", case.class);
+        // Near locking rounding grows as loads do: there it is only asked whether it is the same
+        // solution, of which others differ by much more.
+        let strong = solver.coupling().is_none_or(|coupling| coupling > 0.9);
+        let careful = solver.solve_carefully(&case.loads).unwrap();
+        let apart = apart(&forces.drives, &careful.drives);
+        let limit = if strong { 1e-4 } else { 1e-9 };
+        assert!(
+            apart < limit,
+            "{:?}: {apart} {:?} {:?}",
+            case.class,
+            forces.drives,
+            careful.drives
+        );
         compared += 1;
     });
     assert!(compared > 40 && dissipating > 400, "{compared} {dissipating}");
