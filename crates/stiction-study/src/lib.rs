@@ -8,5 +8,6 @@ pub mod drawing;
 pub mod figure;
 mod instants;
 pub mod inverse;
+pub mod report;
 
 pub use instants::{Instants, InstantsError};
