@@ -9,5 +9,6 @@ pub mod figure;
 mod instants;
 pub mod inverse;
 pub mod report;
+mod zhang2018;
 
 pub use instants::{Instants, InstantsError};
