@@ -9,6 +9,6 @@ pub mod figure;
 mod instants;
 pub mod inverse;
 pub mod report;
-mod zhang2018;
+pub mod zhang2018;
 
 pub use instants::{Instants, InstantsError};

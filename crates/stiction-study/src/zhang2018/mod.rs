@@ -2,13 +2,151 @@
 //! Parallel Robot Considering Joint Friction.
 //!
 //! Closed formulas of this one robot live here, where they stand beside the engine that serves every
-//! mechanism and do not help it.
+//! mechanism and do not help it. `screws`, `kinematics`, `lagrangian`, `reactions`, `friction` and
+//! `simulation` are the paper's sections 1 to 6; `engine` is the general engine in the same terms;
+//! `sections` says what comes of it.
 
+mod engine;
 mod friction;
 mod kinematics;
 mod lagrangian;
 mod reactions;
 mod robot;
+mod screws;
+mod sections;
+mod simulation;
 
 #[cfg(test)]
 mod tests;
+
+use crate::check::examine;
+use crate::inverse::{self, Phase};
+use crate::report::Report;
+use engine::{Run, job, model, positions};
+use stiction::dynamics::FrictionMode;
+use thiserror::Error as ThisError;
+
+/// Why the study has no report.
+#[derive(Debug, ThisError)]
+#[non_exhaustive]
+pub enum Error {
+    /// A model that the program brings with it cannot be used.
+    #[error("the built-in model `{0}` cannot be used; this is a defect of the program")]
+    Gallery(
+        /// Its name.
+        String,
+    ),
+    /// A run failed.
+    #[error(transparent)]
+    Run(#[from] inverse::Error),
+    /// A formula has no value where it should have one.
+    #[error("the study's formulas have no solution where they should; this is a defect of the program")]
+    NoSolution,
+}
+
+/// The parts of the study in their order, for progress.
+const STEPS: [&str; 6] = [
+    "structure of the printed robot",
+    "positions",
+    "the regular twin without friction",
+    "the regular twin with friction",
+    "the printed motion",
+    "methods side by side",
+];
+
+/// Carries out the study. `progress` is told what is being done, how many parts are done and how many
+/// there are, and answers whether to go on.
+///
+/// # Errors
+/// See [`enum@Error`].
+pub fn study(mut progress: impl FnMut(&str, usize, usize) -> bool) -> Result<Report, Error> {
+    let mut at = |step: usize| -> Result<(), Error> {
+        if progress(STEPS[step], step, STEPS.len()) { Ok(()) } else { Err(inverse::Error::Interrupted.into()) }
+    };
+    let go_on = |_: Phase, _: usize, _: usize| true;
+    let (printed, regular) = (model("zhang2018")?, model("zhang2018-regular")?);
+
+    at(0)?;
+    let unloaded = job(&printed, "printed", "none", FrictionMode::Off)?;
+    let findings = examine(&unloaded, go_on)?;
+    at(1)?;
+    let ideal_job = job(&regular, "regular", "L0", FrictionMode::Off)?;
+    let of_printed = positions(&unloaded)?;
+    let of_twin = positions(&ideal_job)?;
+    at(2)?;
+    let frictionless = Run::of(&ideal_job, go_on)?;
+    at(3)?;
+    let with = |load: &str, friction| Run::of(&job(&regular, "regular", load, friction)?, go_on);
+    let none = with("L0", FrictionMode::Converged)?;
+    let moderate = with("L1", FrictionMode::Converged)?;
+    let heavy = with("LP", FrictionMode::Converged)?;
+    let one_pass = with("L0", FrictionMode::OnePass)?;
+    let runs = sections::twin::Runs { none: &none, moderate: &moderate, printed: &heavy };
+    at(4)?;
+    // The printed case has no answer, which is the answer.
+    let refused = match job(&printed, "printed", "printed", FrictionMode::Off)?.run(|_| Ok(()), go_on) {
+        Err(error) => error,
+        Ok(_) => return Err(Error::NoSolution),
+    };
+    at(5)?;
+    let loaded = job(&regular, "regular", "L0", FrictionMode::Converged)?;
+    let friction = sections::friction::write(&none.samples, &one_pass.samples);
+    let sections = vec![
+        sections::structure::write(&findings)?,
+        sections::kinematics::write(&of_printed, &of_twin),
+        sections::ideal::write(&frictionless.samples),
+        sections::reactions::write(&frictionless.samples),
+        friction.ok_or(Error::NoSolution)?,
+        sections::simulation::write(&refused),
+        sections::twin::write(&runs, &loaded)?,
+        sections::engines::write(),
+        sections::headline::write(&runs),
+        sections::map::write(),
+    ];
+    Ok(Report {
+        title: "A 3-RPS parallel robot with joint friction: a paper, equation by equation".into(),
+        lead: lead(),
+        sections,
+        footer: footer(),
+    })
+}
+
+fn lead() -> Vec<String> {
+    vec![
+        "The paper models a 3-RPS parallel robot whose R axes are parallel: mobility by screw theory, kinematics, \
+         Lagrangian dynamics, all joint reactions by D’Alembert, friction that depends on those reactions, and \
+         driving forces corrected for it. This study computes every equation of it, says which hold, and does \
+         the same on the nearest robot for which the question has an answer."
+            .into(),
+        "In short: the kinematics are right. Three moments of inertia, the balance of the legs and the way friction \
+         enters are not. The printed robot is singular in every pose and its printed motion lies on a second \
+         singularity, so that its driving forces do not exist; the [regular twin](#twin) differs in one angle, and there \
+         every number is certain."
+            .into(),
+    ]
+}
+
+fn footer() -> Vec<String> {
+    vec![
+        "The paper: Zhang Y., Jin P., Gong J., Liu Q. (2018). Dynamic Modeling of 3-RPS Parallel Robot Considering Joint \
+         Friction. Transactions of the Chinese Society for Agricultural Machinery 49(9), 374–381 (in Chinese). Equation \
+         numbers are the paper's."
+            .into(),
+        "Not in the paper and ours: moments of inertia about x and z, which have no influence, the point P, and the \
+         regular twin with its motion."
+            .into(),
+        format!(
+            "stiction {}, `stiction study zhang2018`. SI units unless a column says otherwise.",
+            env!("CARGO_PKG_VERSION")
+        ),
+    ]
+}
+
+/// Point k of a sequence that fills the unit cube evenly: multiples, without their whole parts, of the
+/// powers of the number that does in three dimensions what the golden ratio does in one (the root of
+/// x^4^ = x + 1).
+fn even(k: usize) -> [f64; 3] {
+    const ROOT: f64 = 1.220_744_084_605_759_6;
+    let part = |power: i32| ((k + 1) as f64 * ROOT.powi(-power)).fract();
+    [part(1), part(2), part(3)]
+}

@@ -235,3 +235,35 @@ impl System {
         core::array::from_fn(|n| unknowns[OF_LEG * n + unknown::TAU])
     }
 }
+
+impl System {
+    /// The same equations with each body by itself and moments about its centre of mass: other
+    /// combinations of the same rows, for corrected equations. It has the same solutions, and another
+    /// least-squares answer where there are none.
+    pub(super) fn of_single_bodies(&self, robot: &Robot) -> Self {
+        let mut rows = DMatrix::zeros(SIZE, SIZE + 1);
+        rows.columns_mut(0, SIZE).copy_from(&self.matrix);
+        rows.column_mut(SIZE).copy_from(&self.right);
+        for n in 0..3 {
+            let first = 12 * n;
+            let [_, _, u] = axes(&self.legs[n]);
+            let cross = (u * 1.0).cross_matrix();
+            let block = |rows: &DMatrix<f64>, at: usize| rows.fixed_rows::<3>(first + at).into_owned();
+            let (leg, leg_moment) = (block(&rows, 0), block(&rows, 3));
+            let (rod, rod_moment) = (block(&rows, 6), block(&rows, 9));
+            let base = &leg - &rod;
+            let to_rod = self.legs[n].length[0] - robot.rod_com - robot.pad;
+            let base_moment =
+                leg_moment - &rod_moment - cross * &rod * robot.pad - cross * &base * robot.base_com;
+            let rod_moment = rod_moment - cross * &rod * to_rod;
+            for (at, part) in [(0, base), (3, base_moment), (9, rod_moment)] {
+                rows.fixed_rows_mut::<3>(first + at).copy_from(&part);
+            }
+        }
+        Self {
+            matrix: rows.columns(0, SIZE).into_owned(),
+            right: rows.column(SIZE).into_owned(),
+            legs: self.legs,
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! The general engine on the two models of the gallery, in the terms of the paper's formulas.
+
+use super::Error;
+use super::friction::OfJoints;
+use super::reactions::{OF_LEG, unknown};
+use crate::figure::Figure;
+use crate::inverse::{Curves, Job, Phase, Summary, Verdict};
+use serde_json::Value;
+use stiction::dynamics::{Bounds, Forces, FrictionMode, InverseDynamics, Power, Settings};
+use stiction::mechanism::JointId;
+use stiction::spatial::Vec3;
+use stiction_model::{Model, Source, gallery, read};
+
+/// A model of the gallery.
+pub(super) fn model(name: &str) -> Result<Model, Error> {
+    let text = gallery::get(name).ok_or_else(|| Error::Gallery(name.to_owned()))?;
+    let no_files = |file: &str| Err(format!("{file}: the gallery reads no files"));
+    read(&Source::new(name, text), &no_files).map_err(|_| Error::Gallery(name.to_owned()))
+}
+
+/// A job on such a model with a motion and a load of its own.
+pub(super) fn job<'a>(
+    model: &'a Model,
+    motion: &str,
+    load: &str,
+    friction: FrictionMode,
+) -> Result<Job<'a>, Error> {
+    let missing = || Error::Gallery(model.name.clone());
+    Ok(Job {
+        model,
+        motion: model.motion(motion).ok_or_else(missing)?,
+        motion_name: motion.to_owned(),
+        load: model.load(load).ok_or_else(missing)?,
+        load_name: load.to_owned(),
+        friction,
+        step: None,
+        friction_margin: false,
+    })
+}
+
+/// One instant as the engine sees it.
+#[derive(Clone, Debug)]
+pub(super) struct Sample {
+    pub(super) time: f64,
+    pub(super) drives: [f64; 3],
+    pub(super) ideal: [f64; 3],
+    /// For each leg the 14 unknowns of equations (22) to (27) in its own axes.
+    pub(super) unknowns: [[f64; OF_LEG]; 3],
+    /// Loads of the P, R and S joints.
+    pub(super) loads: OfJoints,
+    pub(super) power: Power,
+}
+
+/// A run along a motion.
+pub(super) struct Run {
+    pub(super) samples: Vec<Sample>,
+    pub(super) verdict: Verdict,
+    /// As `summary.json`.
+    pub(super) summary: Value,
+    /// As the plots of `stiction inverse`.
+    pub(super) figures: Vec<(&'static str, Figure)>,
+}
+
+impl Run {
+    /// Carries out a job on one of the two robots.
+    pub(super) fn of(
+        job: &Job<'_>,
+        mut progress: impl FnMut(Phase, usize, usize) -> bool,
+    ) -> Result<Self, Error> {
+        let count = job.instants().map_err(crate::inverse::Error::from)?.count();
+        let mut summary = Summary::new(job);
+        let mut curves = Curves::new(job, count);
+        let mut samples = Vec::with_capacity(count);
+        // Leg axes come from positions, which samples do not carry.
+        let mut solver = job.assemble(job.instants().map_err(crate::inverse::Error::from)?.at(0))?;
+        let mut before = None;
+        let mut failed = None;
+        let verdict = job.run(
+            |sample| {
+                summary.add(sample);
+                curves.add(sample);
+                let from = before.replace(sample.time).unwrap_or(sample.time);
+                match job.follow(&mut solver, from, sample.time) {
+                    Ok(()) => samples.push(of_sample(sample.time, sample.forces, &solver)),
+                    Err(error) => failed = Some(error),
+                }
+                Ok(())
+            },
+            &mut progress,
+        )?;
+        if let Some(error) = failed {
+            return Err(error.into());
+        }
+        let summary = summary.json(job, &verdict);
+        Ok(Self { samples, verdict, summary, figures: curves.figures() })
+    }
+}
+
+/// Joints of leg n in the order of the models' chain.
+fn joints(solver: &InverseDynamics, n: usize) -> [JointId; 3] {
+    let id = |joint: &str| {
+        solver.mechanism().joint_id(&format!("leg{}.{joint}", n + 1)).unwrap_or(JointId(0))
+    };
+    [id("R"), id("P"), id("S")]
+}
+
+fn of_sample(time: f64, forces: &Forces, solver: &InverseDynamics) -> Sample {
+    let mut unknowns = [[0.0; OF_LEG]; 3];
+    let mut loads = [[0.0; 3]; 3];
+    for n in 0..3 {
+        let ids = joints(solver, n);
+        let [r, p, s] = ids.map(|id| forces.reactions[id.0]);
+        // The P joint's frame stands upright in the leg: its axes are t, y, u.
+        let frame = solver.bodies().frame_j[ids[1].0].rotation;
+        let [t, y, u] = [0, 1, 2].map(|k| frame * Vec3::unit(k));
+        let of = &mut unknowns[n];
+        for (i, axis) in [t, y, u].into_iter().enumerate() {
+            of[unknown::FR + i] = r.0.dot(axis);
+            of[unknown::MP + i] = p.1.dot(axis);
+            // The paper's is that on the rod.
+            of[unknown::FS + i] = -s.0.dot(axis);
+        }
+        for (i, axis) in [t, u].into_iter().enumerate() {
+            of[unknown::MR + i] = r.1.dot(axis);
+        }
+        for (i, axis) in [t, y].into_iter().enumerate() {
+            of[unknown::FP + i] = p.0.dot(axis);
+        }
+        of[unknown::TAU] = forces.drives[n];
+        for (j, joint) in [1, 0, 2].into_iter().enumerate() {
+            // Contacts stand in the order of the joints, one each.
+            if let Some(contact) = forces.contacts.get(ids[joint].0) {
+                loads[n][j] = contact.load;
+            }
+        }
+    }
+    let three = |values: &[f64]| core::array::from_fn(|n| values.get(n).copied().unwrap_or(0.0));
+    Sample {
+        time,
+        drives: three(&forces.drives),
+        ideal: three(&forces.drives_frictionless),
+        unknowns,
+        loads,
+        power: forces.power,
+    }
+}
+
+/// Leg lengths and the rates of the P, R and S joints of each leg along a job's motion.
+pub(super) fn positions(job: &Job<'_>) -> Result<Vec<(f64, [f64; 3], OfJoints)>, Error> {
+    let instants = job.instants().map_err(crate::inverse::Error::from)?;
+    let mut solver = job.assemble(instants.at(0))?;
+    let mut before = instants.at(0);
+    let mut all = Vec::with_capacity(instants.count());
+    for time in instants.iter() {
+        job.follow(&mut solver, before, time)?;
+        before = time;
+        let (topology, bodies) = (solver.topology(), solver.bodies());
+        let lengths = core::array::from_fn(|n| {
+            solver.joint_coordinates(joints(&solver, n)[1]).first().copied().unwrap_or(0.0)
+        });
+        let rates = core::array::from_fn(|n| {
+            let [r, p, s] = joints(&solver, n);
+            // Of a ball the rate about its axis y, along which all R axes lie.
+            let [_, of_ball, _] = bodies.joint_rates(topology, s.0)[..3] else { return [0.0; 3] };
+            [bodies.joint_rates(topology, p.0)[0], bodies.joint_rates(topology, r.0)[0], of_ball]
+        });
+        all.push((time, lengths, rates));
+    }
+    Ok(all)
+}
+
+/// The interval of each driving force at one instant, and what is certain of it.
+pub(super) fn interval(
+    job: &Job<'_>,
+    time: f64,
+    rest_speed: f64,
+) -> Result<([(f64, f64); 3], Bounds), Error> {
+    let mut solver = job.assemble(time)?;
+    *solver.settings_mut() = Settings { friction: job.friction, rest_speed, ..Settings::default() };
+    let mut loads = Vec::new();
+    job.loads_at(time, &mut loads)?;
+    let forces = solver
+        .solve(&loads)
+        .map_err(|error| crate::inverse::Error::Forces { time, error })?;
+    let of = |n: usize| forces.drive_bounds.get(n).copied().unwrap_or((0.0, 0.0));
+    Ok((core::array::from_fn(of), forces.bounds))
+}

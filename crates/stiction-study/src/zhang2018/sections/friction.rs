@@ -1,0 +1,266 @@
+//! Section 5 of the paper: friction, and equation (28).
+
+use super::{curves, digits, equation, fixed, greatest, note, panel, paragraph, right, section, table, wrong};
+use crate::report::{Cell, Section};
+use crate::zhang2018::engine::Sample;
+use crate::zhang2018::friction::{
+    Method, Result, displacements, driving_forces_with_friction, sign, virtual_work,
+};
+use crate::zhang2018::robot::{Motion, NO_LOAD, Robot};
+
+/// Samples of a cycle in the comparison of methods.
+pub(in crate::zhang2018) const SAMPLES: usize = 2000;
+
+/// One method along a cycle of the regular twin without load.
+pub(in crate::zhang2018) struct Row {
+    pub(in crate::zhang2018) name: &'static str,
+    /// Root mean square of what friction adds over that of the frictionless driving force.
+    pub(in crate::zhang2018) effect: [f64; 3],
+    /// Root mean square of the error of that addition over that of the right addition.
+    pub(in crate::zhang2018) error: [f64; 3],
+    /// Work per cycle of what friction adds to the drives, J.
+    pub(in crate::zhang2018) work: f64,
+    /// Passes, at most.
+    pub(in crate::zhang2018) passes: usize,
+}
+
+/// The legs' positions from which displacements are counted: at zero input, and at t = 0.
+fn origins(robot: &Robot) -> [[[f64; 3]; 3]; 2] {
+    let pose = [0.060, 0.500, 65.0_f64.to_radians()];
+    let home = Motion { pose, rate: [0.0; 3], acceleration: [0.0; 3] };
+    [displacements(robot, &home), displacements(robot, &Robot::regular_motion(0.0))]
+}
+
+fn cycle(robot: &Robot, method: Method) -> Option<Vec<Result>> {
+    let at = |k: usize| Robot::regular_motion(k as f64 / SAMPLES as f64);
+    (0..SAMPLES).map(|k| driving_forces_with_friction(robot, &at(k), NO_LOAD, method)).collect()
+}
+
+/// All methods side by side. None if one has no result.
+pub(in crate::zhang2018) fn compare() -> Option<Vec<Row>> {
+    let robot = Robot::regular();
+    let [home, first] = origins(&robot);
+    let right = cycle(&robot, Method::Converged)?;
+    let methods = [
+        ("converged", Method::Converged),
+        ("one pass, virtual work", Method::OnePass),
+        ("(28), Δq from zero input", Method::Literal(home)),
+        ("(28), Δq from t = 0", Method::Literal(first)),
+        ("prismatic joints alone, converged", Method::PrismaticOnly),
+        ("one pass, T~R~ and T~S~ without r", Method::WithoutRadius),
+    ];
+    let root_of = |squares: f64| squares.sqrt();
+    let rows = methods.into_iter().map(|(name, method)| {
+        let results = cycle(&robot, method)?;
+        let sum = |f: &dyn Fn(usize) -> f64| (0..SAMPLES).map(|k| f(k).powi(2)).sum::<f64>();
+        let effect = core::array::from_fn(|n| {
+            root_of(sum(&|k| results[k].change()[n]) / sum(&|k| results[k].ideal[n]))
+        });
+        let error = core::array::from_fn(|n| {
+            let off = sum(&|k| results[k].change()[n] - right[k].change()[n]);
+            root_of(off / sum(&|k| right[k].change()[n]))
+        });
+        let power: f64 = results.iter().map(Result::power_of_change).sum();
+        let passes = results.iter().map(|r| r.passes).max().unwrap_or(0);
+        Some(Row { name, effect, error, work: power / SAMPLES as f64, passes })
+    });
+    rows.collect()
+}
+
+/// The part of all (leg, instant) pairs at which the bars of (28), with displacements from zero input,
+/// give friction the wrong sign.
+pub(in crate::zhang2018) fn wrong_signs() -> f64 {
+    let robot = Robot::regular();
+    let [home, _] = origins(&robot);
+    let mut wrong = 0;
+    for k in 0..SAMPLES {
+        let motion = Robot::regular_motion(k as f64 / SAMPLES as f64);
+        let method = Method::OnePass;
+        let Some(result) = driving_forces_with_friction(&robot, &motion, NO_LOAD, method) else {
+            return f64::NAN;
+        };
+        let now = displacements(&robot, &motion);
+        for n in 0..3 {
+            let work: f64 = (0..3).map(|j| result.friction[n][j] * (now[n][j] - home[n][j])).sum();
+            wrong += usize::from(sign(work) < 0.0);
+        }
+    }
+    wrong as f64 / (3 * SAMPLES) as f64
+}
+
+/// The largest difference, N, between the converged method here and the engine with friction.
+pub(in crate::zhang2018) fn agreement(samples: &[Sample], method: Method) -> f64 {
+    let robot = Robot::regular();
+    greatest(samples.iter().flat_map(|sample| {
+        let motion = Robot::regular_motion(sample.time);
+        let own = driving_forces_with_friction(&robot, &motion, NO_LOAD, method)
+            .map_or([f64::INFINITY; 3], |result| result.drives);
+        (0..3).map(move |n| own[n] - sample.drives[n])
+    }))
+}
+
+/// The viscous torques that (28) cancels: the largest generalised force of the viscous parts alone
+/// along the twin's motion by virtual work; N, N, N m.
+fn viscous_part(robot: &Robot) -> [f64; 3] {
+    let mut most = [0.0_f64; 3];
+    for k in 0..200 {
+        let motion = Robot::regular_motion(f64::from(k) / 200.0);
+        let free = Robot { mu: 0.0, ..robot.clone() };
+        let Some(result) = driving_forces_with_friction(&free, &motion, NO_LOAD, Method::OnePass)
+        else {
+            continue;
+        };
+        let force = virtual_work(&free, &motion, &result.friction);
+        most = core::array::from_fn(|i| most[i].max(force[i].abs()));
+    }
+    most
+}
+
+pub(in crate::zhang2018) fn write(samples: &[Sample], one_pass: &[Sample]) -> Option<Section> {
+    let robot = Robot::regular();
+    let rows = compare()?;
+    let wrong_part = 100.0 * wrong_signs();
+    let viscous = viscous_part(&robot);
+    let converged = agreement(samples, Method::Converged);
+    let once = agreement(one_pass, Method::OnePass);
+    let [home, _] = origins(&robot);
+    let time = |k: usize| k as f64 / 400.0;
+    let line = |n: usize, method: Method| -> Vec<(f64, f64)> {
+        let at = |k: usize| {
+            let motion = Robot::regular_motion(time(k));
+            let result = driving_forces_with_friction(&robot, &motion, NO_LOAD, method)?;
+            Some((time(k), result.change()[n]))
+        };
+        (0..=400).filter_map(at).collect()
+    };
+    let panels = (0..3)
+        .map(|n| {
+            panel(
+                &format!("leg {} [N]", n + 1),
+                [
+                    ("converged", 0, false, line(n, Method::Converged)),
+                    ("one pass", 2, true, line(n, Method::OnePass)),
+                    ("(28), from zero input", 1, true, line(n, Method::Literal(home))),
+                ],
+            )
+        })
+        .collect();
+    let of = |place: usize| rows.get(place).map_or(f64::NAN, |row| row.work);
+    let blocks = vec![
+        paragraph(
+            "Section 5.1 gives each joint a friction from its load N and its rate. The loads themselves are not defined \
+             in the paper; here N~P~ = (F~Pt~² + F~Py~²)^1/2^, N~R~ = (F~Rt~² + F~Ru~²)^1/2^, N~S~ = |F~S~|, and f~v~ is in N s/m \
+             at the surface. Each choice changes the answer: with pads 100 mm apart that carry M~P~ too, N~P~ grows by \
+             factors of 2 to 10.",
+        ),
+        table(
+            "friction-formulas",
+            "The three formulas. A friction torque is the force at the surface times the surface's radius.",
+            [("joint", ""), ("as printed", ""), ("corrected", ""), ("printed is too large by", "")],
+            [
+                [
+                    "P".into(),
+                    "f~P~ = f~v~ q̇ + μ N~P~ sgn q̇".into(),
+                    "the same".into(),
+                    Cell::Empty,
+                ],
+                [
+                    "R".into(),
+                    "T~R~ = f~v~ r φ̇ + μ N~R~ sgn(r φ̇)".into(),
+                    "T~R~ = r (f~v~ r φ̇ + μ N~R~ sgn φ̇)".into(),
+                    fixed(1.0 / robot.radius[0], 0),
+                ],
+                [
+                    "S".into(),
+                    "T~S~ = f~v~ r~s~ φ̇ + μ N~S~ sgn(r~s~ φ̇)".into(),
+                    "T~S~ = r~s~ (f~v~ r~s~ φ̇ + μ N~S~ sgn φ̇)".into(),
+                    fixed(1.0 / robot.radius[1], 0),
+                ],
+            ],
+        ),
+        equation("", "ΣE~f~ = Σ |f~P~ Δq + T~R~ Δφ~R~ + T~S~ Δφ~S~|,  L′ = L − ΣE~f~"),
+        equation("28", "τ̃ = J^T^ (d/dt ∂L′/∂q̇ − ∂L′/∂q)"),
+        wrong(format!(
+            "(28) is not mechanics: friction has no potential. What its terms give can be followed by hand. The viscous \
+             term f~v~ q̇ Δq gives d/dt(f~v~ Δq) − f~v~ q̇ = 0: viscous friction cancels, though by virtual work it needs up \
+             to {:.1e} N, {:.1e} N and {:.1e} N m on the twin. The bars replace the sign of the velocity by that of \
+             the displacement: on {wrong_part:.0} % of all (leg, instant) pairs friction pushes instead of resisting. And \
+             as a state function does no work over a closed cycle, next to nothing is dissipated: {:.3} J a cycle where \
+             friction takes {:.3} J; counted from t = 0 the robot even gains {:.3} J.",
+            viscous[0],
+            viscous[1],
+            viscous[2],
+            of(2),
+            of(0),
+            -of(3),
+        )),
+        equation("", "instead: τ = J~a~^−T^ (F − Q~load~ + Q~f~),  Q~f~ = Σ f~P~ ∂q/∂X + T~R~ ∂α/∂X + T~S~ ∂(β − α)/∂X"),
+        table(
+            "friction-methods",
+            "Methods on the regular twin without load, 2000 samples a cycle: root mean square of what friction adds \
+             over that of the frictionless drive; root mean square of the error of this addition over that of the right \
+             one; its work a cycle.",
+            [
+                ("method", ""),
+                ("added, leg 1", "%"),
+                ("leg 2", "%"),
+                ("leg 3", "%"),
+                ("error, leg 1", "%"),
+                ("leg 2", "%"),
+                ("leg 3", "%"),
+                ("work", "J"),
+                ("passes", ""),
+            ],
+            rows.iter().map(|row| {
+                [
+                    Cell::from(row.name),
+                    fixed(100.0 * row.effect[0], 1),
+                    fixed(100.0 * row.effect[1], 1),
+                    fixed(100.0 * row.effect[2], 1),
+                    fixed(100.0 * row.error[0], 0),
+                    fixed(100.0 * row.error[1], 0),
+                    fixed(100.0 * row.error[2], 0),
+                    fixed(row.work, 3),
+                    fixed(row.passes as f64, 0),
+                ]
+            }),
+        ),
+        note(
+            "The third row is the trap. (28) gives percentages of the same size as the right answer with curves that are \
+             wrong by more than the whole effect. A comparison of percentages cannot see it; the work per cycle does at \
+             once.",
+        ),
+        curves(
+            "friction-methods-curves",
+            "Regular twin: what friction adds to the drives",
+            panels,
+            "What friction adds to the driving forces, by three methods. The one-pass curve misses how friction \
+             loads the joints; (28) has the wrong sign half of the time.",
+        ),
+        right(format!(
+            "Corrected, the formulas of section 5.1 and the 42 equations agree with the general engine: converged to \
+             {converged:.1e} N, one pass to {once:.1e} N, at {} instants. In this robot the friction of P adds to its own \
+             drive and changes no reaction; the loop between friction and reactions runs through R and S alone.",
+            samples.len(),
+        )),
+        table(
+            "friction-work",
+            "Work of all frictions a cycle: the sum of drives' work, and what the joints dissipate by the engine.",
+            [("method", ""), ("study, 2000 samples", "J"), ("engine, 101 samples", "J")],
+            [
+                [Cell::from("converged"), fixed(of(0), 4), fixed(dissipated(samples), 4)],
+                [Cell::from("one pass"), fixed(of(1), 4), fixed(dissipated(one_pass), 4)],
+            ],
+        ),
+    ];
+    let _ = digits;
+    Some(section("friction", "Friction: section 5.1 and equation (28)", blocks))
+}
+
+/// Work that joints dissipate along samples, J, by the trapezoidal rule.
+pub(in crate::zhang2018) fn dissipated(samples: &[Sample]) -> f64 {
+    let piece = |pair: &[Sample]| {
+        0.5 * (pair[0].power.dissipated + pair[1].power.dissipated) * (pair[1].time - pair[0].time)
+    };
+    samples.windows(2).map(piece).sum()
+}

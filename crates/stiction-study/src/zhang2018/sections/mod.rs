@@ -1,0 +1,97 @@
+//! What the report says, a file for each of its sections.
+
+pub(super) mod engines;
+pub(super) mod friction;
+pub(super) mod headline;
+pub(super) mod ideal;
+pub(super) mod kinematics;
+pub(super) mod map;
+pub(super) mod reactions;
+pub(super) mod simulation;
+pub(super) mod structure;
+pub(super) mod twin;
+
+use crate::figure::{Figure, Line, Panel};
+use crate::report::{Block, Cell, Finding, Section, Table};
+
+pub(super) fn section(id: &str, title: &str, blocks: Vec<Block>) -> Section {
+    Section { id: id.into(), title: title.into(), blocks }
+}
+
+pub(super) fn paragraph(text: impl Into<String>) -> Block {
+    Block::Paragraph(text.into())
+}
+
+pub(super) fn right(text: impl Into<String>) -> Block {
+    Block::Finding(Finding::Right, text.into())
+}
+
+pub(super) fn wrong(text: impl Into<String>) -> Block {
+    Block::Finding(Finding::Wrong, text.into())
+}
+
+pub(super) fn note(text: impl Into<String>) -> Block {
+    Block::Finding(Finding::Note, text.into())
+}
+
+pub(super) fn open(text: impl Into<String>) -> Block {
+    Block::Finding(Finding::Open, text.into())
+}
+
+pub(super) fn equation(number: &str, formula: &str) -> Block {
+    Block::Equation { number: number.into(), formula: formula.into() }
+}
+
+/// A number with so many significant digits.
+pub(super) fn digits(value: f64, digits: usize) -> Cell {
+    Cell::Number(value, digits)
+}
+
+/// A number with so many digits after the point.
+pub(super) fn fixed(value: f64, digits: usize) -> Cell {
+    Cell::Fixed(value, digits)
+}
+
+/// A table and its rows.
+pub(super) fn table<const N: usize>(
+    id: &str,
+    caption: &str,
+    columns: [(&str, &str); N],
+    rows: impl IntoIterator<Item = [Cell; N]>,
+) -> Block {
+    let mut table = Table::new(id, caption, columns);
+    table.rows = rows.into_iter().map(Vec::from).collect();
+    Block::Table(table)
+}
+
+/// A panel of curves over time: name, colour, dashed, points.
+pub(super) fn panel<const N: usize>(
+    y_label: &str,
+    lines: [(&str, usize, bool, Vec<(f64, f64)>); N],
+) -> Panel {
+    let line = |(label, colour, dashed, points): (&str, usize, bool, Vec<(f64, f64)>)| Line {
+        label: label.into(),
+        points,
+        colour,
+        dashed,
+    };
+    Panel { y_label: y_label.into(), lines: lines.into_iter().map(line).collect() }
+}
+
+/// Panels over time.
+pub(super) fn curves(id: &str, title: &str, panels: Vec<Panel>, caption: &str) -> Block {
+    let figure = Figure { title: title.into(), x_label: "time [s]".into(), panels };
+    Block::Curves { id: id.into(), figure, caption: caption.into() }
+}
+
+/// The least and the greatest of some numbers.
+pub(super) fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), value| {
+        (least.min(value), greatest.max(value))
+    })
+}
+
+/// The greatest magnitude.
+pub(super) fn greatest(values: impl IntoIterator<Item = f64>) -> f64 {
+    values.into_iter().fold(0.0, |most: f64, value| most.max(value.abs()))
+}

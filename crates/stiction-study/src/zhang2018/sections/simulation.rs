@@ -1,0 +1,220 @@
+//! Section 6 of the paper: the simulation of equation (29).
+
+use super::{curves, digits, equation, fixed, greatest, open, panel, paragraph, range, right, section, table, wrong};
+use crate::report::{Cell, Section};
+use crate::zhang2018::friction::{joint_friction, virtual_work};
+use crate::zhang2018::kinematics::{determinant, inverse_jacobian};
+use crate::zhang2018::lagrangian::{Printed, driving_forces, generalised_force, generalised_load};
+use crate::zhang2018::reactions::{Form, OF_LEG, System, unknown};
+use crate::zhang2018::robot::{Load, Motion, NO_LOAD, PRINTED_LOAD, Robot};
+use crate::zhang2018::simulation::{least_squares, missing_moment, planar_least_squares};
+use core::f64::consts::FRAC_PI_2;
+use nalgebra::{Matrix3, Vector3};
+
+const SAMPLES: usize = 1000;
+
+/// The moment that no drive can give along (29), N m: the least and the greatest.
+pub(in crate::zhang2018) fn missing(load: Load) -> (f64, f64) {
+    let robot = Robot::printed();
+    range((0..=SAMPLES).map(|k| {
+        missing_moment(&robot, &Robot::printed_motion(k as f64 / SAMPLES as f64), load)
+    }))
+}
+
+/// The smallest singular value of J^-1^ along (29), its third column in units of k, and the largest
+/// departure of row 2 + row 3 from twice row 1.
+pub(in crate::zhang2018) fn singular() -> (f64, f64) {
+    let robot = Robot::printed();
+    let mut worst = (0.0_f64, 0.0_f64);
+    for k in 0..=SAMPLES {
+        let rows = inverse_jacobian(&robot, Robot::printed_motion(k as f64 / SAMPLES as f64).pose);
+        let unit = Vector3::new(1.0, 1.0, 1.0 / robot.k);
+        let matrix = Matrix3::from_fn(|n, i| rows[n][i] * unit[i]);
+        worst.0 = worst.0.max(matrix.singular_values().min());
+        // The rows are those of leg directions; times the lengths they are linear in the pose.
+        let lengths = crate::zhang2018::robot::leg_lengths(
+            &robot,
+            Robot::printed_motion(k as f64 / SAMPLES as f64).pose,
+        );
+        let of = |n: usize, i: usize| matrix[(n, i)] * lengths[n];
+        worst.1 = worst.1.max(greatest((0..3).map(|i| of(1, i) + of(2, i) - 2.0 * of(0, i))));
+    }
+    worst
+}
+
+/// The largest driving force of (21), N, at t = 0.25 s, no load, with theta off 90 deg by `degrees`.
+pub(in crate::zhang2018) fn near_singular(degrees: f64) -> Option<f64> {
+    let mut motion = Robot::printed_motion(0.25);
+    motion.pose[2] = FRAC_PI_2 + degrees.to_radians();
+    let robot = Robot::printed();
+    driving_forces(&robot, Printed::NONE, &motion, NO_LOAD).map(greatest)
+}
+
+/// The part of a load on (29) that is known: the generalised force of the motion, and with the least
+/// friction that the known parts of the loads make. Known of a joint's load are its viscous friction
+/// and the force across the leg, which follows from the leg's own motion.
+pub(in crate::zhang2018) fn known_forces(motion: &Motion) -> ([f64; 3], [f64; 3]) {
+    let robot = Robot::printed();
+    let force = generalised_force(&robot, Printed::NONE, motion);
+    let system = System::new(&robot, motion, NO_LOAD, Form::Corrected);
+    let across = |n: usize| {
+        let (row, column) = (12 * n + 4, OF_LEG * n + unknown::FS);
+        system.right[row] / system.matrix[(row, column)]
+    };
+    let loads = core::array::from_fn(|n| {
+        let at_ball = across(n);
+        let [t, _, _] = leg_axis(&robot, n, motion);
+        // Across the leg (24) and (22) leave nothing else.
+        let along_t = |row: usize| (0..3).map(|i| system.right[row + i] * t[i]).sum::<f64>();
+        [along_t(12 * n + 6) - at_ball, along_t(12 * n) - at_ball, at_ball].map(f64::abs)
+    });
+    let friction = joint_friction(&robot, &system.rates(motion), &loads, true);
+    let added = virtual_work(&robot, motion, &friction);
+    (force, core::array::from_fn(|i| force[i] + added[i]))
+}
+
+fn leg_axis(robot: &Robot, n: usize, motion: &Motion) -> [[f64; 3]; 3] {
+    let leg = crate::zhang2018::kinematics::leg_motion(robot, n, motion);
+    let (sin, cos) = leg.turn[0].sin_cos();
+    [[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]]
+}
+
+pub(in crate::zhang2018) fn write(by_engine: &crate::inverse::Error) -> Section {
+    let robot = Robot::printed();
+    let (smallest, dependence) = singular();
+    let determinants =
+        greatest((0..=SAMPLES).map(|k| {
+            determinant(&robot, Robot::printed_motion(k as f64 / SAMPLES as f64).pose)
+        }));
+    let reversed = PRINTED_LOAD.map(|part| -part);
+    let [none, printed, turned] = [NO_LOAD, PRINTED_LOAD, reversed].map(missing);
+    let time = |k: usize| k as f64 / 200.0;
+    let line = |load: Load| -> Vec<(f64, f64)> {
+        let at = |k: usize| (time(k), missing_moment(&robot, &Robot::printed_motion(time(k)), load));
+        (0..=200).map(at).collect()
+    };
+    let engine = match by_engine {
+        crate::inverse::Error::CannotCarry(missing) => {
+            let (least, most) = missing.range;
+            format!(
+                "{least:.2} to {most:.2} {}, at {} of {} samples",
+                missing.unit, missing.samples, missing.of
+            )
+        }
+        other => other.to_string(),
+    };
+    let motion = Robot::printed_motion(0.25);
+    let of_load = |load: Load, name: &'static str| {
+        let row = |how: &'static str, drives: [f64; 3]| {
+            [
+                Cell::from(name),
+                Cell::from(how),
+                fixed(drives[0], 1),
+                fixed(drives[1], 1),
+                fixed(drives[2], 1),
+            ]
+        };
+        [
+            row("42 equations, lengths in m", least_squares(&robot, &motion, load, 1.0, false).0),
+            row("42 equations, lengths in mm", least_squares(&robot, &motion, load, 1e3, false).0),
+            row(
+                "42 equations without the platform's M~y~",
+                least_squares(&robot, &motion, load, 1.0, true).0,
+            ),
+            row("(21), lengths in m", planar_least_squares(&robot, &motion, load, 1.0)),
+            row("(21), lengths in mm", planar_least_squares(&robot, &motion, load, 1e3)),
+        ]
+    };
+    let squares: Vec<_> =
+        of_load(NO_LOAD, "none").into_iter().chain(of_load(PRINTED_LOAD, "printed")).collect();
+    let force_panel = |i: usize, label: &str| {
+        let of = |with: bool| -> Vec<(f64, f64)> {
+            let at = |k: usize| {
+                let (without, least) = known_forces(&Robot::printed_motion(time(k)));
+                (time(k), if with { least[i] } else { without[i] })
+            };
+            (0..=200).map(at).collect()
+        };
+        panel(
+            label,
+            [("without friction", 0, false, of(false)), ("with the least friction", 1, true, of(true))],
+        )
+    };
+    let external = generalised_load(PRINTED_LOAD);
+    let blocks = vec![
+        equation("29", "x = 5 sin 2πt,  z = 10 cos 2πt,  θ = 90°  (mm)"),
+        paragraph(
+            "z can only be read relative to zero input: z = 505 + 10 cos 2πt. A height of 10 mm and less is out of \
+             reach of any leg. Along this motion:",
+        ),
+        wrong(format!(
+            "The determinant of J^−1^ is zero at every instant (times the lengths at most {determinants:.0e} m³; smallest \
+             singular value at most {smallest:.0e}; ρ~2~ row 2 + ρ~3~ row 3 = 2 ρ~1~ row 1 to {dependence:.0e}). Seen along y, \
+             the three leg lines meet in one point, 1.5 (x, z). About it no drive has a moment. (21) does not exist there.",
+        )),
+        table(
+            "simulation-near",
+            "What (21) gives at t = 0.25 s, no load, as θ comes near 90°: it grows as one over the distance.",
+            [("θ − 90°", "deg"), ("largest driving force", "N")],
+            [1.0, 0.1, 0.01, 0.001].map(|degrees| {
+                [digits(degrees, 1), digits(near_singular(degrees).unwrap_or(f64::INFINITY), 4)]
+            }),
+        ),
+        equation("", "a resultant (F~x~, F~z~, M~y~) at O~2~ is carried only if  M~y~ + k z F~x~/(k − l) − k x F~z~/(k − l) = 0"),
+        wrong(format!(
+            "The printed load, 100 N and 80 N m along every axis, violates this at every instant: {:.1} to {:.1} N m about y \
+             are missing, whatever the drives do ({:.1} to {:.1} N m with the load's sign reversed). Even without \
+             a load the robot's own inertia asks for up to {:.2} N m, and only t = 0, 0.5 and 1 s can be balanced.",
+            printed.0.abs().min(printed.1.abs()),
+            printed.0.abs().max(printed.1.abs()),
+            turned.0.abs().min(turned.1.abs()),
+            turned.0.abs().max(turned.1.abs()),
+            greatest([none.0, none.1]),
+        )),
+        right(format!(
+            "The general engine refuses the case by itself and with the same numbers: `stiction inverse zhang2018` says \
+             that {engine} are missing.",
+        )),
+        curves(
+            "simulation-missing",
+            "Printed robot on (29): the moment that no drive can give",
+            vec![
+                panel("printed load [N m]", [("missing M~y~".replace('~', "").as_str(), 1, false, line(PRINTED_LOAD))]),
+                panel("no load [N m]", [("missing My", 0, false, line(NO_LOAD))]),
+            ],
+            "The moment about y at O~2~ that no driving force balances.",
+        ),
+        wrong(
+            "Least squares is no way out. Programs that solve singular systems by a pseudo-inverse return numbers \
+             without a warning, and the numbers depend on the unit of length:",
+        ),
+        table(
+            "simulation-least-squares",
+            "What least squares of least norm would call driving forces, t = 0.25 s. Five answers to one question, and \
+             none of them moves the robot.",
+            [("load", ""), ("solved", ""), ("τ~1~", "N"), ("τ~2~", "N"), ("τ~3~", "N")],
+            squares,
+        ),
+        paragraph(format!(
+            "What keeps its meaning along (29) are the generalised forces of the motion, F. They need no inverse. The \
+             printed load takes another (F~x~, F~z~, M~θ~) = ({:.0} N, {:.0} N, {:.0} N m) off them. Of friction only a lower \
+             estimate can be given, as the loads of the joints contain the free force f of the last section and axial \
+             forces that do not exist: the dashed curves have the friction of viscosity and of the forces across the legs, \
+             which follow from each leg's own motion.",
+            external[0], external[1], external[2],
+        )),
+        curves(
+            "simulation-forces",
+            "Printed robot on (29): generalised forces without load",
+            vec![force_panel(0, "Fx [N]"), force_panel(1, "Fz [N]"), force_panel(2, "Mθ [N m]")],
+            "Generalised forces of the platform along (29), without friction and with the least friction that is certain.",
+        ),
+        open(
+            "How a multibody program can have shown curves for this case. Not from the printed model: with exact \
+             inputs its legs fold (1 um on leg 1 has no solution, or two, ±0.22° apart), and the missing moment has no bearer. \
+             It does if something else carries it: a motion generator left on the platform (“motion excitation is \
+             applied at the geometric centre” is what the paper says), bushings, or a model of other geometry.",
+        ),
+    ];
+    section("simulation", "The simulation: equation (29)", blocks)
+}

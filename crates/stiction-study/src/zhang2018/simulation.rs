@@ -1,0 +1,81 @@
+//! Section 6 of the paper: what equation (29) asks for.
+
+use super::kinematics::inverse_jacobian;
+use super::lagrangian::{Printed, generalised_force, generalised_load};
+use super::reactions::{Form, SIZE, System};
+use super::robot::{Load, Motion, Robot};
+use nalgebra::{DMatrix, DVector};
+use stiction::linalg::Svd;
+
+/// The unknowns that are moments, N m, among the 42: M~R~ and M~P~ of each leg.
+fn is_moment(column: usize) -> bool {
+    let place = column % super::reactions::OF_LEG;
+    (3..5).contains(&place) || (7..10).contains(&place)
+}
+
+/// The equations that are of moments.
+fn is_moment_row(row: usize) -> bool {
+    (row / 3) % 2 == 1
+}
+
+/// The 42 equations with lengths in units of 1 / `per_metre` m.
+pub(super) fn in_units(system: &System, per_metre: f64) -> (DMatrix<f64>, DVector<f64>) {
+    let row_factor = |row: usize| if is_moment_row(row) { per_metre } else { 1.0 };
+    let column_factor = |column: usize| if is_moment(column) { per_metre } else { 1.0 };
+    let matrix = DMatrix::from_fn(SIZE, SIZE, |i, j| {
+        system.matrix[(i, j)] * row_factor(i) / column_factor(j)
+    });
+    (matrix, DVector::from_fn(SIZE, |i, _| system.right[i] * row_factor(i)))
+}
+
+/// The moment M~y~ on the platform, N m, that no drive can give at theta = 90 deg. All leg lines meet in
+/// one point there, in the projection along y: a resultant is balanced only if
+/// k z / (k - l) F~x~ - k x / (k - l) F~z~ + M~y~ = 0. Positive is missing about +y.
+pub(super) fn missing_moment(robot: &Robot, motion: &Motion, load: Load) -> f64 {
+    let force = generalised_force(robot, Printed::NONE, motion);
+    let load = generalised_load(load);
+    let needed: [f64; 3] = core::array::from_fn(|i| force[i] - load[i]);
+    let [x, z, _] = motion.pose;
+    let lever = robot.k / (robot.k - robot.l);
+    // The third generalised force turns with theta, against +y.
+    lever * z * needed[0] - lever * x * needed[1] - needed[2]
+}
+
+/// What least squares of least norm would give for the drives, N, and the residual's length, in the
+/// units chosen: an answer to another question.
+pub(super) fn least_squares(
+    robot: &Robot,
+    motion: &Motion,
+    load: Load,
+    per_metre: f64,
+    without_pitch: bool,
+) -> ([f64; 3], f64) {
+    let system = System::new(robot, motion, load, Form::Corrected);
+    let (mut matrix, mut right) = in_units(&system, per_metre);
+    if without_pitch {
+        // The platform's equation of moments about y.
+        matrix = matrix.remove_row(40);
+        right = right.remove_row(40);
+    }
+    let svd = Svd::new(&matrix);
+    let unknowns = svd.solve(&right, 41);
+    let residual = (&matrix * &unknowns - &right).norm();
+    (System::drives(&unknowns), residual)
+}
+
+/// The same for the three equations (21).
+pub(super) fn planar_least_squares(
+    robot: &Robot,
+    motion: &Motion,
+    load: Load,
+    per_metre: f64,
+) -> [f64; 3] {
+    let rows = inverse_jacobian(robot, motion.pose);
+    let force = generalised_force(robot, Printed::NONE, motion);
+    let load = generalised_load(load);
+    let unit = |i: usize| if i == 2 { per_metre } else { 1.0 };
+    let matrix = DMatrix::from_fn(3, 3, |i, n| rows[n][i] * unit(i));
+    let right = DVector::from_fn(3, |i, _| (force[i] - load[i]) * unit(i));
+    let solution = Svd::new(&matrix).solve(&right, 2);
+    [solution[0], solution[1], solution[2]]
+}
