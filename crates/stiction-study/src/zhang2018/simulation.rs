@@ -3,8 +3,8 @@
 use super::kinematics::inverse_jacobian;
 use super::lagrangian::{Printed, generalised_force, generalised_load};
 use super::reactions::{Form, SIZE, System};
-use super::robot::{Load, Motion, Robot};
-use nalgebra::{DMatrix, DVector};
+use super::robot::{Load, Motion, Robot, leg_lengths};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use stiction::linalg::Svd;
 
 /// The unknowns that are moments, N m, among the 42: M~R~ and M~P~ of each leg.
@@ -78,4 +78,31 @@ pub(super) fn planar_least_squares(
     let right = DVector::from_fn(3, |i, _| (force[i] - load[i]) * unit(i));
     let solution = Svd::new(&matrix).solve(&right, 2);
     [solution[0], solution[1], solution[2]]
+}
+
+/// Forward kinematics beside the motion (29): the pose at which the legs have the lengths of that
+/// motion at `time`, leg 1 longer by `longer` m, nearest to a turn of the platform by `turn` rad. None
+/// where the loops do not close.
+pub(super) fn fold(robot: &Robot, time: f64, longer: f64, turn: f64) -> Option<[f64; 3]> {
+    let start = Robot::printed_motion(time).pose;
+    let mut lengths = leg_lengths(robot, start);
+    lengths[0] += longer;
+    let mut pose = [start[0], start[1], start[2] + turn];
+    for _ in 0..60 {
+        let now = leg_lengths(robot, pose);
+        let misfit = Vector3::from_fn(|n, _| lengths[n] - now[n]);
+        let rows = inverse_jacobian(robot, pose);
+        let step = Matrix3::from_fn(|n, i| rows[n][i]).lu().solve(&misfit)?;
+        // A fold without solution throws Newton's method far away.
+        let step = step * (0.05 / step.norm()).min(1.0);
+        for (value, step) in pose.iter_mut().zip(step.iter()) {
+            *value += step;
+        }
+        if (pose[2] - start[2]).abs() > 0.2 {
+            return None;
+        }
+    }
+    let now = leg_lengths(robot, pose);
+    let closed = (0..3).all(|n| (now[n] - lengths[n]).abs() < 1e-12);
+    closed.then_some(pose)
 }
