@@ -1,5 +1,6 @@
 //! Line plots.
 
+use crate::drawing::svg::is_of_xml;
 use kuva::prelude::*;
 use kuva::render::figure::Figure as Sheet;
 
@@ -37,8 +38,11 @@ pub struct Line {
 }
 
 /// Colours that are told apart on paper, on screen and by most eyes (after Okabe and Ito).
-const COLOURS: [&str; 8] =
-    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c6d00", "#56b4e9", "#666666", "#a0522d"];
+pub(crate) const COLOURS: [&str; 8] =
+    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c6d00", "#2c8fc9", "#666666", "#a0522d"];
+/// The same upon a dark ground.
+pub(crate) const COLOURS_ON_DARK: [&str; 8] =
+    ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0", "#b5835a"];
 
 const PANEL_WIDTH: f64 = 860.0;
 const PANEL_HEIGHT: f64 = 220.0;
@@ -56,6 +60,34 @@ impl Figure {
         SvgBackend.render_scene(&self.sheet().render())
     }
 
+    /// The figure as an element of a page: in the page's colours, as wide as there is room. `name`
+    /// tells its inner names from those of other figures.
+    pub(crate) fn inline_svg(&self, name: &str) -> String {
+        // In text and attributes the quotation mark is escaped: what is replaced is all markup.
+        let mut svg = self
+            .svg()
+            .replace("id=\"kuva-clip-", &format!("id=\"{name}_clip"))
+            .replace("clip-path=\"url(#kuva-clip-", &format!("clip-path=\"url(#{name}_clip"))
+            .replacen("\" height=\"", " ", 1)
+            .replacen(" width=\"", " class=\"curves\" role=\"img\" viewBox=\"0 0 ", 1);
+        for (part, paint) in [("fill", "white"), ("fill", "#ffffff")] {
+            svg = svg.replace(&format!("{part}=\"{paint}\""), &format!("{part}=\"var(--paper)\""));
+        }
+        for part in ["fill", "stroke"] {
+            let mut paint = |from: &str, to: &str| {
+                svg =
+                    svg.replace(&format!("{part}=\"{from}\""), &format!("{part}=\"var(--{to})\""));
+            };
+            paint("black", "ink");
+            paint("#000000", "ink");
+            paint("#cccccc", "grid");
+            for (k, colour) in COLOURS.iter().enumerate() {
+                paint(colour, &format!("line{k}"));
+            }
+        }
+        svg
+    }
+
     fn sheet(&self) -> Sheet {
         let rows: Vec<Vec<Plot>> = self.panels.iter().map(Panel::plots).collect();
         // The same margins in all panels, so that their axes stand below each other.
@@ -66,18 +98,23 @@ impl Figure {
             Layout::auto_from_plots(plots)
                 .with_legend_width(legend)
                 .with_force_margins(LEFT, legend + 24.0)
-                .with_y_label(panel.y_label.as_str())
-                .with_x_label(self.x_label.as_str())
+                .with_y_label(clean(&panel.y_label))
+                .with_x_label(clean(&self.x_label))
                 .with_font_family("Helvetica, Arial, sans-serif")
         });
         let layouts = layouts.collect();
         Sheet::new(self.panels.len(), 1)
             .with_plots(rows)
             .with_layouts(layouts)
-            .with_title(self.title.as_str())
+            .with_title(clean(&self.title))
             .with_shared_x_all()
             .with_cell_size(PANEL_WIDTH, PANEL_HEIGHT)
     }
+}
+
+/// The renderer escapes what has a meaning in SVG, but writes what cannot be in it.
+fn clean(text: &str) -> String {
+    text.chars().filter(|c| is_of_xml(*c)).collect()
 }
 
 #[cfg(feature = "png")]
@@ -107,13 +144,13 @@ impl Line {
             // A line through one point cannot be seen. What would be dashed may lie upon another.
             let shape = if self.dashed { MarkerShape::Cross } else { MarkerShape::Circle };
             let mark = ScatterPlot::new().with_data(points).with_color(colour).with_size(MARK);
-            return Plot::from(mark.with_marker(shape).with_legend(self.label.as_str()));
+            return Plot::from(mark.with_marker(shape).with_legend(clean(&self.label)));
         }
         let line = LinePlot::new()
             .with_data(points)
             .with_color(colour)
             .with_stroke_width(1.6)
-            .with_legend(self.label.as_str());
+            .with_legend(clean(&self.label));
         Plot::from(if self.dashed { line.with_dashed() } else { line })
     }
 }

@@ -8,6 +8,8 @@ pub mod drawing;
 pub mod figure;
 mod instants;
 pub mod inverse;
+mod numbers;
+mod page;
 pub mod report;
 pub mod zhang2018;
 

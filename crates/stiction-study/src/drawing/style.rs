@@ -64,7 +64,7 @@ pub(super) fn style(surface: Surface) -> String {
         branches: &LIGHT,
     });
     if surface == Surface::Inline {
-        css += "@media (prefers-color-scheme:dark){";
+        css += "@media screen and (prefers-color-scheme:dark){";
         css += &colours(&Tones {
             ink: "#e8e8e8",
             soft: "#a5a5a5",

@@ -1,7 +1,7 @@
 //! The tables of a run: names, units and rows.
 
 use super::run::Sample;
-use std::fmt::Write as _;
+use crate::numbers::exact;
 use std::io;
 use stiction::friction::contacts_of;
 use stiction::mechanism::Mechanism;
@@ -75,9 +75,7 @@ impl<W: io::Write> Table<W> {
     /// A number with all its digits, in the shortest way that reads back as the same number.
     pub(super) fn number(&mut self, value: f64) -> io::Result<()> {
         self.cell.clear();
-        let plain = value == 0.0 || (1e-5..1e16).contains(&value.abs());
-        // Writing to a string does not fail.
-        let _ = if plain { write!(self.cell, "{value}") } else { write!(self.cell, "{value:e}") };
+        exact(&mut self.cell, value);
         self.writer.write_field(&self.cell)?;
         Ok(())
     }

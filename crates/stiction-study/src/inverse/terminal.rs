@@ -5,6 +5,7 @@ use super::run::{Job, Verdict};
 use super::statistics::Integral;
 use super::summary::{Summary, friction_word, weighting_words};
 use super::uniqueness::Singular;
+use crate::numbers::significant;
 use std::fmt::{self, Write};
 use stiction::dynamics::FrictionMode;
 
@@ -433,15 +434,7 @@ pub(crate) fn by_components(undetermined: &[(&str, Vec<&'static str>)]) -> Strin
 
 /// Four significant digits.
 pub(crate) fn number(x: f64) -> String {
-    if x == 0.0 {
-        return "0".to_owned();
-    }
-    let magnitude = x.abs().log10().floor();
-    if !(-4.0..6.0).contains(&magnitude) {
-        return format!("{x:.3e}");
-    }
-    let digits = (3.0 - magnitude).max(0.0) as usize;
-    format!("{x:.digits$}")
+    significant(x, 4)
 }
 
 /// The order of magnitude of what should be zero.

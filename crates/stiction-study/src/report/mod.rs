@@ -3,9 +3,18 @@
 //!
 //! A report is data. Who makes one does not know how it will look; who draws one does not know what
 //! it says. Text is a small part of Markdown: `**strong**`, `*emphasis*`, `` `code` ``, `x~index~`,
-//! `x^power^` and `[words](#section)`; a backslash takes the meaning from the sign after it.
+//! `x^power^` and `[words](#section)`; a backslash takes the meaning from the sign after it. Links
+//! lead to the name of a section, to `table-` or `figure-` and the name of a file of numbers, or to
+//! `eq-` and the number of an equation in lower case.
+
+mod defects;
+mod files;
+mod html;
+mod markdown;
+mod markup;
 
 use crate::figure::Figure;
+use crate::numbers::{fixed, not_finite, significant};
 
 /// Text with marks, see the module.
 pub type Text = String;
@@ -118,6 +127,18 @@ pub enum Cell {
     Empty,
 }
 
+impl Finding {
+    /// It in a word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Right => "Right",
+            Self::Wrong => "Wrong",
+            Self::Open => "Open",
+            Self::Note => "Note",
+        }
+    }
+}
+
 impl Column {
     /// A column.
     pub fn new(name: impl Into<Text>, unit: impl Into<String>) -> Self {
@@ -130,6 +151,35 @@ impl Table {
     pub fn new<const N: usize>(id: &str, caption: &str, columns: [(&str, &str); N]) -> Self {
         let columns = columns.map(|(name, unit)| Column::new(name, unit));
         Self { id: id.into(), caption: caption.into(), columns: columns.into(), rows: Vec::new() }
+    }
+}
+
+impl Table {
+    /// Whether most of what the k-th column has are numbers.
+    fn is_numeric(&self, k: usize) -> bool {
+        let cells = || self.rows.iter().filter_map(move |row| row.get(k));
+        let numbers = cells().filter(|c| matches!(c, Cell::Number(..) | Cell::Fixed(..))).count();
+        let words = cells().filter_map(Cell::text).filter(|text| !text.is_empty()).count();
+        numbers > 0 && numbers >= words
+    }
+}
+
+impl Cell {
+    fn text(&self) -> Option<&Text> {
+        match self {
+            Self::Text(text) => Some(text),
+            Self::Number(..) | Self::Fixed(..) | Self::Empty => None,
+        }
+    }
+
+    /// Its number as it is shown, with plain signs; nothing if there is none.
+    fn shown(&self) -> String {
+        let (x, text) = match *self {
+            Self::Number(x, digits) => (x, significant(x, digits)),
+            Self::Fixed(x, decimals) => (x, fixed(x, decimals)),
+            Self::Text(_) | Self::Empty => return String::new(),
+        };
+        not_finite(x).map_or(text, str::to_owned)
     }
 }
 

@@ -1,0 +1,91 @@
+//! What is wrong with a report itself: names that are there twice, links that lead nowhere.
+
+use super::markup::{is_name, targets};
+use super::{Block, Report, Text};
+use std::collections::HashSet;
+
+impl Report {
+    /// What whoever made the report has to mend, in words; nothing if all is well.
+    pub fn defects(&self) -> Vec<String> {
+        let mut defects = Vec::new();
+        let mut places = HashSet::new();
+        let mut place = |name: String, defects: &mut Vec<String>| {
+            if !is_name(&name) {
+                defects.push(format!("`{name}` is no name: lower-case letters, digits, hyphens"));
+            }
+            if places.contains(&name) {
+                defects.push(format!("`{name}` is there twice"));
+            }
+            places.insert(name);
+        };
+        for section in &self.sections {
+            place(section.id.clone(), &mut defects);
+        }
+        let mut equations = HashSet::new();
+        for block in self.blocks() {
+            match block {
+                Block::Table(table) => place(format!("table-{}", table.id), &mut defects),
+                Block::Curves { id, .. } => place(format!("figure-{id}"), &mut defects),
+                // Who quotes an equation again links to where it was quoted first.
+                Block::Equation { number, .. } if !number.is_empty() => {
+                    if equations.insert(number) {
+                        place(format!("eq-{}", number.to_lowercase()), &mut defects);
+                    }
+                }
+                _ => {}
+            }
+        }
+        let mut files = HashSet::new();
+        for (name, _) in self.tables().iter().chain(&self.pictures()) {
+            if !files.insert(name.clone()) {
+                defects.push(format!("two files are named `{name}`"));
+            }
+        }
+        for text in self.texts() {
+            for target in targets(text) {
+                if !places.contains(&target) {
+                    defects.push(format!("a link leads to `#{target}`, which is not there"));
+                }
+            }
+        }
+        self.check_rows(&mut defects);
+        defects
+    }
+
+    fn check_rows(&self, defects: &mut Vec<String>) {
+        for block in self.blocks() {
+            let Block::Table(table) = block else { continue };
+            for (k, row) in table.rows.iter().enumerate() {
+                if row.len() != table.columns.len() {
+                    let (cells, columns) = (row.len(), table.columns.len());
+                    defects.push(format!(
+                        "row {} of `{}` has {cells} cells for {columns} columns",
+                        k + 1,
+                        table.id
+                    ));
+                }
+            }
+        }
+    }
+
+    /// All texts with marks.
+    fn texts(&self) -> Vec<&Text> {
+        let mut texts: Vec<&Text> = self.lead.iter().chain(&self.footer).collect();
+        for block in self.blocks() {
+            match block {
+                Block::Paragraph(text) | Block::Finding(_, text) => texts.push(text),
+                Block::List(items) => texts.extend(items),
+                Block::Equation { formula, .. } => texts.push(formula),
+                Block::Curves { caption, .. } | Block::Picture { caption, .. } => {
+                    texts.push(caption)
+                }
+                Block::Table(table) => {
+                    texts.push(&table.caption);
+                    texts.extend(table.columns.iter().map(|column| &column.name));
+                    texts.extend(table.rows.iter().flatten().filter_map(super::Cell::text));
+                }
+            }
+        }
+        texts
+    }
+}

@@ -1,0 +1,173 @@
+//! A report in the Markdown of GitHub. Its pictures are files of their own.
+
+use super::markup::{Span, parse, plain};
+use super::{Block, Cell, Report, Table};
+
+impl Report {
+    /// The report as Markdown. It shows the files of [`Report::pictures`].
+    pub fn markdown(&self) -> String {
+        let mut pieces = vec![format!("# {}", words(&self.title))];
+        pieces.extend(self.lead.iter().map(|text| paragraph(text)));
+        let mut count = Count::default();
+        for (k, section) in self.sections.iter().enumerate() {
+            // Names that GitHub makes of titles are not those that links lead to.
+            let id = words(&section.id);
+            pieces.push(format!("<a id=\"{id}\"></a>\n\n## {} {}", k + 1, words(&section.title)));
+            pieces.extend(section.blocks.iter().map(|block| count.block(block)));
+        }
+        if !self.footer.is_empty() {
+            pieces.push("---".into());
+            pieces.extend(self.footer.iter().map(|text| paragraph(text)));
+        }
+        pieces.retain(|piece| !piece.is_empty());
+        pieces.join("\n\n") + "\n"
+    }
+}
+
+#[derive(Default)]
+struct Count {
+    tables: usize,
+    figures: usize,
+    pictures: usize,
+}
+
+impl Count {
+    fn block(&mut self, block: &Block) -> String {
+        match block {
+            Block::Paragraph(text) => paragraph(text),
+            Block::List(items) => {
+                let items = items.iter().map(|item| format!("- {}", paragraph(item)));
+                items.collect::<Vec<_>>().join("\n")
+            }
+            Block::Finding(finding, text) => {
+                format!("> **{}:** {}", finding.word(), line(text))
+            }
+            Block::Equation { number, formula } if number.is_empty() => {
+                format!("> {}", line(formula))
+            }
+            Block::Equation { number, formula } => {
+                format!("> {} &emsp; ({})", line(formula), words(number))
+            }
+            Block::Table(table) => self.table(table),
+            Block::Curves { id, figure, caption } => {
+                self.figures += 1;
+                let caption = format!("**Figure {}.** {}", self.figures, line(caption));
+                if figure.panels.is_empty() {
+                    return caption + " There is nothing to draw.";
+                }
+                format!("![{}]({id}.svg)\n\n{caption}", words(&figure.title))
+            }
+            Block::Picture { caption, .. } => {
+                self.figures += 1;
+                self.pictures += 1;
+                let name = super::files::picture(self.pictures);
+                let (alt, caption) = (words(&plain(caption)), line(caption));
+                format!("![{alt}]({name})\n\n**Figure {}.** {caption}", self.figures)
+            }
+        }
+    }
+
+    fn table(&mut self, table: &Table) -> String {
+        self.tables += 1;
+        let caption = format!("**Table {}.** {}", self.tables, line(&table.caption));
+        if table.columns.is_empty() {
+            return caption;
+        }
+        let row = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+        let head = table.columns.iter().map(|column| match column.unit.as_str() {
+            "" => line(&column.name),
+            unit => format!("{} \\[{}\\]", line(&column.name), words(unit)),
+        });
+        let rule = (0..table.columns.len()).map(|k| match table.is_numeric(k) {
+            true => "---:".to_owned(),
+            false => "---".to_owned(),
+        });
+        let mut text = row(head.collect()) + &row(rule.collect());
+        for cells in &table.rows {
+            text += &row(cells.iter().map(cell).collect());
+        }
+        format!("{caption}\n\n{}", text.trim_end())
+    }
+}
+
+fn cell(cell: &Cell) -> String {
+    match cell {
+        Cell::Text(text) => line(text),
+        Cell::Empty => String::new(),
+        Cell::Number(..) | Cell::Fixed(..) => cell.shown(),
+    }
+}
+
+/// A text that begins a line: what would make it a list there is a sign.
+fn paragraph(text: &str) -> String {
+    let text = line(text);
+    let digits = text.bytes().take_while(u8::is_ascii_digit).count();
+    match text.as_bytes().get(digits) {
+        Some(b'.' | b')') if digits > 0 => format!("{}\\{}", &text[..digits], &text[digits..]),
+        Some(b'-' | b'+' | b'=') if digits == 0 => format!("\\{text}"),
+        _ => text,
+    }
+}
+
+/// A text with its marks on one line.
+fn line(text: &str) -> String {
+    spans(&parse(text)).trim().to_owned()
+}
+
+fn spans(inside: &[Span]) -> String {
+    let span = |span: &Span| match span {
+        Span::Plain(text) => words(text),
+        Span::Marked(mark, inside) => {
+            // As elements, because Markdown's own marks have rules about what stands beside them.
+            let element = mark.element();
+            format!("<{element}>{}</{element}>", spans(inside))
+        }
+        Span::Code(text) => format!("<code>{}</code>", words(text)),
+        Span::Link(inside, name) => format!("[{}](#{name})", spans(inside)),
+    };
+    inside.iter().map(span).collect()
+}
+
+/// Plain words: every sign that means something to Markdown is just a sign, in tables too.
+fn words(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for sign in text.chars() {
+        match sign {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\\' | '`' | '*' | '_' | '[' | ']' | '|' | '#' | '~' | '^' | '$' | '!' => {
+                out.push('\\');
+                out.push(sign);
+            }
+            sign if sign.is_whitespace() && sign.is_control() => out.push(' '),
+            sign if sign.is_control() => {}
+            sign => out.push(sign),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn signs_are_signs() {
+        assert_eq!(paragraph("1. a"), "1\\. a");
+        assert_eq!(paragraph("12) a"), "12\\) a");
+        assert_eq!(paragraph("- a"), "\\- a");
+        assert_eq!(paragraph("-3 N"), "\\-3 N");
+        assert_eq!(paragraph("3 N\n# b"), "3 N \\# b");
+        assert_eq!(paragraph("a | <b> & `c|d`"), "a \\| &lt;b&gt; &amp; <code>c\\|d</code>");
+    }
+
+    #[test]
+    fn marks_are_kept() {
+        let text = "**a** *b* *F*~1~^2^ [c|](#d)";
+        let expected =
+            "<strong>a</strong> <em>b</em> <em>F</em><sub>1</sub><sup>2</sup> [c\\|](#d)";
+        assert_eq!(line(text), expected);
+    }
+}
