@@ -1,5 +1,7 @@
 //! Line plots.
 
+mod inline;
+
 use crate::drawing::svg::is_of_xml;
 use kuva::prelude::*;
 use kuva::render::figure::Figure as Sheet;
@@ -37,6 +39,15 @@ pub struct Line {
     pub dashed: bool,
 }
 
+/// What a figure is drawn for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Form {
+    /// A picture on its own, with its title and legends.
+    Paper,
+    /// A part of a page, which has the title and the legend.
+    Page,
+}
+
 /// Colours that are told apart on paper, on screen and by most eyes (after Okabe and Ito).
 pub(crate) const COLOURS: [&str; 8] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c6d00", "#2c8fc9", "#666666", "#a0522d"];
@@ -45,6 +56,10 @@ pub(crate) const COLOURS_ON_DARK: [&str; 8] =
     ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0", "#b5835a"];
 
 const PANEL_WIDTH: f64 = 860.0;
+/// Narrower, so that letters are as large as those around when a page is not wide.
+const PAGE_PANEL_WIDTH: f64 = 700.0;
+/// A panel alone need not leave room for others.
+const PAGE_LONE_HEIGHT: f64 = 280.0;
 const PANEL_HEIGHT: f64 = 220.0;
 /// Room left of the axes for tick labels and the axis' name.
 const LEFT: f64 = 92.0;
@@ -57,43 +72,18 @@ const LETTER: f64 = 6.6;
 impl Figure {
     /// The figure as SVG.
     pub fn svg(&self) -> String {
-        SvgBackend.render_scene(&self.sheet().render())
+        SvgBackend.render_scene(&self.sheet(Form::Paper).render())
     }
 
-    /// The figure as an element of a page: in the page's colours, as wide as there is room. `name`
-    /// tells its inner names from those of other figures.
-    pub(crate) fn inline_svg(&self, name: &str) -> String {
-        // In text and attributes the quotation mark is escaped: what is replaced is all markup.
-        let mut svg = self
-            .svg()
-            .replace("id=\"kuva-clip-", &format!("id=\"{name}_clip"))
-            .replace("clip-path=\"url(#kuva-clip-", &format!("clip-path=\"url(#{name}_clip"))
-            .replacen("\" height=\"", " ", 1)
-            .replacen(" width=\"", " class=\"curves\" role=\"img\" viewBox=\"0 0 ", 1);
-        for (part, paint) in [("fill", "white"), ("fill", "#ffffff")] {
-            svg = svg.replace(&format!("{part}=\"{paint}\""), &format!("{part}=\"var(--paper)\""));
-        }
-        for part in ["fill", "stroke"] {
-            let mut paint = |from: &str, to: &str| {
-                svg =
-                    svg.replace(&format!("{part}=\"{from}\""), &format!("{part}=\"var(--{to})\""));
-            };
-            paint("black", "ink");
-            paint("#000000", "ink");
-            paint("#cccccc", "grid");
-            for (k, colour) in COLOURS.iter().enumerate() {
-                paint(colour, &format!("line{k}"));
-            }
-        }
-        svg
-    }
-
-    fn sheet(&self) -> Sheet {
-        let rows: Vec<Vec<Plot>> = self.panels.iter().map(Panel::plots).collect();
+    fn sheet(&self, form: Form) -> Sheet {
+        let rows: Vec<Vec<Plot>> = self.panels.iter().map(|panel| panel.plots(form)).collect();
         // The same margins in all panels, so that their axes stand below each other.
         let labels = self.panels.iter().flat_map(|panel| &panel.lines);
         let longest = labels.map(|line| line.label.chars().count()).max().unwrap_or(0);
-        let legend = LEGEND_FRAME + LETTER * longest as f64;
+        let legend = match form {
+            Form::Paper => LEGEND_FRAME + LETTER * longest as f64,
+            Form::Page => 0.0,
+        };
         let layouts = self.panels.iter().zip(&rows).map(|(panel, plots)| {
             Layout::auto_from_plots(plots)
                 .with_legend_width(legend)
@@ -103,12 +93,20 @@ impl Figure {
                 .with_font_family("Helvetica, Arial, sans-serif")
         });
         let layouts = layouts.collect();
-        Sheet::new(self.panels.len(), 1)
+        let (width, height) = match form {
+            Form::Paper => (PANEL_WIDTH, PANEL_HEIGHT),
+            Form::Page if self.panels.len() == 1 => (PAGE_PANEL_WIDTH, PAGE_LONE_HEIGHT),
+            Form::Page => (PAGE_PANEL_WIDTH, PANEL_HEIGHT),
+        };
+        let sheet = Sheet::new(self.panels.len(), 1)
             .with_plots(rows)
             .with_layouts(layouts)
-            .with_title(clean(&self.title))
             .with_shared_x_all()
-            .with_cell_size(PANEL_WIDTH, PANEL_HEIGHT)
+            .with_cell_size(width, height);
+        match form {
+            Form::Paper => sheet.with_title(clean(&self.title)),
+            Form::Page => sheet,
+        }
     }
 }
 
@@ -124,18 +122,20 @@ impl Figure {
     /// # Errors
     /// What the renderer says.
     pub fn png(&self) -> Result<Vec<u8>, String> {
-        PngBackend::default().render_scene(&self.sheet().render()).map_err(|e| e.to_string())
+        PngBackend::default()
+            .render_scene(&self.sheet(Form::Paper).render())
+            .map_err(|e| e.to_string())
     }
 }
 
 impl Panel {
-    fn plots(&self) -> Vec<Plot> {
-        self.lines.iter().map(Line::plot).collect()
+    fn plots(&self, form: Form) -> Vec<Plot> {
+        self.lines.iter().map(|line| line.plot(form)).collect()
     }
 }
 
 impl Line {
-    fn plot(&self) -> Plot {
+    fn plot(&self, form: Form) -> Plot {
         // What is not finite has no place on paper.
         let points = self.points.iter().copied().filter(|(x, y)| x.is_finite() && y.is_finite());
         let points: Vec<_> = points.collect();
@@ -144,13 +144,17 @@ impl Line {
             // A line through one point cannot be seen. What would be dashed may lie upon another.
             let shape = if self.dashed { MarkerShape::Cross } else { MarkerShape::Circle };
             let mark = ScatterPlot::new().with_data(points).with_color(colour).with_size(MARK);
-            return Plot::from(mark.with_marker(shape).with_legend(clean(&self.label)));
+            let mark = mark.with_marker(shape);
+            return Plot::from(match form {
+                Form::Paper => mark.with_legend(clean(&self.label)),
+                Form::Page => mark,
+            });
         }
-        let line = LinePlot::new()
-            .with_data(points)
-            .with_color(colour)
-            .with_stroke_width(1.6)
-            .with_legend(clean(&self.label));
+        let line = LinePlot::new().with_data(points).with_color(colour).with_stroke_width(1.6);
+        let line = match form {
+            Form::Paper => line.with_legend(clean(&self.label)),
+            Form::Page => line,
+        };
         Plot::from(if self.dashed { line.with_dashed() } else { line })
     }
 }

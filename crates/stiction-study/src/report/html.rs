@@ -8,6 +8,8 @@ use crate::page::{self, Column};
 use std::collections::HashSet;
 
 const STYLE: &str = include_str!("style.css");
+/// Longer words get a column of some width, in letters.
+const NARROW: usize = 24;
 
 impl Report {
     /// The report as a page for a browser: HTML that is well-formed XML, too. It asks for nothing
@@ -135,7 +137,7 @@ impl Page {
         let rows: Vec<Vec<String>> =
             table.rows.iter().map(|row| row.iter().map(cell).collect()).collect();
         let mut inner = format!(
-            "<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"{label}\">{}</div>\n",
+            "<div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"{label}\">{}</div>\n",
             page::table(&head, &rows)
         );
         if rows.is_empty() {
@@ -155,10 +157,7 @@ impl Page {
             "<p class=\"nothing\">There is nothing to draw.</p>\n".to_owned()
         } else {
             // Names of places have no underscores.
-            let svg = figure.inline_svg(&format!("figure_{}", self.figures));
-            format!(
-                "<div class=\"wide\" tabindex=\"0\" role=\"region\" aria-label=\"{label}\">{svg}</div>\n"
-            )
+            figure.inline(&format!("figure_{}", self.figures), &label)
         };
         format!("<figure class=\"plot\"{place}>\n{inner}{}</figure>\n", caption(&label, text))
     }
@@ -179,6 +178,10 @@ fn caption(label: &str, text: &str) -> String {
 
 fn cell(cell: &Cell) -> String {
     match cell {
+        // A narrow column of many words would be long.
+        Cell::Text(text) if text.chars().count() > NARROW => {
+            format!("<div class=\"long\">{}</div>", marked(text))
+        }
         Cell::Text(text) => marked(text),
         Cell::Empty => String::new(),
         Cell::Number(x, _) | Cell::Fixed(x, _) if x.is_nan() => cell.shown(),
