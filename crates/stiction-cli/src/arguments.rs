@@ -25,6 +25,8 @@ pub(crate) enum Command {
     /// At rest: what static friction leaves open, at what driving forces motion begins, and whether
     /// the mechanism holds without drives
     Breakaway(Breakaway),
+    /// A study that comes with the program: `zhang2018`, a paper equation by equation
+    Study(Study),
     /// List the built-in models, or print one
     Models(Models),
     /// Print the JSON Schema of the model file, for editors
@@ -99,6 +101,19 @@ pub(crate) struct Breakaway {
     #[arg(long, value_name = "LOAD")]
     pub(crate) load: Option<String>,
     /// Print the findings, or what is wrong, as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Study {
+    /// Which study; without a name they are listed
+    pub(crate) name: Option<String>,
+    /// Write the report into this folder: report.html, report.md, report.json, pictures and tables
+    /// [default: study-NAME; with --json none]
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Print findings and tables, or what is wrong, as JSON
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -14,6 +14,7 @@ mod models;
 mod outputs;
 mod progress;
 mod sources;
+mod study;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
         Some(Command::Inverse(options)) => inverse::run(&options),
         Some(Command::Check(options)) => check::run(&options),
         Some(Command::Breakaway(options)) => breakaway::run(&options),
+        Some(Command::Study(options)) => study::run(&options),
         Some(Command::Models(options)) => models::run(&options),
         Some(Command::Schema) => print(&format!("{:#}\n", stiction_model::json_schema())),
     };

@@ -55,6 +55,13 @@ impl Progress {
         }
     }
 
+    /// Called before every step of something that is no motion.
+    pub(crate) fn tell_step(&mut self, what: &str, done: usize, of: usize) {
+        if self.begun.elapsed() > PATIENCE {
+            eprintln!("{} of {of}: {what}", done + 1);
+        }
+    }
+
     /// Takes the bar away.
     pub(crate) fn clear(&mut self) {
         if let Some((_, bar)) = self.bar.take() {

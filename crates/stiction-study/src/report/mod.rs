@@ -10,8 +10,10 @@
 mod defects;
 mod files;
 mod html;
+mod json;
 mod markdown;
 mod markup;
+mod terminal;
 
 use crate::figure::Figure;
 use crate::numbers::{fixed, not_finite, significant};

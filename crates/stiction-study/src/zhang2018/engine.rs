@@ -46,8 +46,6 @@ pub(super) struct Sample {
     pub(super) ideal: [f64; 3],
     /// For each leg the 14 unknowns of equations (22) to (27) in its own axes.
     pub(super) unknowns: [[f64; OF_LEG]; 3],
-    /// Loads of the P, R and S joints.
-    pub(super) loads: OfJoints,
     pub(super) power: Power,
 }
 
@@ -72,7 +70,8 @@ impl Run {
         let mut curves = Curves::new(job, count);
         let mut samples = Vec::with_capacity(count);
         // Leg axes come from positions, which samples do not carry.
-        let mut solver = job.assemble(job.instants().map_err(crate::inverse::Error::from)?.at(0))?;
+        let mut solver =
+            job.assemble(job.instants().map_err(crate::inverse::Error::from)?.at(0))?;
         let mut before = None;
         let mut failed = None;
         let verdict = job.run(
@@ -106,7 +105,6 @@ fn joints(solver: &InverseDynamics, n: usize) -> [JointId; 3] {
 
 fn of_sample(time: f64, forces: &Forces, solver: &InverseDynamics) -> Sample {
     let mut unknowns = [[0.0; OF_LEG]; 3];
-    let mut loads = [[0.0; 3]; 3];
     for n in 0..3 {
         let ids = joints(solver, n);
         let [r, p, s] = ids.map(|id| forces.reactions[id.0]);
@@ -127,12 +125,6 @@ fn of_sample(time: f64, forces: &Forces, solver: &InverseDynamics) -> Sample {
             of[unknown::FP + i] = p.0.dot(axis);
         }
         of[unknown::TAU] = forces.drives[n];
-        for (j, joint) in [1, 0, 2].into_iter().enumerate() {
-            // Contacts stand in the order of the joints, one each.
-            if let Some(contact) = forces.contacts.get(ids[joint].0) {
-                loads[n][j] = contact.load;
-            }
-        }
     }
     let three = |values: &[f64]| core::array::from_fn(|n| values.get(n).copied().unwrap_or(0.0));
     Sample {
@@ -140,7 +132,6 @@ fn of_sample(time: f64, forces: &Forces, solver: &InverseDynamics) -> Sample {
         drives: three(&forces.drives),
         ideal: three(&forces.drives_frictionless),
         unknowns,
-        loads,
         power: forces.power,
     }
 }
@@ -179,9 +170,8 @@ pub(super) fn interval(
     *solver.settings_mut() = Settings { friction: job.friction, rest_speed, ..Settings::default() };
     let mut loads = Vec::new();
     job.loads_at(time, &mut loads)?;
-    let forces = solver
-        .solve(&loads)
-        .map_err(|error| crate::inverse::Error::Forces { time, error })?;
+    let forces =
+        solver.solve(&loads).map_err(|error| crate::inverse::Error::Forces { time, error })?;
     let of = |n: usize| forces.drive_bounds.get(n).copied().unwrap_or((0.0, 0.0));
     Ok((core::array::from_fn(of), forces.bounds))
 }

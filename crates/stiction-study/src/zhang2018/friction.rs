@@ -1,7 +1,7 @@
 //! Section 5 of the paper: friction in all joints, equation (28), and what should stand in their place.
 
 use super::kinematics::{angle_jacobian, inverse_jacobian, leg_motion};
-use super::lagrangian::{Printed, drives_of, driving_forces};
+use super::lagrangian::drives_of;
 use super::reactions::{Form, System};
 use super::robot::{Load, Motion, Robot};
 use nalgebra::DVector;
@@ -64,12 +64,6 @@ pub(super) struct Result {
 }
 
 impl Result {
-    /// What all frictions dissipate, W.
-    pub(super) fn dissipated(&self) -> f64 {
-        let pairs = self.friction.iter().flatten().zip(self.rates.iter().flatten());
-        pairs.map(|(friction, rate)| friction * rate).sum()
-    }
-
     /// What friction adds to the driving forces, N.
     pub(super) fn change(&self) -> [f64; 3] {
         core::array::from_fn(|n| self.drives[n] - self.ideal[n])
@@ -199,9 +193,4 @@ pub(super) fn displacements(robot: &Robot, motion: &Motion) -> OfJoints {
         let leg = leg_motion(robot, n, motion);
         [leg.length[0], leg.turn[0], platform - leg.turn[0]]
     })
-}
-
-/// Equation (21) as it is meant, for comparisons.
-pub(super) fn ideal(robot: &Robot, motion: &Motion, load: Load) -> Option<[f64; 3]> {
-    driving_forces(robot, Printed::NONE, motion, load)
 }

@@ -67,10 +67,7 @@ pub(super) fn angle_jacobian(robot: &Robot, pose: Pose<f64>) -> [[f64; 3]; 3] {
     core::array::from_fn(|n| gradient(pose, |pose| leg_angle(robot, n, pose)))
 }
 
-fn gradient(
-    pose: Pose<f64>,
-    f: impl Fn(Pose<Dual<f64, 3>>) -> Dual<f64, 3>,
-) -> [f64; 3] {
+fn gradient(pose: Pose<f64>, f: impl Fn(Pose<Dual<f64, 3>>) -> Dual<f64, 3>) -> [f64; 3] {
     f(core::array::from_fn(|i| Dual::variable(pose[i], i))).slope
 }
 

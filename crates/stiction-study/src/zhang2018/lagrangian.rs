@@ -122,9 +122,8 @@ fn moving<T: Scalar>(pose: Pose<T>, rate: Pose<T>) -> Pose<Dual<T, 1>> {
 pub(super) fn generalised_force(robot: &Robot, printed: Printed, motion: &Motion) -> [f64; 3] {
     // Time runs in the inner number, the rates vary in the outer one.
     let flow = |value: f64, slope: f64| Dual::<f64, 1> { value, slope: [slope] };
-    let pose = core::array::from_fn(|i| {
-        Dual::<_, 3>::constant(flow(motion.pose[i], motion.rate[i]))
-    });
+    let pose =
+        core::array::from_fn(|i| Dual::<_, 3>::constant(flow(motion.pose[i], motion.rate[i])));
     let rate = core::array::from_fn(|i| {
         Dual::<_, 3>::variable(flow(motion.rate[i], motion.acceleration[i]), i)
     });

@@ -40,7 +40,9 @@ pub enum Error {
     #[error(transparent)]
     Run(#[from] inverse::Error),
     /// A formula has no value where it should have one.
-    #[error("the study's formulas have no solution where they should; this is a defect of the program")]
+    #[error(
+        "the study's formulas have no solution where they should; this is a defect of the program"
+    )]
     NoSolution,
 }
 
@@ -61,16 +63,20 @@ const STEPS: [&str; 6] = [
 /// See [`enum@Error`].
 pub fn study(mut progress: impl FnMut(&str, usize, usize) -> bool) -> Result<Report, Error> {
     let mut at = |step: usize| -> Result<(), Error> {
-        if progress(STEPS[step], step, STEPS.len()) { Ok(()) } else { Err(inverse::Error::Interrupted.into()) }
+        if progress(STEPS[step], step, STEPS.len()) {
+            Ok(())
+        } else {
+            Err(inverse::Error::Interrupted.into())
+        }
     };
     let go_on = |_: Phase, _: usize, _: usize| true;
     let (printed, regular) = (model("zhang2018")?, model("zhang2018-regular")?);
 
     at(0)?;
     let unloaded = job(&printed, "printed", "none", FrictionMode::Off)?;
-    let findings = examine(&unloaded, go_on)?;
-    at(1)?;
     let ideal_job = job(&regular, "regular", "L0", FrictionMode::Off)?;
+    let findings = [examine(&unloaded, go_on)?, examine(&ideal_job, go_on)?];
+    at(1)?;
     let of_printed = positions(&unloaded)?;
     let of_twin = positions(&ideal_job)?;
     at(2)?;
@@ -84,15 +90,16 @@ pub fn study(mut progress: impl FnMut(&str, usize, usize) -> bool) -> Result<Rep
     let runs = sections::twin::Runs { none: &none, moderate: &moderate, printed: &heavy };
     at(4)?;
     // The printed case has no answer, which is the answer.
-    let refused = match job(&printed, "printed", "printed", FrictionMode::Off)?.run(|_| Ok(()), go_on) {
-        Err(error) => error,
-        Ok(_) => return Err(Error::NoSolution),
-    };
+    let refused =
+        match job(&printed, "printed", "printed", FrictionMode::Off)?.run(|_| Ok(()), go_on) {
+            Err(error) => error,
+            Ok(_) => return Err(Error::NoSolution),
+        };
     at(5)?;
     let loaded = job(&regular, "regular", "L0", FrictionMode::Converged)?;
     let friction = sections::friction::write(&none.samples, &one_pass.samples);
     let sections = vec![
-        sections::structure::write(&findings)?,
+        sections::structure::write(findings.each_ref(), [&unloaded, &ideal_job])?,
         sections::kinematics::write(&of_printed, &of_twin),
         sections::ideal::write(&frictionless.samples),
         sections::reactions::write(&frictionless.samples),

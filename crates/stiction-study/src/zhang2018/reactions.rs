@@ -35,7 +35,7 @@ pub(super) const NAMES: [(&str, &str); OF_LEG] = [
     ("M~Pt~", "N m"),
     ("M~Py~", "N m"),
     ("M~Pu~", "N m"),
-    ("tau", "N"),
+    ("τ", "N"),
     ("F~St~", "N"),
     ("F~Sy~", "N"),
     ("F~Su~", "N"),
@@ -146,8 +146,7 @@ impl System {
             Form::Printed | Form::Literal => {
                 let rod_length = 2.0 * robot.rod_com;
                 let base_length = length - rod_length;
-                let axial =
-                    leg.length[2] - (length - robot.rod_com) * leg.turn[1] * leg.turn[1];
+                let axial = leg.length[2] - (length - robot.rod_com) * leg.turn[1] * leg.turn[1];
                 let inertia = u * (-rod * axial);
                 let inertia_moment = |about: f64| y * (about * turning);
                 self.set(row, -(weight(rod) + weight(base) + inertia));
@@ -248,13 +247,16 @@ impl System {
             let first = 12 * n;
             let [_, _, u] = axes(&self.legs[n]);
             let cross = (u * 1.0).cross_matrix();
-            let block = |rows: &DMatrix<f64>, at: usize| rows.fixed_rows::<3>(first + at).into_owned();
+            let block =
+                |rows: &DMatrix<f64>, at: usize| rows.fixed_rows::<3>(first + at).into_owned();
             let (leg, leg_moment) = (block(&rows, 0), block(&rows, 3));
             let (rod, rod_moment) = (block(&rows, 6), block(&rows, 9));
             let base = &leg - &rod;
             let to_rod = self.legs[n].length[0] - robot.rod_com - robot.pad;
-            let base_moment =
-                leg_moment - &rod_moment - cross * &rod * robot.pad - cross * &base * robot.base_com;
+            let base_moment = leg_moment
+                - &rod_moment
+                - cross * &rod * robot.pad
+                - cross * &base * robot.base_com;
             let rod_moment = rod_moment - cross * &rod * to_rod;
             for (at, part) in [(0, base), (3, base_moment), (9, rod_moment)] {
                 rows.fixed_rows_mut::<3>(first + at).copy_from(&part);

@@ -4,7 +4,6 @@
 //! agreement of two ways, data included. Lengths in m, masses in kg.
 
 use core::f64::consts::TAU;
-use stiction::scalar::Scalar;
 
 /// A 3-RPS robot with parallel R axes whose platform stays parallel to them.
 #[derive(Clone, Debug)]
@@ -138,9 +137,4 @@ pub(super) fn leg_lengths(robot: &Robot, pose: Pose<f64>) -> [f64; 3] {
         let [dx, dz] = super::kinematics::leg_vector(robot, n, pose);
         dx.hypot(dz)
     })
-}
-
-/// A pose of constants.
-pub(super) fn constant<T: Scalar>(pose: Pose<f64>) -> Pose<T> {
-    pose.map(T::from_f64)
 }

@@ -5,7 +5,7 @@
 
 use super::kinematics::{arm, leg_vector};
 use super::robot::{Pose, Robot};
-use nalgebra::{DMatrix, Matrix3, Vector3, Vector6};
+use nalgebra::{DMatrix, Vector3, Vector6};
 use stiction::linalg::Svd;
 
 /// Equation (1): the five twists of leg n about its R joint: R, P, and the three axes of S; equation (2)
@@ -87,11 +87,6 @@ pub(super) fn roll_within(robot: &Robot, clearance: f64) -> f64 {
 /// The same from the exact gap sqrt(3) k (1 - cos roll).
 pub(super) fn gap_of_roll(robot: &Robot, roll: f64) -> f64 {
     3.0_f64.sqrt() * robot.k * (1.0 - roll.cos())
-}
-
-/// A rotation about y.
-pub(super) fn about_y(angle: f64) -> Matrix3<f64> {
-    *nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), angle).matrix()
 }
 
 fn stack(a: Vector3<f64>, b: Vector3<f64>) -> Vector6<f64> {

@@ -2,7 +2,7 @@
 
 use super::kinematics::inverse_jacobian;
 use super::lagrangian::{Printed, generalised_force, generalised_load};
-use super::reactions::{Form, SIZE, System};
+use super::reactions::{SIZE, System};
 use super::robot::{Load, Motion, Robot, leg_lengths};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use stiction::linalg::Svd;
@@ -44,14 +44,11 @@ pub(super) fn missing_moment(robot: &Robot, motion: &Motion, load: Load) -> f64 
 /// What least squares of least norm would give for the drives, N, and the residual's length, in the
 /// units chosen: an answer to another question.
 pub(super) fn least_squares(
-    robot: &Robot,
-    motion: &Motion,
-    load: Load,
+    system: &System,
     per_metre: f64,
     without_pitch: bool,
 ) -> ([f64; 3], f64) {
-    let system = System::new(robot, motion, load, Form::Corrected);
-    let (mut matrix, mut right) = in_units(&system, per_metre);
+    let (mut matrix, mut right) = in_units(system, per_metre);
     if without_pitch {
         // The platform's equation of moments about y.
         matrix = matrix.remove_row(40);

@@ -5,18 +5,16 @@
 
 mod html;
 mod mobility;
-mod portrait;
 mod redundancy;
 mod singular;
 mod sizes;
 
 use super::Findings;
-use crate::drawing::Surface;
 use crate::drawing::svg::escape;
+use crate::drawing::{Portrait, Surface};
 use crate::inverse::terminal::number;
 use crate::inverse::{Error, Job};
 use html::{card, note, paragraph, section};
-use portrait::Portrait;
 
 /// What [`draw_page`] gives.
 #[derive(Clone, Debug, PartialEq, Eq)]

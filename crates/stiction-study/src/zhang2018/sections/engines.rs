@@ -1,7 +1,7 @@
 //! What independent programs say: the place of the paper's comparison.
 
-use super::{note, paragraph, right, section};
-use crate::report::{Cell, Column, Section, Table, Block};
+use super::{note, paragraph, right, rounding, section};
+use crate::report::{Block, Cell, Column, Section, Table};
 
 /// Measured by `validation/`, checked there against every run.
 const AGREEMENT: &str = include_str!("../../../../../validation/agreement.csv");
@@ -33,7 +33,9 @@ pub(in crate::zhang2018) fn write() -> Section {
     };
     for row in rows {
         let cell = |text: &String| match text.parse::<f64>() {
-            Ok(number) if text.contains('e') || text.contains('.') && text.matches('.').count() == 1 => {
+            Ok(number)
+                if text.contains('e') || text.contains('.') && text.matches('.').count() == 1 =>
+            {
                 Cell::Number(number, 1)
             }
             _ => Cell::Text(text.clone()),
@@ -51,8 +53,8 @@ pub(in crate::zhang2018) fn write() -> Section {
         ),
         Block::Table(table),
         right(format!(
-            "All agree to {:.0e} or better, on the regular twin and on robots that have nothing to do with the paper.",
-            worst()
+            "All agree to {} or better, on the regular twin and on robots that have nothing to do with the paper.",
+            rounding(worst())
         )),
         note(
             "Measured by `validation/` of the source code, which is part of its tests. The robot as printed is not among \

@@ -1,6 +1,9 @@
 //! Section 5 of the paper: friction, and equation (28).
 
-use super::{curves, digits, equation, fixed, greatest, note, panel, paragraph, right, section, table, wrong};
+use super::{
+    curves, equation, fixed, greatest, note, panel, paragraph, power_of_ten, right, section, table,
+    wrong,
+};
 use crate::report::{Cell, Section};
 use crate::zhang2018::engine::Sample;
 use crate::zhang2018::friction::{
@@ -46,8 +49,8 @@ pub(in crate::zhang2018) fn compare() -> Option<Vec<Row>> {
         ("one pass, virtual work", Method::OnePass),
         ("(28), Δq from zero input", Method::Literal(home)),
         ("(28), Δq from t = 0", Method::Literal(first)),
-        ("prismatic joints alone, converged", Method::PrismaticOnly),
-        ("one pass, T~R~ and T~S~ without r", Method::WithoutRadius),
+        ("P alone, converged", Method::PrismaticOnly),
+        ("one pass, without r", Method::WithoutRadius),
     ];
     let root_of = |squares: f64| squares.sqrt();
     let rows = methods.into_iter().map(|(name, method)| {
@@ -145,25 +148,22 @@ pub(in crate::zhang2018) fn write(samples: &[Sample], one_pass: &[Sample]) -> Op
             )
         })
         .collect();
+    let pads = two_pads(samples, 0.1);
     let of = |place: usize| rows.get(place).map_or(f64::NAN, |row| row.work);
     let blocks = vec![
-        paragraph(
+        paragraph(format!(
             "Section 5.1 gives each joint a friction from its load N and its rate. The loads themselves are not defined \
              in the paper; here N~P~ = (F~Pt~² + F~Py~²)^1/2^, N~R~ = (F~Rt~² + F~Ru~²)^1/2^, N~S~ = |F~S~|, and f~v~ is in N s/m \
-             at the surface. Each choice changes the answer: with pads 100 mm apart that carry M~P~ too, N~P~ grows by \
-             factors of 2 to 10.",
-        ),
+             at the surface. Each choice changes the answer: with two pads 100 mm apart that carry M~P~ too, N~P~ would be {:.1} \
+             to {:.0} times as large on the twin's motion.",
+            pads.0, pads.1,
+        )),
         table(
             "friction-formulas",
             "The three formulas. A friction torque is the force at the surface times the surface's radius.",
             [("joint", ""), ("as printed", ""), ("corrected", ""), ("printed is too large by", "")],
             [
-                [
-                    "P".into(),
-                    "f~P~ = f~v~ q̇ + μ N~P~ sgn q̇".into(),
-                    "the same".into(),
-                    Cell::Empty,
-                ],
+                ["P".into(), "f~P~ = f~v~ q̇ + μ N~P~ sgn q̇".into(), "the same".into(), Cell::Empty],
                 [
                     "R".into(),
                     "T~R~ = f~v~ r φ̇ + μ N~R~ sgn(r φ̇)".into(),
@@ -183,31 +183,34 @@ pub(in crate::zhang2018) fn write(samples: &[Sample], one_pass: &[Sample]) -> Op
         wrong(format!(
             "(28) is not mechanics: friction has no potential. What its terms give can be followed by hand. The viscous \
              term f~v~ q̇ Δq gives d/dt(f~v~ Δq) − f~v~ q̇ = 0: viscous friction cancels, though by virtual work it needs up \
-             to {:.1e} N, {:.1e} N and {:.1e} N m on the twin. The bars replace the sign of the velocity by that of \
+             to {} N, {} N and {} N m on the twin. The bars replace the sign of the velocity by that of \
              the displacement: on {wrong_part:.0} % of all (leg, instant) pairs friction pushes instead of resisting. And \
              as a state function does no work over a closed cycle, next to nothing is dissipated: {:.3} J a cycle where \
              friction takes {:.3} J; counted from t = 0 the robot even gains {:.3} J.",
-            viscous[0],
-            viscous[1],
-            viscous[2],
+            power_of_ten(viscous[0], 2),
+            power_of_ten(viscous[1], 2),
+            power_of_ten(viscous[2], 2),
             of(2),
             of(0),
             -of(3),
         )),
-        equation("", "instead: τ = J~a~^−T^ (F − Q~load~ + Q~f~),  Q~f~ = Σ f~P~ ∂q/∂X + T~R~ ∂α/∂X + T~S~ ∂(β − α)/∂X"),
+        equation(
+            "",
+            "instead: τ = J~a~^−T^ (F − Q~load~ + Q~f~),  Q~f~ = Σ f~P~ ∂q/∂X + T~R~ ∂α/∂X + T~S~ ∂(β − α)/∂X",
+        ),
         table(
             "friction-methods",
-            "Methods on the regular twin without load, 2000 samples a cycle: root mean square of what friction adds \
-             over that of the frictionless drive; root mean square of the error of this addition over that of the right \
-             one; its work a cycle.",
+            "Methods on the regular twin without load, 2000 samples a cycle, for legs 1, 2 and 3. Added: root mean square of what friction adds \
+             over that of the frictionless drive. Error: root mean square of the error of this addition over that of the right \
+             one. Work: that of the addition in a cycle.",
             [
                 ("method", ""),
-                ("added, leg 1", "%"),
-                ("leg 2", "%"),
-                ("leg 3", "%"),
-                ("error, leg 1", "%"),
-                ("leg 2", "%"),
-                ("leg 3", "%"),
+                ("added: 1", "%"),
+                ("2", "%"),
+                ("3", "%"),
+                ("error: 1", "%"),
+                ("2", "%"),
+                ("3", "%"),
                 ("work", "J"),
                 ("passes", ""),
             ],
@@ -226,7 +229,7 @@ pub(in crate::zhang2018) fn write(samples: &[Sample], one_pass: &[Sample]) -> Op
             }),
         ),
         note(
-            "The third row is the trap. (28) gives percentages of the same size as the right answer with curves that are \
+            "(28) is a trap: it gives percentages of the same size as the right answer with curves that are \
              wrong by more than the whole effect. A comparison of percentages cannot see it; the work per cycle does at \
              once.",
         ),
@@ -239,8 +242,10 @@ pub(in crate::zhang2018) fn write(samples: &[Sample], one_pass: &[Sample]) -> Op
         ),
         right(format!(
             "Corrected, the formulas of section 5.1 and the 42 equations agree with the general engine: converged to \
-             {converged:.1e} N, one pass to {once:.1e} N, at {} instants. In this robot the friction of P adds to its own \
+             {} N, one pass to {} N, at {} instants. In this robot the friction of P adds to its own \
              drive and changes no reaction; the loop between friction and reactions runs through R and S alone.",
+            power_of_ten(converged, 2),
+            power_of_ten(once, 2),
             samples.len(),
         )),
         table(
@@ -253,8 +258,21 @@ pub(in crate::zhang2018) fn write(samples: &[Sample], one_pass: &[Sample]) -> Op
             ],
         ),
     ];
-    let _ = digits;
     Some(section("friction", "Friction: section 5.1 and equation (28)", blocks))
+}
+
+/// How many times as large the load of a prismatic joint is with two pads `span` m apart about P that
+/// carry its moment as well, |F/2 + d| + |F/2 - d| with d = M x u / span: the least and the greatest.
+fn two_pads(samples: &[Sample], span: f64) -> (f64, f64) {
+    use crate::zhang2018::reactions::unknown::{FP, MP};
+    super::range(samples.iter().flat_map(|sample| sample.unknowns).map(|leg| {
+        let (force, couple) = ([leg[FP], leg[FP + 1]], [leg[MP + 1] / span, -leg[MP] / span]);
+        let pad = |sign: f64| {
+            let of = |i: usize| force[i] / 2.0 + sign * couple[i];
+            of(0).hypot(of(1))
+        };
+        (pad(1.0) + pad(-1.0)) / force[0].hypot(force[1])
+    }))
 }
 
 /// Work that joints dissipate along samples, J, by the trapezoidal rule.

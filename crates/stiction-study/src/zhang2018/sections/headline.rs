@@ -3,8 +3,8 @@
 use super::twin::{Runs, metric_table};
 use super::{note, open, paragraph, section, wrong};
 use crate::report::{Block, Section};
-use crate::zhang2018::friction::{joint_friction, displacements};
-use crate::zhang2018::reactions::{Form, System, OF_LEG, unknown};
+use crate::zhang2018::friction::joint_friction;
+use crate::zhang2018::reactions::{Form, System, unknown};
 use crate::zhang2018::robot::{NO_LOAD, Robot};
 
 /// Leg 1 of the printed robot on (29) without load: the largest load of its prismatic joint, N, and the
@@ -25,7 +25,6 @@ pub(in crate::zhang2018) fn leg_one() -> (f64, f64) {
         let friction = joint_friction(&robot, &system.rates(&motion), &loads, true);
         most = (most.0.max(across.abs()), most.1.max(friction[0][0].abs()));
     }
-    let _ = (OF_LEG, displacements);
     most
 }
 

@@ -1,8 +1,12 @@
 //! Section 3 of the paper: dynamics without friction.
 
-use super::{curves, digits, equation, fixed, greatest, paragraph, panel, right, section, table, wrong};
+use super::{
+    curves, digits, equation, fixed, greatest, panel, paragraph, power_of_ten, range, right,
+    section, table, wrong,
+};
 use crate::report::{Cell, Section};
 use crate::zhang2018::engine::Sample;
+use crate::zhang2018::kinematics::base_centre;
 use crate::zhang2018::lagrangian::{Printed, driving_forces, generalised_force};
 use crate::zhang2018::robot::{Motion, NO_LOAD, Robot};
 
@@ -26,7 +30,8 @@ pub(in crate::zhang2018) fn errors(
     let mut drives = Some([0.0_f64; 3]);
     for k in 0..count {
         let motion = motion(k as f64 / count as f64);
-        let [with, without] = [printed, Printed::NONE].map(|p| generalised_force(robot, p, &motion));
+        let [with, without] =
+            [printed, Printed::NONE].map(|p| generalised_force(robot, p, &motion));
         let [wrong, right] =
             [printed, Printed::NONE].map(|p| driving_forces(robot, p, &motion, NO_LOAD));
         drives = drives.zip(wrong.zip(right)).map(|(most, (wrong, right))| {
@@ -93,23 +98,32 @@ pub(in crate::zhang2018) fn write(samples: &[Sample]) -> Section {
             )
         })
         .collect();
+    let away = range((0..400).flat_map(|k| {
+        let pose = Robot::printed_motion(f64::from(k) / 400.0).pose;
+        let printed = &printed;
+        (1..3).map(move |n| {
+            let [x, z] = base_centre(printed, n, pose);
+            x.hypot(z)
+        })
+    }));
     let blocks = vec![
         equation("8", "E~d~ = ½ m~d~ (ẋ² + ż²) + ½ J′~d~ θ̇²"),
         equation("16", "ΣE~n1~ = ½ Σ m~n1~ (Ẋ~Gn1~² + Ż~Gn1~²) + ½ Σ J′~n1~ φ̇~n~²"),
         equation("17", "ΣE~n2~ = ½ Σ J′~n2~ φ̇~n~²"),
-        equation("18–20", "U = g (m~d~ z + Σ m~n1~ Z~Gn1~ + Σ m~n2~ Z~Gn2~)"),
+        equation("18-20", "U = g (m~d~ z + Σ m~n1~ Z~Gn1~ + Σ m~n2~ Z~Gn2~)"),
         equation("", "F = d/dt ∂L/∂Ẋ − ∂L/∂X,  L = E~d~ + ΣE~n1~ + ΣE~n2~ − U,  X = (x, z, θ)"),
         equation("21", "τ = J^T^ F"),
         paragraph(
             "The study writes these energies as they stand and differentiates them by dual numbers, exactly. The \
              potentials (18) to (20) are right. Three moments of inertia are not:",
         ),
-        wrong(
+        wrong(format!(
             "(8): the kinetic energy of the platform's translation is counted twice, once in m~d~ v² and once more in \
              J′~d~ = J~d~ + m~d~ (x² + z²), which belongs to a turn about O~1~. Right is J~d~. (16): the same for the \
              rods; right is J~n1~. (17): a base turns about its own joint R~n~, at p = 174.65 mm from its centre of \
-             mass, and not about O~1~y~1~, which is about 0.42 m away for legs 2 and 3. For leg 1 the two axes are one.",
-        ),
+             mass, and not about O~1~y~1~, which is {:.2} to {:.2} m away for legs 2 and 3 on (29). For leg 1 the two axes are one.",
+            away.0, away.1,
+        )),
         table(
             "ideal-errors",
             &format!(
@@ -137,16 +151,23 @@ pub(in crate::zhang2018) fn write(samples: &[Sample]) -> Section {
         ),
         right(format!(
             "With the three corrected, Lagrange's equations and the general engine give the same driving forces: they \
-             differ by at most {difference:.1e} N of {largest:.0} N at {} instants of the twin's motion, on which all rates, θ̇ \
+             differ by at most {} N of {largest:.0} N at {} instants of the twin's motion, on which all rates, θ̇ \
              too, are at work. So (21) is right where J exists, if F stands for the derivatives by x, z and θ (the paper \
              uses q~n~ for them and for the joints' inputs) and the load is subtracted, which (21) omits. M~yθ~ belongs \
              to θ and is −M~y~: a load couple enters with the minus sign.",
+            power_of_ten(difference, 2),
             samples.len(),
         )),
         table(
             "ideal-agreement",
             "Lagrange against the general engine on the regular twin, no load: every tenth sample.",
-            [("time", "s"), ("τ~1~", "N"), ("τ~2~", "N"), ("τ~3~", "N"), ("largest difference", "N")],
+            [
+                ("time", "s"),
+                ("τ~1~", "N"),
+                ("τ~2~", "N"),
+                ("τ~3~", "N"),
+                ("largest difference", "N"),
+            ],
             samples.iter().step_by(10).map(|sample| {
                 let motion = Robot::regular_motion(sample.time);
                 let own = driving_forces(&regular, Printed::NONE, &motion, NO_LOAD)

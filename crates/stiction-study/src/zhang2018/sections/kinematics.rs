@@ -1,9 +1,9 @@
 //! Section 2 of the paper: positions and rates.
 
-use super::{digits, equation, fixed, greatest, paragraph, right, section, table, wrong};
+use super::{digits, equation, fixed, greatest, paragraph, right, rounding, section, table, wrong};
 use crate::report::{Cell, Section};
 use crate::zhang2018::friction::OfJoints;
-use crate::zhang2018::kinematics::{determinant, inputs, inverse_jacobian, leg_angle, leg_motion};
+use crate::zhang2018::kinematics::{determinant, inverse_jacobian, leg_angle, leg_motion};
 use crate::zhang2018::robot::{Motion, Robot, leg_lengths};
 use core::f64::consts::FRAC_PI_2;
 use nalgebra::Matrix3;
@@ -82,15 +82,14 @@ pub(in crate::zhang2018) fn write(
     let second = agreement(&regular, Robot::regular_motion, of_twin);
     let misfit = determinant_misfit(&printed, 2000);
     let home = [0.0, 0.505, FRAC_PI_2];
-    let inputs_at_home = greatest(inputs(&printed, home));
     let angle = leg_angle(&printed, 1, home).to_degrees();
     let blocks = vec![
         equation("4", "R~2~S~2~ = (x + k sin θ − l, 0, z − k cos θ)"),
         equation("5", "R~1~S~1~ = (x, 0, z)"),
         equation("6", "R~3~S~3~ = (x − k sin θ + l, 0, z + k cos θ)"),
         equation("7", "q~n~ = |R~n~S~n~| − L~n~"),
-        equation("9–12", "G~n1~ = S~n~ − m u~n~,  u~n~ = R~n~S~n~ / |R~n~S~n~|"),
-        equation("13–15", "φ~n~ = arccos(u~n~ · e~x~)"),
+        equation("9-12", "G~n1~ = S~n~ − m u~n~,  u~n~ = R~n~S~n~ / |R~n~S~n~|"),
+        equation("13-15", "φ~n~ = arccos(u~n~ · e~x~)"),
         equation("", "q̇ = J^−1^ Ẋ,  row n of J^−1^: u~n~ · ∂S~n~/∂(x, z, θ)"),
         table(
             "kinematics-agreement",
@@ -99,7 +98,11 @@ pub(in crate::zhang2018) fn write(
             [("robot and motion", ""), ("leg lengths", "m"), ("rates of P, R and S", "m/s, rad/s")],
             [
                 ["as printed, motion (29)".into(), digits(first.0, 2), digits(first.1, 2)],
-                ["regular twin, all rates nonzero".into(), digits(second.0, 2), digits(second.1, 2)],
+                [
+                    "regular twin, all rates nonzero".into(),
+                    digits(second.0, 2),
+                    digits(second.1, 2),
+                ],
             ],
         ),
         right(
@@ -110,18 +113,25 @@ pub(in crate::zhang2018) fn write(
         equation("", "ρ~1~ ρ~2~ ρ~3~ det J^−1^ = 2 k l cos θ [k (x cos θ + z sin θ) − l z]"),
         wrong(format!(
             "At θ = 90° the determinant is zero for every x, z, k and l, and equation (29) holds θ at 90°: its second \
-             and third row add up to twice the first. (The closed form agrees with the numbers at 2000 poses to {misfit:.0e} \
+             and third row add up to twice the first. (The closed form agrees with the numbers at 2000 poses to {} \
              of 2 k l^2^.)",
+            rounding(misfit),
         )),
         paragraph(format!(
             "The data of section 6 do not belong to one robot. The table takes each at its word. The study keeps the \
              sides of 900 and 300 mm, which also agree with the base angles of 30° in section 1 (√3 k = l tan 30°), and \
-             the height of 505 mm; zero input is there (inputs {inputs_at_home:.0e} m), and φ~2~ is {angle:.2}°.",
+             the height of 505 mm; zero input is there, where φ~2~ is {angle:.2}°.",
         )),
         table(
             "kinematics-data",
             "What each datum implies for leg 2 at zero input, platform level. No two rows agree.",
-            [("stated", ""), ("l − k", "mm"), ("height of S~2~", "mm"), ("leg 2", "mm"), ("φ~2~", "deg")],
+            [
+                ("stated", ""),
+                ("l − k", "mm"),
+                ("height of S~2~", "mm"),
+                ("leg 2", "mm"),
+                ("φ~2~", "deg"),
+            ],
             data().map(|datum| {
                 let [offset, height, length, angle] = datum.implied;
                 [

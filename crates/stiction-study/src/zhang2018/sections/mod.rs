@@ -84,6 +84,24 @@ pub(super) fn curves(id: &str, title: &str, panels: Vec<Panel>, caption: &str) -
     Block::Curves { id: id.into(), figure, caption: caption.into() }
 }
 
+/// A small or large number in running text, with so many digits.
+pub(super) fn power_of_ten(value: f64, digits: usize) -> String {
+    let text = format!("{value:.*e}", digits.saturating_sub(1));
+    match text.split_once('e') {
+        Some(("1", power)) => format!("10^{}^", power.replace('-', "−")),
+        Some((front, power)) if power != "0" => {
+            format!("{front} × 10^{}^", power.replace('-', "−"))
+        }
+        Some((front, _)) => front.to_owned(),
+        None => text,
+    }
+}
+
+/// A number that should be zero, in words.
+pub(super) fn rounding(value: f64) -> String {
+    if value == 0.0 { "exactly zero".into() } else { power_of_ten(value, 1) }
+}
+
 /// The least and the greatest of some numbers.
 pub(super) fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), value| {

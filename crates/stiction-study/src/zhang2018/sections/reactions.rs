@@ -1,6 +1,9 @@
 //! Section 4 of the paper: 42 equations for all joint reactions.
 
-use super::{digits, equation, fixed, greatest, note, paragraph, range, right, section, table, wrong};
+use super::{
+    digits, equation, fixed, greatest, note, paragraph, power_of_ten, right, rounding, section,
+    table, wrong,
+};
 use crate::report::{Cell, Section};
 use crate::zhang2018::engine::Sample;
 use crate::zhang2018::reactions::{Form, NAMES, OF_LEG, SIZE, System, unknown};
@@ -62,9 +65,7 @@ pub(in crate::zhang2018) fn null_vector(time: f64) -> Option<(DVector<f64>, f64)
     let null: DVector<f64> = &null * (-2.0 / null[unknown::FS + 1]);
     // A force along y loads forces along y and moments about t and u.
     let allowed = [1, 3, 4, 6, 7, 9, 12];
-    let rest = greatest(
-        (0..SIZE).filter(|i| !allowed.contains(&(i % OF_LEG))).map(|i| null[i]),
-    );
+    let rest = greatest((0..SIZE).filter(|i| !allowed.contains(&(i % OF_LEG))).map(|i| null[i]));
     Some((null, rest))
 }
 
@@ -161,25 +162,31 @@ pub(in crate::zhang2018) fn write(frictionless: &[Sample]) -> Section {
         })
     });
     let stresses: Vec<_> = stresses.collect();
-    let spread = range(cases[4..].iter().flat_map(|c| [c.3.last.0, c.3.last.1]));
+    let spread = cases[4].3.last;
+    let arms = [0, 1].map(|n| 1e3 * (printed.home[n] / 2.0 - printed.rod_com));
     let blocks = vec![
         paragraph(
             "For each leg as a whole, for its rod and for the platform, forces and moments by D’Alembert, 14 unknowns a \
              leg. With the inertia forces complete and all products written out they are:",
         ),
         equation("22", "F~S~ + F~R~ = m~i~ (a~i~ − g) + m~j~ (a~j~ − g)"),
-        equation("23", "ρ u × F~S~ + M~R~ = p u × m~i~ (a~i~ − g) + (ρ − m) u × m~j~ (a~j~ − g) + (J~i~ + J~j~) α̈ e~y~"),
+        equation(
+            "23",
+            "ρ u × F~S~ + M~R~ = p u × m~i~ (a~i~ − g) + (ρ − m) u × m~j~ (a~j~ − g) + (J~i~ + J~j~) α̈ e~y~",
+        ),
         equation("24", "F~S~ + F~P~ + τ u = m~j~ (a~j~ − g)"),
         equation("25", "(S − P) × F~S~ + M~P~ = (G~j~ − P) × m~j~ (a~j~ − g) + J~j~ α̈ e~y~"),
         equation("26", "−Σ F~S,n~ = m~d~ (a − g) − F~load~"),
         equation("27", "−Σ (S~n~ − O~2~) × F~S,n~ = J~d~ β̈ e~y~ − M~load~"),
-        wrong(
+        wrong(format!(
             "(22) lacks F′~R~ and the base's inertia, though both are defined below it; F~lj~ has the axial part only of \
              the rod's inertia force. The printed matrix R~α~ is the transposed one: it takes the leg's axis to \
              (−cos φ, 0, sin φ). (23) and (25) lack the arms of the inertia forces and the sign that D’Alembert's \
-             principle gives their moments; the arm of a base's weight is L~i~/2 = (ρ − 2m)/2, 124 to 143 mm at \
-             this robot, and not p = 174.65 mm. In (27) β̈ is printed as β, and I~k~ is missing from R~β~ I~k~ R~β~^T^.",
-        ),
+             principle gives their moments; the arm of a base's weight is L~i~/2 = (ρ − 2m)/2, {:.0} to \
+             {:.0} mm at zero input, and not p = 174.65 mm. In (27) β̈ is printed as β, and I~k~ is missing from \
+             R~β~ I~k~ R~β~^T^.",
+            arms[0], arms[1],
+        )),
         table(
             "reactions-transverse",
             "What the printed (23) makes of the force across the leg at the ball, F~S,t~: largest error and largest force.",
@@ -192,17 +199,19 @@ pub(in crate::zhang2018) fn write(frictionless: &[Sample]) -> Section {
                 ("leg 3, error", "N"),
                 ("of", "N"),
             ],
-            [("printed robot, (29)", on_29), ("regular twin", on_twin)].map(|(name, (error, of))| {
-                [
-                    Cell::from(name),
-                    fixed(error[0], 2),
-                    fixed(of[0], 2),
-                    fixed(error[1], 2),
-                    fixed(of[1], 2),
-                    fixed(error[2], 2),
-                    fixed(of[2], 2),
-                ]
-            }),
+            [("printed robot, (29)", on_29), ("regular twin", on_twin)].map(
+                |(name, (error, of))| {
+                    [
+                        Cell::from(name),
+                        fixed(error[0], 2),
+                        fixed(of[0], 2),
+                        fixed(error[1], 2),
+                        fixed(of[1], 2),
+                        fixed(error[2], 2),
+                        fixed(of[2], 2),
+                    ]
+                },
+            ),
         ),
         wrong(
             "“42 independent equations”: the count is right, 42 for 42 unknowns; independent they are not, in any \
@@ -233,8 +242,9 @@ pub(in crate::zhang2018) fn write(frictionless: &[Sample]) -> Section {
         ),
         paragraph(format!(
             "The missing equation leaves one internal force free: f times the vector below, forces along y in the three \
-             legs and the moments with which the joints pass them on (all other unknowns at most {rest:.0e}). Nothing that \
+             legs and the moments with which the joints pass them on (all other unknowns at most {}). Nothing that \
              is measured outside tells f, and every load of a joint, hence every friction of section 5, contains it.",
+            rounding(rest),
         )),
         table(
             "reactions-null",
@@ -251,11 +261,12 @@ pub(in crate::zhang2018) fn write(frictionless: &[Sample]) -> Section {
         ),
         right(format!(
             "For the regular twin the corrected equations have one solution (σ~42~ from {:.3} to {:.3}), and the general \
-             engine finds it: over {} instants and all 42 unknowns the two differ by at most {difference:.1e} of {largest:.0} \
+             engine finds it: over {} instants and all 42 unknowns the two differ by at most {} of {largest:.0} \
              (N and N m).",
             spread.0,
             spread.1,
             frictionless.len(),
+            power_of_ten(difference, 2),
         )),
         note(
             "M~P~ depends on the point P at which it is stated, which the paper leaves to the reader; here P is fixed in the \

@@ -1,13 +1,16 @@
 //! Section 6 of the paper: the simulation of equation (29).
 
-use super::{curves, digits, equation, fixed, greatest, open, panel, paragraph, range, right, section, table, wrong};
+use super::{
+    curves, digits, equation, fixed, greatest, open, panel, paragraph, range, right, rounding,
+    section, table, wrong,
+};
 use crate::report::{Cell, Section};
 use crate::zhang2018::friction::{joint_friction, virtual_work};
 use crate::zhang2018::kinematics::{determinant, inverse_jacobian};
 use crate::zhang2018::lagrangian::{Printed, driving_forces, generalised_force, generalised_load};
 use crate::zhang2018::reactions::{Form, OF_LEG, System, unknown};
 use crate::zhang2018::robot::{Load, Motion, NO_LOAD, PRINTED_LOAD, Robot};
-use crate::zhang2018::simulation::{least_squares, missing_moment, planar_least_squares};
+use crate::zhang2018::simulation::{fold, least_squares, missing_moment, planar_least_squares};
 use core::f64::consts::FRAC_PI_2;
 use nalgebra::{Matrix3, Vector3};
 
@@ -16,9 +19,11 @@ const SAMPLES: usize = 1000;
 /// The moment that no drive can give along (29), N m: the least and the greatest.
 pub(in crate::zhang2018) fn missing(load: Load) -> (f64, f64) {
     let robot = Robot::printed();
-    range((0..=SAMPLES).map(|k| {
-        missing_moment(&robot, &Robot::printed_motion(k as f64 / SAMPLES as f64), load)
-    }))
+    range(
+        (0..=SAMPLES).map(|k| {
+            missing_moment(&robot, &Robot::printed_motion(k as f64 / SAMPLES as f64), load)
+        }),
+    )
 }
 
 /// The smallest singular value of J^-1^ along (29), its third column in units of k, and the largest
@@ -73,6 +78,24 @@ pub(in crate::zhang2018) fn known_forces(motion: &Motion) -> ([f64; 3], [f64; 3]
     (force, core::array::from_fn(|i| force[i] + added[i]))
 }
 
+fn folds(robot: &Robot) -> [[Cell; 4]; 3] {
+    let home = Robot::printed_motion(0.0).pose;
+    [1e-6, -1e-6, -1e-5].map(|change| {
+        let found = [0.01, -0.01].map(|turn| fold(robot, 0.0, change, turn));
+        let off = |i: usize, factor: f64| match found {
+            [Some(a), Some(b)] => {
+                let digits = if i == 0 { 1 } else { 2 };
+                let (a, b) = ((a[i] - home[i]) * factor, (b[i] - home[i]) * factor);
+                Cell::from(format!("{a:+.digits$} or {b:+.digits$}"))
+            }
+            _ => Cell::Empty,
+        };
+        let count = found.iter().flatten().count();
+        let count = if count == 0 { "none".to_owned() } else { count.to_string() };
+        [fixed(change * 1e6, 0), Cell::from(count), off(0, 1e3), off(2, 1f64.to_degrees())]
+    })
+}
+
 fn leg_axis(robot: &Robot, n: usize, motion: &Motion) -> [[f64; 3]; 3] {
     let leg = crate::zhang2018::kinematics::leg_motion(robot, n, motion);
     let (sin, cos) = leg.turn[0].sin_cos();
@@ -82,15 +105,16 @@ fn leg_axis(robot: &Robot, n: usize, motion: &Motion) -> [[f64; 3]; 3] {
 pub(in crate::zhang2018) fn write(by_engine: &crate::inverse::Error) -> Section {
     let robot = Robot::printed();
     let (smallest, dependence) = singular();
-    let determinants =
-        greatest((0..=SAMPLES).map(|k| {
-            determinant(&robot, Robot::printed_motion(k as f64 / SAMPLES as f64).pose)
-        }));
+    let determinants = greatest(
+        (0..=SAMPLES)
+            .map(|k| determinant(&robot, Robot::printed_motion(k as f64 / SAMPLES as f64).pose)),
+    );
     let reversed = PRINTED_LOAD.map(|part| -part);
     let [none, printed, turned] = [NO_LOAD, PRINTED_LOAD, reversed].map(missing);
     let time = |k: usize| k as f64 / 200.0;
     let line = |load: Load| -> Vec<(f64, f64)> {
-        let at = |k: usize| (time(k), missing_moment(&robot, &Robot::printed_motion(time(k)), load));
+        let at =
+            |k: usize| (time(k), missing_moment(&robot, &Robot::printed_motion(time(k)), load));
         (0..=200).map(at).collect()
     };
     let engine = match by_engine {
@@ -105,6 +129,8 @@ pub(in crate::zhang2018) fn write(by_engine: &crate::inverse::Error) -> Section 
     };
     let motion = Robot::printed_motion(0.25);
     let of_load = |load: Load, name: &'static str| {
+        let system = System::new(&robot, &motion, load, Form::Corrected);
+        let single = system.of_single_bodies(&robot);
         let row = |how: &'static str, drives: [f64; 3]| {
             [
                 Cell::from(name),
@@ -115,12 +141,11 @@ pub(in crate::zhang2018) fn write(by_engine: &crate::inverse::Error) -> Section 
             ]
         };
         [
-            row("42 equations, lengths in m", least_squares(&robot, &motion, load, 1.0, false).0),
-            row("42 equations, lengths in mm", least_squares(&robot, &motion, load, 1e3, false).0),
-            row(
-                "42 equations without the platform's M~y~",
-                least_squares(&robot, &motion, load, 1.0, true).0,
-            ),
+            row("(22) to (27), lengths in m", least_squares(&system, 1.0, false).0),
+            row("(22) to (27), lengths in mm", least_squares(&system, 1e3, false).0),
+            row("the same, each body by itself, m", least_squares(&single, 1.0, false).0),
+            row("the same, each body by itself, mm", least_squares(&single, 1e3, false).0),
+            row("(22) to (27) without the platform's M~y~", least_squares(&system, 1.0, true).0),
             row("(21), lengths in m", planar_least_squares(&robot, &motion, load, 1.0)),
             row("(21), lengths in mm", planar_least_squares(&robot, &motion, load, 1e3)),
         ]
@@ -137,20 +162,26 @@ pub(in crate::zhang2018) fn write(by_engine: &crate::inverse::Error) -> Section 
         };
         panel(
             label,
-            [("without friction", 0, false, of(false)), ("with the least friction", 1, true, of(true))],
+            [
+                ("without friction", 0, false, of(false)),
+                ("with the friction that is certain", 1, true, of(true)),
+            ],
         )
     };
     let external = generalised_load(PRINTED_LOAD);
     let blocks = vec![
         equation("29", "x = 5 sin 2πt,  z = 10 cos 2πt,  θ = 90°  (mm)"),
         paragraph(
-            "z can only be read relative to zero input: z = 505 + 10 cos 2πt. A height of 10 mm and less is out of \
-             reach of any leg. Along this motion:",
+            "z can only be read relative to zero input, z = 505 + 10 cos 2πt: taken as it stands, the platform would pass \
+             through the plane of the base. Along this motion:",
         ),
         wrong(format!(
-            "The determinant of J^−1^ is zero at every instant (times the lengths at most {determinants:.0e} m³; smallest \
-             singular value at most {smallest:.0e}; ρ~2~ row 2 + ρ~3~ row 3 = 2 ρ~1~ row 1 to {dependence:.0e}). Seen along y, \
+            "The determinant of J^−1^ is zero at every instant (times the lengths at most {} m³; smallest \
+             singular value at most {}; ρ~2~ row 2 + ρ~3~ row 3 = 2 ρ~1~ row 1 to {}). Seen along y, \
              the three leg lines meet in one point, 1.5 (x, z). About it no drive has a moment. (21) does not exist there.",
+            rounding(determinants),
+            rounding(smallest),
+            rounding(dependence),
         )),
         table(
             "simulation-near",
@@ -160,7 +191,10 @@ pub(in crate::zhang2018) fn write(by_engine: &crate::inverse::Error) -> Section 
                 [digits(degrees, 1), digits(near_singular(degrees).unwrap_or(f64::INFINITY), 4)]
             }),
         ),
-        equation("", "a resultant (F~x~, F~z~, M~y~) at O~2~ is carried only if  M~y~ + k z F~x~/(k − l) − k x F~z~/(k − l) = 0"),
+        equation(
+            "",
+            "a resultant (F~x~, F~z~, M~y~) at O~2~ is carried only if  M~y~ + k z F~x~/(k − l) − k x F~z~/(k − l) = 0",
+        ),
         wrong(format!(
             "The printed load, 100 N and 80 N m along every axis, violates this at every instant: {:.1} to {:.1} N m about y \
              are missing, whatever the drives do ({:.1} to {:.1} N m with the load's sign reversed). Even without \
@@ -172,47 +206,58 @@ pub(in crate::zhang2018) fn write(by_engine: &crate::inverse::Error) -> Section 
             greatest([none.0, none.1]),
         )),
         right(format!(
-            "The general engine refuses the case by itself and with the same numbers: `stiction inverse zhang2018` says \
-             that {engine} are missing.",
+            "The general engine refuses the case by itself and with the same numbers: `stiction inverse zhang2018` finds no \
+             finite driving force and says what is missing: {engine}.",
         )),
         curves(
             "simulation-missing",
             "Printed robot on (29): the moment that no drive can give",
             vec![
-                panel("printed load [N m]", [("missing M~y~".replace('~', "").as_str(), 1, false, line(PRINTED_LOAD))]),
-                panel("no load [N m]", [("missing My", 0, false, line(NO_LOAD))]),
+                panel("printed load [N m]", [("missing", 1, false, line(PRINTED_LOAD))]),
+                panel("no load [N m]", [("missing", 1, false, line(NO_LOAD))]),
             ],
             "The moment about y at O~2~ that no driving force balances.",
         ),
         wrong(
             "Least squares is no way out. Programs that solve singular systems by a pseudo-inverse return numbers \
-             without a warning, and the numbers depend on the unit of length:",
+             without a warning, and the numbers depend on the unit of length and on the points about which moments are \
+             taken. An answer that changes with the ruler is none.",
         ),
         table(
             "simulation-least-squares",
-            "What least squares of least norm would call driving forces, t = 0.25 s. Five answers to one question, and \
+            "What least squares of least norm would call driving forces, t = 0.25 s. Seven answers to one question, and \
              none of them moves the robot.",
             [("load", ""), ("solved", ""), ("τ~1~", "N"), ("τ~2~", "N"), ("τ~3~", "N")],
             squares,
         ),
         paragraph(format!(
             "What keeps its meaning along (29) are the generalised forces of the motion, F. They need no inverse. The \
-             printed load takes another (F~x~, F~z~, M~θ~) = ({:.0} N, {:.0} N, {:.0} N m) off them. Of friction only a lower \
+             printed load takes another (F~x~, F~z~, M~θ~) = ({:.0} N, {:.0} N, −{:.0} N m) off them. Of friction only a lower \
              estimate can be given, as the loads of the joints contain the free force f of the last section and axial \
              forces that do not exist: the dashed curves have the friction of viscosity and of the forces across the legs, \
              which follow from each leg's own motion.",
-            external[0], external[1], external[2],
+            external[0], external[1], -external[2],
         )),
         curves(
             "simulation-forces",
             "Printed robot on (29): generalised forces without load",
             vec![force_panel(0, "Fx [N]"), force_panel(1, "Fz [N]"), force_panel(2, "Mθ [N m]")],
-            "Generalised forces of the platform along (29), without friction and with the least friction that is certain.",
+            "Generalised forces of the platform along (29), without friction and with the friction that is certain.",
+        ),
+        paragraph(
+            "Nor can joint inputs carry the motion. In a singular position of the drives forward kinematics folds: with leg 1 \
+             a little longer than (29) makes it the loops do not close, with leg 1 a little shorter there are two \
+             positions, and the platform chooses.",
+        ),
+        table(
+            "simulation-fold",
+            "Positions of the platform for the leg lengths of (29) at t = 0, leg 1 changed by a little.",
+            [("leg 1", "µm"), ("positions", ""), ("x off by", "mm"), ("θ off by", "deg")],
+            folds(&robot),
         ),
         open(
-            "How a multibody program can have shown curves for this case. Not from the printed model: with exact \
-             inputs its legs fold (1 um on leg 1 has no solution, or two, ±0.22° apart), and the missing moment has no bearer. \
-             It does if something else carries it: a motion generator left on the platform (“motion excitation is \
+            "How a multibody program can have shown curves for this case. Not from the printed model driven at its legs, \
+             as the missing moment has no bearer and the position folds. It can if something else carries it: a motion generator left on the platform (“motion excitation is \
              applied at the geometric centre” is what the paper says), bushings, or a model of other geometry.",
         ),
     ];

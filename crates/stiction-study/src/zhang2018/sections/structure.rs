@@ -1,7 +1,10 @@
 //! Section 1 of the paper: what the robot can do.
 
 use super::{digits, equation, fixed, paragraph, right, section, table, wrong};
-use crate::report::{Cell, Section};
+use crate::check::Findings;
+use crate::drawing::{Portrait, Surface};
+use crate::inverse::Job;
+use crate::report::{Block, Section};
 use crate::zhang2018::robot::{Pose, Robot};
 use crate::zhang2018::screws::{
     actuation_wrenches, constraint_wrenches, gap_of_roll, leg_twists, power, rank, reciprocal,
@@ -38,7 +41,8 @@ pub(in crate::zhang2018) fn ranks(robot: &Robot, count: usize) -> Ranks {
         *known = (known.0.min(rank), known.1.max(rank));
     };
     let none = (usize::MAX, 0);
-    let mut found = Ranks { leg: none, constraints: none, all: none, reciprocity: 0.0, stress: 0.0 };
+    let mut found =
+        Ranks { leg: none, constraints: none, all: none, reciprocity: 0.0, stress: 0.0 };
     for pose in poses(count) {
         for n in 0..3 {
             let twists = leg_twists(robot, n, pose);
@@ -51,7 +55,11 @@ pub(in crate::zhang2018) fn ranks(robot: &Robot, count: usize) -> Ranks {
         let drives = actuation_wrenches(robot, pose);
         widen(&mut found.constraints, rank(&constraints));
         let both =
-            DMatrix::from_fn(6, 6, |i, j| if j < 3 { constraints[(i, j)] } else { drives[(i, j - 3)] });
+            DMatrix::from_fn(
+                6,
+                6,
+                |i, j| if j < 3 { constraints[(i, j)] } else { drives[(i, j - 3)] },
+            );
         widen(&mut found.all, rank(&both));
         let stress = self_stress(robot, pose).unwrap_or([0.0; 3]);
         let misfit = super::greatest([stress[0] + 2.0, stress[1] - 1.0, stress[2] - 1.0]);
@@ -64,50 +72,91 @@ fn told((least, greatest): (usize, usize)) -> String {
     if least == greatest { least.to_string() } else { format!("{least} to {greatest}") }
 }
 
+fn picture(job: &Job<'_>, caption: &str) -> Result<Block, Error> {
+    let svg = Portrait::of(job)?.svg(Surface::Inline);
+    Ok(Block::Picture { svg, caption: caption.into() })
+}
+
 const COUNT: usize = 2000;
 
-pub(in crate::zhang2018) fn write(findings: &crate::check::Findings) -> Result<Section, Error> {
+pub(in crate::zhang2018) fn write(
+    findings: [&Findings; 2],
+    [of_printed, of_regular]: [&Job<'_>; 2],
+) -> Result<Section, Error> {
     let (printed, regular) = (Robot::printed(), Robot::regular());
     let (ranks, of_twin) = (ranks(&printed, COUNT), ranks(&regular, COUNT));
-    let mobility = &findings.mobility;
+    let [mobility, of_this] = findings.map(|found| &found.mobility);
     let play = |clearance: f64| -> f64 {
-        let by_engine = findings.play().first().map(|play| play.with(clearance).to_degrees());
+        let by_engine = findings[0].play().first().map(|play| play.with(clearance).to_degrees());
         by_engine.unwrap_or(f64::NAN)
     };
     let blocks = vec![
+        picture(of_printed, "The robot as printed, along (29).")?,
         paragraph(
             "Each leg is R, P, S from the ground to the platform; all three R axes lie along y. With r = R~3~S~3~ and \
              u its direction, the leg's five twists about R~3~ are, as (angular; linear):",
         ),
-        equation("1", "$~1~ = (e~y~; 0),  $~2~ = (0; u),  $~3~ = (e~x~; r × e~x~),  $~4~ = (e~y~; r × e~y~),  $~5~ = (e~z~; r × e~z~)"),
+        equation(
+            "1",
+            "$~1~ = (e~y~; 0),  $~2~ = (0; u),  $~3~ = (e~x~; r × e~x~),  $~4~ = (e~y~; r × e~y~),  $~5~ = (e~z~; r × e~z~)",
+        ),
         equation("2", "$~R3P3~ = { $~1~  $~2~  $~3~  $~4~  $~5~ }"),
         equation("3", "$^r^~R3P3~ = (e~y~; r × e~y~) = {0 1 0; −b~3~ 0 −b~5~}"),
         right(format!(
             "(1) to (3) are right: rank {} for every leg in {COUNT} poses, and the force along y through the ball does \
-             no work on any of the five (at most {:.0e}). Two slips of print: (a~2~, c~2~) in (1) is the sliding \
+             no work on any of the five (largest power {}). Two slips of print: (a~2~, c~2~) in (1) is the sliding \
              direction u and not r × s; the r of (2), for reciprocal, belongs to (3) only.",
             told(ranks.leg),
-            ranks.reciprocity,
+            super::rounding(ranks.reciprocity),
         )),
         wrong(format!(
             "“The three reciprocal screws are linearly independent”: they are not. The three forces are parallel \
              and, as the three balls lie in one plane through the platform's centre, coplanar: rank {} in every one of \
-             {COUNT} poses, never 3. The forces (−2, 1, 1) f in the three legs balance each other for any f (departure \
-             at most {:.0e}).",
+             {COUNT} poses, never 3. The forces (−2, 1, 1) f in the three legs balance each other for any f (largest departure {}).",
             told(ranks.constraints),
-            ranks.stress,
+            super::rounding(ranks.stress),
         )),
         table(
             "structure-mobility",
-            "Claimed and computed. Ranks over 2000 poses spread evenly; the engine's counts by `stiction check zhang2018`.",
+            "Claimed and computed. Ranks over 2000 poses spread evenly; the engine's counts by `stiction check`.",
             [("", ""), ("paper", ""), ("robot as printed", ""), ("regular twin", "")],
             [
-                ["independent constraints".into(), "3".into(), told(ranks.constraints).into(), told(of_twin.constraints).into()],
-                ["rank of constraints and drives".into(), "6".into(), told(ranks.all).into(), told(of_twin.all).into()],
-                ["freedoms to first order".into(), "3".into(), mobility.instantaneous.to_string().into(), "3".into()],
-                ["freedoms of finite size".into(), "3".into(), mobility.finite.to_string().into(), "3".into()],
-                ["Grübler's count".into(), "–".into(), mobility.gruebler.to_string().into(), "3".into()],
-                ["redundant constraints".into(), "0".into(), mobility.redundant_constraints.to_string().into(), "0".into()],
+                [
+                    "independent constraints".into(),
+                    "3".into(),
+                    told(ranks.constraints).into(),
+                    told(of_twin.constraints).into(),
+                ],
+                [
+                    "rank of constraints and drives".into(),
+                    "6".into(),
+                    told(ranks.all).into(),
+                    told(of_twin.all).into(),
+                ],
+                [
+                    "freedoms to first order".into(),
+                    "3".into(),
+                    mobility.instantaneous.to_string().into(),
+                    of_this.instantaneous.to_string().into(),
+                ],
+                [
+                    "freedoms of finite size".into(),
+                    "3".into(),
+                    mobility.finite.to_string().into(),
+                    of_this.finite.to_string().into(),
+                ],
+                [
+                    "Grübler's count".into(),
+                    "–".into(),
+                    mobility.gruebler.to_string().into(),
+                    of_this.gruebler.to_string().into(),
+                ],
+                [
+                    "redundant constraints".into(),
+                    "0".into(),
+                    mobility.redundant_constraints.to_string().into(),
+                    of_this.redundant_constraints.to_string().into(),
+                ],
             ],
         ),
         paragraph(
@@ -120,7 +169,12 @@ pub(in crate::zhang2018) fn write(findings: &crate::check::Findings) -> Result<S
             "structure-play",
             "Roll of the platform as printed (k = 150 mm) within the play of its joints: closed form, and the general \
              engine from second derivatives of the loops.",
-            [("clearance", "um"), ("roll, closed form", "deg"), ("roll, engine", "deg"), ("gap at that roll", "um")],
+            [
+                ("clearance", "µm"),
+                ("roll, closed form", "deg"),
+                ("roll, engine", "deg"),
+                ("gap at that roll", "µm"),
+            ],
             [1e-6, 1e-5, 1e-4].map(|clearance| {
                 let roll = roll_within(&printed, clearance);
                 [
@@ -135,7 +189,7 @@ pub(in crate::zhang2018) fn write(findings: &crate::check::Findings) -> Result<S
             "The twin differs in one thing: its platform's triangle is tilted by 30° about S~2~S~3~, and the base is \
              narrowed to match. The three forces leave their common plane, and the rank is 3.",
         ),
+        picture(of_regular, "The regular twin along its motion.")?,
     ];
-    let _: Option<Cell> = None;
     Ok(section("structure", "Structure: equations (1) to (3)", blocks))
 }

@@ -1,13 +1,13 @@
 //! The same study on the regular twin, where every number is certain.
 
-use super::{curves, digits, fixed, note, panel, paragraph, right, section, table};
+use super::{curves, digits, fixed, note, panel, paragraph, right, rounding, section, table};
 use crate::figure::Figure;
+use crate::inverse::Job;
 use crate::report::{Block, Cell, Section};
 use crate::zhang2018::Error;
 use crate::zhang2018::engine::{Run, interval};
 use crate::zhang2018::kinematics::leg_motion;
 use crate::zhang2018::robot::Robot;
-use crate::inverse::Job;
 use serde_json::Value;
 use stiction::dynamics::Bounds;
 
@@ -47,7 +47,11 @@ pub(in crate::zhang2018) fn instants() -> Vec<(String, f64)> {
                     if middle <= low || middle >= high {
                         break;
                     }
-                    if (rates(&robot, n, middle)[j] > 0.0) == side { low = middle } else { high = middle }
+                    if (rates(&robot, n, middle)[j] > 0.0) == side {
+                        low = middle
+                    } else {
+                        high = middle
+                    }
                 }
                 let root = if rates(&robot, n, low)[j].abs() < rates(&robot, n, high)[j].abs() {
                     low
@@ -63,7 +67,10 @@ pub(in crate::zhang2018) fn instants() -> Vec<(String, f64)> {
 }
 
 /// The interval of each driving force at every reversal.
-pub(in crate::zhang2018) fn reversals(job: &Job<'_>, rest_speed: f64) -> Result<Vec<Reversal>, Error> {
+pub(in crate::zhang2018) fn reversals(
+    job: &Job<'_>,
+    rest_speed: f64,
+) -> Result<Vec<Reversal>, Error> {
     let at = |(joint, time): (String, f64)| {
         let (drives, bounds) = interval(job, time, rest_speed)?;
         Ok(Reversal { joint, time, drives, bounds })
@@ -111,7 +118,7 @@ pub(in crate::zhang2018) fn metric_table(id: &str, caption: &str, runs: &[(&str,
 fn figure(run: &Run, name: &str, caption: &str) -> Option<Block> {
     let found = run.figures.iter().find(|(known, _)| *known == name)?;
     let figure: Figure = found.1.clone();
-    Some(Block::Curves { id: format!("twin-{name}"), figure, caption: caption.into() })
+    Some(Block::Curves { id: format!("twin-{name}-curves"), figure, caption: caption.into() })
 }
 
 /// The parts that joints have in each drive, from the summary.
@@ -160,7 +167,10 @@ pub(in crate::zhang2018) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Sect
             };
             panel(
                 &format!("leg {} [N]", n + 1),
-                [("without friction", 0, false, of(|s| s.ideal)), ("with friction", 1, false, of(|s| s.drives))],
+                [
+                    ("without friction", 0, false, of(|s| s.ideal)),
+                    ("with friction", 1, false, of(|s| s.drives)),
+                ],
             )
         })
         .collect();
@@ -185,14 +195,17 @@ pub(in crate::zhang2018) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Sect
         note(format!(
             "The solution is the only one: friction and reactions are coupled with a bound below one, and all coefficients \
              could grow {unique:.1}-fold (to μ = {:.2}) with that still certain.",
-            0.12 * unique,
+            Robot::regular().mu * unique,
         )),
         paragraph(format!(
             "At {} instants of the cycle a joint comes to rest and turns back. There its friction is whatever up to the \
              limit, and each driving force is an interval. Widest is {}. Nothing lies beyond in {exact} (exact) and \
              {certified} (certified by outer bounds) of them.",
             reversals.len(),
-            widest.map_or(String::new(), |(width, r)| format!("{width:.2} N as {} reverses at {:.4} s", r.joint, r.time)),
+            widest.map_or(String::new(), |(width, r)| format!(
+                "{width:.2} N as {} reverses at {:.4} s",
+                r.joint, r.time
+            )),
         )),
         table(
             "twin-reversals",
@@ -230,7 +243,13 @@ pub(in crate::zhang2018) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Sect
     blocks.push(table(
         "twin-shares",
         "The four joints whose friction weighs most in each driving force, no load.",
-        [("drive", ""), ("friction in", ""), ("rms", "N"), ("peak", "N"), ("rms / rms of frictionless drive", "%")],
+        [
+            ("drive", ""),
+            ("friction in", ""),
+            ("rms", "N"),
+            ("peak", "N"),
+            ("rms / rms of frictionless drive", "%"),
+        ],
         shares(&run.summary),
     ));
     blocks.extend(figure(
@@ -253,8 +272,9 @@ pub(in crate::zhang2018) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Sect
         }),
     ));
     blocks.push(right(format!(
-        "The power balance closes at every sample to {residual:.0e} W of {turnover:.0} W turned over, with frictions evaluated \
+        "The power balance closes at every sample to {} W of {turnover:.0} W turned over, with frictions evaluated \
          from the very reactions that they make. This is the test that (28) cannot pass.",
+        rounding(residual),
     )));
     Ok(section("twin", "The same on the regular twin", blocks))
 }

@@ -1,6 +1,6 @@
-//! The mechanism as the page shows it.
+//! A mechanism as pages show it: in the position and from the side that say most.
 
-use crate::drawing::{Detail, Drawing, Surface, Trail, View};
+use super::{Detail, Drawing, Surface, Trail, View};
 use crate::inverse::{Error, Job};
 use stiction::dynamics::InverseDynamics;
 
@@ -10,19 +10,19 @@ const THIN: f64 = 0.1;
 const LOOKS: usize = 12;
 
 /// A mechanism that was carried along its motion, to be drawn.
-pub(super) struct Portrait {
+pub(crate) struct Portrait {
     /// At the beginning.
-    pub(super) start: InverseDynamics,
+    pub(crate) start: InverseDynamics,
     /// As it is shown.
     shown: InverseDynamics,
     /// When, s.
-    pub(super) time: f64,
+    pub(crate) time: f64,
     trail: Trail,
 }
 
 impl Portrait {
     /// Follows the job's motion once more.
-    pub(super) fn of(job: &Job<'_>) -> Result<Self, Error> {
+    pub(crate) fn of(job: &Job<'_>) -> Result<Self, Error> {
         let instants = job.instants()?;
         let first = instants.at(0);
         let start = job.assemble(first)?;
@@ -52,13 +52,13 @@ impl Portrait {
     }
 
     /// The picture in its best view.
-    pub(super) fn svg(&self, surface: Surface) -> String {
+    pub(crate) fn svg(&self, surface: Surface) -> String {
         let drawing = self.drawing();
         drawing.svg(&drawing.best_view(), Detail::Full, surface)
     }
 
     /// Further views with their names; none of a planar mechanism, which is shown face-on.
-    pub(super) fn more_views(&self) -> Vec<(&'static str, String)> {
+    pub(crate) fn more_views(&self) -> Vec<(&'static str, String)> {
         let drawing = self.drawing();
         if drawing.is_planar() {
             return Vec::new();

@@ -1,0 +1,66 @@
+//! A report for programs.
+
+use super::markup::plain;
+use super::{Block, Cell, Report, Table};
+use serde_json::{Map, Value, json};
+
+impl Report {
+    /// What the report finds and all its tables as JSON: `findings`, each with its `section`, its
+    /// `verdict` and its `text`; `tables` by the names of their files, each with `caption`, `columns`
+    /// (`name`, `unit`) and `rows`. Numbers that do not exist are null, infinite ones are words.
+    pub fn json(&self) -> Value {
+        let mut findings = Vec::new();
+        let mut tables = Map::new();
+        for section in &self.sections {
+            for block in &section.blocks {
+                match block {
+                    Block::Finding(finding, text) => findings.push(json!({
+                        "section": section.id,
+                        "verdict": finding.word().to_lowercase(),
+                        "text": plain(text),
+                    })),
+                    Block::Table(table) => {
+                        tables.insert(table.id.clone(), of_table(table));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let sections = self
+            .sections
+            .iter()
+            .map(|section| json!({ "name": section.id, "title": section.title }));
+        json!({
+            "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
+            "title": self.title,
+            "sections": sections.collect::<Vec<_>>(),
+            "findings": findings,
+            "tables": tables,
+        })
+    }
+}
+
+fn of_table(table: &Table) -> Value {
+    let columns = table
+        .columns
+        .iter()
+        .map(|column| json!({ "name": plain(&column.name), "unit": column.unit }));
+    let rows = table.rows.iter().map(|row| row.iter().map(of_cell).collect::<Vec<_>>());
+    json!({
+        "caption": plain(&table.caption),
+        "columns": columns.collect::<Vec<_>>(),
+        "rows": rows.collect::<Vec<_>>(),
+    })
+}
+
+fn of_cell(cell: &Cell) -> Value {
+    match *cell {
+        Cell::Text(ref text) => json!(plain(text)),
+        Cell::Number(x, _) | Cell::Fixed(x, _) if x.is_infinite() => {
+            json!(if x > 0.0 { "inf" } else { "-inf" })
+        }
+        // What is not a number is null.
+        Cell::Number(x, _) | Cell::Fixed(x, _) => json!(x),
+        Cell::Empty => Value::Null,
+    }
+}
