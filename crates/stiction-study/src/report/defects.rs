@@ -27,10 +27,10 @@ impl Report {
                 Block::Table(table) => place(format!("table-{}", table.id), &mut defects),
                 Block::Curves { id, .. } => place(format!("figure-{id}"), &mut defects),
                 // Who quotes an equation again links to where it was quoted first.
-                Block::Equation { number, .. } if !number.is_empty() => {
-                    if equations.insert(number) {
-                        place(format!("eq-{}", number.to_lowercase()), &mut defects);
-                    }
+                Block::Equation { number, .. }
+                    if !number.is_empty() && equations.insert(number) =>
+                {
+                    place(format!("eq-{}", number.to_lowercase()), &mut defects);
                 }
                 _ => {}
             }

@@ -4,7 +4,6 @@ use super::markup::plain;
 use super::{Block, Cell, Report, Table};
 use crate::figure::{Figure, Line};
 use crate::{numbers, page};
-use std::collections::HashSet;
 
 /// Name of the file of the report's so-and-so-many picture.
 pub(super) fn picture(number: usize) -> String {
@@ -93,19 +92,9 @@ fn named(name: &str, unit: &str) -> String {
 /// Lines over the same points of the horizontal axis share its column.
 fn of_figure(figure: &Figure) -> String {
     let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
-    let mut names = HashSet::new();
-    let mut add = |name: &str, unit: &str, values: Vec<f64>, columns: &mut Vec<_>| {
-        let mut own = named(name, unit);
-        let mut count = 1;
-        while !names.insert(own.clone()) {
-            count += 1;
-            own = named(&format!("{name} ({count})"), unit);
-        }
-        columns.push((own, values));
-    };
-    for (abscissae, lines) in groups(figure) {
+    for Group { abscissae, lines } in groups(figure) {
         let (name, unit) = name_and_unit(&figure.x_label);
-        add(name, unit, abscissae, &mut columns);
+        columns.push((unique(&columns, name, unit), abscissae));
         for (panel, line) in lines {
             let (name, unit) = name_and_unit(&figure.panels[panel].y_label);
             let name = match figure.panels.len() {
@@ -113,7 +102,7 @@ fn of_figure(figure: &Figure) -> String {
                 _ => format!("{name}: {}", line.label),
             };
             let values = line.points.iter().map(|point| point.1).collect();
-            add(&name, unit, values, &mut columns);
+            columns.push((unique(&columns, &name, unit), values));
         }
     }
     let longest = columns.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
@@ -122,20 +111,34 @@ fn of_figure(figure: &Figure) -> String {
     csv(columns.iter().map(|(name, _)| name.clone()).collect(), rows)
 }
 
-/// Lines with the numbers of their panels, by the points of the horizontal axis that they share.
-fn groups(figure: &Figure) -> Vec<(Vec<f64>, Vec<(usize, &Line)>)> {
-    let mut groups: Vec<(Vec<f64>, Vec<(usize, &Line)>)> = Vec::new();
+/// A name with its unit that no column has yet.
+fn unique(columns: &[(String, Vec<f64>)], name: &str, unit: &str) -> String {
+    let mut own = named(name, unit);
+    let mut count = 1;
+    while columns.iter().any(|(other, _)| *other == own) {
+        count += 1;
+        own = named(&format!("{name} ({count})"), unit);
+    }
+    own
+}
+
+/// Lines over the same points of the horizontal axis, with the numbers of their panels.
+struct Group<'a> {
+    abscissae: Vec<f64>,
+    lines: Vec<(usize, &'a Line)>,
+}
+
+fn groups(figure: &Figure) -> Vec<Group<'_>> {
+    // Bits, because a number that is none does not equal itself.
+    let bits = |abscissae: &[f64]| abscissae.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    let mut groups: Vec<Group<'_>> = Vec::new();
     for (k, panel) in figure.panels.iter().enumerate() {
         for line in &panel.lines {
             let abscissae: Vec<f64> = line.points.iter().map(|point| point.0).collect();
-            let is_same = |own: &[f64]| {
-                let pairs = own.iter().zip(&abscissae);
-                own.len() == abscissae.len()
-                    && pairs.fold(true, |same, (a, b)| same && a.to_bits() == b.to_bits())
-            };
-            match groups.iter_mut().find(|(own, _)| is_same(own)) {
-                Some((_, lines)) => lines.push((k, line)),
-                None => groups.push((abscissae, vec![(k, line)])),
+            let own = bits(&abscissae);
+            match groups.iter_mut().find(|group| bits(&group.abscissae) == own) {
+                Some(group) => group.lines.push((k, line)),
+                None => groups.push(Group { abscissae, lines: vec![(k, line)] }),
             }
         }
     }

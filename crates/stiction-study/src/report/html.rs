@@ -134,8 +134,10 @@ impl Page {
                 (marked(&column.name) + &unit, stance)
             })
             .collect();
-        let rows: Vec<Vec<String>> =
-            table.rows.iter().map(|row| row.iter().map(cell).collect()).collect();
+        let row = |row: &Vec<Cell>| {
+            (0..head.len()).map(|k| row.get(k).map_or(String::new(), cell)).collect()
+        };
+        let rows: Vec<Vec<String>> = table.rows.iter().map(row).collect();
         let mut inner = format!(
             "<div class=\"wide\" tabindex=\"0\" role=\"group\" aria-label=\"{label}\">{}</div>\n",
             page::table(&head, &rows)

@@ -84,7 +84,8 @@ impl Count {
         });
         let mut text = row(head.collect()) + &row(rule.collect());
         for cells in &table.rows {
-            text += &row(cells.iter().map(cell).collect());
+            let cell = |k| cells.get(k).map_or(String::new(), cell);
+            text += &row((0..table.columns.len()).map(cell).collect());
         }
         format!("{caption}\n\n{}", text.trim_end())
     }
