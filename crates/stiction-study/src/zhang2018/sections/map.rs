@@ -200,7 +200,7 @@ pub(in crate::zhang2018) fn rows() -> Vec<Row> {
             "singular throughout",
             path!(robot::Robot::printed_motion),
             "simulation",
-            "missing_moment",
+            "moment_is_missing",
         ),
         row(
             "with (29)",

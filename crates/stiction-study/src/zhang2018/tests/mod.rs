@@ -1,1 +1,23 @@
+//! The study against numbers of others: an independent derivation and three independent engines found
+//! them (`reference/README.md`); they are given here with the digits that were published.
+
+mod friction;
+mod ideal;
+mod kinematics;
+mod map;
+mod reactions;
+mod report;
+mod simulation;
 mod structure;
+
+use super::robot::Robot;
+
+/// Half a unit of the last digit, and a little for rounding.
+fn near(found: f64, published: f64, digits_after_point: i32) {
+    let half = 0.501 * 10.0_f64.powi(-digits_after_point);
+    assert!((found - published).abs() <= half, "{found} is not {published}");
+}
+
+fn robots() -> [Robot; 2] {
+    [Robot::printed(), Robot::regular()]
+}
