@@ -30,7 +30,7 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
         eprintln!(
             "No model given: running the built-in `{DEFAULT_MODEL}`, the regular twin of a published \
              robot.\nThe robot as printed is singular at every instant of its motion; `stiction \
-             inverse zhang2018` says how.\n"
+             study zhang2018` shows how.\n"
         );
     }
     warn(&found.model.warnings);

@@ -6,8 +6,10 @@ use crate::inverse::{failure_of, listen_for_interrupt};
 use crate::outputs::Outputs;
 use crate::print;
 use crate::progress::Progress;
+use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
+use stiction_model::gallery;
 use stiction_study::report::Report;
 use stiction_study::zhang2018;
 
@@ -22,7 +24,7 @@ pub(crate) fn run(options: &Study) -> Result<(), Failure> {
 }
 
 fn carry_out(options: &Study) -> Result<(), Failure> {
-    let Some(name) = &options.name else { return list() };
+    let Some(name) = &options.name else { return list(options.json) };
     if STUDIES.iter().all(|(known, _)| known != name) {
         return Err(unknown(name));
     }
@@ -76,7 +78,11 @@ fn write(mut outputs: Outputs, report: &Report) -> Result<usize, Failure> {
     Ok(outputs.complete(&[])?.len() - 1)
 }
 
-fn list() -> Result<(), Failure> {
+fn list(for_programs: bool) -> Result<(), Failure> {
+    if for_programs {
+        let list = STUDIES.map(|(name, title)| json!({ "name": name, "title": title }));
+        return print(&format!("{:#}\n", json!(list)));
+    }
     let mut out = String::new();
     for (name, title) in STUDIES {
         out += &format!("{name}  {title}\n");
@@ -89,8 +95,9 @@ fn unknown(name: &str) -> Failure {
     let names = STUDIES.map(|(name, _)| name);
     let known = format!("there is: {}", names.join(", "));
     let failure = Failure::input(format!("there is no study `{name}`"));
+    let is_model = gallery::get(name).is_some() || Path::new(name).exists();
     let near = names.iter().find(|known| strsim::jaro_winkler(known, name) > 0.8);
-    let hint = if Path::new(name).exists() {
+    let hint = if is_model {
         format!(
             "a study is a fixed programme, not a model; {known}. `stiction inverse {name}` runs a model"
         )
