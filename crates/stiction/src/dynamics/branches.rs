@@ -5,7 +5,8 @@ use super::load::AppliedLoad;
 use super::solver::{InverseDynamics, Parts};
 use super::wedge::{Lock, follow_friction};
 use crate::mechanism::JointId;
-use crate::spatial::{Vec3, Wrench};
+use crate::random::Random;
+use crate::spatial::Wrench;
 
 /// How far the coefficients of all contacts may grow, together.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +73,7 @@ impl InverseDynamics {
         };
         let limit = UNBOUNDED * largest(&probe);
         let force = without.iter().map(|w| w.force.norm()).fold(0.0, f64::max);
-        let mut random = Random(1);
+        let mut random = Random::new(1);
         let mut known = vec![drives];
         for start in 0..STARTS {
             // From loads of the size that there are, and from larger and larger ones.
@@ -114,20 +115,5 @@ impl InverseDynamics {
             }
         }
         known.split_off(1)
-    }
-}
-
-/// Numbers that are the same in every run (Knuth's linear congruential generator).
-struct Random(u64);
-
-impl Random {
-    fn number(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    fn vector(&mut self) -> Vec3<f64> {
-        Vec3::new(self.number(), self.number(), self.number())
     }
 }

@@ -5,6 +5,7 @@ use super::coordinate::{Coordinate, Target};
 use super::system::{Kinematics, Prescription, column_scales};
 use crate::linalg::{Elimination, Svd, complement};
 use crate::parameters::Parameters;
+use crate::random::Random;
 use crate::topology::Topology;
 use nalgebra::{DMatrix, DVector};
 
@@ -97,7 +98,7 @@ impl<'a> LoopsAt<'a> {
         if open.is_empty() || self.rank == loops.topology.constraints {
             return open.len();
         }
-        let mut random = Directions(1);
+        let mut random = Random::new(1);
         // Where branches of motion meet more is open than along any of them: away from there first.
         // Branches may differ in what is open along them; each is known by the farthest way.
         let mut branches: Vec<Branch> = Vec::new();
@@ -281,7 +282,7 @@ impl<'a> Loops<'a> {
     }
 
     /// Steps in all directions that are open at a position, loops closed again: how many are left.
-    fn motions_at(&mut self, branch: &Branch, random: &mut Directions) -> usize {
+    fn motions_at(&mut self, branch: &Branch, random: &mut Random) -> usize {
         let Branch { reached, open, .. } = branch;
         let mut left = Vec::new();
         for _ in 0..2 * open.len() + 6 {
@@ -356,26 +357,5 @@ impl<'a> Loops<'a> {
     fn advance(&self, state: &mut State<f64>, step: &DVector<f64>) {
         let step: Vec<f64> = step.iter().zip(&self.columns).map(|(s, c)| s * c).collect();
         state.advance(self.topology, &step);
-    }
-}
-
-/// Directions that are the same in every run (Knuth's linear congruential generator).
-pub(super) struct Directions(pub(super) u64);
-
-impl Directions {
-    pub(super) fn number(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    /// A combination of orthonormal vectors of length one.
-    pub(super) fn within(&mut self, basis: &[DVector<f64>]) -> DVector<f64> {
-        let mut sum = DVector::zeros(basis[0].len());
-        for vector in basis {
-            sum.axpy(self.number(), vector, 1.0);
-        }
-        let size = sum.norm();
-        if size > 0.0 { sum / size } else { basis[0].clone() }
     }
 }

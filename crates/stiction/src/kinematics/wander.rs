@@ -1,9 +1,10 @@
 //! Positions taken at random, far from each other, all reached from one.
 
 use super::bodies::State;
-use super::tracing::{Directions, Loops};
+use super::tracing::Loops;
 use crate::linalg::Svd;
 use crate::parameters::Parameters;
+use crate::random::Random;
 use crate::topology::Topology;
 use nalgebra::DVector;
 
@@ -33,7 +34,7 @@ impl Wander {
         count: usize,
     ) -> Self {
         let mut loops = Loops::new(topology, parameters, &[], &[]);
-        let mut random = Directions(7);
+        let mut random = Random::new(7);
         let mut at = state.clone();
         let mut away = DVector::zeros(topology.freedoms());
         let mut reach = 0.0_f64;
@@ -65,7 +66,7 @@ impl Wander {
 /// A stride on, in the direction of the last one as far as that is open, or in a new one.
 fn stride(
     loops: &mut Loops<'_>,
-    random: &mut Directions,
+    random: &mut Random,
     at: &State<f64>,
     open: &[DVector<f64>],
     heading: &Option<DVector<f64>>,
