@@ -102,7 +102,7 @@ impl Page {
             Block::Picture { svg, caption } => {
                 self.figures += 1;
                 let label = format!("Figure {}", self.figures);
-                format!("<figure>\n{svg}\n{}</figure>\n", self::caption(&label, caption))
+                format!("<figure class=\"picture\">\n{svg}\n{}</figure>\n", self::caption(&label, caption))
             }
         }
     }

@@ -115,7 +115,7 @@ fn picture(portrait: &Portrait) -> String {
     let caption = |text: &str| format!("<figcaption>{}</figcaption>", escape(text));
     let time = number(portrait.time);
     let mut inner = format!(
-        "<figure>{}{}</figure>\n",
+        "<figure class=\"picture\">{}{}</figure>\n",
         portrait.svg(Surface::Inline),
         caption(&format!("At t = {time} s. Lengths across the line of sight are to scale."))
     );
