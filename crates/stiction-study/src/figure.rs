@@ -75,6 +75,12 @@ impl Figure {
         SvgBackend.render_scene(&self.sheet(Form::Paper).render())
     }
 
+    /// Whether there is nothing to draw.
+    pub(crate) fn is_empty(&self) -> bool {
+        let mut points = self.panels.iter().flat_map(|panel| &panel.lines).flat_map(|l| &l.points);
+        !points.any(|(x, y)| x.is_finite() && y.is_finite())
+    }
+
     fn sheet(&self, form: Form) -> Sheet {
         let rows: Vec<Vec<Plot>> = self.panels.iter().map(|panel| panel.plots(form)).collect();
         // The same margins in all panels, so that their axes stand below each other.

@@ -29,7 +29,7 @@ impl Report {
     pub fn pictures(&self) -> Vec<(String, String)> {
         let mut count = 0;
         let file = |block: &Block| match block {
-            Block::Curves { id, figure, .. } if !figure.panels.is_empty() => {
+            Block::Curves { id, figure, .. } if !figure.is_empty() => {
                 Some((format!("{id}.svg"), figure.svg()))
             }
             Block::Picture { svg, .. } => {

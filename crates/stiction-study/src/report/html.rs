@@ -30,20 +30,19 @@ impl Report {
         }
         // Once beside the text where there is room, once folded: what is not folded on wide screens
         // could not be folded on narrow ones without a program.
-        let mut side = String::new();
         if self.sections.len() > 1 {
-            side = format!("<nav aria-label=\"Contents\"><ol>\n{contents}</ol></nav>\n");
+            inner += &format!("<nav aria-label=\"Contents\"><ol>\n{contents}</ol></nav>\n");
             inner += &format!(
                 "<details class=\"contents\"><summary>Contents</summary><ol>\n{contents}</ol>\
                  </details>\n"
             );
         }
-        inner += &sections;
+        inner += &format!("<main>\n{sections}</main>\n");
         if !self.footer.is_empty() {
             let texts = self.footer.iter().map(|text| format!("<p>{}</p>\n", marked(text)));
             inner += &format!("<footer>\n{}</footer>\n", texts.collect::<String>());
         }
-        let inner = format!("<div class=\"page\">\n{side}<main>\n{inner}</main>\n</div>\n");
+        let inner = format!("<div class=\"page\">\n{inner}</div>\n");
         page::page(&self.title, STYLE, &inner)
     }
 }
@@ -102,7 +101,10 @@ impl Page {
             Block::Picture { svg, caption } => {
                 self.figures += 1;
                 let label = format!("Figure {}", self.figures);
-                format!("<figure class=\"picture\">\n{svg}\n{}</figure>\n", self::caption(&label, caption))
+                format!(
+                    "<figure class=\"picture\">\n{svg}\n{}</figure>\n",
+                    self::caption(&label, caption)
+                )
             }
         }
     }
@@ -155,7 +157,7 @@ impl Page {
         self.figures += 1;
         let label = format!("Figure {}", self.figures);
         let place = self.place(format!("figure-{id}"));
-        let inner = if figure.panels.is_empty() {
+        let inner = if figure.is_empty() {
             "<p class=\"nothing\">There is nothing to draw.</p>\n".to_owned()
         } else {
             // Names of places have no underscores.

@@ -52,7 +52,7 @@ impl Count {
             Block::Curves { id, figure, caption } => {
                 self.figures += 1;
                 let caption = format!("**Figure {}.** {}", self.figures, line(caption));
-                if figure.panels.is_empty() {
+                if figure.is_empty() {
                     return caption + " There is nothing to draw.";
                 }
                 format!("![{}]({id}.svg)\n\n{caption}", words(&figure.title))

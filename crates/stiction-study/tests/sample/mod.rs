@@ -46,7 +46,12 @@ pub(crate) fn colours() -> Figure {
     let points = vec![(0.0, 1.0), (1.5, f64::NAN), (2.5, f64::INFINITY), (3.5, -0.5)];
     lines.push(Line { label: "gaps".into(), points, colour: 0, dashed: true });
     lines.push(Line { label: "point".into(), points: vec![(2.0, 1.2)], colour: 1, dashed: false });
-    lines.push(Line { label: "nothing <&\"'>".into(), points: vec![], colour: 2, dashed: false });
+    lines.push(Line {
+        label: "nothing <&\"'\u{7}>".into(),
+        points: vec![],
+        colour: 2,
+        dashed: false,
+    });
     Figure {
         title: "All colours <b>".into(),
         x_label: "time [s]".into(),
