@@ -266,6 +266,24 @@ fn markdown_shows_the_files() {
     assert_eq!(shown, files);
 }
 
+#[test]
+fn links_of_markdown_have_their_targets() {
+    let markdown = report().markdown();
+    let between = |open: &str, close: &str| -> Vec<String> {
+        let pieces = markdown.split(open).skip(1).map(|rest| rest.split_once(close).unwrap().0);
+        pieces.map(str::to_owned).collect()
+    };
+    let places = between("<a id=\"", "\"></a>");
+    let names: HashSet<&String> = places.iter().collect();
+    assert_eq!(names.len(), places.len(), "{places:?}");
+    let links = between("](#", ")");
+    // Three in each of the five times that the prose is there.
+    assert!(links.len() >= 3 * 5, "{links:?}");
+    for link in &links {
+        assert!(names.contains(link), "{link}");
+    }
+}
+
 /// Elements that were meant are there, those of the text are not.
 #[test]
 fn markdown_is_not_broken_out_of() {

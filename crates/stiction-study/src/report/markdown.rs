@@ -1,7 +1,8 @@
 //! A report in the Markdown of GitHub. Its pictures are files of their own.
 
-use super::markup::{Span, parse, plain};
+use super::markup::{Span, is_name, parse, plain};
 use super::{Block, Cell, Report, Table};
+use std::collections::HashSet;
 
 impl Report {
     /// The report as Markdown. It shows the files of [`Report::pictures`].
@@ -11,8 +12,9 @@ impl Report {
         let mut count = Count::default();
         for (k, section) in self.sections.iter().enumerate() {
             // Names that GitHub makes of titles are not those that links lead to.
-            let id = words(&section.id);
-            pieces.push(format!("<a id=\"{id}\"></a>\n\n## {} {}", k + 1, words(&section.title)));
+            let place = count.place(section.id.clone());
+            let heading = format!("## {} {}", k + 1, words(&section.title));
+            pieces.push(format!("{place}\n\n{heading}"));
             pieces.extend(section.blocks.iter().map(|block| count.block(block)));
         }
         if !self.footer.is_empty() {
@@ -24,14 +26,26 @@ impl Report {
     }
 }
 
+/// What has been counted and named so far.
 #[derive(Default)]
 struct Count {
+    names: HashSet<String>,
     tables: usize,
     figures: usize,
     pictures: usize,
 }
 
 impl Count {
+    /// A place to link to, unless there is one of that name already.
+    fn place(&mut self, name: String) -> String {
+        if !is_name(&name) || self.names.contains(&name) {
+            return String::new();
+        }
+        let place = format!("<a id=\"{name}\"></a>");
+        self.names.insert(name);
+        place
+    }
+
     fn block(&mut self, block: &Block) -> String {
         match block {
             Block::Paragraph(text) => paragraph(text),
@@ -46,12 +60,14 @@ impl Count {
                 format!("> {}", line(formula))
             }
             Block::Equation { number, formula } => {
-                format!("> {} &emsp; ({})", line(formula), words(number))
+                let place = self.place(format!("eq-{}", number.to_lowercase()));
+                format!("> {place}{} &emsp; ({})", line(formula), words(number))
             }
             Block::Table(table) => self.table(table),
             Block::Curves { id, figure, caption } => {
                 self.figures += 1;
-                let caption = format!("**Figure {}.** {}", self.figures, line(caption));
+                let place = self.place(format!("figure-{id}"));
+                let caption = format!("{place}**Figure {}.** {}", self.figures, line(caption));
                 if figure.is_empty() {
                     return caption + " There is nothing to draw.";
                 }
@@ -69,7 +85,8 @@ impl Count {
 
     fn table(&mut self, table: &Table) -> String {
         self.tables += 1;
-        let caption = format!("**Table {}.** {}", self.tables, line(&table.caption));
+        let place = self.place(format!("table-{}", table.id));
+        let caption = format!("{place}**Table {}.** {}", self.tables, line(&table.caption));
         if table.columns.is_empty() {
             return caption;
         }
@@ -132,12 +149,17 @@ fn spans(inside: &[Span]) -> String {
 /// Plain words: every sign that means something to Markdown is just a sign, in tables too.
 fn words(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
-    for sign in text.chars() {
+    let mut signs = text.chars().peekable();
+    let mut before = ' ';
+    while let Some(sign) = signs.next() {
+        let is_within = |after: &char| before.is_alphanumeric() && after.is_alphanumeric();
         match sign {
             '&' => out.push_str("&amp;"),
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
+            // Within words it means nothing, and addresses have it.
+            '_' if signs.peek().is_some_and(is_within) => out.push(sign),
             '\\' | '`' | '*' | '_' | '[' | ']' | '|' | '#' | '~' | '^' | '$' | '!' => {
                 out.push('\\');
                 out.push(sign);
@@ -146,6 +168,7 @@ fn words(text: &str) -> String {
             sign if sign.is_control() => {}
             sign => out.push(sign),
         }
+        before = sign;
     }
     out
 }
@@ -161,6 +184,7 @@ mod tests {
         assert_eq!(paragraph("- a"), "\\- a");
         assert_eq!(paragraph("-3 N"), "\\-3 N");
         assert_eq!(paragraph("3 N\n# b"), "3 N \\# b");
+        assert_eq!(paragraph("_a_ b_c \u{7}d"), "\\_a\\_ b_c d");
         assert_eq!(paragraph("a | <b> & `c|d`"), "a \\| &lt;b&gt; &amp; <code>c\\|d</code>");
     }
 
