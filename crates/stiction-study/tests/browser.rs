@@ -31,6 +31,12 @@ fn a_report() {
 }
 
 #[test]
+fn the_study_of_the_paper() {
+    let report = stiction_study::zhang2018::study(|_, _, _| true).unwrap();
+    look_at("study-zhang2018", &report.html());
+}
+
+#[test]
 fn pages_of_checks() {
     for name in ["zhang2018", "3rps"] {
         look_at(&format!("check-{name}"), &check_page(name));
