@@ -121,7 +121,7 @@ pub(in crate::zhang2018) fn write(samples: &[Sample]) -> Section {
             "(8): the kinetic energy of the platform's translation is counted twice, once in m~d~ v² and once more in \
              J′~d~ = J~d~ + m~d~ (x² + z²), which belongs to a turn about O~1~. Right is J~d~. (16): the same for the \
              rods; right is J~n1~. (17): a base turns about its own joint R~n~, at p = 174.65 mm from its centre of \
-             mass, and not about O~1~y~1~, which is {:.2} to {:.2} m away for legs 2 and 3 on (29). For leg 1 the two axes are one.",
+             mass, and not about O~1~y~1~, which is {:.3} to {:.3} m away for legs 2 and 3 on (29). For leg 1 the two axes are one.",
             away.0, away.1,
         )),
         table(
