@@ -27,6 +27,8 @@ pub(crate) enum Command {
     Breakaway(Breakaway),
     /// A study that comes with the program: `zhang2018`, a paper equation by equation
     Study(Study),
+    /// Write a mechanism, assembled, for other programs
+    Convert(Convert),
     /// List the built-in models, or print one
     Models(Models),
     /// Print the JSON Schema of the model file, for editors
@@ -55,7 +57,8 @@ pub(crate) struct Inverse {
     /// mechanism
     #[arg(long)]
     pub(crate) friction_margin: bool,
-    /// Write inverse.csv, reactions.csv, friction.csv, summary.json and plots into this folder
+    /// Write inverse.csv, reactions.csv, friction.csv, bodies.csv, summary.json and plots into this
+    /// folder
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Print the summary, or what is wrong, as JSON
@@ -116,6 +119,29 @@ pub(crate) struct Study {
     /// Print findings and tables, or what is wrong, as JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Convert {
+    /// A model file, or the name of a built-in model (`stiction models`)
+    pub(crate) model: String,
+    /// The format
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) to: Format,
+    /// The motion at whose first instant the mechanism is put together: its name in the model, a CSV
+    /// file, or assignments; see `stiction inverse --help` [default: as the model says]
+    #[arg(long, value_name = "MOTION")]
+    pub(crate) motion: Option<String>,
+    /// Write into this file [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+/// What other programs read.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Format {
+    /// The mechanism as plain numbers, a format of this program
+    Json,
 }
 
 #[derive(Args, Debug)]

@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use stiction::dynamics::{FrictionMode, InverseError};
 use stiction_model::Diagnostics;
 use stiction_study::inverse::{
-    Curves, Error, Job, Missing, ShareTable, Summary, Tables, write_summary,
+    BodyTable, Curves, Error, Job, Missing, ShareTable, Summary, Tables, write_summary,
 };
 
 /// The built-in robot.
@@ -70,6 +70,13 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
             Some(tables.map_err(|error| outputs.trouble("the tables", error))?)
         }
     };
+    let mut bodies = match &mut outputs {
+        None => None,
+        Some(outputs) => {
+            let table = BodyTable::new(&job.model.mechanism, outputs.begin("bodies.csv")?);
+            Some(table.map_err(|error| outputs.trouble("bodies.csv", error))?)
+        }
+    };
     let mut shares = match &mut outputs {
         Some(outputs) if job.has_shares() => {
             let table = ShareTable::new(&job, outputs.begin("shares.csv")?);
@@ -87,6 +94,9 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
             summary.add(sample);
             if let Some(curves) = &mut curves {
                 curves.add(sample);
+            }
+            if let Some(bodies) = &mut bodies {
+                bodies.add(sample).map_err(|error| error.to_string())?;
             }
             if let Some(shares) = &mut shares {
                 shares.add(sample).map_err(|error| error.to_string())?;
@@ -125,6 +135,10 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
         for (name, file) in finished {
             let file = file.map_err(|error| outputs.trouble(name, error))?;
             outputs.end(name, file, &[])?;
+        }
+        if let Some(bodies) = bodies {
+            let file = bodies.finish().map_err(|error| outputs.trouble("bodies.csv", error))?;
+            outputs.end("bodies.csv", file, &[])?;
         }
         if let Some(shares) = shares {
             let file = shares.finish().map_err(|error| outputs.trouble("shares.csv", error))?;

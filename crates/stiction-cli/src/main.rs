@@ -8,6 +8,7 @@
 mod arguments;
 mod breakaway;
 mod check;
+mod convert;
 mod failure;
 mod inverse;
 mod models;
@@ -30,6 +31,7 @@ fn main() -> ExitCode {
         Some(Command::Check(options)) => check::run(&options),
         Some(Command::Breakaway(options)) => breakaway::run(&options),
         Some(Command::Study(options)) => study::run(&options),
+        Some(Command::Convert(options)) => convert::run(&options),
         Some(Command::Models(options)) => models::run(&options),
         Some(Command::Schema) => print(&format!("{:#}\n", stiction_model::json_schema())),
     };

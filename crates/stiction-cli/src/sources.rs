@@ -39,7 +39,7 @@ pub(crate) fn find(name: &str) -> Result<Found, Failure> {
 /// There is no such model in the gallery.
 pub(crate) fn unknown_model(name: &str) -> Failure {
     // Where a model may stand, a command may have been meant.
-    let command = ["inverse", "check", "breakaway", "models", "schema", "help"]
+    let command = ["inverse", "check", "breakaway", "convert", "models", "schema", "help"]
         .into_iter()
         .find(|command| strsim::damerau_levenshtein(command, name) <= 2);
     let nearest = gallery::names()

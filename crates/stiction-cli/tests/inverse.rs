@@ -5,7 +5,8 @@ mod program;
 use program::Folder;
 use serde_json::Value;
 
-const TABLES: [&str; 4] = ["friction.csv", "inverse.csv", "reactions.csv", "summary.json"];
+const TABLES: [&str; 5] =
+    ["bodies.csv", "friction.csv", "inverse.csv", "reactions.csv", "summary.json"];
 
 fn json(text: &str) -> Value {
     serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))

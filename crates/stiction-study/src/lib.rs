@@ -5,6 +5,7 @@
 pub mod breakaway;
 pub mod check;
 pub mod drawing;
+pub mod exchange;
 pub mod figure;
 mod instants;
 pub mod inverse;

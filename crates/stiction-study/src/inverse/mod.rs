@@ -1,5 +1,6 @@
 //! Inverse dynamics along a motion: the main job.
 
+mod bodies;
 mod certainty;
 pub(crate) mod columns;
 mod efficiency;
@@ -11,6 +12,7 @@ pub(crate) mod summary;
 pub(crate) mod terminal;
 mod uniqueness;
 
+pub use bodies::BodyTable;
 pub use certainty::{MOST_MARGIN, Margin, OtherSolutions};
 pub use columns::{Table, Tables};
 pub use efficiency::Backward;

@@ -9,8 +9,9 @@ use stiction::dynamics::{
     AppliedLoad, Forces, FrictionMode, InverseDynamics, InverseError, Settings, Shares,
 };
 use stiction::friction::ContactShape;
-use stiction::kinematics::{AssemblyError, Coordinate, Target};
+use stiction::kinematics::{AssemblyError, Bodies, Coordinate, Target};
 use stiction::mobility::{Constraints, Distances};
+use stiction::spatial::Vec3;
 use stiction_model::{Diagnostic, LoadCase, Model, Motion};
 use thiserror::Error;
 
@@ -42,6 +43,12 @@ pub struct Sample<'a> {
     pub time: f64,
     /// All forces.
     pub forces: &'a Forces,
+    /// Poses, twists and accelerations of all bodies, in world axes about the kernel origin.
+    pub bodies: &'a Bodies<f64>,
+    /// The kernel origin in the world, m.
+    pub origin: Vec3<f64>,
+    /// The loads from outside.
+    pub loads: &'a [AppliedLoad<f64>],
     /// The largest loop-closure error, m (angles times the characteristic length).
     pub closure: f64,
     /// Distances to singular positions.
@@ -284,6 +291,9 @@ impl Job<'_> {
                 let sample = Sample {
                     time,
                     forces: solver.forces(),
+                    bodies: solver.bodies(),
+                    origin: solver.parameters().origin,
+                    loads: &loads,
                     closure: solver.closure_error(),
                     distances: uniqueness.distances,
                     determined_reactions: &uniqueness.reactions,

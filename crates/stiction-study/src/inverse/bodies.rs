@@ -1,0 +1,109 @@
+//! `bodies.csv`: where every body is, how it moves, and what acts on it from outside.
+
+use super::columns::Table;
+use super::run::Sample;
+use std::io;
+use stiction::mechanism::Mechanism;
+use stiction::spatial::{Quaternion, Wrench};
+
+/// The columns of a body.
+const COLUMNS: [&str; 25] = [
+    "x [m]",
+    "y [m]",
+    "z [m]",
+    "qw [-]",
+    "qx [-]",
+    "qy [-]",
+    "qz [-]",
+    "wx [rad/s]",
+    "wy [rad/s]",
+    "wz [rad/s]",
+    "vx [m/s]",
+    "vy [m/s]",
+    "vz [m/s]",
+    "alphax [rad/s^2]",
+    "alphay [rad/s^2]",
+    "alphaz [rad/s^2]",
+    "ax [m/s^2]",
+    "ay [m/s^2]",
+    "az [m/s^2]",
+    "fx [N]",
+    "fy [N]",
+    "fz [N]",
+    "mx [N m]",
+    "my [N m]",
+    "mz [N m]",
+];
+
+/// `bodies.csv`: poses and motions of all bodies but the ground, and the loads on them, in world axes
+/// about the origins of the bodies' frames.
+pub struct BodyTable<W: io::Write> {
+    table: Table<W>,
+    /// The orientation of each body in the last row: the next is given by the nearer of the two
+    /// quaternions that say the same.
+    last: Vec<Quaternion<f64>>,
+}
+
+impl<W: io::Write> BodyTable<W> {
+    /// Begins the table.
+    ///
+    /// # Errors
+    /// What the receiver says.
+    pub fn new(mechanism: &Mechanism, into: W) -> io::Result<Self> {
+        let bodies = &mechanism.bodies()[1..];
+        let mut header = vec!["time [s]".to_owned()];
+        for body in bodies {
+            header.extend(COLUMNS.map(|column| format!("{}.{column}", body.name)));
+        }
+        // Scalar products with it are real parts: the first real part is not negative.
+        let first = Quaternion::from_coordinates(&[1.0, 0.0, 0.0, 0.0]);
+        Ok(Self { table: Table::new(into, &header)?, last: vec![first; bodies.len()] })
+    }
+
+    /// Adds a row.
+    ///
+    /// # Errors
+    /// What the receiver says.
+    pub fn add(&mut self, sample: &Sample<'_>) -> io::Result<()> {
+        let Self { table, last } = self;
+        let bodies = sample.bodies;
+        table.number(sample.time)?;
+        for (body, last) in (1..bodies.pose.len()).zip(last) {
+            let (pose, twist) = (bodies.pose[body], bodies.twist[body]);
+            let change = bodies.acceleration[body];
+            let at = pose.position;
+            let velocity = twist.velocity_at(at);
+            // What passes the fixed point O is always another point of the body: the second part.
+            let acceleration = change.velocity_at(at) + twist.angular.cross(velocity);
+            let mut load = Wrench::zero();
+            for applied in sample.loads.iter().filter(|load| load.body.0 == body) {
+                load += applied.wrench(bodies);
+            }
+            *last = nearer(Quaternion::from_rotation(pose.rotation), *last);
+            let mut orientation = [0.0; 4];
+            last.write(&mut orientation);
+            let position = (at + sample.origin).to_array();
+            let motion = [twist.angular, velocity, change.angular, acceleration];
+            let forces = [load.force, load.moment_about(at)];
+            let vectors = motion.into_iter().chain(forces).flat_map(|vector| vector.to_array());
+            for value in position.into_iter().chain(orientation).chain(vectors) {
+                table.number(value)?;
+            }
+        }
+        table.end_row()
+    }
+
+    /// Writes what is buffered and gives the receiver back.
+    ///
+    /// # Errors
+    /// What the receiver says.
+    pub fn finish(self) -> io::Result<W> {
+        self.table.finish()
+    }
+}
+
+/// Of `q` and `-q`, which are the same rotation, the one that is nearer to `last`.
+fn nearer(q: Quaternion<f64>, last: Quaternion<f64>) -> Quaternion<f64> {
+    let product = q.w * last.w + q.v.dot(last.v);
+    if product < 0.0 { Quaternion { w: -q.w, v: -q.v } } else { q }
+}
