@@ -142,6 +142,8 @@ pub(crate) struct Convert {
 pub(crate) enum Format {
     /// The mechanism as plain numbers, a format of this program
     Json,
+    /// MuJoCo's XML
+    Mjcf,
 }
 
 #[derive(Args, Debug)]

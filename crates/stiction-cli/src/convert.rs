@@ -9,7 +9,7 @@ use crate::sources;
 use std::path::Path;
 use stiction::dynamics::FrictionMode;
 use stiction_model::LoadCase;
-use stiction_study::exchange::{Home, json_text};
+use stiction_study::exchange::{Home, json_text, mjcf};
 use stiction_study::inverse::Job;
 
 pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
@@ -30,6 +30,16 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
     let home = Home::of(&job).map_err(failure_of)?;
     let text = match options.to {
         Format::Json => json_text(&home),
+        Format::Mjcf => {
+            let converted = mjcf(&home).map_err(|unfit| {
+                Failure::input(unfit.to_string())
+                    .help("give it a mass, or leave it out and join its neighbours")
+            })?;
+            for note in &converted.notes {
+                eprintln!("note: {note}");
+            }
+            converted.text
+        }
     };
     match &options.output {
         None => print(&text),

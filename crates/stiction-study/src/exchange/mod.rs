@@ -1,8 +1,10 @@
 //! A mechanism for other programs: assembled, as plain numbers.
 
 mod json;
+mod mjcf;
 
 pub use json::{json, json_text};
+pub use mjcf::{Mjcf, Unfit, mjcf};
 
 use crate::inverse::{Error, Job};
 use stiction::joint::JointType;

@@ -1,0 +1,39 @@
+//! Names that are there once.
+
+use std::collections::HashSet;
+
+/// The names of one kind of element.
+#[derive(Debug, Default)]
+pub(super) struct Names(HashSet<String>);
+
+impl Names {
+    /// Takes a name that nothing else may have.
+    pub(super) fn reserve(&mut self, name: &str) {
+        self.0.insert(name.to_owned());
+    }
+
+    /// `name`, or if that is taken the first of `name_2`, `name_3` and so on that is free.
+    pub(super) fn take(&mut self, name: &str) -> String {
+        let mut own = name.to_owned();
+        for number in 2.. {
+            if self.0.insert(own.clone()) {
+                break;
+            }
+            own = format!("{name}_{number}");
+        }
+        own
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Names;
+
+    #[test]
+    fn what_is_taken_gets_a_number() {
+        let mut names = Names::default();
+        names.reserve("world");
+        let taken = ["arm", "world", "arm", "arm_2", "arm"].map(|name| names.take(name));
+        assert_eq!(taken, ["arm", "world_2", "arm_2", "arm_2_2", "arm_3"]);
+    }
+}

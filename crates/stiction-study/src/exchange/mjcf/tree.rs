@@ -1,0 +1,146 @@
+//! Which joints make the tree of nested bodies, and how the others close loops.
+
+use super::Unfit;
+use std::cmp::Reverse;
+use stiction::joint::JointType;
+use stiction::mechanism::{BodyId, Joint, Mechanism};
+
+/// A body of the file: one of ours, or a part of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Part {
+    /// Which body.
+    pub(super) body: usize,
+    /// The body in which it is nested; the ground is the world.
+    pub(super) parent: usize,
+    /// How deep, from zero.
+    pub(super) depth: usize,
+    /// The joint by which it hangs.
+    pub(super) joint: usize,
+    /// Whether it is that joint's predecessor.
+    pub(super) reversed: bool,
+    /// Whether it is a further part of a body that is there already, to which it is welded.
+    pub(super) is_further: bool,
+}
+
+/// How a joint outside the tree is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Closing {
+    /// Two points coincide.
+    Connect,
+    /// Two bodies are one.
+    Weld,
+    /// A part of a body hangs by it, welded to the rest.
+    Part,
+    /// Not at all: it carries nothing.
+    Nothing,
+}
+
+/// The tree.
+#[derive(Clone, Debug)]
+pub(super) struct Tree {
+    /// All bodies of the file, parents before children, depth first.
+    pub(super) parts: Vec<Part>,
+    /// The joints outside the tree.
+    pub(super) closings: Vec<(usize, Closing)>,
+    /// For each of our bodies how many parts it has.
+    pub(super) count: Vec<usize>,
+}
+
+impl Tree {
+    /// Leaves over balls where that is possible, as these close loops by three equations between
+    /// points; then joints that make two bodies one; then the last ones of all others.
+    pub(super) fn new(mechanism: &Mechanism) -> Result<Self, Unfit> {
+        let joints = mechanism.joints();
+        let mut order: Vec<usize> = (0..joints.len()).collect();
+        order.sort_by_key(|&index| rank(mechanism, &joints[index]));
+        let mut group: Vec<usize> = (0..mechanism.bodies().len()).collect();
+        let mut in_tree = vec![false; joints.len()];
+        for index in order {
+            let joint = &joints[index];
+            let (a, b) = (group[joint.predecessor.0], group[joint.successor.0]);
+            if a != b {
+                in_tree[index] = true;
+                group.iter_mut().filter(|group| **group == b).for_each(|group| *group = a);
+            }
+        }
+        let mut count = vec![1; mechanism.bodies().len()];
+        let mut closings = Vec::new();
+        // For each body what hangs from it, as joints.
+        let mut hanging: Vec<Vec<(usize, bool, bool)>> = vec![Vec::new(); count.len()];
+        for (index, joint) in joints.iter().enumerate() {
+            let (from, to) = (joint.predecessor.0, joint.successor.0);
+            if in_tree[index] {
+                hanging[from].push((index, false, false));
+                hanging[to].push((index, true, false));
+                continue;
+            }
+            let closing = closing_of(joint.joint_type);
+            closings.push((index, closing));
+            if closing == Closing::Part {
+                let reversed = !has_mass(mechanism, joint.successor);
+                let (above, below) = if reversed { (to, from) } else { (from, to) };
+                if !has_mass(mechanism, BodyId(below)) {
+                    return Err(Unfit::CannotClose { joint: joint.name.clone() });
+                }
+                count[below] += 1;
+                hanging[above].push((index, reversed, true));
+            }
+        }
+        Ok(Self { parts: depth_first(mechanism, &hanging), closings, count })
+    }
+}
+
+/// Joints of lower rank are in the tree rather than others.
+fn rank(mechanism: &Mechanism, joint: &Joint) -> (usize, Reverse<usize>) {
+    let rank = match closing_of(joint.joint_type) {
+        Closing::Part => {
+            let ends = [joint.predecessor, joint.successor];
+            usize::from(ends.into_iter().any(|end| has_mass(mechanism, end)))
+        }
+        Closing::Weld => 2,
+        Closing::Connect => 3,
+        Closing::Nothing => 4,
+    };
+    (rank, Reverse(joint.actuated_freedoms().count()))
+}
+
+fn closing_of(joint_type: JointType) -> Closing {
+    match joint_type {
+        JointType::Spherical => Closing::Connect,
+        JointType::Fixed => Closing::Weld,
+        JointType::Free => Closing::Nothing,
+        _ => Closing::Part,
+    }
+}
+
+fn has_mass(mechanism: &Mechanism, body: BodyId) -> bool {
+    mechanism.bodies()[body.0].mass > 0.0
+}
+
+/// From the ground, without recursion: chains may be long.
+fn depth_first(mechanism: &Mechanism, hanging: &[Vec<(usize, bool, bool)>]) -> Vec<Part> {
+    let joints = mechanism.joints();
+    let mut parts = Vec::new();
+    let mut placed = vec![false; hanging.len()];
+    placed[BodyId::GROUND.0] = true;
+    let below = |parent: usize, depth: usize| {
+        let part = move |&(joint, reversed, is_further): &(usize, bool, bool)| {
+            let content = &joints[joint];
+            let body = if reversed { content.predecessor } else { content.successor };
+            Part { body: body.0, parent, depth, joint, reversed, is_further }
+        };
+        hanging[parent].iter().rev().map(part)
+    };
+    let mut next: Vec<Part> = below(BodyId::GROUND.0, 0).collect();
+    while let Some(part) = next.pop() {
+        // From the child's side a joint of the tree leads back.
+        if !part.is_further && std::mem::replace(&mut placed[part.body], true) {
+            continue;
+        }
+        if !part.is_further {
+            next.extend(below(part.body, part.depth + 1));
+        }
+        parts.push(part);
+    }
+    parts
+}
