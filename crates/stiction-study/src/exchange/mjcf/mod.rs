@@ -11,7 +11,7 @@ use super::Home;
 use names::Names;
 use steps::{Kind, Step, steps};
 use stiction::joint::JointType;
-use stiction::mechanism::{BodyId, Joint};
+use stiction::mechanism::{BodyId, GROUND_NAME, Joint};
 use stiction::spatial::{Pose, Quaternion, Vec3};
 use thiserror::Error;
 use tree::{Closing, Part, Tree};
@@ -97,36 +97,42 @@ struct NamedPart {
     steps: Vec<NamedStep>,
 }
 
+/// A marked frame of a body.
+#[derive(Clone)]
+struct Site {
+    name: String,
+    pose: Pose<f64>,
+    /// It is on the further part of the body that hangs by this joint.
+    part: Option<usize>,
+}
+
 /// The file as it grows.
 struct Writer<'a> {
     home: &'a Home<'a>,
     tree: &'a Tree,
     xml: Xml,
     parts: Vec<NamedPart>,
-    /// For each of our bodies the name of its first part; none of the ground.
-    body_names: Vec<Option<String>>,
+    /// For each of our bodies its sites.
+    sites: Vec<Vec<Site>>,
     /// For each spring the names of the sites at its ends.
-    sites: Vec<[String; 2]>,
+    spring_sites: Vec<[String; 2]>,
+    /// For each joint that closes a loop the names of the sites that coincide.
+    closing_sites: Vec<[String; 2]>,
 }
 
 impl<'a> Writer<'a> {
     fn new(home: &'a Home<'a>, tree: &'a Tree) -> Self {
         let mechanism = &home.model.mechanism;
-        let (mut bodies, mut joints, mut sites) =
-            (Names::default(), Names::default(), Names::default());
+        let (mut bodies, mut joints) = (Names::default(), Names::default());
         bodies.reserve("world");
-        let mut body_names: Vec<Option<String>> = vec![None; mechanism.bodies().len()];
-        for (index, body) in mechanism.bodies().iter().enumerate().skip(1) {
-            body_names[index] = Some(bodies.take(&body.name));
-        }
+        let own: Vec<String> = mechanism.bodies().iter().map(|b| bodies.take(&b.name)).collect();
         let parts = tree.parts.iter().map(|part| {
             let joint = &mechanism.joints()[part.joint];
-            let own = &mechanism.bodies()[part.body].name;
-            let name = match &body_names[part.body] {
-                Some(name) if !part.is_further => name.clone(),
-                _ => bodies.take(&format!("{own}@{}", joint.name)),
+            let name = match part.is_further {
+                false => own[part.body].clone(),
+                true => bodies.take(&format!("{}@{}", own[part.body], joint.name)),
             };
-            if joint.joint_type == JointType::Free && part.parent == BodyId::GROUND.0 {
+            if part.is_free {
                 let free = Some(joints.take(&joint.name));
                 return NamedPart { name, free, steps: Vec::new() };
             }
@@ -137,9 +143,57 @@ impl<'a> Writer<'a> {
             NamedPart { name, free: None, steps: steps.collect() }
         });
         let parts = parts.collect();
-        let ends = |name: &str| ["from", "to"].map(|end| sites.take(&format!("{name}.{end}")));
-        let sites = mechanism.springs().iter().map(|spring| &*spring.name).map(ends).collect();
-        Self { home, tree, xml: Xml::default(), parts, body_names, sites }
+        let mut writer = Self {
+            home,
+            tree,
+            xml: Xml::default(),
+            parts,
+            sites: vec![Vec::new(); mechanism.bodies().len()],
+            spring_sites: Vec::new(),
+            closing_sites: Vec::new(),
+        };
+        writer.place_sites();
+        writer
+    }
+
+    /// Where springs end, and what closes loops.
+    fn place_sites(&mut self) {
+        let mechanism = &self.home.model.mechanism;
+        let mut names = Names::default();
+        for spring in mechanism.springs() {
+            let own = ["from", "to"].map(|end| names.take(&format!("{}.{end}", spring.name)));
+            for (end, name) in own.iter().enumerate() {
+                let (name, pose) = (name.clone(), Pose::at(spring.points[end]));
+                self.sites[spring.ends[end].0].push(Site { name, pose, part: None });
+            }
+            self.spring_sites.push(own);
+        }
+        for &(index, closing) in &self.tree.closings {
+            let joint = self.joint(index);
+            let own = ["from", "to"].map(|end| names.take(&format!("{}.{end}", joint.name)));
+            let [from, to] = own.clone();
+            let (j, k) = (joint.predecessor.0, joint.successor.0);
+            let place = |name: String, pose| Site { name, pose, part: None };
+            match closing {
+                Closing::Nothing => {}
+                Closing::Connect | Closing::Weld => {
+                    self.sites[j].push(place(from, joint.frame_j));
+                    self.sites[k].push(place(to, joint.frame_k));
+                }
+                Closing::Part => {
+                    // Both at the same place of the two parts of one body.
+                    let is_it = |part: &&Part| part.joint == index;
+                    let Some(part) = self.tree.parts.iter().find(is_it) else { continue };
+                    let (body, pose) = match part.reversed {
+                        true => (j, joint.frame_j),
+                        false => (k, joint.frame_k),
+                    };
+                    self.sites[body].push(place(from, pose));
+                    self.sites[body].push(Site { name: to, pose, part: Some(index) });
+                }
+            }
+            self.closing_sites.push(own);
+        }
     }
 
     fn joint(&self, index: usize) -> &'a Joint {
@@ -220,7 +274,12 @@ impl<'a> Writer<'a> {
     fn write_bodies(&mut self) {
         self.xml.open("worldbody", &[]);
         let base = self.xml.depth();
-        self.write_sites(BodyId::GROUND.0);
+        // A body of its own: programs that read only the first body of the world find everything in it.
+        let mut attributes = vec![("name", GROUND_NAME.to_owned())];
+        attributes.extend(placed(self.home.model.mechanism.base()));
+        self.xml.open("body", &attributes);
+        self.xml.empty("inertial", &massless());
+        self.write_sites(BodyId::GROUND.0, None);
         for index in 0..self.tree.parts.len() {
             while self.xml.depth() > base + self.tree.parts[index].depth {
                 self.xml.close();
@@ -236,17 +295,17 @@ impl<'a> Writer<'a> {
         let (home, part) = (self.home, &self.tree.parts[index]);
         let mechanism = &home.model.mechanism;
         let body = &mechanism.bodies()[part.body];
-        let in_parent = match part.parent {
-            0 => home.poses[part.body],
-            parent => home.poses[parent].inverse() * home.poses[part.body],
+        let in_parent = match part.is_free {
+            true => home.poses[part.body],
+            false => home.poses[part.parent].inverse() * home.poses[part.body],
         };
         let mut attributes = vec![("name", self.parts[index].name.clone())];
         attributes.extend(placed(in_parent));
         self.xml.open("body", &attributes);
-        let share = 1.0 / self.tree.count[part.body] as f64;
         if body.mass > 0.0 {
-            let length = mechanism.characteristic_length();
-            let (inertia, _) = inertia::accepted(body, length, self.tree.count[part.body]);
+            let (length, count) = (mechanism.characteristic_length(), self.tree.count[part.body]);
+            let share = 1.0 / count as f64;
+            let (inertia, _) = inertia::accepted(body, length, count);
             let entry = |(i, j)| inertia.at(i, j) * share;
             let entries = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(entry);
             self.xml.empty(
@@ -257,11 +316,11 @@ impl<'a> Writer<'a> {
                     ("fullinertia", numbers(&entries)),
                 ],
             );
+        } else {
+            self.xml.empty("inertial", &massless());
         }
         self.write_steps(index);
-        if !part.is_further {
-            self.write_sites(part.body);
-        }
+        self.write_sites(part.body, part.is_further.then_some(part.joint));
     }
 
     fn write_steps(&mut self, index: usize) {
@@ -292,21 +351,12 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Where springs are attached to a body.
-    fn write_sites(&mut self, body: usize) {
-        let mechanism = &self.home.model.mechanism;
-        for (spring, names) in mechanism.springs().iter().zip(&self.sites) {
-            for end in 0..2 {
-                if spring.ends[end].0 != body {
-                    continue;
-                }
-                let point = match spring.ends[end] {
-                    BodyId::GROUND => mechanism.base().apply(spring.points[end]),
-                    _ => spring.points[end],
-                };
-                let position = numbers(&point.to_array());
-                self.xml.empty("site", &[("name", names[end].clone()), ("pos", position)]);
-            }
+    /// The sites of a body, or of a further part of it.
+    fn write_sites(&mut self, body: usize, part: Option<usize>) {
+        for site in self.sites[body].iter().filter(|site| site.part == part) {
+            let mut attributes = vec![("name", site.name.clone())];
+            attributes.extend(placed(site.pose));
+            self.xml.empty("site", &attributes);
         }
     }
 
@@ -321,21 +371,19 @@ impl<'a> Writer<'a> {
         }
         self.xml.open("equality", &[]);
         self.xml.comment(&[
-            "MuJoCo's equalities are soft: solref and solimp say how far. A part of a body, named after",
-            "body and joint, is welded to the rest; together they have the body's mass and inertia.",
+            "MuJoCo's equalities are soft: solref and solimp say how far. A body at the end of a loop is in",
+            "two parts, one of which hangs by the closing joint and is named after it: welded together,",
+            "they have the mass and the inertia of the body.",
         ]);
-        for &(joint, closing) in closings {
-            let content = self.joint(joint);
-            let mut attributes = vec![("name", joint_names.take(&content.name))];
+        for (&(joint, closing), sites) in closings.iter().zip(&self.closing_sites) {
             let tag = match closing {
                 Closing::Nothing => continue,
                 Closing::Connect => "connect",
                 Closing::Weld | Closing::Part => "weld",
             };
-            match closing {
-                Closing::Part => attributes.extend(self.weld_of_part(joint)),
-                _ => attributes.extend(self.closing_between(joint, closing)),
-            }
+            let [from, to] = sites.clone();
+            let name = joint_names.take(&self.joint(joint).name);
+            let mut attributes = vec![("name", name), ("site1", from), ("site2", to)];
             attributes.extend(stiffness());
             self.xml.empty(tag, &attributes);
         }
@@ -357,49 +405,13 @@ impl<'a> Writer<'a> {
         self.xml.close();
     }
 
-    /// The further part that hangs by a joint, and the rest of its body.
-    fn weld_of_part(&self, joint: usize) -> Vec<(&'static str, String)> {
-        let is_it = |k: &usize| self.tree.parts[*k].joint == joint;
-        let Some(index) = (0..self.tree.parts.len()).find(is_it) else { return Vec::new() };
-        let rest = self.body_names[self.tree.parts[index].body].clone();
-        vec![
-            ("body1", rest.unwrap_or_default()),
-            ("body2", self.parts[index].name.clone()),
-            ("relpose", "0 0 0 1 0 0 0".into()),
-        ]
-    }
-
-    /// The two bodies of a joint, the second of which may be the world, and where they are joined.
-    fn closing_between(&self, joint: usize, closing: Closing) -> Vec<(&'static str, String)> {
-        let content = self.joint(joint);
-        let (from, to) =
-            ((content.predecessor.0, content.frame_j), (content.successor.0, content.frame_k));
-        let ((first, here), (second, there)) =
-            if to.0 == BodyId::GROUND.0 { (from, to) } else { (to, from) };
-        let mut attributes = vec![("body1", self.body_names[first].clone().unwrap_or_default())];
-        if let Some(name) = &self.body_names[second] {
-            attributes.push(("body2", name.clone()));
-        }
-        if closing == Closing::Connect {
-            attributes.push(("anchor", numbers(&here.position.to_array())));
-        } else {
-            let mut relative = here * there.inverse();
-            if second == BodyId::GROUND.0 {
-                relative = relative * self.home.model.mechanism.base().inverse();
-            }
-            let [(_, position), (_, quaternion)] = placed(relative);
-            attributes.push(("relpose", format!("{position} {quaternion}")));
-        }
-        attributes
-    }
-
     fn write_springs(&mut self) {
         let springs = self.home.model.mechanism.springs();
         if springs.is_empty() {
             return;
         }
         self.xml.open("tendon", &[]);
-        for (spring, sites) in springs.iter().zip(&self.sites) {
+        for (spring, sites) in springs.iter().zip(&self.spring_sites) {
             self.xml.open(
                 "spatial",
                 &[
@@ -458,6 +470,12 @@ impl<'a> Writer<'a> {
         self.xml.empty("key", &[("name", "home".into()), ("qpos", numbers(&qpos))]);
         self.xml.close();
     }
+}
+
+/// Inertia of what has none; not every program takes it for granted.
+fn massless() -> [(&'static str, String); 3] {
+    let zeros = numbers(&[0.0; 3]);
+    [("pos", zeros.clone()), ("mass", numbers(&[0.0])), ("diaginertia", zeros)]
 }
 
 fn stiffness() -> [(&'static str, String); 2] {

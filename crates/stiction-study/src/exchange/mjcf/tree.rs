@@ -10,10 +10,12 @@ use stiction::mechanism::{BodyId, Joint, Mechanism};
 pub(super) struct Part {
     /// Which body.
     pub(super) body: usize,
-    /// The body in which it is nested; the ground is the world.
+    /// The body from which it hangs.
     pub(super) parent: usize,
-    /// How deep, from zero.
+    /// In how many bodies it is nested: the ground is one, but for what is free.
     pub(super) depth: usize,
+    /// It hangs from nothing but the world, with the six coordinates of a free joint.
+    pub(super) is_free: bool,
     /// The joint by which it hangs.
     pub(super) joint: usize,
     /// Whether it is that joint's predecessor.
@@ -124,14 +126,19 @@ fn depth_first(mechanism: &Mechanism, hanging: &[Vec<(usize, bool, bool)>]) -> V
     let mut placed = vec![false; hanging.len()];
     placed[BodyId::GROUND.0] = true;
     let below = |parent: usize, depth: usize| {
+        let is_ground = parent == BodyId::GROUND.0;
         let part = move |&(joint, reversed, is_further): &(usize, bool, bool)| {
             let content = &joints[joint];
             let body = if reversed { content.predecessor } else { content.successor };
-            Part { body: body.0, parent, depth, joint, reversed, is_further }
+            let is_free = is_ground && content.joint_type == JointType::Free;
+            let depth = if is_free { 0 } else { depth };
+            Part { body: body.0, parent, depth, is_free, joint, reversed, is_further }
         };
         hanging[parent].iter().rev().map(part)
     };
-    let mut next: Vec<Part> = below(BodyId::GROUND.0, 0).collect();
+    let mut next: Vec<Part> = below(BodyId::GROUND.0, 1).collect();
+    // The last in the list is the next: what is nested in the ground comes before what is not.
+    next.sort_by_key(|part| !part.is_free);
     while let Some(part) = next.pop() {
         // From the child's side a joint of the tree leads back.
         if !part.is_further && std::mem::replace(&mut placed[part.body], true) {
