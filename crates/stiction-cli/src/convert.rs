@@ -31,10 +31,8 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
     let text = match options.to {
         Format::Json => json_text(&home),
         Format::Mjcf => {
-            let converted = mjcf(&home).map_err(|unfit| {
-                Failure::input(unfit.to_string())
-                    .help("give it a mass, or leave it out and join its neighbours")
-            })?;
+            let converted = mjcf(&home)
+                .map_err(|unfit| Failure::input(unfit.to_string()).help(unfit.help()))?;
             for note in &converted.notes {
                 eprintln!("note: {note}");
             }

@@ -54,6 +54,18 @@ pub enum Unfit {
     },
 }
 
+impl Unfit {
+    /// A way out.
+    pub fn help(&self) -> &'static str {
+        match self {
+            Self::Massless { .. } => {
+                "give it a small mass, or leave it out and join its neighbours"
+            }
+            Self::CannotClose { .. } => "give one of them a small mass",
+        }
+    }
+}
+
 /// The file.
 ///
 /// # Errors
@@ -394,7 +406,7 @@ impl<'a> Writer<'a> {
                 names.partition(|named| named.step.freedom.is_none());
             let (Some(advance), Some(angle)) = (advance.first(), angle.first()) else { continue };
             let mut attributes = vec![
-                ("name", joint_names.take(&joint.name)),
+                ("name", joint_names.take(&advance.name)),
                 ("joint1", advance.name.clone()),
                 ("joint2", angle.name.clone()),
                 ("polycoef", numbers(&[0.0, joint.pitch, 0.0, 0.0, 0.0])),

@@ -37,6 +37,14 @@ pub(super) enum Closing {
     Nothing,
 }
 
+/// What hangs from a body: the bodies at the other ends of its joints.
+#[derive(Clone, Copy, Debug)]
+struct Hanging {
+    joint: usize,
+    reversed: bool,
+    is_further: bool,
+}
+
 /// The tree.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
@@ -67,13 +75,13 @@ impl Tree {
         }
         let mut count = vec![1; mechanism.bodies().len()];
         let mut closings = Vec::new();
-        // For each body what hangs from it, as joints.
-        let mut hanging: Vec<Vec<(usize, bool, bool)>> = vec![Vec::new(); count.len()];
+        let mut hanging: Vec<Vec<Hanging>> = vec![Vec::new(); count.len()];
         for (index, joint) in joints.iter().enumerate() {
             let (from, to) = (joint.predecessor.0, joint.successor.0);
             if in_tree[index] {
-                hanging[from].push((index, false, false));
-                hanging[to].push((index, true, false));
+                let hang = |reversed| Hanging { joint: index, reversed, is_further: false };
+                hanging[from].push(hang(false));
+                hanging[to].push(hang(true));
                 continue;
             }
             let closing = closing_of(joint.joint_type);
@@ -85,7 +93,7 @@ impl Tree {
                     return Err(Unfit::CannotClose { joint: joint.name.clone() });
                 }
                 count[below] += 1;
-                hanging[above].push((index, reversed, true));
+                hanging[above].push(Hanging { joint: index, reversed, is_further: true });
             }
         }
         Ok(Self { parts: depth_first(mechanism, &hanging), closings, count })
@@ -94,14 +102,14 @@ impl Tree {
 
 /// Joints of lower rank are in the tree rather than others.
 fn rank(mechanism: &Mechanism, joint: &Joint) -> (usize, Reverse<usize>) {
-    let rank = match closing_of(joint.joint_type) {
-        Closing::Part => {
-            let ends = [joint.predecessor, joint.successor];
-            usize::from(ends.into_iter().any(|end| has_mass(mechanism, end)))
-        }
-        Closing::Weld => 2,
-        Closing::Connect => 3,
-        Closing::Nothing => 4,
+    let ends = [joint.predecessor, joint.successor].map(|end| has_mass(mechanism, end));
+    let rank = match (closing_of(joint.joint_type), ends) {
+        // It cannot be left over; or it holds a body without mass, which must not move by itself.
+        (Closing::Part, [false, false]) | (Closing::Weld, [false, _] | [_, false]) => 0,
+        (Closing::Part, _) => 1,
+        (Closing::Weld, _) => 2,
+        (Closing::Connect, _) => 3,
+        (Closing::Nothing, _) => 4,
     };
     (rank, Reverse(joint.actuated_freedoms().count()))
 }
@@ -120,14 +128,14 @@ fn has_mass(mechanism: &Mechanism, body: BodyId) -> bool {
 }
 
 /// From the ground, without recursion: chains may be long.
-fn depth_first(mechanism: &Mechanism, hanging: &[Vec<(usize, bool, bool)>]) -> Vec<Part> {
+fn depth_first(mechanism: &Mechanism, hanging: &[Vec<Hanging>]) -> Vec<Part> {
     let joints = mechanism.joints();
     let mut parts = Vec::new();
     let mut placed = vec![false; hanging.len()];
     placed[BodyId::GROUND.0] = true;
     let below = |parent: usize, depth: usize| {
         let is_ground = parent == BodyId::GROUND.0;
-        let part = move |&(joint, reversed, is_further): &(usize, bool, bool)| {
+        let part = move |&Hanging { joint, reversed, is_further }: &Hanging| {
             let content = &joints[joint];
             let body = if reversed { content.predecessor } else { content.successor };
             let is_free = is_ground && content.joint_type == JointType::Free;
