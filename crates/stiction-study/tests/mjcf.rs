@@ -164,7 +164,7 @@ fn every_model_is_a_tree_and_equalities() {
             .iter()
             .flat_map(|node| node.children().filter(|child| child.is_element()))
             .collect();
-        let (mut threads, mut further) = (0, 0);
+        let mut threads = 0;
         for node in &equalities {
             let site = |attribute: &str| world.sites[node.attribute(attribute).unwrap()];
             match node.tag_name().name() {
@@ -177,7 +177,7 @@ fn every_model_is_a_tree_and_equalities() {
                 other => panic!("{other}"),
             }
         }
-        further += world.poses.keys().filter(|name| name.contains('@')).count();
+        let further = world.poses.keys().filter(|name| name.contains('@')).count();
         // Every joint of ours either nests a body or closes a loop, a part of a body if it is not a
         // ball; a joint that carries nothing may do neither.
         let types = |wanted| mechanism.joints().iter().filter(move |j| j.joint_type == wanted);

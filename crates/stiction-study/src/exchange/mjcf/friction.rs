@@ -33,10 +33,12 @@ fn viscous(contact: &Contact) -> Option<f64> {
     same.then_some(contact.law.viscous)
 }
 
-/// Whether damping is all the friction that there is.
-pub(super) fn is_damping_alone(contact: &Contact) -> bool {
+/// Whether damping is all the friction that there is; where there can be none, whether there is no
+/// friction.
+pub(super) fn is_damping_alone(contact: &Contact, can_be_damped: bool) -> bool {
     let laws = [Some(&contact.law), contact.backward.as_ref()];
-    viscous(contact).is_some() && laws.into_iter().flatten().all(has_no_coefficient)
+    viscous(contact).is_some_and(|viscous| can_be_damped || viscous == 0.0)
+        && laws.into_iter().flatten().all(has_no_coefficient)
 }
 
 fn has_no_coefficient(law: &Law) -> bool {

@@ -220,14 +220,14 @@ impl<'a> Writer<'a> {
         for (index, joint) in mechanism.joints().iter().enumerate() {
             let has_steps = self.tree.parts.iter().any(|part| part.joint == index);
             all += joint.friction.len();
-            let carried = |contact: &&_| has_steps && friction::is_damping_alone(contact);
+            let carried = |contact: &&_| friction::is_damping_alone(contact, has_steps);
             left_out += joint.friction.len() - joint.friction.iter().filter(carried).count();
         }
         if left_out > 0 {
             notes.push(format!(
                 "friction is left out at {left_out} of {all} contacts: MJCF has none that grows with \
-                 the load, and none where a ball closes a loop; viscous friction elsewhere is there \
-                 as damping"
+                 the load or is different backward, and none where a ball closes a loop; viscous \
+                 friction elsewhere is there as damping"
             ));
         }
         let length = mechanism.characteristic_length();
