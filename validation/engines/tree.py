@@ -1,0 +1,124 @@
+"""What is asked of an engine that knows open trees of bodies: MuJoCo, Pinocchio, Drake.
+
+None of them has a call for the inverse dynamics of closed loops with all reactions. Each reads the exported MJCF
+file, and is asked for its kinematics, its open-tree inverse dynamics and its joint reactions; `closed_loop.py`
+puts the loops together.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as xml
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mechanism import GROUND, Pose
+from spatial import Array, rotation_from_quaternion
+
+
+#: the body of MJCF that everything stands on; its frame is that of the world
+WORLD = "world"
+
+
+@dataclass(frozen=True)
+class Closure:
+    """A point of one body that is held at a point of another; with `weld` all six directions are."""
+
+    joint: str
+    body_a: str
+    point_a: Array
+    body_b: str
+    point_b: Array
+    weld: bool
+
+
+class TreeEngine(ABC):
+    """Generalised coordinates q, velocities v, accelerations and forces are the engine's own."""
+
+    name: str
+    version: str
+    nv: int
+    #: tree parent of each body, by the exported file
+    parents: dict[str, str]
+    closures: list[Closure]
+
+    @abstractmethod
+    def neutral(self) -> Array:
+        """The file's position."""
+
+    @abstractmethod
+    def integrate(self, q: Array, dv: Array) -> Array:
+        """q moved by dv."""
+
+    @abstractmethod
+    def kinematics(self, q: Array) -> tuple[dict[str, Pose], dict[str, Array]]:
+        """Pose of every body in the world, and the 6 x nv Jacobian of its motion [v, w] at its origin."""
+
+    @abstractmethod
+    def bias(self, q: Array, v: Array) -> dict[str, Array]:
+        """Acceleration [a, alpha] of every body's origin while v does not change."""
+
+    @abstractmethod
+    def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
+        """Forces that the open tree needs under its own weight, without loads, springs and loops."""
+
+    @abstractmethod
+    def springs(self, q: Array, v: Array) -> Array | None:
+        """Generalised forces of the springs, if the engine has such springs."""
+
+    @abstractmethod
+    def reactions(
+        self, q: Array, v: Array, a: Array, tau: Array, loads: dict[str, Array]
+    ) -> dict[str, Array]:
+        """Wrench [f, m] of each body's tree parent on it, about its origin, world axes.
+
+        `loads` are about the origins of bodies, world axes; `tau` acts in the joints of the tree.
+        Bodies are missing for which the engine does not say it.
+        """
+
+
+def read_tree(path: Path) -> dict[str, str]:
+    """Tree parent of each body in an MJCF file."""
+    parents: dict[str, str] = {}
+
+    def visit(element: xml.Element, parent: str) -> None:
+        for child in element.findall("body"):
+            parents[child.get("name")] = parent
+            visit(child, child.get("name"))
+
+    visit(xml.parse(path).getroot().find("worldbody"), GROUND)
+    return parents
+
+
+def read_closures(path: Path) -> list[Closure]:
+    """The equalities of an MJCF file, for an engine that does not keep them.
+
+    A file gives the point in the first body alone, for the position in which the file has the bodies; the point in
+    the second body follows from the poses of that position.
+    """
+    root = xml.parse(path).getroot()
+    poses = {WORLD: Pose(np.eye(3), np.zeros(3))}
+
+    def visit(element: xml.Element, pose: Pose) -> None:
+        for child in element.findall("body"):
+            rotation = rotation_from_quaternion(vector(child.get("quat", "1 0 0 0")))
+            here = pose @ Pose(rotation, vector(child.get("pos", "0 0 0")))
+            poses[child.get("name")] = here
+            visit(child, here)
+
+    visit(root.find("worldbody"), poses[WORLD])
+    closures = []
+    for element in root.iterfind("equality/*"):
+        if element.tag != "connect":
+            raise NotImplementedError(f"an equality {element.tag}")
+        a, b = element.get("body1"), element.get("body2", WORLD)
+        point = vector(element.get("anchor"))
+        at = poses[b].rotation.T @ (poses[a].point(point) - poses[b].position)
+        closures.append(Closure(element.get("name"), a, point, b, at, weld=False))
+    return closures
+
+
+def vector(text: str) -> Array:
+    return np.array([float(x) for x in text.split()])
