@@ -25,8 +25,9 @@ from tables import Sample
 class Solution:
     """What an engine says about a sample.
 
-    `drives` in the order of `Mechanism.actuated`; `reactions` of `from` on `to` about J, world axes; the residuals
-    are relative to the largest term, but `pose`, in m, and `motion`, relative to the largest rate.
+    `drives` in the order of `Mechanism.actuated`; `reactions` of `from` on `to` about J, world axes. `pose` says how
+    well the engine's own places of bodies and closures agree with the motion, m; `motion` the same for rates and
+    accelerations, relative to the largest; `balance` what the engine's balance leaves, relative to its largest term.
     """
 
     drives: Array
@@ -37,28 +38,39 @@ class Solution:
 
 
 class ClosedLoop:
-    """An engine with a mechanism whose loops are closed here."""
+    """An engine with a mechanism whose loops are closed here.
+
+    The exported file may hold a body in several parts, welded together by equalities, where a joint closes a loop:
+    `B@J` is the part of the body B that hangs by the joint J. Each part moves as its body does.
+    """
 
     def __init__(self, engine: TreeEngine, mechanism: Mechanism) -> None:
         self.engine = engine
         self.mechanism = mechanism
         self.q = engine.neutral()
-        self.cut = cut_joints(engine.closures, mechanism)
-        self.child = {
-            joint.name: tree_child(joint, engine.parents)
-            for joint in mechanism.joints.values()
-            if joint.name not in self.cut and joint.kind != "free"
-        }
+        #: our body for each of the engine's
+        self.owner = {name: name.split("@")[0] for name in engine.parents}
+        if set(mechanism.moving()) - set(self.owner.values()):
+            raise RuntimeError(f"{engine.name} does not have all bodies")
+        joints = [joint for joint in mechanism.joints.values() if joint.kind != "free"]
+        #: the engine's body that hangs by a joint of its tree
+        self.child = {joint.name: child for joint in joints if (child := tree_child(joint, engine.parents))}
+        self.cut = {joint.name for joint in joints} - set(self.child)
+        unknown = {closure.joint for closure in engine.closures} - set(mechanism.joints)
+        open_loops = self.cut - {closure.joint for closure in engine.closures}
+        if unknown or open_loops:
+            raise RuntimeError(f"equalities without a joint: {unknown}; joints without an equality: {open_loops}")
+        self.silent = {name for name, child in self.child.items() if child in engine.merged}
 
     def place(self, sample: Sample) -> float:
         """Finds the engine's coordinates from the poses of all bodies, by Newton's method; the error in m."""
-        length, moving = self.mechanism.length, self.mechanism.moving()
+        length = self.mechanism.length
         error = np.inf
         for _ in range(40):
             poses, jacobians = self.kinematics()
             rows, residuals = [], []
-            for name in moving:
-                target, now = sample.poses[name], poses[name]
+            for name, body in self.owner.items():
+                target, now = sample.poses[body], poses[name]
                 residuals.append(target.position - now.position)
                 residuals.append(length * rotation_vector(target.rotation @ now.rotation.T))
                 rows.append(jacobians[name][:3])
@@ -79,13 +91,13 @@ class ClosedLoop:
         return poses, jacobians
 
     def rates(self, jacobians: dict[str, Array], motions: dict[str, Array]) -> tuple[Array, float]:
-        """Velocities (or accelerations) of the engine's coordinates from those of all bodies."""
+        """Velocities (or accelerations) of the engine's coordinates from those of its bodies."""
         weights = np.repeat([1.0, self.mechanism.length], 3)
-        moving = self.mechanism.moving()
-        matrix = np.vstack([weights[:, None] * jacobians[name] for name in moving])
-        target = np.concatenate([weights * motions[name] for name in moving])
+        matrix = np.vstack([weights[:, None] * jacobians[name] for name in self.owner])
+        target = np.concatenate([weights * motions[name] for name in self.owner])
         rates = np.linalg.lstsq(matrix, target, rcond=None)[0]
-        size = float(np.max(np.abs(target))) or 1.0
+        # At rest there is nothing to be relative to: 0.1 m/s, or a hundredth of gravity, stands in.
+        size = max(float(np.max(np.abs(target))), 0.1)
         return rates, float(np.max(np.abs(matrix @ rates - target))) / size
 
     def solve(self, sample: Sample, friction: dict[str, Array]) -> Solution:
@@ -94,16 +106,15 @@ class ClosedLoop:
         pose_error = self.place(sample)
         q = self.q
         poses, jacobians = self.kinematics()
-        v, velocity_error = self.rates(jacobians, sample.motions)
+        v, velocity_error = self.rates(jacobians, {name: sample.motions[body] for name, body in self.owner.items()})
         bias = engine.bias(q, v)
         a, acceleration_error = self.rates(
-            jacobians, {name: sample.accelerations[name] - bias[name] for name in mechanism.moving()}
+            jacobians, {name: sample.accelerations[body] - bias[name] for name, body in self.owner.items()}
         )
 
         needed = engine.inverse_dynamics(q, v, a)
         terms = [np.abs(needed)]
-        loads = {name: sample.loads[name].copy() for name in mechanism.moving()}
-        for name, wrench in loads.items():
+        for name, wrench in self.outer_loads(sample).items():
             needed = needed - jacobians[name].T @ wrench
         spring_wrenches = self.spring_wrenches(sample)
         own_springs = engine.springs(q, v)
@@ -134,14 +145,15 @@ class ClosedLoop:
         reactions = self.reactions(
             sample, friction, pairs, poses, jacobians, (q, v, a), drives, list(zip(closing, forces)), spring_wrenches
         )
-        return Solution(drives, reactions, pose_error, max(velocity_error, acceleration_error), balance)
+        gap = max((closure_gap(closure, poses) for closure in engine.closures), default=0.0)
+        return Solution(drives, reactions, max(pose_error, gap), max(velocity_error, acceleration_error), balance)
 
     def reactions(
         self, sample, friction, pairs, poses, jacobians, state, drives, closing, spring_wrenches
     ) -> dict[str, Array]:
         """The engine's reactions in the tree with all forces applied, and those of the closures."""
         engine, mechanism = self.engine, self.mechanism
-        loads = {name: sample.loads[name].copy() for name in mechanism.moving()}
+        loads = self.outer_loads(sample)
         if engine.name != "Drake":  # where springs are force elements that act anyway
             for name, wrench in spring_wrenches.items():
                 if name in loads:
@@ -160,7 +172,9 @@ class ClosedLoop:
                     tau += effort * pair_column(pair, jacobians)
         for pair, force in closing:
             add_pair(loads, pair, force)
-            joint = mechanism.joints[self.joint_of(pair.name)]
+            if pair.name not in self.cut:
+                continue  # within a body of several parts
+            joint = mechanism.joints[pair.name]
             at_joint = force * pair.wrench_at(joint.frames(poses)[0].position)
             at_cut[joint.name] += at_joint if self.is_on(pair.on, joint.successor) else -at_joint
         in_tree = engine.reactions(*state, tau, loads)
@@ -171,21 +185,28 @@ class ClosedLoop:
             joint = mechanism.joints[name]
             lever = poses[child].position - joint.frames(poses)[0].position
             wrench = moved_wrench(in_tree[child], lever)
-            result[name] = wrench if child == joint.successor else -wrench
+            result[name] = wrench if self.owner[child] == joint.successor else -wrench
         return result
-
-    def joint_of(self, closure: str) -> str:
-        return joint_of_closure(closure, self.mechanism)
 
     @staticmethod
     def is_on(body: str, successor: str) -> bool:
         return body == successor or (body == WORLD and successor == GROUND)
 
+    def outer_loads(self, sample: Sample) -> dict[str, Array]:
+        """Loads on the engine's bodies: of a body in parts all is on its first, which has the body's name."""
+        return {
+            name: sample.loads[body].copy() if name == body else np.zeros(6) for name, body in self.owner.items()
+        }
+
     def freedom_pairs(self, joint: Joint, poses: dict[str, Pose]) -> list["Pair"]:
         """Unit efforts on the freedoms as pairs of wrenches on `to` and `from`."""
         origin = joint.frames(poses)[0].position
+        on, against = joint.successor, joint.predecessor
+        child = self.child.get(joint.name)
+        if child is not None:  # perhaps a part of the body
+            on, against = (child, against) if self.owner[child] == on else (on, child)
         return [
-            Pair(joint.name, joint.successor, joint.predecessor, effort, origin, poses)
+            Pair(joint.name, on, against, effort, origin, poses)
             for effort in joint.efforts(poses).T
         ]
 
@@ -246,26 +267,24 @@ def add_pair(loads: dict[str, Array], pair: Pair, size: float) -> None:
 def closure_pairs(closure: Closure, poses: dict[str, Pose]) -> list[Pair]:
     """Unit forces (and moments of a weld) on body b at the closure's point, and back on body a."""
     point = poses[closure.body_b].point(closure.point_b)
-    count = 6 if closure.weld else 3
+    count = 3 if closure.rotation is None else 6
     return [Pair(closure.joint, closure.body_b, closure.body_a, unit, point, poses) for unit in np.eye(6)[:count]]
 
 
-def joint_of_closure(name: str, mechanism: Mechanism) -> str:
-    """The joint to which an equality belongs: its name, or its name with a further part."""
-    parts = name.split(".")
-    for count in range(len(parts), 0, -1):
-        if ".".join(parts[:count]) in mechanism.joints:
-            return ".".join(parts[:count])
-    raise KeyError(f"the equality {name} belongs to no joint")
+def closure_gap(closure: Closure, poses: dict[str, Pose]) -> float:
+    """How far apart the two points are that the closure holds together, m, or what a weld is turned, rad."""
+    a, b = poses[closure.body_a], poses[closure.body_b]
+    gap = float(np.linalg.norm(a.point(closure.point_a) - b.point(closure.point_b)))
+    if closure.rotation is None:
+        return gap
+    return max(gap, float(np.linalg.norm(rotation_vector((a.rotation @ closure.rotation).T @ b.rotation))))
 
 
-def cut_joints(closures: list[Closure], mechanism: Mechanism) -> set[str]:
-    return {joint_of_closure(closure.joint, mechanism) for closure in closures}
-
-
-def tree_child(joint: Joint, parents: dict[str, str]) -> str:
-    """Which of a joint's bodies is the other's child in the exported tree."""
+def tree_child(joint: Joint, parents: dict[str, str]) -> str | None:
+    """The body, or part of a body, that hangs by a joint in the exported tree; none if the joint is cut."""
     for child, parent in ((joint.successor, joint.predecessor), (joint.predecessor, joint.successor)):
+        if parents.get(f"{child}@{joint.name}") == parent:
+            return f"{child}@{joint.name}"
         if parents.get(child) == parent:
             return child
-    raise KeyError(f"the joint {joint.name} is neither in the tree nor an equality")
+    return None

@@ -36,7 +36,7 @@ def physical(text: str) -> str:
         lambda m: f'inertia = ["0.01*({bare(m[1])})", {m[1]}, {m[2]}]',
         text,
     )
-    return text.replace("inertia = [0, 0, 0]", "inertia = [1e-3, 1e-3, 1e-3]")
+    return text.replace("inertia = [0, 0, 0]", 'inertia = ["1e-3 kg m^2", "1e-3 kg m^2", "1e-3 kg m^2"]')
 
 
 def bare(value: str) -> str:
@@ -73,6 +73,8 @@ def vary(name: str, text: str, seed: int) -> str:
             code = re.sub(NUMBER, lambda m: scaled(m, 0.06), code)
         elif last == "mass":
             code = times(code, key, factor(0.1))
+        elif name == "delta" and key in ("bodies.rod.com", "bodies.rod.inertia"):
+            pass  # a rod that spins idly must be the same all round its axis
         elif last == "com":
             code = shifted(code, key, random)
         elif last == "inertia":
@@ -122,11 +124,12 @@ def enlarged(code: str, key: str, by: float, random: np.random.Generator) -> str
     for _ in range(2):
         place = random.uniform(-0.06, 0.06, 3)
         added += random.uniform(0.01, 0.05) * (place @ place * np.eye(3) - np.outer(place, place))
+    added = added.tolist()
     diagonal = [
-        f'{axis}{axis} = "{by!r}*({entry}) + {added[i, i]!r} kg m^2"'
+        f'{axis}{axis} = "{by!r}*({entry}) + {added[i][i]!r} kg m^2"'
         for i, (axis, entry) in enumerate(zip("xyz", entries(code)))
     ]
-    products = [f"{name} = {added[i, k]!r}" for name, i, k in (("xy", 0, 1), ("xz", 0, 2), ("yz", 1, 2))]
+    products = [f"{name} = {added[i][k]!r}" for name, i, k in (("xy", 0, 1), ("xz", 0, 2), ("yz", 1, 2))]
     text = f"{key} = {{ {', '.join(diagonal + products)} }} "
     return text.replace("*(0) + ", "*0 kg m^2 + ")
 

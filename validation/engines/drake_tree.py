@@ -8,6 +8,7 @@ with those of the motion.
 
 from __future__ import annotations
 
+import logging
 import xml.etree.ElementTree as xml
 from importlib.metadata import version
 from pathlib import Path
@@ -20,7 +21,9 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable, LinearSpringDamper, MultibodyForces
 
-from engines.tree import TreeEngine, read_closures, read_tree
+logging.getLogger("drake").setLevel(logging.ERROR)  # it warns of every tag that it does not read
+
+from engines.tree import TreeEngine, read_closures, read_pose, read_tree, vector
 from mechanism import GROUND, Mechanism, Pose
 from spatial import Array, moved_wrench
 
@@ -169,9 +172,31 @@ class Drake(TreeEngine):
 
 
 def open_tree(mjcf: Path) -> str:
-    """The file without its loops and tendons."""
+    """The file without its loops, tendons, drives and damping, all of which are applied from here."""
     root = xml.parse(mjcf).getroot()
-    for tag in ("equality", "tendon", "actuator"):
+    for tag in ("equality", "tendon", "actuator", "keyframe"):
         for element in root.findall(tag):
             root.remove(element)
+    for inertial in root.iterfind("worldbody/body/inertial[@mass='0']"):
+        # The ground's, which stands still: Drake takes none without mass.
+        inertial.set("mass", "1")
+        inertial.set("diaginertia", "1 1 1")
+    for body in root.iter("body"):
+        restate_joints(body)
+    for joint in root.iter("joint"):
+        joint.attrib.pop("damping", None)
     return xml.tostring(root, encoding="unicode")
+
+
+def restate_joints(body: xml.Element) -> None:
+    """Where a body has several joints, Drake takes all but the last as if given in the parent's frame.
+
+    MuJoCo, whose format it is, takes them in the body's. So they are restated for Drake; that its bodies then move
+    as they should shows in the places that are compared.
+    """
+    pose = read_pose(body)
+    for joint in body.findall("joint")[:-1]:
+        place = pose.point(vector(joint.get("pos", "0 0 0")))
+        axis = pose.rotation @ vector(joint.get("axis"))
+        joint.set("pos", " ".join(repr(float(x)) for x in place))
+        joint.set("axis", " ".join(repr(float(x)) for x in axis))

@@ -25,7 +25,7 @@ AXES = {
     "R": [1, 1, 1, 1, 1, 0],
     "C": [1, 1, 0, 1, 1, 0],
     "P": [1, 1, 0, 1, 1, 1],
-    "U": [1, 1, 1, 0, 1, 0],
+    "U": [1, 1, 1, 1, 0, 0],  # in the frames (y, z, x): that Exudyn's y of J and z of K stay at right angles
     "E": [0, 0, 1, 1, 1, 0],
     "fixed": [1, 1, 1, 1, 1, 1],
 }
@@ -34,8 +34,10 @@ AXES = {
 class Exudyn:
     name = "Exudyn"
     version = exu.__version__
+    silent: set[str] = set()
 
     def __init__(self, mechanism: Mechanism) -> None:
+        exu.config.printToConsole = False
         self.mechanism = mechanism
         self.container = exu.SystemContainer()
         self.mbs = self.container.AddSystem()
@@ -92,9 +94,10 @@ class Exudyn:
         return self.mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=self.objects[body], localHT=transform))
 
     def _joint(self, joint: Joint) -> tuple[str, int]:
+        turn = Pose(np.eye(3)[:, [1, 2, 0]] if joint.kind == "U" else np.eye(3), np.zeros(3))
         markers = [
-            self._marker(joint.predecessor, joint.frame_from),
-            self._marker(joint.successor, joint.frame_to),
+            self._marker(joint.predecessor, joint.frame_from @ turn),
+            self._marker(joint.successor, joint.frame_to @ turn),
         ]
         if joint.kind == "S":
             item = items.ObjectJointSpherical(markerNumbers=markers)

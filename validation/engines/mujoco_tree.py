@@ -13,7 +13,7 @@ import numpy as np
 
 from engines.tree import WORLD, Closure, TreeEngine, read_tree
 from mechanism import Mechanism, Pose
-from spatial import Array, moved_wrench
+from spatial import Array, moved_wrench, rotation_from_quaternion
 
 
 class Mujoco(TreeEngine):
@@ -25,6 +25,7 @@ class Mujoco(TreeEngine):
         disabled = mujoco.mjtDisableBit
         for bit in ("mjDSBL_EQUALITY", "mjDSBL_CONTACT", "mjDSBL_FRICTIONLOSS", "mjDSBL_SPRING", "mjDSBL_DAMPER"):
             self.model.opt.disableflags |= int(getattr(disabled, bit))
+        self.model.dof_damping[:] = 0.0  # friction comes as a load, with its viscous part
         self.data = mujoco.MjData(self.model)
         self.nv = self.model.nv
         self.parents = read_tree(mjcf)
@@ -33,14 +34,18 @@ class Mujoco(TreeEngine):
         self.has_springs = self.model.ntendon > 0
 
     def _closure(self, i: int) -> Closure:
+        """Equalities are between sites of bodies: points, or frames of a weld."""
         model = self.model
         kinds = {int(mujoco.mjtEq.mjEQ_CONNECT): False, int(mujoco.mjtEq.mjEQ_WELD): True}
         weld = kinds[int(model.eq_type[i])]
-        a, b = (self._body(int(x)) for x in (model.eq_obj1id[i], model.eq_obj2id[i]))
-        data = model.eq_data[i]
-        # connect: anchors in bodies 1 and 2; weld: anchor in body 2, then the pose of body 2 in body 1
-        points = (np.zeros(3), np.zeros(3)) if weld else (data[0:3].copy(), data[3:6].copy())
-        return Closure(model.equality(i).name, a, points[0], b, points[1], weld)
+        if int(model.eq_objtype[i]) != int(mujoco.mjtObj.mjOBJ_SITE):
+            raise NotImplementedError("an equality that is not between sites")
+        sites = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
+        a, b = (self._body(int(model.site_bodyid[site])) for site in sites)
+        points = [model.site_pos[site].copy() for site in sites]
+        turns = [rotation_from_quaternion(model.site_quat[site]) for site in sites]
+        rotation = turns[0] @ turns[1].T if weld else None
+        return Closure(model.equality(i).name, a, points[0], b, points[1], rotation)
 
     def _body(self, index: int) -> str:
         return WORLD if index == 0 else self.model.body(index).name

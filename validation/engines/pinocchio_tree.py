@@ -12,28 +12,30 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from engines.tree import WORLD, Closure, TreeEngine, read_tree
+from engines.tree import TreeEngine, read_closures, read_tree
 from mechanism import Mechanism, Pose
 from spatial import Array, moved_wrench
 
 ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
 
-def read(mjcf: Path) -> tuple[pin.Model, list]:
-    """Pinocchio reads only the first body that the world has: all are put into one, which is fixed."""
+def read(mjcf: Path) -> pin.Model:
+    """Pinocchio reads only the first body that the world has, and not its pose if it has no joint.
+
+    So that body is put into another one.
+    """
     root = xml.parse(mjcf).getroot()
     world = root.find("worldbody")
-    fixed = xml.Element("body", name="all that the world has")
-    xml.SubElement(fixed, "inertial", pos="0 0 0", mass="1", diaginertia="1 1 1")
-    for body in world.findall("body"):
+    bodies = world.findall("body")
+    outer = xml.SubElement(world, "body", name="around")
+    xml.SubElement(outer, "inertial", pos="0 0 0", mass="1", diaginertia="1 1 1")
+    for body in bodies:
         world.remove(body)
-        fixed.append(body)
-    world.append(fixed)
+        outer.append(body)
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "wrapped.xml"
+        path = Path(folder) / "around.xml"
         xml.ElementTree(root).write(path, encoding="utf-8")
-        model, constraints = pin.buildModelAndConstraintsFromMJCF(str(path))[:2]
-    return model, list(constraints)
+        return pin.buildModelFromMJCF(str(path))
 
 
 class Pinocchio(TreeEngine):
@@ -41,7 +43,7 @@ class Pinocchio(TreeEngine):
     version = pin.__version__
 
     def __init__(self, mjcf: Path, mechanism: Mechanism) -> None:
-        self.model, constraints = read(mjcf)
+        self.model = read(mjcf)
         self.model.gravity.linear = mechanism.gravity  # Pinocchio does not read the file's
         self.data = self.model.createData()
         if not self.model.check(self.data):
@@ -49,27 +51,12 @@ class Pinocchio(TreeEngine):
         self.nv = self.model.nv
         self.parents = read_tree(mjcf)
         self.frames = {name: self.model.getFrameId(name, pin.FrameType.BODY) for name in self.parents}
-        # Pinocchio keeps no names of constraints, but their order.
-        names = [element.get("name") for element in xml.parse(mjcf).getroot().iterfind("equality/*")]
-        if len(names) != len(constraints):
-            raise RuntimeError(f"Pinocchio read {len(constraints)} of {len(names)} equalities")
-        self.closures = [self._closure(name, constraint) for name, constraint in zip(names, constraints)]
+        self.merged = frozenset(name for name in self.parents if self._joint(name) == self._joint(self.parents[name]))
+        self.closures = read_closures(mjcf)  # Pinocchio reads no equalities between sites
 
-    def _closure(self, name: str, constraint) -> Closure:
-        if not isinstance(constraint, pin.PointAnchorConstraintModel):
-            raise NotImplementedError(f"Pinocchio read a {constraint.shortname()}, not a pair of points")
-        body_a, point_a = self._point(constraint.joint1_id, constraint.joint1_placement)
-        body_b, point_b = self._point(constraint.joint2_id, constraint.joint2_placement)
-        return Closure(name, body_a, point_a, body_b, point_b, weld=False)
-
-    def _point(self, joint: int, placement: pin.SE3) -> tuple[str, Array]:
-        """From the frame of a joint to that of the body behind it."""
-        if joint == 0:
-            return WORLD, placement.translation.copy()
-        for name, frame in self.frames.items():
-            if self.model.frames[frame].parentJoint == joint:
-                return name, self.model.frames[frame].placement.actInv(placement.translation)
-        raise KeyError(f"no body behind joint {joint}")
+    def _joint(self, body: str) -> int:
+        """The joint that carries a body; 0 for what is fixed in the world."""
+        return self.model.frames[self.frames[body]].parentJoint if body in self.frames else 0
 
     def neutral(self) -> Array:
         return pin.neutral(self.model)
@@ -112,17 +99,15 @@ class Pinocchio(TreeEngine):
             external.append(pin.Force.Zero())
         for name, wrench in loads.items():
             if name in self.frames:
-                joint = self.model.frames[self.frames[name]].parentJoint
+                joint = self._joint(name)
                 placement, origin = self.data.oMi[joint], self.data.oMf[self.frames[name]].translation
                 moved = moved_wrench(wrench, origin - placement.translation)
                 turned = np.concatenate([placement.rotation.T @ moved[:3], placement.rotation.T @ moved[3:]])
                 external[joint] += pin.Force(turned)
         pin.rnea(self.model, self.data, q, v, a, external)
         result = {}
-        for name, parent in self.parents.items():
-            joint = self.model.frames[self.frames[name]].parentJoint
-            if joint == 0 or (parent in self.frames and self.model.frames[self.frames[parent]].parentJoint == joint):
-                continue
+        for name in set(self.parents) - self.merged:
+            joint = self._joint(name)
             placement, origin = self.data.oMi[joint], self.data.oMf[self.frames[name]].translation
             wrench = np.concatenate(
                 [placement.rotation @ self.data.f[joint].linear, placement.rotation @ self.data.f[joint].angular]

@@ -24,14 +24,14 @@ WORLD = "world"
 
 @dataclass(frozen=True)
 class Closure:
-    """A point of one body that is held at a point of another; with `weld` all six directions are."""
+    """A point of body a that is held at a point of body b; of a weld also the rotation of b in a."""
 
     joint: str
     body_a: str
     point_a: Array
     body_b: str
     point_b: Array
-    weld: bool
+    rotation: Array | None = None
 
 
 class TreeEngine(ABC):
@@ -43,6 +43,8 @@ class TreeEngine(ABC):
     #: tree parent of each body, by the exported file
     parents: dict[str, str]
     closures: list[Closure]
+    #: bodies that the engine has made one with their parents
+    merged: frozenset[str] = frozenset()
 
     @abstractmethod
     def neutral(self) -> Array:
@@ -93,31 +95,25 @@ def read_tree(path: Path) -> dict[str, str]:
 
 
 def read_closures(path: Path) -> list[Closure]:
-    """The equalities of an MJCF file, for an engine that does not keep them.
-
-    A file gives the point in the first body alone, for the position in which the file has the bodies; the point in
-    the second body follows from the poses of that position.
-    """
+    """The equalities between sites of an MJCF file, for an engine that does not keep them."""
     root = xml.parse(path).getroot()
-    poses = {WORLD: Pose(np.eye(3), np.zeros(3))}
-
-    def visit(element: xml.Element, pose: Pose) -> None:
-        for child in element.findall("body"):
-            rotation = rotation_from_quaternion(vector(child.get("quat", "1 0 0 0")))
-            here = pose @ Pose(rotation, vector(child.get("pos", "0 0 0")))
-            poses[child.get("name")] = here
-            visit(child, here)
-
-    visit(root.find("worldbody"), poses[WORLD])
+    sites: dict[str, tuple[str, Pose]] = {}
+    for body in root.find("worldbody").iter("body"):
+        for site in body.findall("site"):
+            sites[site.get("name")] = body.get("name"), read_pose(site)
     closures = []
     for element in root.iterfind("equality/*"):
-        if element.tag != "connect":
-            raise NotImplementedError(f"an equality {element.tag}")
-        a, b = element.get("body1"), element.get("body2", WORLD)
-        point = vector(element.get("anchor"))
-        at = poses[b].rotation.T @ (poses[a].point(point) - poses[b].position)
-        closures.append(Closure(element.get("name"), a, point, b, at, weld=False))
+        (a, in_a), (b, in_b) = sites[element.get("site1")], sites[element.get("site2")]
+        if element.tag not in ("connect", "weld"):
+            raise NotImplementedError(f"an equality of the kind {element.tag}")
+        rotation = in_a.rotation @ in_b.rotation.T if element.tag == "weld" else None
+        closures.append(Closure(element.get("name"), a, in_a.position, b, in_b.position, rotation))
     return closures
+
+
+def read_pose(element: xml.Element) -> Pose:
+    rotation = rotation_from_quaternion(vector(element.get("quat", "1 0 0 0")))
+    return Pose(rotation, vector(element.get("pos", "0 0 0")))
 
 
 def vector(text: str) -> Array:
