@@ -131,9 +131,9 @@ class ClosedLoop:
                 needed = needed - effort * column
         terms.append(np.abs(needed))
 
-        driven = [pairs[joint.name][k] for joint, k in mechanism.actuated()]
+        driven = [self.drive_column(joint, k, pairs, jacobians) for joint, k in mechanism.actuated()]
         closing = [pair for closure in engine.closures for pair in closure_pairs(closure, poses)]
-        columns = np.array([pair_column(pair, jacobians) for pair in driven + closing]).T
+        columns = np.array(driven + [pair_column(pair, jacobians) for pair in closing]).T
         # Columns of forces and moments differ by lengths; unit columns make their ranks comparable.
         norms = np.linalg.norm(columns, axis=0)
         norms[norms == 0.0] = 1.0
@@ -191,6 +191,13 @@ class ClosedLoop:
     @staticmethod
     def is_on(body: str, successor: str) -> bool:
         return body == successor or (body == WORLD and successor == GROUND)
+
+    def drive_column(
+        self, joint: Joint, k: int, pairs: dict[str, list["Pair"]], jacobians: dict[str, Array]
+    ) -> Array:
+        """Generalised forces of a unit drive: by the engine's own actuator, if it reads those of the file."""
+        own = self.engine.drive(self.q, (f"{joint.name}.{joint.freedoms[k].name}", joint.name))
+        return own if own is not None else pair_column(pairs[joint.name][k], jacobians)
 
     def outer_loads(self, sample: Sample) -> dict[str, Array]:
         """Loads on the engine's bodies: of a body in parts all is on its first, which has the body's name."""

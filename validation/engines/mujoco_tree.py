@@ -93,6 +93,16 @@ class Mujoco(TreeEngine):
         self.data.qpos[:], self.data.qvel[:], self.data.qacc[:] = q, v, a
         self.data.xfrc_applied[:] = 0.0
 
+    def drive(self, q: Array, names: tuple[str, ...]) -> Array | None:
+        """The file's motors: the first of the names that it has."""
+        index = next(i for name in names for i in range(self.model.nu) if self.model.actuator(i).name == name)
+        self._place(q)
+        mujoco.mj_transmission(self.model, self.data)
+        self.data.ctrl[:] = 0.0
+        self.data.ctrl[index] = 1.0
+        mujoco.mj_fwdActuation(self.model, self.data)
+        return self.data.qfrc_actuator.copy()
+
     def springs(self, q: Array, v: Array) -> Array | None:
         """The springs are tendons between two sites."""
         if not self.has_springs:

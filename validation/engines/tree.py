@@ -66,6 +66,10 @@ class TreeEngine(ABC):
     def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
         """Forces that the open tree needs under its own weight, without loads, springs and loops."""
 
+    def drive(self, q: Array, names: tuple[str, ...]) -> Array | None:
+        """Generalised forces of a unit of the file's drive with the first of these names, if the engine reads them."""
+        return None
+
     @abstractmethod
     def springs(self, q: Array, v: Array) -> Array | None:
         """Generalised forces of the springs, if the engine has such springs."""

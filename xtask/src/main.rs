@@ -1,18 +1,27 @@
-//! The project's own automation: `cargo xtask test`.
+//! The project's own automation: `cargo xtask test`, `cargo xtask validate`.
+
+mod validate;
 
 use std::env;
 use std::process::{Command, ExitCode};
 use std::time::Instant;
+use validate::{Outcome, validate};
 
 const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
-  test     formatting, lints, documentation and all tests, as the continuous integration runs them
+  test       formatting, lints, documentation, all tests and validation, as the continuous
+             integration runs them
+  validate   driving forces and reactions against other engines, see validation/README.md
 ";
 
 fn main() -> ExitCode {
     match env::args().nth(1).as_deref() {
         Some("test") => test(),
+        Some("validate") => match validate() {
+            Outcome::Passed | Outcome::Skipped => ExitCode::SUCCESS,
+            Outcome::Failed => ExitCode::FAILURE,
+        },
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");
             ExitCode::SUCCESS
@@ -64,7 +73,19 @@ fn test() -> ExitCode {
         }
         eprintln!("== {}: passed in {} s", step.name, begun.elapsed().as_secs());
     }
-    ExitCode::SUCCESS
+    eprintln!("\n== validation: cargo xtask validate");
+    let begun = Instant::now();
+    match validate() {
+        Outcome::Passed => {
+            eprintln!("== validation: passed in {} s", begun.elapsed().as_secs());
+            ExitCode::SUCCESS
+        }
+        Outcome::Skipped => ExitCode::SUCCESS,
+        Outcome::Failed => {
+            eprintln!("\n== validation failed");
+            ExitCode::FAILURE
+        }
+    }
 }
 
 fn cargo(arguments: &[&str]) -> Command {
