@@ -1,0 +1,47 @@
+//! The bodies of the file and their joints, with names that are there once.
+
+use super::names::Names;
+use super::steps::{Step, steps};
+use super::tree::Tree;
+use crate::exchange::Home;
+
+/// A joint of the file with its name.
+pub(super) struct NamedStep {
+    pub(super) step: Step,
+    pub(super) name: String,
+}
+
+/// The names of a part and of its joints.
+pub(super) struct NamedPart {
+    pub(super) name: String,
+    /// Its six coordinates in the world, for which MJCF has a joint of its own.
+    pub(super) free: Option<String>,
+    /// The joints by which it hangs otherwise.
+    pub(super) steps: Vec<NamedStep>,
+}
+
+/// For each part of the tree its names. Further parts of a body are named after it and the joint by
+/// which they hang.
+pub(super) fn named(home: &Home<'_>, tree: &Tree) -> Vec<NamedPart> {
+    let mechanism = &home.model.mechanism;
+    let (mut bodies, mut joints) = (Names::default(), Names::default());
+    bodies.reserve("world");
+    let own: Vec<String> = mechanism.bodies().iter().map(|b| bodies.take(&b.name)).collect();
+    let parts = tree.parts.iter().map(|part| {
+        let joint = &mechanism.joints()[part.joint];
+        let name = match part.is_further {
+            false => own[part.body].clone(),
+            true => bodies.take(&format!("{}@{}", own[part.body], joint.name)),
+        };
+        if part.is_free {
+            let free = Some(joints.take(&joint.name));
+            return NamedPart { name, free, steps: Vec::new() };
+        }
+        let steps = steps(home, part.joint, part.reversed).into_iter().map(|step| {
+            let name = joints.take(&format!("{}{}", joint.name, step.suffix));
+            NamedStep { step, name }
+        });
+        NamedPart { name, free: None, steps: steps.collect() }
+    });
+    parts.collect()
+}
