@@ -89,7 +89,9 @@ fn a_page_says_everything() {
     let page = parse(&html);
     let whole = text(page.root());
     // A section's title, which is in both contents, too, and an equation's number.
-    assert_eq!(whole.matches(&kept(HOSTILE)).count(), 3 + 1, "{whole}");
+    let number = kept(HOSTILE).replace('-', "–");
+    assert_eq!(whole.matches(&kept(HOSTILE)).count(), 3, "{whole}");
+    assert_eq!(whole.matches(&number).count(), 1, "{whole}");
     // Elsewhere its marks are read: a formula, three captions and ten cells, a paragraph, a finding,
     // an item, the footer.
     let read = kept(HOSTILE).replace("`x`", "x").replace("\\*", "*");

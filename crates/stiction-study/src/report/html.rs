@@ -113,11 +113,13 @@ impl Page {
         let (mut place, mut count) = (String::new(), String::new());
         if !number.is_empty() {
             place = self.place(format!("eq-{}", number.to_lowercase()));
-            count = format!("<span class=\"count\">({})</span>", escape(number));
+            // What joins numbers is a dash.
+            let number = escape(number).replace('-', "–");
+            count = format!("<span class=\"count\">({number})</span>");
         }
         let formula = marked(formula);
         format!(
-            "<div class=\"equation\"{place}><span class=\"formula\">{formula}</span>{count}</div>\n"
+            "<div class=\"equation\"{place}><span class=\"formula\">{formula}</span> {count}</div>\n"
         )
     }
 
