@@ -15,8 +15,8 @@ const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "goog
 const PATIENCE: Duration = Duration::from_secs(60);
 /// A phone, and a window beside others, px.
 const WIDTHS: [u32; 2] = [360, 1200];
-/// Pictures are no longer than that; beyond 16384 px the browser draws none.
-const LONGEST: u64 = 16_000;
+/// Pictures show no more than that of a page, the rest is in print; beyond 16384 px there is none.
+const LONGEST: u64 = 12_000;
 /// More than a mail takes, and more than a page should need.
 const LARGEST: u64 = 3_000_000;
 
