@@ -133,6 +133,7 @@ fn plots_follow_the_page() {
         assert!(frame.skip(2).all(|side| side > 100.0));
         assert!(plot.attribute("width").is_none() && plot.attribute("height").is_none());
     }
+    assert!(elements(plots[0], "text").any(|node| text(node) == "−400"));
     let strokes = |plot: Node<'_, '_>| -> Vec<String> {
         elements(plot, "path").filter_map(|n| n.attribute("stroke").map(str::to_owned)).collect()
     };

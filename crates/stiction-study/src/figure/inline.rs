@@ -42,6 +42,8 @@ impl Figure {
             .render_scene(&self.sheet(Form::Page).render())
             .replace("id=\"kuva-clip-", &format!("id=\"{name}_clip"))
             .replace("clip-path=\"url(#kuva-clip-", &format!("clip-path=\"url(#{name}_clip"))
+            // Numbers at axes have the minus of those in tables.
+            .replace("\">-", "\">−")
             .replacen("\" height=\"", " ", 1)
             .replacen(" width=\"", " class=\"curves\" viewBox=\"0 0 ", 1);
         let mut paint = |part: &str, from: &str, to: &str| {
