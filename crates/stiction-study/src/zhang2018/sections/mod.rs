@@ -64,12 +64,12 @@ pub(super) fn table<const N: usize>(
     Block::Table(table)
 }
 
-/// A panel of curves over time: name, colour, dashed, points.
-pub(super) fn panel<const N: usize>(
-    y_label: &str,
-    lines: [(&str, usize, bool, Vec<(f64, f64)>); N],
-) -> Panel {
-    let line = |(label, colour, dashed, points): (&str, usize, bool, Vec<(f64, f64)>)| Line {
+/// Points of a curve over time, and how it is drawn: name, colour, dashed.
+pub(super) type Drawn<'a> = (&'a str, usize, bool, Vec<(f64, f64)>);
+
+/// A panel of curves over time.
+pub(super) fn panel<const N: usize>(y_label: &str, lines: [Drawn<'_>; N]) -> Panel {
+    let line = |(label, colour, dashed, points): Drawn<'_>| Line {
         label: label.into(),
         points,
         colour,
