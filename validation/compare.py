@@ -7,10 +7,10 @@ from typing import Protocol
 
 import numpy as np
 
-from closed_loop import Solution
 from friction import contact_loads, friction_by_the_tables, law_errors
 from mechanism import Joint, Mechanism
 from program import Case
+from solution import Solution
 from spatial import Array
 from statics import SelfStress
 from tables import Sample
@@ -93,7 +93,7 @@ def compare(solver: Solver, case: Case, with_friction: bool) -> Agreement:
         friction = friction_by_the_tables(mechanism, sample) if with_friction else {}
         solution = solver.solve(sample, friction)
         result.samples += 1
-        result.place = max(result.place, solution.pose)
+        result.place = max(result.place, solution.place)
         result.balance = max(result.balance, solution.balance, solution.motion)
         for (joint, k), ours, other in zip(mechanism.actuated(), sample.drives, solution.drives):
             kind = result.drive_forces if is_force(joint, k) else result.drive_moments

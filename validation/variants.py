@@ -21,6 +21,9 @@ LOADED = {
     "slider-crank": ("slider", "rod"),
 }
 
+#: models that move whatever the arrangement of their joints
+FREE_GEOMETRY = ("3rps", "zhang2018-regular", "gough")
+
 NUMBER = r"(?<![\w.^*/])(\d+(?:\.\d+)?(?:e-?\d+)?)"
 
 
@@ -77,6 +80,10 @@ def vary(name: str, text: str, seed: int) -> str:
             pass  # a rod that spins idly must be the same all round its axis
         elif last == "com":
             code = shifted(code, key, random)
+        elif name in FREE_GEOMETRY and key in ("foot", "tip"):
+            code = shifted(code, key, random)
+        elif name in FREE_GEOMETRY and key == "axis" and section in ("legs.joints.R", "legs.joints.P"):
+            code = tilted(code, random)
         elif last == "inertia":
             code = enlarged(code, key, factor(0.1), random)
         elif "friction" in code:
@@ -113,9 +120,15 @@ def times(code: str, key: str, by: float) -> str:
 
 
 def shifted(code: str, key: str, random: np.random.Generator) -> str:
-    """A centre of mass moved by some millimetres in all directions."""
+    """A place moved by some millimetres in all directions."""
     moved = [f'"({entry}) + {random.uniform(-8.0, 8.0)!r} mm"' for entry in entries(code)]
     return f"{key} = [{', '.join(m.replace('(0) + ', '') for m in moved)}] "
+
+
+def tilted(code: str, random: np.random.Generator) -> str:
+    """An axis like "y", a few degrees off."""
+    axis = np.eye(3)["xyz".index(bare(code.split("=", 1)[1].strip()))] + random.uniform(-0.05, 0.05, 3)
+    return f"axis = {axis.tolist()!r} "
 
 
 def enlarged(code: str, key: str, by: float, random: np.random.Generator) -> str:

@@ -2,8 +2,8 @@
 
 A plant in continuous time has no constraints, and one in discrete time solves its own step instead of the equations
 of motion at an instant. So the loops are left out of the file that Drake reads, and their forces are applied. The
-reaction port follows from forward dynamics with all forces given; the accelerations that Drake finds are compared
-with those of the motion.
+reaction port follows from forward dynamics with all forces given: reactions are right only if Drake finds the
+accelerations of the motion.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pydrake.multibody.tree import JacobianWrtVariable, LinearSpringDamper, Mult
 logging.getLogger("drake").setLevel(logging.ERROR)  # it warns of every tag that it does not read
 
 from engines.tree import TreeEngine, read_closures, read_pose, read_tree, vector
-from mechanism import GROUND, Mechanism, Pose
+from mechanism import Mechanism, Pose
 from spatial import Array, moved_wrench
 
 
@@ -38,15 +38,13 @@ class Drake(TreeEngine):
         self.parents = read_tree(mjcf)
         self.closures = read_closures(mjcf)
         self.bodies = {name: self.plant.GetBodyByName(name) for name in self.parents}
-        ends = self.bodies if GROUND in self.bodies else {**self.bodies, GROUND: self.plant.world_body()}
-        base = Pose(np.eye(3), np.zeros(3)) if GROUND in self.bodies else mechanism.bodies[GROUND].home
         for spring in mechanism.springs:
             self.plant.AddForceElement(
                 LinearSpringDamper(
-                    ends[spring.predecessor],
-                    base.point(spring.at_from) if spring.predecessor == GROUND else spring.at_from,
-                    ends[spring.successor],
-                    base.point(spring.at_to) if spring.successor == GROUND else spring.at_to,
+                    self.bodies[spring.predecessor],
+                    spring.at_from,
+                    self.bodies[spring.successor],
+                    spring.at_to,
                     spring.free_length,
                     spring.stiffness,
                     spring.damping,
@@ -132,10 +130,7 @@ class Drake(TreeEngine):
     def reactions(
         self, q: Array, v: Array, a: Array, tau: Array, loads: dict[str, Array]
     ) -> dict[str, Array]:
-        """The port says the wrench on the child at the joint's frame there, in axes of that frame.
-
-        The springs act in the plant, so `loads` must not have them.
-        """
+        """The port says the wrench on the child at the joint's frame there, in axes of that frame."""
         plant, context = self.plant, self.context
         plant.SetPositions(context, q)
         plant.SetVelocities(context, v)
@@ -143,8 +138,6 @@ class Drake(TreeEngine):
         plant.get_applied_generalized_force_input_port().FixValue(context, tau)
         applied = []
         for name, wrench in loads.items():
-            if name == GROUND:
-                continue
             force = ExternallyAppliedSpatialForce()
             force.body_index = self.bodies[name].index()
             force.p_BoBq_B = np.zeros(3)
@@ -153,8 +146,6 @@ class Drake(TreeEngine):
         port = plant.get_applied_spatial_force_input_port()
         port.FixValue(context, Value[list[ExternallyAppliedSpatialForce]](applied))
         forces = plant.get_reaction_forces_output_port().Eval(context)
-        found = plant.get_generalized_acceleration_output_port().Eval(context)
-        self.acceleration_error = float(np.max(np.abs(found - a)))
         result = {}
         for joint in self.joints:
             child = joint.child_body()

@@ -15,8 +15,8 @@ import exudyn as exu
 import numpy as np
 from exudyn import itemInterface as items
 
-from closed_loop import Solution
 from mechanism import GROUND, Joint, Mechanism, Pose
+from solution import Solution
 from spatial import Array, moved_wrench, quaternion_product
 from tables import Sample
 
@@ -163,7 +163,7 @@ class Exudyn:
         """Drives and reactions; `friction` has for each joint the efforts on its freedoms."""
         mechanism, poses = self.mechanism, sample.poses
         parameters = self._place(poses, sample.motions)
-        accelerations = []
+        rates, accelerations = [], []
         for i, name in enumerate(self.moving):
             theta, spin = parameters[i], np.array([0.0, *sample.motions[name][3:]])
             theta_rate = 0.5 * quaternion_product(spin, theta)
@@ -171,6 +171,7 @@ class Exudyn:
                 quaternion_product(np.array([0.0, *sample.accelerations[name][3:]]), theta)
                 + quaternion_product(spin, theta_rate)
             )
+            rates.extend([*sample.motions[name][:3], *theta_rate])
             accelerations.extend([*sample.accelerations[name][:3], *second])
         self.solver.ComputeMassMatrix(self.mbs)
         mass = np.array(self.solver.GetSystemMassMatrix())[: self.size, : self.size].copy()
@@ -179,6 +180,8 @@ class Exudyn:
         jacobian = np.array(self.solver.GetSystemJacobian())
         rows = jacobian[self.size :, : self.size].copy()  # Cq
         closure = self._closure()
+        # Rates of the constraints, relative to the largest rate, or to 0.1 m/s at rest.
+        slip = float(np.max(np.abs(rows @ np.array(rates)))) / max(float(np.max(np.abs(rates))), 0.1)
 
         base = self._forces({})
         maps = self._unit_loads(base)
@@ -220,7 +223,7 @@ class Exudyn:
                 if driven.name == name:
                     efforts[k] += drive
             reactions[name] = total + joint.efforts(poses) @ efforts
-        return Solution(drives, reactions, closure, 0.0, balance)
+        return Solution(drives, reactions, closure, slip, balance)
 
     def _closure(self) -> float:
         """Largest residual of Exudyn's own constraint equations."""

@@ -6,12 +6,14 @@ that is consistent have no force. So they are switched off here, and only their 
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Iterator
 
 import mujoco
 import numpy as np
 
-from engines.tree import WORLD, Closure, TreeEngine, read_tree
+from engines.tree import Closure, TreeEngine, read_tree
 from mechanism import Mechanism, Pose
 from spatial import Array, moved_wrench, rotation_from_quaternion
 
@@ -31,7 +33,6 @@ class Mujoco(TreeEngine):
         self.parents = read_tree(mjcf)
         self.ids = {name: self.model.body(name).id for name in self.parents}
         self.closures = [self._closure(i) for i in range(self.model.neq)]
-        self.has_springs = self.model.ntendon > 0
 
     def _closure(self, i: int) -> Closure:
         """Equalities are between sites of bodies: points, or frames of a weld."""
@@ -41,14 +42,11 @@ class Mujoco(TreeEngine):
         if int(model.eq_objtype[i]) != int(mujoco.mjtObj.mjOBJ_SITE):
             raise NotImplementedError("an equality that is not between sites")
         sites = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
-        a, b = (self._body(int(model.site_bodyid[site])) for site in sites)
+        a, b = (model.body(int(model.site_bodyid[site])).name for site in sites)
         points = [model.site_pos[site].copy() for site in sites]
         turns = [rotation_from_quaternion(model.site_quat[site]) for site in sites]
         rotation = turns[0] @ turns[1].T if weld else None
         return Closure(model.equality(i).name, a, points[0], b, points[1], rotation)
-
-    def _body(self, index: int) -> str:
-        return WORLD if index == 0 else self.model.body(index).name
 
     def neutral(self) -> Array:
         return self.model.qpos0.copy()
@@ -105,16 +103,20 @@ class Mujoco(TreeEngine):
 
     def springs(self, q: Array, v: Array) -> Array | None:
         """The springs are tendons between two sites."""
-        if not self.has_springs:
+        if self.model.ntendon == 0:
             return None
-        flags = self.model.opt.disableflags
-        bits = mujoco.mjtDisableBit
-        self.model.opt.disableflags &= ~int(bits.mjDSBL_SPRING) & ~int(bits.mjDSBL_DAMPER)
-        self._set(q, v, np.zeros(self.nv))
-        mujoco.mj_fwdPosition(self.model, self.data)
-        mujoco.mj_fwdVelocity(self.model, self.data)
-        self.model.opt.disableflags = flags
+        with self._springs_on():
+            self._set(q, v, np.zeros(self.nv))
+            mujoco.mj_fwdPosition(self.model, self.data)
+            mujoco.mj_fwdVelocity(self.model, self.data)
         return self.data.qfrc_spring + self.data.qfrc_damper
+
+    @contextmanager
+    def _springs_on(self) -> Iterator[None]:
+        flags, bits = self.model.opt.disableflags, mujoco.mjtDisableBit
+        self.model.opt.disableflags = flags & ~int(bits.mjDSBL_SPRING) & ~int(bits.mjDSBL_DAMPER)
+        yield
+        self.model.opt.disableflags = flags
 
     def reactions(
         self, q: Array, v: Array, a: Array, tau: Array, loads: dict[str, Array]
@@ -127,8 +129,9 @@ class Mujoco(TreeEngine):
             if name in loads:
                 lever = self.data.xpos[index] - self.data.xipos[index]
                 self.data.xfrc_applied[index] = moved_wrench(loads[name], lever)
-        mujoco.mj_inverse(self.model, self.data)
-        mujoco.mj_rnePostConstraint(self.model, self.data)
+        with self._springs_on():
+            mujoco.mj_inverse(self.model, self.data)
+            mujoco.mj_rnePostConstraint(self.model, self.data)
         result = {}
         for name in self.parents:
             index = self.ids[name]

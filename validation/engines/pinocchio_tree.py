@@ -85,10 +85,6 @@ class Pinocchio(TreeEngine):
     def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
         return pin.rnea(self.model, self.data, q, v, a).copy()
 
-    def springs(self, q: Array, v: Array) -> Array | None:
-        """Pinocchio has no springs between bodies."""
-        return None
-
     def reactions(
         self, q: Array, v: Array, a: Array, tau: Array, loads: dict[str, Array]
     ) -> dict[str, Array]:

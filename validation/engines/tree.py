@@ -14,12 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mechanism import GROUND, Pose
+from mechanism import Pose
 from spatial import Array, rotation_from_quaternion
-
-
-#: the body of MJCF that everything stands on; its frame is that of the world
-WORLD = "world"
 
 
 @dataclass(frozen=True)
@@ -40,7 +36,7 @@ class TreeEngine(ABC):
     name: str
     version: str
     nv: int
-    #: tree parent of each body, by the exported file
+    #: tree parent of each body by the exported file, the ground among them
     parents: dict[str, str]
     closures: list[Closure]
     #: bodies that the engine has made one with their parents
@@ -70,9 +66,9 @@ class TreeEngine(ABC):
         """Generalised forces of a unit of the file's drive with the first of these names, if the engine reads them."""
         return None
 
-    @abstractmethod
     def springs(self, q: Array, v: Array) -> Array | None:
-        """Generalised forces of the springs, if the engine has such springs."""
+        """Generalised forces of the springs, if the engine has such springs; it then has them in its reactions."""
+        return None
 
     @abstractmethod
     def reactions(
@@ -80,7 +76,8 @@ class TreeEngine(ABC):
     ) -> dict[str, Array]:
         """Wrench [f, m] of each body's tree parent on it, about its origin, world axes.
 
-        `loads` are about the origins of bodies, world axes; `tau` acts in the joints of the tree.
+        `loads` are about the origins of bodies, world axes; `tau` acts in the joints of the tree. Springs that the
+        engine has itself are not among them.
         Bodies are missing for which the engine does not say it.
         """
 
@@ -94,7 +91,7 @@ def read_tree(path: Path) -> dict[str, str]:
             parents[child.get("name")] = parent
             visit(child, child.get("name"))
 
-    visit(xml.parse(path).getroot().find("worldbody"), GROUND)
+    visit(xml.parse(path).getroot().find("worldbody"), "world")
     return parents
 
 

@@ -23,7 +23,8 @@ pub(crate) enum Outcome {
 
 /// Builds the program, makes the environment and compares.
 pub(crate) fn validate() -> Outcome {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../validation");
+    let xtask = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = xtask.parent().unwrap_or(xtask).join("validation");
     let python = match environment(&folder) {
         Ok(python) => python,
         Err(what) => return missing(&what),
