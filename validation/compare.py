@@ -116,7 +116,10 @@ def is_force(joint: Joint, freedom: int) -> bool:
 def add_reactions(
     result: Agreement, mechanism: Mechanism, sample: Sample, solution: Solution
 ) -> dict[str, Array]:
-    """Compares the reactions but for self-stresses, and returns the self-stress between the two."""
+    """Compares the reactions but for self-stresses, and returns the self-stress between the two.
+
+    Where the program says that statics determines a reaction there must be none.
+    """
     differences = {
         name: ours - solution.reactions[name]
         for name, ours in sample.reactions.items()
@@ -125,7 +128,8 @@ def add_reactions(
     result.missing |= set(sample.reactions) - set(differences)
     beyond, stress = SelfStress(mechanism, sample.poses).beyond(differences)
     for name in differences:
-        ours, rest = sample.reactions[name], beyond[name]
+        ours = sample.reactions[name]
+        rest = differences[name] if sample.determined[name] else beyond[name]
         result.forces.add(ours[:3], rest[:3])
         result.moments.add(ours[3:], rest[3:])
     return stress
