@@ -114,7 +114,7 @@ pub(crate) struct Study {
     pub(crate) name: Option<String>,
     /// Write the report into this folder: report.html, report.md, report.json, pictures and tables
     /// [default: study-NAME; with --json none]
-    #[arg(short, long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", requires = "name")]
     pub(crate) output: Option<PathBuf>,
     /// Print findings and tables, or what is wrong, as JSON
     #[arg(long)]

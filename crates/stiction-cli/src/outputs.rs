@@ -11,16 +11,19 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Outputs {
     folder: PathBuf,
     pending: Vec<(PathBuf, PathBuf)>,
+    /// Whether the folder was not there before.
+    is_new: bool,
 }
 
 impl Outputs {
     /// Makes the folder if need be.
     pub(crate) fn new(folder: &Path) -> Result<Self, Failure> {
+        let is_new = !folder.exists();
         fs::create_dir_all(folder).map_err(|error| {
             Failure::input(format!("cannot make the folder {}: {error}", folder.display()))
                 .help("give another folder with -o")
         })?;
-        Ok(Self { folder: folder.to_owned(), pending: Vec::new() })
+        Ok(Self { folder: folder.to_owned(), pending: Vec::new(), is_new })
     }
 
     /// Begins a file.
@@ -87,6 +90,10 @@ impl Drop for Outputs {
         for (partial, _) in &self.pending {
             // It may be gone already; there is nobody to tell.
             let _ = fs::remove_file(partial);
+        }
+        if self.is_new {
+            // Only one that is still empty goes.
+            let _ = fs::remove_dir(&self.folder);
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::inverse::{failure_of, listen_for_interrupt};
 use crate::outputs::Outputs;
 use crate::print;
 use crate::progress::Progress;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use stiction_model::gallery;
@@ -46,6 +46,9 @@ fn carry_out(options: &Study) -> Result<(), Failure> {
         zhang2018::Error::Run(error) => failure_of(error),
         error => Failure::no_answer(error.to_string()),
     })?;
+    if interrupted.load(Ordering::Relaxed) {
+        return Err(Failure::interrupted());
+    }
     if options.json {
         print(&format!("{:#}\n", report.json()))?;
     } else {
@@ -55,7 +58,7 @@ fn carry_out(options: &Study) -> Result<(), Failure> {
         print(&text)?;
     }
     if let (Some(outputs), Some(folder)) = (outputs.take(), folder) {
-        let count = write(outputs, &report)?;
+        let count = write(outputs, &report, &earlier_files(&folder))?;
         if !options.json {
             let page = folder.join("report.html");
             eprintln!(
@@ -68,14 +71,30 @@ fn carry_out(options: &Study) -> Result<(), Failure> {
 }
 
 /// Writes all files of a report but the first, `report.html`, of which it gives no count.
-fn write(mut outputs: Outputs, report: &Report) -> Result<usize, Failure> {
+/// Of `earlier` files those that this report does not have are removed.
+fn write(mut outputs: Outputs, report: &Report, earlier: &[String]) -> Result<usize, Failure> {
     outputs.write("report.html", report.html().as_bytes())?;
     outputs.write("report.md", report.markdown().as_bytes())?;
-    outputs.write("report.json", format!("{:#}\n", report.json()).as_bytes())?;
-    for (name, content) in report.tables().iter().chain(&report.pictures()) {
+    let files: Vec<(String, String)> =
+        report.tables().into_iter().chain(report.pictures()).collect();
+    let mut json = report.json();
+    json["files"] = files.iter().map(|(name, _)| name.as_str()).collect();
+    outputs.write("report.json", format!("{json:#}\n").as_bytes())?;
+    for (name, content) in &files {
         outputs.write(name, content.as_bytes())?;
     }
-    Ok(outputs.complete(&[])?.len() - 1)
+    let earlier: Vec<&str> = earlier.iter().map(String::as_str).collect();
+    Ok(outputs.complete(&earlier)?.len() - 1)
+}
+
+/// The files that an earlier report in this folder says are its own; plain names only.
+fn earlier_files(folder: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(folder.join("report.json")).unwrap_or_default();
+    let report: Value = serde_json::from_str(&text).unwrap_or_default();
+    let files = report["files"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let is_plain = |name: &&str| Path::new(name).file_name().is_some_and(|own| own == *name);
+    let is_ours = |name: &&str| name.ends_with(".csv") || name.ends_with(".svg");
+    files.filter(is_plain).filter(is_ours).map(str::to_owned).collect()
 }
 
 fn list(for_programs: bool) -> Result<(), Failure> {
@@ -95,7 +114,7 @@ fn unknown(name: &str) -> Failure {
     let names = STUDIES.map(|(name, _)| name);
     let known = format!("there is: {}", names.join(", "));
     let failure = Failure::input(format!("there is no study `{name}`"));
-    let is_model = gallery::get(name).is_some() || Path::new(name).exists();
+    let is_model = gallery::get(name).is_some() || Path::new(name).is_file();
     let near = names.iter().find(|known| strsim::jaro_winkler(known, name) > 0.8);
     let hint = if is_model {
         format!(

@@ -19,6 +19,21 @@ fn the_report_is_written() {
     for ending in ["html", "md", "json", "csv", "svg"] {
         assert!(files.iter().any(|file| file.ends_with(&format!(".{ending}"))), "{files:?}");
     }
+    // A file of an earlier report that this one does not have is gone, what is not ours stays.
+    let mut json: Value = serde_json::from_str(&inner.read("report.json")).unwrap();
+    let listed = json["files"].as_array_mut().unwrap();
+    listed.push("of-an-earlier-version.csv".into());
+    listed.push("../mine.csv".into());
+    inner.write("report.json", &json.to_string());
+    inner.write("of-an-earlier-version.csv", "old");
+    inner.write("mine.csv", "mine");
+    folder.write("mine.csv", "mine");
+    folder.stiction(&["study", "zhang2018"]).succeeds();
+    let mut expected = files.clone();
+    expected.push("mine.csv".into());
+    expected.sort();
+    assert_eq!(inner.files(), expected);
+    assert_eq!(folder.files(), ["mine.csv", "study-zhang2018"]);
     // No partial file is left, and all that Markdown shows is there.
     assert!(files.iter().all(|file| !file.starts_with('.')), "{files:?}");
     let markdown = inner.read("report.md");
@@ -71,6 +86,7 @@ fn bad_options_are_told() {
         .stiction(&["study", "zhang2018", "-o", "taken"])
         .fails(2, &["cannot make the folder taken"]);
     folder.stiction(&["study", "zhang2018", "--step", "1"]).fails(2, &["--step"]);
+    folder.stiction(&["study", "-o", "x"]).fails(2, &["<NAME>"]);
     let said = folder.stiction(&["study", "nothing", "--json"]);
     assert_eq!(said.code, 2);
     let value: Value = serde_json::from_str(&said.out).unwrap();

@@ -6,7 +6,7 @@ use super::reactions::{OF_LEG, unknown};
 use crate::figure::Figure;
 use crate::inverse::{Curves, Job, Phase, Summary, Verdict};
 use serde_json::Value;
-use stiction::dynamics::{Bounds, Forces, FrictionMode, InverseDynamics, Power, Settings};
+use stiction::dynamics::{Forces, FrictionMode, InverseDynamics, Power, Settings};
 use stiction::mechanism::JointId;
 use stiction::spatial::Vec3;
 use stiction_model::{Model, Source, gallery, read};
@@ -79,8 +79,9 @@ impl Run {
                 summary.add(sample);
                 curves.add(sample);
                 let from = before.replace(sample.time).unwrap_or(sample.time);
-                match job.follow(&mut solver, from, sample.time) {
-                    Ok(()) => samples.push(of_sample(sample.time, sample.forces, &solver)),
+                let followed = job.follow(&mut solver, from, sample.time).map_err(Error::from);
+                match followed.and_then(|()| of_sample(sample.time, sample.forces, &solver)) {
+                    Ok(sample) => samples.push(sample),
                     Err(error) => failed = Some(error),
                 }
                 Ok(())
@@ -88,7 +89,7 @@ impl Run {
             &mut progress,
         )?;
         if let Some(error) = failed {
-            return Err(error.into());
+            return Err(error);
         }
         let summary = summary.json(job, &verdict);
         Ok(Self { samples, verdict, summary, figures: curves.figures() })
@@ -96,17 +97,27 @@ impl Run {
 }
 
 /// Joints of leg n in the order of the models' chain.
-fn joints(solver: &InverseDynamics, n: usize) -> [JointId; 3] {
+fn joints(solver: &InverseDynamics, n: usize) -> Result<[JointId; 3], Error> {
+    let mechanism = solver.mechanism();
     let id = |joint: &str| {
-        solver.mechanism().joint_id(&format!("leg{}.{joint}", n + 1)).unwrap_or(JointId(0))
+        let found = mechanism.joint_id(&format!("leg{}.{joint}", n + 1));
+        found.ok_or_else(|| Error::Gallery(mechanism.name().to_owned()))
     };
-    [id("R"), id("P"), id("S")]
+    Ok([id("R")?, id("P")?, id("S")?])
 }
 
-fn of_sample(time: f64, forces: &Forces, solver: &InverseDynamics) -> Sample {
+/// The first three of some numbers.
+fn three<T: Copy>(values: &[T], solver: &InverseDynamics) -> Result<[T; 3], Error> {
+    match *values {
+        [a, b, c, ..] => Ok([a, b, c]),
+        _ => Err(Error::Gallery(solver.mechanism().name().to_owned())),
+    }
+}
+
+fn of_sample(time: f64, forces: &Forces, solver: &InverseDynamics) -> Result<Sample, Error> {
     let mut unknowns = [[0.0; OF_LEG]; 3];
     for n in 0..3 {
-        let ids = joints(solver, n);
+        let ids = joints(solver, n)?;
         let [r, p, s] = ids.map(|id| forces.reactions[id.0]);
         // The P joint's frame stands upright in the leg: its axes are t, y, u.
         let frame = solver.bodies().frame_j[ids[1].0].rotation;
@@ -126,14 +137,13 @@ fn of_sample(time: f64, forces: &Forces, solver: &InverseDynamics) -> Sample {
         }
         of[unknown::TAU] = forces.drives[n];
     }
-    let three = |values: &[f64]| core::array::from_fn(|n| values.get(n).copied().unwrap_or(0.0));
-    Sample {
+    Ok(Sample {
         time,
-        drives: three(&forces.drives),
-        ideal: three(&forces.drives_frictionless),
+        drives: three(&forces.drives, solver)?,
+        ideal: three(&forces.drives_frictionless, solver)?,
         unknowns,
         power: forces.power,
-    }
+    })
 }
 
 /// Leg lengths and the rates of the P, R and S joints of each leg along a job's motion.
@@ -146,32 +156,49 @@ pub(super) fn positions(job: &Job<'_>) -> Result<Vec<(f64, [f64; 3], OfJoints)>,
         job.follow(&mut solver, before, time)?;
         before = time;
         let (topology, bodies) = (solver.topology(), solver.bodies());
-        let lengths = core::array::from_fn(|n| {
-            solver.joint_coordinates(joints(&solver, n)[1]).first().copied().unwrap_or(0.0)
-        });
-        let rates = core::array::from_fn(|n| {
-            let [r, p, s] = joints(&solver, n);
+        let (mut lengths, mut rates) = ([0.0; 3], [[0.0; 3]; 3]);
+        for n in 0..3 {
+            let [r, p, s] = joints(&solver, n)?;
+            let rate = |joint: JointId, freedom: usize| {
+                bodies.joint_rates(topology, joint.0).get(freedom).copied()
+            };
+            lengths[n] = solver.joint_coordinates(p).first().copied().unwrap_or(f64::NAN);
             // Of a ball the rate about its axis y, along which all R axes lie.
-            let [_, of_ball, _] = bodies.joint_rates(topology, s.0)[..3] else { return [0.0; 3] };
-            [bodies.joint_rates(topology, p.0)[0], bodies.joint_rates(topology, r.0)[0], of_ball]
-        });
+            let all = [rate(p, 0), rate(r, 0), rate(s, 1)].map(|rate| rate.unwrap_or(f64::NAN));
+            rates[n] = all;
+        }
         all.push((time, lengths, rates));
     }
     Ok(all)
 }
 
-/// The interval of each driving force at one instant, and what is certain of it.
-pub(super) fn interval(
-    job: &Job<'_>,
-    time: f64,
-    rest_speed: f64,
-) -> Result<([(f64, f64); 3], Bounds), Error> {
+/// What static friction leaves open at one instant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Interval {
+    /// The least and the greatest of each driving force that are attained, N.
+    pub(super) attained: [(f64, f64); 3],
+    /// Nothing exceeds these, N.
+    pub(super) outer: [(f64, f64); 3],
+}
+
+impl Interval {
+    /// The most by which anything may lie beyond what is attained, N.
+    pub(super) fn beyond(&self) -> f64 {
+        let pairs = self.attained.iter().zip(&self.outer);
+        pairs.map(|(a, o)| (a.0 - o.0).max(o.1 - a.1)).fold(0.0, f64::max)
+    }
+}
+
+/// The interval of each driving force at one instant.
+pub(super) fn interval(job: &Job<'_>, time: f64, rest_speed: f64) -> Result<Interval, Error> {
     let mut solver = job.assemble(time)?;
     *solver.settings_mut() = Settings { friction: job.friction, rest_speed, ..Settings::default() };
     let mut loads = Vec::new();
     job.loads_at(time, &mut loads)?;
-    let forces =
-        solver.solve(&loads).map_err(|error| crate::inverse::Error::Forces { time, error })?;
-    let of = |n: usize| forces.drive_bounds.get(n).copied().unwrap_or((0.0, 0.0));
-    Ok((core::array::from_fn(of), forces.bounds))
+    solver.solve(&loads).map_err(|error| crate::inverse::Error::Forces { time, error })?;
+    let forces = solver.forces();
+    Ok(Interval {
+        attained: three(&forces.drive_bounds, &solver)?,
+        outer: three(&forces.drive_outer_bounds, &solver)?,
+    })
 }

@@ -1,6 +1,6 @@
 //! Section 5 of the paper: friction in all joints, equation (28), and what should stand in their place.
 
-use super::kinematics::{angle_jacobian, inverse_jacobian, leg_motion};
+use super::kinematics::{angle_jacobian, inverse_jacobian, joint_rates, leg_motion};
 use super::lagrangian::drives_of;
 use super::reactions::{Form, System};
 use super::robot::{Load, Motion, Robot};
@@ -92,7 +92,7 @@ pub(super) fn driving_forces_with_friction(
     let solve = |right: &DVector<f64>| lu.solve(right).filter(|y| y.iter().all(|v| v.is_finite()));
     let frictionless = solve(&system.right)?;
     let ideal = System::drives(&frictionless);
-    let rates = system.rates(motion);
+    let rates = joint_rates(robot, motion);
     let loads = System::loads(&frictionless);
     let result = |drives, friction, passes| Result { drives, ideal, friction, rates, passes };
     match method {

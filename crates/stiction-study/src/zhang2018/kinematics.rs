@@ -105,6 +105,15 @@ pub(super) struct LegMotion {
     pub(super) base: [[f64; 3]; 2],
 }
 
+/// Rates of the P, R and S joints of each leg: m/s, rad/s, and rad/s about y.
+pub(super) fn joint_rates(robot: &Robot, motion: &Motion) -> [[f64; 3]; 3] {
+    core::array::from_fn(|n| {
+        let leg = leg_motion(robot, n, motion);
+        // beta = 90 deg - theta.
+        [leg.length[1], leg.turn[1], -motion.rate[2] - leg.turn[1]]
+    })
+}
+
 /// The motion of leg n.
 pub(super) fn leg_motion(robot: &Robot, n: usize, motion: &Motion) -> LegMotion {
     let pose = timed(motion);

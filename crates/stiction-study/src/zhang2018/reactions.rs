@@ -46,8 +46,8 @@ pub(super) const NAMES: [(&str, &str); OF_LEG] = [
 pub(super) enum Form {
     /// As printed: without F'~R~ in (22), so that nine unknowns stand in no equation.
     Literal,
-    /// As printed in spirit: F'~R~ is put back, all else is as printed: of the inertia forces only the
-    /// rods' axial one, arms L~i~ / 2 and L~i~ + L~j~ / 2 with L~j~ = 2 m and L~i~ + L~j~ the leg's
+    /// As printed in spirit: F'~R~ is put back and legs are turned the right way, all else is as printed:
+    /// of the inertia forces only the rods' axial one, arms L~i~ / 2 and L~i~ + L~j~ / 2 with L~j~ = 2 m and L~i~ + L~j~ the leg's
     /// length, moments of inertia forces without their arms and with their printed sign.
     Printed,
     /// The complete equations of Newton and Euler.
@@ -188,12 +188,6 @@ impl System {
         self.set(row + 3, inertia - moment);
     }
 
-    /// Rates of the nine joints: of P in m/s, of R and S about y in rad/s, for each leg.
-    pub(super) fn rates(&self, motion: &Motion) -> [[f64; 3]; 3] {
-        let platform = -motion.rate[2];
-        self.legs.map(|leg| [leg.length[1], leg.turn[1], platform - leg.turn[1]])
-    }
-
     /// What frictions, of P in N, of R and S in N m for each leg with the sign of the rate, add to the
     /// right-hand side.
     pub(super) fn add_friction(&self, friction: &[[f64; 3]; 3], right: &mut DVector<f64>) {
@@ -211,7 +205,7 @@ impl System {
         }
     }
 
-    /// Where P lies in the vector of unknowns, and the rest of the leg's: its part.
+    /// The unknowns of leg n.
     pub(super) fn of_leg(unknowns: &DVector<f64>, n: usize) -> [f64; OF_LEG] {
         core::array::from_fn(|i| unknowns[OF_LEG * n + i])
     }
@@ -236,7 +230,7 @@ impl System {
 }
 
 impl System {
-    /// The same equations with each body by itself and moments about its centre of mass: other
+    /// The same equations with each body by itself, the rod about P and the base about R: other
     /// combinations of the same rows, for corrected equations. It has the same solutions, and another
     /// least-squares answer where there are none.
     pub(super) fn of_single_bodies(&self, robot: &Robot) -> Self {
@@ -246,21 +240,12 @@ impl System {
         for n in 0..3 {
             let first = 12 * n;
             let [_, _, u] = axes(&self.legs[n]);
-            let cross = (u * 1.0).cross_matrix();
-            let block =
-                |rows: &DMatrix<f64>, at: usize| rows.fixed_rows::<3>(first + at).into_owned();
-            let (leg, leg_moment) = (block(&rows, 0), block(&rows, 3));
-            let (rod, rod_moment) = (block(&rows, 6), block(&rows, 9));
-            let base = &leg - &rod;
-            let to_rod = self.legs[n].length[0] - robot.rod_com - robot.pad;
-            let base_moment = leg_moment
-                - &rod_moment
-                - cross * &rod * robot.pad
-                - cross * &base * robot.base_com;
-            let rod_moment = rod_moment - cross * &rod * to_rod;
-            for (at, part) in [(0, base), (3, base_moment), (9, rod_moment)] {
-                rows.fixed_rows_mut::<3>(first + at).copy_from(&part);
-            }
+            let block = |at: usize| rows.fixed_rows::<3>(first + at).into_owned();
+            let (rod, rod_moment) = (block(6), block(9));
+            let base = block(0) - &rod;
+            let base_moment = block(3) - rod_moment - u.cross_matrix() * rod * robot.pad;
+            rows.fixed_rows_mut::<3>(first).copy_from(&base);
+            rows.fixed_rows_mut::<3>(first + 3).copy_from(&base_moment);
         }
         Self {
             matrix: rows.columns(0, SIZE).into_owned(),
@@ -268,4 +253,33 @@ impl System {
             legs: self.legs,
         }
     }
+
+    /// The force across leg n at its ball, F~S,t~, N: the y component of (23) holds nothing else that is
+    /// unknown, so it follows from the leg's own motion.
+    pub(super) fn across(&self, n: usize) -> f64 {
+        let (row, column) = (12 * n + 3 + E_Y, OF_LEG * n + unknown::FS);
+        self.right[row] / self.matrix[(row, column)]
+    }
+
+    /// The same equations with the platform's moment about y, which may have no bearer, left out, and
+    /// the self-stress (-2, 1, 1) f of the printed robot given in its place.
+    pub(super) fn with_self_stress(&self, f: f64) -> Self {
+        let mut system =
+            Self { matrix: self.matrix.clone(), right: self.right.clone(), legs: self.legs };
+        system.matrix.row_mut(PITCH).fill(0.0);
+        // Without friction the three forces along y would be such; their weighted sum is f.
+        for (n, part) in [-2.0, 1.0, 1.0].into_iter().enumerate() {
+            system.matrix[(PITCH, OF_LEG * n + unknown::FS + 1)] = part / 6.0;
+        }
+        system.right[PITCH] = f;
+        system
+    }
+
+    /// By how much a solution misses the platform's moment about y, N m.
+    pub(super) fn missing_pitch(&self, unknowns: &DVector<f64>, right: &DVector<f64>) -> f64 {
+        right[PITCH] - (self.matrix.row(PITCH) * unknowns)[0]
+    }
 }
+
+/// The row of the platform's moment about y.
+pub(super) const PITCH: usize = 36 + 3 + E_Y;

@@ -1,8 +1,9 @@
 //! Section 6 of the paper: what equation (29) asks for.
 
-use super::kinematics::inverse_jacobian;
+use super::friction::{joint_friction, virtual_work};
+use super::kinematics::{inverse_jacobian, joint_rates};
 use super::lagrangian::{Printed, generalised_force, generalised_load};
-use super::reactions::{SIZE, System};
+use super::reactions::{Form, PITCH, SIZE, System};
 use super::robot::{Load, Motion, Robot, leg_lengths};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use stiction::linalg::Svd;
@@ -28,7 +29,7 @@ pub(super) fn in_units(system: &System, per_metre: f64) -> (DMatrix<f64>, DVecto
     (matrix, DVector::from_fn(SIZE, |i, _| system.right[i] * row_factor(i)))
 }
 
-/// The moment M~y~ on the platform, N m, that no drive can give at theta = 90 deg. All leg lines meet in
+/// The moment M~y~ on the platform, N m, that no drive can give at theta = 90 deg, without friction. All leg lines meet in
 /// one point there, in the projection along y: a resultant is balanced only if
 /// k z / (k - l) F~x~ - k x / (k - l) F~z~ + M~y~ = 0. Positive is missing about +y.
 pub(super) fn missing_moment(robot: &Robot, motion: &Motion, load: Load) -> f64 {
@@ -39,6 +40,63 @@ pub(super) fn missing_moment(robot: &Robot, motion: &Motion, load: Load) -> f64 
     let lever = robot.k / (robot.k - robot.l);
     // The third generalised force turns with theta, against +y.
     lever * z * needed[0] - lever * x * needed[1] - needed[2]
+}
+
+/// The load on the platform, (F, M) at O2 in fixed axes, that the 42 equations of the printed robot cannot
+/// take at all: the left null vector's part, scaled to its largest component. A load along it has no
+/// solution whatever the drives do, one across it has. None if the rank is not 41.
+pub(super) fn out_of_range(robot: &Robot, motion: &Motion) -> Option<[f64; 6]> {
+    let system = System::new(robot, motion, [0.0; 6], Form::Corrected);
+    let [null] = Svd::new(&system.matrix.transpose()).null_space(SIZE - 1).try_into().ok()?;
+    let part: [f64; 6] = core::array::from_fn(|i| null[SIZE - 6 + i]);
+    let largest = part.into_iter().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+    Some(part.map(|x| x / largest))
+}
+
+/// By how much the 42 equations miss a solution, in the units of [`out_of_range`].
+pub(super) fn misfit(robot: &Robot, motion: &Motion, load: Load) -> Option<f64> {
+    let system = System::new(robot, motion, load, Form::Corrected);
+    let [null] = Svd::new(&system.matrix.transpose()).null_space(SIZE - 1).try_into().ok()?;
+    let part = null.rows(SIZE - 6, 6);
+    let largest = part.iter().fold(0.0, |a: f64, b| if b.abs() > a.abs() { *b } else { a });
+    Some(null.dot(&system.right) / largest)
+}
+
+/// The printed robot with friction and with a self-stress (-2, 1, 1) f of its legs, if something else bears
+/// the platform's moment about y: the generalised force of motion and friction, N, N, N m, and the moment
+/// about y that this something bears, N m. None where it does not settle.
+pub(super) fn with_friction(
+    robot: &Robot,
+    motion: &Motion,
+    load: Load,
+    f: f64,
+) -> Option<([f64; 3], f64)> {
+    let system = System::new(robot, motion, load, Form::Corrected);
+    let borne = system.with_self_stress(f);
+    let lu = borne.matrix.clone().lu();
+    let rates = joint_rates(robot, motion);
+    let mut unknowns = lu.solve(&borne.right)?;
+    let mut last = f64::INFINITY;
+    for _ in 0..200 {
+        let friction = joint_friction(robot, &rates, &System::loads(&unknowns), true);
+        let mut right = borne.right.clone();
+        borne.add_friction(&friction, &mut right);
+        // The row of the self-stress has no friction in it.
+        right[PITCH] = f;
+        let next = lu.solve(&right)?;
+        let change = (&next - &unknowns).amax();
+        unknowns = next;
+        if change == 0.0 || (change >= last && change < 1e-9) {
+            let mut right = system.right.clone();
+            system.add_friction(&friction, &mut right);
+            let force = generalised_force(robot, Printed::NONE, motion);
+            let added = virtual_work(robot, motion, &friction);
+            let force = core::array::from_fn(|i| force[i] + added[i]);
+            return Some((force, system.missing_pitch(&unknowns, &right)));
+        }
+        last = change;
+    }
+    None
 }
 
 /// What least squares of least norm would give for the drives, N, and the residual's length, in the

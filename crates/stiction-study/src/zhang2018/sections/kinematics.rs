@@ -3,7 +3,7 @@
 use super::{digits, equation, fixed, greatest, paragraph, right, rounding, section, table, wrong};
 use crate::report::{Cell, Section};
 use crate::zhang2018::friction::OfJoints;
-use crate::zhang2018::kinematics::{determinant, inverse_jacobian, leg_angle, leg_motion};
+use crate::zhang2018::kinematics::{determinant, inverse_jacobian, joint_rates, leg_angle};
 use crate::zhang2018::robot::{Motion, Robot, leg_lengths};
 use core::f64::consts::FRAC_PI_2;
 use nalgebra::Matrix3;
@@ -18,11 +18,10 @@ pub(in crate::zhang2018) fn agreement(
     let mut worst = (0.0_f64, 0.0_f64);
     for (time, lengths, rates) in engine {
         let motion = motion(*time);
+        let (own, own_rates) = (leg_lengths(robot, motion.pose), joint_rates(robot, &motion));
         for n in 0..3 {
-            let leg = leg_motion(robot, n, &motion);
-            let own = [leg.length[1], leg.turn[1], -motion.rate[2] - leg.turn[1]];
-            worst.0 = worst.0.max((leg.length[0] - lengths[n]).abs());
-            worst.1 = worst.1.max(greatest((0..3).map(|j| own[j] - rates[n][j])));
+            worst.0 = worst.0.max((own[n] - lengths[n]).abs());
+            worst.1 = worst.1.max(greatest((0..3).map(|j| own_rates[n][j] - rates[n][j])));
         }
     }
     worst
@@ -98,22 +97,17 @@ pub(in crate::zhang2018) fn write(
             [("robot and motion", ""), ("leg lengths", "m"), ("rates of P, R and S", "m/s, rad/s")],
             [
                 ["as printed, motion (29)".into(), digits(first.0, 2), digits(first.1, 2)],
-                [
-                    "regular twin, all rates nonzero".into(),
-                    digits(second.0, 2),
-                    digits(second.1, 2),
-                ],
+                ["regular twin".into(), digits(second.0, 2), digits(second.1, 2)],
             ],
         ),
         right(
             "(4) to (7), (9) to (15) and J^−1^ are right, to rounding. Two cautions: the arccos of (13) to (15) loses the \
-             sign of the angle where a ball is below the base, and rates need the full angle (atan2); J itself, the \
-             inverse, exists only off the singular surface of the next line.",
+             sign of the angle where a ball is below the base; J itself, the inverse of J^−1^, exists only off the singular surface of the next line.",
         ),
         equation("", "ρ~1~ ρ~2~ ρ~3~ det J^−1^ = 2 k l cos θ [k (x cos θ + z sin θ) − l z]"),
         wrong(format!(
-            "At θ = 90° the determinant is zero for every x, z, k and l, and equation (29) holds θ at 90°: its second \
-             and third row add up to twice the first. (The closed form agrees with the numbers at 2000 poses to {} \
+            "At θ = 90° the determinant is zero for every x, z, k and l, and equation (29) holds θ at 90°: times the \
+             leg lengths, the second and third row of J^−1^ then add up to twice the first. (The closed form agrees with the numbers at 2000 poses to {} \
              of 2 k l^2^.)",
             rounding(misfit),
         )),
@@ -144,8 +138,9 @@ pub(in crate::zhang2018) fn write(
             }),
         ),
         paragraph(format!(
-            "Nor do the bodies fit into the legs: if rod and base were twice as long as their centres of mass are away \
-             from their joints, they would be {:.2} mm together, more than any leg at zero input.",
+            "Nor do the lengths of (23) fit: it takes rod and base as bodies of uniform thickness that make up the leg, \
+             L~i~ + L~j~, with their weights at half their lengths. Twice the printed distances of the centres of mass are \
+             {:.2} mm together, more than any leg at zero input.",
             2e3 * (printed.rod_com + printed.base_com)
         )),
     ];

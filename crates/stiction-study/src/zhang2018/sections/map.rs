@@ -2,7 +2,9 @@
 
 use super::{paragraph, section, table};
 use crate::report::{Cell, Section};
-use crate::zhang2018::{friction, kinematics, lagrangian, reactions, robot, screws, simulation};
+use crate::zhang2018::{
+    friction, kinematics, lagrangian, reactions, robot, screws, sections, simulation,
+};
 
 /// One equation.
 pub(in crate::zhang2018) struct Row {
@@ -72,7 +74,7 @@ pub(in crate::zhang2018) fn rows() -> Vec<Row> {
             "right",
             path!(kinematics::inputs::<f64>),
             "kinematics",
-            "positions_and_rates_are_those_of_the_engine",
+            "inputs_are_those_of_the_joints",
         ),
         row(
             "J^−1^",
@@ -155,18 +157,26 @@ pub(in crate::zhang2018) fn rows() -> Vec<Row> {
             "printed_equation_of_moments",
         ),
         row(
-            "(26), (27)",
-            "balance of the platform",
-            "right but for signs",
+            "(26)",
+            "forces on the platform",
+            "right",
             path!(reactions::System::new),
             "reactions",
             "reference_of_all_unknowns",
         ),
         row(
+            "(27)",
+            "moments on the platform",
+            "wrong sign of M~lk~",
+            path!(reactions::System::new),
+            "reactions",
+            "printed_system_is_wrong_by_much",
+        ),
+        row(
             "“42 independent”",
             "rank",
             "wrong: 41",
-            path!(super::reactions::ranks),
+            path!(sections::reactions::ranks),
             "reactions",
             "rank_forty_one",
         ),

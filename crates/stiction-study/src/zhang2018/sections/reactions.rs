@@ -6,9 +6,11 @@ use super::{
 };
 use crate::report::{Cell, Section};
 use crate::zhang2018::engine::Sample;
+use crate::zhang2018::lagrangian::{Printed, driving_forces};
 use crate::zhang2018::reactions::{Form, NAMES, OF_LEG, SIZE, System, unknown};
 use crate::zhang2018::robot::{Motion, NO_LOAD, Robot};
 use crate::zhang2018::screws::NEGLIGIBLE;
+use crate::zhang2018::simulation::{misfit, out_of_range};
 use nalgebra::DVector;
 use stiction::linalg::Svd;
 
@@ -78,14 +80,9 @@ pub(in crate::zhang2018) fn transverse(
 ) -> ([f64; 3], [f64; 3]) {
     let mut worst = ([0.0_f64; 3], [0.0_f64; 3]);
     for motion in along(motion, count + 1).take(count) {
-        // The y component of (23) holds nothing else that is unknown.
         let of = |form: Form| {
             let system = System::new(robot, &motion, NO_LOAD, form);
-            let at = |n: usize| {
-                let (row, column) = (12 * n + 4, OF_LEG * n + unknown::FS);
-                system.right[row] / system.matrix[(row, column)]
-            };
-            [at(0), at(1), at(2)]
+            [0, 1, 2].map(|n| system.across(n))
         };
         let (printed, corrected) = (of(Form::Printed), of(Form::Corrected));
         for n in 0..3 {
@@ -125,24 +122,19 @@ const POSES: usize = 500;
 
 pub(in crate::zhang2018) fn write(frictionless: &[Sample]) -> Section {
     let (printed, regular) = (Robot::printed(), Robot::regular());
-    let cases: [(&str, &Robot, Form, Ranks); 6] = [
-        ("as printed, along (29), to the letter", &printed, Form::Literal),
-        ("as printed, along (29), F′~R~ put back", &printed, Form::Printed),
-        ("as printed, along (29), corrected", &printed, Form::Corrected),
-        ("as printed, 500 poses, corrected", &printed, Form::Corrected),
-        ("regular twin, along its motion, corrected", &regular, Form::Corrected),
-        ("regular twin, 500 poses, corrected", &regular, Form::Corrected),
-    ]
-    .map(|(name, robot, form)| {
-        let ranks = if name.contains("poses") {
-            ranks(robot, form, &mut at_rest(POSES))
-        } else if robot.home == printed.home {
-            ranks(robot, form, &mut along(Robot::printed_motion, 101))
-        } else {
-            ranks(robot, form, &mut along(Robot::regular_motion, 101))
-        };
-        (name, robot, form, ranks)
-    });
+    let twin = ranks(&regular, Form::Corrected, &mut along(Robot::regular_motion, 101));
+    let on_printed_motion = |form| ranks(&printed, form, &mut along(Robot::printed_motion, 101));
+    let cases = [
+        ("as printed, along (29), to the letter", on_printed_motion(Form::Literal)),
+        ("as printed, along (29), F′~R~ put back", on_printed_motion(Form::Printed)),
+        ("as printed, along (29), corrected", on_printed_motion(Form::Corrected)),
+        ("as printed, 500 poses, corrected", ranks(&printed, Form::Corrected, &mut at_rest(POSES))),
+        ("regular twin, along its motion, corrected", twin),
+        (
+            "regular twin, 500 poses, corrected",
+            ranks(&regular, Form::Corrected, &mut at_rest(POSES)),
+        ),
+    ];
     let on_29 = transverse(&printed, Robot::printed_motion, 400);
     let on_twin = transverse(&regular, Robot::regular_motion, 400);
     let (difference, largest) = agreement(frictionless);
@@ -162,7 +154,7 @@ pub(in crate::zhang2018) fn write(frictionless: &[Sample]) -> Section {
         })
     });
     let stresses: Vec<_> = stresses.collect();
-    let spread = cases[4].3.last;
+    let spread = twin.last;
     let arms = [0, 1].map(|n| 1e3 * (printed.home[n] / 2.0 - printed.rod_com));
     let blocks = vec![
         paragraph(
@@ -179,12 +171,12 @@ pub(in crate::zhang2018) fn write(frictionless: &[Sample]) -> Section {
         equation("26", "−Σ F~S,n~ = m~d~ (a − g) − F~load~"),
         equation("27", "−Σ (S~n~ − O~2~) × F~S,n~ = J~d~ β̈ e~y~ − M~load~"),
         wrong(format!(
-            "(22) lacks F′~R~ and the base's inertia, though both are defined below it; F~lj~ has the axial part only of \
-             the rod's inertia force. The printed matrix R~α~ is the transposed one: it takes the leg's axis to \
+            "(22) lacks F′~R~, though it is defined below it, and the base's inertia force; its F′~fj~ is not defined and \
+             can only be F~lj~, which has the axial part alone of the rod's inertia force. The printed matrix R~α~ is the transposed one: it takes the leg's axis to \
              (−cos φ, 0, sin φ). (23) and (25) lack the arms of the inertia forces and the sign that D’Alembert's \
              principle gives their moments; the arm of a base's weight is L~i~/2 = (ρ − 2m)/2, {:.0} to \
-             {:.0} mm at zero input, and not p = 174.65 mm. In (27) β̈ is printed as β, and I~k~ is missing from \
-             R~β~ I~k~ R~β~^T^.",
+             {:.0} mm at zero input, and not p = 174.65 mm. In (27) the sign of M~lk~ is the wrong one, too, β̈ is printed as β, and I~k~ is \
+             missing from R~β~ I~k~ R~β~^T^. Vector products stand without a sign throughout. (26) is right.",
             arms[0], arms[1],
         )),
         table(
@@ -213,6 +205,14 @@ pub(in crate::zhang2018) fn write(frictionless: &[Sample]) -> Section {
                 },
             ),
         ),
+        table(
+            "reactions-printed",
+            "The whole system as printed in spirit (F′~R~ put back, legs turned the right way) against the corrected one, \
+             on the regular twin without load and friction: largest error of each unknown in any leg, and its largest value.",
+            [("unknown", ""), ("error", "N"), ("of", "N")],
+            printed_errors(&regular)
+                .map(|(name, error, of)| [name.into(), fixed(error, 1), fixed(of, 1)]),
+        ),
         wrong(
             "“42 independent equations”: the count is right, 42 for 42 unknowns; independent they are not, in any \
              pose of the printed robot. No correction of the right-hand sides changes that: the rank is one of geometry.",
@@ -229,7 +229,7 @@ pub(in crate::zhang2018) fn write(frictionless: &[Sample]) -> Section {
                 ("σ~42~, least", ""),
                 ("σ~42~, greatest", ""),
             ],
-            cases.map(|(name, _, _, ranks)| {
+            cases.map(|(name, ranks)| {
                 [
                     Cell::from(name),
                     told(ranks.rank).into(),
@@ -242,8 +242,8 @@ pub(in crate::zhang2018) fn write(frictionless: &[Sample]) -> Section {
         ),
         paragraph(format!(
             "The missing equation leaves one internal force free: f times the vector below, forces along y in the three \
-             legs and the moments with which the joints pass them on (all other unknowns at most {}). Nothing that \
-             is measured outside tells f, and every load of a joint, hence every friction of section 5, contains it.",
+             legs and the moments with which the joints pass them on (all other unknowns at most {}). Nothing that is measured outside tells f, and the loads of the P and S \
+             joints, hence their frictions, contain it.",
             rounding(rest),
         )),
         table(
@@ -258,6 +258,30 @@ pub(in crate::zhang2018) fn write(frictionless: &[Sample]) -> Section {
                 ("M~Pt,1~", "m"),
             ],
             stresses,
+        ),
+        paragraph(
+            "What cannot be carried at all follows from the left null vector: a load along it has no solution, a load across \
+             it has. Off θ = 90° it is mostly a moment about y, with a part in M~x~: the roll, which neither constraints nor \
+             drives hold. (21) does not see the roll, and so it and the 42 equations contradict each other: off 90° (21) \
+             has a solution, and the 42 equations have none.",
+        ),
+        table(
+            "reactions-range",
+            "The load that the 42 equations of the printed robot cannot take, scaled to its largest component, at the pose \
+             that (29) has at t = 0.13 s but with other θ; by how much weight and inertia miss a solution, in the same scale; \
+             and what (21) gives.",
+            [
+                ("θ", "deg"),
+                ("F~x~", ""),
+                ("F~y~", ""),
+                ("F~z~", ""),
+                ("M~x~", ""),
+                ("M~y~", ""),
+                ("M~z~", ""),
+                ("missed by", "N m"),
+                ("largest τ of (21)", "N"),
+            ],
+            range_rows(&printed),
         ),
         right(format!(
             "For the regular twin the corrected equations have one solution (σ~42~ from {:.3} to {:.3}), and the general \
@@ -288,6 +312,51 @@ pub(in crate::zhang2018) fn write(frictionless: &[Sample]) -> Section {
         ),
     ];
     section("reactions", "Joint reactions: equations (22) to (27)", blocks)
+}
+
+/// Largest errors of the system as printed in spirit, and largest values, N: driving forces and the forces at
+/// S, P and R.
+pub(in crate::zhang2018) fn printed_errors(robot: &Robot) -> [(&'static str, f64, f64); 4] {
+    let mut found =
+        [("τ", 0.0_f64, 0.0_f64), ("F~S~", 0.0, 0.0), ("F~P~", 0.0, 0.0), ("F~R~", 0.0, 0.0)];
+    let places = [
+        unknown::TAU..unknown::FS,
+        unknown::FS..OF_LEG,
+        unknown::FP..unknown::MP,
+        unknown::FR..unknown::MR,
+    ];
+    for motion in along(Robot::regular_motion, 101) {
+        let solve = |form: Form| {
+            let system = System::new(robot, &motion, NO_LOAD, form);
+            system.matrix.clone().lu().solve(&system.right)
+        };
+        let (Some(printed), Some(corrected)) = (solve(Form::Printed), solve(Form::Corrected))
+        else {
+            continue;
+        };
+        for n in 0..3 {
+            let (wrong, right) = (System::of_leg(&printed, n), System::of_leg(&corrected, n));
+            for ((_, error, of), places) in found.iter_mut().zip(&places) {
+                *error = error.max(greatest(places.clone().map(|i| wrong[i] - right[i])));
+                *of = of.max(greatest(places.clone().map(|i| right[i])));
+            }
+        }
+    }
+    found
+}
+
+fn range_rows(robot: &Robot) -> Vec<[Cell; 9]> {
+    let row = |degrees: f64| {
+        let mut motion = Robot::printed_motion(0.13);
+        motion.pose[2] = degrees.to_radians();
+        let null = out_of_range(robot, &motion)?;
+        let missed = misfit(robot, &motion, NO_LOAD)?;
+        let drives = driving_forces(robot, Printed::NONE, &motion, NO_LOAD);
+        let [fx, fy, fz, mx, my, mz] = null.map(|x| fixed(x, 4));
+        let drives = drives.map_or(Cell::from("none"), |drives| fixed(greatest(drives), 1));
+        Some([fixed(degrees, 0), fx, fy, fz, mx, my, mz, fixed(missed, 3), drives])
+    };
+    [70.0, 80.0, 85.0, 89.0, 90.0].into_iter().filter_map(row).collect()
 }
 
 fn unknowns(frictionless: &[Sample]) -> Vec<[Cell; 6]> {

@@ -5,12 +5,13 @@ use super::{
     section, table, wrong,
 };
 use crate::report::{Cell, Section};
-use crate::zhang2018::friction::{joint_friction, virtual_work};
 use crate::zhang2018::kinematics::{determinant, inverse_jacobian};
 use crate::zhang2018::lagrangian::{Printed, driving_forces, generalised_force, generalised_load};
-use crate::zhang2018::reactions::{Form, OF_LEG, System, unknown};
-use crate::zhang2018::robot::{Load, Motion, NO_LOAD, PRINTED_LOAD, Robot};
-use crate::zhang2018::simulation::{fold, least_squares, missing_moment, planar_least_squares};
+use crate::zhang2018::reactions::{Form, System};
+use crate::zhang2018::robot::{Load, NO_LOAD, PRINTED_LOAD, Robot};
+use crate::zhang2018::simulation::{
+    fold, least_squares, missing_moment, planar_least_squares, with_friction,
+};
 use core::f64::consts::FRAC_PI_2;
 use nalgebra::{Matrix3, Vector3};
 
@@ -55,28 +56,8 @@ pub(in crate::zhang2018) fn near_singular(degrees: f64) -> Option<f64> {
     driving_forces(&robot, Printed::NONE, &motion, NO_LOAD).map(greatest)
 }
 
-/// The part of a load on (29) that is known: the generalised force of the motion, and with the least
-/// friction that the known parts of the loads make. Known of a joint's load are its viscous friction
-/// and the force across the leg, which follows from the leg's own motion.
-pub(in crate::zhang2018) fn known_forces(motion: &Motion) -> ([f64; 3], [f64; 3]) {
-    let robot = Robot::printed();
-    let force = generalised_force(&robot, Printed::NONE, motion);
-    let system = System::new(&robot, motion, NO_LOAD, Form::Corrected);
-    let across = |n: usize| {
-        let (row, column) = (12 * n + 4, OF_LEG * n + unknown::FS);
-        system.right[row] / system.matrix[(row, column)]
-    };
-    let loads = core::array::from_fn(|n| {
-        let at_ball = across(n);
-        let [t, _, _] = leg_axis(&robot, n, motion);
-        // Across the leg (24) and (22) leave nothing else.
-        let along_t = |row: usize| (0..3).map(|i| system.right[row + i] * t[i]).sum::<f64>();
-        [along_t(12 * n + 6) - at_ball, along_t(12 * n) - at_ball, at_ball].map(f64::abs)
-    });
-    let friction = joint_friction(&robot, &system.rates(motion), &loads, true);
-    let added = virtual_work(&robot, motion, &friction);
-    (force, core::array::from_fn(|i| force[i] + added[i]))
-}
+/// Self-stresses for which friction on (29) is shown, N.
+const STRESSES: [f64; 3] = [0.0, 50.0, -50.0];
 
 fn folds(robot: &Robot) -> [[Cell; 4]; 3] {
     let home = Robot::printed_motion(0.0).pose;
@@ -94,12 +75,6 @@ fn folds(robot: &Robot) -> [[Cell; 4]; 3] {
         let count = if count == 0 { "none".to_owned() } else { count.to_string() };
         [fixed(change * 1e6, 0), Cell::from(count), off(0, 1e3), off(2, 1f64.to_degrees())]
     })
-}
-
-fn leg_axis(robot: &Robot, n: usize, motion: &Motion) -> [[f64; 3]; 3] {
-    let leg = crate::zhang2018::kinematics::leg_motion(robot, n, motion);
-    let (sin, cos) = leg.turn[0].sin_cos();
-    [[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]]
 }
 
 pub(in crate::zhang2018) fn write(by_engine: &crate::inverse::Error) -> Section {
@@ -135,9 +110,9 @@ pub(in crate::zhang2018) fn write(by_engine: &crate::inverse::Error) -> Section 
             [
                 Cell::from(name),
                 Cell::from(how),
-                fixed(drives[0], 1),
-                fixed(drives[1], 1),
-                fixed(drives[2], 1),
+                fixed(drives[0], 2),
+                fixed(drives[1], 2),
+                fixed(drives[2], 2),
             ]
         };
         [
@@ -153,21 +128,44 @@ pub(in crate::zhang2018) fn write(by_engine: &crate::inverse::Error) -> Section 
     let squares: Vec<_> =
         of_load(NO_LOAD, "none").into_iter().chain(of_load(PRINTED_LOAD, "printed")).collect();
     let force_panel = |i: usize, label: &str| {
-        let of = |with: bool| -> Vec<(f64, f64)> {
+        let without: Vec<(f64, f64)> = (0..=200)
+            .map(|k| {
+                let motion = Robot::printed_motion(time(k));
+                (time(k), generalised_force(&robot, Printed::NONE, &motion)[i])
+            })
+            .collect();
+        let [none, plus, minus] = STRESSES.map(|f| -> Vec<(f64, f64)> {
             let at = |k: usize| {
-                let (without, least) = known_forces(&Robot::printed_motion(time(k)));
-                (time(k), if with { least[i] } else { without[i] })
+                let motion = Robot::printed_motion(time(k));
+                Some((time(k), with_friction(&robot, &motion, NO_LOAD, f)?.0[i]))
             };
-            (0..=200).map(at).collect()
-        };
+            (0..=200).filter_map(at).collect()
+        });
         panel(
             label,
             [
-                ("without friction", 0, false, of(false)),
-                ("with the friction that is certain", 1, true, of(true)),
+                ("without friction", 0, false, without),
+                ("with friction, f = 0", 1, true, none),
+                ("f = 50 N", 2, true, plus),
+                ("f = −50 N", 3, true, minus),
             ],
         )
     };
+    let balances = [0.02, 0.1, 0.2, 0.3, 0.4].map(|time| {
+        let motion = Robot::printed_motion(time);
+        let missing = |f: f64| {
+            with_friction(&robot, &motion, NO_LOAD, f)
+                .map_or(Cell::Empty, |found| fixed(found.1, 3))
+        };
+        [
+            fixed(time, 2),
+            fixed(missing_moment(&robot, &motion, NO_LOAD), 3),
+            missing(0.0),
+            missing(50.0),
+            missing(-50.0),
+            missing(200.0),
+        ]
+    });
     let external = generalised_load(PRINTED_LOAD);
     let blocks = vec![
         equation("29", "x = 5 sin 2πt,  z = 10 cos 2πt,  θ = 90°  (mm)"),
@@ -196,8 +194,8 @@ pub(in crate::zhang2018) fn write(by_engine: &crate::inverse::Error) -> Section 
             "a resultant (F~x~, F~z~, M~y~) at O~2~ is carried only if  M~y~ + k z F~x~/(k − l) − k x F~z~/(k − l) = 0",
         ),
         wrong(format!(
-            "The printed load, 100 N and 80 N m along every axis, violates this at every instant: {:.1} to {:.1} N m about y \
-             are missing, whatever the drives do ({:.1} to {:.1} N m with the load's sign reversed). Even without \
+            "The printed load, 100 N and 80 N m along every axis, violates this at every instant: without friction, {:.1} to {:.1} N m about y \
+             are missing, whatever the drives do ({:.1} to {:.2} N m with the load's sign reversed). Even without \
              a load the robot's own inertia asks for up to {:.2} N m, and only t = 0, 0.5 and 1 s can be balanced.",
             printed.0.abs().min(printed.1.abs()),
             printed.0.abs().max(printed.1.abs()),
@@ -232,17 +230,35 @@ pub(in crate::zhang2018) fn write(by_engine: &crate::inverse::Error) -> Section 
         ),
         paragraph(format!(
             "What keeps its meaning along (29) are the generalised forces of the motion, F. They need no inverse. The \
-             printed load takes another (F~x~, F~z~, M~θ~) = ({:.0} N, {:.0} N, −{:.0} N m) off them. Of friction only a lower \
-             estimate can be given, as the loads of the joints contain the free force f of the last section and axial \
-             forces that do not exist: the dashed curves have the friction of viscosity and of the forces across the legs, \
-             which follow from each leg's own motion.",
+             printed load takes another (F~x~, F~z~, M~θ~) = ({:.0} N, {:.0} N, −{:.0} N m) off them. With friction even F is \
+             not determined, as the loads of the P and S joints contain the free force f of section 4. The dashed curves \
+             suppose that something else bears the missing moment about y; the other 41 equations then have one \
+             solution for each f.",
             external[0], external[1], -external[2],
         )),
         curves(
             "simulation-forces",
             "Printed robot on (29): generalised forces without load",
             vec![force_panel(0, "Fx [N]"), force_panel(1, "Fz [N]"), force_panel(2, "Mθ [N m]")],
-            "Generalised forces of the platform along (29), without friction and with the friction that is certain.",
+            "Generalised forces of the platform along (29), without friction, and with friction for three self-stresses f that \
+             nothing in the printed model tells apart.",
+        ),
+        paragraph(
+            "Friction does not mend the case. It takes part in the balance about y, through the torque in the balls, and so \
+             does f: at some instants some f closes the balance, at others none does, for no reason that the robot knows of.",
+        ),
+        table(
+            "simulation-balance",
+            "Moment about y that is missing on (29) without load: without friction, and with friction for some f.",
+            [
+                ("time", "s"),
+                ("without friction", "N m"),
+                ("f = 0", "N m"),
+                ("f = 50 N", "N m"),
+                ("f = −50 N", "N m"),
+                ("f = 200 N", "N m"),
+            ],
+            balances,
         ),
         paragraph(
             "Nor can joint inputs carry the motion. In a singular position of the drives forward kinematics folds: with leg 1 \

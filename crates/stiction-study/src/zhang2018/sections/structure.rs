@@ -94,7 +94,7 @@ pub(in crate::zhang2018) fn write(
         picture(of_printed, "The robot as printed, along (29).")?,
         paragraph(
             "Each leg is R, P, S from the ground to the platform; all three R axes lie along y. With r = R~3~S~3~ and \
-             u its direction, the leg's five twists about R~3~ are, as (angular; linear):",
+             u its direction, the five twists of leg 3 about R~3~ (of legs 1 and 2 about R~1~ and R~2~ likewise) are, as (angular; linear):",
         ),
         equation(
             "1",
@@ -110,8 +110,8 @@ pub(in crate::zhang2018) fn write(
             super::rounding(ranks.reciprocity),
         )),
         wrong(format!(
-            "“The three reciprocal screws are linearly independent”: they are not. The three forces are parallel \
-             and, as the three balls lie in one plane through the platform's centre, coplanar: rank {} in every one of \
+            "“The three reciprocal screws are linearly independent”: they are not. The three forces are \
+             parallel to the R axes, and so is the plane of the three balls: they lie in one plane: rank {} in every one of \
              {COUNT} poses, never 3. The forces (−2, 1, 1) f in the three legs balance each other for any f (largest departure {}).",
             told(ranks.constraints),
             super::rounding(ranks.stress),
@@ -186,8 +186,8 @@ pub(in crate::zhang2018) fn write(
             }),
         ),
         paragraph(
-            "The twin differs in one thing: its platform's triangle is tilted by 30° about S~2~S~3~, and the base is \
-             narrowed to match. The three forces leave their common plane, and the rank is 3.",
+            "The twin differs in its geometry: its platform's triangle is tilted by 30° about S~2~S~3~, and the base is \
+             narrowed to match. The plane of the balls is no longer parallel to the forces, and the rank is 3.",
         ),
         picture(of_regular, "The regular twin along its motion.")?,
     ];

@@ -5,31 +5,23 @@ use crate::figure::Figure;
 use crate::inverse::Job;
 use crate::report::{Block, Cell, Section};
 use crate::zhang2018::Error;
-use crate::zhang2018::engine::{Run, interval};
-use crate::zhang2018::kinematics::leg_motion;
+use crate::zhang2018::engine::{Interval, Run, interval};
+use crate::zhang2018::kinematics::joint_rates;
 use crate::zhang2018::robot::Robot;
 use serde_json::Value;
-use stiction::dynamics::Bounds;
 
 /// A joint of the twin that comes to rest.
 #[derive(Clone, Debug)]
 pub(in crate::zhang2018) struct Reversal {
     pub(in crate::zhang2018) joint: String,
     pub(in crate::zhang2018) time: f64,
-    pub(in crate::zhang2018) drives: [(f64, f64); 3],
-    pub(in crate::zhang2018) bounds: Bounds,
-}
-
-/// Rates of P, R and S of leg n.
-fn rates(robot: &Robot, n: usize, time: f64) -> [f64; 3] {
-    let motion = Robot::regular_motion(time);
-    let leg = leg_motion(robot, n, &motion);
-    [leg.length[1], leg.turn[1], -motion.rate[2] - leg.turn[1]]
+    pub(in crate::zhang2018) interval: Interval,
 }
 
 /// All instants of one cycle at which a joint of the twin reverses, s.
 pub(in crate::zhang2018) fn instants() -> Vec<(String, f64)> {
     let robot = Robot::regular();
+    let rates = |n: usize, time: f64| joint_rates(&robot, &Robot::regular_motion(time))[n];
     let mut found = Vec::new();
     for n in 0..3 {
         for (j, joint) in ["P", "R", "S"].into_iter().enumerate() {
@@ -37,8 +29,8 @@ pub(in crate::zhang2018) fn instants() -> Vec<(String, f64)> {
             for piece in 0..PIECES {
                 let mut low = piece as f64 / PIECES as f64;
                 let mut high = (piece + 1) as f64 / PIECES as f64;
-                let side = rates(&robot, n, low)[j] > 0.0;
-                if (rates(&robot, n, high)[j] > 0.0) == side {
+                let side = rates(n, low)[j] > 0.0;
+                if (rates(n, high)[j] > 0.0) == side {
                     continue;
                 }
                 // Until no number lies between.
@@ -47,17 +39,10 @@ pub(in crate::zhang2018) fn instants() -> Vec<(String, f64)> {
                     if middle <= low || middle >= high {
                         break;
                     }
-                    if (rates(&robot, n, middle)[j] > 0.0) == side {
-                        low = middle
-                    } else {
-                        high = middle
-                    }
+                    if (rates(n, middle)[j] > 0.0) == side { low = middle } else { high = middle }
                 }
-                let root = if rates(&robot, n, low)[j].abs() < rates(&robot, n, high)[j].abs() {
-                    low
-                } else {
-                    high
-                };
+                let root =
+                    if rates(n, low)[j].abs() < rates(n, high)[j].abs() { low } else { high };
                 found.push((format!("leg{}.{joint}", n + 1), root));
             }
         }
@@ -72,8 +57,7 @@ pub(in crate::zhang2018) fn reversals(
     rest_speed: f64,
 ) -> Result<Vec<Reversal>, Error> {
     let at = |(joint, time): (String, f64)| {
-        let (drives, bounds) = interval(job, time, rest_speed)?;
-        Ok(Reversal { joint, time, drives, bounds })
+        Ok(Reversal { joint, time, interval: interval(job, time, rest_speed)? })
     };
     instants().into_iter().map(at).collect()
 }
@@ -153,11 +137,15 @@ pub(in crate::zhang2018) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Sect
     let reversals = reversals(job, run.verdict.rest_speed)?;
     let widest = reversals
         .iter()
-        .flat_map(|r| r.drives.iter().map(move |(low, high)| (high - low, r)))
+        .flat_map(|r| r.interval.attained.iter().map(move |(low, high)| (high - low, r)))
         .max_by(|a, b| a.0.total_cmp(&b.0));
-    let exact = reversals.iter().filter(|r| r.bounds == Bounds::Exact).count();
-    let certified = reversals.iter().filter(|r| r.bounds == Bounds::Certified).count();
-    let unique = 1.0 / run.verdict.coupling.unwrap_or(f64::NAN);
+    let beyond = reversals.iter().map(|r| r.interval.beyond()).fold(0.0, f64::max);
+    let exact = reversals.iter().filter(|r| r.interval.beyond() < 1e-9).count();
+    let coupling = [runs.none, runs.moderate, runs.printed]
+        .map(|run| run.verdict.coupling.unwrap_or(f64::INFINITY))
+        .into_iter()
+        .fold(0.0, f64::max);
+    let unique = 1.0 / coupling;
     let residual = run.samples.iter().fold(0.0_f64, |most, s| most.max(s.power.residual().abs()));
     let turnover = run.samples.iter().fold(0.0_f64, |most, s| most.max(s.power.turnover));
     let drive_panels = (0..3)
@@ -185,22 +173,24 @@ pub(in crate::zhang2018) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Sect
             "Regular twin: driving forces with and without friction",
             drive_panels,
             "Driving forces of the regular twin over one cycle, no load. Jumps are reversals of joints: there the force \
-             is not a number but an interval, see the table below.",
+             is not a number but an [interval](#table-twin-reversals).",
         ),
         metric_table(
             "twin-metrics",
-            "What friction adds, by four metrics, under three loads: L0 none, L1 a moderate wrench, LP the paper's.",
+            "What friction adds, by four metrics, under three loads: L0 none, L1 a moderate wrench, LP the paper's. Change over \
+             frictionless force: largest over largest; root mean squares; mean magnitudes; and the largest ratio at one and \
+             the same instant, which means little where the frictionless force passes zero, as that of leg 3 does under L1.",
             &[("L0", runs.none), ("L1", runs.moderate), ("LP", runs.printed)],
         ),
         note(format!(
-            "The solution is the only one: friction and reactions are coupled with a bound below one, and all coefficients \
-             could grow {unique:.1}-fold (to μ = {:.2}) with that still certain.",
+            "Under all three loads the solution is the only one: the coupling of friction and reactions has a bound below \
+             one, and all coefficients could grow {unique:.1}-fold (to μ = {:.2}) with that still certain.",
             Robot::regular().mu * unique,
         )),
         paragraph(format!(
             "At {} instants of the cycle a joint comes to rest and turns back. There its friction is whatever up to the \
-             limit, and each driving force is an interval. Widest is {}. Nothing lies beyond in {exact} (exact) and \
-             {certified} (certified by outer bounds) of them.",
+             limit, and each driving force is an interval. Widest is {}. Both ends are attained by \
+             frictions that all laws allow; in {exact} cases nothing lies beyond, in the others at most {beyond:.2} N may.",
             reversals.len(),
             widest.map_or(String::new(), |(width, r)| format!(
                 "{width:.2} N as {} reverses at {:.4} s",
@@ -209,7 +199,8 @@ pub(in crate::zhang2018) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Sect
         )),
         table(
             "twin-reversals",
-            "Every reversal of a joint in one cycle, no load, and the driving forces that static friction allows there.",
+            "Every reversal of a joint in one cycle, no load, and the driving forces that static friction allows there. \
+             What certainly nothing exceeds is in the last column.",
             [
                 ("time", "s"),
                 ("reverses", ""),
@@ -219,9 +210,10 @@ pub(in crate::zhang2018) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Sect
                 ("to", "N"),
                 ("τ~3~ from", "N"),
                 ("to", "N"),
+                ("beyond, at most", "N"),
             ],
             reversals.iter().map(|r| {
-                let [a, b, c] = r.drives;
+                let [a, b, c] = r.interval.attained;
                 [
                     fixed(r.time, 4),
                     Cell::from(format!("`{}`", r.joint)),
@@ -231,6 +223,7 @@ pub(in crate::zhang2018) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Sect
                     fixed(b.1, 3),
                     fixed(c.0, 3),
                     fixed(c.1, 3),
+                    digits(r.interval.beyond(), 2),
                 ]
             }),
         ),

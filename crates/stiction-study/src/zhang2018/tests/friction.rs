@@ -23,8 +23,8 @@ fn methods_and_their_work() {
         for n in 0..3 {
             // Samples at reversals, of which 2000 a cycle hit some, move the last digit.
             let (found, off) = (100.0 * row.effect[n], 100.0 * row.error[n]);
-            assert!((found / effect[n] - 1.0).abs() < 5e-3, "{}: {found}", row.name);
-            assert!((off - error[n]).abs() < 1.0_f64.max(2e-3 * error[n]), "{}: {off}", row.name);
+            assert!((found / effect[n] - 1.0).abs() < 5e-3, "{:?}: {found}", row.kind);
+            assert!((off - error[n]).abs() < 1.0_f64.max(2e-3 * error[n]), "{:?}: {off}", row.kind);
         }
         near(row.work, work, digits);
     }
@@ -119,4 +119,19 @@ fn one_pass_is_wrong_to_second_order() {
     };
     let ratio = error(0.02) / error(0.01);
     assert!((ratio - 4.0).abs() < 0.3, "{ratio}");
+}
+
+/// What the P joints rub changes no other drive.
+#[test]
+fn friction_of_slides_changes_nothing_else() {
+    let robot = Robot::regular();
+    for k in 0..11 {
+        let motion = Robot::regular_motion(0.1 * f64::from(k));
+        let method = Method::PrismaticOnly;
+        let found = driving_forces_with_friction(&robot, &motion, PRINTED_LOAD, method).unwrap();
+        for n in 0..3 {
+            let own = found.friction[n][0];
+            assert!(own.abs() > 1e-3 && (found.change()[n] - own).abs() < 1e-10, "{own}");
+        }
+    }
 }

@@ -98,9 +98,23 @@ fn positions_and_rates_are_those_of_the_engine() {
         let (lengths, rates) = agreement(&robot, course, &found);
         // Rounding of lengths below a metre and rates below one.
         assert!(lengths < 4e-15 && rates < 1e-14, "{name}: {lengths} {rates}");
-        // Inputs are zero at zero input, and grow with the length.
-        let start = inputs(&robot, course(0.0).pose);
-        assert!((0..3).all(|n| (start[n] + robot.home[n] - found[0].1[n]).abs() < 4e-15));
+    }
+}
+
+/// (7): zero at zero input, where the legs are 505 and 587.39 mm long, and as much more as the legs are.
+#[test]
+fn inputs_are_those_of_the_joints() {
+    let robot = Robot::printed();
+    let home = [0.0, 0.505, core::f64::consts::FRAC_PI_2];
+    assert!(inputs(&robot, home).into_iter().all(|q| q.abs() < 1e-15));
+    for (length, published) in robot.home.into_iter().zip([505.0, 587.39, 587.39]) {
+        near(1e3 * length, published, 2);
+    }
+    let pose = [0.02, 0.52, 1.5];
+    for n in 0..3 {
+        let [dx, dz] = leg_vector(&robot, n, pose);
+        let input: f64 = inputs(&robot, pose)[n];
+        assert!((input + robot.home[n] - dx.hypot(dz)).abs() < 1e-15);
     }
 }
 
