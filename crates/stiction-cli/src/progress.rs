@@ -15,12 +15,20 @@ pub(crate) struct Progress {
     told: Instant,
     bar: Option<(Phase, ProgressBar)>,
     watched: bool,
+    /// The step of something that is no motion that was told last.
+    step: Option<usize>,
 }
 
 impl Progress {
     pub(crate) fn new() -> Self {
         let now = Instant::now();
-        Self { begun: now, told: now, bar: None, watched: std::io::stderr().is_terminal() }
+        Self {
+            begun: now,
+            told: now,
+            bar: None,
+            watched: std::io::stderr().is_terminal(),
+            step: None,
+        }
     }
 
     /// Called after every sample; looks at the clock now and then.
@@ -55,9 +63,10 @@ impl Progress {
         }
     }
 
-    /// Called before every step of something that is no motion.
+    /// Called now and then during each step of something that is no motion.
     pub(crate) fn tell_step(&mut self, what: &str, done: usize, of: usize) {
-        if self.begun.elapsed() > PATIENCE {
+        if self.begun.elapsed() > PATIENCE && self.step != Some(done) {
+            self.step = Some(done);
             eprintln!("{} of {of}: {what}", done + 1);
         }
     }
