@@ -157,7 +157,7 @@ fn the_printed_robot_has_no_answer_and_leaves_no_file() {
         1,
         &["no finite driving force", "platform", "rotation about y", "53.8929 to 55.6108 N m"],
     );
-    assert!(Folder(folder.0.join("results")).files().is_empty());
+    assert!(folder.files().is_empty());
 
     let said = folder.stiction(&["inverse", "zhang2018", "--json"]);
     assert_eq!((said.code, said.err.as_str()), (1, ""));

@@ -5,7 +5,7 @@ use crate::joint::Carrier;
 use crate::kinematics::Bodies;
 use crate::parameters::{ContactParameters, Parameters};
 use crate::scalar::Scalar;
-use crate::spatial::{Twist, Vec3, Wrench};
+use crate::spatial::{Pose, Twist, Vec3, Wrench};
 use crate::topology::Topology;
 
 /// A contact at one instant.
@@ -145,21 +145,28 @@ impl<T: Scalar> ContactState<T> {
         own: OwnFriction<T>,
     ) {
         let (j, k) = (&bodies.frame_j[contact.joint], &bodies.frame_k[contact.joint]);
-        let map = &contact.load;
-        let axis = match contact.shape {
-            ContactShape::Pin { axis, carrier: Carrier::Successor, .. } => k.rotation.columns[axis],
-            ContactShape::Pin { axis, .. } => j.rotation.columns[axis],
-            _ => j.rotation.columns[2],
-        };
-        self.load = match contact.shape {
-            ContactShape::Ball => map.at_point(wrench, j.position),
-            ContactShape::Plate => map.on_plane(wrench, k.position, axis),
-            _ => map.between(wrench, j.position, k.position, axis),
-        };
-        if contact.shape == ContactShape::Thread {
-            let thread = Thread { radius: contact.radius, pitch };
-            self.load = thread.load(map, self.load, wrench, axis, own);
-        }
+        self.load = load_between(contact, pitch, j, k, wrench, own);
+    }
+
+    /// The coefficient and the constant part of the friction force at this speed:
+    /// `friction = coefficient * load + constant`.
+    pub fn resistance(&self) -> (T, T) {
+        (self.resistance.coefficient, self.resistance.viscous)
+    }
+
+    /// The load under a joint's complete wrench, seen from any frame: `j` and `k` are the joint's
+    /// frames and `wrench` is about that frame's origin in its axes.
+    pub fn load_in(
+        &self,
+        contact: &ContactParameters<T>,
+        pitch: T,
+        j: &Pose<T>,
+        k: &Pose<T>,
+        wrench: Wrench<T>,
+    ) -> Load<T> {
+        let Resistance { coefficient, viscous } = self.resistance;
+        let own = OwnFriction { coefficient, viscous, direction: self.sense };
+        load_between(contact, pitch, j, k, wrench, own)
     }
 
     /// The part of the friction force that does not change with the reaction, in the linear form of
@@ -176,6 +183,33 @@ impl<T: Scalar> ContactState<T> {
             }
         }
     }
+}
+
+/// The load of a contact between the frames of its joint.
+#[inline(always)]
+fn load_between<T: Scalar>(
+    contact: &ContactParameters<T>,
+    pitch: T,
+    j: &Pose<T>,
+    k: &Pose<T>,
+    wrench: Wrench<T>,
+    own: OwnFriction<T>,
+) -> Load<T> {
+    let map = &contact.load;
+    let axis = match contact.shape {
+        ContactShape::Pin { axis, carrier: Carrier::Successor, .. } => k.rotation.columns[axis],
+        ContactShape::Pin { axis, .. } => j.rotation.columns[axis],
+        _ => j.rotation.columns[2],
+    };
+    let load = match contact.shape {
+        ContactShape::Ball => map.at_point(wrench, j.position),
+        ContactShape::Plate => map.on_plane(wrench, k.position, axis),
+        _ => map.between(wrench, j.position, k.position, axis),
+    };
+    if contact.shape == ContactShape::Thread {
+        return Thread { radius: contact.radius, pitch }.load(map, load, wrench, axis, own);
+    }
+    load
 }
 
 /// How friction enters the linear system.

@@ -35,7 +35,7 @@ pub use load::{AppliedLoad, LoadAxes};
 pub use plan::{BalancePlan, NotPlanned};
 pub use power::Power;
 pub use rest::{Breakaway, Holding, Rest, Verdict};
-pub use shares::{Shares, Sharing};
+pub use shares::{Response, Shares, Sharing};
 pub use solver::InverseDynamics;
 pub use spring::Pull;
 pub use structure::{BalanceStructure, Weighting};

@@ -10,10 +10,13 @@
 //! causes, once it is there, does not.
 
 use super::balance::Balance;
+use super::contacts::ContactState;
 use super::inverse::{Inverse, Setup};
+use crate::friction::Resistance;
 use crate::kinematics::Bodies;
-use crate::parameters::Parameters;
+use crate::parameters::{ContactParameters, Parameters};
 use crate::scalar::Scalar;
+use crate::spatial::Wrench;
 
 /// The part of each drive that the friction at each contact causes, N or N m. For each drive they
 /// add up to the difference that friction makes. Contacts at rest have none.
@@ -52,6 +55,15 @@ impl<T: Scalar> Shares<T> {
     }
 }
 
+/// What one newton of friction at a contact does to a mechanism's forces, everything else as it is.
+#[derive(Clone, Debug)]
+pub struct Response<T> {
+    /// The change of each joint's complete wrench, predecessor on successor, about the kernel origin.
+    pub wrenches: Vec<Wrench<T>>,
+    /// The change of each drive.
+    pub drives: Vec<T>,
+}
+
 /// Room to find [`Shares`] in, made once. One factorisation serves all contacts.
 #[derive(Clone, Debug)]
 pub struct Sharing<T> {
@@ -63,6 +75,27 @@ impl<T: Scalar> Sharing<T> {
     pub fn new(setup: &Setup<'_>) -> Self {
         let plan = setup.balance;
         Self { balance: Balance::new(setup.topology, &plan.structure, &plan.program) }
+    }
+
+    /// The [`Response`] to each contact, at the motion in `bodies` and with the speeds that `inverse`
+    /// has found. The forces of the mechanism are the frictionless ones and the sum over all contacts
+    /// of friction force times response.
+    pub fn responses(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        inverse: &Inverse<T>,
+    ) -> Vec<Response<T>> {
+        self.balance.rest_like(inverse.balance(), setup, parameters, bodies);
+        let of = |(contact, state): (&ContactParameters<T>, &ContactState<T>)| {
+            let resistance = Resistance { coefficient: T::zero(), viscous: T::one() };
+            let unit = ContactState { resistance, ..*state };
+            let mut drives = vec![T::zero(); inverse.drives().len()];
+            self.balance.rub_alone(setup, parameters, bodies, contact, &unit, &mut drives);
+            Response { wrenches: self.balance.joint_wrenches.clone(), drives }
+        };
+        parameters.contacts.iter().zip(inverse.contacts()).map(of).collect()
     }
 
     /// Finds the shares of the frictions that `inverse` found last, at the motion in `bodies`.
