@@ -1,0 +1,310 @@
+//! From steps to machine code: which value is in which register when.
+//!
+//! Straight-line code needs no more than to look ahead: whoever is needed last makes room (Belady 1966).
+
+use crate::code::{Code, Source, Step};
+use crate::encode::{ADD, Assembler, Base, DIV, MUL, Place, SUB, Width};
+
+/// Constants that code needs beside its own.
+const ZERO: usize = 0;
+const SIGN: usize = 1;
+const OWN: usize = 2;
+
+/// A value that is used again within so many steps is kept in a register.
+const SOON: u32 = 12;
+
+/// Machine code and its data.
+pub(crate) struct Assembled {
+    pub(crate) bytes: Vec<u8>,
+    /// Numbers, each as often as there are lanes, and at least twice.
+    pub(crate) constants: Vec<f64>,
+    /// Numbers of scratch.
+    pub(crate) scratch: usize,
+}
+
+/// Compiles code for registers of a width.
+pub(crate) fn assemble(code: &Code, width: Width) -> Assembled {
+    let stride = width.lanes().max(2);
+    let numbers = [0.0, -0.0].into_iter().chain(code.constants.iter().copied());
+    let constants = numbers.flat_map(|x| std::iter::repeat_n(x, stride)).collect();
+    let mut allocator = Allocator::new(code, width);
+    for (k, step) in code.steps.iter().enumerate() {
+        allocator.step(k, *step);
+    }
+    allocator.rest();
+    allocator.assembler.finish();
+    let scratch = allocator.spilled * width.lanes();
+    Assembled { bytes: allocator.assembler.bytes, constants, scratch }
+}
+
+struct Allocator<'a> {
+    code: &'a Code,
+    width: Width,
+    assembler: Assembler,
+    /// For each step where it is used, the last use first.
+    uses: Vec<Vec<u32>>,
+    /// The same for constants and slots.
+    constant_uses: Vec<Vec<u32>>,
+    slot_uses: std::collections::HashMap<u32, Vec<u32>>,
+    /// What is in each register.
+    holds: Vec<Option<Source>>,
+    register_of_step: Vec<Option<u8>>,
+    spill_of_step: Vec<Option<usize>>,
+    free_spills: Vec<usize>,
+    retired_spills: Vec<usize>,
+    spilled: usize,
+    /// The slots into which each step goes.
+    stores: Vec<Vec<u32>>,
+}
+
+impl<'a> Allocator<'a> {
+    fn new(code: &'a Code, width: Width) -> Self {
+        let count = code.steps.len();
+        let mut uses = vec![Vec::new(); count];
+        let mut constant_uses = vec![Vec::new(); code.constants.len()];
+        let mut slot_uses: std::collections::HashMap<u32, Vec<u32>> = Default::default();
+        for (k, step) in code.steps.iter().enumerate().rev() {
+            for operand in step.operands() {
+                let list = match operand {
+                    Source::Step(step) => &mut uses[step as usize],
+                    Source::Constant(place) => &mut constant_uses[place as usize],
+                    Source::Slot(slot) => slot_uses.entry(slot).or_default(),
+                };
+                list.push(k as u32);
+            }
+        }
+        let mut stores = vec![Vec::new(); count];
+        for (source, slot) in &code.stores {
+            if let Source::Step(step) = source {
+                stores[*step as usize].push(*slot);
+            }
+        }
+        Self {
+            code,
+            width,
+            assembler: Assembler::new(width),
+            uses,
+            constant_uses,
+            slot_uses,
+            holds: vec![None; width.registers()],
+            register_of_step: vec![None; count],
+            spill_of_step: vec![None; count],
+            free_spills: Vec::new(),
+            retired_spills: Vec::new(),
+            spilled: 0,
+            stores,
+        }
+    }
+
+    fn uses_of(&mut self, source: Source) -> &mut Vec<u32> {
+        match source {
+            Source::Step(step) => &mut self.uses[step as usize],
+            Source::Constant(place) => &mut self.constant_uses[place as usize],
+            Source::Slot(slot) => self.slot_uses.entry(slot).or_default(),
+        }
+    }
+
+    fn next_use(&mut self, source: Source) -> Option<u32> {
+        self.uses_of(source).last().copied()
+    }
+
+    fn register_of(&self, source: Source) -> Option<u8> {
+        match source {
+            Source::Step(step) => self.register_of_step[step as usize],
+            _ => self.holds.iter().position(|held| *held == Some(source)).map(|r| r as u8),
+        }
+    }
+
+    fn address(&self, base: Base, place: usize, stride: usize) -> Place {
+        Place::Memory(base, (place * stride * size_of::<f64>()) as i32)
+    }
+
+    /// Where it is in memory.
+    fn memory_of(&self, source: Source) -> Place {
+        let lanes = self.width.lanes();
+        match source {
+            Source::Slot(slot) => self.address(Base::Slots, slot as usize, lanes),
+            Source::Constant(place) => self.constant(OWN + place as usize),
+            Source::Step(step) => {
+                let spill = self.spill_of_step[step as usize].unwrap_or(0);
+                self.address(Base::Spills, spill, lanes)
+            }
+        }
+    }
+
+    fn constant(&self, place: usize) -> Place {
+        self.address(Base::Constants, place, self.width.lanes().max(2))
+    }
+
+    /// A register that may be written; `pinned` ones are not taken.
+    fn room(&mut self, pinned: &[u8]) -> u8 {
+        if let Some(free) = self.holds.iter().position(Option::is_none) {
+            return free as u8;
+        }
+        let mut last = (0, 0);
+        for register in 0..self.holds.len() as u8 {
+            if pinned.contains(&register) {
+                continue;
+            }
+            let Some(held) = self.holds[register as usize] else { continue };
+            let next = self.next_use(held).unwrap_or(u32::MAX);
+            if next >= last.0 {
+                last = (next, register);
+            }
+        }
+        let register = last.1;
+        self.evict(register);
+        register
+    }
+
+    fn evict(&mut self, register: u8) {
+        let Some(Source::Step(step)) = self.holds[register as usize].take() else { return };
+        let step = step as usize;
+        self.register_of_step[step] = None;
+        if self.uses[step].is_empty() || self.spill_of_step[step].is_some() {
+            return;
+        }
+        let spill = self.free_spills.pop().unwrap_or_else(|| {
+            self.spilled += 1;
+            self.spilled - 1
+        });
+        self.spill_of_step[step] = Some(spill);
+        let place = self.memory_of(Source::Step(step as u32));
+        self.assembler.store(place, register);
+    }
+
+    fn take(&mut self, register: u8, source: Source) {
+        self.holds[register as usize] = Some(source);
+        if let Source::Step(step) = source {
+            self.register_of_step[step as usize] = Some(register);
+        }
+    }
+
+    /// The operand in a register.
+    fn in_register(&mut self, source: Source, pinned: &[u8]) -> u8 {
+        if let Some(register) = self.register_of(source) {
+            return register;
+        }
+        let register = self.room(pinned);
+        let from = self.memory_of(source);
+        self.assembler.load(register, from);
+        self.take(register, source);
+        register
+    }
+
+    /// The operand in a register if it is there or is needed again soon, else in memory.
+    fn anywhere(&mut self, source: Source, now: u32, pinned: &[u8]) -> Place {
+        let again = {
+            let uses = self.uses_of(source);
+            uses.iter().rev().find(|k| **k > now).copied()
+        };
+        if self.register_of(source).is_some() || again.is_some_and(|k| k - now <= SOON) {
+            return Place::Register(self.in_register(source, pinned));
+        }
+        self.memory_of(source)
+    }
+
+    /// Forgets one use of each operand at a step, and frees the registers of those that have no more.
+    fn used(&mut self, now: u32, step: Step) {
+        for operand in step.operands() {
+            let uses = self.uses_of(operand);
+            while uses.last().is_some_and(|k| *k <= now) {
+                uses.pop();
+            }
+            if !uses.is_empty() {
+                continue;
+            }
+            if let Some(register) = self.register_of(operand) {
+                self.holds[register as usize] = None;
+            }
+            if let Source::Step(step) = operand {
+                self.register_of_step[step as usize] = None;
+                // The instruction may still read it: nothing may be put there before.
+                self.retired_spills.extend(self.spill_of_step[step as usize].take());
+            }
+        }
+    }
+
+    fn step(&mut self, k: usize, step: Step) {
+        let now = k as u32;
+        let to = match step {
+            Step::Add(a, b) => self.binary(now, step, ADD, a, b, true),
+            Step::Mul(a, b) => self.binary(now, step, MUL, a, b, true),
+            Step::Sub(a, b) => self.binary(now, step, SUB, a, b, false),
+            Step::Div(a, b) => self.binary(now, step, DIV, a, b, false),
+            Step::Neg(a) => {
+                let from = self.in_register(a, &[]);
+                self.used(now, step);
+                let to = self.room(&[from]);
+                let sign = self.constant(SIGN);
+                self.assembler.xor(to, from, sign);
+                to
+            }
+            Step::Sqrt(a) => {
+                let from = self.anywhere(a, now, &[]);
+                self.used(now, step);
+                let pinned = if let Place::Register(r) = from { [r] } else { [u8::MAX] };
+                let to = self.room(&pinned);
+                self.assembler.sqrt(to, from);
+                to
+            }
+            Step::Select { of, yes, no } => {
+                let of = self.in_register(of, &[]);
+                let yes = self.in_register(yes, &[of]);
+                let no = self.in_register(no, &[of, yes]);
+                let mask = self.room(&[of, yes, no]);
+                // The mask holds nothing that is kept, but must not be the target before its time.
+                let zero = self.constant(ZERO);
+                self.used(now, step);
+                self.assembler.select(mask, of, zero, [yes, no], mask);
+                mask
+            }
+        };
+        self.free_spills.append(&mut self.retired_spills);
+        self.take(to, Source::Step(now));
+        for slot in std::mem::take(&mut self.stores[k]) {
+            let place = self.memory_of(Source::Slot(slot));
+            self.assembler.store(place, to);
+        }
+        if self.uses[k].is_empty() {
+            self.holds[to as usize] = None;
+            self.register_of_step[k] = None;
+        }
+    }
+
+    fn binary(
+        &mut self,
+        now: u32,
+        step: Step,
+        opcode: u8,
+        a: Source,
+        b: Source,
+        commutes: bool,
+    ) -> u8 {
+        let swap = commutes && self.register_of(a).is_none() && self.register_of(b).is_some();
+        let (a, b) = if swap { (b, a) } else { (a, b) };
+        let first = self.in_register(a, &[]);
+        let second = self.anywhere(b, now, &[first]);
+        self.used(now, step);
+        let mut pinned = [first, u8::MAX];
+        if let Place::Register(register) = second {
+            pinned[1] = register;
+        }
+        let to = self.room(&pinned);
+        self.assembler.arithmetic(opcode, to, first, second);
+        to
+    }
+
+    /// Stores of what no step makes.
+    fn rest(&mut self) {
+        for &(source, slot) in &self.code.stores {
+            if matches!(source, Source::Step(_)) {
+                continue;
+            }
+            let (from, to) = (self.memory_of(source), self.memory_of(Source::Slot(slot)));
+            let register = 0;
+            self.assembler.load(register, from);
+            self.assembler.store(to, register);
+        }
+    }
+}

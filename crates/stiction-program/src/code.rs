@@ -1,0 +1,258 @@
+//! Straight-line code: steps on slots, constants and earlier steps.
+
+use crate::graph::{Function, Node, Op, needed};
+use std::collections::HashMap;
+
+/// Where a step finds an operand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Source {
+    /// Memory that outlives the code.
+    Slot(u32),
+    /// One of the code's constants.
+    Constant(u32),
+    /// What an earlier step made.
+    Step(u32),
+}
+
+/// An operation of one machine instruction or a few.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Step {
+    Add(Source, Source),
+    Sub(Source, Source),
+    Mul(Source, Source),
+    Div(Source, Source),
+    Neg(Source),
+    Sqrt(Source),
+    Select { of: Source, yes: Source, no: Source },
+}
+
+impl Step {
+    pub(crate) fn operands(self) -> impl Iterator<Item = Source> {
+        let all = match self {
+            Self::Neg(a) | Self::Sqrt(a) => [Some(a), None, None],
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => {
+                [Some(a), Some(b), None]
+            }
+            Self::Select { of, yes, no } => [Some(of), Some(yes), Some(no)],
+        };
+        all.into_iter().flatten()
+    }
+}
+
+/// Steps in order, and which results go to which slots.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Code {
+    pub(crate) steps: Vec<Step>,
+    pub(crate) constants: Vec<f64>,
+    pub(crate) stores: Vec<(Source, u32)>,
+}
+
+/// A call of a function between pieces of code: arguments and result in slots.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Call {
+    pub(crate) function: Function,
+    pub(crate) arguments: [u32; 2],
+    pub(crate) result: u32,
+}
+
+/// Code and calls in turn.
+#[derive(Clone, Debug)]
+pub(crate) enum Part {
+    Code(Code),
+    Calls(Vec<Call>),
+}
+
+impl Part {
+    /// Arithmetic operations in it.
+    pub(crate) fn operations(&self) -> usize {
+        match self {
+            Self::Code(code) => code.steps.len(),
+            Self::Calls(calls) => calls.len(),
+        }
+    }
+}
+
+/// Gives slots to nodes.
+#[derive(Debug, Default)]
+pub(crate) struct Slots {
+    of_node: HashMap<Node, u32>,
+    count: u32,
+}
+
+impl Slots {
+    /// As many slots in a row, for what is no node.
+    pub(crate) fn reserve(&mut self, count: usize) -> u32 {
+        let first = self.count;
+        self.count += count as u32;
+        first
+    }
+
+    /// From now on the node is found in this slot.
+    pub(crate) fn put(&mut self, node: Node, slot: u32) {
+        self.of_node.insert(node, slot);
+    }
+
+    pub(crate) fn of(&self, node: Node) -> Option<u32> {
+        self.of_node.get(&node).copied()
+    }
+
+    fn made(&mut self, node: Node) -> u32 {
+        if let Some(slot) = self.of(node) {
+            return slot;
+        }
+        let slot = self.reserve(1);
+        self.put(node, slot);
+        slot
+    }
+
+    pub(crate) fn count(&self) -> usize {
+        self.count as usize
+    }
+}
+
+/// Compiles what `results` need and is not in a slot yet, and puts them into slots.
+pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots) -> Vec<Part> {
+    // What is in a slot needs nothing.
+    let open: Vec<Node> = results.iter().copied().filter(|n| slots.of(*n).is_none()).collect();
+    let cut: Vec<Op> = ops
+        .iter()
+        .enumerate()
+        .map(|(k, op)| if slots.of(k as Node).is_some() { Op::Input(u32::MAX) } else { *op })
+        .collect();
+    let needed = needed(&cut, &open);
+    // How many calls come one after the other before a node.
+    let mut level = vec![0_usize; ops.len()];
+    let mut most = 0;
+    for (k, op) in cut.iter().enumerate().filter(|(k, _)| needed[*k]) {
+        let before = op.operands().map(|operand| {
+            let is_call = matches!(cut[operand as usize], Op::Call(..));
+            level[operand as usize] + usize::from(is_call)
+        });
+        level[k] = before.max().unwrap_or(0);
+        most = most.max(level[k] + usize::from(matches!(op, Op::Call(..))));
+    }
+    // What later levels or calls read goes into slots.
+    let mut crosses = vec![false; ops.len()];
+    open.iter().for_each(|node| crosses[*node as usize] = true);
+    for (k, op) in cut.iter().enumerate().filter(|(k, _)| needed[*k]) {
+        for operand in op.operands() {
+            let is_call = matches!(op, Op::Call(..)) || matches!(cut[operand as usize], Op::Call(..));
+            if is_call || level[operand as usize] < level[k] {
+                crosses[operand as usize] = true;
+            }
+        }
+    }
+    let mut parts = Vec::new();
+    for now in 0..=most {
+        let (mut code, mut calls) = (Code::default(), Vec::new());
+        let mut steps: HashMap<Node, u32> = HashMap::new();
+        let mut constants: HashMap<u64, u32> = HashMap::new();
+        for (k, op) in cut.iter().enumerate().filter(|(k, _)| needed[*k]) {
+            let node = k as Node;
+            if level[k] != now || slots.of(node).is_some() && !matches!(op, Op::Call(..)) {
+                continue;
+            }
+            if let Op::Call(function, a, b) = *op {
+                let arguments = [a, b].map(|node| slots.made(node));
+                calls.push(Call { function, arguments, result: slots.made(node) });
+                continue;
+            }
+            let source = |node: Node, code: &mut Code, constants: &mut HashMap<u64, u32>| {
+                if let Op::Constant(bits) = ops[node as usize] {
+                    let place = *constants.entry(bits).or_insert_with(|| {
+                        code.constants.push(f64::from_bits(bits));
+                        code.constants.len() as u32 - 1
+                    });
+                    return Source::Constant(place);
+                }
+                match (steps.get(&node), slots.of(node)) {
+                    (Some(step), _) => Source::Step(*step),
+                    (None, slot) => Source::Slot(slot.unwrap_or(0)),
+                }
+            };
+            let mut of = |node: Node| source(node, &mut code, &mut constants);
+            let step = match *op {
+                Op::Add(a, b) => Step::Add(of(a), of(b)),
+                Op::Sub(a, b) => Step::Sub(of(a), of(b)),
+                Op::Mul(a, b) => Step::Mul(of(a), of(b)),
+                Op::Div(a, b) => Step::Div(of(a), of(b)),
+                Op::Neg(a) => Step::Neg(of(a)),
+                Op::Sqrt(a) => Step::Sqrt(of(a)),
+                Op::Select { of: c, yes, no } => {
+                    Step::Select { of: of(c), yes: of(yes), no: of(no) }
+                }
+                Op::Constant(_) => {
+                    if crosses[k] {
+                        let from = of(node);
+                        let slot = slots.made(node);
+                        code.stores.push((from, slot));
+                    }
+                    continue;
+                }
+                Op::Input(_) | Op::Call(..) => continue,
+            };
+            code.steps.push(step);
+            let place = code.steps.len() as u32 - 1;
+            steps.insert(node, place);
+            if crosses[k] {
+                code.stores.push((Source::Step(place), u32::MAX - node));
+            }
+        }
+        // Slots are given last: until then operands are found as steps.
+        for (_, slot) in &mut code.stores {
+            if *slot > u32::MAX / 2 {
+                *slot = slots.made(u32::MAX - *slot);
+            }
+        }
+        if !code.steps.is_empty() || !code.stores.is_empty() {
+            parts.push(Part::Code(code));
+        }
+        if !calls.is_empty() {
+            parts.push(Part::Calls(calls));
+        }
+    }
+    parts
+}
+
+impl Code {
+    /// Runs it for `L` states side by side: each slot holds `L` numbers. `values` is scratch with room for
+    /// all steps.
+    pub(crate) fn interpret<const L: usize>(&self, slots: &mut [f64], values: &mut [f64]) {
+        let (values, _) = values.as_chunks_mut::<L>();
+        for (k, step) in self.steps.iter().enumerate() {
+            let of = |source: Source| self.read::<L>(source, slots, values);
+            let (a, b) = match *step {
+                Step::Add(a, b) | Step::Sub(a, b) | Step::Mul(a, b) | Step::Div(a, b) => {
+                    (of(a), of(b))
+                }
+                Step::Neg(a) | Step::Sqrt(a) => (of(a), [0.0; L]),
+                Step::Select { yes, no, .. } => (of(yes), of(no)),
+            };
+            let each = |f: fn(f64, f64) -> f64| core::array::from_fn(|l| f(a[l], b[l]));
+            values[k] = match *step {
+                Step::Add(..) => each(|a, b| a + b),
+                Step::Sub(..) => each(|a, b| a - b),
+                Step::Mul(..) => each(|a, b| a * b),
+                Step::Div(..) => each(|a, b| a / b),
+                Step::Neg(_) => each(|a, _| -a),
+                Step::Sqrt(_) => each(|a, _| a.sqrt()),
+                Step::Select { of: condition, .. } => {
+                    let c = of(condition);
+                    core::array::from_fn(|l| if c[l] > 0.0 { a[l] } else { b[l] })
+                }
+            };
+        }
+        for &(source, slot) in &self.stores {
+            let value = self.read::<L>(source, slots, values);
+            slots[slot as usize * L..][..L].copy_from_slice(&value);
+        }
+    }
+
+    fn read<const L: usize>(&self, source: Source, slots: &[f64], values: &[[f64; L]]) -> [f64; L] {
+        match source {
+            Source::Slot(slot) => core::array::from_fn(|l| slots[slot as usize * L + l]),
+            Source::Constant(place) => [self.constants[place as usize]; L],
+            Source::Step(place) => values[place as usize],
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! Operations and what they are applied to: an expression graph in which nothing is there twice.
+
+use std::collections::HashMap;
+
+/// A node of a [`Graph`], by its place.
+pub(crate) type Node = u32;
+
+/// An operation on earlier nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Op {
+    /// A number, by its bits.
+    Constant(u64),
+    /// What the program is given, by its place.
+    Input(u32),
+    Add(Node, Node),
+    Sub(Node, Node),
+    Mul(Node, Node),
+    Div(Node, Node),
+    Neg(Node),
+    Sqrt(Node),
+    /// `of > 0 ? yes : no`.
+    Select { of: Node, yes: Node, no: Node },
+    /// What no machine does in one instruction.
+    Call(Function, Node, Node),
+}
+
+/// Functions that are computed by calls. Those of one argument have it twice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Function {
+    Sin,
+    Cos,
+    Exp,
+    Ln,
+    /// Of y and x.
+    Atan2,
+}
+
+impl Function {
+    pub(crate) fn of(self, a: f64, b: f64) -> f64 {
+        match self {
+            Self::Sin => a.sin(),
+            Self::Cos => a.cos(),
+            Self::Exp => a.exp(),
+            Self::Ln => a.ln(),
+            Self::Atan2 => a.atan2(b),
+        }
+    }
+}
+
+impl Op {
+    /// The nodes that it reads.
+    pub(crate) fn operands(self) -> impl Iterator<Item = Node> {
+        let all = match self {
+            Self::Constant(_) | Self::Input(_) => [None; 3],
+            Self::Neg(a) | Self::Sqrt(a) => [Some(a), None, None],
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => {
+                [Some(a), Some(b), None]
+            }
+            Self::Call(Function::Atan2, a, b) => [Some(a), Some(b), None],
+            Self::Call(_, a, _) => [Some(a), None, None],
+            Self::Select { of, yes, no } => [Some(of), Some(yes), Some(no)],
+        };
+        all.into_iter().flatten()
+    }
+
+    /// The same operation on other nodes.
+    pub(crate) fn map(self, to: impl Fn(Node) -> Node) -> Self {
+        match self {
+            Self::Constant(_) | Self::Input(_) => self,
+            Self::Add(a, b) => Self::Add(to(a), to(b)),
+            Self::Sub(a, b) => Self::Sub(to(a), to(b)),
+            Self::Mul(a, b) => Self::Mul(to(a), to(b)),
+            Self::Div(a, b) => Self::Div(to(a), to(b)),
+            Self::Neg(a) => Self::Neg(to(a)),
+            Self::Sqrt(a) => Self::Sqrt(to(a)),
+            Self::Select { of, yes, no } => Self::Select { of: to(of), yes: to(yes), no: to(no) },
+            Self::Call(function, a, b) => Self::Call(function, to(a), to(b)),
+        }
+    }
+}
+
+/// Nodes in an order in which operands come first.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Graph {
+    ops: Vec<Op>,
+    known: HashMap<Op, Node>,
+}
+
+impl Graph {
+    pub(crate) fn ops(&self) -> &[Op] {
+        &self.ops
+    }
+
+    /// The node of an operation, simplified where numbers or signs allow it.
+    pub(crate) fn add(&mut self, op: Op) -> Node {
+        match op {
+            Op::Add(a, b) => self.sum(a, b),
+            Op::Sub(a, b) => self.difference(a, b),
+            Op::Mul(a, b) => self.product(a, b),
+            Op::Div(a, b) => self.quotient(a, b),
+            Op::Neg(a) => self.negative(a),
+            Op::Sqrt(a) => match self.constant(a) {
+                Some(x) => self.number(x.sqrt()),
+                None => self.place(op),
+            },
+            Op::Call(function, a, b) => match (self.constant(a), self.constant(b)) {
+                (Some(x), Some(y)) => self.number(function.of(x, y)),
+                _ => self.call(function, a, b),
+            },
+            Op::Select { of, yes, no } => match self.constant(of) {
+                Some(x) => if x > 0.0 { yes } else { no },
+                None if yes == no => yes,
+                None => self.place(op),
+            },
+            Op::Constant(_) | Op::Input(_) => self.place(op),
+        }
+    }
+
+    /// A number. Of both zeros one.
+    pub(crate) fn number(&mut self, x: f64) -> Node {
+        self.place(Op::Constant((x + 0.0).to_bits()))
+    }
+
+    pub(crate) fn constant(&self, node: Node) -> Option<f64> {
+        match self.ops[node as usize] {
+            Op::Constant(bits) => Some(f64::from_bits(bits)),
+            _ => None,
+        }
+    }
+
+    fn place(&mut self, op: Op) -> Node {
+        let ops = &mut self.ops;
+        *self.known.entry(op).or_insert_with(|| {
+            ops.push(op);
+            (ops.len() - 1) as Node
+        })
+    }
+
+    /// What is negated, of a negation.
+    fn negated(&self, node: Node) -> Option<Node> {
+        match self.ops[node as usize] {
+            Op::Neg(a) => Some(a),
+            _ => None,
+        }
+    }
+
+    fn sum(&mut self, a: Node, b: Node) -> Node {
+        match (self.constant(a), self.constant(b)) {
+            (Some(x), Some(y)) => return self.number(x + y),
+            (Some(0.0), _) => return b,
+            (_, Some(0.0)) => return a,
+            _ => {}
+        }
+        match (self.negated(a), self.negated(b)) {
+            (_, Some(b)) => self.difference(a, b),
+            (Some(a), None) => self.difference(b, a),
+            (None, None) => self.place(Op::Add(a.min(b), a.max(b))),
+        }
+    }
+
+    fn difference(&mut self, a: Node, b: Node) -> Node {
+        if a == b {
+            return self.number(0.0);
+        }
+        match (self.constant(a), self.constant(b)) {
+            (Some(x), Some(y)) => return self.number(x - y),
+            (Some(0.0), _) => return self.negative(b),
+            (_, Some(0.0)) => return a,
+            _ => {}
+        }
+        match self.negated(b) {
+            Some(b) => self.sum(a, b),
+            None => self.place(Op::Sub(a, b)),
+        }
+    }
+
+    fn product(&mut self, a: Node, b: Node) -> Node {
+        match (self.constant(a), self.constant(b)) {
+            (Some(x), Some(y)) => return self.number(x * y),
+            (Some(0.0), _) | (_, Some(0.0)) => return self.number(0.0),
+            (Some(1.0), _) => return b,
+            (_, Some(1.0)) => return a,
+            (Some(-1.0), _) => return self.negative(b),
+            (_, Some(-1.0)) => return self.negative(a),
+            _ => {}
+        }
+        let (own, other) = (self.negated(a), self.negated(b));
+        let turned = own.is_some() != other.is_some();
+        let (a, b) = (own.unwrap_or(a), other.unwrap_or(b));
+        let product = self.place(Op::Mul(a.min(b), a.max(b)));
+        if turned { self.negative(product) } else { product }
+    }
+
+    fn quotient(&mut self, a: Node, b: Node) -> Node {
+        match (self.constant(a), self.constant(b)) {
+            (Some(x), Some(y)) => self.number(x / y),
+            (Some(0.0), _) => self.number(0.0),
+            // A product is faster, and different by a unit of the last digit at most.
+            (_, Some(y)) => {
+                let over = self.number(1.0 / y);
+                self.product(a, over)
+            }
+            _ => self.place(Op::Div(a, b)),
+        }
+    }
+
+    fn negative(&mut self, a: Node) -> Node {
+        match self.ops[a as usize] {
+            Op::Constant(bits) => self.number(-f64::from_bits(bits)),
+            Op::Neg(a) => a,
+            Op::Sub(a, b) => self.place(Op::Sub(b, a)),
+            _ => self.place(Op::Neg(a)),
+        }
+    }
+
+    /// Sine and cosine of an angle that was made from its point are that point's.
+    fn call(&mut self, function: Function, a: Node, b: Node) -> Node {
+        let (Function::Sin | Function::Cos, Op::Call(Function::Atan2, y, x)) =
+            (function, self.ops[a as usize])
+        else {
+            return self.place(Op::Call(function, a, b));
+        };
+        let (xx, yy) = (self.product(x, x), self.product(y, y));
+        let sum = self.sum(xx, yy);
+        let radius = self.add(Op::Sqrt(sum));
+        self.quotient(if function == Function::Sin { y } else { x }, radius)
+    }
+}
+
+/// Which nodes some others need, themselves included.
+pub(crate) fn needed(ops: &[Op], by: &[Node]) -> Vec<bool> {
+    let mut needed = vec![false; ops.len()];
+    by.iter().for_each(|node| needed[*node as usize] = true);
+    for k in (0..ops.len()).rev() {
+        if needed[k] {
+            ops[k].operands().for_each(|operand| needed[operand as usize] = true);
+        }
+    }
+    needed
+}

@@ -1,0 +1,320 @@
+//! Inverse dynamics of one mechanism as a program: driving forces, reactions, friction coupled to them.
+//!
+//! Reactions are affine in friction forces, and each friction force is affine in its contact's load. So
+//! the program has three stages. The first finds everything without friction, and what one newton of
+//! friction at each contact does. The second is a Newton step for the loads, with as many unknowns as
+//! there are contacts whose friction changes some load; it is repeated. The third adds up.
+
+use crate::code::{Part, Slots, compile};
+use crate::graph::{Node, Op, needed};
+use crate::recipe::{Counts, Recipe, RecordedStages};
+use crate::run::{Runner, natural_lanes};
+use crate::samples::samples;
+use stiction::dynamics::{AppliedLoad, InverseDynamics, Weighting};
+use stiction::kinematics::{State, Target};
+use stiction::parameters::Parameters;
+
+/// Newton steps for the loads, at most.
+const STEPS: usize = 12;
+/// A step that changes no load by more than this part of the largest leaves an error of the square of
+/// it: rounding.
+const SETTLED: f64 = 1e-8;
+
+/// Inverse dynamics of one mechanism, compiled.
+#[derive(Debug)]
+pub struct InverseProgram {
+    counts: Counts,
+    places: Places,
+    slots: usize,
+    operations: [usize; 3],
+    one: [Runner; 3],
+    many: [Runner; 3],
+    lanes: usize,
+}
+
+/// The slots of the results.
+#[derive(Clone, Debug)]
+struct Places {
+    /// Loads of the coupled contacts without friction, and after a step.
+    start: Vec<u32>,
+    next: Vec<u32>,
+    determinant: u32,
+    ideal: Vec<u32>,
+    drives: Vec<u32>,
+    reactions: Vec<u32>,
+    loads: Vec<u32>,
+    velocities: Vec<u32>,
+    frictions: Vec<u32>,
+}
+
+/// What runs read and write, for a number of states side by side.
+#[derive(Clone, Debug)]
+pub struct Memory {
+    lanes: usize,
+    slots: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+impl InverseProgram {
+    /// Records and compiles the program of a mechanism.
+    ///
+    /// `course` gives prescribed values amid the motions that are meant, each near enough to the one before
+    /// for the mechanism to be brought there from the position of `solver`. `loads` says which bodies are
+    /// loaded, in which axes; the wrenches themselves are inputs. None if the kernel has no plan for the
+    /// mechanism (a singular position), if what is redundant leaves reactions open, or if the course
+    /// cannot be followed.
+    pub fn record(
+        solver: &InverseDynamics,
+        course: &[Vec<Target<f64>>],
+        loads: &[AppliedLoad<f64>],
+    ) -> Option<Self> {
+        Self::record_with(solver, course, loads, true)
+    }
+
+    /// The same, interpreted if `machine` is false: the slow way, for comparison.
+    #[doc(hidden)]
+    pub fn record_with(
+        solver: &InverseDynamics,
+        course: &[Vec<Target<f64>>],
+        loads: &[AppliedLoad<f64>],
+        machine: bool,
+    ) -> Option<Self> {
+        let kernel = solver.kernel()?;
+        if solver.weighting()? != Weighting::Determined {
+            return None;
+        }
+        let samples = samples(solver, course, loads)?;
+        let recipe = Recipe { kernel: &kernel, solver, loads };
+        // First with all contacts, to see whose friction changes a load at all.
+        let all: Vec<usize> = (0..solver.parameters().contacts.len()).collect();
+        let first = recipe.record(&all, &samples);
+        let changes_a_load = |column: &usize| {
+            let of_column = first.influence.iter().skip(*column).step_by(all.len().max(1));
+            of_column.clone().any(|node| first.graph.constant(*node) != Some(0.0))
+        };
+        let coupled: Vec<usize> = all.iter().copied().filter(changes_a_load).collect();
+        let recorded = recipe.record(&coupled, &samples);
+        Some(Self::compile(recipe.counts(coupled.len()), &recorded, machine))
+    }
+
+    fn compile(counts: Counts, recorded: &RecordedStages, machine: bool) -> Self {
+        let ops = recorded.graph.ops();
+        let mut slots = Slots::default();
+        slots.reserve(counts.inputs() + counts.coupled);
+        for (node, op) in ops.iter().enumerate() {
+            if let Op::Input(k) = op {
+                slots.put(node as Node, *k);
+            }
+        }
+        let mut stages = [const { Vec::new() }; 3];
+        let first = recorded.first_stage(counts.inputs());
+        stages[0] = compile(ops, &first, &mut slots);
+        stages[1] = compile(ops, &recorded.step, &mut slots);
+        stages[2] = compile(ops, &recorded.rest, &mut slots);
+        let place = |node: &Node| slots.of(*node).unwrap_or(0);
+        let all = |nodes: &[Node]| -> Vec<u32> { nodes.iter().map(place).collect() };
+        let (start, ideal) = recorded.begin.split_at(counts.coupled);
+        let (next, determinant) = recorded.step.split_at(counts.coupled);
+        let mut rest = recorded.rest.as_slice();
+        let mut take = |count: usize| {
+            let (front, back) = rest.split_at(count);
+            rest = back;
+            all(front)
+        };
+        let places = Places {
+            start: all(start),
+            next: all(next),
+            determinant: determinant.first().map_or(0, place),
+            ideal: all(ideal),
+            drives: take(counts.drives),
+            reactions: take(6 * counts.joints),
+            loads: take(counts.contacts),
+            velocities: take(counts.contacts),
+            frictions: take(counts.contacts),
+        };
+        let lanes = natural_lanes();
+        let count = slots.count();
+        let runners = |lanes| stages.each_ref().map(|parts| Runner::new(parts, lanes, count, machine));
+        let operations = stages.each_ref().map(|parts| parts.iter().map(Part::operations).sum());
+        Self {
+            counts,
+            places,
+            slots: count,
+            operations,
+            one: runners(1),
+            many: runners(lanes),
+            lanes,
+        }
+    }
+
+    /// How many states the wide code takes at once on this processor.
+    pub fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    /// Arithmetic operations of the three stages: all that is frictionless with the responses to friction,
+    /// one step of the coupling, and the sums.
+    pub fn operations(&self) -> [usize; 3] {
+        self.operations
+    }
+
+    /// Whether the processor runs the program itself; if not, it is interpreted.
+    pub fn is_machine_code(&self) -> bool {
+        self.one.iter().chain(&self.many).all(Runner::is_machine_code)
+    }
+
+    /// Room for runs of one state (`lanes` 1) or of [`Self::lanes`].
+    pub fn memory(&self, lanes: usize) -> Memory {
+        let runners = self.runners(lanes);
+        let scratch = runners.iter().map(Runner::scratch).max().unwrap_or(0);
+        let lanes = if lanes == 1 { 1 } else { self.lanes };
+        Memory { lanes, slots: vec![0.0; self.slots * lanes], scratch: vec![0.0; scratch] }
+    }
+
+    fn runners(&self, lanes: usize) -> &[Runner; 3] {
+        if lanes == 1 { &self.one } else { &self.many }
+    }
+
+    /// Sets one lane's state of motion, prescribed values and loads. The state must close the loops.
+    pub fn set(
+        &self,
+        memory: &mut Memory,
+        lane: usize,
+        state: &State<f64>,
+        targets: &[Target<f64>],
+        loads: &[AppliedLoad<f64>],
+    ) {
+        let (lanes, mut slot) = (memory.lanes, 0);
+        let mut put = |value: f64| {
+            memory.slots[slot * lanes + lane] = value;
+            slot += 1;
+        };
+        let State { coordinates, rates, accelerations } = state;
+        coordinates.iter().chain(rates).chain(accelerations).for_each(|value| put(*value));
+        for target in targets {
+            [target.value, target.rate, target.acceleration].into_iter().for_each(&mut put);
+        }
+        for load in loads {
+            load.force.to_array().into_iter().chain(load.moment.to_array()).for_each(&mut put);
+        }
+    }
+
+    /// Everything without friction: [`Self::ideal_drive`] afterwards. With `reactions` also what
+    /// [`Self::reaction`] gives, then without friction.
+    pub fn run_frictionless(&self, memory: &mut Memory) {
+        let runners = self.runners(memory.lanes);
+        runners[0].run(&mut memory.slots, &mut memory.scratch);
+    }
+
+    /// Everything with friction, coupled to round-off. For each lane whether friction and reactions are in
+    /// balance; where not, they settle nowhere or beyond a point where friction locks the mechanism, and
+    /// [`InverseDynamics::solve`] says which.
+    pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
+        let runners = self.runners(memory.lanes);
+        let Memory { lanes, slots, scratch } = memory;
+        let lanes = *lanes;
+        runners[0].run(slots, scratch);
+        let inputs = self.counts.inputs();
+        for (k, start) in self.places.start.iter().enumerate() {
+            copy(slots, *start as usize, inputs + k, lanes);
+        }
+        settled[..lanes].fill(self.counts.coupled == 0);
+        for _ in 0..STEPS {
+            if settled[..lanes].iter().all(|settled| *settled) {
+                break;
+            }
+            runners[1].run(slots, scratch);
+            self.compare(slots, lanes, settled);
+            for (k, next) in self.places.next.iter().enumerate() {
+                copy(slots, *next as usize, inputs + k, lanes);
+            }
+        }
+        runners[2].run(slots, scratch);
+    }
+
+    /// Whether the last step of the loads changed none of them by more than rounding will.
+    fn compare(&self, slots: &[f64], lanes: usize, settled: &mut [bool]) {
+        let inputs = self.counts.inputs();
+        for (lane, settled) in settled.iter_mut().enumerate().take(lanes) {
+            let (mut change, mut largest) = (0.0_f64, 0.0_f64);
+            for (k, next) in self.places.next.iter().enumerate() {
+                let now = slots[*next as usize * lanes + lane];
+                change = change.max((now - slots[(inputs + k) * lanes + lane]).abs());
+                largest = largest.max(now.abs());
+            }
+            let determinant = slots[self.places.determinant as usize * lanes + lane];
+            *settled = change <= SETTLED * largest && determinant > 0.0;
+        }
+    }
+
+    fn read(memory: &Memory, slot: u32, lane: usize) -> f64 {
+        memory.slots[slot as usize * memory.lanes + lane]
+    }
+
+    /// A drive without friction, N or N m.
+    pub fn ideal_drive(&self, memory: &Memory, lane: usize, drive: usize) -> f64 {
+        Self::read(memory, self.places.ideal[drive], lane)
+    }
+
+    /// A drive with friction, N or N m.
+    pub fn drive(&self, memory: &Memory, lane: usize, drive: usize) -> f64 {
+        Self::read(memory, self.places.drives[drive], lane)
+    }
+
+    /// A joint's complete wrench, predecessor on successor: force, then moment about the joint's origin,
+    /// world axes.
+    pub fn reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
+        let places = &self.places.reactions[6 * joint..];
+        core::array::from_fn(|i| Self::read(memory, places[i], lane))
+    }
+
+    /// The load on a contact, N; its sliding velocity, m/s; and its friction force, N, not negative.
+    pub fn contact(&self, memory: &Memory, lane: usize, contact: usize) -> [f64; 3] {
+        let Places { loads, velocities, frictions, .. } = &self.places;
+        [loads, velocities, frictions].map(|places| Self::read(memory, places[contact], lane))
+    }
+
+    /// Numbers of drives, joints and contacts.
+    pub fn sizes(&self) -> (usize, usize, usize) {
+        (self.counts.drives, self.counts.joints, self.counts.contacts)
+    }
+}
+
+fn copy(slots: &mut [f64], from: usize, to: usize, lanes: usize) {
+    slots.copy_within(from * lanes..(from + 1) * lanes, to * lanes);
+}
+
+impl RecordedStages {
+    /// What the first stage makes: its own results, and what later stages need of all that does not
+    /// depend on loads.
+    fn first_stage(&self, inputs: usize) -> Vec<Node> {
+        let ops = self.graph.ops();
+        let mut depends = vec![false; ops.len()];
+        for (k, op) in ops.iter().enumerate() {
+            depends[k] = match op {
+                Op::Input(place) => *place as usize >= inputs,
+                _ => op.operands().any(|operand| depends[operand as usize]),
+            };
+        }
+        let later: Vec<Node> = self.step.iter().chain(&self.rest).copied().collect();
+        let needed = needed(ops, &later);
+        let is_early = |node: &Node| {
+            !depends[*node as usize] && !matches!(ops[*node as usize], Op::Constant(_))
+        };
+        let mut nodes = self.begin.clone();
+        nodes.extend(later.iter().copied().filter(is_early));
+        for (k, op) in ops.iter().enumerate() {
+            if needed[k] && depends[k] {
+                nodes.extend(op.operands().filter(is_early));
+            }
+        }
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+}
+
+/// Parameters over the recording scalar are constants: they are folded into the program.
+pub(crate) fn lifted(solver: &InverseDynamics) -> Parameters<crate::recorded::Recorded> {
+    Parameters::new(solver.mechanism())
+}

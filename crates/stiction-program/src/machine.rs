@@ -1,0 +1,147 @@
+//! Code that the processor runs itself.
+//!
+//! The only unsafe code of the project: memory is made executable and called. What is called was written
+//! by [`crate::allocate`], touches nothing but the three pieces of memory that it is handed, as long as
+//! they are as large as the code says, and returns.
+#![allow(unsafe_code)]
+
+use crate::allocate::assemble;
+use crate::code::Code;
+use crate::encode::Width;
+use memmap2::{Mmap, MmapMut};
+
+type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *mut f64);
+
+/// A piece of code in machine instructions for one width.
+#[derive(Debug)]
+pub(crate) struct Machine {
+    memory: Mmap,
+    constants: Vec<f64>,
+    /// Numbers of slots and of scratch that it touches.
+    slots: usize,
+    scratch: usize,
+}
+
+/// The widest registers that this processor has; none if code cannot be made for it.
+pub(crate) fn widest() -> Option<Width> {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+            return Some(Width::Eight);
+        }
+        if is_x86_feature_detected!("avx") {
+            return Some(Width::Four);
+        }
+    }
+    None
+}
+
+impl Machine {
+    /// Makes code executable; none where this system does not allow it.
+    pub(crate) fn new(code: &Code, width: Width, slots: usize) -> Option<Self> {
+        if width.lanes() > widest()?.lanes() {
+            return None;
+        }
+        let assembled = assemble(code, width);
+        let mut memory = MmapMut::map_anon(assembled.bytes.len()).ok()?;
+        memory.copy_from_slice(&assembled.bytes);
+        let memory = memory.make_exec().ok()?;
+        let slots = slots * width.lanes();
+        Some(Self { memory, constants: assembled.constants, slots, scratch: assembled.scratch })
+    }
+
+    /// Numbers of scratch that a run needs.
+    pub(crate) fn scratch(&self) -> usize {
+        self.scratch
+    }
+
+    /// Runs it. Slots are as many as it was made for, times the lanes; scratch is as it says.
+    #[inline]
+    pub(crate) fn run(&self, slots: &mut [f64], scratch: &mut [f64]) {
+        assert!(slots.len() >= self.slots && scratch.len() >= self.scratch);
+        // SAFETY: the memory holds a whole function of this signature, written by `assemble` for a
+        // processor that has its instructions (`new` asked). It reads and writes slots below
+        // `self.slots`, reads `constants`, reads and writes scratch below `self.scratch`, all of
+        // which are there, and changes no other register than a caller of "sysv64" expects.
+        unsafe {
+            let entry: Entry = std::mem::transmute(self.memory.as_ptr());
+            entry(slots.as_mut_ptr(), self.constants.as_ptr(), scratch.as_mut_ptr());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::code::{Source, Step};
+    use crate::samples::Random;
+
+    /// Random code on ten slots, with a given number of steps.
+    fn random_code(random: &mut Random, count: usize) -> Code {
+        let mut code = Code { constants: vec![0.5, -1.25, 3.0], ..Code::default() };
+        let mut pick = |bound: usize| ((random.number() + 1.0) * 0.5 * bound as f64) as usize;
+        for k in 0..count {
+            let mut source = || match pick(8) {
+                0 => Source::Constant(pick(3) as u32),
+                1 | 2 => Source::Slot(pick(10) as u32),
+                _ if k == 0 => Source::Slot(0),
+                // Near ones and far ones.
+                3..6 => Source::Step((k - 1 - pick(k.min(5))) as u32),
+                _ => Source::Step(pick(k) as u32),
+            };
+            let (a, b, c) = (source(), source(), source());
+            let step = match pick(9) {
+                0 | 1 => Step::Add(a, b),
+                2 | 3 => Step::Sub(a, b),
+                4 | 5 => Step::Mul(a, b),
+                6 => Step::Div(a, b),
+                7 => Step::Neg(a),
+                _ => Step::Select { of: a, yes: b, no: c },
+            };
+            code.steps.push(step);
+            // Roots of squares.
+            if pick(10) == 0 && k + 1 < count {
+                code.steps.pop();
+                code.steps.push(Step::Sqrt(Source::Slot(pick(10) as u32)));
+            }
+            if pick(4) == 0 || k + 1 == count {
+                code.stores.push((Source::Step(k as u32), 10 + code.stores.len() as u32));
+            }
+        }
+        code.stores.push((Source::Constant(1), 10 + code.stores.len() as u32));
+        code
+    }
+
+    /// Machine code gives what the interpreter gives, bit by bit, for all widths, short and long.
+    #[test]
+    fn machine_code_is_what_is_interpreted() {
+        let Some(widest) = widest() else { return };
+        let mut random = Random(7);
+        for case in 0..300 {
+            let code = random_code(&mut random, 1 + case % 120);
+            let count = 10 + code.stores.len();
+            for width in [Width::One, Width::Four, Width::Eight] {
+                let lanes = width.lanes();
+                if lanes > widest.lanes() {
+                    continue;
+                }
+                let start: Vec<f64> =
+                    (0..count * lanes).map(|_| (random.number() * 2.0).abs() + 0.1).collect();
+                let (mut interpreted, mut run) = (start.clone(), start);
+                let mut values = vec![0.0; code.steps.len() * lanes];
+                match lanes {
+                    1 => code.interpret::<1>(&mut interpreted, &mut values),
+                    4 => code.interpret::<4>(&mut interpreted, &mut values),
+                    _ => code.interpret::<8>(&mut interpreted, &mut values),
+                }
+                let machine = Machine::new(&code, width, count).unwrap();
+                let mut scratch = vec![0.0; machine.scratch()];
+                machine.run(&mut run, &mut scratch);
+                for (k, (a, b)) in interpreted.iter().zip(&run).enumerate() {
+                    let same = a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
+                    assert!(same, "case {case}, {width:?}, slot {}: {a} {b}", k / lanes);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! What nodes mean: their values at samples, with bounds of their rounding errors.
+
+use crate::graph::{Graph, Node, Op};
+use std::collections::HashMap;
+
+/// A value and a bound of the rounding error in it.
+#[derive(Clone, Copy, Debug)]
+struct Value {
+    x: f64,
+    error: f64,
+}
+
+const EPSILON: f64 = f64::EPSILON / 2.0;
+
+/// Values that differ by so many error bounds are different. Bounds are of first order.
+const APART: f64 = 64.0;
+
+impl Value {
+    fn new(x: f64, error: f64) -> Self {
+        Self { x, error: error + x.abs() * EPSILON }
+    }
+
+    fn is(self, other: Self, sign: f64) -> bool {
+        (self.x - sign * other.x).abs() <= APART * (self.error + other.error)
+    }
+}
+
+/// The values of all nodes for some inputs. Which branch a selection takes is not decided by its
+/// condition but by `branch`: what is true whatever the branches is true for all signs, and samples
+/// need not meet all of them.
+fn evaluate(ops: &[Op], inputs: &[f64], branch: impl Fn(Node) -> bool) -> Vec<Value> {
+    let mut values: Vec<Value> = Vec::with_capacity(ops.len());
+    for op in ops {
+        let of = |node: Node| values[node as usize];
+        let value = match *op {
+            Op::Constant(bits) => Value::new(f64::from_bits(bits), 0.0),
+            Op::Input(k) => Value::new(inputs[k as usize], 0.0),
+            Op::Add(a, b) => {
+                let (a, b) = (of(a), of(b));
+                Value::new(a.x + b.x, a.error + b.error)
+            }
+            Op::Sub(a, b) => {
+                let (a, b) = (of(a), of(b));
+                Value::new(a.x - b.x, a.error + b.error)
+            }
+            Op::Mul(a, b) => {
+                let (a, b) = (of(a), of(b));
+                Value::new(a.x * b.x, a.error * b.x.abs() + b.error * a.x.abs())
+            }
+            Op::Div(a, b) => {
+                let (a, b) = (of(a), of(b));
+                let x = a.x / b.x;
+                Value::new(x, (a.error + x.abs() * b.error) / b.x.abs())
+            }
+            Op::Neg(a) => Value { x: -of(a).x, error: of(a).error },
+            Op::Sqrt(a) => {
+                // Of what is negative in a branch that does not come, of something at least.
+                let (a, x) = (of(a), of(a).x.abs().sqrt());
+                Value::new(x, if x > 0.0 { a.error / (2.0 * x) } else { a.error.sqrt() })
+            }
+            Op::Select { of: condition, yes, no } => {
+                if branch(condition) { of(yes) } else { of(no) }
+            }
+            Op::Call(function, a, b) => {
+                let (a, b) = (of(a), of(b));
+                let x = function.of(a.x, b.x);
+                // By a difference, as wide as the error is.
+                let step = a.error.max(a.x.abs() * 1e-8).max(1e-12);
+                let slope = |u: f64, v: f64| (function.of(u, v) - x).abs() / step;
+                let other = b.error.max(b.x.abs() * 1e-8).max(1e-12);
+                let by_other = (function.of(a.x, b.x + other) - x).abs() / other;
+                Value::new(x, slope(a.x + step, b.x) * a.error + by_other * b.error)
+            }
+        };
+        values.push(value);
+    }
+    values
+}
+
+/// A well-mixed number from two.
+fn mixed(a: u64, b: u64) -> u64 {
+    let mut z = a.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ b.wrapping_mul(0xD1B5_4A32_D192_ED03);
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}
+
+/// A graph with the same outputs in which nodes that mean the same are one: those that have the same
+/// value, up to sign and rounding, for all `samples` of inputs. Nodes that come first stay.
+///
+/// Two different polynomials of the inputs agree at random points with probability zero. Samples must
+/// be as generic as inputs can be, and there have to be some thirty: branches are told by chance.
+pub(crate) fn merge(graph: &Graph, outputs: &[Node], samples: &[Vec<f64>]) -> (Graph, Vec<Node>) {
+    let ops = graph.ops();
+    let values: Vec<Vec<Value>> = samples
+        .iter()
+        .enumerate()
+        .map(|(k, inputs)| evaluate(ops, inputs, |of| mixed(u64::from(of), k as u64) & 1 == 0))
+        .collect();
+    let at = |node: usize| values.iter().map(move |all| all[node]);
+    let mut merged = Graph::default();
+    let mut new_of: Vec<Node> = Vec::with_capacity(ops.len());
+    let mut by_value: HashMap<i64, Vec<(Node, usize)>> = HashMap::new();
+    for (k, op) in ops.iter().enumerate() {
+        let first = values[0][k];
+        let is_finite = at(k).all(|value| value.x.is_finite() && value.error.is_finite());
+        let mut known = None;
+        if is_finite && !matches!(op, Op::Constant(_)) {
+            if at(k).all(|value| value.is(first, 1.0)) && !matches!(op, Op::Input(_)) {
+                let is_zero = at(k).all(|value| value.x.abs() <= APART * value.error);
+                known = Some(merged.number(if is_zero { 0.0 } else { first.x }));
+            } else {
+                let key = bucket(first.x);
+                let candidates = (key - 1..=key + 1).filter_map(|key| by_value.get(&key)).flatten();
+                for &(node, other) in candidates {
+                    let sign = if (first.x > 0.0) == (values[0][other].x > 0.0) { 1.0 } else { -1.0 };
+                    if at(k).zip(at(other)).all(|(a, b)| a.is(b, sign)) {
+                        known = Some(if sign > 0.0 { node } else { merged.add(Op::Neg(node)) });
+                        break;
+                    }
+                }
+            }
+        }
+        let node = known.unwrap_or_else(|| {
+            let node = merged.add(op.map(|operand| new_of[operand as usize]));
+            if is_finite {
+                by_value.entry(bucket(first.x)).or_default().push((node, k));
+            }
+            node
+        });
+        new_of.push(node);
+    }
+    (merged, outputs.iter().map(|node| new_of[*node as usize]).collect())
+}
+
+/// Numbers whose magnitudes differ by rounding alone are in the same bucket or in neighbours.
+fn bucket(x: f64) -> i64 {
+    (x.abs().max(1e-300).ln() * 1e9).round() as i64
+}

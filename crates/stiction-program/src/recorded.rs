@@ -1,0 +1,119 @@
+//! The scalar that records what is done to it.
+
+use crate::graph::{Function, Graph, Node, Op};
+use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+use std::cell::RefCell;
+use stiction::scalar::Scalar;
+
+thread_local! {
+    // Scalars are copied like numbers, so what they record into cannot be theirs.
+    static GRAPH: RefCell<Graph> = RefCell::default();
+}
+
+/// A number that is not known yet: a node of the graph that is being recorded on this thread.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Recorded(Node);
+
+/// Records what `f` does with its inputs; gives the graph and the nodes of what it returns.
+pub(crate) fn record(
+    inputs: usize,
+    f: impl FnOnce(&[Recorded]) -> Vec<Recorded>,
+) -> (Graph, Vec<Node>) {
+    let before = GRAPH.take();
+    let inputs: Vec<Recorded> = (0..inputs as u32).map(|k| put(Op::Input(k))).collect();
+    let outputs = f(&inputs).into_iter().map(|recorded| recorded.0).collect();
+    (GRAPH.replace(before), outputs)
+}
+
+fn put(op: Op) -> Recorded {
+    GRAPH.with_borrow_mut(|graph| Recorded(graph.add(op)))
+}
+
+impl Add for Recorded {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        put(Op::Add(self.0, other.0))
+    }
+}
+
+impl Sub for Recorded {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        put(Op::Sub(self.0, other.0))
+    }
+}
+
+impl Mul for Recorded {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        put(Op::Mul(self.0, other.0))
+    }
+}
+
+impl Div for Recorded {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        put(Op::Div(self.0, other.0))
+    }
+}
+
+impl Neg for Recorded {
+    type Output = Self;
+    fn neg(self) -> Self {
+        put(Op::Neg(self.0))
+    }
+}
+
+impl AddAssign for Recorded {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl SubAssign for Recorded {
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+impl MulAssign for Recorded {
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+
+impl Scalar for Recorded {
+    fn from_f64(value: f64) -> Self {
+        GRAPH.with_borrow_mut(|graph| Self(graph.number(value)))
+    }
+
+    fn sqrt(self) -> Self {
+        put(Op::Sqrt(self.0))
+    }
+
+    fn sin_cos(self) -> (Self, Self) {
+        let of = |function| put(Op::Call(function, self.0, self.0));
+        (of(Function::Sin), of(Function::Cos))
+    }
+
+    fn atan2(self, x: Self) -> Self {
+        put(Op::Call(Function::Atan2, self.0, x.0))
+    }
+
+    fn exp(self) -> Self {
+        put(Op::Call(Function::Exp, self.0, self.0))
+    }
+
+    fn ln(self) -> Self {
+        put(Op::Call(Function::Ln, self.0, self.0))
+    }
+
+    fn if_positive(self, yes: Self, no: Self) -> Self {
+        put(Op::Select { of: self.0, yes: yes.0, no: no.0 })
+    }
+
+    /// Nothing is known while it is recorded, so nothing is settled.
+    fn largest(self) -> f64 {
+        f64::INFINITY
+    }
+}

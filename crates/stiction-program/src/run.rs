@@ -1,0 +1,93 @@
+//! Parts of a program, ready to run for a number of states side by side.
+
+use crate::code::{Call, Code, Part};
+use crate::encode::Width;
+use crate::machine::{Machine, widest};
+
+/// Something that runs on slots.
+#[derive(Debug)]
+enum Piece {
+    Machine(Machine),
+    /// Where no machine code can be made.
+    Interpreted(Code),
+    Calls(Vec<Call>),
+}
+
+/// The parts of a program for so many lanes.
+#[derive(Debug)]
+pub(crate) struct Runner {
+    lanes: usize,
+    pieces: Vec<Piece>,
+    scratch: usize,
+}
+
+/// As many lanes as this processor has, or eight where code is interpreted.
+pub(crate) fn natural_lanes() -> usize {
+    widest().map_or(8, Width::lanes)
+}
+
+impl Runner {
+    /// For one lane, four or eight; `machine` says whether machine code is wanted.
+    pub(crate) fn new(parts: &[Part], lanes: usize, slots: usize, machine: bool) -> Self {
+        let width = match lanes {
+            1 => Width::One,
+            4 => Width::Four,
+            _ => Width::Eight,
+        };
+        let mut scratch = 0;
+        let pieces = parts
+            .iter()
+            .map(|part| match part {
+                Part::Calls(calls) => Piece::Calls(calls.clone()),
+                Part::Code(code) => {
+                    let made = machine.then(|| Machine::new(code, width, slots)).flatten();
+                    match made {
+                        Some(made) => {
+                            scratch = scratch.max(made.scratch());
+                            Piece::Machine(made)
+                        }
+                        None => {
+                            scratch = scratch.max(code.steps.len() * lanes);
+                            Piece::Interpreted(code.clone())
+                        }
+                    }
+                }
+            })
+            .collect();
+        Self { lanes, pieces, scratch }
+    }
+
+    /// Numbers of scratch that a run needs.
+    pub(crate) fn scratch(&self) -> usize {
+        self.scratch
+    }
+
+    /// Whether the processor runs it itself.
+    pub(crate) fn is_machine_code(&self) -> bool {
+        !self.pieces.iter().any(|piece| matches!(piece, Piece::Interpreted(_)))
+    }
+
+    /// Runs all parts in their order.
+    #[inline]
+    pub(crate) fn run(&self, slots: &mut [f64], scratch: &mut [f64]) {
+        for piece in &self.pieces {
+            match piece {
+                Piece::Machine(machine) => machine.run(slots, scratch),
+                Piece::Interpreted(code) => match self.lanes {
+                    1 => code.interpret::<1>(slots, scratch),
+                    4 => code.interpret::<4>(slots, scratch),
+                    _ => code.interpret::<8>(slots, scratch),
+                },
+                Piece::Calls(calls) => {
+                    for call in calls {
+                        let [a, b] = call.arguments.map(|slot| slot as usize * self.lanes);
+                        let to = call.result as usize * self.lanes;
+                        for lane in 0..self.lanes {
+                            slots[to + lane] = call.function.of(slots[a + lane], slots[b + lane]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! States of motion at which the meaning of nodes is compared.
+
+use stiction::dynamics::{AppliedLoad, InverseDynamics};
+use stiction::kinematics::Target;
+
+/// How many samples there are: branches are told apart by their patterns over all of them.
+const SAMPLES: usize = 40;
+/// Positions among them: each takes time to assemble.
+const POSITIONS: usize = 10;
+
+/// Generic states along a course: positions near those given, with any rates, accelerations and loads.
+/// Each is a row of the program's inputs. None if the course cannot be followed.
+pub(crate) fn samples(
+    solver: &InverseDynamics,
+    course: &[Vec<Target<f64>>],
+    loads: &[AppliedLoad<f64>],
+) -> Option<Vec<Vec<f64>>> {
+    let mut random = Random(1);
+    let mut solver = solver.clone();
+    let length = solver.mechanism().characteristic_length();
+    let mut samples = Vec::with_capacity(SAMPLES);
+    for k in 0..SAMPLES {
+        let mut targets = course.get(k % POSITIONS.min(course.len()))?.clone();
+        for target in &mut targets {
+            // Off the course, which may be special, by little.
+            target.value += 0.01 * length.min(1.0) * random.number();
+            target.rate = random.number();
+            target.acceleration = 10.0 * random.number();
+        }
+        solver.move_to(&targets).ok()?;
+        let state = solver.assembly().state();
+        let mut sample = state.coordinates.clone();
+        sample.extend(&state.rates);
+        sample.extend(&state.accelerations);
+        sample.extend(targets.iter().flat_map(|t| [t.value, t.rate, t.acceleration]));
+        sample.extend((0..6 * loads.len()).map(|_| 100.0 * random.number()));
+        samples.push(sample);
+    }
+    Some(samples)
+}
+
+/// Numbers from -1 to 1 that are the same in every run (Knuth's linear congruential generator).
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn number(&mut self) -> f64 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}
