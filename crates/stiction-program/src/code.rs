@@ -73,7 +73,7 @@ impl Part {
 }
 
 /// Gives slots to nodes.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Slots {
     of_node: HashMap<Node, u32>,
     count: u32,

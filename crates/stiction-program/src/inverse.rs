@@ -19,6 +19,10 @@ const STEPS: usize = 12;
 /// A step that changes no load by more than this part of the largest leaves an error of the square of
 /// it: rounding.
 const SETTLED: f64 = 1e-8;
+/// An error that is rounding, as a part of the largest load.
+const ROUNDING: f64 = 1e-15;
+/// No processor takes more states at once.
+const MOST_LANES: usize = 8;
 
 /// Inverse dynamics of one mechanism, compiled.
 #[derive(Debug)]
@@ -26,9 +30,9 @@ pub struct InverseProgram {
     counts: Counts,
     places: Places,
     slots: usize,
-    operations: [usize; 3],
-    one: [Runner; 3],
-    many: [Runner; 3],
+    operations: [usize; 4],
+    one: [Runner; 4],
+    many: [Runner; 4],
     lanes: usize,
 }
 
@@ -39,7 +43,11 @@ struct Places {
     start: Vec<u32>,
     next: Vec<u32>,
     determinant: u32,
-    ideal: Vec<u32>,
+    /// Positive where what the program takes for granted holds.
+    ideal_guard: u32,
+    guard: u32,
+    ideal_drives: Vec<u32>,
+    ideal_reactions: Vec<u32>,
     drives: Vec<u32>,
     reactions: Vec<u32>,
     loads: Vec<u32>,
@@ -106,14 +114,23 @@ impl InverseProgram {
                 slots.put(node as Node, *k);
             }
         }
-        let mut stages = [const { Vec::new() }; 3];
+        let mut stages = [const { Vec::new() }; 4];
+        // The frictionless program is one of its own: it leaves nothing behind for others.
+        let mut own = slots.clone();
+        let mut results = recorded.ideal.clone();
+        results.push(recorded.guards[0]);
+        stages[0] = compile(ops, &results, &mut own);
+        let ideal_guard = own.of(recorded.guards[0]).unwrap_or(0);
+        let ideal: Vec<u32> = recorded.ideal.iter().map(|n| own.of(*n).unwrap_or(0)).collect();
+        let (ideal_drives, ideal_reactions) = ideal.split_at(counts.drives);
+        slots.reserve(own.count() - slots.count());
         let first = recorded.first_stage(counts.inputs());
-        stages[0] = compile(ops, &first, &mut slots);
-        stages[1] = compile(ops, &recorded.step, &mut slots);
-        stages[2] = compile(ops, &recorded.rest, &mut slots);
+        stages[1] = compile(ops, &first, &mut slots);
+        let with = |nodes: &[Node], guard: Node| [nodes, &[guard]].concat();
+        stages[2] = compile(ops, &with(&recorded.step, recorded.guards[1]), &mut slots);
+        stages[3] = compile(ops, &with(&recorded.rest, recorded.guards[2]), &mut slots);
         let place = |node: &Node| slots.of(*node).unwrap_or(0);
         let all = |nodes: &[Node]| -> Vec<u32> { nodes.iter().map(place).collect() };
-        let (start, ideal) = recorded.begin.split_at(counts.coupled);
         let (next, determinant) = recorded.step.split_at(counts.coupled);
         let mut rest = recorded.rest.as_slice();
         let mut take = |count: usize| {
@@ -122,10 +139,13 @@ impl InverseProgram {
             all(front)
         };
         let places = Places {
-            start: all(start),
+            start: all(&recorded.begin),
             next: all(next),
             determinant: determinant.first().map_or(0, place),
-            ideal: all(ideal),
+            ideal_guard,
+            guard: place(&recorded.guards[2]),
+            ideal_drives: ideal_drives.to_vec(),
+            ideal_reactions: ideal_reactions.to_vec(),
             drives: take(counts.drives),
             reactions: take(6 * counts.joints),
             loads: take(counts.contacts),
@@ -152,9 +172,9 @@ impl InverseProgram {
         self.lanes
     }
 
-    /// Arithmetic operations of the three stages: all that is frictionless with the responses to friction,
-    /// one step of the coupling, and the sums.
-    pub fn operations(&self) -> [usize; 3] {
+    /// Arithmetic operations: of everything without friction; with friction of what comes first, of one
+    /// step of the coupling, and of what comes last.
+    pub fn operations(&self) -> [usize; 4] {
         self.operations
     }
 
@@ -171,7 +191,7 @@ impl InverseProgram {
         Memory { lanes, slots: vec![0.0; self.slots * lanes], scratch: vec![0.0; scratch] }
     }
 
-    fn runners(&self, lanes: usize) -> &[Runner; 3] {
+    fn runners(&self, lanes: usize) -> &[Runner; 4] {
         if lanes == 1 { &self.one } else { &self.many }
     }
 
@@ -199,51 +219,64 @@ impl InverseProgram {
         }
     }
 
-    /// Everything without friction: [`Self::ideal_drive`] afterwards. With `reactions` also what
-    /// [`Self::reaction`] gives, then without friction.
-    pub fn run_frictionless(&self, memory: &mut Memory) {
+    /// Everything without friction: [`Self::ideal_drive`] and [`Self::ideal_reaction`] afterwards.
+    /// For each lane whether what the program takes for granted holds, see [`Self::run`].
+    pub fn run_frictionless(&self, memory: &mut Memory, holds: &mut [bool]) {
         let runners = self.runners(memory.lanes);
         runners[0].run(&mut memory.slots, &mut memory.scratch);
+        for (lane, holds) in holds.iter_mut().enumerate().take(memory.lanes) {
+            *holds = Self::read(memory, self.places.ideal_guard, lane) > 0.0;
+        }
     }
 
     /// Everything with friction, coupled to round-off. For each lane whether friction and reactions are in
-    /// balance; where not, they settle nowhere or beyond a point where friction locks the mechanism, and
-    /// [`InverseDynamics::solve`] says which.
+    /// balance and what the program takes for granted holds: that all contacts slide, that loads do not
+    /// vanish, that no branch is taken that no sample took. Where not, [`InverseDynamics::solve`] does it.
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
         let runners = self.runners(memory.lanes);
         let Memory { lanes, slots, scratch } = memory;
         let lanes = *lanes;
-        runners[0].run(slots, scratch);
+        runners[1].run(slots, scratch);
         let inputs = self.counts.inputs();
         for (k, start) in self.places.start.iter().enumerate() {
             copy(slots, *start as usize, inputs + k, lanes);
         }
         settled[..lanes].fill(self.counts.coupled == 0);
+        // Changes of the last step, as parts of the largest load.
+        let mut changes = [1.0; MOST_LANES];
         for _ in 0..STEPS {
             if settled[..lanes].iter().all(|settled| *settled) {
                 break;
             }
-            runners[1].run(slots, scratch);
-            self.compare(slots, lanes, settled);
+            runners[2].run(slots, scratch);
+            self.compare(slots, lanes, &mut changes, settled);
             for (k, next) in self.places.next.iter().enumerate() {
                 copy(slots, *next as usize, inputs + k, lanes);
             }
         }
-        runners[2].run(slots, scratch);
+        runners[3].run(slots, scratch);
+        for (lane, settled) in settled.iter_mut().enumerate().take(lanes) {
+            *settled &= Self::read(memory, self.places.guard, lane) > 0.0;
+        }
     }
 
-    /// Whether the last step of the loads changed none of them by more than rounding will.
-    fn compare(&self, slots: &[f64], lanes: usize, settled: &mut [bool]) {
+    /// Whether the last step of the loads leaves nothing but rounding. Newton's steps square the error: what
+    /// one has changed is the error before it, and the last two tell by what factor the square counts.
+    fn compare(&self, slots: &[f64], lanes: usize, changes: &mut [f64], settled: &mut [bool]) {
         let inputs = self.counts.inputs();
-        for (lane, settled) in settled.iter_mut().enumerate().take(lanes) {
-            let (mut change, mut largest) = (0.0_f64, 0.0_f64);
+        for lane in 0..lanes {
+            let (mut change, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
             for (k, next) in self.places.next.iter().enumerate() {
                 let now = slots[*next as usize * lanes + lane];
                 change = change.max((now - slots[(inputs + k) * lanes + lane]).abs());
                 largest = largest.max(now.abs());
             }
+            let (before, now) = (changes[lane], change / largest);
+            changes[lane] = now;
+            // Of a change that is no number nothing is left to hope.
+            let left = now * now * (now / (before * before)).max(now);
             let determinant = slots[self.places.determinant as usize * lanes + lane];
-            *settled = change <= SETTLED * largest && determinant > 0.0;
+            settled[lane] = (now <= SETTLED || now < 1e-3 && left <= ROUNDING) && determinant > 0.0;
         }
     }
 
@@ -253,7 +286,13 @@ impl InverseProgram {
 
     /// A drive without friction, N or N m.
     pub fn ideal_drive(&self, memory: &Memory, lane: usize, drive: usize) -> f64 {
-        Self::read(memory, self.places.ideal[drive], lane)
+        Self::read(memory, self.places.ideal_drives[drive], lane)
+    }
+
+    /// A joint's wrench without friction, as [`Self::reaction`].
+    pub fn ideal_reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
+        let places = &self.places.ideal_reactions[6 * joint..];
+        core::array::from_fn(|i| Self::read(memory, places[i], lane))
     }
 
     /// A drive with friction, N or N m.
@@ -296,7 +335,7 @@ impl RecordedStages {
                 _ => op.operands().any(|operand| depends[operand as usize]),
             };
         }
-        let later: Vec<Node> = self.step.iter().chain(&self.rest).copied().collect();
+        let later = [&self.step[..], &self.rest, &self.guards[1..]].concat();
         let needed = needed(ops, &later);
         let is_early = |node: &Node| {
             !depends[*node as usize] && !matches!(ops[*node as usize], Op::Constant(_))

@@ -25,10 +25,9 @@ impl Value {
     }
 }
 
-/// The values of all nodes for some inputs. Which branch a selection takes is not decided by its
-/// condition but by `branch`: what is true whatever the branches is true for all signs, and samples
-/// need not meet all of them.
-fn evaluate(ops: &[Op], inputs: &[f64], branch: impl Fn(Node) -> bool) -> Vec<Value> {
+/// The values of all nodes for some inputs. `branch` decides which way a selection goes, from the node of
+/// its condition and that condition's value.
+fn evaluate(ops: &[Op], inputs: &[f64], branch: impl Fn(Node, f64) -> bool) -> Vec<Value> {
     let mut values: Vec<Value> = Vec::with_capacity(ops.len());
     for op in ops {
         let of = |node: Node| values[node as usize];
@@ -59,7 +58,7 @@ fn evaluate(ops: &[Op], inputs: &[f64], branch: impl Fn(Node) -> bool) -> Vec<Va
                 Value::new(x, if x > 0.0 { a.error / (2.0 * x) } else { a.error.sqrt() })
             }
             Op::Select { of: condition, yes, no } => {
-                if branch(condition) { of(yes) } else { of(no) }
+                if branch(condition, of(condition).x) { of(yes) } else { of(no) }
             }
             Op::Call(function, a, b) => {
                 let (a, b) = (of(a), of(b));
@@ -85,52 +84,98 @@ fn mixed(a: u64, b: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// A graph with the same outputs in which nodes that mean the same are one: those that have the same
-/// value, up to sign and rounding, for all `samples` of inputs. Nodes that come first stay.
+/// A selection that went the same way in all samples, and is taken to go that way always.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Guard {
+    /// The selection's node in the graph that was merged.
+    pub(crate) selection: Node,
+    /// Its condition in the new graph, and whether it is positive.
+    pub(crate) condition: Node,
+    pub(crate) is_positive: bool,
+}
+
+/// A graph with fewer nodes.
+pub(crate) struct Merged {
+    pub(crate) graph: Graph,
+    /// For each node of the old graph its own.
+    pub(crate) new_of: Vec<Node>,
+    /// Where the new graph means the same.
+    pub(crate) guards: Vec<Guard>,
+}
+
+/// A graph in which nodes that mean the same are one: those that have the same value, up to sign and
+/// rounding, for all `samples` of inputs. Nodes that come first stay.
 ///
 /// Two different polynomials of the inputs agree at random points with probability zero. Samples must
-/// be as generic as inputs can be, and there have to be some thirty: branches are told by chance.
-pub(crate) fn merge(graph: &Graph, outputs: &[Node], samples: &[Vec<f64>]) -> (Graph, Vec<Node>) {
+/// be as generic as inputs can be. Selections that go both ways in them are taken to go either way at
+/// random, so that signs which mostly agree are not taken for the same; there have to be some thirty
+/// samples for that. Those that go one way become guards.
+pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
     let ops = graph.ops();
+    let mut ways: HashMap<Node, [bool; 2]> = HashMap::new();
+    for inputs in samples {
+        let values = evaluate(ops, inputs, |_, condition| condition > 0.0);
+        for op in ops {
+            if let Op::Select { of, .. } = *op {
+                let is_positive = values[of as usize].x > 0.0;
+                ways.entry(of).or_default()[usize::from(is_positive)] = true;
+            }
+        }
+    }
+    let goes_both_ways = |of: Node| ways.get(&of) == Some(&[true, true]);
     let values: Vec<Vec<Value>> = samples
         .iter()
         .enumerate()
-        .map(|(k, inputs)| evaluate(ops, inputs, |of| mixed(u64::from(of), k as u64) & 1 == 0))
+        .map(|(k, inputs)| {
+            evaluate(ops, inputs, |of, condition| match goes_both_ways(of) {
+                true => mixed(u64::from(of), k as u64) & 1 == 0,
+                false => condition > 0.0,
+            })
+        })
         .collect();
     let at = |node: usize| values.iter().map(move |all| all[node]);
     let mut merged = Graph::default();
     let mut new_of: Vec<Node> = Vec::with_capacity(ops.len());
+    let mut guards = Vec::new();
     let mut by_value: HashMap<i64, Vec<(Node, usize)>> = HashMap::new();
     for (k, op) in ops.iter().enumerate() {
         let first = values[0][k];
         let is_finite = at(k).all(|value| value.x.is_finite() && value.error.is_finite());
+        let is_given = matches!(op, Op::Input(_) | Op::Constant(_));
         let mut known = None;
-        if is_finite && !matches!(op, Op::Constant(_)) {
-            if at(k).all(|value| value.is(first, 1.0)) && !matches!(op, Op::Input(_)) {
-                let is_zero = at(k).all(|value| value.x.abs() <= APART * value.error);
-                known = Some(merged.number(if is_zero { 0.0 } else { first.x }));
-            } else {
-                let key = bucket(first.x);
-                let candidates = (key - 1..=key + 1).filter_map(|key| by_value.get(&key)).flatten();
-                for &(node, other) in candidates {
-                    let sign = if (first.x > 0.0) == (values[0][other].x > 0.0) { 1.0 } else { -1.0 };
-                    if at(k).zip(at(other)).all(|(a, b)| a.is(b, sign)) {
-                        known = Some(if sign > 0.0 { node } else { merged.add(Op::Neg(node)) });
-                        break;
-                    }
+        if let Op::Select { of, yes, no } = *op
+            && !goes_both_ways(of)
+        {
+            let is_positive = values[0][of as usize].x > 0.0;
+            let condition = new_of[of as usize];
+            if merged.constant(condition).is_none() {
+                guards.push(Guard { selection: k as Node, condition, is_positive });
+            }
+            known = Some(new_of[if is_positive { yes } else { no } as usize]);
+        } else if is_finite && !is_given && at(k).all(|value| value.is(first, 1.0)) {
+            let is_zero = at(k).all(|value| value.x.abs() <= APART * value.error);
+            known = Some(merged.number(if is_zero { 0.0 } else { first.x }));
+        } else if is_finite && !matches!(op, Op::Constant(_)) {
+            let key = bucket(first.x);
+            let candidates = (key - 1..=key + 1).filter_map(|key| by_value.get(&key)).flatten();
+            for &(node, other) in candidates {
+                let sign = if (first.x > 0.0) == (values[0][other].x > 0.0) { 1.0 } else { -1.0 };
+                if at(k).zip(at(other)).all(|(a, b)| a.is(b, sign)) {
+                    known = Some(if sign > 0.0 { node } else { merged.add(Op::Neg(node)) });
+                    break;
                 }
             }
         }
         let node = known.unwrap_or_else(|| {
             let node = merged.add(op.map(|operand| new_of[operand as usize]));
-            if is_finite {
+            if is_finite && !matches!(op, Op::Constant(_)) {
                 by_value.entry(bucket(first.x)).or_default().push((node, k));
             }
             node
         });
         new_of.push(node);
     }
-    (merged, outputs.iter().map(|node| new_of[*node as usize]).collect())
+    Merged { graph: merged, new_of, guards }
 }
 
 /// Numbers whose magnitudes differ by rounding alone are in the same bucket or in neighbours.

@@ -1,12 +1,13 @@
 //! What is recorded: the kernel's own run, and the coupling of friction on top of it.
 
-use crate::graph::{Graph, Node};
+use crate::graph::{Graph, Node, Op, needed};
 use crate::inverse::lifted;
-use crate::meaning::merge;
+use crate::meaning::{Merged, merge};
 use crate::recorded::{Recorded, record};
 use crate::samples::Random;
+use std::collections::HashSet;
 use stiction::dynamics::{
-    AppliedLoad, FrictionMode, InverseDynamics, Kernel, Settings, Sharing,
+    AppliedLoad, FrictionMode, Inverse, InverseDynamics, Kernel, Settings, Sharing,
 };
 use stiction::kinematics::Target;
 use stiction::scalar::Scalar;
@@ -33,15 +34,19 @@ impl Counts {
     }
 }
 
-/// The three stages as results of one graph.
+/// The stages as results of one graph.
 pub(crate) struct RecordedStages {
     pub(crate) graph: Graph,
-    /// Frictionless loads of coupled contacts, frictionless drives.
+    /// Drives and reactions without friction.
+    pub(crate) ideal: Vec<Node>,
+    /// Frictionless loads of coupled contacts.
     pub(crate) begin: Vec<Node>,
     /// Loads of coupled contacts after a Newton step, the determinant of its matrix.
     pub(crate) step: Vec<Node>,
     /// Drives, reactions, loads, velocities, frictions.
     pub(crate) rest: Vec<Node>,
+    /// Positive where what is taken for granted holds: without friction, in a step, with friction.
+    pub(crate) guards: [Node; 3],
     /// For each contact and each coupled one how the friction of the second changes the first's load.
     pub(crate) influence: Vec<Node>,
 }
@@ -79,10 +84,10 @@ impl Recipe<'_> {
     /// Records all stages with these contacts coupled, and merges what means the same.
     pub(crate) fn record(&self, coupled: &[usize], samples: &[Vec<f64>]) -> RecordedStages {
         let counts = self.counts(coupled.len());
-        let mut sizes = [0; 3];
+        let mut sizes = [0; 4];
         let (graph, nodes) = record(counts.inputs() + coupled.len(), |inputs| {
             let stages = self.follow(&counts, coupled, inputs);
-            sizes = [stages[0].len(), stages[1].len(), stages[2].len()];
+            sizes = [0, 1, 2, 3].map(|k| stages[k].len());
             stages.into_iter().flatten().collect()
         });
         // Loads are inputs of their own: any will do.
@@ -94,15 +99,43 @@ impl Recipe<'_> {
                 sample.iter().copied().chain(loads).collect()
             })
             .collect();
-        let (graph, nodes) = merge(&graph, &nodes, &samples);
-        let mut nodes = nodes.into_iter();
-        let mut take = |count: usize| nodes.by_ref().take(count).collect::<Vec<Node>>();
-        let (begin, step, rest) = (take(sizes[0]), take(sizes[1]), take(sizes[2]));
-        RecordedStages { graph, begin, step, rest, influence: nodes.collect() }
+        let mut left = nodes.as_slice();
+        let mut take = |count: usize| {
+            let (front, back) = left.split_at(count);
+            left = back;
+            front
+        };
+        let old = sizes.map(&mut take);
+        let Merged { graph: mut merged, new_of, guards } = merge(&graph, &samples);
+        let new = |nodes: &[Node]| -> Vec<Node> {
+            nodes.iter().map(|node| new_of[*node as usize]).collect()
+        };
+        let [ideal, begin, step, rest] = old.map(new);
+        let influence = new(left);
+        // Each stage says whether what it takes for granted holds.
+        let guard = |stage: &[Node], merged: &mut Graph| {
+            let needed = needed(graph.ops(), stage);
+            let mut holds = merged.number(1.0);
+            let mut known = HashSet::new();
+            for guard in guards.iter().filter(|guard| needed[guard.selection as usize]) {
+                if known.insert((guard.condition, guard.is_positive)) {
+                    let none = merged.number(0.0);
+                    let (of, [yes, no]) = (guard.condition, [holds, none]);
+                    holds = merged.add(match guard.is_positive {
+                        true => Op::Select { of, yes, no },
+                        false => Op::Select { of, yes: no, no: yes },
+                    });
+                }
+            }
+            holds
+        };
+        let coupled = [old[1], old[2], old[3]].concat();
+        let guards = [old[0], old[2], &coupled].map(|stage| guard(stage, &mut merged));
+        RecordedStages { graph: merged, ideal, begin, step, rest, guards, influence }
     }
 
     /// The results of the stages, and the influences.
-    fn follow(&self, counts: &Counts, coupled: &[usize], inputs: &[Recorded]) -> [Vec<Recorded>; 4] {
+    fn follow(&self, counts: &Counts, coupled: &[usize], inputs: &[Recorded]) -> [Vec<Recorded>; 5] {
         let parameters = lifted(self.solver);
         let mut workspace = self.kernel.workspace(&parameters, self.solver.assembly().state());
         let mut inputs = inputs.iter().copied();
@@ -157,10 +190,17 @@ impl Recipe<'_> {
             load.gradient.power(local(&j, responses[column].wrenches[contact.joint]))
         };
 
+        let reaction = |inverse: &Inverse<Recorded>, joint: usize| {
+            let (force, moment) = inverse.reaction(bodies, joint);
+            let [a, b, c] = force.to_array();
+            let [d, e, f] = moment.to_array();
+            [a, b, c, d, e, f]
+        };
+        let mut ideal: Vec<Recorded> = inverse.drives().to_vec();
+        ideal.extend((0..counts.joints).flat_map(|joint| reaction(inverse, joint)));
+
         let none = vec![Recorded::zero(); coupled.len()];
-        let mut begin: Vec<Recorded> =
-            coupled.iter().map(|row| loads_under(*row, &none).value).collect();
-        begin.extend(inverse.drives());
+        let begin = coupled.iter().map(|row| loads_under(*row, &none).value).collect();
 
         let forces: Vec<Recorded> =
             coupled.iter().zip(&presses).map(|(contact, press)| force(*contact, *press)).collect();
@@ -200,30 +240,14 @@ impl Recipe<'_> {
         }
         let all_forces: Vec<Recorded> =
             all_loads.iter().enumerate().map(|(contact, load)| force(contact, *load)).collect();
-        let mut rest: Vec<Recorded> = Vec::new();
-        for (drive, ideal) in inverse.drives().iter().enumerate() {
-            let mut sum = *ideal;
-            for (response, force) in responses.iter().zip(&all_forces) {
-                sum += response.drives[drive] * *force;
-            }
-            rest.push(sum);
-        }
-        for joint in 0..counts.joints {
-            // About the joint's origin.
-            let about = |wrench: Wrench<Recorded>| {
-                let origin = bodies.frame_j[joint].position;
-                Wrench { force: wrench.force, moment: wrench.moment_about(origin) }
-            };
-            let mut sum = about(base[joint]);
-            for (response, force) in responses.iter().zip(&all_forces) {
-                sum += about(response.wrenches[joint]) * *force;
-            }
-            rest.extend(sum.force.to_array().into_iter().chain(sum.moment.to_array()));
-        }
+        let mut rubbed = inverse.clone();
+        rubbed.solve_with(&setup, &parameters, bodies, &all_forces);
+        let mut rest: Vec<Recorded> = rubbed.drives().to_vec();
+        rest.extend((0..counts.joints).flat_map(|joint| reaction(&rubbed, joint)));
         rest.extend(&all_loads);
         rest.extend(contacts.iter().map(|(_, state)| state.velocity));
         rest.extend(&all_forces);
-        [begin, step, rest, influence]
+        [ideal, begin, step, rest, influence]
     }
 }
 

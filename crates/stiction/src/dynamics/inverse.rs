@@ -389,6 +389,23 @@ impl<T: Scalar> Inverse<T> {
         self.contacts.states[contact].resistance = resistance;
     }
 
+    /// All forces with given friction forces, N, one for each contact, whatever its load: solves once more,
+    /// with the matrix of the frictionless balance. [`Self::drives`] and [`Self::joint_wrenches`] are
+    /// those with these frictions then.
+    pub fn solve_with(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        frictions: &[T],
+    ) {
+        for (state, friction) in self.contacts.states.iter_mut().zip(frictions) {
+            state.resistance = Resistance { coefficient: T::zero(), viscous: *friction };
+        }
+        self.couple(setup, parameters, bodies, Coupling::Frozen);
+        self.finish_friction(setup.topology, parameters, bodies);
+    }
+
     /// The joints' wrenches with the present frictions, whatever their loads.
     pub(super) fn frozen_wrenches(
         &mut self,
