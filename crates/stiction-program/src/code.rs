@@ -136,7 +136,8 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots) -> Vec<Pa
     open.iter().for_each(|node| crosses[*node as usize] = true);
     for (k, op) in cut.iter().enumerate().filter(|(k, _)| needed[*k]) {
         for operand in op.operands() {
-            let is_call = matches!(op, Op::Call(..)) || matches!(cut[operand as usize], Op::Call(..));
+            let is_call =
+                matches!(op, Op::Call(..)) || matches!(cut[operand as usize], Op::Call(..));
             if is_call || level[operand as usize] < level[k] {
                 crosses[operand as usize] = true;
             }

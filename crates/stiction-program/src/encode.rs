@@ -177,11 +177,8 @@ impl Assembler {
         let inverted = |bit: u8, place: u8| (bit & 1 ^ 1) << place;
         let r = inverted(reg >> 3, 7);
         if self.width == Width::Eight {
-            let first = r
-                | inverted(high, 6)
-                | inverted(base, 5)
-                | inverted(reg >> 4, 4)
-                | what.map;
+            let first =
+                r | inverted(high, 6) | inverted(base, 5) | inverted(reg >> 4, 4) | what.map;
             let middle = 1 << 7 | (!second & 15) << 3 | 1 << 2 | what.prefix;
             // 512 bits; the fifth bit of the second operand; the mask.
             let last = 2 << 5 | inverted(second >> 4, 3) | u8::from(what.masked);

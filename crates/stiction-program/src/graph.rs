@@ -19,7 +19,11 @@ pub(crate) enum Op {
     Neg(Node),
     Sqrt(Node),
     /// `of > 0 ? yes : no`.
-    Select { of: Node, yes: Node, no: Node },
+    Select {
+        of: Node,
+        yes: Node,
+        no: Node,
+    },
     /// What no machine does in one instruction.
     Call(Function, Node, Node),
 }
@@ -99,16 +103,19 @@ impl Graph {
             Op::Mul(a, b) => self.product(a, b),
             Op::Div(a, b) => self.quotient(a, b),
             Op::Neg(a) => self.negative(a),
-            Op::Sqrt(a) => match self.constant(a) {
-                Some(x) => self.number(x.sqrt()),
-                None => self.place(op),
-            },
+            Op::Sqrt(a) => self.root(a),
             Op::Call(function, a, b) => match (self.constant(a), self.constant(b)) {
                 (Some(x), Some(y)) => self.number(function.of(x, y)),
                 _ => self.call(function, a, b),
             },
             Op::Select { of, yes, no } => match self.constant(of) {
-                Some(x) => if x > 0.0 { yes } else { no },
+                Some(x) => {
+                    if x > 0.0 {
+                        yes
+                    } else {
+                        no
+                    }
+                }
                 None if yes == no => yes,
                 None => self.place(op),
             },
@@ -201,6 +208,18 @@ impl Graph {
                 self.product(a, over)
             }
             _ => self.place(Op::Div(a, b)),
+        }
+    }
+
+    /// The root of a square is a magnitude: whose sign it has is to be seen.
+    fn root(&mut self, a: Node) -> Node {
+        match self.ops[a as usize] {
+            Op::Constant(bits) => self.number(f64::from_bits(bits).sqrt()),
+            Op::Mul(x, y) if x == y => {
+                let no = self.negative(x);
+                self.add(Op::Select { of: x, yes: x, no })
+            }
+            _ => self.place(Op::Sqrt(a)),
         }
     }
 

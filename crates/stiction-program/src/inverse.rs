@@ -69,8 +69,8 @@ impl InverseProgram {
     /// `course` gives prescribed values amid the motions that are meant, each near enough to the one before
     /// for the mechanism to be brought there from the position of `solver`. `loads` says which bodies are
     /// loaded, in which axes; the wrenches themselves are inputs. None if the kernel has no plan for the
-    /// mechanism (a singular position), if what is redundant leaves reactions open, or if the course
-    /// cannot be followed.
+    /// mechanism (a singular position), if what is redundant leaves reactions open, if a body spins idly, or
+    /// if the course cannot be followed.
     pub fn record(
         solver: &InverseDynamics,
         course: &[Vec<Target<f64>>],
@@ -88,7 +88,8 @@ impl InverseProgram {
         machine: bool,
     ) -> Option<Self> {
         let kernel = solver.kernel()?;
-        if solver.weighting()? != Weighting::Determined {
+        let has_idle_spins = !solver.assembly().prescription().spins().is_empty();
+        if solver.weighting()? != Weighting::Determined || has_idle_spins {
             return None;
         }
         let samples = samples(solver, course, loads)?;
@@ -154,7 +155,8 @@ impl InverseProgram {
         };
         let lanes = natural_lanes();
         let count = slots.count();
-        let runners = |lanes| stages.each_ref().map(|parts| Runner::new(parts, lanes, count, machine));
+        let runners =
+            |lanes| stages.each_ref().map(|parts| Runner::new(parts, lanes, count, machine));
         let operations = stages.each_ref().map(|parts| parts.iter().map(Part::operations).sum());
         Self {
             counts,

@@ -25,55 +25,59 @@ impl Value {
     }
 }
 
-/// The values of all nodes for some inputs. `branch` decides which way a selection goes, from the node of
-/// its condition and that condition's value.
-fn evaluate(ops: &[Op], inputs: &[f64], branch: impl Fn(Node, f64) -> bool) -> Vec<Value> {
-    let mut values: Vec<Value> = Vec::with_capacity(ops.len());
-    for op in ops {
-        let of = |node: Node| values[node as usize];
-        let value = match *op {
-            Op::Constant(bits) => Value::new(f64::from_bits(bits), 0.0),
-            Op::Input(k) => Value::new(inputs[k as usize], 0.0),
-            Op::Add(a, b) => {
-                let (a, b) = (of(a), of(b));
-                Value::new(a.x + b.x, a.error + b.error)
+/// The value of an operation, from those of its operands. Which way a selection goes is for `chance` to say,
+/// from the node of its condition and whether that is positive.
+fn value_of(
+    op: Op,
+    inputs: &[f64],
+    of: impl Fn(Node) -> Value,
+    chance: impl Fn(Node, bool) -> bool,
+) -> Value {
+    match op {
+        Op::Constant(bits) => Value::new(f64::from_bits(bits), 0.0),
+        Op::Input(k) => Value::new(inputs[k as usize], 0.0),
+        Op::Add(a, b) => {
+            let (a, b) = (of(a), of(b));
+            Value::new(a.x + b.x, a.error + b.error)
+        }
+        Op::Sub(a, b) => {
+            let (a, b) = (of(a), of(b));
+            Value::new(a.x - b.x, a.error + b.error)
+        }
+        Op::Mul(a, b) => {
+            let (a, b) = (of(a), of(b));
+            Value::new(a.x * b.x, a.error * b.x.abs() + b.error * a.x.abs())
+        }
+        Op::Div(a, b) => {
+            let (a, b) = (of(a), of(b));
+            let x = a.x / b.x;
+            Value::new(x, (a.error + x.abs() * b.error) / b.x.abs())
+        }
+        Op::Neg(a) => Value { x: -of(a).x, error: of(a).error },
+        Op::Sqrt(a) => {
+            // Of what is negative in a branch that does not come, of something at least.
+            let (a, root) = (of(a), of(a).x.abs().sqrt());
+            let error = if root > 0.0 { a.error / (2.0 * root) } else { a.error.sqrt() };
+            Value::new(root, error)
+        }
+        Op::Select { of: condition, yes, no } => {
+            if chance(condition, of(condition).x > 0.0) {
+                of(yes)
+            } else {
+                of(no)
             }
-            Op::Sub(a, b) => {
-                let (a, b) = (of(a), of(b));
-                Value::new(a.x - b.x, a.error + b.error)
-            }
-            Op::Mul(a, b) => {
-                let (a, b) = (of(a), of(b));
-                Value::new(a.x * b.x, a.error * b.x.abs() + b.error * a.x.abs())
-            }
-            Op::Div(a, b) => {
-                let (a, b) = (of(a), of(b));
-                let x = a.x / b.x;
-                Value::new(x, (a.error + x.abs() * b.error) / b.x.abs())
-            }
-            Op::Neg(a) => Value { x: -of(a).x, error: of(a).error },
-            Op::Sqrt(a) => {
-                // Of what is negative in a branch that does not come, of something at least.
-                let (a, x) = (of(a), of(a).x.abs().sqrt());
-                Value::new(x, if x > 0.0 { a.error / (2.0 * x) } else { a.error.sqrt() })
-            }
-            Op::Select { of: condition, yes, no } => {
-                if branch(condition, of(condition).x) { of(yes) } else { of(no) }
-            }
-            Op::Call(function, a, b) => {
-                let (a, b) = (of(a), of(b));
-                let x = function.of(a.x, b.x);
-                // By a difference, as wide as the error is.
-                let step = a.error.max(a.x.abs() * 1e-8).max(1e-12);
-                let slope = |u: f64, v: f64| (function.of(u, v) - x).abs() / step;
-                let other = b.error.max(b.x.abs() * 1e-8).max(1e-12);
-                let by_other = (function.of(a.x, b.x + other) - x).abs() / other;
-                Value::new(x, slope(a.x + step, b.x) * a.error + by_other * b.error)
-            }
-        };
-        values.push(value);
+        }
+        Op::Call(function, a, b) => {
+            let (a, b) = (of(a), of(b));
+            let x = function.of(a.x, b.x);
+            // By a difference, as wide as the error is.
+            let step = a.error.max(a.x.abs() * 1e-8).max(1e-12);
+            let other = b.error.max(b.x.abs() * 1e-8).max(1e-12);
+            let by_first = (function.of(a.x + step, b.x) - x).abs() / step;
+            let by_other = (function.of(a.x, b.x + other) - x).abs() / other;
+            Value::new(x, by_first * a.error + by_other * b.error)
+        }
     }
-    values
 }
 
 /// A well-mixed number from two.
@@ -84,10 +88,11 @@ fn mixed(a: u64, b: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// A selection that went the same way in all samples, and is taken to go that way always.
+/// A selection that went the same way in all samples and is taken to go that way always, or a root that is
+/// taken to be something of constant sign.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Guard {
-    /// The selection's node in the graph that was merged.
+    /// Its node in the graph that was merged.
     pub(crate) selection: Node,
     /// Its condition in the new graph, and whether it is positive.
     pub(crate) condition: Node,
@@ -107,60 +112,83 @@ pub(crate) struct Merged {
 /// rounding, for all `samples` of inputs. Nodes that come first stay.
 ///
 /// Two different polynomials of the inputs agree at random points with probability zero. Samples must
-/// be as generic as inputs can be. Selections that go both ways in them are taken to go either way at
-/// random, so that signs which mostly agree are not taken for the same; there have to be some thirty
-/// samples for that. Those that go one way become guards.
+/// be as generic as inputs can be. Selections that go both ways are taken to go either way at random, so
+/// that signs which mostly agree are not taken for the same; there have to be some thirty samples for that.
+/// Selections that go one way become guards, and so do roots that are plus or minus something else.
 pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
     let ops = graph.ops();
     let mut ways: HashMap<Node, [bool; 2]> = HashMap::new();
     for inputs in samples {
-        let values = evaluate(ops, inputs, |_, condition| condition > 0.0);
+        let mut values: Vec<Value> = Vec::with_capacity(ops.len());
         for op in ops {
-            if let Op::Select { of, .. } = *op {
-                let is_positive = values[of as usize].x > 0.0;
-                ways.entry(of).or_default()[usize::from(is_positive)] = true;
+            let of = |node: Node| values[node as usize];
+            let value = value_of(*op, inputs, of, |_, is_positive| is_positive);
+            if let Op::Select { of: condition, .. } = *op {
+                let is_positive = values[condition as usize].x > 0.0;
+                ways.entry(condition).or_default()[usize::from(is_positive)] = true;
             }
+            values.push(value);
         }
     }
     let goes_both_ways = |of: Node| ways.get(&of) == Some(&[true, true]);
-    let values: Vec<Vec<Value>> = samples
-        .iter()
-        .enumerate()
-        .map(|(k, inputs)| {
-            evaluate(ops, inputs, |of, condition| match goes_both_ways(of) {
-                true => mixed(u64::from(of), k as u64) & 1 == 0,
-                false => condition > 0.0,
-            })
-        })
-        .collect();
-    let at = |node: usize| values.iter().map(move |all| all[node]);
+    let is_positive = |of: Node| ways.get(&of).is_some_and(|[_, positive]| *positive);
+    // For each node its values at all samples.
+    let mut values: Vec<Vec<Value>> = Vec::with_capacity(ops.len());
     let mut merged = Graph::default();
     let mut new_of: Vec<Node> = Vec::with_capacity(ops.len());
     let mut guards = Vec::new();
     let mut by_value: HashMap<i64, Vec<(Node, usize)>> = HashMap::new();
     for (k, op) in ops.iter().enumerate() {
-        let first = values[0][k];
-        let is_finite = at(k).all(|value| value.x.is_finite() && value.error.is_finite());
+        let square = match *op {
+            Op::Sqrt(a) => match merged.ops()[new_of[a as usize] as usize] {
+                Op::Mul(x, y) if x == y => Some(x),
+                _ => None,
+            },
+            _ => None,
+        };
+        let own: Vec<Value> = samples
+            .iter()
+            .enumerate()
+            .map(|(sample, inputs)| {
+                // By chance, but the same for what means the same.
+                let chance = |of: Node, _| match goes_both_ways(of) {
+                    true => mixed(u64::from(new_of[of as usize]), sample as u64) & 1 == 0,
+                    false => is_positive(of),
+                };
+                let value = value_of(*op, inputs, |node| values[node as usize][sample], chance);
+                // The root of a square is a magnitude: with the sign of what is squared or against it.
+                let flips = square.is_some_and(|of| mixed(u64::from(of), sample as u64) & 1 == 0);
+                if flips { Value { x: -value.x, ..value } } else { value }
+            })
+            .collect();
+        let first = own[0];
+        let is_finite = own.iter().all(|value| value.x.is_finite() && value.error.is_finite());
         let is_given = matches!(op, Op::Input(_) | Op::Constant(_));
         let mut known = None;
         if let Op::Select { of, yes, no } = *op
             && !goes_both_ways(of)
         {
-            let is_positive = values[0][of as usize].x > 0.0;
+            let is_positive = is_positive(of);
             let condition = new_of[of as usize];
             if merged.constant(condition).is_none() {
                 guards.push(Guard { selection: k as Node, condition, is_positive });
             }
             known = Some(new_of[if is_positive { yes } else { no } as usize]);
-        } else if is_finite && !is_given && at(k).all(|value| value.is(first, 1.0)) {
-            let is_zero = at(k).all(|value| value.x.abs() <= APART * value.error);
+        } else if is_finite && !is_given && own.iter().all(|value| value.is(first, 1.0)) {
+            let is_zero = own.iter().all(|value| value.x.abs() <= APART * value.error);
             known = Some(merged.number(if is_zero { 0.0 } else { first.x }));
         } else if is_finite && !matches!(op, Op::Constant(_)) {
             let key = bucket(first.x);
             let candidates = (key - 1..=key + 1).filter_map(|key| by_value.get(&key)).flatten();
             for &(node, other) in candidates {
-                let sign = if (first.x > 0.0) == (values[0][other].x > 0.0) { 1.0 } else { -1.0 };
-                if at(k).zip(at(other)).all(|(a, b)| a.is(b, sign)) {
+                let sign = if (first.x > 0.0) == (values[other][0].x > 0.0) { 1.0 } else { -1.0 };
+                if own.iter().zip(&values[other]).all(|(a, b)| a.is(*b, sign)) {
+                    // A root that is something else is so as long as that does not change its sign.
+                    let is_root = |op: &Op| matches!(op, Op::Sqrt(_));
+                    if is_root(op) && !is_root(&merged.ops()[node as usize]) {
+                        let selection = k as Node;
+                        guards.push(Guard { selection, condition: node, is_positive: sign > 0.0 });
+                    }
                     known = Some(if sign > 0.0 { node } else { merged.add(Op::Neg(node)) });
                     break;
                 }
@@ -174,6 +202,7 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
             node
         });
         new_of.push(node);
+        values.push(own);
     }
     Merged { graph: merged, new_of, guards }
 }

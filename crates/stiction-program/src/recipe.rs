@@ -135,7 +135,12 @@ impl Recipe<'_> {
     }
 
     /// The results of the stages, and the influences.
-    fn follow(&self, counts: &Counts, coupled: &[usize], inputs: &[Recorded]) -> [Vec<Recorded>; 5] {
+    fn follow(
+        &self,
+        counts: &Counts,
+        coupled: &[usize],
+        inputs: &[Recorded],
+    ) -> [Vec<Recorded>; 5] {
         let parameters = lifted(self.solver);
         let mut workspace = self.kernel.workspace(&parameters, self.solver.assembly().state());
         let mut inputs = inputs.iter().copied();

@@ -18,6 +18,9 @@ pub(crate) fn samples(
     let mut random = Random(1);
     let mut solver = solver.clone();
     let length = solver.mechanism().characteristic_length();
+    if course.is_empty() {
+        return None;
+    }
     let mut samples = Vec::with_capacity(SAMPLES);
     for k in 0..SAMPLES {
         let mut targets = course.get(k % POSITIONS.min(course.len()))?.clone();
