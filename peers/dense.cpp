@@ -7,9 +7,7 @@
 
 using namespace peers;
 
-int main(int count, char** arguments) {
-  if (count != 2) fail("usage: dense CORE");
-  pin_to(std::atoi(arguments[1]));
+int main() {
   const int size = 42, systems = 101;
   // Dense elimination does the same work whatever the numbers are.
   std::mt19937 random(1);

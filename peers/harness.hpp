@@ -16,10 +16,6 @@
 #include <string>
 #include <vector>
 
-#ifdef __linux__
-#include <sched.h>
-#endif
-
 namespace peers {
 
 using Numbers = std::vector<double>;
@@ -115,17 +111,6 @@ struct Subject {
   double difference;
   std::function<double(size_t)> evaluate;
 };
-
-inline void pin_to(int core) {
-#ifdef __linux__
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  CPU_SET(core, &set);
-  if (sched_setaffinity(0, sizeof set, &set) != 0) std::cerr << "cannot be kept on core " << core << std::endl;
-#else
-  (void)core;
-#endif
-}
 
 /// Answers requests until there are no more.
 inline void serve(std::vector<Subject> subjects, size_t states) {

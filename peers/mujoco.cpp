@@ -183,7 +183,7 @@ void run(const std::string& xml, const Motion& motion) {
             inverse.evaluate(motion.states[i]);
             return inverse.result();
           }},
-         {"forward-soft", forward_difference,
+         {"forward_soft", forward_difference,
           [&](size_t i) {
             forward.evaluate(i);
             return forward.result();
@@ -192,8 +192,7 @@ void run(const std::string& xml, const Motion& motion) {
 }
 
 int main(int count, char** arguments) {
-  if (count != 4) fail("usage: mujoco MODEL.mujoco.xml MODEL.mujoco.txt CORE");
-  pin_to(std::atoi(arguments[3]));
+  if (count != 3) fail("usage: mujoco MODEL.mujoco.xml MODEL.mujoco.txt");
   std::ifstream file(arguments[2]);
   const Motion motion(file);
   switch (motion.undriven.size()) {

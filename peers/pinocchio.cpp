@@ -101,7 +101,7 @@ class Inverse {
 
     for (size_t c = 0; c < motion.closures.size(); ++c) {
       const Closure& closure = motion.closures[c];
-      const Eigen::Vector3d point = data.oMi[closure.b].act(Eigen::Map<const Eigen::Vector3d>(closure.at_b));
+      const Eigen::Vector3d point = data.oMi[closure.b].act(Eigen::Vector3d(closure.at_b));
       for (auto [dof, sign] : has_dof[c]) {
         const auto column = data.J.col(dof);
         const Eigen::Vector3d linear = column.template head<3>(), angular = column.template tail<3>();
@@ -239,8 +239,7 @@ void run(const pin::Model& model, const Motion& motion) {
 }
 
 int main(int count, char** arguments) {
-  if (count != 3) fail("usage: pinocchio MODEL.pinocchio.txt CORE");
-  pin_to(std::atoi(arguments[2]));
+  if (count != 2) fail("usage: pinocchio MODEL.pinocchio.txt");
   std::ifstream file(arguments[1]);
   const pin::Model model = read_model(file);
   const Motion motion(file);

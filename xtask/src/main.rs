@@ -1,5 +1,7 @@
-//! The project's own automation: `cargo xtask test`, `cargo xtask validate`.
+//! The project's own automation: `cargo xtask test`, `cargo xtask validate`, `cargo xtask peers`.
 
+mod peers;
+mod python;
 mod validate;
 
 use std::env;
@@ -13,6 +15,9 @@ usage: cargo xtask COMMAND
   test       formatting, lints, documentation, all tests and validation, as the continuous
              integration runs them
   validate   driving forces and reactions against other engines, see validation/README.md
+  peers      speed beside other engines, see peers/README.md
+             --json FILE     all numbers
+             --samples N     rounds of batches, by default 300
 ";
 
 fn main() -> ExitCode {
@@ -22,6 +27,7 @@ fn main() -> ExitCode {
             Outcome::Passed | Outcome::Skipped => ExitCode::SUCCESS,
             Outcome::Failed => ExitCode::FAILURE,
         },
+        Some("peers") => peers::peers(env::args().skip(2)),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");
             ExitCode::SUCCESS

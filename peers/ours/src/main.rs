@@ -1,0 +1,63 @@
+//! Stiction's side of `cargo xtask peers`: serves batches of evaluations as the harnesses of the
+//! other engines do, by the protocol in `peers/harness.hpp`.
+
+mod expected;
+mod kernels;
+mod robot;
+mod subject;
+
+use expected::Expected;
+use robot::Robot;
+use std::io::{self, BufRead, Write};
+use std::process::ExitCode;
+use std::time::Instant;
+use subject::Subject;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [model, file] = arguments.as_slice() else {
+        eprintln!("usage: stiction-peers MODEL MODEL.ours.txt");
+        return ExitCode::from(2);
+    };
+    match run(model, file) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(what) => {
+            eprintln!("{what}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(model: &str, file: &str) -> Result<(), String> {
+    let expected = Expected::read(file)?;
+    let robot = Robot::new(model, &expected)?;
+    let mut subjects = kernels::subjects(&robot, &expected);
+    serve(&mut subjects).map_err(|error| error.to_string())?
+}
+
+/// Says what there is, then answers each line `NAME COUNT` with the nanoseconds for each of COUNT
+/// states.
+fn serve(subjects: &mut [Subject<'_>]) -> io::Result<Result<(), String>> {
+    let mut out = io::stdout().lock();
+    for subject in subjects.iter() {
+        writeln!(out, "subject {} {:.3e}", subject.name, subject.difference)?;
+    }
+    writeln!(out, "ready")?;
+    out.flush()?;
+    for line in io::stdin().lock().lines() {
+        let line = line?;
+        let request = line.split_once(' ').and_then(|(name, count)| {
+            let subject = subjects.iter_mut().find(|subject| subject.name == name)?;
+            Some((subject, count.parse::<usize>().ok().filter(|&count| count > 0)?))
+        });
+        let Some((subject, count)) = request else {
+            return Ok(Err(format!("no such request: {line}")));
+        };
+        let begun = Instant::now();
+        let states = (subject.batch)(count);
+        let taken = begun.elapsed();
+        writeln!(out, "{:.3}", taken.as_secs_f64() * 1e9 / states as f64)?;
+        out.flush()?;
+    }
+    Ok(Ok(()))
+}

@@ -1,0 +1,219 @@
+//! What is needed: the environment of Python packages, a compiler, the harnesses, our own programs,
+//! and the files of states.
+
+use super::Trouble;
+use super::machine::last_core;
+use crate::python::environment;
+use crate::{cargo, succeeds};
+use serde_json::Value;
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Everything that is built and found.
+pub(crate) struct Tools {
+    /// The Python of the environment.
+    pub(crate) python: PathBuf,
+    /// The folder `peers` of the repository.
+    pub(crate) sources: PathBuf,
+    /// The program `stiction`.
+    pub(crate) program: PathBuf,
+    /// The compiler, and what it says about its version.
+    pub(crate) compiler: (String, String),
+    /// Where harnesses and files of states are put.
+    place: PathBuf,
+    ours: PathBuf,
+    /// The core on which everything that is timed runs, if it can be kept there.
+    pub(crate) core: Option<usize>,
+}
+
+/// Flags for all harnesses: what a user who cares for speed sets.
+pub(crate) const FLAGS: [&str; 4] = ["-std=c++17", "-O3", "-march=native", "-DNDEBUG"];
+
+/// What the headers of Pinocchio are to be read with, from the CMake file of its wheel.
+const PINOCCHIO: [&str; 4] = [
+    "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
+    "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
+    "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
+    "-DBOOST_FUSION_INVOKE_MAX_ARITY=12",
+];
+
+impl Tools {
+    pub(crate) fn find() -> Result<Self, Trouble> {
+        if cfg!(windows) {
+            return Err(Trouble::Missing("the harnesses are for Linux and macOS".into()));
+        }
+        let compiler = compiler().ok_or_else(|| {
+            Trouble::Missing(
+                "it needs a C++ compiler, as `c++`, `g++` or `clang++` on the path or in the \
+                 variable CXX"
+                    .into(),
+            )
+        })?;
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let python = environment(&root.join("validation")).map_err(Trouble::Missing)?;
+        let packages = ["--package", "stiction-cli", "--package", "stiction-peers"];
+        if !succeeds(cargo(&["build", "--release"]).args(packages)) {
+            return Err(Trouble::Failed("our side could not be built".into()));
+        }
+        // Cargo puts release builds beside the folder of this program's build.
+        let built = env::current_exe().ok().and_then(|own| Some(own.parent()?.parent()?.into()));
+        let built: PathBuf = built.ok_or_else(|| Trouble::Failed("no folder of builds".into()))?;
+        let tools = Self {
+            python,
+            sources: root.join("peers"),
+            program: built.join("release/stiction"),
+            compiler,
+            ours: built.join("release/stiction-peers"),
+            place: built.join("peers"),
+            core: last_core(),
+        };
+        for program in [&tools.program, &tools.ours] {
+            if !program.is_file() {
+                return Err(Trouble::Failed(format!("{} was not built", program.display())));
+            }
+        }
+        tools.build_harnesses()?;
+        Ok(tools)
+    }
+
+    fn build_harnesses(&self) -> Result<(), Trouble> {
+        fs::create_dir_all(&self.place)
+            .map_err(|error| Trouble::Failed(format!("{}: {error}", self.place.display())))?;
+        let site = "import sysconfig; print(sysconfig.get_path('platlib'))";
+        let site = output(Command::new(&self.python).args(["-c", site]))?;
+        let site = Path::new(site.trim());
+        let headers = site.join("cmeel.prefix/include");
+        let mujoco = site.join("mujoco");
+        let eigen = system(&headers.join("eigen3"));
+        let library = shared_library(&mujoco)
+            .ok_or_else(|| Trouble::Missing("MuJoCo's library is not in its wheel".into()))?;
+        self.build("dense", &eigen)?;
+        let mut flags = [eigen.clone(), system(&mujoco.join("include"))].concat();
+        flags.push(library.display().to_string());
+        flags.push(format!("-Wl,-rpath,{}", mujoco.display()));
+        self.build("mujoco", &flags)?;
+        let mut flags = [eigen, system(&headers)].concat();
+        flags.extend(PINOCCHIO.map(String::from));
+        self.build("pinocchio", &flags)
+    }
+
+    /// Builds a harness, unless it has been built from the same text with the same flags.
+    fn build(&self, name: &str, flags: &[String]) -> Result<(), Trouble> {
+        let source = self.sources.join(format!("{name}.cpp"));
+        let read = |path: &Path| {
+            fs::read_to_string(path)
+                .map_err(|error| Trouble::Failed(format!("{}: {error}", path.display())))
+        };
+        let texts = read(&source)? + &read(&self.sources.join("harness.hpp"))?;
+        let wanted = format!("{:?} {FLAGS:?} {flags:?}\n{texts}", self.compiler);
+        let (program, stamp) = (self.place.join(name), self.place.join(format!("{name}.stamp")));
+        if program.is_file() && fs::read_to_string(&stamp).is_ok_and(|built| built == wanted) {
+            return Ok(());
+        }
+        eprintln!("== building the harness of {name}; this may take some minutes");
+        let mut command = Command::new(&self.compiler.0);
+        command.args(FLAGS).arg(&source).args(flags).arg("-o").arg(&program);
+        if !succeeds(&mut command) {
+            return Err(Trouble::Failed(format!("{} could not be built", source.display())));
+        }
+        fs::write(&stamp, wanted)
+            .map_err(|error| Trouble::Failed(format!("{}: {error}", stamp.display())))
+    }
+
+    /// The engines' models and files of states.
+    pub(crate) fn states(&self, models: &[&str]) -> Result<PathBuf, Trouble> {
+        let folder = self.place.join("states");
+        let mut command = Command::new(&self.python);
+        command.arg(self.sources.join("states.py")).arg("--stiction").arg(&self.program);
+        command.arg("--out").arg(&folder).args(models);
+        output(&mut command).map(|_| folder)
+    }
+
+    pub(crate) fn harness(&self, name: &str) -> Runs {
+        self.on_core(&self.place.join(name))
+    }
+
+    pub(crate) fn ours(&self) -> Runs {
+        self.on_core(&self.ours)
+    }
+
+    fn on_core(&self, program: &Path) -> Runs {
+        let Some(core) = self.core else { return Runs(Command::new(program)) };
+        let mut command = Command::new("taskset");
+        command.args(["--cpu-list", &core.to_string()]).arg(program);
+        Runs(command)
+    }
+
+    /// Versions of what is compared, and of what it is built with.
+    pub(crate) fn versions(&self) -> Result<Value, Trouble> {
+        let question = "\
+import json, platform
+from importlib.metadata import version
+names = ['mujoco', 'pin', 'drake', 'cmeel-eigen', 'cmeel-boost', 'numpy']
+print(json.dumps({'python': platform.python_version(), **{name: version(name) for name in names}}))";
+        let text = output(Command::new(&self.python).args(["-c", question]))?;
+        let mut versions: Value =
+            serde_json::from_str(&text).map_err(|error| Trouble::Failed(error.to_string()))?;
+        versions["stiction"] = env!("CARGO_PKG_VERSION").into();
+        let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+        versions["rustc"] = output(Command::new(rustc).arg("--version"))?.trim().into();
+        versions["compiler"] = self.compiler.1.clone().into();
+        versions["flags"] = FLAGS.join(" ").into();
+        versions["rustflags"] = env::var("RUSTFLAGS").unwrap_or_default().into();
+        Ok(versions)
+    }
+}
+
+/// A command that gets its arguments one by one.
+pub(crate) struct Runs(Command);
+
+impl Runs {
+    pub(crate) fn arg(mut self, argument: impl AsRef<std::ffi::OsStr>) -> Self {
+        self.0.arg(argument);
+        self
+    }
+
+    pub(crate) fn command(self) -> Command {
+        self.0
+    }
+}
+
+/// What a command prints.
+pub(crate) fn output(command: &mut Command) -> Result<String, Trouble> {
+    let done = command
+        .stderr(Stdio::inherit())
+        .output()
+        .map_err(|error| Trouble::Failed(format!("cannot run {command:?}: {error}")))?;
+    if !done.status.success() {
+        return Err(Trouble::Failed(format!("{command:?} has failed")));
+    }
+    String::from_utf8(done.stdout).map_err(|error| Trouble::Failed(error.to_string()))
+}
+
+/// A folder of headers in which nothing is to be warned of.
+fn system(folder: &Path) -> Vec<String> {
+    vec!["-isystem".into(), folder.display().to_string()]
+}
+
+fn compiler() -> Option<(String, String)> {
+    let named = env::var("CXX").ok();
+    let names = named.into_iter().chain(["c++", "g++", "clang++"].map(String::from));
+    names.filter(|name| !name.is_empty()).find_map(|name| {
+        let answer = Command::new(&name).arg("--version").output().ok()?;
+        let text = String::from_utf8(answer.stdout).ok().filter(|_| answer.status.success())?;
+        Some((name, text.lines().next()?.to_string()))
+    })
+}
+
+/// MuJoCo's library, whose name has its version.
+fn shared_library(folder: &Path) -> Option<PathBuf> {
+    let names = fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path());
+    names
+        .filter(|path| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            name.starts_with("libmujoco.") && (name.contains(".so") || name.ends_with(".dylib"))
+        })
+        .min()
+}

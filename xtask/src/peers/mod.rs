@@ -1,0 +1,137 @@
+//! `cargo xtask peers`: speed beside other engines, see `peers/README.md`.
+//!
+//! Builds a harness for each engine, lets each check its own forces against ours, and runs all of
+//! them and our own side in turn, a batch of a millisecond each, so that whatever slows the machine
+//! down meets all of them alike.
+
+mod build;
+mod machine;
+mod process;
+mod report;
+mod rounds;
+
+use build::Tools;
+use process::Process;
+use report::ModelResult;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+/// Why there is no comparison.
+pub(crate) enum Trouble {
+    /// Something that this machine does not have.
+    Missing(String),
+    /// Something that should have worked.
+    Failed(String),
+}
+
+struct Options {
+    json: Option<PathBuf>,
+    rounds: usize,
+}
+
+/// The model of the ratios, and another.
+const MODELS: [&str; 2] = ["3rps", "gough"];
+
+/// Exit codes: 0 done, 1 something does not work or agree, 2 something is missing.
+pub(crate) fn peers(arguments: impl Iterator<Item = String>) -> ExitCode {
+    let outcome = options(arguments).map_err(Trouble::Missing).and_then(|options| run(&options));
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Trouble::Missing(what)) => {
+            eprintln!("== no comparison with peers: {what}");
+            ExitCode::from(2)
+        }
+        Err(Trouble::Failed(what)) => {
+            eprintln!("== the comparison with peers failed: {what}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options, String> {
+    let mut options = Options { json: None, rounds: 300 };
+    while let Some(option) = arguments.next() {
+        let value = arguments.next().ok_or_else(|| format!("{option} needs a value"))?;
+        match option.as_str() {
+            "--json" => options.json = Some(value.into()),
+            "--samples" => match value.parse() {
+                Ok(rounds) if rounds > 0 => options.rounds = rounds,
+                _ => return Err(format!("--samples needs a number above zero, not `{value}`")),
+            },
+            _ => return Err(format!("unknown option `{option}`")),
+        }
+    }
+    Ok(options)
+}
+
+fn run(options: &Options) -> Result<(), Trouble> {
+    let tools = Tools::find()?;
+    let states = tools.states(&MODELS)?;
+    let mut results = Vec::new();
+    for model in MODELS {
+        let mut processes = processes(&tools, &states, model)?;
+        check(&processes)?;
+        eprintln!("== {model}: {} rounds", options.rounds);
+        let timings = rounds::run(&mut processes, options.rounds).map_err(Trouble::Failed)?;
+        results.push(ModelResult { model, timings });
+    }
+    let python = python_level(&tools, &states)?;
+    let (machine, versions) = (machine::machine(&tools), tools.versions()?);
+    let text = report::text(&results, &python, &machine, &versions);
+    print!("{text}");
+    if let Some(path) = &options.json {
+        let data = report::json(&results, &python, machine, versions, options.rounds);
+        let written = std::fs::write(path, format!("{data:#}\n"));
+        written.map_err(|error| Trouble::Failed(format!("{}: {error}", path.display())))?;
+    }
+    Ok(())
+}
+
+/// Our side and the peers of a model.
+fn processes(tools: &Tools, states: &Path, model: &str) -> Result<Vec<Process>, Trouble> {
+    let file = |what: &str| states.join(format!("{model}.{what}"));
+    let mut commands = vec![
+        ("stiction", tools.ours().arg(model).arg(file("ours.txt"))),
+        ("mujoco", tools.harness("mujoco").arg(file("mujoco.xml")).arg(file("mujoco.txt"))),
+        ("pinocchio", tools.harness("pinocchio").arg(file("pinocchio.txt"))),
+    ];
+    if model == MODELS[0] {
+        // 42 equations are those of this model.
+        commands.push(("dense", tools.harness("dense")));
+    }
+    let start = |(name, runs): (_, build::Runs)| {
+        Process::start(name, &mut runs.command()).map_err(Trouble::Failed)
+    };
+    commands.into_iter().map(start).collect()
+}
+
+/// Everyone must have the same forces, or times mean nothing. Soft constraints never have them.
+fn check(processes: &[Process]) -> Result<(), Trouble> {
+    // Solutions of the same equations, by other ways in double precision, differ by some 1e-14.
+    const LIMIT: f64 = 1e-10;
+    for process in processes {
+        for subject in &process.subjects {
+            let is_exact = !subject.name.ends_with("_soft");
+            if !subject.difference.is_finite() || (is_exact && subject.difference > LIMIT) {
+                return Err(Trouble::Failed(format!(
+                    "{} {} differs by {:.1e} from what it should find",
+                    process.name, subject.name, subject.difference
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What a Python user gets.
+fn python_level(tools: &Tools, states: &Path) -> Result<Value, Trouble> {
+    eprintln!("== from Python");
+    let mut command = Command::new(&tools.python);
+    command.arg(tools.sources.join("python_level.py"));
+    command.arg("--stiction").arg(&tools.program).arg("--states").arg(states).arg(MODELS[0]);
+    let output = build::output(&mut command)?;
+    serde_json::from_str(&output)
+        .map_err(|error| Trouble::Failed(format!("python_level.py: {error}")))
+        .map(|rows: Value| json!({ "model": MODELS[0], "rows": rows }))
+}

@@ -1,0 +1,69 @@
+//! Batches of everyone in turn.
+
+use super::process::Process;
+
+/// Time of a batch, ns: far more than a request takes, and less than a slice of the scheduler, so
+/// that most batches are not interrupted.
+const BATCH: f64 = 1e6;
+
+/// All batches of one subject, ns for each evaluation, round by round.
+pub(crate) struct Timing {
+    pub(crate) engine: &'static str,
+    pub(crate) subject: String,
+    pub(crate) difference: f64,
+    pub(crate) batches: Vec<f64>,
+    /// Evaluations in each batch.
+    pub(crate) size: usize,
+}
+
+impl Timing {
+    pub(crate) fn median(&self) -> f64 {
+        median(self.batches.clone())
+    }
+
+    pub(crate) fn minimum(&self) -> f64 {
+        self.batches.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Median over the rounds of the ratio within a round: what slows both down has no effect.
+    pub(crate) fn ratio_to(&self, other: &Self) -> f64 {
+        median(
+            self.batches.iter().zip(&other.batches).map(|(ours, theirs)| ours / theirs).collect(),
+        )
+    }
+}
+
+fn median(mut numbers: Vec<f64>) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    let half = numbers.len() / 2;
+    if numbers.len() % 2 == 1 { numbers[half] } else { 0.5 * (numbers[half - 1] + numbers[half]) }
+}
+
+pub(crate) fn run(processes: &mut [Process], rounds: usize) -> Result<Vec<Timing>, String> {
+    let mut timings = Vec::new();
+    let mut places = Vec::new();
+    for (at, process) in processes.iter_mut().enumerate() {
+        for subject in 0..process.subjects.len() {
+            // The second time code and data are in the caches.
+            process.batch(subject, 100)?;
+            let each = process.batch(subject, 100)?;
+            let size = ((BATCH / each) as usize).max(1);
+            let name = process.subjects[subject].name.clone();
+            let difference = process.subjects[subject].difference;
+            let batches = Vec::with_capacity(rounds);
+            let engine = process.name;
+            timings.push(Timing { engine, subject: name, difference, batches, size });
+            places.push((at, subject));
+        }
+    }
+    for round in 0..rounds {
+        for k in 0..timings.len() {
+            // Another one begins each time, so that no one always follows the same.
+            let k = (k + round) % timings.len();
+            let (at, subject) = places[k];
+            let time = processes[at].batch(subject, timings[k].size)?;
+            timings[k].batches.push(time);
+        }
+    }
+    Ok(timings)
+}
