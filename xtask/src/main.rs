@@ -18,6 +18,7 @@ usage: cargo xtask COMMAND
   peers      speed beside other engines, see peers/README.md
              --json FILE     all numbers
              --samples N     rounds of batches, by default 300
+             --write         the tables of docs/src/speed.md
 ";
 
 fn main() -> ExitCode {

@@ -114,7 +114,8 @@ impl Tools {
         }
         eprintln!("== building the harness of {name}; this may take some minutes");
         let mut command = Command::new(&self.compiler.0);
-        command.args(FLAGS).arg(&source).args(flags).arg("-o").arg(&program);
+        // Warnings would be about the engines' headers.
+        command.args(FLAGS).arg("-w").arg(&source).args(flags).arg("-o").arg(&program);
         if !succeeds(&mut command) {
             return Err(Trouble::Failed(format!("{} could not be built", source.display())));
         }

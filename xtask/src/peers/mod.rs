@@ -6,6 +6,7 @@
 
 mod build;
 mod machine;
+mod page;
 mod process;
 mod report;
 mod rounds;
@@ -28,6 +29,8 @@ pub(crate) enum Trouble {
 struct Options {
     json: Option<PathBuf>,
     rounds: usize,
+    /// Whether the tables of the book's page are written anew.
+    write: bool,
 }
 
 /// The model of the ratios, and another.
@@ -50,8 +53,12 @@ pub(crate) fn peers(arguments: impl Iterator<Item = String>) -> ExitCode {
 }
 
 fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options, String> {
-    let mut options = Options { json: None, rounds: 300 };
+    let mut options = Options { json: None, rounds: 300, write: false };
     while let Some(option) = arguments.next() {
+        if option == "--write" {
+            options.write = true;
+            continue;
+        }
         let value = arguments.next().ok_or_else(|| format!("{option} needs a value"))?;
         match option.as_str() {
             "--json" => options.json = Some(value.into()),
@@ -80,10 +87,13 @@ fn run(options: &Options) -> Result<(), Trouble> {
     let (machine, versions) = (machine::machine(&tools), tools.versions()?);
     let text = report::text(&results, &python, &machine, &versions);
     print!("{text}");
+    let data = report::json(&results, &python, machine, versions, options.rounds);
     if let Some(path) = &options.json {
-        let data = report::json(&results, &python, machine, versions, options.rounds);
         let written = std::fs::write(path, format!("{data:#}\n"));
         written.map_err(|error| Trouble::Failed(format!("{}: {error}", path.display())))?;
+    }
+    if options.write {
+        page::write(&tools, &data).map_err(Trouble::Failed)?;
     }
     Ok(())
 }
@@ -134,4 +144,25 @@ fn python_level(tools: &Tools, states: &Path) -> Result<Value, Trouble> {
     serde_json::from_str(&output)
         .map_err(|error| Trouble::Failed(format!("python_level.py: {error}")))
         .map(|rows: Value| json!({ "model": MODELS[0], "rows": rows }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::options;
+
+    fn read(words: &str) -> Result<super::Options, String> {
+        options(words.split_whitespace().map(String::from))
+    }
+
+    #[test]
+    fn options_are_read_or_refused() {
+        let Ok(options) = read("--json a.json --samples 7 --write") else {
+            panic!("these are options");
+        };
+        assert_eq!((options.rounds, options.write), (7, true));
+        assert_eq!(options.json, Some("a.json".into()));
+        for wrong in ["--samples", "--samples 0", "--samples x", "--quick 1", "3rps"] {
+            assert!(read(wrong).is_err(), "{wrong}");
+        }
+    }
 }

@@ -109,3 +109,33 @@ pub(crate) fn json(
         "versions": versions,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{ModelResult, ratios};
+    use crate::peers::rounds::Timing;
+
+    #[test]
+    fn ratios_are_of_the_same_task() {
+        let timing = |engine, subject: &str, time: f64| {
+            let (subject, batches) = (subject.to_string(), vec![time]);
+            Timing { engine, subject, difference: 0.0, batches, size: 1 }
+        };
+        let timings = vec![
+            timing("stiction", "inverse_friction", 6.0),
+            timing("stiction", "forward", 2.0),
+            timing("mujoco", "inverse", 2.0),
+            timing("mujoco", "forward_soft", 8.0),
+            timing("pinocchio", "forward", 4.0),
+            timing("dense", "lu42", 12.0),
+        ];
+        let expected = [
+            ("inverse_friction_vs_mujoco", 3.0),
+            ("inverse_friction_vs_dense_lu42", 0.5),
+            ("forward_vs_mujoco_soft", 0.25),
+            ("forward_vs_pinocchio", 0.5),
+        ];
+        let found = ratios(&ModelResult { model: "3rps", timings });
+        assert_eq!(found, expected.map(|(name, ratio)| (name.to_string(), ratio)));
+    }
+}

@@ -67,3 +67,21 @@ pub(crate) fn run(processes: &mut [Process], rounds: usize) -> Result<Vec<Timing
     }
     Ok(timings)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Timing;
+
+    fn timing(batches: &[f64]) -> Timing {
+        let batches = batches.to_vec();
+        Timing { engine: "any", subject: "inverse".into(), difference: 0.0, batches, size: 1 }
+    }
+
+    #[test]
+    fn a_slow_spell_does_not_change_a_ratio() {
+        let (ours, theirs) = (timing(&[2.0, 20.0, 2.0, 20.0]), timing(&[4.0, 40.0, 4.0, 40.0]));
+        assert_eq!(ours.ratio_to(&theirs), 0.5);
+        assert_eq!((ours.median(), ours.minimum()), (11.0, 2.0));
+        assert_eq!(timing(&[3.0, 1.0, 9.0]).median(), 3.0);
+    }
+}

@@ -1,0 +1,122 @@
+//! The tables of the book's page, between two marks.
+
+use super::build::Tools;
+use serde_json::Value;
+use std::fmt::Write;
+use std::fs;
+
+const BEGIN: &str = "<!-- cargo xtask peers -->";
+const END: &str = "<!-- end of cargo xtask peers -->";
+
+/// Writes everything between the marks anew.
+pub(crate) fn write(tools: &Tools, data: &Value) -> Result<(), String> {
+    let path = tools.sources.join("../docs/src/speed.md");
+    let fault = |error: std::io::Error| format!("{}: {error}", path.display());
+    let page = fs::read_to_string(&path).map_err(fault)?;
+    let page = replaced(&page, &tables(data)).ok_or("the page has no place for the tables")?;
+    fs::write(&path, page).map_err(fault)
+}
+
+fn replaced(page: &str, tables: &str) -> Option<String> {
+    let (before, rest) = page.split_once(BEGIN)?;
+    let (_, after) = rest.split_once(END)?;
+    Some(format!("{before}{BEGIN}\n\n{tables}\n{END}{after}"))
+}
+
+/// A time with three digits, the unit of which is that of all its column.
+fn microseconds(nanoseconds: &Value) -> String {
+    let time = nanoseconds.as_f64().unwrap_or(f64::NAN) / 1e3;
+    let decimals = (2 - (time.log10().floor() as i32)).clamp(0, 3) as usize;
+    format!("{time:.decimals$}")
+}
+
+fn word(value: &Value) -> &str {
+    value.as_str().unwrap_or_default()
+}
+
+fn tables(data: &Value) -> String {
+    let mut text = String::new();
+    for (model, result) in data["models"].as_object().into_iter().flatten() {
+        let _ = write!(
+            text,
+            "`{model}`, times for one state in us:\n\n\
+             | who, what | median | minimum | difference |\n| --- | --- | --- | --- |\n"
+        );
+        for (name, median) in result["median_ns"].as_object().into_iter().flatten() {
+            let (minimum, difference) = (&result["minimum_ns"][name], &result["difference"][name]);
+            let difference = difference.as_f64().unwrap_or(f64::NAN);
+            let (median, minimum) = (microseconds(median), microseconds(minimum));
+            let _ = writeln!(text, "| {name} | {median} | {minimum} | {difference:.0e} |");
+        }
+        let _ = write!(text, "\n| ratio, ours / theirs | `{model}` |\n| --- | --- |\n");
+        for (name, ratio) in result["ratios"].as_object().into_iter().flatten() {
+            let ratio = ratio.as_f64().unwrap_or(f64::NAN);
+            let _ = writeln!(text, "| `{name}` | {ratio:.2} |");
+        }
+        text.push('\n');
+    }
+    let python = &data["python"];
+    let _ = write!(
+        text,
+        "From Python, `{}`, times in us:\n\n\
+         | who, what | median | minimum | what it is |\n| --- | --- | --- | --- |\n",
+        word(&python["model"])
+    );
+    for row in python["rows"].as_array().into_iter().flatten() {
+        let (median, minimum) = (microseconds(&row["median_ns"]), microseconds(&row["minimum_ns"]));
+        let (engine, task, what) = (word(&row["engine"]), word(&row["task"]), word(&row["what"]));
+        let _ = writeln!(text, "| {engine} {task} | {median} | {minimum} | {what} |");
+    }
+    let (machine, versions) = (&data["machine"], &data["versions"]);
+    let _ = write!(
+        text,
+        "\nMachine: {}, {} cores, {}, {}; {} batches of each; {}, load {}.\n",
+        word(&machine["cpu"]),
+        machine["cores"],
+        word(&machine["caches"]),
+        word(&machine["system"]),
+        data["batches"],
+        if machine["on_one_core"] == true { "all on one core" } else { "not kept on one core" },
+        machine["load"],
+    );
+    let _ = write!(
+        text,
+        "Versions: stiction {}, MuJoCo {}, Pinocchio {}, Drake {}, Eigen {}, Boost {}, Python {}, numpy {}.\n\
+         Compilers: {}, `{}`; {}, release profile{}.\n",
+        word(&versions["stiction"]),
+        word(&versions["mujoco"]),
+        word(&versions["pin"]),
+        word(&versions["drake"]),
+        word(&versions["cmeel-eigen"]),
+        word(&versions["cmeel-boost"]),
+        word(&versions["python"]),
+        word(&versions["numpy"]),
+        word(&versions["compiler"]),
+        word(&versions["flags"]),
+        word(&versions["rustc"]),
+        match word(&versions["rustflags"]) {
+            "" => String::new(),
+            flags => format!(" with `{flags}`"),
+        },
+    );
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BEGIN, END, microseconds, replaced};
+
+    #[test]
+    fn only_what_is_between_the_marks_changes() {
+        let page = format!("a\n{BEGIN}\nold\n{END}\nb\n");
+        assert_eq!(replaced(&page, "new"), Some(format!("a\n{BEGIN}\n\nnew\n{END}\nb\n")));
+        assert_eq!(replaced("a page without them", "new"), None);
+    }
+
+    #[test]
+    fn times_have_three_digits() {
+        for (nanoseconds, text) in [(1234.5, "1.23"), (12_345.0, "12.3"), (51_543_830.0, "51544")] {
+            assert_eq!(microseconds(&nanoseconds.into()), text);
+        }
+    }
+}
