@@ -39,7 +39,7 @@ fn tables(data: &Value) -> String {
     for (model, result) in data["models"].as_object().into_iter().flatten() {
         let _ = write!(
             text,
-            "`{model}`, times for one state in us:\n\n\
+            "`{model}`, times for one state in µs:\n\n\
              | who, what | median | minimum | difference |\n| --- | --- | --- | --- |\n"
         );
         for (name, median) in result["median_ns"].as_object().into_iter().flatten() {
@@ -58,7 +58,7 @@ fn tables(data: &Value) -> String {
     let python = &data["python"];
     let _ = write!(
         text,
-        "From Python, `{}`, times in us:\n\n\
+        "From Python, `{}`, times in µs:\n\n\
          | who, what | median | minimum | what it is |\n| --- | --- | --- | --- |\n",
         word(&python["model"])
     );
