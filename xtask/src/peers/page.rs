@@ -70,7 +70,7 @@ fn tables(data: &Value) -> String {
     let (machine, versions) = (&data["machine"], &data["versions"]);
     let _ = write!(
         text,
-        "\nMachine: {}, {} cores, {}, {}; {} batches of each; {}, load {}.\n",
+        "\n- Machine: {}, {} cores, {}, {}; {} batches of each; {}, load {}.\n",
         word(&machine["cpu"]),
         machine["cores"],
         word(&machine["caches"]),
@@ -81,8 +81,8 @@ fn tables(data: &Value) -> String {
     );
     let _ = write!(
         text,
-        "Versions: stiction {}, MuJoCo {}, Pinocchio {}, Drake {}, Eigen {}, Boost {}, Python {}, numpy {}.\n\
-         Compilers: {}, `{}`; {}, release profile{}.\n",
+        "- Versions: stiction {}, MuJoCo {}, Pinocchio {}, Drake {}, Eigen {}, Boost {}, Python {}, numpy {}.\n\
+         - Compilers: {}, `{}`; {}, release profile{}.\n",
         word(&versions["stiction"]),
         word(&versions["mujoco"]),
         word(&versions["pin"]),

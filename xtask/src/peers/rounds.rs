@@ -25,7 +25,8 @@ impl Timing {
         self.batches.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// Median over the rounds of the ratio within a round: what slows both down has no effect.
+    /// Median over the rounds of the ratio within a round: what slows both by the same
+    /// factor has no effect.
     pub(crate) fn ratio_to(&self, other: &Self) -> f64 {
         median(
             self.batches.iter().zip(&other.batches).map(|(ours, theirs)| ours / theirs).collect(),
@@ -78,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_spell_does_not_change_a_ratio() {
+    fn what_slows_both_alike_does_not_change_a_ratio() {
         let (ours, theirs) = (timing(&[2.0, 20.0, 2.0, 20.0]), timing(&[4.0, 40.0, 4.0, 40.0]));
         assert_eq!(ours.ratio_to(&theirs), 0.5);
         assert_eq!((ours.median(), ours.minimum()), (11.0, 2.0));
