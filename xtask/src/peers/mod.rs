@@ -1,8 +1,8 @@
 //! `cargo xtask peers`: speed beside other engines, see `peers/README.md`.
 //!
 //! Builds a harness for each engine, lets each check its own forces against ours, and runs all of
-//! them and our own side in turn, a batch of a millisecond each, so that a slow spell of the machine meets
-//! all of them.
+//! them and our own side in turn, a batch of a millisecond each, so that a slow spell of the machine
+//! meets all of them.
 
 mod build;
 mod machine;
