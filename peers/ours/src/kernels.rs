@@ -19,8 +19,18 @@ type L = Lanes<f64, LANES>;
 pub(crate) fn subjects<'a>(robot: &'a Robot, expected: &'a Expected) -> Vec<Subject<'a>> {
     let mut subjects = Vec::new();
     for (single, lanes, friction, forces) in [
-        ("inverse_frictionless", "lanes_frictionless", FrictionMode::Off, &expected.frictionless),
-        ("inverse_friction", "lanes_friction", FrictionMode::Converged, &expected.with_friction),
+        (
+            "kernel_frictionless",
+            "kernel_lanes_frictionless",
+            FrictionMode::Off,
+            &expected.frictionless,
+        ),
+        (
+            "kernel_friction",
+            "kernel_lanes_friction",
+            FrictionMode::Converged,
+            &expected.with_friction,
+        ),
     ] {
         let settings = Settings { friction, ..Settings::default() };
         subjects.push(Runs::new(robot, settings, single_states(robot)).subject(single, forces));

@@ -3,6 +3,7 @@
 
 mod expected;
 mod kernels;
+mod programs;
 mod robot;
 mod subject;
 
@@ -31,7 +32,8 @@ fn main() -> ExitCode {
 fn run(model: &str, file: &str) -> Result<(), String> {
     let expected = Expected::read(file)?;
     let robot = Robot::new(model, &expected)?;
-    let mut subjects = kernels::subjects(&robot, &expected);
+    let mut subjects = programs::subjects(&robot, &expected);
+    subjects.extend(kernels::subjects(&robot, &expected));
     serve(&mut subjects).map_err(|error| error.to_string())?
 }
 

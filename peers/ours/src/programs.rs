@@ -1,0 +1,123 @@
+//! Programs recorded for the robot: straight-line machine code, one state at a time and as many as the
+//! processor has lanes.
+//!
+//! As the peers they are given the whole state of the tree, with what is prescribed.
+
+use crate::expected::{Difference, Expected, Forces};
+use crate::robot::Robot;
+use crate::subject::Subject;
+use std::hint::black_box;
+use stiction_program::{InverseProgram, Memory};
+
+/// Positions along the motion at which a program is recorded.
+const COURSE: usize = 10;
+
+/// Everything that is timed; nothing if the robot has no program.
+pub(crate) fn subjects<'a>(robot: &'a Robot, expected: &'a Expected) -> Vec<Subject<'a>> {
+    let samples = robot.targets.len();
+    let course: Vec<_> = (0..COURSE).map(|k| robot.targets[k * samples / COURSE].clone()).collect();
+    let record = || InverseProgram::record(&robot.solver, &course, &robot.loads[0]);
+    let mut subjects = Vec::new();
+    for (single, wide, friction, forces) in [
+        ("inverse_frictionless", "lanes_frictionless", false, &expected.frictionless),
+        ("inverse_friction", "lanes_friction", true, &expected.with_friction),
+    ] {
+        for (name, is_wide) in [(single, false), (wide, true)] {
+            let Some(program) = record() else { continue };
+            subjects.push(Runs::new(robot, program, is_wide, friction).subject(name, forces));
+        }
+    }
+    subjects
+}
+
+/// A program that goes through the states again and again.
+struct Runs<'a> {
+    robot: &'a Robot,
+    program: InverseProgram,
+    memory: Memory,
+    lanes: usize,
+    friction: bool,
+    settled: Vec<bool>,
+    next: usize,
+}
+
+impl<'a> Runs<'a> {
+    fn new(robot: &'a Robot, program: InverseProgram, is_wide: bool, friction: bool) -> Self {
+        let lanes = if is_wide { program.lanes() } else { 1 };
+        let (memory, settled) = (program.memory(lanes), vec![false; lanes]);
+        Self { robot, program, memory, lanes, friction, settled, next: 0 }
+    }
+
+    /// The sample in a lane at a step; lanes overlap if they do not divide the number of samples.
+    fn sample(&self, lane: usize, step: usize) -> usize {
+        let samples = self.robot.targets.len();
+        let steps = samples.div_ceil(self.lanes);
+        match self.lanes {
+            1 => step,
+            lanes => lane * (samples - steps) / (lanes - 1) + step,
+        }
+    }
+
+    #[inline(never)]
+    fn step(&mut self) -> usize {
+        let step = self.next;
+        for lane in 0..self.lanes {
+            let sample = self.sample(lane, step);
+            let Self { robot, program, memory, .. } = self;
+            let (state, targets) = (&robot.positions[sample], &robot.targets[sample]);
+            program.set(memory, lane, black_box(state), targets, &robot.loads[sample]);
+        }
+        if self.friction {
+            self.program.run(&mut self.memory, &mut self.settled);
+        } else {
+            self.program.run_frictionless(&mut self.memory, &mut self.settled);
+        }
+        let steps = self.robot.targets.len().div_ceil(self.lanes);
+        self.next = if step + 1 == steps { 0 } else { step + 1 };
+        step
+    }
+
+    fn subject(mut self, name: &'static str, expected: &'a [Forces]) -> Subject<'a> {
+        let difference = self.difference(expected);
+        let lanes = self.lanes;
+        let batch = Box::new(move |count: usize| {
+            let runs = count.div_ceil(lanes);
+            for _ in 0..runs {
+                self.step();
+            }
+            black_box(&self.memory);
+            runs * lanes
+        });
+        Subject { name, difference, batch }
+    }
+
+    /// Once around; infinite where a state does not settle.
+    fn difference(&mut self, expected: &[Forces]) -> f64 {
+        let mut difference = Difference::default();
+        for _ in 0..self.robot.targets.len().div_ceil(self.lanes) {
+            let step = self.step();
+            for lane in 0..self.lanes {
+                if !self.settled[lane] {
+                    return f64::INFINITY;
+                }
+                let forces = &expected[self.sample(lane, step)];
+                let Self { program, memory, robot, .. } = &*self;
+                for (k, &wanted) in forces.drives.iter().enumerate() {
+                    let drive = match self.friction {
+                        true => program.drive(memory, lane, k),
+                        false => program.ideal_drive(memory, lane, k),
+                    };
+                    difference.add_drive(drive, wanted);
+                }
+                for (&joint, &wanted) in robot.joints.iter().zip(&forces.reactions) {
+                    let reaction = match self.friction {
+                        true => program.reaction(memory, lane, joint),
+                        false => program.ideal_reaction(memory, lane, joint),
+                    };
+                    difference.add_reaction(reaction, wanted);
+                }
+            }
+        }
+        difference.relative()
+    }
+}
