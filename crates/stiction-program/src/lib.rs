@@ -1,11 +1,40 @@
 //! Straight-line programs for one mechanism, recorded from the kernels that serve all.
 //!
 //! The kernels of `stiction` are written once, over any scalar, and never branch on values. Run over a
-//! scalar that records ([`recorded`]), they give an expression graph ([`graph`]). Nodes that mean the
-//! same are found by their values at random states and become one ([`meaning`]): what is zero for this
-//! mechanism vanishes, what is known twice is computed once. What is left is compiled ([`code`],
-//! [`allocate`], [`encode`]) to machine code in registers as wide as the processor has
-//! ([`machine`]), or interpreted where that cannot be.
+//! scalar that records (`recorded`), they give an expression graph (`graph`). Nodes that mean the
+//! same are found by their values at random states and become one (`meaning`): what is zero for this
+//! mechanism vanishes, what is known twice is computed once. What is left is compiled (`code`,
+//! `allocate`, `encode`) to machine code in registers as wide as the processor has
+//! (`machine`), or interpreted where that cannot be.
+//!
+//! ```
+//! use stiction::dynamics::{InverseDynamics, Settings};
+//! use stiction::joint::JointType;
+//! use stiction::kinematics::{Coordinate, Target};
+//! use stiction::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
+//! use stiction::spatial::Vec3;
+//! use stiction_program::InverseProgram;
+//!
+//! let pendulum = MechanismBuilder::new("pendulum")
+//!     .gravity(Vec3::new(0.0, -9.81, 0.0))
+//!     .body(BodySpec::new("bob").mass(2.0).com(Vec3::new(0.5, 0.0, 0.0)))
+//!     .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob").actuated())
+//!     .build()
+//!     .map_err(|defects| defects[0].clone())?;
+//! let angle = Coordinate::Joint { joint: JointId(0), freedom: 0 };
+//! let at = |value| vec![Target { value, rate: 0.0, acceleration: 0.0 }];
+//! let solver = InverseDynamics::new(pendulum, &[], &[angle], &at(0.0), Settings::default())?;
+//! // Positions amid those that are meant.
+//! let course: Vec<_> = (0..10).map(|k| at(0.1 * f64::from(k))).collect();
+//! let program = InverseProgram::record(&solver, &course, &[]).ok_or("no program")?;
+//!
+//! let mut memory = program.memory(1);
+//! program.set(&mut memory, 0, solver.assembly().state(), &course[0], &[]);
+//! let mut holds = [false];
+//! program.run_frictionless(&mut memory, &mut holds);
+//! assert!(holds[0] && (program.ideal_drive(&memory, 0, 0) - 9.81).abs() < 1e-14);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod allocate;
 mod code;

@@ -1,7 +1,7 @@
 //! Code that the processor runs itself.
 //!
 //! The only unsafe code of the project: memory is made executable and called. What is called was written
-//! by [`crate::allocate`], touches nothing but the three pieces of memory that it is handed, as long as
+//! by `allocate`, touches nothing but the three pieces of memory that it is handed, as long as
 //! they are as large as the code says, and returns.
 #![allow(unsafe_code)]
 
