@@ -60,7 +60,7 @@ class Peer:
         self.states = []
         for sample in samples:
             loop.place(sample)
-            _, jacobians = loop.kinematics()
+            _, jacobians = tree.kinematics(loop.q)
             v, _ = loop.rates(jacobians, {name: sample.motions[body] for name, body in loop.owner.items()})
             bias = tree.bias(loop.q, v)
             wanted = {name: sample.accelerations[body] - bias[name] for name, body in loop.owner.items()}
@@ -275,7 +275,7 @@ def main() -> int:
     folder = options.states / options.model
     mechanism = read_mechanism(folder / "mechanism.json")
     samples = read_samples(folder / "off", mechanism)
-    mjcf = options.states / f"{options.model}.mujoco.xml"
+    mjcf = folder / "mechanism.mjcf"
     peers = {
         "mujoco": Mujoco(MujocoTree(mjcf, mechanism), mechanism, samples),
         "pinocchio": Pinocchio(PinocchioTree(mjcf, mechanism), mechanism, samples),

@@ -54,9 +54,10 @@ def write_model(program: Program, model: str, out: Path) -> None:
 
     (out / f"{model}.ours.txt").write_text(ours(mechanism, samples), encoding="utf-8")
     lean = leaner(mjcf, out / f"{model}.mujoco.xml")
-    for name, engine in (("mujoco", Mujoco(lean, mechanism)), ("pinocchio", Pinocchio(lean, mechanism))):
-        tree = MujocoTree(engine) if name == "mujoco" else PinocchioTree(engine)
-        text = tree.model() + states(tree, ClosedLoop(engine, mechanism), samples["off"])
+    for name, engine, make in (("mujoco", Mujoco, MujocoTree), ("pinocchio", Pinocchio, PinocchioTree)):
+        # Coordinates are the same with the ground's body, by which loops are found.
+        loop, tree = ClosedLoop(engine(mjcf, mechanism), mechanism), make(engine(lean, mechanism))
+        text = tree.model() + states(tree, loop, samples["off"])
         (out / f"{model}.{name}.txt").write_text(text, encoding="utf-8")
 
 
@@ -177,7 +178,7 @@ def single(composite: pin.JointModelComposite, outer: pin.SE3) -> list[tuple[str
 
 def states(tree: MujocoTree | PinocchioTree, loop: ClosedLoop, samples: list[Sample]) -> str:
     """Structure of the tree, then for each sample its state, loads, and forces that are to be found."""
-    engine, mechanism = loop.engine, loop.mechanism
+    engine, mechanism = tree.engine, loop.mechanism
     driven = [tree.drive(joint.name) for joint, _ in mechanism.actuated()]
     loaded = [name for name in engine.parents if name in mechanism.moving() and any(np.any(s.loads[name]) for s in samples)]
     points = tree.closing_points()
@@ -188,14 +189,14 @@ def states(tree: MujocoTree | PinocchioTree, loop: ClosedLoop, samples: list[Sam
     text += row("closures", len(points), *(x for a, p, b, q in points for x in (a, *p, b, *q)))
     for sample in samples:
         place_error = loop.place(sample)
-        poses, jacobians = loop.kinematics()
+        poses, jacobians = loop.engine.kinematics(loop.q)
         v, v_error = loop.rates(jacobians, {name: sample.motions[body] for name, body in loop.owner.items()})
-        bias = engine.bias(loop.q, v)
+        bias = loop.engine.bias(loop.q, v)
         wanted = {name: sample.accelerations[body] - bias[name] for name, body in loop.owner.items()}
         a, a_error = loop.rates(jacobians, wanted)
         if max(place_error, v_error, a_error) > STATE_LIMIT:
             raise RuntimeError(f"{engine.name} does not move as it should: {place_error}, {v_error}, {a_error}")
-        loop.kinematics()  # the origins below are at this state
+        engine.kinematics(loop.q)  # the origins below are at this state
         numbers = [loop.q, v, a]
         for name in loaded:
             numbers.append(moved_wrench(sample.loads[name], poses[name].position - tree.origin(tree.index(name))))

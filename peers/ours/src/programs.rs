@@ -91,14 +91,17 @@ impl<'a> Runs<'a> {
         Subject { name, difference, batch }
     }
 
-    /// Once around; infinite where a state does not settle.
+    /// Once around; infinite if more than one state in twenty is left to the general solver, as those are in
+    /// which a contact rests.
     fn difference(&mut self, expected: &[Forces]) -> f64 {
         let mut difference = Difference::default();
+        let mut left_out = 0;
         for _ in 0..self.robot.targets.len().div_ceil(self.lanes) {
             let step = self.step();
             for lane in 0..self.lanes {
                 if !self.settled[lane] {
-                    return f64::INFINITY;
+                    left_out += 1;
+                    continue;
                 }
                 let forces = &expected[self.sample(lane, step)];
                 let Self { program, memory, robot, .. } = &*self;
@@ -117,6 +120,9 @@ impl<'a> Runs<'a> {
                     difference.add_reaction(reaction, wanted);
                 }
             }
+        }
+        if 20 * left_out > self.robot.targets.len() {
+            return f64::INFINITY;
         }
         difference.relative()
     }
