@@ -2,6 +2,7 @@
 //! reaction, and friction that grows with the reactions.
 
 pub mod dynamics;
+pub mod forward;
 pub mod friction;
 pub mod joint;
 pub mod kinematics;

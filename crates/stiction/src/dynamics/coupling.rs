@@ -73,7 +73,7 @@ impl CouplingRoom {
 
 /// The spectral radius of a matrix without negative entries is at most the largest ratio of
 /// `(matrix x)_i` to `x_i`, for any positive `x` (Collatz and Wielandt).
-pub(super) fn radius_bound(matrix: &[f64], count: usize, [x, next]: &mut [Vec<f64>; 2]) -> f64 {
+pub(crate) fn radius_bound(matrix: &[f64], count: usize, [x, next]: &mut [Vec<f64>; 2]) -> f64 {
     let mut bound = f64::INFINITY;
     if count == 0 {
         return 0.0;

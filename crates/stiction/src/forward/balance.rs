@@ -1,0 +1,293 @@
+//! Accelerations and reactions together, for known efforts in the joints.
+//!
+//! With the tree's mass matrix `M`, what inertia and loads demand `h`, known efforts `f`, and the
+//! conditions `J a = r`:
+//!
+//! ```text
+//! M a + h = f + J^T l
+//! ```
+//!
+//! The null space `Z` of `J` splits it: accelerations from `J` and `Z^T M Z`, then multipliers from
+//! the independent rows. `M` need not be invertible, only `Z^T M Z`: what moves must weigh something.
+//! Dependent rows are redundant constraints: the accelerations do not need them, and their reactions
+//! follow from the declared rule ([`super::spread`]).
+
+use super::masses::Masses;
+use super::rows::{Rows, each_freedom};
+use super::spread::Spread;
+use crate::kinematics::Bodies;
+use crate::linalg::RowSpace;
+use crate::parameters::Parameters;
+use crate::spatial::{Twist, Wrench};
+use crate::topology::{Link, Role, Topology};
+
+/// Rows that add less than this, relative to the largest, depend on the others: the rule of
+/// [`crate::mobility::RANK_TOLERANCE`].
+pub(super) const DEPENDENT: f64 = 1e-10;
+
+/// A direction in which the mechanism moves without inertia: rates of the tree.
+#[derive(Clone, Debug)]
+pub(super) struct Massless {
+    pub(super) rates: Vec<f64>,
+}
+
+/// Position and velocity as the balance needs them.
+#[derive(Clone, Copy)]
+pub(super) struct Scene<'a> {
+    pub(super) topology: &'a Topology,
+    pub(super) parameters: &'a Parameters<f64>,
+    pub(super) bodies: &'a Bodies<f64>,
+    pub(super) masses: &'a Masses,
+    /// For each freedom of the tree the characteristic length where it translates, else one.
+    pub(super) columns: &'a [f64],
+}
+
+/// What answers an effort: all that is linear in it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Response {
+    /// Of the tree.
+    pub(super) accelerations: Vec<f64>,
+    /// Of all rows.
+    pub(super) multipliers: Vec<f64>,
+    /// Each joint's complete wrench, predecessor on successor, about the kernel origin.
+    pub(super) wrenches: Vec<Wrench<f64>>,
+}
+
+impl Response {
+    pub(super) fn add(&mut self, other: &Self, amount: f64) {
+        let sum = |a: &mut Vec<f64>, b: &[f64]| {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a += amount * b);
+        };
+        sum(&mut self.accelerations, &other.accelerations);
+        sum(&mut self.multipliers, &other.multipliers);
+        for (a, b) in self.wrenches.iter_mut().zip(&other.wrenches) {
+            *a += *b * amount;
+        }
+    }
+}
+
+/// The decomposed balance at one position under one set of conditions.
+#[derive(Clone, Debug)]
+pub(super) struct Balance {
+    pub(super) rows: Rows,
+    space: RowSpace,
+    /// Orthonormal vectors of scaled accelerations that no row resists, unscaled then.
+    basis: Vec<f64>,
+    /// The lower triangle of the Cholesky factor of `Z^T M Z`, row by row.
+    factor: Vec<f64>,
+    /// Who bears what where constraints are redundant.
+    pub(super) spread: Spread,
+}
+
+impl Balance {
+    pub(super) fn new(scene: &Scene<'_>, rows: Rows) -> Result<Self, Massless> {
+        let n = scene.topology.freedoms();
+        let mut scaled = rows.matrix.clone();
+        for (row, entries) in rows.rows.iter().zip(scaled.chunks_exact_mut(n.max(1))) {
+            for (entry, column) in entries.iter_mut().zip(scene.columns) {
+                *entry *= row.scale * column;
+            }
+        }
+        let mut space = RowSpace::default();
+        space.decompose(&scaled, rows.rows.len(), n, DEPENDENT);
+        let mut basis = space.null_space();
+        for vector in basis.chunks_exact_mut(n.max(1)) {
+            vector.iter_mut().zip(scene.columns).for_each(|(x, c)| *x *= c);
+        }
+        let factor = factor(&scene.masses.matrix, &basis, n)?;
+        let mut balance = Self { rows, space, basis, factor, spread: Spread::default() };
+        let count = scene.topology.joint_types.len();
+        let stresses: Vec<Response> = balance
+            .space
+            .dependencies()
+            .into_iter()
+            .map(|scaled| {
+                let multipliers = balance.unscale(scaled);
+                let still = vec![0.0; n];
+                let wrenches = balance.wrenches(scene, &still, &multipliers, &[], false);
+                debug_assert!(wrenches.len() == count);
+                Response { accelerations: still, multipliers, wrenches }
+            })
+            .collect();
+        balance.spread = Spread::new(scene, &balance.rows, stresses);
+        Ok(balance)
+    }
+
+    /// How many freedoms are left.
+    pub(super) fn mobility(&self, n: usize) -> usize {
+        n - self.space.rank()
+    }
+
+    /// Whether a freedom of the tree cannot move at all.
+    pub(super) fn is_immobile(&self, n: usize, dof: usize, column: f64) -> bool {
+        // Vectors are of length one; rounding is some 1e-15.
+        self.basis.chunks_exact(n.max(1)).all(|v| v[dof].abs() < 1e-12 * column)
+    }
+
+    fn unscale(&self, mut multipliers: Vec<f64>) -> Vec<f64> {
+        multipliers.iter_mut().zip(&self.rows.rows).for_each(|(m, row)| *m *= row.scale);
+        multipliers
+    }
+
+    /// The response to wrenches that joints exert beyond their constraints (predecessor on
+    /// successor); with all else that acts if `whole`, alone if not.
+    pub(super) fn respond(
+        &self,
+        scene: &Scene<'_>,
+        efforts: &[(usize, Wrench<f64>)],
+        whole: bool,
+    ) -> Response {
+        let n = scene.topology.freedoms();
+        let bodies = scene.bodies;
+        let mut push = vec![0.0; n];
+        if whole {
+            push.iter_mut().zip(&scene.masses.bias).for_each(|(p, b)| *p = -b);
+        }
+        for &(joint, wrench) in efforts {
+            each_freedom(scene.topology, joint, |dof, sign| {
+                push[dof] += sign * bodies.screws[dof].power(wrench);
+            });
+        }
+        let mut accelerations = vec![0.0; n];
+        if whole {
+            let right: Vec<f64> = self.rows.rows.iter().map(|r| r.right * r.scale).collect();
+            accelerations = self.space.shortest(&right);
+            accelerations.iter_mut().zip(scene.columns).for_each(|(a, c)| *a *= c);
+        }
+        // What is left along the freedoms accelerates them.
+        let multiply = |x: &[f64], y: &mut [f64]| {
+            for (row, y) in scene.masses.matrix.chunks_exact(n.max(1)).zip(y) {
+                *y -= row.iter().zip(x).map(|(m, x)| m * x).sum::<f64>();
+            }
+        };
+        if whole {
+            multiply(&accelerations, &mut push);
+        }
+        let free = self.basis.len() / n.max(1);
+        let mut along: Vec<f64> = self.basis.chunks_exact(n.max(1)).map(|z| dot(z, &push)).collect();
+        solve_factored(&self.factor, &mut along, free);
+        let mut own = vec![0.0; n];
+        for (vector, amount) in self.basis.chunks_exact(n.max(1)).zip(&along) {
+            own.iter_mut().zip(vector).for_each(|(a, z)| *a += amount * z);
+        }
+        multiply(&own, &mut push);
+        accelerations.iter_mut().zip(&own).for_each(|(a, o)| *a += o);
+        // `M a + h - f`, scaled, lies in what the rows span.
+        push.iter_mut().zip(scene.columns).for_each(|(p, c)| *p *= -c);
+        let multipliers = self.unscale(self.space.amounts(&push));
+        let wrenches = self.wrenches(scene, &accelerations, &multipliers, efforts, whole);
+        let mut response = Response { accelerations, multipliers, wrenches };
+        self.spread.apply(scene, &self.rows, &mut response);
+        response
+    }
+
+    fn wrenches(
+        &self,
+        scene: &Scene<'_>,
+        accelerations: &[f64],
+        multipliers: &[f64],
+        efforts: &[(usize, Wrench<f64>)],
+        whole: bool,
+    ) -> Vec<Wrench<f64>> {
+        let Scene { topology, bodies, masses, .. } = *scene;
+        let mut beyond = if whole {
+            masses.demand.clone()
+        } else {
+            vec![Wrench::zero(); bodies.pose.len()]
+        };
+        let mut sums = vec![Twist::zero(); bodies.pose.len()];
+        for node in &topology.nodes {
+            let mut sum = match (node.link, node.parent) {
+                (Link::Joint { .. }, Some(parent)) => sums[topology.nodes[parent].body],
+                _ => Twist::zero(),
+            };
+            for dof in node.dofs.clone() {
+                sum += bodies.screws[dof] * accelerations[dof];
+            }
+            sums[node.body] = sum;
+            beyond[node.body] += masses.inertia[node.body].times(sum);
+        }
+        let mut wrenches = vec![Wrench::zero(); topology.joint_types.len()];
+        let in_cuts = |joint: usize| matches!(topology.role[joint], Role::Cut { .. });
+        for (row, multiplier) in self.rows.rows.iter().zip(multipliers) {
+            if in_cuts(row.joint) {
+                wrenches[row.joint] += row.covector * *multiplier;
+            }
+        }
+        for &(joint, wrench) in efforts {
+            if in_cuts(joint) {
+                wrenches[joint] += wrench;
+            }
+        }
+        for cut in &topology.cuts {
+            let (predecessor, successor) = topology.ends[cut.joint];
+            beyond[successor] -= wrenches[cut.joint];
+            beyond[predecessor] += wrenches[cut.joint];
+        }
+        for node in topology.nodes.iter().rev() {
+            let Link::Joint { joint, reversed } = node.link else { continue };
+            let wrench = beyond[node.body];
+            wrenches[joint] = if reversed { -wrench } else { wrench };
+            if let Some(parent) = node.parent {
+                beyond[topology.nodes[parent].body] += wrench;
+            }
+        }
+        wrenches
+    }
+
+    /// The least change of rates or coordinates by which the rows take these values.
+    pub(super) fn shortest(&self, columns: &[f64], values: &[f64]) -> Vec<f64> {
+        let scaled: Vec<f64> =
+            values.iter().zip(&self.rows.rows).map(|(v, row)| v * row.scale).collect();
+        let mut step = self.space.shortest(&scaled);
+        step.iter_mut().zip(columns).for_each(|(s, c)| *s *= c);
+        step
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Cholesky's factor of `Z^T M Z`.
+fn factor(matrix: &[f64], basis: &[f64], n: usize) -> Result<Vec<f64>, Massless> {
+    let vectors: Vec<&[f64]> = basis.chunks_exact(n.max(1)).collect();
+    let free = vectors.len();
+    let mut factor = vec![0.0; free * free];
+    let mut largest = 0.0_f64;
+    for (i, z) in vectors.iter().enumerate() {
+        let moved: Vec<f64> = matrix.chunks_exact(n.max(1)).map(|row| dot(row, z)).collect();
+        for (j, other) in vectors.iter().enumerate().skip(i) {
+            factor[j * free + i] = dot(&moved, other);
+        }
+        largest = largest.max(factor[i * free + i]);
+    }
+    for i in 0..free {
+        for j in 0..=i {
+            let sum: f64 = (0..j).map(|k| factor[i * free + k] * factor[j * free + k]).sum();
+            let rest = factor[i * free + j] - sum;
+            if i != j {
+                factor[i * free + j] = rest / factor[j * free + j];
+            } else if rest > NOTHING * largest {
+                factor[i * free + i] = rest.sqrt();
+            } else {
+                return Err(Massless { rates: vectors[i].to_vec() });
+            }
+        }
+    }
+    Ok(factor)
+}
+
+/// Inertia along a freedom below this part of the largest is rounding.
+const NOTHING: f64 = 1e-14;
+
+fn solve_factored(factor: &[f64], right: &mut [f64], free: usize) {
+    for i in 0..free {
+        let sum: f64 = (0..i).map(|k| factor[i * free + k] * right[k]).sum();
+        right[i] = (right[i] - sum) / factor[i * free + i];
+    }
+    for i in (0..free).rev() {
+        let sum: f64 = (i + 1..free).map(|k| factor[k * free + i] * right[k]).sum();
+        right[i] = (right[i] - sum) / factor[i * free + i];
+    }
+}

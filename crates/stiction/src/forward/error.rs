@@ -1,0 +1,99 @@
+//! Why a simulation cannot go on.
+
+use super::rub::Contact;
+use crate::kinematics::AssemblyError;
+use thiserror::Error;
+
+/// One of several motions that satisfy all laws, or what is left when none does.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Competitor {
+    /// The loads of all contacts, N.
+    pub loads: Vec<f64>,
+    /// Accelerations of the tree.
+    pub accelerations: Vec<f64>,
+    /// What each contact does.
+    pub contacts: Vec<Contact>,
+}
+
+/// Why a simulation cannot go on.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ForwardError {
+    /// The mechanism cannot be assembled as it should start.
+    #[error("{0}")]
+    Assembly(#[from] AssemblyError),
+    /// Rigid bodies with Coulomb friction have no acceleration here (Painleve's paradox).
+    #[error(
+        "at t = {time:.6} s the rigid model with this friction has no acceleration: at {percent:.1} % of \
+         the given coefficients the loads grow without bound, first in joint `{joint}` (jamming, \
+         Painleve's paradox); give its guide a longer span, less friction, or some compliance"
+    )]
+    NoAcceleration {
+        /// s.
+        time: f64,
+        /// The joint whose load grows most.
+        joint: String,
+        /// The part of the coefficients at which the solution is lost, percent.
+        percent: f64,
+    },
+    /// No choice of which contacts stick and which slide satisfies all laws.
+    #[error(
+        "at t = {time:.6} s no choice of sticking and sliding joints satisfies all friction laws; joint \
+         `{joint}` is the one that neither holds nor slides (Painleve's paradox at rest); less friction \
+         or a regularised law there lets it go on"
+    )]
+    NoChoice {
+        /// s.
+        time: f64,
+        /// The joint.
+        joint: String,
+    },
+    /// Something can move that weighs nothing.
+    #[error(
+        "at t = {time:.6} s body `{body}` can move without any inertia, so its acceleration is not defined; \
+         give it mass and moments of inertia, or hold that motion"
+    )]
+    Massless {
+        /// s.
+        time: f64,
+        /// The body.
+        body: String,
+    },
+    /// The loops cannot be closed again.
+    #[error(
+        "at t = {time:.6} s the loops cannot be closed: joint `{joint}` stays open by {gap:.2e} (m or rad); \
+         the position is singular, or what is prescribed is out of reach"
+    )]
+    Open {
+        /// s.
+        time: f64,
+        /// The joint.
+        joint: String,
+        /// By how much, m or rad.
+        gap: f64,
+    },
+    /// The steps have become too small.
+    #[error(
+        "at t = {time:.6} s steps of {step:.1e} s are still too long for the tolerance {tolerance:.0e}: \
+         something changes infinitely fast there{around}; allow a larger tolerance, or look at the forces \
+         at that time"
+    )]
+    Stiff {
+        /// s.
+        time: f64,
+        /// s.
+        step: f64,
+        /// The relative tolerance.
+        tolerance: f64,
+        /// Where, in words.
+        around: String,
+    },
+    /// Numbers have become infinite.
+    #[error("at t = {time:.6} s {what} is not a finite number; check the inputs at that time")]
+    NotFinite {
+        /// s.
+        time: f64,
+        /// Of what.
+        what: &'static str,
+    },
+}

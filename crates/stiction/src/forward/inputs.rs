@@ -1,0 +1,90 @@
+//! What acts on a mechanism from outside, as functions of time and state.
+
+use crate::dynamics::AppliedLoad;
+use crate::kinematics::{Bodies, State, Target};
+use crate::topology::{Link, Role, Topology};
+
+/// What inputs may look at.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    /// s.
+    pub time: f64,
+    /// Coordinates and rates of the tree.
+    pub state: &'a State<f64>,
+    /// Poses and twists of the bodies, about the kernel origin.
+    pub bodies: &'a Bodies<f64>,
+    pub(super) topology: &'a Topology,
+}
+
+impl View<'_> {
+    /// The rate of an actuator, rad/s or m/s.
+    pub fn actuator_rate(&self, actuator: usize) -> f64 {
+        let actuator = self.topology.actuators[actuator];
+        self.bodies.joint_rates(self.topology, actuator.joint)[actuator.freedom]
+    }
+
+    /// The coordinate of an actuator, rad or m; angles of joints that close a loop lie within half a
+    /// turn.
+    pub fn actuator_coordinate(&self, actuator: usize) -> f64 {
+        let actuator = self.topology.actuators[actuator];
+        joint_coordinate(self.topology, self.state, self.bodies, actuator.joint, actuator.freedom)
+    }
+}
+
+/// A scalar coordinate of a joint.
+pub(super) fn joint_coordinate(
+    topology: &Topology,
+    state: &State<f64>,
+    bodies: &Bodies<f64>,
+    joint: usize,
+    freedom: usize,
+) -> f64 {
+    if let Role::Tree { node } = topology.role[joint] {
+        let node = &topology.nodes[node];
+        if matches!(node.link, Link::Joint { .. }) && topology.joint_types[joint].has_scalar_coordinates()
+        {
+            return state.coordinates[node.coordinates.start + freedom];
+        }
+    }
+    let relative = bodies.frame_j[joint].inverse() * bodies.frame_k[joint];
+    topology.joint_types[joint].nearest(relative, 0.0).1.get(freedom).copied().unwrap_or(0.0)
+}
+
+/// What acts from outside. All methods must answer from their arguments alone: a step is tried, and
+/// tried again. What changes suddenly does so at [`Self::next_change`].
+pub trait Inputs {
+    /// Efforts of all actuators, N or N m, in their order; those of prescribed ones are not read.
+    /// `efforts` are zeros.
+    fn efforts(&mut self, view: &View<'_>, efforts: &mut [f64]);
+
+    /// Where prescribed actuators are, in the order in which they were named. `targets` are zeros.
+    fn targets(&mut self, time: f64, targets: &mut [Target<f64>]) {
+        let _ = (time, targets);
+    }
+
+    /// Loads on bodies; the list is empty.
+    fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
+        let _ = (view, loads);
+    }
+
+    /// The next time after `time` at which an input jumps or a controller samples; steps end there.
+    fn next_change(&self, time: f64) -> Option<f64> {
+        let _ = time;
+        None
+    }
+
+    /// Called once at each such time, and at the start, with the state that it may sample.
+    fn change(&mut self, view: &View<'_>) {
+        let _ = view;
+    }
+}
+
+/// Constant efforts and nothing else.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConstantEfforts(pub Vec<f64>);
+
+impl Inputs for ConstantEfforts {
+    fn efforts(&mut self, _view: &View<'_>, efforts: &mut [f64]) {
+        efforts.iter_mut().zip(&self.0).for_each(|(effort, constant)| *effort = *constant);
+    }
+}

@@ -1,0 +1,123 @@
+//! Steps of the method of Dormand and Prince of order 8, with error control and interpolation.
+
+use super::dop853::{ALL_STAGES, ERROR_5, INTERPOLATION, LOWER_3, NODES, STAGES, WEIGHTS};
+
+/// The stages of the last step that was tried.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Steps {
+    stages: Vec<Vec<f64>>,
+    start: Vec<f64>,
+    pub(super) end: Vec<f64>,
+    step: f64,
+    /// Coefficients of the interpolation, where they were asked for.
+    curve: Vec<Vec<f64>>,
+}
+
+/// Tolerances: an error counts in units of `absolute * scale + relative * |y|`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tolerance<'a> {
+    pub(super) relative: f64,
+    pub(super) absolute: f64,
+    pub(super) scales: &'a [f64],
+}
+
+impl Steps {
+    /// The derivative at the start of the last step.
+    pub(super) fn first(&self) -> &[f64] {
+        &self.stages[0]
+    }
+
+    /// Tries a step from `start`, where the derivative is `first`; returns the error in units of the
+    /// tolerance.
+    pub(super) fn attempt<E>(
+        &mut self,
+        start: &[f64],
+        first: &[f64],
+        (time, step): (f64, f64),
+        tolerance: &Tolerance<'_>,
+        mut derivative: impl FnMut(f64, &[f64]) -> Result<Vec<f64>, E>,
+    ) -> Result<f64, E> {
+        self.start = start.to_vec();
+        self.step = step;
+        self.curve.clear();
+        self.stages.clear();
+        self.stages.push(first.to_vec());
+        for stage in 1..STAGES {
+            let y = self.point(WEIGHTS[stage]);
+            self.stages.push(derivative(time + NODES[stage] * step, &y)?);
+        }
+        self.end = self.point(WEIGHTS[STAGES]);
+        let (mut fifth, mut third, mut count) = (0.0, 0.0, 0);
+        for i in 0..start.len() {
+            if tolerance.scales[i].is_infinite() {
+                continue;
+            }
+            let size = start[i].abs().max(self.end[i].abs());
+            let unit = tolerance.absolute * tolerance.scales[i] + tolerance.relative * size;
+            let sum = |weights: &[(usize, f64)]| -> f64 {
+                weights.iter().map(|&(k, w)| w * self.stages[k][i]).sum()
+            };
+            let five = sum(ERROR_5) / unit;
+            let three = (sum(WEIGHTS[STAGES]) - sum(LOWER_3)) / unit;
+            fifth += five * five;
+            third += three * three;
+            count += 1;
+        }
+        let below = fifth + 0.01 * third;
+        if below == 0.0 {
+            return Ok(0.0);
+        }
+        Ok(step.abs() * fifth / (below * f64::from(count.max(1))).sqrt())
+    }
+
+    fn point(&self, weights: &[(usize, f64)]) -> Vec<f64> {
+        let mut y = self.start.clone();
+        for &(k, weight) in weights {
+            let amount = weight * self.step;
+            y.iter_mut().zip(&self.stages[k]).for_each(|(y, k)| *y += amount * k);
+        }
+        y
+    }
+
+    /// Prepares [`Self::at`]; `last` is the derivative at the end.
+    pub(super) fn interpolate<E>(
+        &mut self,
+        time: f64,
+        last: &[f64],
+        mut derivative: impl FnMut(f64, &[f64]) -> Result<Vec<f64>, E>,
+    ) -> Result<(), E> {
+        self.stages.truncate(STAGES);
+        self.stages.push(last.to_vec());
+        for stage in STAGES + 1..ALL_STAGES {
+            let y = self.point(WEIGHTS[stage]);
+            self.stages.push(derivative(time + NODES[stage] * self.step, &y)?);
+        }
+        let (h, first) = (self.step, &self.stages[0]);
+        let size = self.start.len();
+        let each = |f: &dyn Fn(usize) -> f64| (0..size).map(f).collect::<Vec<f64>>();
+        let change = each(&|i| self.end[i] - self.start[i]);
+        let mut curve = vec![
+            change.clone(),
+            each(&|i| h * first[i] - change[i]),
+            each(&|i| 2.0 * change[i] - h * (first[i] + last[i])),
+        ];
+        for weights in INTERPOLATION {
+            curve.push(each(&|i| {
+                h * weights.iter().map(|&(k, w)| w * self.stages[k][i]).sum::<f64>()
+            }));
+        }
+        self.curve = curve;
+        Ok(())
+    }
+
+    /// The state at a part of the step, by interpolation.
+    pub(super) fn at(&self, part: f64) -> Vec<f64> {
+        let mut y = vec![0.0; self.start.len()];
+        for (k, coefficients) in self.curve.iter().rev().enumerate() {
+            let factor = if k % 2 == 0 { part } else { 1.0 - part };
+            y.iter_mut().zip(coefficients).for_each(|(y, c)| *y = (*y + c) * factor);
+        }
+        y.iter_mut().zip(&self.start).for_each(|(y, s)| *y += s);
+        y
+    }
+}

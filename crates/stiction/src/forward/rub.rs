@@ -1,0 +1,196 @@
+//! Friction of a contact, affine in its own load.
+
+use crate::dynamics::ContactState;
+use crate::friction::{ContactShape, Law, OwnFriction};
+use crate::kinematics::Bodies;
+use crate::parameters::{ContactParameters, Parameters};
+use crate::spatial::Wrench;
+use crate::topology::Topology;
+
+/// What a contact does at the moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Contact {
+    /// Friction is a smooth function of velocity and inner state: regularised, viscous alone, or with
+    /// bristles.
+    Smooth,
+    /// It slides. Of a contact with one freedom the first number is 1 or -1, and holds for a whole
+    /// step; of others it is the direction at the surface where the velocity is too small to have one.
+    Slides([f64; 3]),
+    /// Friction holds it: it does not move.
+    Sticks,
+    /// Friction is at its limit, against the beginning of sliding in this direction, yet others hold it.
+    AtLimit([f64; 3]),
+}
+
+/// The efforts of a contact's friction on its freedoms are `-(known + per_load * load)`, arms included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Rub {
+    pub(super) known: [f64; 3],
+    pub(super) per_load: [f64; 3],
+    /// The friction as the load of a thread contains it.
+    pub(super) own: OwnFriction<f64>,
+}
+
+impl Rub {
+    pub(super) fn none() -> Self {
+        Self { known: [0.0; 3], per_load: [0.0; 3], own: OwnFriction::none() }
+    }
+}
+
+/// The sliding velocity at the surface, m/s.
+pub(super) fn surface_velocity(
+    topology: &Topology,
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+    contact: &ContactParameters<f64>,
+) -> [f64; 3] {
+    let rates = bodies.joint_rates(topology, contact.joint);
+    let arms = contact.arms(parameters.pitch[contact.joint]);
+    let mut velocity = [0.0; 3];
+    for ((v, arm), rate) in velocity.iter_mut().zip(arms).zip(&rates[contact.shape.freedoms()]) {
+        *v = rate * arm;
+    }
+    velocity
+}
+
+pub(super) fn norm(v: [f64; 3]) -> f64 {
+    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// Whether friction is a smooth function of velocity and inner state, so that nothing ever sticks.
+pub(super) fn is_smooth(contact: &ContactParameters<f64>) -> bool {
+    let smooth = |law: &Law<f64>| {
+        law.bristles.is_some()
+            || law.regularisation.is_some()
+            || (law.at_rest() == 0.0 && law.coefficient(0.0) == 0.0 && law.is_constant())
+    };
+    smooth(&contact.law) && contact.backward.as_ref().is_none_or(smooth)
+}
+
+/// The law for this sense of sliding.
+pub(super) fn law_of(contact: &ContactParameters<f64>, sense: f64) -> &Law<f64> {
+    match &contact.backward {
+        Some(backward) if sense < 0.0 => backward,
+        _ => &contact.law,
+    }
+}
+
+/// Friction at a surface velocity; `bristles` are deflections, if the law has any.
+pub(super) fn rub(
+    contact: &ContactParameters<f64>,
+    pitch: f64,
+    mode: Contact,
+    velocity: [f64; 3],
+    bristles: [f64; 3],
+) -> Rub {
+    let single = contact.shape.has_one_freedom();
+    let speed = norm(velocity);
+    let direction = match mode {
+        Contact::Sticks => return Rub::none(),
+        Contact::Slides(direction) if single || speed == 0.0 => direction,
+        Contact::AtLimit(direction) => direction,
+        _ if single => [if velocity[0] < 0.0 { -1.0 } else { 1.0 }, 0.0, 0.0],
+        // Beyond a reversal it keeps its sense for the rest of a step, as contacts with one freedom do.
+        Contact::Slides(before) if dot(velocity, before) < 0.0 => velocity.map(|v| -v / speed),
+        _ if speed > 0.0 => velocity.map(|v| v / speed),
+        _ => [0.0; 3],
+    };
+    // Along the direction: a little negative where a step looks beyond a reversal.
+    let along = dot(velocity, direction);
+    let law = law_of(contact, direction[0]);
+    let resistance = match mode {
+        Contact::AtLimit(_) => {
+            crate::friction::Resistance { coefficient: law.at_rest(), viscous: 0.0 }
+        }
+        _ => law.sliding(along),
+    };
+    let mut per_load = direction.map(|d| d * resistance.coefficient);
+    if let (Some(own), Contact::Smooth) = (&law.bristles, mode) {
+        let rate = bristle_rate(contact, velocity, bristles);
+        for i in 0..3 {
+            per_load[i] = own.coefficient(bristles[i], rate[i]);
+        }
+    }
+    let arms = contact.arms(pitch);
+    let own = OwnFriction {
+        coefficient: if single { per_load[0] * direction[0] } else { resistance.coefficient },
+        viscous: resistance.viscous,
+        direction: direction[0],
+    };
+    let mut known = direction.map(|d| d * resistance.viscous);
+    for i in 0..3 {
+        known[i] *= arms[i];
+        per_load[i] *= arms[i];
+    }
+    Rub { known, per_load, own }
+}
+
+/// The rate of the deflections of bristles.
+pub(super) fn bristle_rate(
+    contact: &ContactParameters<f64>,
+    velocity: [f64; 3],
+    bristles: [f64; 3],
+) -> [f64; 3] {
+    let law = law_of(contact, velocity[0]);
+    let Some(own) = &law.bristles else { return [0.0; 3] };
+    let speed = norm(velocity);
+    let mu = law.coefficient(speed);
+    let mut rate = [0.0; 3];
+    for i in 0..3 {
+        // `Bristles::rate` with the speed of the whole contact.
+        rate[i] = velocity[i] - own.stiffness * speed * bristles[i] / mu;
+    }
+    rate
+}
+
+/// The wrench on the joint of efforts on the contact's freedoms.
+pub(super) fn wrench_of(
+    topology: &Topology,
+    bodies: &Bodies<f64>,
+    contact: &ContactParameters<f64>,
+    efforts: [f64; 3],
+) -> Wrench<f64> {
+    let freedoms = topology.joint_types[contact.joint].freedoms();
+    let mut sum = Wrench::zero();
+    for (effort, freedom) in efforts.iter().zip(&freedoms[contact.shape.freedoms()]) {
+        sum += bodies.effort(freedom, contact.joint) * *effort;
+    }
+    sum
+}
+
+/// The load of a contact under its joint's complete wrench.
+pub(super) fn load(
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+    contact: &ContactParameters<f64>,
+    own: OwnFriction<f64>,
+    wrench: Wrench<f64>,
+) -> crate::friction::Load<f64> {
+    let mut state = ContactState::new();
+    state.press_with(contact, parameters.pitch[contact.joint], bodies, wrench, own);
+    state.load
+}
+
+/// By how much the load can change at most with a change of the wrench.
+pub(super) fn most_change(
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+    contact: &ContactParameters<f64>,
+    coefficient: f64,
+    change: Wrench<f64>,
+) -> f64 {
+    let mut bare = contact.clone();
+    bare.load = bare.load.seminorm();
+    let of = |direction: f64| {
+        let own = OwnFriction { coefficient, viscous: 0.0, direction };
+        load(parameters, bodies, &bare, own, change).value
+    };
+    match contact.shape {
+        ContactShape::Thread => of(1.0).max(of(-1.0)),
+        _ => of(0.0),
+    }
+}

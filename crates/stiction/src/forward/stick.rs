@@ -1,0 +1,260 @@
+//! Which contacts at rest stick and which begin to slide: a search among accelerations.
+//!
+//! A contact that sticks bears no more than its limit; one that begins to slide does so against its
+//! friction. All contacts at rest are tried sticking first, so what can stay does. Then, one by one, what
+//! is beyond its limit lets go, and what would slide back is held again. Where that goes in circles, all
+//! choices are looked through, as far as they are not too many.
+
+use super::Forward;
+use super::error::ForwardError;
+use super::evaluate::{Ground, Solved, Unsolved};
+use super::rub::{Contact, norm};
+use std::collections::HashSet;
+
+/// Friction may exceed its limit by this part: rounding of reactions.
+const BEYOND: f64 = 1e-10;
+/// Accelerations below this part of the largest are none.
+const STILL: f64 = 1e-10;
+/// All choices of so many contacts are looked through.
+const MOST: u32 = 7;
+/// Changes of one contact at a time.
+const CHANGES: usize = 60;
+/// Passes for the direction in which a ball begins to slide.
+const TURNS: usize = 40;
+
+/// A choice that satisfies all laws.
+pub(super) struct Choice {
+    pub(super) modes: Vec<Contact>,
+    pub(super) solved: Solved,
+}
+
+impl Forward {
+    /// Chooses for the contacts at rest; all others keep their modes.
+    pub(super) fn choose(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        resting: &[usize],
+    ) -> Result<Choice, ForwardError> {
+        let mut trial = modes.to_vec();
+        for &contact in resting {
+            trial[contact] = Contact::Sticks;
+        }
+        let mut seen = HashSet::new();
+        let mut guilty = resting.first().copied().unwrap_or(0);
+        let mut failure = None;
+        for _ in 0..CHANGES {
+            if !seen.insert(pattern(&trial, resting)) {
+                break;
+            }
+            match self.judge(ground, &mut trial, resting) {
+                Ok(Verdict::Stands(solved)) => {
+                    return Ok(Choice { modes: self.settled(trial), solved: *solved });
+                }
+                Ok(Verdict::Change(contact, mode)) => {
+                    guilty = contact;
+                    trial[contact] = mode;
+                }
+                Err(unsolved) => {
+                    failure = Some(self.unsolved(ground.time, unsolved));
+                    break;
+                }
+            }
+        }
+        if let Some(choice) = self.look_through(ground, modes, resting) {
+            return Ok(choice);
+        }
+        let joint = self.joint_name(self.parameters.contacts.get(guilty).map_or(0, |c| c.joint));
+        Err(failure.unwrap_or(ForwardError::NoChoice { time: ground.time, joint }))
+    }
+
+    fn settled(&self, modes: Vec<Contact>) -> Vec<Contact> {
+        modes
+    }
+
+    /// All choices of sticking, sliding forward or backward, the most sticking first.
+    fn look_through(&self, ground: &Ground, modes: &[Contact], resting: &[usize]) -> Option<Choice> {
+        let count = resting.len() as u32;
+        if count == 0 || count > MOST {
+            return None;
+        }
+        let single = |c: &usize| self.parameters.contacts[*c].shape.has_one_freedom();
+        if !resting.iter().all(single) {
+            return None;
+        }
+        let mut numbers: Vec<u32> = (0..3_u32.pow(count)).collect();
+        let sliding = |mut number: u32| {
+            let mut sum = 0;
+            while number > 0 {
+                sum += u32::from(!number.is_multiple_of(3));
+                number /= 3;
+            }
+            sum
+        };
+        numbers.sort_by_key(|&n| sliding(n));
+        for mut number in numbers {
+            let mut trial = modes.to_vec();
+            for &contact in resting {
+                trial[contact] = match number % 3 {
+                    0 => Contact::Sticks,
+                    1 => Contact::AtLimit([1.0, 0.0, 0.0]),
+                    _ => Contact::AtLimit([-1.0, 0.0, 0.0]),
+                };
+                number /= 3;
+            }
+            if let Ok(Verdict::Stands(solved)) = self.judge(ground, &mut trial, resting) {
+                return Some(Choice { modes: trial, solved: *solved });
+            }
+        }
+        None
+    }
+
+    /// Solves a choice and says what is wrong with it. Contacts at their limit that begin to slide are
+    /// marked so.
+    fn judge(
+        &self,
+        ground: &Ground,
+        trial: &mut [Contact],
+        resting: &[usize],
+    ) -> Result<Verdict, Unsolved> {
+        let (mut solved, turned) = self.turn(ground, trial, resting)?;
+        if let Some(contact) = turned {
+            return Ok(Verdict::Change(contact, Contact::Sticks));
+        }
+        let slides: Vec<usize> = resting
+            .iter()
+            .copied()
+            .filter(|&c| {
+                matches!(trial[c], Contact::AtLimit(_)) && self.begins(ground, &solved, c).is_some()
+            })
+            .collect();
+        if !slides.is_empty() {
+            // Sliding friction from here on; with less friction it slides all the more.
+            let kept = trial.to_vec();
+            for &contact in &slides {
+                if let Contact::AtLimit(direction) = trial[contact] {
+                    trial[contact] = Contact::Slides(direction);
+                }
+            }
+            let (again, turned) = self.turn(ground, trial, resting)?;
+            if let Some(contact) = turned {
+                trial.copy_from_slice(&kept);
+                return Ok(Verdict::Change(contact, Contact::Sticks));
+            }
+            solved = again;
+        }
+        let contacts = self.contacts(ground, trial, &solved);
+        let mut worst: Option<(f64, usize)> = None;
+        for &contact in resting {
+            if trial[contact] != Contact::Sticks {
+                continue;
+            }
+            let moment = &contacts[contact];
+            let (has, most) = (norm(moment.friction), moment.limit);
+            let beyond = has - most * (1.0 + BEYOND);
+            // Forces that are nothing but rounding exceed no limit.
+            let size = solved.coupled.response.wrenches.iter().map(|w| w.force.norm());
+            let rounding = 1e-13 * size.fold(0.0, f64::max);
+            if beyond > rounding {
+                let ratio = if most > 0.0 { has / most } else { f64::INFINITY };
+                if worst.is_none_or(|(w, _)| ratio > w) {
+                    worst = Some((ratio, contact));
+                }
+            }
+        }
+        Ok(match worst {
+            None => Verdict::Stands(Box::new(solved)),
+            Some((_, contact)) => {
+                // Friction has the sense of the sliding that it resists.
+                let friction = contacts[contact].friction;
+                let size = norm(friction);
+                Verdict::Change(contact, Contact::AtLimit(friction.map(|f| f / size)))
+            }
+        })
+    }
+
+    /// Solves with the directions of all that begins to slide; those of balls and plates turn until they
+    /// are those of the acceleration. Also a contact that would slide back.
+    fn turn(
+        &self,
+        ground: &Ground,
+        trial: &mut [Contact],
+        resting: &[usize],
+    ) -> Result<(Solved, Option<usize>), Unsolved> {
+        for pass in 0..TURNS {
+            let solved = self.solve(ground, trial, None, false)?;
+            let mut turned = 0.0_f64;
+            for &contact in resting {
+                let (Contact::AtLimit(direction) | Contact::Slides(direction)) = trial[contact] else {
+                    continue;
+                };
+                let Some(begins) = self.begins(ground, &solved, contact) else { continue };
+                let along: f64 = begins.iter().zip(direction).map(|(a, d)| a * d).sum();
+                let single = self.parameters.contacts[contact].shape.has_one_freedom();
+                if along < 0.0 && (single || pass > 3) {
+                    return Ok((solved, Some(contact)));
+                }
+                if single {
+                    continue;
+                }
+                let size = norm(begins);
+                let wanted = begins.map(|a| a / size);
+                turned = turned.max(norm([0, 1, 2].map(|i| wanted[i] - direction[i])));
+                // Half the way: it must not swing.
+                let between = [0, 1, 2].map(|i| wanted[i] + 0.5 * direction[i]);
+                let size = norm(between).max(f64::MIN_POSITIVE);
+                let next = between.map(|x| x / size);
+                trial[contact] = match trial[contact] {
+                    Contact::Slides(_) => Contact::Slides(next),
+                    _ => Contact::AtLimit(next),
+                };
+            }
+            if turned < 1e-9 || pass + 1 == TURNS {
+                return Ok((solved, None));
+            }
+        }
+        let solved = self.solve(ground, trial, None, false)?;
+        Ok((solved, None))
+    }
+
+    /// The acceleration of a contact's surface, m/s^2, where it is more than rounding.
+    pub(super) fn begins(&self, ground: &Ground, solved: &Solved, contact: usize) -> Option<[f64; 3]> {
+        let (topology, parameters) = (&self.topology, &self.parameters);
+        let content = &parameters.contacts[contact];
+        let mut bodies = ground.bodies.clone();
+        bodies.accelerate(topology, &solved.coupled.response.accelerations);
+        let (predecessor, successor) = topology.ends[content.joint];
+        let own = bodies.joint_bias(topology, parameters, content.joint);
+        let relative = bodies.acceleration[successor] - bodies.acceleration[predecessor] - own;
+        let arms = content.arms(parameters.pitch[content.joint]);
+        let freedoms = topology.joint_types[content.joint].freedoms();
+        let mut begins = [0.0; 3];
+        for ((value, arm), freedom) in
+            begins.iter_mut().zip(arms).zip(&freedoms[content.shape.freedoms()])
+        {
+            *value = arm * relative.power(bodies.effort(freedom, content.joint));
+        }
+        let accelerations = &solved.coupled.response.accelerations;
+        let largest = accelerations
+            .iter()
+            .zip(&self.columns)
+            .fold(parameters.gravity.norm() / parameters.length, |m, (a, c)| m.max((a / c).abs()));
+        let arm = arms[0].min(parameters.length);
+        (norm(begins) > STILL * largest * arm).then_some(begins)
+    }
+}
+
+enum Verdict {
+    Stands(Box<Solved>),
+    Change(usize, Contact),
+}
+
+fn pattern(modes: &[Contact], resting: &[usize]) -> Vec<i64> {
+    let of = |contact: &usize| match modes[*contact] {
+        Contact::Smooth | Contact::Sticks => 0,
+        Contact::Slides(d) | Contact::AtLimit(d) => {
+            1 + d.iter().fold(0, |sum, x| 1000 * sum + (x * 400.0).round() as i64 + 400)
+        }
+    };
+    resting.iter().map(of).collect()
+}

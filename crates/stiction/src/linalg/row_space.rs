@@ -1,0 +1,241 @@
+//! What the rows of a small dense matrix span: shortest solutions, null space, dependent rows.
+
+/// A QR decomposition of the transpose with column pivoting: `J^T P = Q R` for the rows of `J`.
+///
+/// Rows are taken in the order of what they add to those before them; those that add nothing are
+/// dependent. Householder's reflections, Businger and Golub 1965.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RowSpace {
+    rows: usize,
+    columns: usize,
+    rank: usize,
+    /// Row by row, in the order taken: below the diagonal reflectors, from it on `R`.
+    work: Vec<f64>,
+    /// The first entry of each reflector, and what its square is divided by.
+    heads: Vec<(f64, f64)>,
+    /// The rows in the order taken.
+    order: Vec<usize>,
+}
+
+impl RowSpace {
+    /// Decomposes `matrix`, row by row, of `rows` and `columns`. A row that adds less than `negligible`
+    /// of the largest row's length (or, where all are shorter, of one) depends on the others.
+    pub(crate) fn decompose(
+        &mut self,
+        matrix: &[f64],
+        rows: usize,
+        columns: usize,
+        negligible: f64,
+    ) {
+        (self.rows, self.columns) = (rows, columns);
+        self.work.clear();
+        self.work.extend_from_slice(matrix);
+        self.heads.clear();
+        self.order.clear();
+        self.order.extend(0..rows);
+        self.rank = 0;
+        let n = columns;
+        let mut first = 1.0_f64;
+        for k in 0..rows.min(columns) {
+            // What is left of each row: small numbers, so it is measured afresh and not updated.
+            let left = |row: usize, work: &[f64]| {
+                work[row * n + k..(row + 1) * n].iter().map(|x| x * x).sum::<f64>()
+            };
+            let mut best = (k, 0.0);
+            for row in k..rows {
+                let size = left(row, &self.work);
+                if size > best.1 {
+                    best = (row, size);
+                }
+            }
+            let length = best.1.sqrt();
+            if k == 0 {
+                first = first.max(length);
+            }
+            // NaN is negligible, too: it ends here and shows in what is solved for.
+            if !(length > negligible * first) {
+                break;
+            }
+            if best.0 != k {
+                self.order.swap(k, best.0);
+                for column in 0..n {
+                    self.work.swap(k * n + column, best.0 * n + column);
+                }
+            }
+            let diagonal = self.work[k * n + k];
+            let new = if diagonal > 0.0 { -length } else { length };
+            let head = diagonal - new;
+            // |reflector|^2 / 2.
+            let half = -new * head;
+            self.heads.push((head, half));
+            let (done, rest) = self.work.split_at_mut((k + 1) * n);
+            let reflector = &mut done[k * n + k..];
+            reflector[0] = head;
+            for row in rest.chunks_exact_mut(n) {
+                reflect(reflector, half, &mut row[k..]);
+            }
+            reflector[0] = new;
+            self.rank += 1;
+        }
+    }
+
+    /// How many rows are independent.
+    pub(crate) fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// The rows that depend on others.
+    pub(crate) fn dependent(&self) -> &[usize] {
+        &self.order[self.rank..]
+    }
+
+    fn apply(&self, step: usize, vector: &mut [f64]) {
+        let n = self.columns;
+        let (head, half) = self.heads[step];
+        let tail = &self.work[step * n + step + 1..(step + 1) * n];
+        let (first, rest) = vector[step..].split_first_mut().expect("a step is below the columns");
+        let sum = head * *first + tail.iter().zip(rest.iter()).map(|(a, b)| a * b).sum::<f64>();
+        let amount = sum / half;
+        *first -= amount * head;
+        rest.iter_mut().zip(tail).for_each(|(x, t)| *x -= amount * t);
+    }
+
+    /// The shortest vector on which the independent rows take the values `right`.
+    pub(crate) fn shortest(&self, right: &[f64]) -> Vec<f64> {
+        let n = self.columns;
+        let mut vector = vec![0.0; n];
+        // R^T y = right: forward.
+        for k in 0..self.rank {
+            let mut sum = right[self.order[k]];
+            for (i, y) in vector.iter().enumerate().take(k) {
+                sum -= self.work[k * n + i] * y;
+            }
+            vector[k] = sum / self.work[k * n + k];
+        }
+        for step in (0..self.rank).rev() {
+            self.apply(step, &mut vector);
+        }
+        vector
+    }
+
+    /// An orthonormal basis of the vectors on which all rows vanish, vector by vector.
+    pub(crate) fn null_space(&self) -> Vec<f64> {
+        let n = self.columns;
+        let mut basis = vec![0.0; n * (n - self.rank)];
+        for (k, vector) in basis.chunks_exact_mut(n.max(1)).enumerate() {
+            vector[self.rank + k] = 1.0;
+            for step in (0..self.rank).rev() {
+                self.apply(step, vector);
+            }
+        }
+        basis
+    }
+
+    /// The amounts of the rows whose sum is `vector`, as far as it lies in what they span; those of
+    /// dependent rows are zero.
+    pub(crate) fn amounts(&self, vector: &[f64]) -> Vec<f64> {
+        let n = self.columns;
+        let mut turned = vector.to_vec();
+        for step in 0..self.rank {
+            self.apply(step, &mut turned);
+        }
+        let mut amounts = vec![0.0; self.rows];
+        self.back(&mut turned);
+        for k in 0..self.rank {
+            amounts[self.order[k]] = turned[k];
+        }
+        debug_assert!(turned.len() == n);
+        amounts
+    }
+
+    /// `R x = right`, in place in the first entries.
+    fn back(&self, right: &mut [f64]) {
+        let n = self.columns;
+        for k in (0..self.rank).rev() {
+            let mut sum = right[k];
+            for later in k + 1..self.rank {
+                sum -= self.work[later * n + k] * right[later];
+            }
+            right[k] = sum / self.work[k * n + k];
+        }
+    }
+
+    /// For each dependent row the amounts of all rows whose sum is nothing.
+    pub(crate) fn dependencies(&self) -> Vec<Vec<f64>> {
+        let n = self.columns;
+        let each = (self.rank..self.rows).map(|dependent| {
+            let mut parts: Vec<f64> = self.work[dependent * n..dependent * n + self.rank].to_vec();
+            self.back(&mut parts);
+            let mut amounts = vec![0.0; self.rows];
+            for (k, part) in parts.iter().enumerate() {
+                amounts[self.order[k]] = -part;
+            }
+            amounts[self.order[dependent]] = 1.0;
+            amounts
+        });
+        each.collect()
+    }
+}
+
+fn reflect(reflector: &[f64], half: f64, vector: &mut [f64]) {
+    let sum: f64 = reflector.iter().zip(vector.iter()).map(|(a, b)| a * b).sum();
+    let amount = sum / half;
+    vector.iter_mut().zip(reflector).for_each(|(x, r)| *x -= amount * r);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn times(matrix: &[f64], columns: usize, x: &[f64]) -> Vec<f64> {
+        matrix.chunks_exact(columns).map(|r| r.iter().zip(x).map(|(a, b)| a * b).sum()).collect()
+    }
+
+    proptest! {
+        /// Five rows in seven dimensions, the last two made of the first three.
+        #[test]
+        fn dependent_rows_are_told(
+            numbers in prop::collection::vec(-1.0..1.0_f64, 21),
+            mix in prop::collection::vec(-1.0..1.0_f64, 6),
+        ) {
+            let (m, n) = (5, 7);
+            let mut matrix = numbers;
+            for part in mix.chunks_exact(3) {
+                for column in 0..n {
+                    let sum = (0..3).map(|k| part[k] * matrix[k * n + column]).sum();
+                    matrix.push(sum);
+                }
+            }
+            let mut space = RowSpace::default();
+            space.decompose(&matrix, m, n, 1e-10);
+            prop_assume!(space.rank() == 3);
+            prop_assert_eq!(space.dependent().len(), 2);
+            for vector in space.null_space().chunks_exact(n) {
+                prop_assert!(times(&matrix, n, vector).iter().all(|x| x.abs() < 1e-13));
+                prop_assert!((vector.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-13);
+            }
+            // A consistent right-hand side, met by the shortest vector: one of the rows' own space.
+            let wanted = times(&matrix, n, &[0.3, -0.2, 0.9, 0.1, -0.7, 0.4, 0.5]);
+            let short = space.shortest(&wanted);
+            let found = times(&matrix, n, &short);
+            // Rows that are nearly dependent magnify rounding.
+            prop_assert!(found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-8));
+            for vector in space.null_space().chunks_exact(n) {
+                let along: f64 = vector.iter().zip(&short).map(|(a, b)| a * b).sum();
+                prop_assert!(along.abs() < 1e-8);
+            }
+            let amounts = space.amounts(&short);
+            for column in 0..n {
+                let sum: f64 = (0..m).map(|row| amounts[row] * matrix[row * n + column]).sum();
+                prop_assert!((sum - short[column]).abs() < 1e-6 * (1.0 + short[column].abs()));
+            }
+            for dependency in space.dependencies() {
+                for column in 0..n {
+                    let sum: f64 = (0..m).map(|row| dependency[row] * matrix[row * n + column]).sum();
+                    prop_assert!(sum.abs() < 1e-9);
+                }
+            }
+        }
+    }
+}
