@@ -154,7 +154,10 @@ impl<'a> Coupling<'a> {
 
     /// The solution near `known` loads (one for each contact) if there is one there, else the one that is
     /// connected with no friction.
-    pub(super) fn solve(self, known: Option<&[f64]>) -> Result<Coupled, Lost> {
+    pub(super) fn solve(&self, known: Option<&[f64]>) -> Result<Coupled, Lost> {
+        if self.active.is_empty() {
+            return Ok(self.complete(&DVector::zeros(0)));
+        }
         let start = self.frictionless_loads();
         let limit = UNBOUNDED * start.amax().max(f64::MIN_POSITIVE);
         let near = known.and_then(|known| {
