@@ -118,6 +118,11 @@ impl Balance {
         n - self.space.rank()
     }
 
+    /// How far the conditions are from being dependent, between zero and one.
+    pub(super) fn distance(&self) -> f64 {
+        self.space.least_part()
+    }
+
     /// Whether a freedom of the tree cannot move at all.
     pub(super) fn is_immobile(&self, n: usize, dof: usize, column: f64) -> bool {
         // Vectors are of length one; rounding is some 1e-15.
@@ -233,15 +238,6 @@ impl Balance {
             }
         }
         wrenches
-    }
-
-    /// The least change of rates or coordinates by which the rows take these values.
-    pub(super) fn shortest(&self, columns: &[f64], values: &[f64]) -> Vec<f64> {
-        let scaled: Vec<f64> =
-            values.iter().zip(&self.rows.rows).map(|(v, row)| v * row.scale).collect();
-        let mut step = self.space.shortest(&scaled);
-        step.iter_mut().zip(columns).for_each(|(s, c)| *s *= c);
-        step
     }
 }
 

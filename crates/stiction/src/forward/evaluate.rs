@@ -80,6 +80,8 @@ pub struct Instant {
     pub redundant: usize,
     /// Degrees of freedom left.
     pub mobility: usize,
+    /// How far the conditions are from being dependent: loops at a singular position.
+    pub(super) distance: f64,
 }
 
 impl Instant {
@@ -335,6 +337,7 @@ impl Forward {
             coupling: solved.strength,
             redundant: solved.balance.spread.stresses.len(),
             mobility: solved.balance.mobility(topology.freedoms()),
+            distance: solved.balance.distance(),
         }
     }
 

@@ -104,6 +104,8 @@ pub struct Energies {
 const REST: f64 = 1e-10;
 /// How far beyond its limit friction is where a contact lets go: more than the search forgives.
 const LET_GO: f64 = 1e-9;
+/// Conditions that are as close to dependent as this: stages of steps are moved onto the loops, too.
+const NEAR_SINGULAR: f64 = 0.2;
 /// Events at one time, at most.
 const EVENTS_AT_ONCE: usize = 200;
 
@@ -808,6 +810,16 @@ impl<'a> Simulation<'a> {
         y: &[f64],
         inputs: &mut dyn Inputs,
     ) -> Result<Instant, ForwardError> {
+        self.arrive_with(time, y, inputs, self.settings.look_for_others)
+    }
+
+    fn arrive_with(
+        &mut self,
+        time: f64,
+        y: &[f64],
+        inputs: &mut dyn Inputs,
+        measure: bool,
+    ) -> Result<Instant, ForwardError> {
         let mut y = y.to_vec();
         let (mut state, _) = self.unpack(&y);
         let targets = self.model.targets(time, inputs);
@@ -815,7 +827,7 @@ impl<'a> Simulation<'a> {
         let coordinates = state.coordinates.len();
         y[..coordinates].copy_from_slice(&state.coordinates);
         y[coordinates..coordinates + state.rates.len()].copy_from_slice(&state.rates);
-        self.evaluate(time, &y, inputs, self.settings.look_for_others)
+        self.evaluate(time, &y, inputs, measure)
     }
 
     fn evaluate(
@@ -857,7 +869,12 @@ impl<'a> Simulation<'a> {
         y: &[f64],
         inputs: &mut dyn Inputs,
     ) -> Result<Vec<f64>, ForwardError> {
-        let instant = self.evaluate(time, y, inputs, false)?;
+        // Off the loops' manifold accelerations have poles near singular positions, on it they have none.
+        let instant = if self.now.distance < NEAR_SINGULAR {
+            self.arrive_with(time, y, inputs, false)?
+        } else {
+            self.evaluate(time, y, inputs, false)?
+        };
         Ok(self.derivative_of(&instant))
     }
 

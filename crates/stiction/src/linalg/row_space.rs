@@ -84,9 +84,10 @@ impl RowSpace {
         self.rank
     }
 
-    /// The rows that depend on others.
-    pub(crate) fn dependent(&self) -> &[usize] {
-        &self.order[self.rank..]
+    /// What the last of the independent rows adds, relative to the first; one where there is none.
+    pub(crate) fn least_part(&self) -> f64 {
+        let diagonal = |k: usize| self.work[k * self.columns + k].abs();
+        self.rank.checked_sub(1).map_or(1.0, |last| diagonal(last) / diagonal(0))
     }
 
     fn apply(&self, step: usize, vector: &mut [f64]) {
@@ -210,7 +211,7 @@ mod tests {
             let mut space = RowSpace::default();
             space.decompose(&matrix, m, n, 1e-10);
             prop_assume!(space.rank() == 3);
-            prop_assert_eq!(space.dependent().len(), 2);
+            prop_assert_eq!(space.dependencies().len(), 2);
             for vector in space.null_space().chunks_exact(n) {
                 prop_assert!(times(&matrix, n, vector).iter().all(|x| x.abs() < 1e-13));
                 prop_assert!((vector.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-13);
