@@ -8,7 +8,8 @@
 use super::Forward;
 use super::error::ForwardError;
 use super::evaluate::{Ground, Solved, Unsolved};
-use super::rub::{Contact, norm};
+use super::rows::each_freedom;
+use super::rub::{Contact, norm, wrench_of};
 use std::collections::HashSet;
 
 /// Friction may exceed its limit by this part: rounding of reactions.
@@ -19,7 +20,8 @@ const STILL: f64 = 1e-10;
 const MOST: u32 = 7;
 /// Changes of one contact at a time.
 const CHANGES: usize = 60;
-/// Passes for the direction in which a ball begins to slide.
+/// Directions are found when they turn by less than this; passes for that.
+const TURNED: f64 = 1e-12;
 const TURNS: usize = 40;
 
 /// A choice that satisfies all laws.
@@ -197,24 +199,78 @@ impl Forward {
                 if single {
                     continue;
                 }
-                let size = norm(begins);
-                let wanted = begins.map(|a| a / size);
-                turned = turned.max(norm([0, 1, 2].map(|i| wanted[i] - direction[i])));
-                // Half the way: it must not swing.
-                let between = [0, 1, 2].map(|i| wanted[i] + 0.5 * direction[i]);
-                let size = norm(between).max(f64::MIN_POSITIVE);
-                let next = between.map(|x| x / size);
+                let next = self.direction(ground, &solved, contact, begins);
+                turned = turned.max(norm([0, 1, 2].map(|i| next[i] - direction[i])));
                 trial[contact] = match trial[contact] {
                     Contact::Slides(_) => Contact::Slides(next),
                     _ => Contact::AtLimit(next),
                 };
             }
-            if turned < 1e-9 || pass + 1 == TURNS {
+            if turned < TURNED || pass + 1 == TURNS {
                 return Ok((solved, None));
             }
         }
         let solved = self.solve(ground, trial, None, false)?;
         Ok((solved, None))
+    }
+
+    /// The direction in which a ball or plate begins to slide, other contacts and its load as they are.
+    /// With `K`, what one newton of friction takes from the surface's acceleration, that without
+    /// friction `a`, and friction of size `c`, it is `d = (x + c K)^-1 a` with the acceleration `x` that
+    /// makes it of length one.
+    fn direction(
+        &self,
+        ground: &Ground,
+        solved: &Solved,
+        contact: usize,
+        begins: [f64; 3],
+    ) -> [f64; 3] {
+        let (topology, parameters) = (&self.topology, &self.parameters);
+        let content = &parameters.contacts[contact];
+        let arms = content.arms(parameters.pitch[content.joint]);
+        let freedoms = &topology.joint_types[content.joint].freedoms()[content.shape.freedoms()];
+        let scene = self.scene(ground);
+        let mut taken = nalgebra::Matrix3::zeros();
+        for column in 0..3 {
+            let mut efforts = [0.0; 3];
+            efforts[column] = -arms[column];
+            let wrench = wrench_of(topology, &ground.bodies, content, efforts);
+            let response = solved.balance.respond(&scene, &[(content.joint, wrench)], false);
+            for (row, freedom) in freedoms.iter().enumerate() {
+                let effort = ground.bodies.effort(freedom, content.joint);
+                let mut rate = 0.0;
+                each_freedom(topology, content.joint, |dof, sign| {
+                    let screw = ground.bodies.screws[dof];
+                    rate += sign * screw.power(effort) * response.accelerations[dof];
+                });
+                taken[(row, column)] = -arms[row] * rate;
+            }
+        }
+        let load = solved.coupled.loads[contact];
+        let rub = &solved.rubs[contact];
+        let friction: [f64; 3] =
+            [0, 1, 2].map(|i| (rub.known[i] + rub.per_load[i] * load) / arms[i]);
+        let size = norm(friction);
+        let free = nalgebra::Vector3::from(begins) + taken * nalgebra::Vector3::from(friction);
+        let along = |x: f64| {
+            let matrix = taken * size + nalgebra::Matrix3::identity() * x;
+            matrix.lu().solve(&free).unwrap_or_else(nalgebra::Vector3::zeros)
+        };
+        // Between none and all of the acceleration without friction.
+        let (mut low, mut high) = (0.0, free.norm());
+        for _ in 0..2000 {
+            let middle = if low > 0.0 { (low * high).sqrt() } else { 1e-3 * high };
+            if !(middle > low && middle < high) || high < 1e-300 {
+                break;
+            }
+            if along(middle).norm() > 1.0 { low = middle } else { high = middle }
+            if low > 0.0 && high - low <= 1e-15 * high {
+                break;
+            }
+        }
+        let found = along(high);
+        let length = found.norm();
+        if length > 0.0 { (found / length).into() } else { begins.map(|b| b / norm(begins)) }
     }
 
     /// The acceleration of a contact's surface, m/s^2, where it is more than rounding.
