@@ -3,7 +3,7 @@
 use super::Forward;
 use super::balance::{Balance, Scene};
 use super::coupling::{Coupled, Coupling, Lost};
-use super::error::ForwardError;
+use super::error::{Competitor, ForwardError};
 use super::inputs::{Inputs, View};
 use super::masses::{Masses, potential};
 use super::rows::{Held, Rows};
@@ -203,27 +203,15 @@ impl Forward {
         (held, holding)
     }
 
-    /// Solves one choice; `known` are loads nearby.
-    pub(super) fn solve(
-        &self,
-        ground: &Ground,
-        modes: &[Contact],
-        known: Option<&[f64]>,
-        measure: bool,
-    ) -> Result<Solved, Unsolved> {
+    /// Friction of all contacts, and the efforts of drives.
+    fn acting(&self, ground: &Ground, modes: &[Contact]) -> (Vec<Rub>, Vec<(usize, Wrench<f64>)>) {
         let (topology, parameters) = (&self.topology, &self.parameters);
-        let scene = self.scene(ground);
-        let (held, holding) = self.held(&ground.targets, modes);
-        let rows = Rows::new(topology, parameters, &ground.bodies, &held);
-        let balance = Balance::new(&scene, rows).map_err(|m| Unsolved::Massless(m.rates))?;
-        let rubs: Vec<Rub> = (0..modes.len())
-            .map(|index| {
-                let contact = &parameters.contacts[index];
-                let pitch = parameters.pitch[contact.joint];
-                let (velocity, deflection) = (ground.velocities[index], ground.bristles[index]);
-                rub(contact, pitch, modes[index], velocity, deflection)
-            })
-            .collect();
+        let rubs = (0..modes.len()).map(|index| {
+            let contact = &parameters.contacts[index];
+            let pitch = parameters.pitch[contact.joint];
+            let (velocity, deflection) = (ground.velocities[index], ground.bristles[index]);
+            rub(contact, pitch, modes[index], velocity, deflection)
+        });
         let mut efforts = Vec::new();
         for (actuator, effort) in topology.actuators.iter().zip(&ground.efforts) {
             if *effort != 0.0 {
@@ -232,10 +220,44 @@ impl Forward {
                 efforts.push((actuator.joint, unit * *effort));
             }
         }
+        (rubs.collect(), efforts)
+    }
+
+    /// Solves one choice; `known` are loads nearby. With `measure` also how strongly friction and loads
+    /// are coupled.
+    pub(super) fn solve(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        known: Option<&[f64]>,
+        measure: bool,
+    ) -> Result<Solved, Unsolved> {
+        let scene = self.scene(ground);
+        let (held, holding) = self.held(&ground.targets, modes);
+        let rows = Rows::new(&self.topology, &self.parameters, &ground.bodies, &held);
+        let balance = Balance::new(&scene, rows).map_err(|m| Unsolved::Massless(m.rates))?;
+        let (rubs, efforts) = self.acting(ground, modes);
         let coupling = Coupling::new(scene, &balance, &rubs, &efforts);
         let strength = measure.then(|| coupling.strength());
         let coupled = coupling.solve(known).map_err(Unsolved::Lost)?;
         Ok(Solved { coupled, balance, held, holding, rubs, strength })
+    }
+
+    /// Other solutions of the same choice than the given one, as far as they are found.
+    pub(super) fn others(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        solved: &Solved,
+    ) -> Vec<Competitor> {
+        let (rubs, efforts) = self.acting(ground, modes);
+        let coupling = Coupling::new(self.scene(ground), &solved.balance, &rubs, &efforts);
+        let others = coupling.others(&solved.coupled).into_iter().map(|other| Competitor {
+            loads: other.loads,
+            accelerations: other.response.accelerations,
+            contacts: modes.to_vec(),
+        });
+        others.collect()
     }
 
     /// The friction at the surface and the load of each contact of a solved choice.
@@ -286,8 +308,7 @@ impl Forward {
         let contacts = self.contacts(&ground, modes, solved);
         let Ground { time, mut state, mut bodies, masses, efforts, loads, bristles, .. } = ground;
         state.accelerations.clone_from(&solved.coupled.response.accelerations);
-        for (held, row) in solved.held.iter().zip(topology.constraints..) {
-            let _ = row;
+        for held in &solved.held {
             if let Role::Tree { node } = topology.role[held.joint] {
                 // Not to rounding, but exactly: what is held does not drift.
                 let dof = topology.nodes[node].dofs.start + held.freedom;

@@ -220,6 +220,7 @@ impl<'a> Simulation<'a> {
         };
         simulation.scales = simulation.error_scales();
         simulation.hold(inputs)?;
+        simulation.look_for_others(inputs)?;
         simulation.step = 1e-4 * settings.longest_step.min(1.0);
         Ok(simulation)
     }
@@ -587,7 +588,7 @@ impl<'a> Simulation<'a> {
         match ending {
             Ending::Smooth => {
                 self.stalled = 0;
-                self.look_for_others();
+                self.look_for_others(inputs)?;
                 let slid = self.modes.iter().zip(&self.now.contacts).any(|(mode, moment)| {
                     matches!(mode, Contact::AtLimit(_))
                         && norm(moment.velocity) > REST * self.fastest
@@ -651,6 +652,7 @@ impl<'a> Simulation<'a> {
         self.now = model.instant(ground, &self.modes, &solved);
         self.tell(&before);
         self.hold(inputs)?;
+        self.look_for_others(inputs)?;
         // What begins anew is looked at closely first.
         self.step = (0.1 * self.step).max(1e3 * self.settings.shortest_step);
         Ok(())
@@ -714,7 +716,7 @@ impl<'a> Simulation<'a> {
         let ground = model.ground(self.now.time, state.clone(), &self.bristles, inputs);
         let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
         let solved = model
-            .solve(&ground, &self.modes, Some(&loads), false)
+            .solve(&ground, &self.modes, Some(&loads), true)
             .map_err(|u| model.unsolved(ground.time, u))?;
         if model.prescribed.is_empty() {
             let n = model.topology.freedoms();
@@ -762,11 +764,32 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    fn look_for_others(&mut self) {
-        let strength = self.now.coupling.unwrap_or(0.0);
-        if !(strength >= 1.0) {
+    /// Where the solution is not certain to be the only one, others are looked for and told, once for
+    /// each stretch of time.
+    fn look_for_others(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        let Some(coupling) = self.now.coupling.filter(|c| *c >= 1.0) else {
             self.told_of_others = false;
+            return Ok(());
+        };
+        if self.told_of_others || !self.settings.look_for_others {
+            return Ok(());
         }
+        self.told_of_others = true;
+        let model = self.model;
+        let time = self.now.time;
+        let ground = model.ground(time, self.now.state.clone(), &self.bristles, inputs);
+        let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
+        let solved = model
+            .solve(&ground, &self.modes, Some(&loads), false)
+            .map_err(|u| model.unsolved(time, u))?;
+        let others = model.others(&ground, &self.modes, &solved);
+        let Some(other) = others.first() else { return Ok(()) };
+        let differs = |c: &usize| (other.loads[*c] - loads[*c]).abs();
+        let most = (0..loads.len()).max_by(|a, b| differs(a).total_cmp(&differs(b)));
+        let joint = JointId(most.map_or(0, |c| model.parameters.contacts[c].joint));
+        let kind = EventKind::NotUnique { joint, coupling, others };
+        self.events.push(Event { time, kind });
+        Ok(())
     }
 
     /// Directions of balls and plates are taken afresh at the start of each step.

@@ -51,7 +51,7 @@ impl Forward {
             }
             match self.judge(ground, &mut trial, resting) {
                 Ok(Verdict::Stands(solved)) => {
-                    return Ok(Choice { modes: self.settled(trial), solved: *solved });
+                    return Ok(Choice { modes: trial, solved: *solved });
                 }
                 Ok(Verdict::Change(contact, mode)) => {
                     guilty = contact;
@@ -68,10 +68,6 @@ impl Forward {
         }
         let joint = self.joint_name(self.parameters.contacts.get(guilty).map_or(0, |c| c.joint));
         Err(failure.unwrap_or(ForwardError::NoChoice { time: ground.time, joint }))
-    }
-
-    fn settled(&self, modes: Vec<Contact>) -> Vec<Contact> {
-        modes
     }
 
     /// All choices of sticking, sliding forward or backward, the most sticking first.
@@ -184,7 +180,7 @@ impl Forward {
         resting: &[usize],
     ) -> Result<(Solved, Option<usize>), Unsolved> {
         for pass in 0..TURNS {
-            let solved = self.solve(ground, trial, None, false)?;
+            let solved = self.solve(ground, trial, None, true)?;
             let mut turned = 0.0_f64;
             for &contact in resting {
                 let (Contact::AtLimit(direction) | Contact::Slides(direction)) = trial[contact] else {
@@ -210,7 +206,7 @@ impl Forward {
                 return Ok((solved, None));
             }
         }
-        let solved = self.solve(ground, trial, None, false)?;
+        let solved = self.solve(ground, trial, None, true)?;
         Ok((solved, None))
     }
 
