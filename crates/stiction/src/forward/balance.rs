@@ -123,12 +123,6 @@ impl Balance {
         self.space.least_part()
     }
 
-    /// Whether a freedom of the tree cannot move at all.
-    pub(super) fn is_immobile(&self, n: usize, dof: usize, column: f64) -> bool {
-        // Vectors are of length one; rounding is some 1e-15.
-        self.basis.chunks_exact(n.max(1)).all(|v| v[dof].abs() < 1e-12 * column)
-    }
-
     fn unscale(&self, mut multipliers: Vec<f64>) -> Vec<f64> {
         multipliers.iter_mut().zip(&self.rows.rows).for_each(|(m, row)| *m *= row.scale);
         multipliers

@@ -631,6 +631,9 @@ impl<'a> Simulation<'a> {
             let frozen: Vec<bool> = frozen.iter().zip(&self.frozen).map(|(a, b)| *a || *b).collect();
             let anchors: Vec<Anchor> = self.anchors.iter().copied().chain(anchors).collect();
             model.project(time, &mut state, &targets, &anchors, &frozen)?;
+            if self.moves_on(&state) {
+                return self.reverse(contact, inputs);
+            }
         }
         let ground = model.ground(time, state, &self.bristles, inputs);
         let before = self.modes.clone();
@@ -655,6 +658,32 @@ impl<'a> Simulation<'a> {
         self.look_for_others(inputs)?;
         // What begins anew is looked at closely first.
         self.step = (0.1 * self.step).max(1e3 * self.settings.shortest_step);
+        Ok(())
+    }
+
+    /// Whether these rates are others than the present ones, beyond rounding: then the contact's zero
+    /// velocity is one of a dead centre, through which the mechanism moves on.
+    fn moves_on(&self, stopped: &State<f64>) -> bool {
+        const OTHER: f64 = 1e-6;
+        let columns = &self.model.columns;
+        let size = |x: &dyn Fn(usize) -> f64| {
+            columns.iter().enumerate().map(|(k, c)| (x(k) / c).abs()).fold(0.0, f64::max)
+        };
+        let rates = &self.now.state.rates;
+        let change = size(&|k| stopped.rates[k] - rates[k]);
+        change > OTHER * size(&|k| rates[k]) && change > OTHER * REST * self.fastest
+    }
+
+    /// A contact slides back at once.
+    fn reverse(&mut self, contact: usize, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        let before = self.modes.clone();
+        if let Contact::Slides(direction) = self.modes[contact] {
+            self.modes[contact] = Contact::Slides(direction.map(|d| -d));
+        }
+        let y = self.pack();
+        self.now = self.evaluate(self.now.time, &y, inputs, self.settings.look_for_others)?;
+        self.tell(&before);
+        self.step *= 0.1;
         Ok(())
     }
 
@@ -718,11 +747,10 @@ impl<'a> Simulation<'a> {
         let solved = model
             .solve(&ground, &self.modes, Some(&loads), true)
             .map_err(|u| model.unsolved(ground.time, u))?;
-        if model.prescribed.is_empty() {
-            let n = model.topology.freedoms();
-            for (dof, frozen) in self.frozen.iter_mut().enumerate() {
-                *frozen |= solved.balance.is_immobile(n, dof, model.columns[dof]);
-            }
+        // Where nothing is left to move, nothing moves, not even by rounding. A freedom that is immobile
+        // while others move may be at a dead centre.
+        if model.prescribed.is_empty() && solved.balance.mobility(model.topology.freedoms()) == 0 {
+            self.frozen.fill(true);
         }
         for (rate, frozen) in state.rates.iter_mut().zip(&self.frozen) {
             if *frozen {
