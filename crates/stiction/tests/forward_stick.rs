@@ -3,6 +3,7 @@
 mod common;
 
 use common::*;
+use stiction::dynamics::{FrictionMode, InverseDynamics};
 use stiction::forward::{
     ConstantEfforts, Contact as Doing, EventKind, Forward, Inputs, Settings, View,
 };
@@ -288,4 +289,70 @@ fn what_is_held_at_95_percent_of_its_bound_does_not_drift() {
         // Friction bears what drives, with the sense of the sliding that it resists.
         assert!((contact.friction[0] - 0.2 * 9.81 * part).abs() < 1e-12);
     }
+}
+
+/// A force that swings.
+struct Swing {
+    mean: [f64; 3],
+    amplitude: f64,
+    rate: f64,
+}
+
+impl Inputs for Swing {
+    fn efforts(&mut self, view: &View<'_>, efforts: &mut [f64]) {
+        for (k, effort) in efforts.iter_mut().enumerate() {
+            let phase = self.rate * view.time * (1.0 + 0.2 * k as f64);
+            *effort = self.mean[k] + self.amplitude * phase.sin();
+        }
+    }
+}
+
+/// The symmetric 3-RPS with Coulomb friction, bounded by the reactions, in all nine joints: balls, guides
+/// and pins stick and slide under swinging forces.
+#[test]
+fn a_parallel_robot_sticks_and_slides_in_all_joints() {
+    let rub = [
+        friction(0.12, 0.4 / 0.0125_f64.powi(2), Some(0.0125)),
+        friction(0.12, 30.0, None),
+        friction(0.12, 0.1 / 0.025_f64.powi(2), Some(0.025)),
+    ];
+    let robot = symmetric_3rps(Some(rub));
+    let model = Forward::new(robot.mechanism.clone(), &[]);
+    let at = |value| Target { value, rate: 0.0, acceleration: 0.0 };
+    let state =
+        model.assemble(&robot.homes, &robot.coordinates, &[at(0.55), at(0.0), at(0.0)]).unwrap();
+    let mut solver = InverseDynamics::new(
+        robot.mechanism.clone(),
+        &robot.homes,
+        &robot.coordinates,
+        &[at(0.55), at(0.0), at(0.0)],
+        stiction::dynamics::Settings { friction: FrictionMode::Off, ..Default::default() },
+    )
+    .unwrap();
+    let weight = solver.solve(&[]).unwrap().drives.clone();
+    let mean = [weight[0], weight[1], weight[2]];
+    println!("{mean:?}");
+    let mut swing = Swing { mean, amplitude: 12.0, rate: 9.0 };
+    let settings = Settings { relative: 1e-8, absolute: 1e-10, ..Settings::default() };
+    let mut simulation = model.start(0.0, state, settings, &mut swing).unwrap();
+    // In balance it does not begin to move.
+    assert!(simulation.contacts().iter().all(|c| !matches!(c, Doing::Slides(_))));
+    let clock = std::time::Instant::now();
+    let until = 2.0;
+    simulation.advance(until, &mut swing).unwrap();
+    println!(
+        "{} events, {} evaluations, {:.2} s, energy {:.1e} of {:.1e}",
+        simulation.events().len(),
+        simulation.evaluations(),
+        clock.elapsed().as_secs_f64(),
+        simulation.energy_error(),
+        simulation.energies().turnover
+    );
+    let slides =
+        simulation.events().iter().filter(|e| matches!(e.kind, EventKind::Slides { .. })).count();
+    let sticks =
+        simulation.events().iter().filter(|e| matches!(e.kind, EventKind::Sticks { .. })).count();
+    assert!(slides > 3 && sticks > 3, "{slides} {sticks}");
+    let turnover = simulation.energies().turnover;
+    assert!(simulation.energy_error().abs() < 1e-7 * turnover);
 }

@@ -31,7 +31,6 @@ pub use error::InverseError;
 pub use forces::{Bounds, ContactForce, Forces};
 pub use inverse::{FrictionMode, Inverse, Settings, Setup};
 pub use kernel::{Kernel, Workspace};
-pub(crate) use contacts::wrench_against;
 pub(crate) use coupling::radius_bound;
 pub(crate) use load::demand_of_motion;
 pub use load::{AppliedLoad, LoadAxes};

@@ -22,11 +22,6 @@ pub(super) struct Tolerance<'a> {
 }
 
 impl Steps {
-    /// The derivative at the start of the last step.
-    pub(super) fn first(&self) -> &[f64] {
-        &self.stages[0]
-    }
-
     /// Tries a step from `start`, where the derivative is `first`; returns the error in units of the
     /// tolerance.
     pub(super) fn attempt<E>(

@@ -9,6 +9,7 @@ mod coupling;
 mod dop853;
 mod error;
 mod evaluate;
+mod guess;
 mod inputs;
 mod integrator;
 mod masses;

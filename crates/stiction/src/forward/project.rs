@@ -112,14 +112,14 @@ impl Forward {
             let sizes = errors.iter().zip(&rows.rows).map(|(e, row)| (e * row.scale).abs());
             let (mut worst, mut at) = (0.0, 0);
             for (row, size) in sizes.enumerate() {
-                if !(size <= worst) {
+                if size > worst || size.is_nan() {
                     (worst, at) = (size, row);
                 }
             }
             let round_off = state.coordinates.iter().fold(0.0_f64, |m, q| m.max(q.abs()));
             let closed = worst <= CLOSED.max(4.0 * f64::EPSILON * round_off);
             if closed || step == STEPS || (worst < 1e-12 && worst > 0.5 * best) || !worst.is_finite() {
-                if !(worst < OPEN) {
+                if worst >= OPEN || worst.is_nan() {
                     let joint = self.joint_name(rows.rows[at].joint);
                     return Err(ForwardError::Open { time, joint, gap: errors[at].abs() });
                 }

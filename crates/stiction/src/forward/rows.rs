@@ -24,8 +24,6 @@ pub(super) struct Row {
     pub(super) covector: Wrench<f64>,
     /// The value that it must take on the tree's accelerations.
     pub(super) right: f64,
-    /// Whether it is a closure's (else a held freedom's).
-    pub(super) closes: bool,
     /// Whether an actuator holds it.
     pub(super) drives: bool,
     /// Makes errors of angles and lengths comparable.
@@ -58,7 +56,7 @@ impl Rows {
                 let covector = constraint.wrench(j, k, parameters.pitch[joint]);
                 let scale = if constraint.is_moment() { 1.0 } else { 1.0 / parameters.length };
                 let right = -open.power(covector);
-                rows.push(Row { joint, covector, right, closes: true, drives: false, scale });
+                rows.push(Row { joint, covector, right, drives: false, scale });
             }
         }
         for held in held {
@@ -75,7 +73,7 @@ impl Rows {
             };
             let scale = if freedom.units().0 == "m" { 1.0 / parameters.length } else { 1.0 };
             let drives = held.drives;
-            rows.push(Row { joint, covector, right, closes: false, drives, scale });
+            rows.push(Row { joint, covector, right, drives, scale });
         }
         let mut matrix = vec![0.0; rows.len() * n];
         for (row, entries) in rows.iter().zip(matrix.chunks_exact_mut(n.max(1))) {

@@ -393,9 +393,9 @@ impl<'a> Simulation<'a> {
             let Ending::Stops(contact) = ending else { break };
             let (value, slope) = self.closing_speed(&arrived, contact);
             let change = -value / slope;
-            if !(change.abs() < 0.1 * short) || change.abs() <= 4.0 * f64::EPSILON * (time + short)
-                || !error.is_finite()
-            {
+            let size = change.abs();
+            let far = size > 0.1 * short || !size.is_finite() || !error.is_finite();
+            if far || size <= 4.0 * f64::EPSILON * (time + short) {
                 break;
             }
             part += change / step;

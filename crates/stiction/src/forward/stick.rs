@@ -42,32 +42,49 @@ impl Forward {
         for &contact in resting {
             trial[contact] = Contact::Sticks;
         }
-        let mut seen = HashSet::new();
-        let mut guilty = resting.first().copied().unwrap_or(0);
-        let mut failure = None;
-        for _ in 0..CHANGES {
-            if !seen.insert(pattern(&trial, resting)) {
-                break;
+        let (mut guilty, mut failure) = (resting.first().copied().unwrap_or(0), None);
+        match self.improve(ground, trial, resting) {
+            Ok(choice) => return Ok(choice),
+            Err(Stuck { contact, unsolved }) => {
+                guilty = contact.unwrap_or(guilty);
+                failure = unsolved.map(|u| self.unsolved(ground.time, u)).or(failure);
             }
-            match self.judge(ground, &mut trial, resting) {
-                Ok(Verdict::Stands(solved)) => {
-                    return Ok(Choice { modes: trial, solved: *solved });
-                }
-                Ok(Verdict::Change(contact, mode)) => {
-                    guilty = contact;
-                    trial[contact] = mode;
-                }
-                Err(unsolved) => {
-                    failure = Some(self.unsolved(ground.time, unsolved));
-                    break;
-                }
-            }
+        }
+        if let Some(guess) = self.guess(ground, modes, resting)
+            && let Ok(choice) = self.improve(ground, guess, resting)
+        {
+            return Ok(choice);
         }
         if let Some(choice) = self.look_through(ground, modes, resting) {
             return Ok(choice);
         }
         let joint = self.joint_name(self.parameters.contacts.get(guilty).map_or(0, |c| c.joint));
         Err(failure.unwrap_or(ForwardError::NoChoice { time: ground.time, joint }))
+    }
+
+    /// Changes one contact after the other until all laws are satisfied.
+    fn improve(
+        &self,
+        ground: &Ground,
+        mut trial: Vec<Contact>,
+        resting: &[usize],
+    ) -> Result<Choice, Stuck> {
+        let mut seen = HashSet::new();
+        let mut guilty = None;
+        for _ in 0..CHANGES {
+            if !seen.insert(pattern(&trial, resting)) {
+                break;
+            }
+            match self.judge(ground, &mut trial, resting) {
+                Ok(Verdict::Stands(solved)) => return Ok(Choice { modes: trial, solved: *solved }),
+                Ok(Verdict::Change(contact, mode)) => {
+                    guilty = Some(contact);
+                    trial[contact] = mode;
+                }
+                Err(unsolved) => return Err(Stuck { contact: guilty, unsolved: Some(unsolved) }),
+            }
+        }
+        Err(Stuck { contact: guilty, unsolved: None })
     }
 
     /// All choices of sticking, sliding forward or backward, the most sticking first.
@@ -270,7 +287,26 @@ impl Forward {
     }
 
     /// The acceleration of a contact's surface, m/s^2, where it is more than rounding.
-    pub(super) fn begins(&self, ground: &Ground, solved: &Solved, contact: usize) -> Option<[f64; 3]> {
+    fn begins(&self, ground: &Ground, solved: &Solved, contact: usize) -> Option<[f64; 3]> {
+        let parameters = &self.parameters;
+        let content = &parameters.contacts[contact];
+        let begins = self.surface_acceleration(ground, solved, contact);
+        let accelerations = &solved.coupled.response.accelerations;
+        let largest = accelerations
+            .iter()
+            .zip(&self.columns)
+            .fold(parameters.gravity.norm() / parameters.length, |m, (a, c)| m.max((a / c).abs()));
+        let arm = content.arms(parameters.pitch[content.joint])[0].min(parameters.length);
+        (norm(begins) > STILL * largest * arm).then_some(begins)
+    }
+
+    /// The acceleration of a contact's surface, m/s^2.
+    pub(super) fn surface_acceleration(
+        &self,
+        ground: &Ground,
+        solved: &Solved,
+        contact: usize,
+    ) -> [f64; 3] {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let content = &parameters.contacts[contact];
         let mut bodies = ground.bodies.clone();
@@ -286,14 +322,14 @@ impl Forward {
         {
             *value = arm * relative.power(bodies.effort(freedom, content.joint));
         }
-        let accelerations = &solved.coupled.response.accelerations;
-        let largest = accelerations
-            .iter()
-            .zip(&self.columns)
-            .fold(parameters.gravity.norm() / parameters.length, |m, (a, c)| m.max((a / c).abs()));
-        let arm = arms[0].min(parameters.length);
-        (norm(begins) > STILL * largest * arm).then_some(begins)
+        begins
     }
+}
+
+/// Where the search ended without a choice.
+struct Stuck {
+    contact: Option<usize>,
+    unsolved: Option<Unsolved>,
 }
 
 enum Verdict {

@@ -53,7 +53,7 @@ impl RowSpace {
                 first = first.max(length);
             }
             // NaN is negligible, too: it ends here and shows in what is solved for.
-            if !(length > negligible * first) {
+            if length.is_nan() || length <= negligible * first {
                 break;
             }
             if best.0 != k {
