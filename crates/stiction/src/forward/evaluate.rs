@@ -103,6 +103,9 @@ pub(super) struct Ground {
     pub(super) targets: Vec<Target<f64>>,
     pub(super) velocities: Vec<[f64; 3]>,
     pub(super) bristles: Vec<[f64; 3]>,
+    /// The greatest friction of each contact, roughly: by it shares of friction are measured where they
+    /// are not unique. They must not change while contacts do what they do.
+    pub(super) grips: Vec<f64>,
 }
 
 /// One choice, solved.
@@ -129,6 +132,7 @@ impl Forward {
         time: f64,
         state: State<f64>,
         bristles: &[[f64; 3]],
+        grips: &[f64],
         inputs: &mut dyn Inputs,
     ) -> Ground {
         let (topology, parameters) = (&self.topology, &self.parameters);
@@ -149,7 +153,8 @@ impl Forward {
         let velocities =
             contacts.map(|c| surface_velocity(topology, parameters, &bodies, c)).collect();
         let bristles = bristles.to_vec();
-        Ground { time, state, bodies, masses, efforts, loads, targets, velocities, bristles }
+        let grips = grips.to_vec();
+        Ground { time, state, bodies, masses, efforts, loads, targets, velocities, bristles, grips }
     }
 
     pub(super) fn targets(&self, time: f64, inputs: &mut dyn Inputs) -> Vec<Target<f64>> {
@@ -174,6 +179,7 @@ impl Forward {
         &self,
         targets: &[Target<f64>],
         modes: &[Contact],
+        grips: &[f64],
     ) -> (Vec<Held>, Vec<(usize, usize, usize)>) {
         let mut held = Vec::new();
         for (&actuator, target) in self.prescribed.iter().zip(targets) {
@@ -183,6 +189,7 @@ impl Forward {
                 freedom: actuator.freedom,
                 acceleration: target.acceleration,
                 drives: true,
+                grip: 1.0,
             });
         }
         let mut holding = Vec::new();
@@ -196,7 +203,9 @@ impl Forward {
                 // What an actuator holds needs no friction.
                 if !driven {
                     holding.push((index, place, held.len()));
-                    held.push(Held { joint, freedom, acceleration: 0.0, drives: false });
+                    let arm = contact.arms(self.parameters.pitch[joint])[place];
+                    let grip = arm * grips.get(index).copied().unwrap_or(1.0);
+                    held.push(Held { joint, freedom, acceleration: 0.0, drives: false, grip });
                 }
             }
         }
@@ -233,7 +242,7 @@ impl Forward {
         measure: bool,
     ) -> Result<Solved, Unsolved> {
         let scene = self.scene(ground);
-        let (held, holding) = self.held(&ground.targets, modes);
+        let (held, holding) = self.held(&ground.targets, modes, &ground.grips);
         let rows = Rows::new(&self.topology, &self.parameters, &ground.bodies, &held);
         let balance = Balance::new(&scene, rows).map_err(|m| Unsolved::Massless(m.rates))?;
         let (rubs, efforts) = self.acting(ground, modes);

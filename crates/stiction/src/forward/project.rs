@@ -79,7 +79,7 @@ impl Forward {
         frozen: &[bool],
     ) -> Result<(), ForwardError> {
         self.normalise(state);
-        let (mut held, _) = self.held(targets, &[]);
+        let (mut held, _) = self.held(targets, &[], &[]);
         let anchored = anchors.iter().filter(|a| matches!(self.topology.role[a.joint], Role::Cut { .. }));
         let anchored: Vec<&Anchor> = anchored.collect();
         held.extend(anchored.iter().map(|a| Held {
@@ -87,6 +87,7 @@ impl Forward {
             freedom: a.freedom,
             acceleration: 0.0,
             drives: false,
+            grip: 1.0,
         }));
         let error_of = |state: &State<f64>, bodies: &Bodies<f64>, index: usize| match targets.get(index)
         {

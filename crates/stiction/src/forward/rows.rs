@@ -14,6 +14,8 @@ pub(super) struct Held {
     pub(super) acceleration: f64,
     /// Whether an actuator holds it (else friction).
     pub(super) drives: bool,
+    /// The effort that friction can exert on it, by which shares of friction are measured.
+    pub(super) grip: f64,
 }
 
 /// One condition: a covector on the relative motion of a joint's two bodies.
@@ -26,6 +28,8 @@ pub(super) struct Row {
     pub(super) right: f64,
     /// Whether an actuator holds it.
     pub(super) drives: bool,
+    /// Of what friction holds, the effort that it can exert.
+    pub(super) grip: Option<f64>,
     /// Makes errors of angles and lengths comparable.
     pub(super) scale: f64,
 }
@@ -56,7 +60,7 @@ impl Rows {
                 let covector = constraint.wrench(j, k, parameters.pitch[joint]);
                 let scale = if constraint.is_moment() { 1.0 } else { 1.0 / parameters.length };
                 let right = -open.power(covector);
-                rows.push(Row { joint, covector, right, drives: false, scale });
+                rows.push(Row { joint, covector, right, drives: false, grip: None, scale });
             }
         }
         for held in held {
@@ -73,7 +77,8 @@ impl Rows {
             };
             let scale = if freedom.units().0 == "m" { 1.0 / parameters.length } else { 1.0 };
             let drives = held.drives;
-            rows.push(Row { joint, covector, right, drives, scale });
+            let grip = (!drives).then_some(held.grip);
+            rows.push(Row { joint, covector, right, drives, grip, scale });
         }
         let mut matrix = vec![0.0; rows.len() * n];
         for (row, entries) in rows.iter().zip(matrix.chunks_exact_mut(n.max(1))) {

@@ -119,9 +119,12 @@ pub struct Simulation<'a> {
     anchors: Vec<Anchor>,
     frozen: Vec<bool>,
     bristles: Vec<[f64; 3]>,
+    grips: Vec<f64>,
     energies: Energies,
     energy_at_start: f64,
     fastest: f64,
+    /// Of the tree, lengths in characteristic lengths.
+    fastest_rate: f64,
     step: f64,
     events: Vec<Event>,
     told_of_others: bool,
@@ -175,7 +178,7 @@ impl<'a> Simulation<'a> {
         bodies.place(&model.topology, &model.parameters, &state.coordinates);
         bodies.move_with(&model.topology, &state.rates);
         inputs.change(&View { time, state: &state, bodies: &bodies, topology: &model.topology });
-        let ground = model.ground(time, state, &bristles, inputs);
+        let mut ground = model.ground(time, state, &bristles, &[], inputs);
         let fastest = ground.velocities.iter().map(|v| norm(*v)).fold(0.0, f64::max);
         let mut modes = Vec::with_capacity(contacts.len());
         let mut resting = Vec::new();
@@ -191,7 +194,8 @@ impl<'a> Simulation<'a> {
                 Contact::Slides(velocity.map(|v| v / speed))
             });
         }
-        let Choice { modes, solved } = model.choose(&ground, &modes, &resting)?;
+        let Choice { modes, solved } = model.choose(&mut ground, &modes, &resting)?;
+        let grips = ground.grips.clone();
         let now = model.instant(ground, &modes, &solved);
         let energies = Energies {
             drives: vec![0.0; model.topology.actuators.len()],
@@ -207,8 +211,10 @@ impl<'a> Simulation<'a> {
             anchors: Vec::new(),
             frozen,
             bristles,
+            grips,
             energies,
             fastest,
+            fastest_rate: 0.0,
             step: 0.0,
             events: Vec::new(),
             told_of_others: false,
@@ -635,7 +641,7 @@ impl<'a> Simulation<'a> {
                 return self.reverse(contact, inputs);
             }
         }
-        let ground = model.ground(time, state, &self.bristles, inputs);
+        let mut ground = model.ground(time, state, &self.bristles, &self.grips, inputs);
         let before = self.modes.clone();
         let mut modes = self.modes.clone();
         let mut resting = Vec::new();
@@ -650,7 +656,8 @@ impl<'a> Simulation<'a> {
                 *mode = Contact::Slides(ground.velocities[index].map(|v| v / speed));
             }
         }
-        let Choice { modes, solved } = model.choose(&ground, &modes, &resting)?;
+        let Choice { modes, solved } = model.choose(&mut ground, &modes, &resting)?;
+        self.grips.clone_from(&ground.grips);
         self.modes = modes;
         self.now = model.instant(ground, &self.modes, &solved);
         self.tell(&before);
@@ -671,7 +678,7 @@ impl<'a> Simulation<'a> {
         };
         let rates = &self.now.state.rates;
         let change = size(&|k| stopped.rates[k] - rates[k]);
-        change > OTHER * size(&|k| rates[k]) && change > OTHER * REST * self.fastest
+        change > OTHER * size(&|k| rates[k]) && change > OTHER * self.fastest_rate
     }
 
     /// A contact slides back at once.
@@ -742,7 +749,7 @@ impl<'a> Simulation<'a> {
             return Ok(());
         }
         let mut state = self.now.state.clone();
-        let ground = model.ground(self.now.time, state.clone(), &self.bristles, inputs);
+        let ground = model.ground(self.now.time, state.clone(), &self.bristles, &self.grips, inputs);
         let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
         let solved = model
             .solve(&ground, &self.modes, Some(&loads), true)
@@ -765,7 +772,7 @@ impl<'a> Simulation<'a> {
             self.events.push(Event { time: self.now.time, kind });
         }
         self.told_of_shares = shares;
-        let ground = model.ground(self.now.time, state, &self.bristles, inputs);
+        let ground = model.ground(self.now.time, state, &self.bristles, &self.grips, inputs);
         self.now = model.instant(ground, &self.modes, &solved);
         self.still();
         Ok(())
@@ -774,7 +781,7 @@ impl<'a> Simulation<'a> {
     /// How many constraints are redundant where nothing sticks.
     fn permanently_redundant(&self, ground: &super::evaluate::Ground) -> usize {
         let model = self.model;
-        let (held, _) = model.held(&ground.targets, &[]);
+        let (held, _) = model.held(&ground.targets, &[], &[]);
         let rows =
             super::rows::Rows::new(&model.topology, &model.parameters, &ground.bodies, &held);
         match super::balance::Balance::new(&model.scene(ground), rows) {
@@ -805,7 +812,7 @@ impl<'a> Simulation<'a> {
         self.told_of_others = true;
         let model = self.model;
         let time = self.now.time;
-        let ground = model.ground(time, self.now.state.clone(), &self.bristles, inputs);
+        let ground = model.ground(time, self.now.state.clone(), &self.bristles, &self.grips, inputs);
         let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
         let solved = model
             .solve(&ground, &self.modes, Some(&loads), false)
@@ -850,6 +857,9 @@ impl<'a> Simulation<'a> {
         self.energies.contacts.copy_from_slice(&energies[drives + 3..]);
         for moment in &arrived.contacts {
             self.fastest = self.fastest.max(norm(moment.velocity));
+        }
+        for (rate, column) in arrived.state.rates.iter().zip(&self.model.columns) {
+            self.fastest_rate = self.fastest_rate.max((rate / column).abs());
         }
         self.now = arrived;
     }
@@ -897,7 +907,7 @@ impl<'a> Simulation<'a> {
         }
         let bristles: Vec<[f64; 3]> =
             rest.chunks_exact(3).take(self.modes.len()).map(|z| [z[0], z[1], z[2]]).collect();
-        let ground = model.ground(time, state, &bristles, inputs);
+        let ground = model.ground(time, state, &bristles, &self.grips, inputs);
         let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
         let solved = model
             .solve(&ground, &self.modes, Some(&loads), measure)

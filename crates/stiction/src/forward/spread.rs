@@ -1,7 +1,8 @@
 //! Who bears what where more constraints hold than are needed: the declared rule.
 //!
-//! First the least drives (among those that are prescribed), then the least reactions by the declared
-//! compliances, then by the default: see [`crate::dynamics::Weighting`]. All of it is linear in what
+//! First the least drives (among those that are prescribed), then the least frictions that hold, each in
+//! units of what it can bear, so that all come to their limits together; then the least reactions by the
+//! declared compliances, then by the default: see [`crate::dynamics::Weighting`]. All of it is linear in what
 //! acts.
 
 use super::balance::{Response, Scene};
@@ -15,6 +16,8 @@ use nalgebra::{DMatrix, DVector};
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Measure {
     Drives,
+    /// Frictions that hold, in units of what they can bear.
+    Grips,
     Compliances,
     Default,
 }
@@ -44,8 +47,13 @@ impl Spread {
             return Self { stresses, stages };
         }
         let mut open = DMatrix::identity(stresses.len(), stresses.len());
-        for measure in [Measure::Drives, Measure::Compliances, Measure::Default] {
-            if measure == Measure::Drives && !rows.rows.iter().any(|row| row.drives) {
+        for measure in [Measure::Drives, Measure::Grips, Measure::Compliances, Measure::Default] {
+            let absent = match measure {
+                Measure::Drives => !rows.rows.iter().any(|row| row.drives),
+                Measure::Grips => !rows.rows.iter().any(|row| row.grip.is_some()),
+                _ => false,
+            };
+            if absent {
                 continue;
             }
             if measure == Measure::Compliances && scene.parameters.compliance.is_none() {
@@ -89,6 +97,11 @@ fn weighed(
     response: &Response,
 ) -> DVector<f64> {
     let length = scene.parameters.length;
+    if measure == Measure::Grips {
+        let held = rows.rows.iter().zip(&response.multipliers);
+        let numbers = held.filter_map(|(row, m)| row.grip.map(|grip| m / grip));
+        return DVector::from_vec(numbers.collect());
+    }
     if measure == Measure::Drives {
         // Rotary ones over the length: the inverse of what makes their rates comparable.
         let weight = |is_length: bool| if is_length { 1.0 } else { 1.0 / length };

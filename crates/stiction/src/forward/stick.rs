@@ -20,6 +20,8 @@ const STILL: f64 = 1e-10;
 const MOST: u32 = 7;
 /// Changes of one contact at a time.
 const CHANGES: usize = 60;
+/// What can bear less than this part of the most is taken to bear this much, so that numbers stay good.
+const LEAST_GRIP: f64 = 1e-6;
 /// Directions are found when they turn by less than this; passes for that.
 const TURNED: f64 = 1e-12;
 const TURNS: usize = 40;
@@ -34,10 +36,12 @@ impl Forward {
     /// Chooses for the contacts at rest; all others keep their modes.
     pub(super) fn choose(
         &self,
-        ground: &Ground,
+        ground: &mut Ground,
         modes: &[Contact],
         resting: &[usize],
     ) -> Result<Choice, ForwardError> {
+        self.grip(ground, modes, resting);
+        let ground = &*ground;
         let mut trial = modes.to_vec();
         for &contact in resting {
             trial[contact] = Contact::Sticks;
@@ -60,6 +64,26 @@ impl Forward {
         }
         let joint = self.joint_name(self.parameters.contacts.get(guilty).map_or(0, |c| c.joint));
         Err(failure.unwrap_or(ForwardError::NoChoice { time: ground.time, joint }))
+    }
+
+    /// How much friction each contact at rest can bear, from the loads where all of them slide without it.
+    fn grip(&self, ground: &mut Ground, modes: &[Contact], resting: &[usize]) {
+        let contacts = &self.parameters.contacts;
+        ground.grips = vec![1.0; contacts.len()];
+        let mut free = modes.to_vec();
+        for &contact in resting {
+            free[contact] = Contact::AtLimit([0.0; 3]);
+        }
+        let Ok(solved) = self.solve(ground, &free, None, false) else { return };
+        let limits: Vec<f64> = contacts
+            .iter()
+            .zip(&solved.coupled.loads)
+            .map(|(contact, load)| contact.law.at_rest() * load)
+            .collect();
+        let largest = limits.iter().fold(0.0_f64, |m, l| m.max(*l));
+        if largest > 0.0 && largest.is_finite() {
+            ground.grips = limits.iter().map(|l| (l / largest).max(LEAST_GRIP)).collect();
+        }
     }
 
     /// Changes one contact after the other until all laws are satisfied.
