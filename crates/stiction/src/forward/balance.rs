@@ -176,7 +176,7 @@ impl Balance {
         let multipliers = self.unscale(self.space.amounts(&push));
         let wrenches = self.wrenches(scene, &accelerations, &multipliers, efforts, whole);
         let mut response = Response { accelerations, multipliers, wrenches };
-        self.spread.apply(scene, &self.rows, &mut response);
+        self.spread.apply(scene, &self.rows, whole, &mut response);
         response
     }
 

@@ -106,6 +106,8 @@ pub(super) struct Ground {
     /// The greatest friction of each contact, roughly: by it shares of friction are measured where they
     /// are not unique. They must not change while contacts do what they do.
     pub(super) grips: Vec<f64>,
+    /// Frictions at the surface about which shares are least, N.
+    pub(super) shares: Vec<[f64; 3]>,
 }
 
 /// One choice, solved.
@@ -132,7 +134,7 @@ impl Forward {
         time: f64,
         state: State<f64>,
         bristles: &[[f64; 3]],
-        grips: &[f64],
+        (grips, shares): (&[f64], &[[f64; 3]]),
         inputs: &mut dyn Inputs,
     ) -> Ground {
         let (topology, parameters) = (&self.topology, &self.parameters);
@@ -153,8 +155,20 @@ impl Forward {
         let velocities =
             contacts.map(|c| surface_velocity(topology, parameters, &bodies, c)).collect();
         let bristles = bristles.to_vec();
-        let grips = grips.to_vec();
-        Ground { time, state, bodies, masses, efforts, loads, targets, velocities, bristles, grips }
+        let (grips, shares) = (grips.to_vec(), shares.to_vec());
+        Ground {
+            time,
+            state,
+            bodies,
+            masses,
+            efforts,
+            loads,
+            targets,
+            velocities,
+            bristles,
+            grips,
+            shares,
+        }
     }
 
     pub(super) fn targets(&self, time: f64, inputs: &mut dyn Inputs) -> Vec<Target<f64>> {
@@ -180,6 +194,7 @@ impl Forward {
         targets: &[Target<f64>],
         modes: &[Contact],
         grips: &[f64],
+        shares: &[[f64; 3]],
     ) -> (Vec<Held>, Vec<(usize, usize, usize)>) {
         let mut held = Vec::new();
         for (&actuator, target) in self.prescribed.iter().zip(targets) {
@@ -190,6 +205,7 @@ impl Forward {
                 acceleration: target.acceleration,
                 drives: true,
                 grip: 1.0,
+                share: 0.0,
             });
         }
         let mut holding = Vec::new();
@@ -205,7 +221,9 @@ impl Forward {
                     holding.push((index, place, held.len()));
                     let arm = contact.arms(self.parameters.pitch[joint])[place];
                     let grip = arm * grips.get(index).copied().unwrap_or(1.0);
-                    held.push(Held { joint, freedom, acceleration: 0.0, drives: false, grip });
+                    let share = -arm * shares.get(index).map_or(0.0, |share| share[place]);
+                    let drives = false;
+                    held.push(Held { joint, freedom, acceleration: 0.0, drives, grip, share });
                 }
             }
         }
@@ -242,7 +260,7 @@ impl Forward {
         measure: bool,
     ) -> Result<Solved, Unsolved> {
         let scene = self.scene(ground);
-        let (held, holding) = self.held(&ground.targets, modes, &ground.grips);
+        let (held, holding) = self.held(&ground.targets, modes, &ground.grips, &ground.shares);
         let rows = Rows::new(&self.topology, &self.parameters, &ground.bodies, &held);
         let balance = Balance::new(&scene, rows).map_err(|m| Unsolved::Massless(m.rates))?;
         let (rubs, efforts) = self.acting(ground, modes);

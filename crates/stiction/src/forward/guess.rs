@@ -20,14 +20,25 @@ const SETTLED: f64 = 1e-11;
 /// Accelerations and distances to limits below this part are none.
 const NONE: f64 = 1e-6;
 
+/// What was guessed.
+pub(super) struct Guess {
+    pub(super) modes: Vec<Contact>,
+    /// Friction at the surface of each contact at rest, N.
+    pub(super) shares: Vec<[f64; 3]>,
+    /// Whether something begins to slide.
+    pub(super) moves: bool,
+}
+
 impl Forward {
-    /// Modes of the contacts at rest, as far as they can be guessed; none where nothing is found.
+    /// Modes and frictions of the contacts at rest, if none may bear more than this part of its limit; none
+    /// where nothing is found.
     pub(super) fn guess(
         &self,
         ground: &Ground,
         modes: &[Contact],
         resting: &[usize],
-    ) -> Option<Vec<Contact>> {
+        bound: f64,
+    ) -> Option<Guess> {
         let (topology, parameters, bodies) = (&self.topology, &self.parameters, &ground.bodies);
         let mut free = modes.to_vec();
         for &contact in resting {
@@ -94,7 +105,7 @@ impl Forward {
                 direction: friction[0].signum(),
             };
             let load = load(parameters, bodies, content, own, wrenches[content.joint]).value;
-            law_of(content, friction[0]).at_rest() * load
+            bound * law_of(content, friction[0]).at_rest() * load
         };
         for _ in 0..SWEEPS {
             let mut change = 0.0_f64;
@@ -134,21 +145,22 @@ impl Forward {
             return None;
         }
         let mut guess = modes.to_vec();
+        let mut shares = vec![[0.0; 3]; modes.len()];
+        let mut moves = false;
         for (contact, range) in ranges {
             let (mut begins, mut has) = ([0.0; 3], [0.0; 3]);
             for (k, i) in range.clone().enumerate() {
                 (begins[k], has[k]) = (left[i], friction[i]);
             }
-            let (rate, size) = (norm(begins), norm(has));
-            let most = limit(contact, &has, &wrenches);
+            let rate = norm(begins);
+            shares[contact] = has;
+            moves |= rate > NONE * free_size;
             guess[contact] = if rate > NONE * free_size {
                 Contact::AtLimit(begins.map(|a| a / rate))
-            } else if size >= most * (1.0 - NONE) && size > 0.0 {
-                Contact::AtLimit(has.map(|f| f / size))
             } else {
                 Contact::Sticks
             };
         }
-        Some(guess)
+        Some(Guess { modes: guess, shares, moves })
     }
 }

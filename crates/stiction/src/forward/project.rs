@@ -79,7 +79,7 @@ impl Forward {
         frozen: &[bool],
     ) -> Result<(), ForwardError> {
         self.normalise(state);
-        let (mut held, _) = self.held(targets, &[], &[]);
+        let (mut held, _) = self.held(targets, &[], &[], &[]);
         let anchored = anchors.iter().filter(|a| matches!(self.topology.role[a.joint], Role::Cut { .. }));
         let anchored: Vec<&Anchor> = anchored.collect();
         held.extend(anchored.iter().map(|a| Held {
@@ -88,6 +88,7 @@ impl Forward {
             acceleration: 0.0,
             drives: false,
             grip: 1.0,
+            share: 0.0,
         }));
         let error_of = |state: &State<f64>, bodies: &Bodies<f64>, index: usize| match targets.get(index)
         {

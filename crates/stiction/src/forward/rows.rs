@@ -16,6 +16,8 @@ pub(super) struct Held {
     pub(super) drives: bool,
     /// The effort that friction can exert on it, by which shares of friction are measured.
     pub(super) grip: f64,
+    /// The effort about which shares are least.
+    pub(super) share: f64,
 }
 
 /// One condition: a covector on the relative motion of a joint's two bodies.
@@ -30,6 +32,8 @@ pub(super) struct Row {
     pub(super) drives: bool,
     /// Of what friction holds, the effort that it can exert.
     pub(super) grip: Option<f64>,
+    /// Of what friction holds, the effort about which shares are least.
+    pub(super) share: f64,
     /// Makes errors of angles and lengths comparable.
     pub(super) scale: f64,
 }
@@ -60,7 +64,7 @@ impl Rows {
                 let covector = constraint.wrench(j, k, parameters.pitch[joint]);
                 let scale = if constraint.is_moment() { 1.0 } else { 1.0 / parameters.length };
                 let right = -open.power(covector);
-                rows.push(Row { joint, covector, right, drives: false, grip: None, scale });
+                rows.push(Row { joint, covector, right, drives: false, grip: None, share: 0.0, scale });
             }
         }
         for held in held {
@@ -78,7 +82,8 @@ impl Rows {
             let scale = if freedom.units().0 == "m" { 1.0 / parameters.length } else { 1.0 };
             let drives = held.drives;
             let grip = (!drives).then_some(held.grip);
-            rows.push(Row { joint, covector, right, drives, grip, scale });
+            let share = held.share;
+            rows.push(Row { joint, covector, right, drives, grip, share, scale });
         }
         let mut matrix = vec![0.0; rows.len() * n];
         for (row, entries) in rows.iter().zip(matrix.chunks_exact_mut(n.max(1))) {

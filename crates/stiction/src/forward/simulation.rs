@@ -120,6 +120,7 @@ pub struct Simulation<'a> {
     frozen: Vec<bool>,
     bristles: Vec<[f64; 3]>,
     grips: Vec<f64>,
+    shares: Vec<[f64; 3]>,
     energies: Energies,
     energy_at_start: f64,
     fastest: f64,
@@ -178,7 +179,7 @@ impl<'a> Simulation<'a> {
         bodies.place(&model.topology, &model.parameters, &state.coordinates);
         bodies.move_with(&model.topology, &state.rates);
         inputs.change(&View { time, state: &state, bodies: &bodies, topology: &model.topology });
-        let mut ground = model.ground(time, state, &bristles, &[], inputs);
+        let mut ground = model.ground(time, state, &bristles, (&[], &[]), inputs);
         let fastest = ground.velocities.iter().map(|v| norm(*v)).fold(0.0, f64::max);
         let mut modes = Vec::with_capacity(contacts.len());
         let mut resting = Vec::new();
@@ -195,7 +196,7 @@ impl<'a> Simulation<'a> {
             });
         }
         let Choice { modes, solved } = model.choose(&mut ground, &modes, &resting)?;
-        let grips = ground.grips.clone();
+        let (grips, shares) = (ground.grips.clone(), ground.shares.clone());
         let now = model.instant(ground, &modes, &solved);
         let energies = Energies {
             drives: vec![0.0; model.topology.actuators.len()],
@@ -212,6 +213,7 @@ impl<'a> Simulation<'a> {
             frozen,
             bristles,
             grips,
+            shares,
             energies,
             fastest,
             fastest_rate: 0.0,
@@ -641,7 +643,7 @@ impl<'a> Simulation<'a> {
                 return self.reverse(contact, inputs);
             }
         }
-        let mut ground = model.ground(time, state, &self.bristles, &self.grips, inputs);
+        let mut ground = model.ground(time, state, &self.bristles, (&self.grips, &self.shares), inputs);
         let before = self.modes.clone();
         let mut modes = self.modes.clone();
         let mut resting = Vec::new();
@@ -658,6 +660,7 @@ impl<'a> Simulation<'a> {
         }
         let Choice { modes, solved } = model.choose(&mut ground, &modes, &resting)?;
         self.grips.clone_from(&ground.grips);
+        self.shares.clone_from(&ground.shares);
         self.modes = modes;
         self.now = model.instant(ground, &self.modes, &solved);
         self.tell(&before);
@@ -749,7 +752,7 @@ impl<'a> Simulation<'a> {
             return Ok(());
         }
         let mut state = self.now.state.clone();
-        let ground = model.ground(self.now.time, state.clone(), &self.bristles, &self.grips, inputs);
+        let ground = model.ground(self.now.time, state.clone(), &self.bristles, (&self.grips, &self.shares), inputs);
         let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
         let solved = model
             .solve(&ground, &self.modes, Some(&loads), true)
@@ -772,7 +775,7 @@ impl<'a> Simulation<'a> {
             self.events.push(Event { time: self.now.time, kind });
         }
         self.told_of_shares = shares;
-        let ground = model.ground(self.now.time, state, &self.bristles, &self.grips, inputs);
+        let ground = model.ground(self.now.time, state, &self.bristles, (&self.grips, &self.shares), inputs);
         self.now = model.instant(ground, &self.modes, &solved);
         self.still();
         Ok(())
@@ -781,7 +784,7 @@ impl<'a> Simulation<'a> {
     /// How many constraints are redundant where nothing sticks.
     fn permanently_redundant(&self, ground: &super::evaluate::Ground) -> usize {
         let model = self.model;
-        let (held, _) = model.held(&ground.targets, &[], &[]);
+        let (held, _) = model.held(&ground.targets, &[], &[], &[]);
         let rows =
             super::rows::Rows::new(&model.topology, &model.parameters, &ground.bodies, &held);
         match super::balance::Balance::new(&model.scene(ground), rows) {
@@ -812,7 +815,7 @@ impl<'a> Simulation<'a> {
         self.told_of_others = true;
         let model = self.model;
         let time = self.now.time;
-        let ground = model.ground(time, self.now.state.clone(), &self.bristles, &self.grips, inputs);
+        let ground = model.ground(time, self.now.state.clone(), &self.bristles, (&self.grips, &self.shares), inputs);
         let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
         let solved = model
             .solve(&ground, &self.modes, Some(&loads), false)
@@ -907,7 +910,7 @@ impl<'a> Simulation<'a> {
         }
         let bristles: Vec<[f64; 3]> =
             rest.chunks_exact(3).take(self.modes.len()).map(|z| [z[0], z[1], z[2]]).collect();
-        let ground = model.ground(time, state, &bristles, &self.grips, inputs);
+        let ground = model.ground(time, state, &bristles, (&self.grips, &self.shares), inputs);
         let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
         let solved = model
             .solve(&ground, &self.modes, Some(&loads), measure)

@@ -1,7 +1,7 @@
 //! Who bears what where more constraints hold than are needed: the declared rule.
 //!
 //! First the least drives (among those that are prescribed), then the least frictions that hold, each in
-//! units of what it can bear, so that all come to their limits together; then the least reactions by the
+//! units of what it can bear, or the least changes of shares that are known to be within all limits; then the least reactions by the
 //! declared compliances, then by the default: see [`crate::dynamics::Weighting`]. All of it is linear in what
 //! acts.
 
@@ -78,9 +78,13 @@ impl Spread {
     }
 
     /// Moves a response to the least one.
-    pub(super) fn apply(&self, scene: &Scene<'_>, rows: &Rows, response: &mut Response) {
+    pub(super) fn apply(&self, scene: &Scene<'_>, rows: &Rows, whole: bool, response: &mut Response) {
         for stage in &self.stages {
-            let now = weighed(scene, rows, stage.measure, response);
+            let mut now = weighed(scene, rows, stage.measure, response);
+            if whole && stage.measure == Measure::Grips {
+                let held = rows.rows.iter().filter_map(|row| row.grip.map(|g| row.share / g));
+                now -= DVector::from_vec(held.collect());
+            }
             let amounts = &stage.open * -stage.response.solve(&now, stage.rank);
             for (stress, amount) in self.stresses.iter().zip(amounts.iter()) {
                 response.add(stress, *amount);

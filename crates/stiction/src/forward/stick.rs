@@ -22,6 +22,8 @@ const MOST: u32 = 7;
 const CHANGES: usize = 60;
 /// What can bear less than this part of the most is taken to bear this much, so that numbers stay good.
 const LEAST_GRIP: f64 = 1e-6;
+/// Parts of the limits within which frictions that hold are looked for.
+const BOUNDS: [f64; 5] = [0.9, 0.99, 0.999, 0.9999, 1.0];
 /// Directions are found when they turn by less than this; passes for that.
 const TURNED: f64 = 1e-12;
 const TURNS: usize = 40;
@@ -41,11 +43,31 @@ impl Forward {
         resting: &[usize],
     ) -> Result<Choice, ForwardError> {
         self.grip(ground, modes, resting);
-        let ground = &*ground;
+        ground.shares = vec![[0.0; 3]; modes.len()];
         let mut trial = modes.to_vec();
         for &contact in resting {
             trial[contact] = Contact::Sticks;
         }
+        if let Ok(Verdict::Stands(solved)) = self.judge(ground, &mut trial, resting) {
+            return Ok(Choice { modes: trial, solved: *solved });
+        }
+        // The rule's shares are beyond limits: others may be within, with some room if possible.
+        for bound in BOUNDS {
+            let Some(guess) = self.guess(ground, modes, resting, bound) else { continue };
+            if guess.moves && bound < 1.0 {
+                continue;
+            }
+            ground.shares = guess.shares;
+            let mut trial = guess.modes;
+            if guess.moves {
+                if let Ok(choice) = self.improve(ground, trial, resting) {
+                    return Ok(choice);
+                }
+            } else if let Ok(Verdict::Stands(solved)) = self.judge(ground, &mut trial, resting) {
+                return Ok(Choice { modes: trial, solved: *solved });
+            }
+        }
+        ground.shares = vec![[0.0; 3]; modes.len()];
         let (mut guilty, mut failure) = (resting.first().copied().unwrap_or(0), None);
         match self.improve(ground, trial, resting) {
             Ok(choice) => return Ok(choice),
@@ -53,11 +75,6 @@ impl Forward {
                 guilty = contact.unwrap_or(guilty);
                 failure = unsolved.map(|u| self.unsolved(ground.time, u)).or(failure);
             }
-        }
-        if let Some(guess) = self.guess(ground, modes, resting)
-            && let Ok(choice) = self.improve(ground, guess, resting)
-        {
-            return Ok(choice);
         }
         if let Some(choice) = self.look_through(ground, modes, resting) {
             return Ok(choice);
