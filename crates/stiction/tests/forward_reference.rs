@@ -24,7 +24,10 @@ fn none() -> ConstantEfforts {
 
 /// The angle of the first joint of a mechanism with one freedom.
 fn first_joint(mechanism: &Mechanism) -> Coordinate {
-    Coordinate::Joint { joint: mechanism.joint_id(&mechanism.joints()[0].name).unwrap(), freedom: 0 }
+    Coordinate::Joint {
+        joint: mechanism.joint_id(&mechanism.joints()[0].name).unwrap(),
+        freedom: 0,
+    }
 }
 
 /// Where a point of a body is in the world, m.
@@ -140,9 +143,8 @@ fn bricard() -> Mechanism {
         };
         let inertia =
             diagonal(inertia(Vec3::unit(0)), inertia(Vec3::unit(1)), inertia(Vec3::unit(2)));
-        builder = builder.body(
-            BodySpec::new(format!("rod{k}")).mass(1.0).com(along_rod * 0.5).inertia(inertia),
-        );
+        builder = builder
+            .body(BodySpec::new(format!("rod{k}")).mass(1.0).com(along_rod * 0.5).inertia(inertia));
     }
     let body = |k: usize| if k == 5 { "ground".to_owned() } else { format!("rod{k}") };
     for k in 0..6 {
@@ -207,7 +209,8 @@ fn load_dependent_friction_in_all_joints_of_the_3rps() {
         load: LoadMap::force_only(),
     };
     let rub = [with(0.4, Some(0.0125)), with(30.0, None), with(0.1, Some(0.025))];
-    let worst = follow_3rps("3rps_symmetric_forward_loadfriction.csv", rub, [58.0, 52.0, 55.0], 0.0);
+    let worst =
+        follow_3rps("3rps_symmetric_forward_loadfriction.csv", rub, [58.0, 52.0, 55.0], 0.0);
     // The reference differs by 1.6e-8 between two tolerances.
     assert!(worst.state < 1e-7, "{worst:?}");
     assert!(worst.energy < 1e-9, "{worst:?}");

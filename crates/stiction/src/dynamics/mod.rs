@@ -27,11 +27,11 @@ mod wedge;
 
 pub use branches::FrictionMargin;
 pub use contacts::ContactState;
+pub(crate) use coupling::radius_bound;
 pub use error::InverseError;
 pub use forces::{Bounds, ContactForce, Forces};
 pub use inverse::{FrictionMode, Inverse, Settings, Setup};
 pub use kernel::{Kernel, Workspace};
-pub(crate) use coupling::radius_bound;
 pub(crate) use load::demand_of_motion;
 pub use load::{AppliedLoad, LoadAxes};
 pub use plan::{BalancePlan, NotPlanned};

@@ -163,7 +163,8 @@ impl Balance {
             multiply(&accelerations, &mut push);
         }
         let free = self.basis.len() / n.max(1);
-        let mut along: Vec<f64> = self.basis.chunks_exact(n.max(1)).map(|z| dot(z, &push)).collect();
+        let mut along: Vec<f64> =
+            self.basis.chunks_exact(n.max(1)).map(|z| dot(z, &push)).collect();
         solve_factored(&self.factor, &mut along, free);
         let mut own = vec![0.0; n];
         for (vector, amount) in self.basis.chunks_exact(n.max(1)).zip(&along) {
@@ -189,11 +190,8 @@ impl Balance {
         whole: bool,
     ) -> Vec<Wrench<f64>> {
         let Scene { topology, bodies, masses, .. } = *scene;
-        let mut beyond = if whole {
-            masses.demand.clone()
-        } else {
-            vec![Wrench::zero(); bodies.pose.len()]
-        };
+        let mut beyond =
+            if whole { masses.demand.clone() } else { vec![Wrench::zero(); bodies.pose.len()] };
         let mut sums = vec![Twist::zero(); bodies.pose.len()];
         for node in &topology.nodes {
             let mut sum = match (node.link, node.parent) {

@@ -108,6 +108,8 @@ pub(super) struct Ground {
     pub(super) grips: Vec<f64>,
     /// Frictions at the surface about which shares are least, N.
     pub(super) shares: Vec<[f64; 3]>,
+    /// Friction that holds may exceed its limit by this factor; one but for rare moments.
+    pub(super) overload: f64,
 }
 
 /// One choice, solved.
@@ -168,6 +170,7 @@ impl Forward {
             bristles,
             grips,
             shares,
+            overload: 1.0,
         }
     }
 
@@ -324,7 +327,13 @@ impl Forward {
             }
             let limit = law_of(contact, friction[0]).at_rest() * load_now;
             let (velocity, mode) = (ground.velocities[index], modes[index]);
-            moments.push(ContactMoment { contact: mode, velocity, load: load_now, friction, limit });
+            moments.push(ContactMoment {
+                contact: mode,
+                velocity,
+                load: load_now,
+                friction,
+                limit,
+            });
         }
         moments
     }

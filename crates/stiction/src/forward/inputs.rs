@@ -41,7 +41,8 @@ pub(super) fn joint_coordinate(
 ) -> f64 {
     if let Role::Tree { node } = topology.role[joint] {
         let node = &topology.nodes[node];
-        if matches!(node.link, Link::Joint { .. }) && topology.joint_types[joint].has_scalar_coordinates()
+        if matches!(node.link, Link::Joint { .. })
+            && topology.joint_types[joint].has_scalar_coordinates()
         {
             return state.coordinates[node.coordinates.start + freedom];
         }

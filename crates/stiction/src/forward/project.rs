@@ -80,7 +80,8 @@ impl Forward {
     ) -> Result<(), ForwardError> {
         self.normalise(state);
         let (mut held, _) = self.held(targets, &[], &[], &[]);
-        let anchored = anchors.iter().filter(|a| matches!(self.topology.role[a.joint], Role::Cut { .. }));
+        let anchored =
+            anchors.iter().filter(|a| matches!(self.topology.role[a.joint], Role::Cut { .. }));
         let anchored: Vec<&Anchor> = anchored.collect();
         held.extend(anchored.iter().map(|a| Held {
             joint: a.joint,
@@ -90,20 +91,20 @@ impl Forward {
             grip: 1.0,
             share: 0.0,
         }));
-        let error_of = |state: &State<f64>, bodies: &Bodies<f64>, index: usize| match targets.get(index)
-        {
-            Some(target) => {
-                let Held { joint, freedom, .. } = held[index];
-                let (topology, role) = (&self.topology, self.topology.role[joint]);
-                let found = joint_coordinate(topology, state, bodies, joint, freedom);
-                let turns = topology.joint_types[joint].freedoms()[freedom].motion
-                    == Motion::Rotation
-                    && matches!(role, Role::Cut { .. });
-                let apart = found - target.value;
-                if turns { apart.sin().atan2(apart.cos()) } else { apart }
-            }
-            None => self.displacement(bodies, anchored[index - targets.len()]),
-        };
+        let error_of =
+            |state: &State<f64>, bodies: &Bodies<f64>, index: usize| match targets.get(index) {
+                Some(target) => {
+                    let Held { joint, freedom, .. } = held[index];
+                    let (topology, role) = (&self.topology, self.topology.role[joint]);
+                    let found = joint_coordinate(topology, state, bodies, joint, freedom);
+                    let turns = topology.joint_types[joint].freedoms()[freedom].motion
+                        == Motion::Rotation
+                        && matches!(role, Role::Cut { .. });
+                    let apart = found - target.value;
+                    if turns { apart.sin().atan2(apart.cos()) } else { apart }
+                }
+                None => self.displacement(bodies, anchored[index - targets.len()]),
+            };
         let n = self.topology.freedoms();
         let mut best = f64::INFINITY;
         for step in 0..=STEPS {
@@ -120,7 +121,11 @@ impl Forward {
             }
             let round_off = state.coordinates.iter().fold(0.0_f64, |m, q| m.max(q.abs()));
             let closed = worst <= CLOSED.max(4.0 * f64::EPSILON * round_off);
-            if closed || step == STEPS || (worst < 1e-12 && worst > 0.5 * best) || !worst.is_finite() {
+            if closed
+                || step == STEPS
+                || (worst < 1e-12 && worst > 0.5 * best)
+                || !worst.is_finite()
+            {
                 if worst >= OPEN || worst.is_nan() {
                     let joint = self.joint_name(rows.rows[at].joint);
                     return Err(ForwardError::Open { time, joint, gap: errors[at].abs() });

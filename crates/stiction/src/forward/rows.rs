@@ -64,7 +64,15 @@ impl Rows {
                 let covector = constraint.wrench(j, k, parameters.pitch[joint]);
                 let scale = if constraint.is_moment() { 1.0 } else { 1.0 / parameters.length };
                 let right = -open.power(covector);
-                rows.push(Row { joint, covector, right, drives: false, grip: None, share: 0.0, scale });
+                rows.push(Row {
+                    joint,
+                    covector,
+                    right,
+                    drives: false,
+                    grip: None,
+                    share: 0.0,
+                    scale,
+                });
             }
         }
         for held in held {

@@ -68,8 +68,9 @@ pub enum EventKind {
         /// Where to, along its freedoms.
         direction: [f64; 3],
     },
-    /// More contacts stick than are needed to hold the mechanism: how they share the load follows from
-    /// the declared rule, not from the laws.
+    /// More contacts stick than are needed to hold the mechanism: how they share the load does not follow
+    /// from the laws. They share it in proportion to what they can bear (least squares); where that is
+    /// beyond a limit, otherwise within all limits; where there is no room left, within 1e-5 of them.
     SharesNotUnique {
         /// How many shares are open.
         redundant: usize,
@@ -121,6 +122,7 @@ pub struct Simulation<'a> {
     bristles: Vec<[f64; 3]>,
     grips: Vec<f64>,
     shares: Vec<[f64; 3]>,
+    overload: f64,
     energies: Energies,
     energy_at_start: f64,
     fastest: f64,
@@ -197,6 +199,7 @@ impl<'a> Simulation<'a> {
         }
         let Choice { modes, solved } = model.choose(&mut ground, &modes, &resting)?;
         let (grips, shares) = (ground.grips.clone(), ground.shares.clone());
+        let overload = ground.overload;
         let now = model.instant(ground, &modes, &solved);
         let energies = Energies {
             drives: vec![0.0; model.topology.actuators.len()],
@@ -214,6 +217,7 @@ impl<'a> Simulation<'a> {
             bristles,
             grips,
             shares,
+            overload,
             energies,
             fastest,
             fastest_rate: 0.0,
@@ -364,9 +368,8 @@ impl<'a> Simulation<'a> {
             scales: &scales,
         };
         let time = self.now.time;
-        let result = steps.attempt(start, first, (time, step), &tolerance, |t, y| {
-            self.derivative(t, y, inputs)
-        });
+        let result = steps
+            .attempt(start, first, (time, step), &tolerance, |t, y| self.derivative(t, y, inputs));
         self.steps = steps;
         self.scales = scales;
         result
@@ -433,7 +436,8 @@ impl<'a> Simulation<'a> {
         let content = &parameters.contacts[contact];
         let (predecessor, successor) = topology.ends[content.joint];
         let own = at.bodies.joint_bias(topology, parameters, content.joint);
-        let relative = at.bodies.acceleration[successor] - at.bodies.acceleration[predecessor] - own;
+        let relative =
+            at.bodies.acceleration[successor] - at.bodies.acceleration[predecessor] - own;
         let arms = content.arms(parameters.pitch[content.joint]);
         let freedoms = topology.joint_types[content.joint].freedoms();
         let mut surface = [0.0; 3];
@@ -545,12 +549,13 @@ impl<'a> Simulation<'a> {
         arrived: &Instant,
         inputs: &mut dyn Inputs,
     ) -> Result<Option<f64>, ForwardError> {
+        let overload = self.overload;
         let least = |at: &Instant| {
             let sticks = at.contacts.iter().filter(|c| c.contact == Contact::Sticks);
             let relative = sticks.map(|c| {
                 let has = norm(c.friction);
                 let size = c.limit.max(has).max(f64::MIN_POSITIVE);
-                (c.limit * (1.0 + LET_GO) - has) / size
+                (c.limit * overload * (1.0 + LET_GO) - has) / size
             });
             relative.fold(f64::INFINITY, f64::min)
         };
@@ -636,14 +641,16 @@ impl<'a> Simulation<'a> {
         if let Some(contact) = stopped {
             // At rest to the last digit, and with it all that it holds.
             let (anchors, frozen) = self.holds_of(&[contact]);
-            let frozen: Vec<bool> = frozen.iter().zip(&self.frozen).map(|(a, b)| *a || *b).collect();
+            let frozen: Vec<bool> =
+                frozen.iter().zip(&self.frozen).map(|(a, b)| *a || *b).collect();
             let anchors: Vec<Anchor> = self.anchors.iter().copied().chain(anchors).collect();
             model.project(time, &mut state, &targets, &anchors, &frozen)?;
             if self.moves_on(&state) {
                 return self.reverse(contact, inputs);
             }
         }
-        let mut ground = model.ground(time, state, &self.bristles, (&self.grips, &self.shares), inputs);
+        let mut ground =
+            model.ground(time, state, &self.bristles, (&self.grips, &self.shares), inputs);
         let before = self.modes.clone();
         let mut modes = self.modes.clone();
         let mut resting = Vec::new();
@@ -661,6 +668,7 @@ impl<'a> Simulation<'a> {
         let Choice { modes, solved } = model.choose(&mut ground, &modes, &resting)?;
         self.grips.clone_from(&ground.grips);
         self.shares.clone_from(&ground.shares);
+        self.overload = ground.overload;
         self.modes = modes;
         self.now = model.instant(ground, &self.modes, &solved);
         self.tell(&before);
@@ -732,7 +740,8 @@ impl<'a> Simulation<'a> {
                         frozen[topology.nodes[node].dofs.start + freedom] = true;
                     }
                     Role::Cut { .. } => {
-                        let (j, k) = (self.now.bodies.frame_j[joint], self.now.bodies.frame_k[joint]);
+                        let (j, k) =
+                            (self.now.bodies.frame_j[joint], self.now.bodies.frame_k[joint]);
                         anchors.push(Anchor { joint, freedom, pose: j.inverse() * k });
                     }
                 }
@@ -752,7 +761,13 @@ impl<'a> Simulation<'a> {
             return Ok(());
         }
         let mut state = self.now.state.clone();
-        let ground = model.ground(self.now.time, state.clone(), &self.bristles, (&self.grips, &self.shares), inputs);
+        let ground = model.ground(
+            self.now.time,
+            state.clone(),
+            &self.bristles,
+            (&self.grips, &self.shares),
+            inputs,
+        );
         let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
         let solved = model
             .solve(&ground, &self.modes, Some(&loads), true)
@@ -775,7 +790,8 @@ impl<'a> Simulation<'a> {
             self.events.push(Event { time: self.now.time, kind });
         }
         self.told_of_shares = shares;
-        let ground = model.ground(self.now.time, state, &self.bristles, (&self.grips, &self.shares), inputs);
+        let ground =
+            model.ground(self.now.time, state, &self.bristles, (&self.grips, &self.shares), inputs);
         self.now = model.instant(ground, &self.modes, &solved);
         self.still();
         Ok(())
@@ -815,7 +831,13 @@ impl<'a> Simulation<'a> {
         self.told_of_others = true;
         let model = self.model;
         let time = self.now.time;
-        let ground = model.ground(time, self.now.state.clone(), &self.bristles, (&self.grips, &self.shares), inputs);
+        let ground = model.ground(
+            time,
+            self.now.state.clone(),
+            &self.bristles,
+            (&self.grips, &self.shares),
+            inputs,
+        );
         let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
         let solved = model
             .solve(&ground, &self.modes, Some(&loads), false)

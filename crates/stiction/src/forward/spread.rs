@@ -62,7 +62,8 @@ impl Spread {
             if open.ncols() == 0 {
                 break;
             }
-            let columns: Vec<_> = stresses.iter().map(|s| weighed(scene, rows, measure, s)).collect();
+            let columns: Vec<_> =
+                stresses.iter().map(|s| weighed(scene, rows, measure, s)).collect();
             let matrix = DMatrix::from_columns(&columns) * &open;
             let response = Svd::new(&matrix);
             let rank = response.rank(DETERMINED);
@@ -72,13 +73,24 @@ impl Spread {
             } else {
                 &open * DMatrix::from_columns(&rest)
             };
-            stages.push(Stage { measure, open: std::mem::replace(&mut open, next), response, rank });
+            stages.push(Stage {
+                measure,
+                open: std::mem::replace(&mut open, next),
+                response,
+                rank,
+            });
         }
         Self { stresses, stages }
     }
 
     /// Moves a response to the least one.
-    pub(super) fn apply(&self, scene: &Scene<'_>, rows: &Rows, whole: bool, response: &mut Response) {
+    pub(super) fn apply(
+        &self,
+        scene: &Scene<'_>,
+        rows: &Rows,
+        whole: bool,
+        response: &mut Response,
+    ) {
         for stage in &self.stages {
             let mut now = weighed(scene, rows, stage.measure, response);
             if whole && stage.measure == Measure::Grips {
@@ -94,12 +106,7 @@ impl Spread {
 }
 
 /// All reactions as numbers whose sum of squares is least.
-fn weighed(
-    scene: &Scene<'_>,
-    rows: &Rows,
-    measure: Measure,
-    response: &Response,
-) -> DVector<f64> {
+fn weighed(scene: &Scene<'_>, rows: &Rows, measure: Measure, response: &Response) -> DVector<f64> {
     let length = scene.parameters.length;
     if measure == Measure::Grips {
         let held = rows.rows.iter().zip(&response.multipliers);

@@ -22,6 +22,9 @@ const MOST: u32 = 7;
 const CHANGES: usize = 60;
 /// What can bear less than this part of the most is taken to bear this much, so that numbers stay good.
 const LEAST_GRIP: f64 = 1e-6;
+/// Where frictions that share a load have no room left, they may exceed their limits by this part: else
+/// they would have to be shared anew at every moment until something slides.
+const LITTLE: f64 = 1e-5;
 /// Parts of the limits within which frictions that hold are looked for.
 const BOUNDS: [f64; 5] = [0.9, 0.99, 0.999, 0.9999, 1.0];
 /// Directions are found when they turn by less than this; passes for that.
@@ -42,22 +45,28 @@ impl Forward {
         modes: &[Contact],
         resting: &[usize],
     ) -> Result<Choice, ForwardError> {
-        self.grip(ground, modes, resting);
+        let permanent = self.grip(ground, modes, resting);
         ground.shares = vec![[0.0; 3]; modes.len()];
-        let mut trial = modes.to_vec();
-        for &contact in resting {
-            trial[contact] = Contact::Sticks;
-        }
+        ground.overload = 1.0;
+        let mut trial = trial_of(modes, resting);
         if let Ok(Verdict::Stands(solved)) = self.judge(ground, &mut trial, resting) {
             return Ok(Choice { modes: trial, solved: *solved });
         }
         // The rule's shares are beyond limits: others may be within, with some room if possible.
+        let all = self.solve(ground, &trial_of(modes, resting), None, false);
+        let shared = all.is_ok_and(|all| all.balance.spread.stresses.len() > permanent);
         for bound in BOUNDS {
+            if !shared {
+                break;
+            }
             let Some(guess) = self.guess(ground, modes, resting, bound) else { continue };
             if guess.moves && bound < 1.0 {
                 continue;
             }
             ground.shares = guess.shares;
+            if bound >= 1.0 && !guess.moves {
+                ground.overload = 1.0 + LITTLE;
+            }
             let mut trial = guess.modes;
             if guess.moves {
                 if let Ok(choice) = self.improve(ground, trial, resting) {
@@ -68,8 +77,9 @@ impl Forward {
             }
         }
         ground.shares = vec![[0.0; 3]; modes.len()];
+        ground.overload = 1.0;
         let (mut guilty, mut failure) = (resting.first().copied().unwrap_or(0), None);
-        match self.improve(ground, trial, resting) {
+        match self.improve(ground, trial_of(modes, resting), resting) {
             Ok(choice) => return Ok(choice),
             Err(Stuck { contact, unsolved }) => {
                 guilty = contact.unwrap_or(guilty);
@@ -84,14 +94,16 @@ impl Forward {
     }
 
     /// How much friction each contact at rest can bear, from the loads where all of them slide without it.
-    fn grip(&self, ground: &mut Ground, modes: &[Contact], resting: &[usize]) {
+    /// Also how many constraints are redundant then.
+    fn grip(&self, ground: &mut Ground, modes: &[Contact], resting: &[usize]) -> usize {
         let contacts = &self.parameters.contacts;
         ground.grips = vec![1.0; contacts.len()];
         let mut free = modes.to_vec();
         for &contact in resting {
             free[contact] = Contact::AtLimit([0.0; 3]);
         }
-        let Ok(solved) = self.solve(ground, &free, None, false) else { return };
+        let Ok(solved) = self.solve(ground, &free, None, false) else { return 0 };
+        let redundant = solved.balance.spread.stresses.len();
         let limits: Vec<f64> = contacts
             .iter()
             .zip(&solved.coupled.loads)
@@ -101,6 +113,7 @@ impl Forward {
         if largest > 0.0 && largest.is_finite() {
             ground.grips = limits.iter().map(|l| (l / largest).max(LEAST_GRIP)).collect();
         }
+        redundant
     }
 
     /// Changes one contact after the other until all laws are satisfied.
@@ -129,7 +142,12 @@ impl Forward {
     }
 
     /// All choices of sticking, sliding forward or backward, the most sticking first.
-    fn look_through(&self, ground: &Ground, modes: &[Contact], resting: &[usize]) -> Option<Choice> {
+    fn look_through(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        resting: &[usize],
+    ) -> Option<Choice> {
         let count = resting.len() as u32;
         if count == 0 || count > MOST {
             return None;
@@ -206,7 +224,7 @@ impl Forward {
                 continue;
             }
             let moment = &contacts[contact];
-            let (has, most) = (norm(moment.friction), moment.limit);
+            let (has, most) = (norm(moment.friction), moment.limit * ground.overload);
             let beyond = has - most * (1.0 + BEYOND);
             // Forces that are nothing but rounding exceed no limit.
             let size = solved.coupled.response.wrenches.iter().map(|w| w.force.norm());
@@ -241,7 +259,8 @@ impl Forward {
             let solved = self.solve(ground, trial, None, true)?;
             let mut turned = 0.0_f64;
             for &contact in resting {
-                let (Contact::AtLimit(direction) | Contact::Slides(direction)) = trial[contact] else {
+                let (Contact::AtLimit(direction) | Contact::Slides(direction)) = trial[contact]
+                else {
                     continue;
                 };
                 let Some(begins) = self.begins(ground, &solved, contact) else { continue };
@@ -317,7 +336,11 @@ impl Forward {
             if !(middle > low && middle < high) || high < 1e-300 {
                 break;
             }
-            if along(middle).norm() > 1.0 { low = middle } else { high = middle }
+            if along(middle).norm() > 1.0 {
+                low = middle
+            } else {
+                high = middle
+            }
             if low > 0.0 && high - low <= 1e-15 * high {
                 break;
             }
@@ -365,6 +388,15 @@ impl Forward {
         }
         begins
     }
+}
+
+/// All contacts at rest sticking.
+fn trial_of(modes: &[Contact], resting: &[usize]) -> Vec<Contact> {
+    let mut trial = modes.to_vec();
+    for &contact in resting {
+        trial[contact] = Contact::Sticks;
+    }
+    trial
 }
 
 /// Where the search ended without a choice.
