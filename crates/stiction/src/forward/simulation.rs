@@ -651,6 +651,11 @@ impl<'a> Simulation<'a> {
         }
         let mut ground =
             model.ground(time, state, &self.bristles, (&self.grips, &self.shares), inputs);
+        if let Some(contact) = stopped
+            && !self.takes_freedom(&ground, contact)
+        {
+            return self.reverse(contact, inputs);
+        }
         let before = self.modes.clone();
         let mut modes = self.modes.clone();
         let mut resting = Vec::new();
@@ -690,6 +695,22 @@ impl<'a> Simulation<'a> {
         let rates = &self.now.state.rates;
         let change = size(&|k| stopped.rates[k] - rates[k]);
         change > OTHER * size(&|k| rates[k]) && change > OTHER * self.fastest_rate
+    }
+
+    /// Whether the mechanism has less freedom when this contact sticks. At a dead centre it has not: the
+    /// contact stands while all moves on.
+    fn takes_freedom(&self, ground: &super::evaluate::Ground, contact: usize) -> bool {
+        let model = self.model;
+        let mut sticks = self.modes.clone();
+        sticks[contact] = Contact::Sticks;
+        let mobility = |modes: &[Contact]| {
+            let (held, _) = model.held(&ground.targets, modes, &[], &[]);
+            let rows =
+                super::rows::Rows::new(&model.topology, &model.parameters, &ground.bodies, &held);
+            let balance = super::balance::Balance::new(&model.scene(ground), rows);
+            balance.map_or(0, |balance| balance.mobility(model.topology.freedoms()))
+        };
+        mobility(&sticks) < mobility(&self.modes)
     }
 
     /// A contact slides back at once.
