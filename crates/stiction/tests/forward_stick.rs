@@ -7,7 +7,7 @@ use stiction::dynamics::{FrictionMode, InverseDynamics};
 use stiction::forward::{
     ConstantEfforts, Contact as Doing, EventKind, Forward, Inputs, Settings, View,
 };
-use stiction::friction::{Contact, Curve, Law, LoadMap};
+use stiction::friction::{Bristles, Contact, Curve, Law, LoadMap};
 use stiction::joint::JointType;
 use stiction::kinematics::{Coordinate, State, Target};
 use stiction::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder, SpringSpec};
@@ -356,4 +356,27 @@ fn a_parallel_robot_sticks_and_slides() {
     assert!(slides > 12, "{slides}");
     let turnover = simulation.energies().turnover;
     assert!(simulation.energy_error().abs() < 1e-7 * turnover);
+}
+
+/// Dahl's law over displacement, `N mu (1 - exp(-stiffness x / mu))`: what drives a prescribed slide at
+/// constant speed, and what its bristles have taken up.
+#[test]
+fn dahl_rises_exponentially_with_displacement() {
+    let (mu, stiffness, speed, way) = (0.2, 1e4, 0.01, 5e-5);
+    let law = Law {
+        bristles: Some(Bristles { stiffness, damping: 0.0 }),
+        ..Law::coulomb_viscous(mu, 0.0)
+    };
+    let contact = Contact { law, ..coulomb(mu, Curve::Constant, None) };
+    let model = Forward::new(mass_and_spring(contact, 0.0), &[0]);
+    let mut drive = Belt(speed);
+    let state = start_of(&model, &[(0.0, speed)]);
+    let mut simulation = model.start(0.0, state, fine(), &mut drive).unwrap();
+    assert!(matches!(simulation.contacts()[0], Doing::Smooth));
+    simulation.advance(way / speed, &mut drive).unwrap();
+    let now = simulation.instant();
+    let expected = 9.81 * mu * (1.0 - (-stiffness * way / mu).exp());
+    // Steps are exact to 1e-12 of the deflection.
+    assert!((now.drives[0] - expected).abs() < 1e-9, "{} {expected}", now.drives[0]);
+    assert!(simulation.energy_error().abs() < 1e-12);
 }
