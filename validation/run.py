@@ -96,7 +96,10 @@ def main() -> int:
         if not c.agrees()
     ]
     print(terminal_table(lines))
-    if options.write and not complaints:
+    is_whole = list(options.models) == list(STEPS) and list(options.engines) == list(ENGINES)
+    if options.write and not is_whole:
+        complaints.append("--write needs all models and engines: a part would replace the whole")
+    elif options.write and not complaints:
         write_bounds(BOUNDS, lines, provenance(options))
         write_page(PAGE, read_bounds(BOUNDS))
     elif is_standard(options):

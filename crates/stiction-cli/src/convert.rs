@@ -6,6 +6,7 @@ use crate::inverse::{failure_of, warn};
 use crate::outputs::Outputs;
 use crate::print;
 use crate::sources;
+use std::io::Write as _;
 use std::path::Path;
 use stiction::dynamics::FrictionMode;
 use stiction_model::LoadCase;
@@ -41,21 +42,39 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
     };
     match &options.output {
         None => print(&text),
-        Some(path) => write(path, &text),
+        Some(path) => write(path, &text, &options.model),
     }
 }
 
-/// Writes a file that is complete or absent.
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    let name = path.file_name().and_then(|name| name.to_str());
-    let Some(name) = name.filter(|_| !path.is_dir()) else {
-        return Err(Failure::input(format!("cannot write {}: it is a folder", path.display()))
-            .help("give the name of a file with -o"));
+/// Writes a file that is complete or absent; into what is there and is no file, as a pipe, as it comes.
+fn write(path: &Path, text: &str, model: &str) -> Result<(), Failure> {
+    let failure = |why: String| {
+        Failure::input(format!("cannot write {}: {why}", path.display()))
+            .help("give the name of a file with -o")
     };
-    let folder = match path.parent() {
+    if path.is_dir() || path.as_os_str().to_string_lossy().ends_with('/') {
+        return Err(failure("it is a folder".into()));
+    }
+    // A link keeps leading to what it led to.
+    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    if Path::new(model).canonicalize().is_ok_and(|own| own == target) {
+        return Err(failure("that is the model itself".into()));
+    }
+    if target.exists() && !target.is_file() {
+        let into = std::fs::OpenOptions::new().write(true).open(&target);
+        return into
+            .and_then(|mut into| into.write_all(text.as_bytes()))
+            .map_err(|error| failure(error.to_string()));
+    }
+    let name = target.file_name().and_then(|name| name.to_str());
+    let name = name.ok_or_else(|| failure("its name is no text".into()))?;
+    let folder = match target.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
     };
+    if folder.exists() && !folder.is_dir() {
+        return Err(failure(format!("{} is a file", folder.display())));
+    }
     let mut outputs = Outputs::new(folder)?;
     outputs.write(name, text.as_bytes())?;
     outputs.complete(&[])?;

@@ -33,6 +33,10 @@ impl Outputs {
         if complete.is_dir() {
             return Err(self.trouble(name, "there is a folder of that name"));
         }
+        if complete.exists() && !complete.is_file() {
+            // A device or a pipe would be gone.
+            return Err(self.trouble(name, "what is there is no file"));
+        }
         let file = File::create(&partial).map_err(|error| self.trouble(name, error))?;
         self.pending.push((partial, complete));
         Ok(BufWriter::new(file))

@@ -105,3 +105,31 @@ fn a_body_without_mass_is_told() {
         ],
     );
 }
+
+/// What is no file is written into, not replaced; the model is not overwritten; a link leads where it led.
+#[cfg(unix)]
+#[test]
+fn what_is_there_is_kept() {
+    let folder = Folder::new("convert-kept");
+    let model = folder.stiction(&["models", "four-bar"]).succeeds().to_owned();
+    folder.write("own.toml", &model);
+    folder
+        .stiction(&["convert", "own.toml", "--to", "json", "-o", "own.toml"])
+        .fails(2, &["cannot write own.toml: that is the model itself"]);
+    assert_eq!(folder.read("own.toml"), model);
+
+    folder.write("target.json", "old");
+    std::os::unix::fs::symlink("target.json", folder.0.join("link.json")).unwrap();
+    folder.stiction(&["convert", "four-bar", "--to", "json", "-o", "link.json"]).succeeds();
+    assert!(folder.0.join("link.json").is_symlink());
+    assert!(folder.read("target.json").starts_with('{'));
+
+    let said = folder.stiction(&["convert", "four-bar", "--to", "json", "-o", "/dev/stdout"]);
+    assert!(said.succeeds().starts_with('{'), "{}", said.out);
+    folder
+        .stiction(&["convert", "four-bar", "--to", "json", "-o", "own.toml/x.json"])
+        .fails(2, &["own.toml is a file"]);
+    folder
+        .stiction(&["convert", "four-bar", "--to", "json", "-o", "new/"])
+        .fails(2, &["it is a folder"]);
+}
