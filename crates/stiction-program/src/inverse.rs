@@ -12,7 +12,6 @@ use crate::run::{Runner, natural_lanes};
 use crate::samples::samples;
 use stiction::dynamics::{AppliedLoad, InverseDynamics, Weighting};
 use stiction::kinematics::{State, Target};
-use stiction::parameters::Parameters;
 
 /// Newton steps for the loads, at most.
 const STEPS: usize = 12;
@@ -353,9 +352,4 @@ impl RecordedStages {
         nodes.dedup();
         nodes
     }
-}
-
-/// Parameters over the recording scalar are constants: they are folded into the program.
-pub(crate) fn lifted(solver: &InverseDynamics) -> Parameters<crate::recorded::Recorded> {
-    Parameters::new(solver.mechanism())
 }

@@ -74,7 +74,7 @@ impl Machine {
 mod tests {
     use super::*;
     use crate::code::{Source, Step};
-    use crate::samples::Random;
+    use stiction::random::Random;
 
     /// Random code on ten slots, with a given number of steps.
     fn random_code(random: &mut Random, count: usize) -> Code {
@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn machine_code_is_what_is_interpreted() {
         let Some(widest) = widest() else { return };
-        let mut random = Random(7);
+        let mut random = Random::new(7);
         for case in 0..300 {
             let code = random_code(&mut random, 1 + case % 120);
             let count = 10 + code.stores.len();

@@ -1,15 +1,15 @@
 //! What is recorded: the kernel's own run, and the coupling of friction on top of it.
 
 use crate::graph::{Graph, Node, Op, needed};
-use crate::inverse::lifted;
 use crate::meaning::{Merged, merge};
 use crate::recorded::{Recorded, record};
-use crate::samples::Random;
 use std::collections::HashSet;
 use stiction::dynamics::{
     AppliedLoad, FrictionMode, Inverse, InverseDynamics, Kernel, Settings, Sharing,
 };
 use stiction::kinematics::Target;
+use stiction::parameters::Parameters;
+use stiction::random::Random;
 use stiction::scalar::Scalar;
 use stiction::spatial::{Mat3, Pose, Vec3, Wrench};
 
@@ -91,7 +91,7 @@ impl Recipe<'_> {
             stages.into_iter().flatten().collect()
         });
         // Loads are inputs of their own: any will do.
-        let mut random = Random(2);
+        let mut random = Random::new(2);
         let samples: Vec<Vec<f64>> = samples
             .iter()
             .map(|sample| {
@@ -141,7 +141,8 @@ impl Recipe<'_> {
         coupled: &[usize],
         inputs: &[Recorded],
     ) -> [Vec<Recorded>; 5] {
-        let parameters = lifted(self.solver);
+        // Numbers of the mechanism are constants: they are folded into the program.
+        let parameters = Parameters::<Recorded>::new(self.solver.mechanism());
         let mut workspace = self.kernel.workspace(&parameters, self.solver.assembly().state());
         let mut inputs = inputs.iter().copied();
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);

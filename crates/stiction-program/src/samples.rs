@@ -2,6 +2,7 @@
 
 use stiction::dynamics::{AppliedLoad, InverseDynamics};
 use stiction::kinematics::Target;
+use stiction::random::Random;
 
 /// How many samples there are: branches are told apart by their patterns over all of them.
 const SAMPLES: usize = 40;
@@ -15,7 +16,7 @@ pub(crate) fn samples(
     course: &[Vec<Target<f64>>],
     loads: &[AppliedLoad<f64>],
 ) -> Option<Vec<Vec<f64>>> {
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     let mut solver = solver.clone();
     let length = solver.mechanism().characteristic_length();
     if course.is_empty() {
@@ -40,15 +41,4 @@ pub(crate) fn samples(
         samples.push(sample);
     }
     Some(samples)
-}
-
-/// Numbers from -1 to 1 that are the same in every run (Knuth's linear congruential generator).
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    pub(crate) fn number(&mut self) -> f64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
 }

@@ -10,7 +10,7 @@ pub mod linalg;
 pub mod mechanism;
 pub mod mobility;
 pub mod parameters;
-mod random;
+pub mod random;
 pub mod scalar;
 pub mod spatial;
 pub mod topology;

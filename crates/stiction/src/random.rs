@@ -4,23 +4,24 @@ use crate::spatial::Vec3;
 use nalgebra::DVector;
 
 /// Knuth's linear congruential generator.
-pub(crate) struct Random(u64);
+#[derive(Clone, Debug)]
+pub struct Random(u64);
 
 impl Random {
     /// The sequence that belongs to a seed.
-    pub(crate) fn new(seed: u64) -> Self {
+    pub fn new(seed: u64) -> Self {
         Self(seed)
     }
 
     /// From -1 to 1.
-    pub(crate) fn number(&mut self) -> f64 {
+    pub fn number(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
     /// A point of the cube from -1 to 1.
-    pub(crate) fn vector(&mut self) -> Vec3<f64> {
+    pub fn vector(&mut self) -> Vec3<f64> {
         Vec3::new(self.number(), self.number(), self.number())
     }
 

@@ -4,10 +4,10 @@ use super::Error;
 use super::friction::OfJoints;
 use super::reactions::{OF_LEG, unknown};
 use crate::figure::Figure;
-use crate::inverse::{Curves, Job, Phase, Summary, Verdict};
+use crate::inverse::{self, Curves, Job, Phase, Summary, Verdict};
 use serde_json::Value;
-use stiction::dynamics::{Forces, FrictionMode, InverseDynamics, Power, Settings};
-use stiction::mechanism::JointId;
+use stiction::dynamics::{FrictionMode, Power, Settings};
+use stiction::mechanism::{JointId, Mechanism};
 use stiction::spatial::Vec3;
 use stiction_model::{Model, Source, gallery, read};
 
@@ -65,22 +65,17 @@ impl Run {
         job: &Job<'_>,
         mut progress: impl FnMut(Phase, usize, usize) -> bool,
     ) -> Result<Self, Error> {
-        let count = job.instants().map_err(crate::inverse::Error::from)?.count();
+        let count = job.instants().map_err(inverse::Error::from)?.count();
         let mut summary = Summary::new(job);
         let mut curves = Curves::new(job, count);
         let mut samples = Vec::with_capacity(count);
-        // Leg axes come from positions, which samples do not carry.
-        let mut solver =
-            job.assemble(job.instants().map_err(crate::inverse::Error::from)?.at(0))?;
-        let mut before = None;
+        let mechanism = &job.model.mechanism;
         let mut failed = None;
         let verdict = job.run(
             |sample| {
                 summary.add(sample);
                 curves.add(sample);
-                let from = before.replace(sample.time).unwrap_or(sample.time);
-                let followed = job.follow(&mut solver, from, sample.time).map_err(Error::from);
-                match followed.and_then(|()| of_sample(sample.time, sample.forces, &solver)) {
+                match of_sample(sample, mechanism) {
                     Ok(sample) => samples.push(sample),
                     Err(error) => failed = Some(error),
                 }
@@ -97,8 +92,7 @@ impl Run {
 }
 
 /// Joints of leg n in the order of the models' chain.
-fn joints(solver: &InverseDynamics, n: usize) -> Result<[JointId; 3], Error> {
-    let mechanism = solver.mechanism();
+fn joints(mechanism: &Mechanism, n: usize) -> Result<[JointId; 3], Error> {
     let id = |joint: &str| {
         let found = mechanism.joint_id(&format!("leg{}.{joint}", n + 1));
         found.ok_or_else(|| Error::Gallery(mechanism.name().to_owned()))
@@ -107,20 +101,21 @@ fn joints(solver: &InverseDynamics, n: usize) -> Result<[JointId; 3], Error> {
 }
 
 /// The first three of some numbers.
-fn three<T: Copy>(values: &[T], solver: &InverseDynamics) -> Result<[T; 3], Error> {
+fn three<T: Copy>(values: &[T], mechanism: &Mechanism) -> Result<[T; 3], Error> {
     match *values {
         [a, b, c, ..] => Ok([a, b, c]),
-        _ => Err(Error::Gallery(solver.mechanism().name().to_owned())),
+        _ => Err(Error::Gallery(mechanism.name().to_owned())),
     }
 }
 
-fn of_sample(time: f64, forces: &Forces, solver: &InverseDynamics) -> Result<Sample, Error> {
+fn of_sample(sample: &inverse::Sample<'_>, mechanism: &Mechanism) -> Result<Sample, Error> {
+    let forces = sample.forces;
     let mut unknowns = [[0.0; OF_LEG]; 3];
     for n in 0..3 {
-        let ids = joints(solver, n)?;
+        let ids = joints(mechanism, n)?;
         let [r, p, s] = ids.map(|id| forces.reactions[id.0]);
         // The P joint's frame stands upright in the leg: its axes are t, y, u.
-        let frame = solver.bodies().frame_j[ids[1].0].rotation;
+        let frame = sample.bodies.frame_j[ids[1].0].rotation;
         let [t, y, u] = [0, 1, 2].map(|k| frame * Vec3::unit(k));
         let of = &mut unknowns[n];
         for (i, axis) in [t, y, u].into_iter().enumerate() {
@@ -138,9 +133,9 @@ fn of_sample(time: f64, forces: &Forces, solver: &InverseDynamics) -> Result<Sam
         of[unknown::TAU] = forces.drives[n];
     }
     Ok(Sample {
-        time,
-        drives: three(&forces.drives, solver)?,
-        ideal: three(&forces.drives_frictionless, solver)?,
+        time: sample.time,
+        drives: three(&forces.drives, mechanism)?,
+        ideal: three(&forces.drives_frictionless, mechanism)?,
         unknowns,
         power: forces.power,
     })
@@ -148,7 +143,7 @@ fn of_sample(time: f64, forces: &Forces, solver: &InverseDynamics) -> Result<Sam
 
 /// Leg lengths and the rates of the P, R and S joints of each leg along a job's motion.
 pub(super) fn positions(job: &Job<'_>) -> Result<Vec<(f64, [f64; 3], OfJoints)>, Error> {
-    let instants = job.instants().map_err(crate::inverse::Error::from)?;
+    let instants = job.instants().map_err(inverse::Error::from)?;
     let mut solver = job.assemble(instants.at(0))?;
     let mut before = instants.at(0);
     let mut all = Vec::with_capacity(instants.count());
@@ -158,7 +153,7 @@ pub(super) fn positions(job: &Job<'_>) -> Result<Vec<(f64, [f64; 3], OfJoints)>,
         let (topology, bodies) = (solver.topology(), solver.bodies());
         let (mut lengths, mut rates) = ([0.0; 3], [[0.0; 3]; 3]);
         for n in 0..3 {
-            let [r, p, s] = joints(&solver, n)?;
+            let [r, p, s] = joints(solver.mechanism(), n)?;
             let rate = |joint: JointId, freedom: usize| {
                 bodies.joint_rates(topology, joint.0).get(freedom).copied()
             };
@@ -195,10 +190,10 @@ pub(super) fn interval(job: &Job<'_>, time: f64, rest_speed: f64) -> Result<Inte
     *solver.settings_mut() = Settings { friction: job.friction, rest_speed, ..Settings::default() };
     let mut loads = Vec::new();
     job.loads_at(time, &mut loads)?;
-    solver.solve(&loads).map_err(|error| crate::inverse::Error::Forces { time, error })?;
+    solver.solve(&loads).map_err(|error| inverse::Error::Forces { time, error })?;
     let forces = solver.forces();
     Ok(Interval {
-        attained: three(&forces.drive_bounds, &solver)?,
-        outer: three(&forces.drive_outer_bounds, &solver)?,
+        attained: three(&forces.drive_bounds, solver.mechanism())?,
+        outer: three(&forces.drive_outer_bounds, solver.mechanism())?,
     })
 }

@@ -45,21 +45,14 @@ pub(super) fn missing_moment(robot: &Robot, motion: &Motion, load: Load) -> f64 
 /// The load on the platform, (F, M) at O2 in fixed axes, that the 42 equations of the printed robot cannot
 /// take at all: the left null vector's part, scaled to its largest component. A load along it has no
 /// solution whatever the drives do, one across it has. None if the rank is not 41.
-pub(super) fn out_of_range(robot: &Robot, motion: &Motion) -> Option<[f64; 6]> {
-    let system = System::new(robot, motion, [0.0; 6], Form::Corrected);
+///
+/// And by how much a solution is missed under `load`, in the same scale.
+pub(super) fn out_of_range(robot: &Robot, motion: &Motion, load: Load) -> Option<([f64; 6], f64)> {
+    let system = System::new(robot, motion, load, Form::Corrected);
     let [null] = Svd::new(&system.matrix.transpose()).null_space(SIZE - 1).try_into().ok()?;
     let part: [f64; 6] = core::array::from_fn(|i| null[SIZE - 6 + i]);
     let largest = part.into_iter().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
-    Some(part.map(|x| x / largest))
-}
-
-/// By how much the 42 equations miss a solution, in the units of [`out_of_range`].
-pub(super) fn misfit(robot: &Robot, motion: &Motion, load: Load) -> Option<f64> {
-    let system = System::new(robot, motion, load, Form::Corrected);
-    let [null] = Svd::new(&system.matrix.transpose()).null_space(SIZE - 1).try_into().ok()?;
-    let part = null.rows(SIZE - 6, 6);
-    let largest = part.iter().fold(0.0, |a: f64, b| if b.abs() > a.abs() { *b } else { a });
-    Some(null.dot(&system.right) / largest)
+    Some((part.map(|x| x / largest), null.dot(&system.right) / largest))
 }
 
 /// The printed robot with friction and with a self-stress (-2, 1, 1) f of its legs, if something else bears

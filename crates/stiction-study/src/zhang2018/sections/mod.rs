@@ -97,6 +97,11 @@ pub(super) fn power_of_ten(value: f64, digits: usize) -> String {
     }
 }
 
+/// The least and the greatest of some counts, in words.
+pub(super) fn told((least, greatest): (usize, usize)) -> String {
+    if least == greatest { least.to_string() } else { format!("{least} to {greatest}") }
+}
+
 /// A number that should be zero, in words.
 pub(super) fn rounding(value: f64) -> String {
     if value == 0.0 { "exactly zero".into() } else { power_of_ten(value, 1) }

@@ -2,7 +2,7 @@
 
 use super::{
     digits, equation, fixed, greatest, note, paragraph, power_of_ten, right, rounding, section,
-    table, wrong,
+    table, told, wrong,
 };
 use crate::report::{Cell, Section};
 use crate::zhang2018::engine::Sample;
@@ -10,7 +10,7 @@ use crate::zhang2018::lagrangian::{Printed, driving_forces};
 use crate::zhang2018::reactions::{Form, NAMES, OF_LEG, SIZE, System, unknown};
 use crate::zhang2018::robot::{Motion, NO_LOAD, Robot};
 use crate::zhang2018::screws::NEGLIGIBLE;
-use crate::zhang2018::simulation::{misfit, out_of_range};
+use crate::zhang2018::simulation::out_of_range;
 use nalgebra::DVector;
 use stiction::linalg::Svd;
 
@@ -112,10 +112,6 @@ pub(in crate::zhang2018) fn agreement(frictionless: &[Sample]) -> (f64, f64) {
         }
     }
     worst
-}
-
-fn told((least, greatest): (usize, usize)) -> String {
-    if least == greatest { least.to_string() } else { format!("{least} to {greatest}") }
 }
 
 const POSES: usize = 500;
@@ -349,8 +345,7 @@ fn range_rows(robot: &Robot) -> Vec<[Cell; 9]> {
     let row = |degrees: f64| {
         let mut motion = Robot::printed_motion(0.13);
         motion.pose[2] = degrees.to_radians();
-        let null = out_of_range(robot, &motion)?;
-        let missed = misfit(robot, &motion, NO_LOAD)?;
+        let (null, missed) = out_of_range(robot, &motion, NO_LOAD)?;
         let drives = driving_forces(robot, Printed::NONE, &motion, NO_LOAD);
         let [fx, fy, fz, mx, my, mz] = null.map(|x| fixed(x, 4));
         let drives = drives.map_or(Cell::from("none"), |drives| fixed(greatest(drives), 1));

@@ -1,6 +1,6 @@
 //! Section 1 of the paper: what the robot can do.
 
-use super::{digits, equation, fixed, paragraph, right, section, table, wrong};
+use super::{digits, equation, fixed, paragraph, right, section, table, told, wrong};
 use crate::check::Findings;
 use crate::drawing::{Portrait, Surface};
 use crate::inverse::Job;
@@ -66,10 +66,6 @@ pub(in crate::zhang2018) fn ranks(robot: &Robot, count: usize) -> Ranks {
         found.stress = found.stress.max(misfit);
     }
     found
-}
-
-fn told((least, greatest): (usize, usize)) -> String {
-    if least == greatest { least.to_string() } else { format!("{least} to {greatest}") }
 }
 
 fn picture(job: &Job<'_>, caption: &str) -> Result<Block, Error> {
