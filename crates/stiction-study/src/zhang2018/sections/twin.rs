@@ -200,7 +200,7 @@ pub(in crate::zhang2018) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Sect
         table(
             "twin-reversals",
             "Every reversal of a joint in one cycle, no load, and the driving forces that static friction allows there. \
-             What certainly nothing exceeds is in the last column.",
+             By how much anything may lie beyond, at most, is in the last column.",
             [
                 ("time", "s"),
                 ("reverses", ""),
@@ -210,7 +210,7 @@ pub(in crate::zhang2018) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Sect
                 ("to", "N"),
                 ("τ~3~ from", "N"),
                 ("to", "N"),
-                ("beyond, at most", "N"),
+                ("beyond", "N"),
             ],
             reversals.iter().map(|r| {
                 let [a, b, c] = r.interval.attained;
