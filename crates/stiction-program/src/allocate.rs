@@ -2,13 +2,16 @@
 //!
 //! Straight-line code needs no more than to look ahead: whoever is needed last makes room (Belady 1966).
 
-use crate::code::{Code, Source, Step};
-use crate::encode::{ADD, Assembler, Base, DIV, MUL, Place, SUB, Width};
+use crate::code::{Code, Fused, Source, Step};
+use crate::encode::{ADD, Assembler, Base, DIV, MUL, Order, Place, SUB, Width};
 
 /// Constants that code needs beside its own.
 const ZERO: usize = 0;
 const SIGN: usize = 1;
 const OWN: usize = 2;
+
+/// No register.
+const NONE: u8 = u8::MAX;
 
 /// A value that is used again within so many steps is kept in a register.
 const SOON: u32 = 12;
@@ -136,11 +139,25 @@ impl<'a> Allocator<'a> {
         self.address(Base::Constants, place, self.width.lanes().max(2))
     }
 
-    /// A register that may be written; `pinned` ones are not taken.
+    /// A register that may be written: one that is free, or one that is not `pinned`.
     fn room(&mut self, pinned: &[u8]) -> u8 {
-        if let Some(free) = self.holds.iter().position(Option::is_none) {
-            return free as u8;
+        match self.holds.iter().position(Option::is_none) {
+            Some(free) => free as u8,
+            None => self.cleared(pinned),
         }
+    }
+
+    /// A register that may be written, none of the `pinned` ones even if those are free.
+    fn fresh(&mut self, pinned: &[u8]) -> u8 {
+        let mut free = (0..self.holds.len() as u8).filter(|r| self.holds[*r as usize].is_none());
+        match free.find(|register| !pinned.contains(register)) {
+            Some(free) => free,
+            None => self.cleared(pinned),
+        }
+    }
+
+    /// The register whose value is needed last, when that is saved.
+    fn cleared(&mut self, pinned: &[u8]) -> u8 {
         let mut last = (0, 0);
         for register in 0..self.holds.len() as u8 {
             if pinned.contains(&register) {
@@ -243,11 +260,12 @@ impl<'a> Allocator<'a> {
             Step::Sqrt(a) => {
                 let from = self.anywhere(a, now, &[]);
                 self.used(now, step);
-                let pinned = if let Place::Register(r) = from { [r] } else { [u8::MAX] };
+                let pinned = if let Place::Register(r) = from { [r] } else { [NONE] };
                 let to = self.room(&pinned);
                 self.assembler.sqrt(to, from);
                 to
             }
+            Step::Fused(kind, operands) => self.fused(now, step, kind, operands),
             Step::Select { of, yes, no } => {
                 let of = self.in_register(of, &[]);
                 let yes = self.in_register(yes, &[of]);
@@ -286,12 +304,53 @@ impl<'a> Allocator<'a> {
         let first = self.in_register(a, &[]);
         let second = self.anywhere(b, now, &[first]);
         self.used(now, step);
-        let mut pinned = [first, u8::MAX];
+        let mut pinned = [first, NONE];
         if let Place::Register(register) = second {
             pinned[1] = register;
         }
         let to = self.room(&pinned);
         self.assembler.arithmetic(opcode, to, first, second);
+        to
+    }
+
+    /// The target is one of the operands: one that nothing else needs, or a copy of the addend.
+    fn fused(&mut self, now: u32, step: Step, kind: Fused, [a, b, c]: [Source; 3]) -> u8 {
+        let ends = |of: &mut Self, source: Source| {
+            of.register_of(source).filter(|_| of.uses_of(source).first() == Some(&now))
+        };
+        let addend = self.register_of(c);
+        let is_last = ends(self, c).is_some();
+        let free = [(a, b), (b, a)].into_iter().find(|(a, _)| ends(self, *a).is_some());
+        if let (Some(addend), Some((own, other)), false) = (addend, free, is_last || a == b) {
+            let to = self.in_register(own, &[addend]);
+            let other = self.anywhere(other, now, &[addend, to]);
+            self.used(now, step);
+            self.assembler.fused(kind, Order::TimesLast, to, addend, other);
+            return to;
+        }
+        let kept = addend.unwrap_or(NONE);
+        let first = self.in_register(a, &[kept]);
+        let second = self.anywhere(b, now, &[kept, first]);
+        let mut pinned = [kept, first, NONE];
+        if let Place::Register(register) = second {
+            pinned[2] = register;
+        }
+        let from = self.memory_of(c);
+        self.used(now, step);
+        let to = match addend {
+            Some(addend) if is_last => addend,
+            Some(addend) => {
+                let to = self.fresh(&pinned);
+                self.assembler.copy(to, addend);
+                to
+            }
+            None => {
+                let to = self.fresh(&pinned);
+                self.assembler.load(to, from);
+                to
+            }
+        };
+        self.assembler.fused(kind, Order::Plus, to, first, second);
         to
     }
 

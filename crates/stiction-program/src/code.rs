@@ -23,12 +23,40 @@ pub(crate) enum Step {
     Div(Source, Source),
     Neg(Source),
     Sqrt(Source),
-    Select { of: Source, yes: Source, no: Source },
+    Select {
+        of: Source,
+        yes: Source,
+        no: Source,
+    },
+    /// A product and a sum, rounded once.
+    Fused(Fused, [Source; 3]),
+}
+
+/// What is done with three operands `a`, `b`, `c`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fused {
+    /// `a b + c`.
+    Add,
+    /// `a b - c`.
+    Sub,
+    /// `c - a b`.
+    From,
+}
+
+impl Fused {
+    pub(crate) fn of(self, a: f64, b: f64, c: f64) -> f64 {
+        match self {
+            Self::Add => a.mul_add(b, c),
+            Self::Sub => a.mul_add(b, -c),
+            Self::From => (-a).mul_add(b, c),
+        }
+    }
 }
 
 impl Step {
     pub(crate) fn operands(self) -> impl Iterator<Item = Source> {
         let all = match self {
+            Self::Fused(_, operands) => operands.map(Some),
             Self::Neg(a) | Self::Sqrt(a) => [Some(a), None, None],
             Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => {
                 [Some(a), Some(b), None]
@@ -110,8 +138,52 @@ impl Slots {
     }
 }
 
-/// Compiles what `results` need and is not in a slot yet, and puts them into slots.
-pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots) -> Vec<Part> {
+/// What becomes one step: for each product that nothing but one sum at the same level reads that sum, and
+/// for each sum its product. The same for quotients, which are products with reciprocals.
+fn pairs(
+    ops: &[Op],
+    needed: &[bool],
+    level: &[usize],
+    crosses: &[bool],
+    fuse: bool,
+) -> Vec<Option<Node>> {
+    let mut readers = vec![0_u32; ops.len()];
+    for (_, op) in ops.iter().enumerate().filter(|(k, _)| needed[*k]) {
+        op.operands().for_each(|operand| readers[operand as usize] += 1);
+    }
+    let mut with = vec![None; ops.len()];
+    let alone = |node: Node, by: usize| {
+        let at = node as usize;
+        readers[at] == 1 && !crosses[at] && level[at] == level[by]
+    };
+    for (k, op) in ops.iter().enumerate().filter(|(k, _)| fuse && needed[*k]) {
+        let (Op::Add(a, b) | Op::Sub(a, b)) = *op else { continue };
+        let serves = |node: &Node| alone(*node, k) && matches!(ops[*node as usize], Op::Mul(..));
+        // The later one: what it needs is nearer.
+        if let Some(product) = [a.max(b), a.min(b)].into_iter().find(serves) {
+            with[k] = Some(product);
+            with[product as usize] = Some(k as Node);
+        }
+    }
+    for (k, op) in ops.iter().enumerate().filter(|(k, _)| needed[*k]) {
+        let Op::Mul(a, b) = *op else { continue };
+        let is_reciprocal = |node: &Node| alone(*node, k) && is_reciprocal(ops, *node);
+        if let (None, Some(over)) = (with[k], [a, b].into_iter().find(is_reciprocal)) {
+            with[k] = Some(over);
+            with[over as usize] = Some(k as Node);
+        }
+    }
+    with
+}
+
+fn is_reciprocal(ops: &[Op], node: Node) -> bool {
+    let one = Op::Constant(1.0_f64.to_bits());
+    matches!(ops[node as usize], Op::Div(a, _) if ops[a as usize] == one)
+}
+
+/// Compiles what `results` need and is not in a slot yet, and puts them into slots; products and sums are
+/// one step if `fuse`.
+pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: bool) -> Vec<Part> {
     // What is in a slot needs nothing.
     let open: Vec<Node> = results.iter().copied().filter(|n| slots.of(*n).is_none()).collect();
     let cut: Vec<Op> = ops
@@ -143,6 +215,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots) -> Vec<Pa
             }
         }
     }
+    let with = pairs(&cut, &needed, &level, &crosses, fuse);
     let mut parts = Vec::new();
     for now in 0..=most {
         let (mut code, mut calls) = (Code::default(), Vec::new());
@@ -172,7 +245,22 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots) -> Vec<Pa
                 }
             };
             let mut of = |node: Node| source(node, &mut code, &mut constants);
+            let pair = with[k].map(|other| (other, cut[other as usize]));
             let step = match *op {
+                // The other one does it.
+                Op::Mul(..) if matches!(pair, Some((_, Op::Add(..) | Op::Sub(..)))) => continue,
+                Op::Div(..) if pair.is_some() => continue,
+                Op::Mul(a, b) if let Some((over, Op::Div(_, by))) = pair => {
+                    Step::Div(of(if over == a { b } else { a }), of(by))
+                }
+                Op::Add(x, y) | Op::Sub(x, y) if let Some((product, Op::Mul(a, b))) = pair => {
+                    let (kind, c) = match op {
+                        Op::Add(..) => (Fused::Add, if product == x { y } else { x }),
+                        _ if product == x => (Fused::Sub, y),
+                        _ => (Fused::From, x),
+                    };
+                    Step::Fused(kind, [of(a), of(b), of(c)])
+                }
                 Op::Add(a, b) => Step::Add(of(a), of(b)),
                 Op::Sub(a, b) => Step::Sub(of(a), of(b)),
                 Op::Mul(a, b) => Step::Mul(of(a), of(b)),
@@ -228,6 +316,7 @@ impl Code {
                 }
                 Step::Neg(a) | Step::Sqrt(a) => (of(a), [0.0; L]),
                 Step::Select { yes, no, .. } => (of(yes), of(no)),
+                Step::Fused(_, [a, b, _]) => (of(a), of(b)),
             };
             let each = |f: fn(f64, f64) -> f64| core::array::from_fn(|l| f(a[l], b[l]));
             values[k] = match *step {
@@ -237,6 +326,10 @@ impl Code {
                 Step::Div(..) => each(|a, b| a / b),
                 Step::Neg(_) => each(|a, _| -a),
                 Step::Sqrt(_) => each(|a, _| a.sqrt()),
+                Step::Fused(kind, [.., c]) => {
+                    let c = of(c);
+                    core::array::from_fn(|l| kind.of(a[l], b[l], c[l]))
+                }
                 Step::Select { of: condition, .. } => {
                     let c = of(condition);
                     core::array::from_fn(|l| if c[l] > 0.0 { a[l] } else { b[l] })

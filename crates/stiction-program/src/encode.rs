@@ -3,6 +3,8 @@
 //! Source: Intel 64 and IA-32 Architectures Software Developer's Manual, volume 2, sections 2.3 (VEX) and
 //! 2.7 (EVEX).
 
+use crate::code::Fused;
+
 /// How wide registers are and how many there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Width {
@@ -64,6 +66,7 @@ pub(crate) const SUB: u8 = 0x5C;
 pub(crate) const DIV: u8 = 0x5E;
 const SQRT: u8 = 0x51;
 const XOR: u8 = 0x57;
+const COPY: u8 = 0x28;
 const LOAD: u8 = 0x10;
 const STORE: u8 = 0x11;
 const COMPARE: u8 = 0xC2;
@@ -94,6 +97,17 @@ struct Instruction {
     immediate: Option<u8>,
     /// Whether the mask register k1 chooses.
     masked: bool,
+    /// The bit W, which some instructions of doubles have.
+    wide: bool,
+}
+
+/// Where the operands of a fused instruction `product + sum` stand: the target is read, too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Order {
+    /// `to = to * last + second`.
+    TimesLast,
+    /// `to = second * last + to`.
+    Plus,
 }
 
 impl Assembler {
@@ -104,12 +118,42 @@ impl Assembler {
     /// Arithmetic on one number or on all.
     fn of_map(&self, opcode: u8) -> Instruction {
         let prefix = if self.width == Width::One { PF2 } else { P66 };
-        Instruction { prefix, map: MAP_0F, opcode, immediate: None, masked: false }
+        Instruction { prefix, map: MAP_0F, opcode, immediate: None, masked: false, wide: false }
     }
 
     /// `to = a OP b`.
     pub(crate) fn arithmetic(&mut self, opcode: u8, to: u8, a: u8, b: Place) {
         self.emit(self.of_map(opcode), to, a, b);
+    }
+
+    /// One rounding for product and sum; `to` is one of the operands.
+    pub(crate) fn fused(&mut self, kind: Fused, order: Order, to: u8, second: u8, last: Place) {
+        let order = match order {
+            Order::TimesLast => 0x90,
+            Order::Plus => 0xB0,
+        };
+        let kind = match kind {
+            Fused::Add => 0x8,
+            Fused::Sub => 0xA,
+            Fused::From => 0xC,
+        };
+        let scalar = u8::from(self.width == Width::One);
+        let instruction = Instruction {
+            prefix: P66,
+            map: MAP_0F38,
+            opcode: order | kind | scalar,
+            immediate: None,
+            masked: false,
+            wide: true,
+        };
+        self.emit(instruction, to, second, last);
+    }
+
+    /// `to = from`, registers.
+    pub(crate) fn copy(&mut self, to: u8, from: u8) {
+        // All of it, whatever the width: that is what processors do by renaming.
+        let whole = Instruction { prefix: P66, opcode: COPY, ..self.of_map(COPY) };
+        self.emit(whole, to, 0, Place::Register(from));
     }
 
     pub(crate) fn sqrt(&mut self, to: u8, of: Place) {
@@ -146,6 +190,7 @@ impl Assembler {
                 opcode: BLEND_BY_MASK,
                 immediate: None,
                 masked: true,
+                wide: false,
             };
             self.emit(blend, to, no, yes);
         } else {
@@ -156,6 +201,7 @@ impl Assembler {
                 opcode: BLEND,
                 immediate: Some(mask << 4),
                 masked: false,
+                wide: false,
             };
             self.emit(blend, to, no, yes);
         }
@@ -186,7 +232,8 @@ impl Assembler {
         } else {
             let first = r | inverted(0, 6) | inverted(base, 5) | what.map;
             let long = if self.width == Width::Four { 1 << 2 } else { 0 };
-            let middle = (!second & 15) << 3 | long | what.prefix;
+            let wide = u8::from(what.wide) << 7;
+            let middle = wide | (!second & 15) << 3 | long | what.prefix;
             self.bytes.extend([0xC4, first, middle]);
         }
         self.bytes.push(what.opcode);
@@ -222,6 +269,25 @@ mod tests {
             bytes(Width::Four, &|a| a.arithmetic(MUL, 12, 3, Place::Register(11))),
             [0xC4, 0x41, 0x65, 0x59, 0xE3]
         );
+        // vfmadd132sd xmm1, xmm9, [rdi+0x10]
+        let fused = |a: &mut Assembler| a.fused(Fused::Add, Order::TimesLast, 1, 9, slot);
+        assert_eq!(bytes(Width::One, &fused), [0xC4, 0xE2, 0xB1, 0x99, 0x8F, 0x10, 0, 0, 0]);
+        // vfnmadd231pd ymm12, ymm3, ymm11
+        assert_eq!(
+            bytes(Width::Four, &|a| {
+                a.fused(Fused::From, Order::Plus, 12, 3, Place::Register(11));
+            }),
+            [0xC4, 0x42, 0xE5, 0xBC, 0xE3]
+        );
+        // vfmsub132pd zmm20, zmm17, zmm31
+        assert_eq!(
+            bytes(Width::Eight, &|a| {
+                a.fused(Fused::Sub, Order::TimesLast, 20, 17, Place::Register(31));
+            }),
+            [0x62, 0x82, 0xF5, 0x40, 0x9A, 0xE7]
+        );
+        // vmovapd xmm3, xmm12
+        assert_eq!(bytes(Width::One, &|a| a.copy(3, 12)), [0xC4, 0xC1, 0x79, 0x28, 0xDC]);
         // vsubpd zmm20, zmm17, zmm31
         assert_eq!(
             bytes(Width::Eight, &|a| a.arithmetic(SUB, 20, 17, Place::Register(31))),

@@ -175,9 +175,14 @@ impl Graph {
             (_, Some(0.0)) => return a,
             _ => {}
         }
-        match self.negated(b) {
-            Some(b) => self.sum(a, b),
-            None => self.place(Op::Sub(a, b)),
+        match (self.negated(a), self.negated(b)) {
+            (_, Some(b)) => self.sum(a, b),
+            // Outwards, until a sum takes it in.
+            (Some(a), None) => {
+                let sum = self.sum(a, b);
+                self.negative(sum)
+            }
+            (None, None) => self.place(Op::Sub(a, b)),
         }
     }
 
@@ -202,12 +207,17 @@ impl Graph {
         match (self.constant(a), self.constant(b)) {
             (Some(x), Some(y)) => self.number(x / y),
             (Some(0.0), _) => self.number(0.0),
-            // A product is faster, and different by a unit of the last digit at most.
+            (Some(1.0), _) => self.place(Op::Div(a, b)),
+            // A product is different by a unit of the last digit at most, and others may divide by the same.
             (_, Some(y)) => {
                 let over = self.number(1.0 / y);
                 self.product(a, over)
             }
-            _ => self.place(Op::Div(a, b)),
+            _ => {
+                let one = self.number(1.0);
+                let over = self.place(Op::Div(one, b));
+                self.product(a, over)
+            }
         }
     }
 

@@ -6,12 +6,15 @@
 //! there are contacts whose friction changes some load; it is repeated. The third adds up.
 
 use crate::code::{Part, Slots, compile};
+use crate::given::{BodyMotion, Given};
 use crate::graph::{Node, Op, needed};
+use crate::machine::fuses;
 use crate::recipe::{Counts, Recipe, RecordedStages};
 use crate::run::{Runner, natural_lanes};
 use crate::samples::samples;
 use stiction::dynamics::{AppliedLoad, InverseDynamics, Weighting};
 use stiction::kinematics::{State, Target};
+use stiction::mechanism::BodyId;
 
 /// Newton steps for the loads, at most.
 const STEPS: usize = 12;
@@ -26,6 +29,7 @@ const MOST_LANES: usize = 8;
 /// Inverse dynamics of one mechanism, compiled.
 #[derive(Debug)]
 pub struct InverseProgram {
+    given: Given,
     counts: Counts,
     places: Places,
     slots: usize,
@@ -62,6 +66,17 @@ pub struct Memory {
     scratch: Vec<f64>,
 }
 
+impl Memory {
+    /// Writes a lane's inputs one after the other.
+    fn writer(&mut self, lane: usize) -> impl FnMut(f64) + '_ {
+        let (lanes, mut slot) = (self.lanes, 0);
+        move |value| {
+            self.slots[slot * lanes + lane] = value;
+            slot += 1;
+        }
+    }
+}
+
 impl InverseProgram {
     /// Records and compiles the program of a mechanism.
     ///
@@ -92,7 +107,11 @@ impl InverseProgram {
             return None;
         }
         let samples = samples(solver, course, loads)?;
-        let recipe = Recipe { kernel: &kernel, solver, loads };
+        let positions: Vec<Vec<f64>> =
+            samples.iter().map(|sample| sample.state.coordinates.clone()).collect();
+        let given = Given::new(solver, &positions, loads.len());
+        let samples: Vec<Vec<f64>> = samples.iter().map(|sample| given.row(sample)).collect();
+        let recipe = Recipe { kernel: &kernel, solver, loads, given: &given };
         // First with all contacts, to see whose friction changes a load at all.
         let all: Vec<usize> = (0..solver.parameters().contacts.len()).collect();
         let first = recipe.record(&all, &samples);
@@ -102,13 +121,15 @@ impl InverseProgram {
         };
         let coupled: Vec<usize> = all.iter().copied().filter(changes_a_load).collect();
         let recorded = recipe.record(&coupled, &samples);
-        Some(Self::compile(recipe.counts(coupled.len()), &recorded, machine))
+        let counts = recipe.counts(coupled.len());
+        Some(Self::compile(counts, &recorded, given, machine))
     }
 
-    fn compile(counts: Counts, recorded: &RecordedStages, machine: bool) -> Self {
+    fn compile(counts: Counts, recorded: &RecordedStages, given: Given, machine: bool) -> Self {
         let ops = recorded.graph.ops();
+        let fuse = machine && fuses();
         let mut slots = Slots::default();
-        slots.reserve(counts.inputs() + counts.coupled);
+        slots.reserve(counts.inputs + counts.coupled);
         for (node, op) in ops.iter().enumerate() {
             if let Op::Input(k) = op {
                 slots.put(node as Node, *k);
@@ -119,16 +140,16 @@ impl InverseProgram {
         let mut own = slots.clone();
         let mut results = recorded.ideal.clone();
         results.push(recorded.guards[0]);
-        stages[0] = compile(ops, &results, &mut own);
+        stages[0] = compile(ops, &results, &mut own, fuse);
         let ideal_guard = own.of(recorded.guards[0]).unwrap_or(0);
         let ideal: Vec<u32> = recorded.ideal.iter().map(|n| own.of(*n).unwrap_or(0)).collect();
         let (ideal_drives, ideal_reactions) = ideal.split_at(counts.drives);
         slots.reserve(own.count() - slots.count());
-        let first = recorded.first_stage(counts.inputs());
-        stages[1] = compile(ops, &first, &mut slots);
+        let first = recorded.first_stage(counts.inputs);
+        stages[1] = compile(ops, &first, &mut slots, fuse);
         let with = |nodes: &[Node], guard: Node| [nodes, &[guard]].concat();
-        stages[2] = compile(ops, &with(&recorded.step, recorded.guards[1]), &mut slots);
-        stages[3] = compile(ops, &with(&recorded.rest, recorded.guards[2]), &mut slots);
+        stages[2] = compile(ops, &with(&recorded.step, recorded.guards[1]), &mut slots, fuse);
+        stages[3] = compile(ops, &with(&recorded.rest, recorded.guards[2]), &mut slots, fuse);
         let place = |node: &Node| slots.of(*node).unwrap_or(0);
         let all = |nodes: &[Node]| -> Vec<u32> { nodes.iter().map(place).collect() };
         let (next, determinant) = recorded.step.split_at(counts.coupled);
@@ -158,6 +179,7 @@ impl InverseProgram {
             |lanes| stages.each_ref().map(|parts| Runner::new(parts, lanes, count, machine));
         let operations = stages.each_ref().map(|parts| parts.iter().map(Part::operations).sum());
         Self {
+            given,
             counts,
             places,
             slots: count,
@@ -196,6 +218,17 @@ impl InverseProgram {
         if lanes == 1 { &self.one } else { &self.many }
     }
 
+    /// The bodies whose motions are given to [`Self::set_bodies`]: those where chains meet.
+    pub fn bodies(&self) -> impl Iterator<Item = BodyId> + '_ {
+        self.given.bodies()
+    }
+
+    /// The coordinates of the tree that a program has to be told, by their places: those that do not
+    /// follow from the bodies' motions in closed form. Rates and accelerations follow from prescribed values.
+    pub fn coordinates(&self) -> &[usize] {
+        self.given.free()
+    }
+
     /// Sets one lane's state of motion, prescribed values and loads. The state must close the loops.
     pub fn set(
         &self,
@@ -205,19 +238,28 @@ impl InverseProgram {
         targets: &[Target<f64>],
         loads: &[AppliedLoad<f64>],
     ) {
-        let (lanes, mut slot) = (memory.lanes, 0);
-        let mut put = |value: f64| {
-            memory.slots[slot * lanes + lane] = value;
-            slot += 1;
-        };
-        let State { coordinates, rates, accelerations } = state;
-        coordinates.iter().chain(rates).chain(accelerations).for_each(|value| put(*value));
-        for target in targets {
-            [target.value, target.rate, target.acceleration].into_iter().for_each(&mut put);
-        }
-        for load in loads {
-            load.force.to_array().into_iter().chain(load.moment.to_array()).for_each(&mut put);
-        }
+        let put = memory.writer(lane);
+        self.given.visit(self.given.motions(state), &state.coordinates, targets, loads, put);
+    }
+
+    /// The same from the motions of [`Self::bodies`], in their order: inverse kinematics is a part of the
+    /// program. `coordinates` are those of the whole tree; [`Self::coordinates`] of them are read.
+    pub fn set_bodies(
+        &self,
+        memory: &mut Memory,
+        lane: usize,
+        motions: &[BodyMotion<f64>],
+        coordinates: &[f64],
+        targets: &[Target<f64>],
+        loads: &[AppliedLoad<f64>],
+    ) {
+        let put = memory.writer(lane);
+        self.given.visit(motions.iter().copied(), coordinates, targets, loads, put);
+    }
+
+    /// The motions of [`Self::bodies`] in a state of the tree.
+    pub fn motions(&self, state: &State<f64>) -> Vec<BodyMotion<f64>> {
+        self.given.motions(state).collect()
     }
 
     /// Everything without friction: [`Self::ideal_drive`] and [`Self::ideal_reaction`] afterwards.
@@ -238,7 +280,7 @@ impl InverseProgram {
         let Memory { lanes, slots, scratch } = memory;
         let lanes = *lanes;
         runners[1].run(slots, scratch);
-        let inputs = self.counts.inputs();
+        let inputs = self.counts.inputs;
         for (k, start) in self.places.start.iter().enumerate() {
             copy(slots, *start as usize, inputs + k, lanes);
         }
@@ -264,7 +306,7 @@ impl InverseProgram {
     /// Whether the last step of the loads leaves nothing but rounding. Newton's steps square the error: what
     /// one has changed is the error before it, and the last two tell by what factor the square counts.
     fn compare(&self, slots: &[f64], lanes: usize, changes: &mut [f64], settled: &mut [bool]) {
-        let inputs = self.counts.inputs();
+        let inputs = self.counts.inputs;
         for lane in 0..lanes {
             let (mut change, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
             for (k, next) in self.places.next.iter().enumerate() {

@@ -39,6 +39,7 @@
 mod allocate;
 mod code;
 mod encode;
+mod given;
 mod graph;
 mod inverse;
 mod machine;
@@ -48,4 +49,5 @@ mod recorded;
 mod run;
 mod samples;
 
+pub use given::BodyMotion;
 pub use inverse::{InverseProgram, Memory};

@@ -36,6 +36,18 @@ pub(crate) fn widest() -> Option<Width> {
     None
 }
 
+/// Whether this processor adds to products in one instruction.
+pub(crate) fn fuses() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    {
+        widest().is_some() && is_x86_feature_detected!("fma")
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        false
+    }
+}
+
 impl Machine {
     /// Makes code executable; none where this system does not allow it.
     pub(crate) fn new(code: &Code, width: Width, slots: usize) -> Option<Self> {
@@ -73,7 +85,7 @@ impl Machine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::code::{Source, Step};
+    use crate::code::{Fused, Source, Step};
     use stiction::random::Random;
 
     /// Random code on ten slots, with a given number of steps.
@@ -90,12 +102,15 @@ mod tests {
                 _ => Source::Step(pick(k) as u32),
             };
             let (a, b, c) = (source(), source(), source());
-            let step = match pick(9) {
+            let step = match pick(if fuses() { 12 } else { 9 }) {
                 0 | 1 => Step::Add(a, b),
                 2 | 3 => Step::Sub(a, b),
                 4 | 5 => Step::Mul(a, b),
                 6 => Step::Div(a, b),
                 7 => Step::Neg(a),
+                9 => Step::Fused(Fused::Add, [a, b, c]),
+                10 => Step::Fused(Fused::Sub, [a, b, c]),
+                11 => Step::Fused(Fused::From, [a, b, c]),
                 _ => Step::Select { of: a, yes: b, no: c },
             };
             code.steps.push(step);

@@ -1,5 +1,6 @@
 //! What is recorded: the kernel's own run, and the coupling of friction on top of it.
 
+use crate::given::Given;
 use crate::graph::{Graph, Node, Op, needed};
 use crate::meaning::{Merged, merge};
 use crate::recorded::{Recorded, record};
@@ -16,22 +17,13 @@ use stiction::spatial::{Mat3, Pose, Vec3, Wrench};
 /// Sizes of a program.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Counts {
-    pub(crate) coordinates: usize,
-    pub(crate) freedoms: usize,
-    pub(crate) targets: usize,
-    pub(crate) loads: usize,
+    /// Numbers that are given.
+    pub(crate) inputs: usize,
     pub(crate) contacts: usize,
     /// Contacts whose friction changes some load.
     pub(crate) coupled: usize,
     pub(crate) drives: usize,
     pub(crate) joints: usize,
-}
-
-impl Counts {
-    /// Inputs but for the loads of coupled contacts, which follow.
-    pub(crate) fn inputs(&self) -> usize {
-        self.coordinates + 2 * self.freedoms + 3 * self.targets + 6 * self.loads
-    }
 }
 
 /// The stages as results of one graph.
@@ -56,6 +48,7 @@ pub(crate) struct Recipe<'a> {
     pub(crate) kernel: &'a Kernel,
     pub(crate) solver: &'a InverseDynamics,
     pub(crate) loads: &'a [AppliedLoad<f64>],
+    pub(crate) given: &'a Given,
 }
 
 /// A wrench in the frame of a joint.
@@ -68,12 +61,9 @@ fn local(frame: &Pose<Recorded>, wrench: Wrench<Recorded>) -> Wrench<Recorded> {
 
 impl Recipe<'_> {
     pub(crate) fn counts(&self, coupled: usize) -> Counts {
-        let (solver, state) = (self.solver, self.solver.assembly().state());
+        let solver = self.solver;
         Counts {
-            coordinates: state.coordinates.len(),
-            freedoms: state.rates.len(),
-            targets: solver.assembly().prescription().coordinates().len(),
-            loads: self.loads.len(),
+            inputs: self.given.count(),
             contacts: solver.parameters().contacts.len(),
             coupled,
             drives: solver.mechanism().actuators().count(),
@@ -85,7 +75,7 @@ impl Recipe<'_> {
     pub(crate) fn record(&self, coupled: &[usize], samples: &[Vec<f64>]) -> RecordedStages {
         let counts = self.counts(coupled.len());
         let mut sizes = [0; 4];
-        let (graph, nodes) = record(counts.inputs() + coupled.len(), |inputs| {
+        let (graph, nodes) = record(counts.inputs + coupled.len(), |inputs| {
             let stages = self.follow(&counts, coupled, inputs);
             sizes = [0, 1, 2, 3].map(|k| stages[k].len());
             stages.into_iter().flatten().collect()
@@ -146,13 +136,11 @@ impl Recipe<'_> {
         let mut workspace = self.kernel.workspace(&parameters, self.solver.assembly().state());
         let mut inputs = inputs.iter().copied();
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
-        workspace.state.coordinates.iter_mut().for_each(|q| *q = next());
-        // Rates and accelerations are found from the targets, by more operations than it takes to see that
-        // they are what was given: the given ones come first and stay.
-        (0..2 * counts.freedoms).for_each(|_| {
-            next();
-        });
-        let targets: Vec<Target<Recorded>> = (0..counts.targets)
+        // Rates and accelerations are found once more, from the targets, by more operations than it takes to
+        // see that they are the same: what comes first stays.
+        self.given.read(self.solver.mechanism(), &mut workspace.state, &mut next);
+        let count = self.solver.assembly().prescription().coordinates().len();
+        let targets: Vec<Target<Recorded>> = (0..count)
             .map(|_| Target { value: next(), rate: next(), acceleration: next() })
             .collect();
         let mut vector = || Vec3::new(next(), next(), next());

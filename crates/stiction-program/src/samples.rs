@@ -1,21 +1,29 @@
 //! States of motion at which the meaning of nodes is compared.
 
 use stiction::dynamics::{AppliedLoad, InverseDynamics};
-use stiction::kinematics::Target;
+use stiction::kinematics::{State, Target};
 use stiction::random::Random;
+use stiction::spatial::Vec3;
 
 /// How many samples there are: branches are told apart by their patterns over all of them.
 const SAMPLES: usize = 40;
 /// Positions among them: each takes time to assemble.
 const POSITIONS: usize = 10;
 
+/// A generic state: of the tree, with what is prescribed and what loads.
+pub(crate) struct Sample {
+    pub(crate) state: State<f64>,
+    pub(crate) targets: Vec<Target<f64>>,
+    pub(crate) loads: Vec<AppliedLoad<f64>>,
+}
+
 /// Generic states along a course: positions near those given, with any rates, accelerations and loads.
-/// Each is a row of the program's inputs. None if the course cannot be followed.
+/// None if the course cannot be followed.
 pub(crate) fn samples(
     solver: &InverseDynamics,
     course: &[Vec<Target<f64>>],
     loads: &[AppliedLoad<f64>],
-) -> Option<Vec<Vec<f64>>> {
+) -> Option<Vec<Sample>> {
     let mut random = Random::new(1);
     let mut solver = solver.clone();
     let length = solver.mechanism().characteristic_length();
@@ -32,13 +40,12 @@ pub(crate) fn samples(
             target.acceleration = 10.0 * random.number();
         }
         solver.move_to(&targets).ok()?;
-        let state = solver.assembly().state();
-        let mut sample = state.coordinates.clone();
-        sample.extend(&state.rates);
-        sample.extend(&state.accelerations);
-        sample.extend(targets.iter().flat_map(|t| [t.value, t.rate, t.acceleration]));
-        sample.extend((0..6 * loads.len()).map(|_| 100.0 * random.number()));
-        samples.push(sample);
+        let mut force = || 100.0 * random.number();
+        let mut vector = || Vec3::new(force(), force(), force());
+        let any =
+            |load: &AppliedLoad<f64>| AppliedLoad { force: vector(), moment: vector(), ..*load };
+        let loads = loads.iter().map(any).collect();
+        samples.push(Sample { state: solver.assembly().state().clone(), targets, loads });
     }
     Some(samples)
 }

@@ -1,13 +1,14 @@
 //! Programs recorded for the robot: straight-line machine code, one state at a time and as many as the
 //! processor has lanes.
 //!
-//! As the peers they are given the whole state of the tree, with what is prescribed.
+//! Peers are given the whole state of the tree. Programs are given the motion of the platform alone:
+//! inverse kinematics is a part of them.
 
 use crate::expected::{Difference, Expected, Forces};
 use crate::robot::Robot;
 use crate::subject::Subject;
 use std::hint::black_box;
-use stiction_program::{InverseProgram, Memory};
+use stiction_program::{BodyMotion, InverseProgram, Memory};
 
 /// Positions along the motion at which a program is recorded.
 const COURSE: usize = 10;
@@ -34,6 +35,7 @@ pub(crate) fn subjects<'a>(robot: &'a Robot, expected: &'a Expected) -> Vec<Subj
 struct Runs<'a> {
     robot: &'a Robot,
     program: InverseProgram,
+    motions: Vec<Vec<BodyMotion<f64>>>,
     memory: Memory,
     lanes: usize,
     friction: bool,
@@ -45,7 +47,8 @@ impl<'a> Runs<'a> {
     fn new(robot: &'a Robot, program: InverseProgram, is_wide: bool, friction: bool) -> Self {
         let lanes = if is_wide { program.lanes() } else { 1 };
         let (memory, settled) = (program.memory(lanes), vec![false; lanes]);
-        Self { robot, program, memory, lanes, friction, settled, next: 0 }
+        let motions = robot.positions.iter().map(|state| program.motions(state)).collect();
+        Self { robot, program, motions, memory, lanes, friction, settled, next: 0 }
     }
 
     /// The sample in a lane at a step; lanes overlap if they do not divide the number of samples.
@@ -64,8 +67,10 @@ impl<'a> Runs<'a> {
         for lane in 0..self.lanes {
             let sample = self.sample(lane, step);
             let Self { robot, program, memory, .. } = self;
+            let motions = black_box(&self.motions[sample]);
             let (state, targets) = (&robot.positions[sample], &robot.targets[sample]);
-            program.set(memory, lane, black_box(state), targets, &robot.loads[sample]);
+            let loads = &robot.loads[sample];
+            program.set_bodies(memory, lane, motions, &state.coordinates, targets, loads);
         }
         if self.friction {
             self.program.run(&mut self.memory, &mut self.settled);

@@ -10,7 +10,7 @@
 mod graph;
 
 use crate::joint::{JointType, Motion};
-use crate::mechanism::Mechanism;
+use crate::mechanism::{BodyId, Mechanism};
 use core::ops::Range;
 use graph::Spanning;
 
@@ -253,6 +253,14 @@ impl Topology {
                 self.joint_types[joint].freedoms()[dof.local].motion == Motion::Translation
             }
         }
+    }
+
+    /// The bodies that have six coordinates of their own, with their places among the tree's
+    /// coordinates (position from the kernel origin, unit quaternion) and freedoms (twist about the kernel
+    /// origin, world axes).
+    pub fn floating(&self) -> impl Iterator<Item = (BodyId, Range<usize>, Range<usize>)> + '_ {
+        let floating = self.nodes.iter().filter(|node| node.link == Link::Floating);
+        floating.map(|node| (BodyId(node.body), node.coordinates.clone(), node.dofs.clone()))
     }
 
     /// Number of freedoms of the tree.

@@ -1,0 +1,224 @@
+//! What a program is given: motions of floating bodies, coordinates that have no closed form, prescribed
+//! values, loads.
+
+use crate::samples::Sample;
+use stiction::dynamics::{AppliedLoad, InverseDynamics};
+use stiction::kinematics::{Legs, State, Target};
+use stiction::mechanism::{BodyId, Mechanism};
+use stiction::parameters::Parameters;
+use stiction::scalar::{Dual, Scalar};
+use stiction::spatial::{Mat3, Pose, Quaternion, Vec3};
+use stiction::topology::Topology;
+
+/// The motion of a body: of its origin, and its turning, in world axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyMotion<T> {
+    /// Of the origin, m.
+    pub position: Vec3<T>,
+    /// From body axes to world axes, of length one.
+    pub orientation: Quaternion<T>,
+    /// Of the origin, m/s.
+    pub velocity: Vec3<T>,
+    /// rad/s.
+    pub angular_velocity: Vec3<T>,
+    /// Of the origin, m/s^2.
+    pub acceleration: Vec3<T>,
+    /// rad/s^2.
+    pub angular_acceleration: Vec3<T>,
+}
+
+impl<T: Scalar> BodyMotion<T> {
+    fn visit(self, put: &mut impl FnMut(T)) {
+        let Self { position, orientation: Quaternion { w, v }, velocity, .. } = self;
+        position.to_array().into_iter().for_each(&mut *put);
+        put(w);
+        let rest = [v, velocity, self.angular_velocity, self.acceleration];
+        rest.into_iter().chain([self.angular_acceleration]).flat_map(Vec3::to_array).for_each(put);
+    }
+
+    fn read(next: &mut impl FnMut() -> T) -> Self {
+        let position = vector(next);
+        let w = next();
+        Self {
+            position,
+            orientation: Quaternion { w, v: vector(next) },
+            velocity: vector(next),
+            angular_velocity: vector(next),
+            acceleration: vector(next),
+            angular_acceleration: vector(next),
+        }
+    }
+}
+
+fn vector<T>(next: &mut impl FnMut() -> T) -> Vec3<T> {
+    let [x, y, z] = [next(), next(), next()];
+    Vec3 { x, y, z }
+}
+
+/// The order of a program's inputs.
+#[derive(Clone, Debug)]
+pub(crate) struct Given {
+    topology: Topology,
+    origin: Vec3<f64>,
+    legs: Legs,
+    /// Coordinates of the tree that are neither a floating body's nor found in closed form.
+    free: Vec<usize>,
+    count: usize,
+}
+
+impl Given {
+    /// For positions amid those that are meant, as coordinates of the tree.
+    pub(crate) fn new(solver: &InverseDynamics, positions: &[Vec<f64>], loads: usize) -> Self {
+        let (topology, parameters) = (solver.topology().clone(), solver.parameters());
+        let legs = Legs::new(&topology, parameters, positions);
+        let floats = |place: &usize| topology.floating().any(|(_, own, _)| own.contains(place));
+        let is_free = |place: &usize| !floats(place) && !legs.finds(*place);
+        let free: Vec<usize> = (0..topology.coordinates()).filter(is_free).collect();
+        let targets = solver.assembly().prescription().coordinates().len();
+        let motions = 19 * topology.floating().count();
+        let count = motions + free.len() + 3 * targets + 6 * loads;
+        Self { origin: parameters.origin, topology, legs, free, count }
+    }
+
+    /// Numbers that are given.
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The bodies whose motions are given.
+    pub(crate) fn bodies(&self) -> impl Iterator<Item = BodyId> + '_ {
+        self.topology.floating().map(|(body, ..)| body)
+    }
+
+    /// The places of coordinates that are given.
+    pub(crate) fn free(&self) -> &[usize] {
+        &self.free
+    }
+
+    /// All numbers in their order, from motions of the floating bodies and coordinates of the tree.
+    pub(crate) fn visit(
+        &self,
+        motions: impl IntoIterator<Item = BodyMotion<f64>>,
+        coordinates: &[f64],
+        targets: &[Target<f64>],
+        loads: &[AppliedLoad<f64>],
+        mut put: impl FnMut(f64),
+    ) {
+        motions.into_iter().for_each(|motion| motion.visit(&mut put));
+        self.free.iter().for_each(|place| put(coordinates[*place]));
+        for target in targets {
+            [target.value, target.rate, target.acceleration].into_iter().for_each(&mut put);
+        }
+        for load in loads {
+            load.force.to_array().into_iter().chain(load.moment.to_array()).for_each(&mut put);
+        }
+    }
+
+    /// All numbers of a sample.
+    pub(crate) fn row(&self, Sample { state, targets, loads }: &Sample) -> Vec<f64> {
+        let mut row = Vec::with_capacity(self.count);
+        self.visit(self.motions(state), &state.coordinates, targets, loads, |x| row.push(x));
+        row
+    }
+
+    /// The motions of the floating bodies in a state of the tree.
+    pub(crate) fn motions<'a>(
+        &'a self,
+        state: &'a State<f64>,
+    ) -> impl Iterator<Item = BodyMotion<f64>> + 'a {
+        let part = |numbers: &[f64], start: usize| {
+            Vec3::new(numbers[start], numbers[start + 1], numbers[start + 2])
+        };
+        self.topology.floating().map(move |(_, coordinates, freedoms)| {
+            let q = &state.coordinates[coordinates];
+            let from_origin = part(q, 0);
+            let (v, w) = (&state.rates, freedoms.start);
+            let [velocity, turning] = [part(v, w), part(v, w + 3)];
+            let a = &state.accelerations;
+            let [acceleration, change] = [part(a, w), part(a, w + 3)];
+            let velocity = velocity + turning.cross(from_origin);
+            BodyMotion {
+                position: from_origin + self.origin,
+                orientation: Quaternion::from_coordinates(&q[3..]),
+                velocity,
+                angular_velocity: turning,
+                acceleration: acceleration + change.cross(from_origin) + turning.cross(velocity),
+                angular_acceleration: change,
+            }
+        })
+    }
+
+    /// Reads motions and coordinates into a state of the tree; rates and accelerations are filled in as far
+    /// as they follow from the motions.
+    pub(crate) fn read<T: Scalar>(
+        &self,
+        mechanism: &Mechanism,
+        state: &mut State<T>,
+        next: &mut impl FnMut() -> T,
+    ) {
+        let mut poses = Vec::new();
+        for (body, coordinates, freedoms) in self.topology.floating() {
+            let motion = BodyMotion::read(next);
+            let position = motion.position - self.origin.lift();
+            let q = &mut state.coordinates[coordinates];
+            q[..3].copy_from_slice(&position.to_array());
+            motion.orientation.write(&mut q[3..]);
+            let (turning, change) = (motion.angular_velocity, motion.angular_acceleration);
+            let linear = motion.velocity - turning.cross(position);
+            let second =
+                motion.acceleration - change.cross(position) - turning.cross(motion.velocity);
+            let put = |numbers: &mut [T], linear: Vec3<T>, angular: Vec3<T>| {
+                let numbers = &mut numbers[freedoms.clone()];
+                numbers[..3].copy_from_slice(&linear.to_array());
+                numbers[3..].copy_from_slice(&angular.to_array());
+            };
+            put(&mut state.rates, linear, turning);
+            put(&mut state.accelerations, second, change);
+            poses.push((body, pose_in_time(&motion, position)));
+        }
+        for place in &self.free {
+            state.coordinates[*place] = next();
+        }
+        let parameters = Parameters::<InTime<T>>::new(mechanism);
+        let pose = |body| {
+            let known = poses.iter().find(|(floating, _)| *floating == body);
+            known.map_or_else(Pose::identity, |(_, pose)| *pose)
+        };
+        self.legs.find(&self.topology, &parameters, pose, |place, found| {
+            state.coordinates[place] = found.value.value;
+            if let Some(freedom) = self.legs.freedom(&self.topology, place) {
+                state.rates[freedom] = found.value.slope[0];
+                state.accelerations[freedom] = found.slope[0].slope[0];
+            }
+        });
+    }
+}
+
+/// A function of time with its first two derivatives.
+type InTime<T> = Dual<Dual<T, 1>, 1>;
+
+fn in_time<T: Scalar>(value: T, rate: T, acceleration: T) -> InTime<T> {
+    Dual {
+        value: Dual { value, slope: [rate] },
+        slope: [Dual { value: rate, slope: [acceleration] }],
+    }
+}
+
+/// The pose of a body as it moves, its origin at `position` now.
+fn pose_in_time<T: Scalar>(motion: &BodyMotion<T>, position: Vec3<T>) -> Pose<InTime<T>> {
+    let join = |value: Vec3<T>, rate: Vec3<T>, second: Vec3<T>| {
+        let part =
+            |axis| in_time(value.component(axis), rate.component(axis), second.component(axis));
+        Vec3::new(part(0), part(1), part(2))
+    };
+    let column = |axis: usize| {
+        let value = motion.orientation.rotation().columns[axis];
+        let rate = motion.angular_velocity.cross(value);
+        let second = motion.angular_acceleration.cross(value) + motion.angular_velocity.cross(rate);
+        join(value, rate, second)
+    };
+    Pose {
+        rotation: Mat3::from_columns(column(0), column(1), column(2)),
+        position: join(position, motion.velocity, motion.acceleration),
+    }
+}

@@ -1,0 +1,432 @@
+//! Positions of legs in closed form.
+//!
+//! A leg is a chain that hangs from the ground or from a floating body and whose cut joint holds a point
+//! of it to another such body (S, U, R). If those bodies are placed, the point is known, and joints of
+//! few freedoms follow from distances and heights that only one of them changes (subproblems in the
+//! sense of Paden 1986 and Kahan). Which rule and which branch serve is not derived but tried: those are
+//! taken that give the coordinates of known positions.
+
+use super::Bodies;
+use crate::joint::JointType;
+use crate::mechanism::BodyId;
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
+use crate::spatial::{Mat3, Pose, Vec3};
+use crate::topology::{Link, Topology};
+use core::ops::Range;
+
+/// A found coordinate must be that of every known position, rad or characteristic lengths.
+const SAME: f64 = 1e-7;
+
+/// The legs of a mechanism that have closed forms.
+#[derive(Clone, Debug, Default)]
+pub struct Legs {
+    legs: Vec<Leg>,
+}
+
+/// One coordinate that turns about or slides along an axis of its frame.
+#[derive(Clone, Copy, Debug)]
+struct Element {
+    axis: usize,
+    slides: bool,
+    /// -1 in a joint that is walked against its direction.
+    sign: f64,
+    /// Its place among the coordinates of the tree.
+    coordinate: usize,
+}
+
+#[derive(Clone, Debug)]
+struct Leg {
+    /// From the root outwards.
+    nodes: Vec<usize>,
+    elements: Vec<Element>,
+    root: usize,
+    end: usize,
+    cut: usize,
+    /// Whether the cut joint's successor is the leg's.
+    ends_in_successor: bool,
+    choices: Vec<Choice>,
+}
+
+/// How a coordinate is found while those outside of an interval are known.
+#[derive(Clone, Copy, Debug)]
+enum Rule {
+    /// The last: turning about the point where all axes before it meet changes no distance from it.
+    LastByDistance,
+    /// The first: the point where all axes after it meet keeps its distance from the end.
+    FirstByDistance,
+    /// The last: turning about the only axis before it changes no height along it.
+    LastByHeight,
+    /// The only one.
+    Alone,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Choice {
+    rule: Rule,
+    /// The sign of the root.
+    branch: f64,
+}
+
+impl Rule {
+    const ALL: [Self; 4] =
+        [Self::Alone, Self::LastByDistance, Self::FirstByDistance, Self::LastByHeight];
+
+    /// Whether it finds the last coordinate rather than the first.
+    fn is_last(self) -> bool {
+        matches!(self, Self::LastByDistance | Self::LastByHeight)
+    }
+}
+
+impl Element {
+    fn axis<T: Scalar>(&self) -> Vec3<T> {
+        Vec3::unit(self.axis)
+    }
+
+    /// What it does to all beyond it.
+    fn pose<T: Scalar>(&self, coordinate: T) -> Pose<T> {
+        let q = coordinate * T::from_f64(self.sign);
+        if self.slides {
+            Pose { rotation: Mat3::identity(), position: self.axis() * q }
+        } else {
+            Pose { rotation: Mat3::about_axis(self.axis, q.sin_cos()), position: Vec3::zero() }
+        }
+    }
+
+    /// Its coordinate from the displacement, or from multiples of the cosine and sine of the angle.
+    fn slide<T: Scalar>(&self, displacement: T) -> T {
+        displacement * T::from_f64(self.sign)
+    }
+
+    fn angle<T: Scalar>(&self, cosine: T, sine: T) -> T {
+        (sine * T::from_f64(self.sign)).atan2(cosine)
+    }
+
+    /// Where it takes `point` to the square of a distance from `centre`.
+    fn by_distance<T: Scalar>(&self, point: Vec3<T>, centre: Vec3<T>, square: T, branch: T) -> T {
+        let axis = self.axis();
+        if self.slides {
+            let apart = point - centre;
+            let along = apart.dot(axis);
+            let root = (along * along - apart.norm_squared() + square).sqrt();
+            return self.slide(branch * root - along);
+        }
+        let height = point.dot(axis) * centre.dot(axis);
+        let half = T::from_f64(0.5);
+        let product = (point.norm_squared() + centre.norm_squared() - square) * half - height;
+        self.by_product(point, centre, product, branch)
+    }
+
+    /// Where it turns `point` so that the parts of it and of `other` across the axis have a product.
+    fn by_product<T: Scalar>(&self, point: Vec3<T>, other: Vec3<T>, product: T, branch: T) -> T {
+        let axis = self.axis();
+        let cosine = point.dot(other) - point.dot(axis) * other.dot(axis);
+        let sine = other.dot(axis.cross(point));
+        let square = cosine * cosine + sine * sine;
+        let root = (square - product * product).sqrt() * branch;
+        let over = square.recip();
+        let (c, s) = (cosine * product - sine * root, sine * product + cosine * root);
+        self.angle(c * over, s * over)
+    }
+}
+
+/// Where two axes meet or come nearest: a point on the first, which goes through the origin.
+fn meeting<T: Scalar>(axis: Vec3<T>, other: Vec3<T>, through: Vec3<T>) -> Vec3<T> {
+    let cosine = axis.dot(other);
+    let along = axis.dot(through) - cosine * other.dot(through);
+    axis * (along / (T::one() - cosine * cosine))
+}
+
+/// The part of a leg that is not known yet: `fixed[0] e[0] fixed[1] e[1] ... fixed[n] point` is `target`.
+struct Open<'a, T> {
+    elements: &'a [Element],
+    fixed: &'a [Pose<T>],
+    point: Vec3<T>,
+    target: Vec3<T>,
+}
+
+impl<T: Scalar> Open<'_, T> {
+    /// The pose of the frame of an element in that of an earlier one, both at zero and all between.
+    fn between(&self, first: usize, last: usize) -> Pose<T> {
+        self.fixed[first + 1..=last].iter().fold(Pose::identity(), |sum, fixed| sum * *fixed)
+    }
+
+    /// Where the axes of these elements, which all turn, meet: in the frame of the first.
+    fn centre(&self, range: Range<usize>) -> Option<Vec3<T>> {
+        if self.elements[range.clone()].iter().any(|element| element.slides) {
+            return None;
+        }
+        match range.len() {
+            1 => Some(Vec3::zero()),
+            2 => {
+                let next = self.between(range.start, range.start + 1);
+                let (axis, other) = (&self.elements[range.start], &self.elements[range.start + 1]);
+                Some(meeting(axis.axis(), next.rotation * other.axis(), next.position))
+            }
+            _ => None,
+        }
+    }
+
+    /// The coordinate that a rule finds.
+    fn find(&self, Choice { rule, branch }: Choice) -> Option<T> {
+        let branch = T::from_f64(branch);
+        let count = self.elements.len();
+        let last = count.checked_sub(1)?;
+        let target = self.fixed[0].inverse().apply(self.target);
+        let point = self.fixed[count].apply(self.point);
+        match rule {
+            Rule::Alone if count == 1 => {
+                let element = &self.elements[0];
+                let axis = element.axis();
+                if element.slides {
+                    return Some(element.slide(axis.dot(target - point)));
+                }
+                let cosine = point.dot(target) - point.dot(axis) * target.dot(axis);
+                Some(element.angle(cosine, axis.dot(point.cross(target))))
+            }
+            Rule::LastByDistance if count > 1 => {
+                let centre = self.centre(0..last)?;
+                let square = (target - centre).norm_squared();
+                let centre = self.between(0, last).inverse().apply(centre);
+                Some(self.elements[last].by_distance(point, centre, square, branch))
+            }
+            Rule::FirstByDistance if count > 1 => {
+                let centre = self.centre(1..count)?;
+                let end = self.between(1, last).apply(point);
+                let square = (end - centre).norm_squared();
+                let moved = self.between(0, 1).apply(centre);
+                Some(self.elements[0].by_distance(moved, target, square, branch))
+            }
+            Rule::LastByHeight if count == 2 => {
+                let (first, second) = (&self.elements[0], &self.elements[1]);
+                let between = self.between(0, 1);
+                let axis = first.axis();
+                let up = between.rotation.transpose_mul(axis);
+                let height = axis.dot(target - between.position);
+                let own = second.axis();
+                if first.slides {
+                    return None;
+                }
+                if second.slides {
+                    return Some(second.slide((height - up.dot(point)) / up.dot(own)));
+                }
+                let product = height - up.dot(own) * point.dot(own);
+                Some(second.by_product(point, up, product, branch))
+            }
+            _ => None,
+        }
+    }
+}
+
+impl Leg {
+    /// The poses between its elements, from the root's frame to the last body's.
+    fn fixed<T: Scalar>(&self, topology: &Topology, parameters: &Parameters<T>) -> Vec<Pose<T>> {
+        let mut fixed = Vec::with_capacity(self.elements.len() + 1);
+        let mut pose = Pose::identity();
+        for &node in &self.nodes {
+            let Link::Joint { joint, reversed } = topology.nodes[node].link else { continue };
+            let (j, k) = (parameters.frame_j[joint], parameters.frame_k[joint]);
+            let (own, next) = if reversed { (k, j) } else { (j, k) };
+            pose = pose * own;
+            for _ in topology.nodes[node].coordinates.clone() {
+                fixed.push(pose);
+                pose = Pose::identity();
+            }
+            pose = pose * next.inverse();
+        }
+        fixed.push(pose);
+        fixed
+    }
+
+    /// The point of the cut joint in the leg's last body and seen from its root.
+    fn points<T: Scalar>(
+        &self,
+        parameters: &Parameters<T>,
+        root: &Pose<T>,
+        end: &Pose<T>,
+    ) -> [Vec3<T>; 2] {
+        let (j, k) = (parameters.frame_j[self.cut].position, parameters.frame_k[self.cut].position);
+        let (own, other) = if self.ends_in_successor { (k, j) } else { (j, k) };
+        [own, root.inverse().apply(end.apply(other))]
+    }
+
+    /// The coordinates that these choices find, one by one: places among the elements, and values.
+    fn follow<T: Scalar>(
+        &self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        [root, end]: [&Pose<T>; 2],
+        choices: &[Choice],
+    ) -> Option<Vec<(usize, T)>> {
+        let fixed = self.fixed(topology, parameters);
+        let [mut point, mut target] = self.points(parameters, root, end);
+        let mut open = 0..self.elements.len();
+        let mut found = Vec::with_capacity(choices.len());
+        for choice in choices {
+            let elements = &self.elements[open.clone()];
+            let fixed = &fixed[open.start..=open.end];
+            let value = Open { elements, fixed, point, target }.find(*choice)?;
+            if choice.rule.is_last() {
+                open.end -= 1;
+                let moved = self.elements[open.end].pose(value);
+                point = moved.apply(fixed[fixed.len() - 1].apply(point));
+                found.push((open.end, value));
+            } else {
+                let moved = fixed[0] * self.elements[open.start].pose(value);
+                target = moved.inverse().apply(target);
+                found.push((open.start, value));
+                open.start += 1;
+            }
+        }
+        Some(found)
+    }
+
+    /// Whether these choices give the coordinates of a known position.
+    fn agrees(&self, at: &Position<'_>, choices: &[Choice]) -> bool {
+        let Position { topology, parameters, bodies, coordinates } = at;
+        let poses = [&bodies.pose[self.root], &bodies.pose[self.end]];
+        let Some(found) = self.follow(topology, parameters, poses, choices) else { return false };
+        let Some(&(place, value)) = found.last() else { return true };
+        let element = &self.elements[place];
+        let difference = value - coordinates[element.coordinate];
+        let difference = match element.slides {
+            true => difference / parameters.length,
+            false => difference.sin().hypot(1.0 - difference.cos()),
+        };
+        // Not a number is not the same.
+        difference.abs() < SAME
+    }
+}
+
+/// A known position.
+struct Position<'a> {
+    topology: &'a Topology,
+    parameters: &'a Parameters<f64>,
+    bodies: Bodies<f64>,
+    coordinates: &'a [f64],
+}
+
+/// Whether a body's place is known before the legs are.
+fn is_placed(topology: &Topology, body: usize) -> bool {
+    topology.node_of_body[body].is_none_or(|node| topology.nodes[node].link == Link::Floating)
+}
+
+/// The motions that a joint's coordinates make, in their order from J to K: axis, and whether it slides.
+fn elements_of(joint_type: JointType) -> Option<&'static [(usize, bool)]> {
+    match joint_type {
+        JointType::Fixed => Some(&[]),
+        JointType::Revolute => Some(&[(2, false)]),
+        JointType::Prismatic => Some(&[(2, true)]),
+        JointType::Cylindrical => Some(&[(2, false), (2, true)]),
+        JointType::Universal => Some(&[(2, false), (0, false)]),
+        _ => None,
+    }
+}
+
+impl Legs {
+    /// Finds the closed forms that give the legs' coordinates at these positions of the tree, which must
+    /// close all loops. Legs without one are left out.
+    pub fn new(topology: &Topology, parameters: &Parameters<f64>, positions: &[Vec<f64>]) -> Self {
+        let positions: Vec<Position<'_>> = positions
+            .iter()
+            .map(|coordinates| {
+                let mut bodies = Bodies::new(topology);
+                bodies.place(topology, parameters, coordinates);
+                Position { topology, parameters, bodies, coordinates }
+            })
+            .collect();
+        let legs = topology.cuts.iter().filter_map(|cut| leg_of(topology, cut.joint));
+        let closed = legs.filter_map(|mut leg| {
+            for _ in 0..leg.elements.len() {
+                let candidates = Rule::ALL
+                    .into_iter()
+                    .flat_map(|rule| [1.0, -1.0].map(|branch| Choice { rule, branch }));
+                let choice = candidates.into_iter().find(|choice| {
+                    let choices = [&leg.choices[..], &[*choice]].concat();
+                    positions.iter().all(|position| leg.agrees(position, &choices))
+                })?;
+                leg.choices.push(choice);
+            }
+            Some(leg)
+        });
+        Self { legs: closed.collect() }
+    }
+
+    /// Whether a coordinate of the tree is found.
+    pub fn finds(&self, coordinate: usize) -> bool {
+        let elements = self.legs.iter().flat_map(|leg| &leg.elements);
+        elements.into_iter().any(|element| element.coordinate == coordinate)
+    }
+
+    /// Tells places and values of all coordinates that are found from the poses of floating bodies, which
+    /// `floating` gives by the body's index, from the kernel origin. For rates and accelerations let the
+    /// scalar be a dual number.
+    pub fn find<T: Scalar>(
+        &self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        floating: impl Fn(BodyId) -> Pose<T>,
+        mut tell: impl FnMut(usize, T),
+    ) {
+        let pose = |body: usize| match topology.node_of_body[body] {
+            None => parameters.ground,
+            Some(_) => floating(BodyId(body)),
+        };
+        for leg in &self.legs {
+            let poses = [&pose(leg.root), &pose(leg.end)];
+            let found = leg.follow(topology, parameters, poses, &leg.choices);
+            for (place, value) in found.into_iter().flatten() {
+                tell(leg.elements[place].coordinate, value);
+            }
+        }
+    }
+
+    /// For each coordinate that is found its place among the freedoms.
+    pub fn freedom(&self, topology: &Topology, coordinate: usize) -> Option<usize> {
+        let mut nodes = topology.nodes.iter();
+        let node = nodes.find(|node| node.coordinates.contains(&coordinate))?;
+        Some(node.dofs.start + coordinate - node.coordinates.start)
+    }
+}
+
+/// The chain that a cut joint holds to a placed body, if it is one.
+fn leg_of(topology: &Topology, cut: usize) -> Option<Leg> {
+    // In a plane or along a line no point is held.
+    let holds_a_point = matches!(
+        topology.joint_types[cut],
+        JointType::Spherical | JointType::Universal | JointType::Revolute
+    );
+    let (predecessor, successor) = topology.ends[cut];
+    let ends_in_successor = is_placed(topology, predecessor);
+    let (end, tip) =
+        if ends_in_successor { (predecessor, successor) } else { (successor, predecessor) };
+    if !holds_a_point || !is_placed(topology, end) || is_placed(topology, tip) {
+        return None;
+    }
+    let mut nodes = topology.ancestors(tip);
+    // Up to the floating body from which the chain hangs, or to the ground.
+    let count =
+        nodes.iter().take_while(|node| topology.nodes[**node].link != Link::Floating).count();
+    let root = nodes.get(count).map_or(0, |node| topology.nodes[*node].body);
+    nodes.truncate(count);
+    nodes.reverse();
+    let mut elements = Vec::new();
+    for &node in &nodes {
+        let Link::Joint { joint, reversed } = topology.nodes[node].link else { return None };
+        let motions = elements_of(topology.joint_types[joint])?;
+        let coordinates = topology.nodes[node].coordinates.clone();
+        let own = motions.iter().zip(coordinates).map(|(&(axis, slides), coordinate)| Element {
+            axis,
+            slides,
+            sign: if reversed { -1.0 } else { 1.0 },
+            coordinate,
+        });
+        let mut own: Vec<Element> = own.collect();
+        if reversed {
+            own.reverse();
+        }
+        elements.extend(own);
+    }
+    let choices = Vec::new();
+    Some(Leg { nodes, elements, root, end, cut, ends_in_successor, choices })
+}
