@@ -12,6 +12,7 @@ use crate::machine::fuses;
 use crate::recipe::{Counts, Recipe, RecordedStages};
 use crate::run::{Runner, natural_lanes};
 use crate::samples::samples;
+use crate::transmission::{Leg, legs};
 use stiction::dynamics::{AppliedLoad, InverseDynamics, Weighting};
 use stiction::kinematics::{State, Target};
 use stiction::mechanism::BodyId;
@@ -45,7 +46,8 @@ struct Places {
     /// Loads of the coupled contacts without friction, and after a step.
     start: Vec<u32>,
     next: Vec<u32>,
-    determinant: u32,
+    /// Of a step: squares of the changes of loads and of loads, summed; the determinant.
+    control: [u32; 3],
     /// Positive where what the program takes for granted holds.
     ideal_guard: u32,
     guard: u32,
@@ -110,8 +112,9 @@ impl InverseProgram {
         let positions: Vec<Vec<f64>> =
             samples.iter().map(|sample| sample.state.coordinates.clone()).collect();
         let given = Given::new(solver, &positions, loads.len());
+        let legs = legs(solver, &samples);
         let samples: Vec<Vec<f64>> = samples.iter().map(|sample| given.row(sample)).collect();
-        let recipe = Recipe { kernel: &kernel, solver, loads, given: &given };
+        let mut recipe = Recipe { kernel: &kernel, solver, loads, given: &given, legs: None };
         // First with all contacts, to see whose friction changes a load at all.
         let all: Vec<usize> = (0..solver.parameters().contacts.len()).collect();
         let first = recipe.record(&all, &samples);
@@ -120,6 +123,10 @@ impl InverseProgram {
             of_column.clone().any(|node| first.graph.constant(*node) != Some(0.0))
         };
         let coupled: Vec<usize> = all.iter().copied().filter(changes_a_load).collect();
+        let transmitted = |legs: &Vec<Leg>| legs.iter().map(|leg| leg.free.len()).sum::<usize>();
+        recipe.legs = legs
+            .as_deref()
+            .filter(|_| legs.as_ref().is_some_and(|legs| transmitted(legs) < coupled.len()));
         let recorded = recipe.record(&coupled, &samples);
         let counts = recipe.counts(coupled.len());
         Some(Self::compile(counts, &recorded, given, machine))
@@ -152,7 +159,7 @@ impl InverseProgram {
         stages[3] = compile(ops, &with(&recorded.rest, recorded.guards[2]), &mut slots, fuse);
         let place = |node: &Node| slots.of(*node).unwrap_or(0);
         let all = |nodes: &[Node]| -> Vec<u32> { nodes.iter().map(place).collect() };
-        let (next, determinant) = recorded.step.split_at(counts.coupled);
+        let (next, control) = recorded.step.split_at(counts.coupled);
         let mut rest = recorded.rest.as_slice();
         let mut take = |count: usize| {
             let (front, back) = rest.split_at(count);
@@ -162,7 +169,7 @@ impl InverseProgram {
         let places = Places {
             start: all(&recorded.begin),
             next: all(next),
-            determinant: determinant.first().map_or(0, place),
+            control: [0, 1, 2].map(|k| control.get(k).map_or(0, place)),
             ideal_guard,
             guard: place(&recorded.guards[2]),
             ideal_drives: ideal_drives.to_vec(),
@@ -306,20 +313,13 @@ impl InverseProgram {
     /// Whether the last step of the loads leaves nothing but rounding. Newton's steps square the error: what
     /// one has changed is the error before it, and the last two tell by what factor the square counts.
     fn compare(&self, slots: &[f64], lanes: usize, changes: &mut [f64], settled: &mut [bool]) {
-        let inputs = self.counts.inputs;
+        let of = |k: usize, lane: usize| slots[self.places.control[k] as usize * lanes + lane];
         for lane in 0..lanes {
-            let (mut change, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
-            for (k, next) in self.places.next.iter().enumerate() {
-                let now = slots[*next as usize * lanes + lane];
-                change = change.max((now - slots[(inputs + k) * lanes + lane]).abs());
-                largest = largest.max(now.abs());
-            }
-            let (before, now) = (changes[lane], change / largest);
+            let (before, now) = (changes[lane], (of(0, lane) / of(1, lane)).sqrt());
             changes[lane] = now;
             // Of a change that is no number nothing is left to hope.
             let left = now * now * (now / (before * before)).max(now);
-            let determinant = slots[self.places.determinant as usize * lanes + lane];
-            settled[lane] = (now <= SETTLED || now < 1e-3 && left <= ROUNDING) && determinant > 0.0;
+            settled[lane] = (now <= SETTLED || now < 1e-3 && left <= ROUNDING) && of(2, lane) > 0.0;
         }
     }
 

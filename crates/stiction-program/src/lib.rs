@@ -38,6 +38,7 @@
 
 mod allocate;
 mod code;
+mod coupling;
 mod encode;
 mod given;
 mod graph;
@@ -48,6 +49,7 @@ mod recipe;
 mod recorded;
 mod run;
 mod samples;
+mod transmission;
 
 pub use given::BodyMotion;
 pub use inverse::{InverseProgram, Memory};

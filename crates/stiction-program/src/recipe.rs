@@ -1,9 +1,11 @@
 //! What is recorded: the kernel's own run, and the coupling of friction on top of it.
 
+use crate::coupling::{Coupling, Step};
 use crate::given::Given;
 use crate::graph::{Graph, Node, Op, needed};
 use crate::meaning::{Merged, merge};
 use crate::recorded::{Recorded, record};
+use crate::transmission::Leg;
 use std::collections::HashSet;
 use stiction::dynamics::{
     AppliedLoad, FrictionMode, Inverse, InverseDynamics, Kernel, Settings, Sharing,
@@ -12,7 +14,7 @@ use stiction::kinematics::Target;
 use stiction::parameters::Parameters;
 use stiction::random::Random;
 use stiction::scalar::Scalar;
-use stiction::spatial::{Mat3, Pose, Vec3, Wrench};
+use stiction::spatial::Vec3;
 
 /// Sizes of a program.
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +35,8 @@ pub(crate) struct RecordedStages {
     pub(crate) ideal: Vec<Node>,
     /// Frictionless loads of coupled contacts.
     pub(crate) begin: Vec<Node>,
-    /// Loads of coupled contacts after a Newton step, the determinant of its matrix.
+    /// Loads of coupled contacts after a Newton step; the squares of their changes and of themselves,
+    /// summed; the determinant of the step's matrix.
     pub(crate) step: Vec<Node>,
     /// Drives, reactions, loads, velocities, frictions.
     pub(crate) rest: Vec<Node>,
@@ -49,14 +52,8 @@ pub(crate) struct Recipe<'a> {
     pub(crate) solver: &'a InverseDynamics,
     pub(crate) loads: &'a [AppliedLoad<f64>],
     pub(crate) given: &'a Given,
-}
-
-/// A wrench in the frame of a joint.
-fn local(frame: &Pose<Recorded>, wrench: Wrench<Recorded>) -> Wrench<Recorded> {
-    Wrench {
-        force: frame.rotation.transpose_mul(wrench.force),
-        moment: frame.rotation.transpose_mul(wrench.moment_about(frame.position)),
-    }
+    /// Where it pays to solve for what legs transmit.
+    pub(crate) legs: Option<&'a [Leg]>,
 }
 
 impl Recipe<'_> {
@@ -158,31 +155,8 @@ impl Recipe<'_> {
         let inverse = &workspace.inverse;
         let setup = self.kernel.setup();
         let responses = Sharing::new(&setup).responses(&setup, &parameters, bodies, inverse);
-        let contacts: Vec<_> = parameters.contacts.iter().zip(inverse.contacts()).collect();
-
-        // Friction forces by the loads that are given, those of other contacts by loads of their own.
-        let force = |contact: usize, load: Recorded| {
-            let (coefficient, constant) = contacts[contact].1.resistance();
-            coefficient * load + constant
-        };
-        let base: Vec<Wrench<Recorded>> = inverse.joint_wrenches().to_vec();
-        let here = Pose { rotation: Mat3::identity(), position: Vec3::zero() };
-        let loads_under = |row: usize, forces: &[Recorded]| {
-            let (contact, state) = contacts[row];
-            let joint = contact.joint;
-            let (j, k) = (bodies.frame_j[joint], bodies.frame_k[joint]);
-            // Components in the joint's frame: many a load needs but two of them.
-            let mut wrench = local(&j, base[joint]);
-            for (column, force) in coupled.iter().zip(forces) {
-                wrench += local(&j, responses[*column].wrenches[joint]) * *force;
-            }
-            state.load_in(contact, parameters.pitch[joint], &here, &(j.inverse() * k), wrench)
-        };
-        let gradient_on = |row: usize, column: usize, load: &stiction::friction::Load<Recorded>| {
-            let (contact, _) = contacts[row];
-            let j = bodies.frame_j[contact.joint];
-            load.gradient.power(local(&j, responses[column].wrenches[contact.joint]))
-        };
+        let coupling =
+            Coupling { parameters: &parameters, bodies, inverse, responses: &responses, coupled };
 
         let reaction = |inverse: &Inverse<Recorded>, joint: usize| {
             let (force, moment) = inverse.reaction(bodies, joint);
@@ -194,81 +168,50 @@ impl Recipe<'_> {
         ideal.extend((0..counts.joints).flat_map(|joint| reaction(inverse, joint)));
 
         let none = vec![Recorded::zero(); coupled.len()];
-        let begin = coupled.iter().map(|row| loads_under(*row, &none).value).collect();
+        let begin = coupled.iter().map(|row| coupling.load_under(*row, &none).value).collect();
 
-        let forces: Vec<Recorded> =
-            coupled.iter().zip(&presses).map(|(contact, press)| force(*contact, *press)).collect();
-        let mut matrix = Vec::new();
-        let mut misfit = Vec::new();
-        for (row, press) in coupled.iter().zip(&presses) {
-            let load = loads_under(*row, &forces);
-            misfit.push(*press - load.value);
-            matrix.push(
-                coupled
-                    .iter()
-                    .map(|column| {
-                        let own = Recorded::from_f64(if row == column { 1.0 } else { 0.0 });
-                        let (coefficient, _) = contacts[*column].1.resistance();
-                        own - gradient_on(*row, *column, &load) * coefficient
-                    })
-                    .collect::<Vec<_>>(),
-            );
-        }
-        let influence = (0..contacts.len())
+        let forces: Vec<Recorded> = coupled
+            .iter()
+            .zip(&presses)
+            .map(|(contact, press)| coupling.force(*contact, *press))
+            .collect();
+        let Step { loads: next, determinant } = match self.legs {
+            Some(legs) => coupling.step_by_legs(self.solver.mechanism(), legs, &presses),
+            None => coupling.step(&presses),
+        };
+        let square = |sum: Recorded, x: Recorded| sum + x * x;
+        let change = presses.iter().zip(&next).map(|(press, next)| *next - *press);
+        let change = change.fold(Recorded::zero(), square);
+        let size = next.iter().copied().fold(Recorded::zero(), square);
+        let mut step = next;
+        step.extend([change, size, determinant]);
+        let influence = (0..counts.contacts)
             .flat_map(|row| {
-                let load = loads_under(row, &forces);
+                let load = coupling.load_under(row, &forces);
                 coupled.iter().map(move |column| (row, *column, load)).collect::<Vec<_>>()
             })
-            .map(|(row, column, load)| gradient_on(row, column, &load))
+            .map(|(row, column, load)| coupling.influence(&load, row, column))
             .collect();
-        let determinant = eliminate(&mut matrix, &mut misfit);
-        let mut step: Vec<Recorded> =
-            presses.iter().zip(&misfit).map(|(press, change)| *press - *change).collect();
-        step.push(determinant);
 
         // All forces with these frictions. Loads that change nothing follow from the others.
         let mut all_loads = Vec::new();
-        for row in 0..contacts.len() {
+        for row in 0..counts.contacts {
             let given = coupled.iter().position(|contact| *contact == row);
-            all_loads.push(given.map_or_else(|| loads_under(row, &forces).value, |at| presses[at]));
+            let load = || coupling.load_under(row, &forces).value;
+            all_loads.push(given.map_or_else(load, |at| presses[at]));
         }
-        let all_forces: Vec<Recorded> =
-            all_loads.iter().enumerate().map(|(contact, load)| force(contact, *load)).collect();
+        let all_forces: Vec<Recorded> = all_loads
+            .iter()
+            .enumerate()
+            .map(|(contact, load)| coupling.force(contact, *load))
+            .collect();
         let mut rubbed = inverse.clone();
         rubbed.solve_with(&setup, &parameters, bodies, &all_forces);
         let mut rest: Vec<Recorded> = rubbed.drives().to_vec();
         rest.extend((0..counts.joints).flat_map(|joint| reaction(&rubbed, joint)));
         rest.extend(&all_loads);
-        rest.extend(contacts.iter().map(|(_, state)| state.velocity));
+        rest.extend(inverse.contacts().iter().map(|state| state.velocity));
         rest.extend(&all_forces);
         [ideal, begin, step, rest, influence]
     }
-}
-
-/// Solves in place, without looking for pivots: the matrix is near the identity while friction is far from
-/// locking the mechanism. Returns the product of the pivots.
-fn eliminate(matrix: &mut [Vec<Recorded>], right: &mut [Recorded]) -> Recorded {
-    let count = right.len();
-    let mut determinant = Recorded::one();
-    for pivot in 0..count {
-        determinant *= matrix[pivot][pivot];
-        let over = matrix[pivot][pivot].recip();
-        for row in pivot + 1..count {
-            let factor = matrix[row][pivot] * over;
-            for column in pivot + 1..count {
-                let change = factor * matrix[pivot][column];
-                matrix[row][column] -= change;
-            }
-            let change = factor * right[pivot];
-            right[row] -= change;
-        }
-    }
-    for row in (0..count).rev() {
-        for column in row + 1..count {
-            let change = matrix[row][column] * right[column];
-            right[row] -= change;
-        }
-        right[row] = right[row] / matrix[row][row];
-    }
-    determinant
 }
