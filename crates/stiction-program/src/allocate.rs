@@ -3,7 +3,7 @@
 //! Straight-line code needs no more than to look ahead: whoever is needed last makes room (Belady 1966).
 
 use crate::code::{Code, Fused, Source, Step};
-use crate::encode::{ADD, Assembler, Base, DIV, MUL, Order, Place, SUB, Width};
+use crate::encode::{ADD, Assembler, Base, DIV, MUL, Order, Place, SUB, Target, Width};
 
 /// Constants that code needs beside its own.
 const ZERO: usize = 0;
@@ -26,11 +26,12 @@ pub(crate) struct Assembled {
 }
 
 /// Compiles code for registers of a width.
-pub(crate) fn assemble(code: &Code, width: Width) -> Assembled {
+pub(crate) fn assemble(code: &Code, target: Target) -> Assembled {
+    let width = target.width;
     let stride = width.lanes().max(2);
     let numbers = [0.0, -0.0].into_iter().chain(code.constants.iter().copied());
     let constants = numbers.flat_map(|x| std::iter::repeat_n(x, stride)).collect();
-    let mut allocator = Allocator::new(code, width);
+    let mut allocator = Allocator::new(code, target);
     for (k, step) in code.steps.iter().enumerate() {
         allocator.step(k, *step);
     }
@@ -61,7 +62,7 @@ struct Allocator<'a> {
 }
 
 impl<'a> Allocator<'a> {
-    fn new(code: &'a Code, width: Width) -> Self {
+    fn new(code: &'a Code, target: Target) -> Self {
         let count = code.steps.len();
         let mut uses = vec![Vec::new(); count];
         let mut constant_uses = vec![Vec::new(); code.constants.len()];
@@ -84,12 +85,12 @@ impl<'a> Allocator<'a> {
         }
         Self {
             code,
-            width,
-            assembler: Assembler::new(width),
+            width: target.width,
+            assembler: Assembler::new(target),
             uses,
             constant_uses,
             slot_uses,
-            holds: vec![None; width.registers()],
+            holds: vec![None; target.registers()],
             register_of_step: vec![None; count],
             spill_of_step: vec![None; count],
             free_spills: Vec::new(),
@@ -119,7 +120,9 @@ impl<'a> Allocator<'a> {
     }
 
     fn address(&self, base: Base, place: usize, stride: usize) -> Place {
-        Place::Memory(base, (place * stride * size_of::<f64>()) as i32)
+        let start = if base == Base::Slots { Target::BASE_SLOT } else { 0 };
+        let place = place as i32 - start as i32;
+        Place::Memory(base, place * (stride * size_of::<f64>()) as i32)
     }
 
     /// Where it is in memory.

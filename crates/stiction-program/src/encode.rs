@@ -12,7 +12,7 @@ pub(crate) enum Width {
     One,
     /// Four (AVX).
     Four,
-    /// Eight, with masks (AVX-512 F and DQ).
+    /// Eight (AVX-512).
     Eight,
 }
 
@@ -24,13 +24,23 @@ impl Width {
             Self::Eight => 8,
         }
     }
+}
 
+/// What code is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Target {
+    pub(crate) width: Width,
+    /// Whether AVX-512 (F, DQ, VL) is there: more registers, masks, short addresses for all widths.
+    pub(crate) extended: bool,
+}
+
+impl Target {
     pub(crate) const fn registers(self) -> usize {
-        match self {
-            Self::One | Self::Four => 16,
-            Self::Eight => 32,
-        }
+        if self.extended { 32 } else { 16 }
     }
+
+    /// Short addresses reach as far below the base as above it: it is so many slots on.
+    pub(crate) const BASE_SLOT: usize = 128;
 }
 
 /// A general register that holds an address.
@@ -85,7 +95,7 @@ const MAP_0F3A: u8 = 3;
 /// Writes instructions.
 pub(crate) struct Assembler {
     pub(crate) bytes: Vec<u8>,
-    width: Width,
+    target: Target,
 }
 
 /// What an instruction is, without its operands.
@@ -99,6 +109,8 @@ struct Instruction {
     masked: bool,
     /// The bit W, which some instructions of doubles have.
     wide: bool,
+    /// Whether it takes a whole register, however many numbers are wanted.
+    whole: bool,
 }
 
 /// Where the operands of a fused instruction `product + sum` stand: the target is read, too.
@@ -111,14 +123,26 @@ pub(crate) enum Order {
 }
 
 impl Assembler {
-    pub(crate) fn new(width: Width) -> Self {
-        Self { bytes: Vec::new(), width }
+    pub(crate) fn new(target: Target) -> Self {
+        Self { bytes: Vec::new(), target }
+    }
+
+    fn is_scalar(&self) -> bool {
+        self.target.width == Width::One
     }
 
     /// Arithmetic on one number or on all.
     fn of_map(&self, opcode: u8) -> Instruction {
-        let prefix = if self.width == Width::One { PF2 } else { P66 };
-        Instruction { prefix, map: MAP_0F, opcode, immediate: None, masked: false, wide: false }
+        let prefix = if self.is_scalar() { PF2 } else { P66 };
+        Instruction {
+            prefix,
+            map: MAP_0F,
+            opcode,
+            immediate: None,
+            masked: false,
+            wide: false,
+            whole: false,
+        }
     }
 
     /// `to = a OP b`.
@@ -137,7 +161,7 @@ impl Assembler {
             Fused::Sub => 0xA,
             Fused::From => 0xC,
         };
-        let scalar = u8::from(self.width == Width::One);
+        let scalar = u8::from(self.is_scalar());
         let instruction = Instruction {
             prefix: P66,
             map: MAP_0F38,
@@ -145,6 +169,7 @@ impl Assembler {
             immediate: None,
             masked: false,
             wide: true,
+            whole: false,
         };
         self.emit(instruction, to, second, last);
     }
@@ -152,19 +177,19 @@ impl Assembler {
     /// `to = from`, registers.
     pub(crate) fn copy(&mut self, to: u8, from: u8) {
         // All of it, whatever the width: that is what processors do by renaming.
-        let whole = Instruction { prefix: P66, opcode: COPY, ..self.of_map(COPY) };
+        let whole = Instruction { prefix: P66, whole: true, ..self.of_map(COPY) };
         self.emit(whole, to, 0, Place::Register(from));
     }
 
     pub(crate) fn sqrt(&mut self, to: u8, of: Place) {
         // Of one number the upper half comes from the second operand: that of the target will do.
-        let upper = if self.width == Width::One { to } else { 0 };
+        let upper = if self.is_scalar() { to } else { 0 };
         self.emit(self.of_map(SQRT), to, upper, of);
     }
 
     /// `to = a XOR b`, all bits.
     pub(crate) fn xor(&mut self, to: u8, a: u8, b: Place) {
-        self.emit(Instruction { prefix: P66, ..self.of_map(XOR) }, to, a, b);
+        self.emit(Instruction { prefix: P66, whole: true, ..self.of_map(XOR) }, to, a, b);
     }
 
     /// `to = [from]`.
@@ -181,29 +206,27 @@ impl Assembler {
     pub(crate) fn select(&mut self, to: u8, of: u8, zero: Place, [yes, no]: [u8; 2], mask: u8) {
         let compare = Instruction { immediate: Some(GREATER), ..self.of_map(COMPARE) };
         let yes = Place::Register(yes);
-        if self.width == Width::Eight {
+        let whole = Instruction { prefix: P66, whole: true, wide: false, ..compare };
+        if self.target.extended {
             // Into the mask register k1, then by it.
-            self.emit(compare, 1, of, zero);
+            self.emit_extended(compare, 1, of, zero);
             let blend = Instruction {
-                prefix: P66,
                 map: MAP_0F38,
                 opcode: BLEND_BY_MASK,
                 immediate: None,
                 masked: true,
-                wide: false,
+                ..whole
             };
-            self.emit(blend, to, no, yes);
+            self.emit_extended(blend, to, no, yes);
         } else {
             self.emit(compare, mask, of, zero);
-            let blend = Instruction {
-                prefix: P66,
-                map: MAP_0F3A,
-                opcode: BLEND,
-                immediate: Some(mask << 4),
-                masked: false,
-                wide: false,
-            };
-            self.emit(blend, to, no, yes);
+            let immediate = Some(mask << 4);
+            self.emit(
+                Instruction { map: MAP_0F3A, opcode: BLEND, immediate, ..whole },
+                to,
+                no,
+                yes,
+            );
         }
     }
 
@@ -215,83 +238,159 @@ impl Assembler {
 
     /// `reg` is the operand in the field of that name, `second` that in the prefix, `rm` the last.
     fn emit(&mut self, what: Instruction, reg: u8, second: u8, rm: Place) {
-        // Bits of register numbers that do not fit into three are kept inverted.
-        let (low, base, high) = match rm {
-            Place::Register(r) => (r, r >> 3 & 1, r >> 4 & 1),
-            Place::Memory(base, _) => (base.number(), 0, 0),
+        let high = |register: u8| register >= 16;
+        let needs = match rm {
+            Place::Register(last) => high(last),
+            // Addresses in units of the operand's size are short for longer.
+            Place::Memory(_, offset) => {
+                i8::try_from(offset).is_err() && self.in_units(what, offset).is_some()
+            }
         };
-        let inverted = |bit: u8, place: u8| (bit & 1 ^ 1) << place;
+        if self.target.extended
+            && (needs || high(reg) || high(second) || self.target.width == Width::Eight)
+        {
+            self.emit_extended(what, reg, second, rm);
+            return;
+        }
+        let (base, is_register) = match rm {
+            Place::Register(r) => (r, true),
+            Place::Memory(base, _) => (base.number(), false),
+        };
+        let long = u8::from(self.target.width == Width::Four) << 2;
+        let rest = (!second & 15) << 3 | long | what.prefix;
         let r = inverted(reg >> 3, 7);
-        if self.width == Width::Eight {
-            let first =
-                r | inverted(high, 6) | inverted(base, 5) | inverted(reg >> 4, 4) | what.map;
-            let middle = 1 << 7 | (!second & 15) << 3 | 1 << 2 | what.prefix;
-            // 512 bits; the fifth bit of the second operand; the mask.
-            let last = 2 << 5 | inverted(second >> 4, 3) | u8::from(what.masked);
-            self.bytes.extend([0x62, first, middle, last]);
+        if what.map == MAP_0F && !what.wide && base < 8 {
+            self.bytes.extend([0xC5, r | rest]);
         } else {
-            let first = r | inverted(0, 6) | inverted(base, 5) | what.map;
-            let long = if self.width == Width::Four { 1 << 2 } else { 0 };
-            let wide = u8::from(what.wide) << 7;
-            let middle = wide | (!second & 15) << 3 | long | what.prefix;
-            self.bytes.extend([0xC4, first, middle]);
+            let first = r | inverted(0, 6) | inverted(base >> 3, 5) | what.map;
+            self.bytes.extend([0xC4, first, u8::from(what.wide) << 7 | rest]);
         }
         self.bytes.push(what.opcode);
-        let mode = if matches!(rm, Place::Register(_)) { 0xC0 } else { 0x80 };
-        self.bytes.push(mode | (reg & 7) << 3 | low & 7);
-        if let Place::Memory(_, offset) = rm {
-            self.bytes.extend(offset.to_le_bytes());
+        let field = (reg & 7) << 3 | base & 7;
+        match rm {
+            _ if is_register => self.bytes.push(0xC0 | field),
+            Place::Memory(_, offset) => self.address(field, offset, i8::try_from(offset).ok()),
+            Place::Register(_) => {}
         }
         self.bytes.extend(what.immediate);
     }
+
+    /// The same with the longer prefix of AVX-512.
+    fn emit_extended(&mut self, what: Instruction, reg: u8, second: u8, rm: Place) {
+        let (low, high) = match rm {
+            Place::Register(r) => (r, r >> 4),
+            Place::Memory(base, _) => (base.number(), 0),
+        };
+        let first = inverted(reg >> 3, 7)
+            | inverted(high, 6)
+            | inverted(low >> 3, 5)
+            | inverted(reg >> 4, 4)
+            | what.map;
+        let middle = 1 << 7 | (!second & 15) << 3 | 1 << 2 | what.prefix;
+        let length = match self.target.width {
+            Width::One => 0,
+            Width::Four => 1,
+            Width::Eight => 2,
+        };
+        let last = length << 5 | inverted(second >> 4, 3) | u8::from(what.masked);
+        self.bytes.extend([0x62, first, middle, last, what.opcode]);
+        let field = (reg & 7) << 3 | low & 7;
+        match rm {
+            Place::Register(_) => self.bytes.push(0xC0 | field),
+            Place::Memory(_, offset) => self.address(field, offset, self.in_units(what, offset)),
+        }
+        self.bytes.extend(what.immediate);
+    }
+
+    /// An address as a small number of operands.
+    fn in_units(&self, what: Instruction, offset: i32) -> Option<i8> {
+        let unit = match self.target.width {
+            Width::One if what.whole => 16,
+            width => 8 * width.lanes() as i32,
+        };
+        (offset % unit == 0).then(|| i8::try_from(offset / unit).ok()).flatten()
+    }
+
+    fn address(&mut self, field: u8, offset: i32, short: Option<i8>) {
+        match short {
+            Some(short) => self.bytes.extend([0x40 | field, short.to_le_bytes()[0]]),
+            None => {
+                self.bytes.push(0x80 | field);
+                self.bytes.extend(offset.to_le_bytes());
+            }
+        }
+    }
+}
+
+/// Bits of register numbers that do not fit into three are kept inverted.
+fn inverted(bit: u8, place: u8) -> u8 {
+    (bit & 1 ^ 1) << place
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// As an assembler writes them (GNU as, `vaddsd (%rdi + 0x10), %xmm9, %xmm1` and so on).
+    /// As an assembler writes them (GNU as; those with short addresses by another encoding of the same).
     #[test]
     fn instructions_are_those_of_the_manual() {
-        let bytes = |width, f: &dyn Fn(&mut Assembler)| {
-            let mut assembler = Assembler::new(width);
+        let bytes = |width, extended, f: &dyn Fn(&mut Assembler)| {
+            let mut assembler = Assembler::new(Target { width, extended });
             f(&mut assembler);
             assembler.bytes
         };
-        let slot = Place::Memory(Base::Slots, 0x10);
+        let slot = |offset| Place::Memory(Base::Slots, offset);
         // vaddsd xmm1, xmm9, [rdi+0x10]
         assert_eq!(
-            bytes(Width::One, &|a| a.arithmetic(ADD, 1, 9, slot)),
-            [0xC4, 0xE1, 0x33, 0x58, 0x8F, 0x10, 0, 0, 0]
+            bytes(Width::One, false, &|a| a.arithmetic(ADD, 1, 9, slot(0x10))),
+            [0xC5, 0xB3, 0x58, 0x4F, 0x10]
+        );
+        // vaddsd xmm1, xmm9, [rdi+0x1000]
+        assert_eq!(
+            bytes(Width::One, false, &|a| a.arithmetic(ADD, 1, 9, slot(0x1000))),
+            [0xC5, 0xB3, 0x58, 0x8F, 0, 0x10, 0, 0]
+        );
+        // vaddsd xmm1, xmm9, [rdi+0x100] and vaddsd xmm1, xmm19, xmm2
+        assert_eq!(
+            bytes(Width::One, true, &|a| a.arithmetic(ADD, 1, 9, slot(0x100))),
+            [0x62, 0xF1, 0xB7, 0x08, 0x58, 0x4F, 0x20]
+        );
+        assert_eq!(
+            bytes(Width::One, true, &|a| a.arithmetic(ADD, 1, 19, Place::Register(2))),
+            [0x62, 0xF1, 0xE7, 0x00, 0x58, 0xCA]
         );
         // vmulpd ymm12, ymm3, ymm11
         assert_eq!(
-            bytes(Width::Four, &|a| a.arithmetic(MUL, 12, 3, Place::Register(11))),
+            bytes(Width::Four, false, &|a| a.arithmetic(MUL, 12, 3, Place::Register(11))),
             [0xC4, 0x41, 0x65, 0x59, 0xE3]
         );
         // vfmadd132sd xmm1, xmm9, [rdi+0x10]
-        let fused = |a: &mut Assembler| a.fused(Fused::Add, Order::TimesLast, 1, 9, slot);
-        assert_eq!(bytes(Width::One, &fused), [0xC4, 0xE2, 0xB1, 0x99, 0x8F, 0x10, 0, 0, 0]);
+        let fused = |a: &mut Assembler| a.fused(Fused::Add, Order::TimesLast, 1, 9, slot(0x10));
+        assert_eq!(bytes(Width::One, false, &fused), [0xC4, 0xE2, 0xB1, 0x99, 0x4F, 0x10]);
         // vfnmadd231pd ymm12, ymm3, ymm11
         assert_eq!(
-            bytes(Width::Four, &|a| {
+            bytes(Width::Four, false, &|a| {
                 a.fused(Fused::From, Order::Plus, 12, 3, Place::Register(11));
             }),
             [0xC4, 0x42, 0xE5, 0xBC, 0xE3]
         );
         // vfmsub132pd zmm20, zmm17, zmm31
         assert_eq!(
-            bytes(Width::Eight, &|a| {
+            bytes(Width::Eight, true, &|a| {
                 a.fused(Fused::Sub, Order::TimesLast, 20, 17, Place::Register(31));
             }),
             [0x62, 0x82, 0xF5, 0x40, 0x9A, 0xE7]
         );
         // vmovapd xmm3, xmm12
-        assert_eq!(bytes(Width::One, &|a| a.copy(3, 12)), [0xC4, 0xC1, 0x79, 0x28, 0xDC]);
-        // vsubpd zmm20, zmm17, zmm31
+        assert_eq!(bytes(Width::One, false, &|a| a.copy(3, 12)), [0xC4, 0xC1, 0x79, 0x28, 0xDC]);
+        // vsubpd zmm20, zmm17, zmm31 and vsubpd zmm20, zmm17, [rdi-0x80]
         assert_eq!(
-            bytes(Width::Eight, &|a| a.arithmetic(SUB, 20, 17, Place::Register(31))),
+            bytes(Width::Eight, true, &|a| a.arithmetic(SUB, 20, 17, Place::Register(31))),
             [0x62, 0x81, 0xF5, 0x40, 0x5C, 0xE7]
+        );
+        assert_eq!(
+            bytes(Width::Eight, true, &|a| a.arithmetic(SUB, 20, 17, slot(-0x80))),
+            [0x62, 0xE1, 0xF5, 0x40, 0x5C, 0x67, 0xFE]
         );
     }
 }

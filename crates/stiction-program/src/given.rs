@@ -27,13 +27,17 @@ pub struct BodyMotion<T> {
     pub angular_acceleration: Vec3<T>,
 }
 
+/// Numbers of a motion.
+const MOTION: usize = 19;
+
 impl<T: Scalar> BodyMotion<T> {
-    fn visit(self, put: &mut impl FnMut(T)) {
-        let Self { position, orientation: Quaternion { w, v }, velocity, .. } = self;
-        position.to_array().into_iter().for_each(&mut *put);
-        put(w);
-        let rest = [v, velocity, self.angular_velocity, self.acceleration];
-        rest.into_iter().chain([self.angular_acceleration]).flat_map(Vec3::to_array).for_each(put);
+    fn to_array(self) -> [T; MOTION] {
+        let Self { position: p, orientation: Quaternion { w, v: q }, velocity: v, .. } = self;
+        let (u, a, b) = (self.angular_velocity, self.acceleration, self.angular_acceleration);
+        [
+            p.x, p.y, p.z, w, q.x, q.y, q.z, v.x, v.y, v.z, u.x, u.y, u.z, a.x, a.y, a.z, b.x, b.y,
+            b.z,
+        ]
     }
 
     fn read(next: &mut impl FnMut() -> T) -> Self {
@@ -75,7 +79,7 @@ impl Given {
         let is_free = |place: &usize| !floats(place) && !legs.finds(*place);
         let free: Vec<usize> = (0..topology.coordinates()).filter(is_free).collect();
         let targets = solver.assembly().prescription().coordinates().len();
-        let motions = 19 * topology.floating().count();
+        let motions = MOTION * topology.floating().count();
         let count = motions + free.len() + 3 * targets + 6 * loads;
         Self { origin: parameters.origin, topology, legs, free, count }
     }
@@ -96,6 +100,7 @@ impl Given {
     }
 
     /// All numbers in their order, from motions of the floating bodies and coordinates of the tree.
+    #[inline]
     pub(crate) fn visit(
         &self,
         motions: impl IntoIterator<Item = BodyMotion<f64>>,
@@ -104,13 +109,19 @@ impl Given {
         loads: &[AppliedLoad<f64>],
         mut put: impl FnMut(f64),
     ) {
-        motions.into_iter().for_each(|motion| motion.visit(&mut put));
-        self.free.iter().for_each(|place| put(coordinates[*place]));
-        for target in targets {
-            [target.value, target.rate, target.acceleration].into_iter().for_each(&mut put);
+        for motion in motions {
+            motion.to_array().into_iter().for_each(&mut put);
         }
-        for load in loads {
-            load.force.to_array().into_iter().chain(load.moment.to_array()).for_each(&mut put);
+        for place in &self.free {
+            put(coordinates[*place]);
+        }
+        for target in targets {
+            put(target.value);
+            put(target.rate);
+            put(target.acceleration);
+        }
+        for AppliedLoad { force: f, moment: m, .. } in loads {
+            [f.x, f.y, f.z, m.x, m.y, m.z].into_iter().for_each(&mut put);
         }
     }
 

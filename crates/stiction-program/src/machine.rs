@@ -7,7 +7,7 @@
 
 use crate::allocate::assemble;
 use crate::code::Code;
-use crate::encode::Width;
+use crate::encode::{Target, Width};
 use memmap2::{Mmap, MmapMut};
 
 type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *mut f64);
@@ -17,6 +17,7 @@ type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *mut f64);
 pub(crate) struct Machine {
     memory: Mmap,
     constants: Vec<f64>,
+    lanes: usize,
     /// Numbers of slots and of scratch that it touches.
     slots: usize,
     scratch: usize,
@@ -26,7 +27,12 @@ pub(crate) struct Machine {
 pub(crate) fn widest() -> Option<Width> {
     #[cfg(target_arch = "x86_64")]
     {
-        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+        let has = [
+            is_x86_feature_detected!("avx512f"),
+            is_x86_feature_detected!("avx512dq"),
+            is_x86_feature_detected!("avx512vl"),
+        ];
+        if has == [true; 3] {
             return Some(Width::Eight);
         }
         if is_x86_feature_detected!("avx") {
@@ -51,15 +57,23 @@ pub(crate) fn fuses() -> bool {
 impl Machine {
     /// Makes code executable; none where this system does not allow it.
     pub(crate) fn new(code: &Code, width: Width, slots: usize) -> Option<Self> {
-        if width.lanes() > widest()?.lanes() {
+        let extended = widest()? == Width::Eight;
+        Self::for_target(code, Target { width, extended }, slots)
+    }
+
+    fn for_target(code: &Code, target: Target, slots: usize) -> Option<Self> {
+        let Target { width, extended } = target;
+        let most = widest()?;
+        if width.lanes() > most.lanes() || extended && most != Width::Eight {
             return None;
         }
-        let assembled = assemble(code, width);
+        let assembled = assemble(code, target);
         let mut memory = MmapMut::map_anon(assembled.bytes.len()).ok()?;
         memory.copy_from_slice(&assembled.bytes);
         let memory = memory.make_exec().ok()?;
         let slots = slots * width.lanes();
-        Some(Self { memory, constants: assembled.constants, slots, scratch: assembled.scratch })
+        let (lanes, scratch) = (width.lanes(), assembled.scratch);
+        Some(Self { memory, constants: assembled.constants, lanes, slots, scratch })
     }
 
     /// Numbers of scratch that a run needs.
@@ -77,7 +91,8 @@ impl Machine {
         // which are there, and changes no other register than a caller of "sysv64" expects.
         unsafe {
             let entry: Entry = std::mem::transmute(self.memory.as_ptr());
-            entry(slots.as_mut_ptr(), self.constants.as_ptr(), scratch.as_mut_ptr());
+            let base = slots.as_mut_ptr().wrapping_add(Target::BASE_SLOT * self.lanes);
+            entry(base, self.constants.as_ptr(), scratch.as_mut_ptr());
         }
     }
 }
@@ -135,11 +150,17 @@ mod tests {
         for case in 0..300 {
             let code = random_code(&mut random, 1 + case % 120);
             let count = 10 + code.stores.len();
-            for width in [Width::One, Width::Four, Width::Eight] {
+            let targets = [Width::One, Width::Four, Width::Eight]
+                .into_iter()
+                .flat_map(|width| [false, true].map(|extended| Target { width, extended }))
+                .filter(|target| target.extended || target.width != Width::Eight);
+            for target in targets {
+                let width = target.width;
                 let lanes = width.lanes();
-                if lanes > widest.lanes() {
+                let Some(machine) = Machine::for_target(&code, target, count) else {
+                    assert!(lanes > widest.lanes() || target.extended);
                     continue;
-                }
+                };
                 let start: Vec<f64> =
                     (0..count * lanes).map(|_| (random.number() * 2.0).abs() + 0.1).collect();
                 let (mut interpreted, mut run) = (start.clone(), start);
@@ -149,12 +170,11 @@ mod tests {
                     4 => code.interpret::<4>(&mut interpreted, &mut values),
                     _ => code.interpret::<8>(&mut interpreted, &mut values),
                 }
-                let machine = Machine::new(&code, width, count).unwrap();
                 let mut scratch = vec![0.0; machine.scratch()];
                 machine.run(&mut run, &mut scratch);
                 for (k, (a, b)) in interpreted.iter().zip(&run).enumerate() {
                     let same = a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
-                    assert!(same, "case {case}, {width:?}, slot {}: {a} {b}", k / lanes);
+                    assert!(same, "case {case}, {target:?}, slot {}: {a} {b}", k / lanes);
                 }
             }
         }
