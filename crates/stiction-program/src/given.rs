@@ -107,28 +107,26 @@ impl Given {
         coordinates: &[f64],
         targets: &[Target<f64>],
         loads: &[AppliedLoad<f64>],
-        mut put: impl FnMut(f64),
+        mut put: impl FnMut(&[f64]),
     ) {
         for motion in motions {
-            motion.to_array().into_iter().for_each(&mut put);
+            put(&motion.to_array());
         }
         for place in &self.free {
-            put(coordinates[*place]);
+            put(&[coordinates[*place]]);
         }
         for target in targets {
-            put(target.value);
-            put(target.rate);
-            put(target.acceleration);
+            put(&[target.value, target.rate, target.acceleration]);
         }
         for AppliedLoad { force: f, moment: m, .. } in loads {
-            [f.x, f.y, f.z, m.x, m.y, m.z].into_iter().for_each(&mut put);
+            put(&[f.x, f.y, f.z, m.x, m.y, m.z]);
         }
     }
 
     /// All numbers of a sample.
     pub(crate) fn row(&self, Sample { state, targets, loads }: &Sample) -> Vec<f64> {
         let mut row = Vec::with_capacity(self.count);
-        self.visit(self.motions(state), &state.coordinates, targets, loads, |x| row.push(x));
+        self.visit(self.motions(state), &state.coordinates, targets, loads, |x| row.extend(x));
         row
     }
 

@@ -22,9 +22,11 @@ const STEPS: usize = 12;
 /// A step that changes no load by more than this part of the largest leaves an error of the square of
 /// it: rounding.
 const SETTLED: f64 = 1e-8;
+/// Only errors smaller than this part are taken to be squared by a step.
+const COARSE: f64 = 1e-3;
 /// An error that is rounding, as a part of the largest load.
 const ROUNDING: f64 = 1e-15;
-/// No processor takes more states at once.
+/// No processor takes more states at once, and the interpreter takes as many.
 const MOST_LANES: usize = 8;
 
 /// Inverse dynamics of one mechanism, compiled.
@@ -70,11 +72,13 @@ pub struct Memory {
 
 impl Memory {
     /// Writes a lane's inputs one after the other.
-    fn writer(&mut self, lane: usize) -> impl FnMut(f64) + '_ {
-        let mut places = self.slots[lane..].iter_mut().step_by(self.lanes);
-        move |value| {
-            if let Some(place) = places.next() {
-                *place = value;
+    #[inline]
+    fn writer(&mut self, lane: usize) -> impl FnMut(&[f64]) + '_ {
+        let (lanes, mut next) = (self.lanes, lane);
+        move |values| {
+            for value in values {
+                self.slots[next] = *value;
+                next += lanes;
             }
         }
     }
@@ -284,43 +288,45 @@ impl InverseProgram {
     /// balance and what the program takes for granted holds: that all contacts slide, that loads do not
     /// vanish, that no branch is taken that no sample took. Where not, [`InverseDynamics::solve`] does it.
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
-        let runners = self.runners(memory.lanes);
-        let Memory { lanes, slots, scratch } = memory;
-        let lanes = *lanes;
-        runners[1].run(slots, scratch);
-        let inputs = self.counts.inputs;
-        for (k, start) in self.places.start.iter().enumerate() {
-            copy(slots, *start as usize, inputs + k, lanes);
-        }
-        settled[..lanes].fill(self.counts.coupled == 0);
-        // Changes of the last step, as parts of the largest load.
-        let mut changes = [1.0; MOST_LANES];
-        for _ in 0..STEPS {
-            if settled[..lanes].iter().all(|settled| *settled) {
-                break;
-            }
-            runners[2].run(slots, scratch);
-            self.compare(slots, lanes, &mut changes, settled);
-            for (k, next) in self.places.next.iter().enumerate() {
-                copy(slots, *next as usize, inputs + k, lanes);
-            }
-        }
-        runners[3].run(slots, scratch);
-        for (lane, settled) in settled.iter_mut().enumerate().take(lanes) {
-            *settled &= Self::read(memory, self.places.guard, lane) > 0.0;
+        match memory.lanes {
+            1 => self.run_lanes::<1>(&self.one, memory, settled),
+            4 => self.run_lanes::<4>(&self.many, memory, settled),
+            _ => self.run_lanes::<MOST_LANES>(&self.many, memory, settled),
         }
     }
 
-    /// Whether the last step of the loads leaves nothing but rounding. Newton's steps square the error: what
-    /// one has changed is the error before it, and the last two tell by what factor the square counts.
-    fn compare(&self, slots: &[f64], lanes: usize, changes: &mut [f64], settled: &mut [bool]) {
-        let of = |k: usize, lane: usize| slots[self.places.control[k] as usize * lanes + lane];
-        for lane in 0..lanes {
-            let (before, now) = (changes[lane], (of(0, lane) / of(1, lane)).sqrt());
-            changes[lane] = now;
-            // Of a change that is no number nothing is left to hope.
-            let left = now * now * (now / (before * before)).max(now);
-            settled[lane] = (now <= SETTLED || now < 1e-3 && left <= ROUNDING) && of(2, lane) > 0.0;
+    fn run_lanes<const L: usize>(
+        &self,
+        runners: &[Runner; 4],
+        memory: &mut Memory,
+        settled: &mut [bool],
+    ) {
+        let Memory { slots, scratch, .. } = memory;
+        runners[1].run(slots, scratch);
+        let inputs = self.counts.inputs;
+        let copy = |slots: &mut [f64], from: &[u32]| {
+            let (slots, _) = slots.as_chunks_mut::<L>();
+            for (k, from) in from.iter().enumerate() {
+                slots[inputs + k] = slots[*from as usize];
+            }
+        };
+        copy(slots, &self.places.start);
+        let mut done = [self.counts.coupled == 0; L];
+        // Squares of changes in the last step, as parts of the loads'.
+        let mut changes = [1.0; L];
+        for _ in 0..STEPS {
+            if done == [true; L] {
+                break;
+            }
+            runners[2].run(slots, scratch);
+            let control = self.places.control.map(|place| slots.as_chunks::<L>().0[place as usize]);
+            done = settle(control, &mut changes);
+            copy(slots, &self.places.next);
+        }
+        runners[3].run(slots, scratch);
+        let guard = slots.as_chunks::<L>().0[self.places.guard as usize];
+        for ((settled, done), guard) in settled.iter_mut().zip(done).zip(guard) {
+            *settled = done && guard > 0.0;
         }
     }
 
@@ -363,12 +369,22 @@ impl InverseProgram {
     }
 }
 
+/// Whether the last step of the loads leaves nothing but rounding. Newton's steps square the error: what
+/// one has changed is the error before it, and the last two tell by what factor the square counts. Given are
+/// the squares of changes and of loads, and the determinant.
 #[inline]
-fn copy(slots: &mut [f64], from: usize, to: usize, lanes: usize) {
-    // A few numbers: a loop is faster than a call.
-    for lane in 0..lanes {
-        slots[to * lanes + lane] = slots[from * lanes + lane];
-    }
+fn settle<const L: usize>(control: [[f64; L]; 3], changes: &mut [f64; L]) -> [bool; L] {
+    let [change, size, determinant] = control;
+    core::array::from_fn(|lane| {
+        let (before, now) = (changes[lane], change[lane] / size[lane]);
+        changes[lane] = now;
+        // What is left is `now^2 now / before^2` or less; of a change that is no number nothing is to hope.
+        let left = now * now * now;
+        let few = now < COARSE * COARSE
+            && left <= ROUNDING * ROUNDING * before * before
+            && left <= ROUNDING * ROUNDING;
+        (now <= SETTLED * SETTLED || few) && determinant[lane] > 0.0
+    })
 }
 
 impl RecordedStages {
