@@ -54,6 +54,20 @@ impl Fused {
 }
 
 impl Step {
+    /// The same with other operands.
+    pub(crate) fn map(self, to: impl Fn(Source) -> Source) -> Self {
+        match self {
+            Self::Add(a, b) => Self::Add(to(a), to(b)),
+            Self::Sub(a, b) => Self::Sub(to(a), to(b)),
+            Self::Mul(a, b) => Self::Mul(to(a), to(b)),
+            Self::Div(a, b) => Self::Div(to(a), to(b)),
+            Self::Neg(a) => Self::Neg(to(a)),
+            Self::Sqrt(a) => Self::Sqrt(to(a)),
+            Self::Select { of, yes, no } => Self::Select { of: to(of), yes: to(yes), no: to(no) },
+            Self::Fused(kind, operands) => Self::Fused(kind, operands.map(to)),
+        }
+    }
+
     pub(crate) fn operands(self) -> impl Iterator<Item = Source> {
         let all = match self {
             Self::Fused(_, operands) => operands.map(Some),
@@ -294,7 +308,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
             }
         }
         if !code.steps.is_empty() || !code.stores.is_empty() {
-            parts.push(Part::Code(code));
+            parts.push(Part::Code(code.scheduled()));
         }
         if !calls.is_empty() {
             parts.push(Part::Calls(calls));

@@ -49,6 +49,7 @@ mod recipe;
 mod recorded;
 mod run;
 mod samples;
+mod schedule;
 mod transmission;
 
 pub use given::BodyMotion;
