@@ -135,7 +135,6 @@ impl<T: Scalar> SpringParameters<T> {
 
 impl<T: Scalar> ContactParameters<T> {
     /// The way at the surface for a unit of each of its freedoms, m or one; `pitch` is the joint's.
-    #[inline(always)]
     pub fn arms(&self, pitch: T) -> [T; 3] {
         match self.shape {
             ContactShape::Plate => [T::one(), T::one(), self.radius],

@@ -47,14 +47,12 @@ impl<T: Scalar> ContactState<T> {
     }
 
     /// The magnitude of the friction force, N; of a contact at rest the greatest that it can have.
-    #[inline(always)]
     pub fn friction(&self) -> T {
         self.resistance.force(self.load.value)
     }
 
     /// Speeds and directions from the motion of the bodies. A contact that slides no faster than
     /// `rest_speed` rests; its friction then acts along `held`, in units of the greatest it can be.
-    #[inline]
     pub(crate) fn slide(
         &mut self,
         topology: &Topology,
@@ -120,7 +118,6 @@ impl<T: Scalar> ContactState<T> {
     }
 
     /// The load under a joint's complete wrench, with the present friction where a load contains it.
-    #[inline]
     pub(crate) fn press(
         &mut self,
         contact: &ContactParameters<T>,
@@ -135,7 +132,6 @@ impl<T: Scalar> ContactState<T> {
 
     /// The load under a joint's complete wrench, and with this friction of its own where it contains
     /// that.
-    #[inline]
     pub(crate) fn press_with(
         &mut self,
         contact: &ContactParameters<T>,
@@ -171,7 +167,6 @@ impl<T: Scalar> ContactState<T> {
 
     /// The part of the friction force that does not change with the reaction, in the linear form of
     /// [`Self::press`]'s last call: `friction = constant + slope.power(wrench)`.
-    #[inline(always)]
     pub(crate) fn linear(&self, coupling: Coupling, wrench: Wrench<T>) -> (T, Twist<T>) {
         let coefficient = self.resistance.coefficient;
         match coupling {
@@ -186,7 +181,6 @@ impl<T: Scalar> ContactState<T> {
 }
 
 /// The load of a contact between the frames of its joint.
-#[inline(always)]
 fn load_between<T: Scalar>(
     contact: &ContactParameters<T>,
     pitch: T,
@@ -236,7 +230,6 @@ impl<T: Scalar> Contacts<T> {
         Self { states: vec![ContactState::new(); count], held: vec![[T::zero(); 3]; count] }
     }
 
-    #[inline]
     pub(crate) fn slide(
         &mut self,
         topology: &Topology,
@@ -253,7 +246,6 @@ impl<T: Scalar> Contacts<T> {
     }
 
     /// The loads under wrenches that no friction has a part in.
-    #[inline]
     pub(crate) fn press_frictionless(
         &mut self,
         parameters: &Parameters<T>,
@@ -268,7 +260,6 @@ impl<T: Scalar> Contacts<T> {
     }
 
     /// Updates all loads to the joints' wrenches; returns the largest change and the largest load.
-    #[inline]
     pub(crate) fn press(
         &mut self,
         parameters: &Parameters<T>,
@@ -308,7 +299,6 @@ impl Contacts<f64> {
 }
 
 /// The efforts that friction of force one newton at a contact has on its joint, as a wrench.
-#[inline(always)]
 pub(crate) fn wrench_against<T: Scalar>(
     topology: &Topology,
     contact: &ContactParameters<T>,

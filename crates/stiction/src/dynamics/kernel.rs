@@ -85,7 +85,6 @@ impl Kernel {
     ///
     /// Nothing is checked in here; look at [`Kinematics::largest_error`],
     /// [`Inverse::friction_change`] and [`Inverse::orientation`] afterwards.
-    #[inline(always)]
     pub fn run<T: Scalar>(
         &self,
         parameters: &Parameters<T>,

@@ -45,7 +45,6 @@ impl AppliedLoad<f64> {
 
 impl<T: Scalar> AppliedLoad<T> {
     /// The wrench in world axes about the kernel origin.
-    #[inline(always)]
     pub fn wrench(&self, bodies: &Bodies<T>) -> Wrench<T> {
         let pose = bodies.pose[self.body.0];
         let turn = |v| match self.axes {
@@ -59,7 +58,6 @@ impl<T: Scalar> AppliedLoad<T> {
 
 /// The wrench that a body's joints together must exert on it, about the kernel origin: its rate of
 /// change of momentum, less gravity. Loads from outside are not in it.
-#[inline(always)]
 pub(crate) fn demand_of_motion<T: Scalar>(
     parameters: &Parameters<T>,
     bodies: &Bodies<T>,

@@ -33,19 +33,19 @@ pub struct Bristles<T = f64> {
 impl<T: Scalar> Bristles<T> {
     /// The rate of the deflection `z` (m) at a sliding velocity (m/s), where the law's curve has the
     /// coefficient `mu`, which is positive.
-    #[inline(always)]
+    #[inline]
     pub fn rate(&self, z: T, velocity: T, mu: T) -> T {
         velocity - self.stiffness * velocity.abs() * z / mu
     }
 
     /// Friction for each newton of load, with the sign of the velocity that it resists.
-    #[inline(always)]
+    #[inline]
     pub fn coefficient(&self, z: T, rate: T) -> T {
         self.stiffness * z + self.damping * rate
     }
 
     /// The deflection that stays as it is at a velocity other than zero.
-    #[inline(always)]
+    #[inline]
     pub fn steady(&self, velocity: T, mu: T) -> T {
         let size = mu / self.stiffness;
         velocity.if_positive(size, velocity.abs().if_positive(-size, T::zero()))

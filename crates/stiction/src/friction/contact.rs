@@ -47,7 +47,7 @@ pub enum ContactShape {
 
 impl ContactShape {
     /// The indices of the freedoms along which the contact slides.
-    #[inline(always)]
+    #[inline]
     pub const fn freedoms(self) -> core::ops::Range<usize> {
         match self {
             Self::Pin { freedom, .. } | Self::Guide { freedom } => freedom..freedom + 1,

@@ -74,13 +74,13 @@ pub struct Resistance<T> {
 
 impl<T: Scalar> Resistance<T> {
     /// Coulomb and viscous friction at a sliding speed of magnitude `speed`, m/s.
-    #[inline(always)]
+    #[inline]
     pub fn coulomb_viscous(coulomb: T, viscous: T, speed: T) -> Self {
         Self { coefficient: coulomb, viscous: viscous * speed }
     }
 
     /// The magnitude of the friction force under a load, N.
-    #[inline(always)]
+    #[inline]
     pub fn force(&self, load: T) -> T {
         self.viscous + self.coefficient * load
     }
@@ -93,7 +93,7 @@ impl<T: Scalar> Law<T> {
     }
 
     /// What it says at a sliding speed of magnitude `speed`, m/s.
-    #[inline(always)]
+    #[inline]
     pub fn sliding(&self, speed: T) -> Resistance<T> {
         let mut resistance = Resistance::coulomb_viscous(self.coulomb, self.viscous, speed);
         if !self.is_constant() {
@@ -138,7 +138,7 @@ impl<T: Scalar> Law<T> {
     }
 
     /// Whether the coefficient is the same at all speeds and at rest.
-    #[inline(always)]
+    #[inline]
     pub fn is_constant(&self) -> bool {
         matches!(self.curve, Curve::Constant) && self.regularisation.is_none()
     }

@@ -103,7 +103,7 @@ impl<T: Scalar> LoadMap<T> {
 
     /// The distance between supports on both bodies where the origin of K is `slide` before that of
     /// J along the axis; positive as long as they overlap. None where the span is constant.
-    #[inline(always)]
+    #[inline]
     pub fn overlap(&self, slide: T) -> Option<T> {
         let Supports::OneOnEach { gland, piston } = self.supports else { return None };
         let apart = gland - piston;
@@ -112,7 +112,7 @@ impl<T: Scalar> LoadMap<T> {
 
     /// The load of a pin, guide or thread's bore: a surface around the line along the unit vector
     /// `axis`, between the origins of J and K, under `wrench` (about the kernel's origin).
-    #[inline(always)]
+    #[inline]
     pub fn between(&self, wrench: Wrench<T>, j: Vec3<T>, k: Vec3<T>, axis: Vec3<T>) -> Load<T> {
         let (middle, span) = match self.supports {
             Supports::Predecessor => (j, self.bending_span),
@@ -132,7 +132,7 @@ impl<T: Scalar> LoadMap<T> {
         self.across(wrench, point, axis, self.bending_span)
     }
 
-    #[inline(always)]
+    #[inline]
     fn across(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>, span: Option<T>) -> Load<T> {
         // What is rare is not inlined: kernels of dual numbers grow large.
         if self.combine == Combine::Sum && self.smoothing.is_none() {
@@ -143,7 +143,7 @@ impl<T: Scalar> LoadMap<T> {
     }
 
     /// The sum of all parts.
-    #[inline(always)]
+    #[inline]
     fn sum(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>, span: Option<T>) -> Load<T> {
         let moment = wrench.moment_about(point);
         let mut sum = Sum { value: self.preload, by_force: Vec3::zero(), by_moment: Vec3::zero() };
@@ -237,7 +237,7 @@ impl<T: Scalar> LoadMap<T> {
     }
 
     /// The load of a ball at `point` under `wrench` (about the kernel's origin).
-    #[inline(always)]
+    #[inline]
     pub fn at_point(&self, wrench: Wrench<T>, point: Vec3<T>) -> Load<T> {
         let resultant = self.norm(wrench.force);
         Sum {
@@ -249,7 +249,7 @@ impl<T: Scalar> LoadMap<T> {
     }
 
     /// The length of a force and its gradient, with the corner rounded off if that is declared.
-    #[inline(always)]
+    #[inline]
     fn norm(&self, force: Vec3<T>) -> Part<T, Vec3<T>> {
         match self.smoothing {
             None => norm(force),
@@ -302,7 +302,7 @@ struct Part<T, D> {
 }
 
 /// The length of a vector and its gradient, the unit vector (zero where the length is).
-#[inline(always)]
+#[inline]
 fn norm<T: Scalar>(v: Vec3<T>) -> Part<T, Vec3<T>> {
     let value = v.norm();
     let safe = value.if_positive(value, T::one());
@@ -324,7 +324,7 @@ struct Sum<T> {
 
 impl<T: Scalar> Sum<T> {
     /// Moves the gradient from `point` to the kernel's origin.
-    #[inline(always)]
+    #[inline]
     fn load(self, point: Vec3<T>) -> Load<T> {
         Load {
             value: self.value,

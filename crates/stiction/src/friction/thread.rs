@@ -47,7 +47,7 @@ impl<T: Scalar> OwnFriction<T> {
 
 impl<T: Scalar> Thread<T> {
     /// The way along the helix for each radian, m.
-    #[inline(always)]
+    #[inline]
     pub fn way(&self) -> T {
         (self.radius * self.radius + self.pitch * self.pitch).sqrt()
     }

@@ -13,12 +13,12 @@ pub(super) const FREEDOMS: &[Freedom] = &[
 pub(super) const CONSTRAINTS: &[Constraint] =
     &[Constraint::Force(0), Constraint::Force(1), Constraint::Moment(0), Constraint::Moment(1)];
 
-#[inline(always)]
+#[inline]
 pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
     Pose { rotation: Mat3::about_axis(2, q[0].sin_cos()), position: Vec3::unit(2) * q[1] }
 }
 
-#[inline(always)]
+#[inline]
 pub(super) fn nearest<T: Scalar>(relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
     let angle = angle_about_z(&relative.rotation);
     let slide = relative.rotation.columns[2].dot(relative.position);

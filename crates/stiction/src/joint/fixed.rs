@@ -16,12 +16,12 @@ pub(super) const CONSTRAINTS: &[Constraint] = &[
     Constraint::Moment(2),
 ];
 
-#[inline(always)]
+#[inline]
 pub(super) fn pose<T: Scalar>(_q: &[T], _pitch: T) -> Pose<T> {
     Pose::identity()
 }
 
-#[inline(always)]
+#[inline]
 pub(super) fn nearest<T: Scalar>(_relative: Pose<T>, _pitch: T) -> (Pose<T>, [T; 3]) {
     (Pose::identity(), [T::zero(); 3])
 }

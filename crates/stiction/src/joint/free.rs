@@ -20,7 +20,7 @@ pub(super) const FREEDOMS: &[Freedom] = &[
 ];
 pub(super) const CONSTRAINTS: &[Constraint] = &[];
 
-#[inline(always)]
+#[inline]
 pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
     Pose {
         rotation: Quaternion::from_coordinates(&q[3..]).rotation(),
@@ -28,7 +28,7 @@ pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
     }
 }
 
-#[inline(always)]
+#[inline]
 pub(super) fn nearest<T: Scalar>(relative: Pose<T>, _pitch: T) -> (Pose<T>, [T; 3]) {
     (relative, [T::zero(); 3])
 }

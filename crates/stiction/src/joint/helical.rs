@@ -15,12 +15,12 @@ pub(super) const CONSTRAINTS: &[Constraint] = &[
     Constraint::Thread,
 ];
 
-#[inline(always)]
+#[inline]
 pub(super) fn pose<T: Scalar>(q: &[T], pitch: T) -> Pose<T> {
     Pose { rotation: Mat3::about_axis(2, q[0].sin_cos()), position: Vec3::unit(2) * (pitch * q[0]) }
 }
 
-#[inline(always)]
+#[inline]
 pub(super) fn nearest<T: Scalar>(relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
     // The advance says which turn it is, the orientation says where in the turn.
     let coarse = relative.rotation.columns[2].dot(relative.position) / pitch;

@@ -152,19 +152,19 @@ impl JointType {
     }
 
     /// The freedoms, in the order of the rates.
-    #[inline(always)]
+    #[inline]
     pub const fn freedoms(self) -> &'static [Freedom] {
         of_type!(self, FREEDOMS)
     }
 
     /// The wrenches that it carries.
-    #[inline(always)]
+    #[inline]
     pub const fn constraints(self) -> &'static [Constraint] {
         of_type!(self, CONSTRAINTS)
     }
 
     /// The number of coordinates (not of freedoms: orientations take four).
-    #[inline(always)]
+    #[inline]
     pub const fn coordinates(self) -> usize {
         of_type!(self, COORDINATES)
     }
@@ -175,14 +175,14 @@ impl JointType {
     }
 
     /// `X_JK` at coordinates `q` (rad, m; as many as [`Self::coordinates`]).
-    #[inline(always)]
+    #[inline]
     pub fn pose<T: Scalar>(self, q: &[T], pitch: T) -> Pose<T> {
         of_type!(self, pose(q, pitch))
     }
 
     /// The pose that the joint allows, nearest to `relative` (an actual `X_JK`), and its scalar
     /// coordinates (zeros for quaternions).
-    #[inline(always)]
+    #[inline]
     pub fn nearest<T: Scalar>(self, relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
         of_type!(self, nearest(relative, pitch))
     }
@@ -213,7 +213,7 @@ impl JointType {
     }
 
     /// Moves the coordinates by a small step in the rates (rad, m). Quaternions stay of unit length.
-    #[inline(always)]
+    #[inline]
     pub fn advance<T: Scalar>(self, q: &mut [T], step: &[T]) {
         let turn = |q: &mut [T], step: &[T]| {
             let rotation = Vec3::new(step[0], step[1], step[2]);
@@ -242,7 +242,7 @@ impl JointType {
 
 impl Freedom {
     /// The unit twist, given the joint frames J and K in the world; predecessor to successor.
-    #[inline(always)]
+    #[inline]
     pub fn twist<T: Scalar>(&self, j: &Pose<T>, k: &Pose<T>, pitch: T) -> Twist<T> {
         let frame = match self.carrier {
             Carrier::Predecessor => j,
@@ -269,7 +269,7 @@ impl Freedom {
     /// The wrench, predecessor on successor, of a unit effort on this freedom: a couple along the
     /// axis, or a force along it through the origin of K. Its power is the freedom's own rate and
     /// nothing of the joint's other freedoms, so it also measures that rate in a relative twist.
-    #[inline(always)]
+    #[inline]
     pub fn effort<T: Scalar>(&self, j: &Pose<T>, k: &Pose<T>) -> Wrench<T> {
         let frame = match self.carrier {
             Carrier::Predecessor => j,
@@ -285,7 +285,7 @@ impl Freedom {
 
 impl Constraint {
     /// The unit wrench, given the joint frames J and K in the world; predecessor on successor.
-    #[inline(always)]
+    #[inline]
     pub fn wrench<T: Scalar>(&self, j: &Pose<T>, k: &Pose<T>, pitch: T) -> Wrench<T> {
         let axes = &j.rotation.columns;
         match *self {
@@ -304,7 +304,7 @@ impl Constraint {
     }
 
     /// The component of a small displacement (in J, at the origin of J) that the wrench blocks.
-    #[inline(always)]
+    #[inline]
     fn blocked<T: Scalar>(&self, displacement: Twist<T>, relative: &Pose<T>, pitch: T) -> T {
         match *self {
             Constraint::Force(axis) => displacement.linear.component(axis),
@@ -322,7 +322,7 @@ impl JointType {
     /// How far `relative` (an actual `X_JK`) is from what the joint allows, measured along each of
     /// its constraints (m, rad), and the scalar coordinates there. The errors' rates are the
     /// powers of the unit constraint wrenches on the relative twist, exactly so where they vanish.
-    #[inline(always)]
+    #[inline]
     pub fn misfit<T: Scalar>(self, relative: Pose<T>, pitch: T) -> ([T; 6], [T; 3]) {
         let (allowed, coordinates) = self.nearest(relative, pitch);
         let turn = relative.rotation * allowed.rotation.transpose();
@@ -341,7 +341,7 @@ impl JointType {
 /// A vector along the axis of `turn` that equals its rotation vector to first order and, unlike the
 /// skew part, does not shrink again beyond a right angle: `2 n tan(a/2)`, bounded near a half turn.
 /// Assembly from a poor first guess needs that; at the solution only the first order counts.
-#[inline(always)]
+#[inline]
 fn bounded_tangent<T: Scalar>(turn: Mat3<T>) -> Vec3<T> {
     const FLOOR: f64 = 1e-3;
     // (1 + cos a)/2 = (1 + trace)/4, lifted so that a half turn stays finite.
@@ -350,7 +350,7 @@ fn bounded_tangent<T: Scalar>(turn: Mat3<T>) -> Vec3<T> {
 }
 
 /// The angle of a rotation about z.
-#[inline(always)]
+#[inline]
 fn angle_about_z<T: Scalar>(rotation: &Mat3<T>) -> T {
     // Best fit for a rotation that is not quite about z.
     (rotation.at(1, 0) - rotation.at(0, 1)).atan2(rotation.at(0, 0) + rotation.at(1, 1))

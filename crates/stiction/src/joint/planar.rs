@@ -17,7 +17,7 @@ pub(super) const FREEDOMS: &[Freedom] = &[
 pub(super) const CONSTRAINTS: &[Constraint] =
     &[Constraint::Force(2), Constraint::Moment(0), Constraint::Moment(1)];
 
-#[inline(always)]
+#[inline]
 pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
     Pose {
         rotation: Mat3::about_axis(2, q[2].sin_cos()),
@@ -25,7 +25,7 @@ pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
     }
 }
 
-#[inline(always)]
+#[inline]
 pub(super) fn nearest<T: Scalar>(relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
     let angle = angle_about_z(&relative.rotation);
     let coordinates = [relative.position.x, relative.position.y, angle];

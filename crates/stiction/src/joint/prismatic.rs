@@ -15,12 +15,12 @@ pub(super) const CONSTRAINTS: &[Constraint] = &[
     Constraint::Moment(2),
 ];
 
-#[inline(always)]
+#[inline]
 pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
     Pose { rotation: Mat3::identity(), position: Vec3::unit(2) * q[0] }
 }
 
-#[inline(always)]
+#[inline]
 pub(super) fn nearest<T: Scalar>(relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
     // The slide along the successor's own axis line, which a small tilt leaves unchanged.
     let slide = relative.rotation.columns[2].dot(relative.position);

@@ -15,12 +15,12 @@ pub(super) const CONSTRAINTS: &[Constraint] = &[
     Constraint::Moment(1),
 ];
 
-#[inline(always)]
+#[inline]
 pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
     Pose { rotation: Mat3::about_axis(2, q[0].sin_cos()), position: Vec3::zero() }
 }
 
-#[inline(always)]
+#[inline]
 pub(super) fn nearest<T: Scalar>(relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
     let angle = angle_about_z(&relative.rotation);
     (pose(&[angle], pitch), [angle, T::zero(), T::zero()])

@@ -14,12 +14,12 @@ pub(super) const FREEDOMS: &[Freedom] = &[
 pub(super) const CONSTRAINTS: &[Constraint] =
     &[Constraint::Force(0), Constraint::Force(1), Constraint::Force(2)];
 
-#[inline(always)]
+#[inline]
 pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
     Pose { rotation: Quaternion::from_coordinates(q).rotation(), position: Vec3::zero() }
 }
 
-#[inline(always)]
+#[inline]
 pub(super) fn nearest<T: Scalar>(relative: Pose<T>, _pitch: T) -> (Pose<T>, [T; 3]) {
     (Pose { rotation: relative.rotation, position: Vec3::zero() }, [T::zero(); 3])
 }

@@ -16,7 +16,7 @@ pub(super) const FREEDOMS: &[Freedom] = &[
 pub(super) const CONSTRAINTS: &[Constraint] =
     &[Constraint::Force(0), Constraint::Force(1), Constraint::Force(2), Constraint::Normal];
 
-#[inline(always)]
+#[inline]
 pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
     Pose {
         rotation: Mat3::about_axis(2, q[0].sin_cos()) * Mat3::about_axis(0, q[1].sin_cos()),
@@ -24,7 +24,7 @@ pub(super) fn pose<T: Scalar>(q: &[T], _pitch: T) -> Pose<T> {
     }
 }
 
-#[inline(always)]
+#[inline]
 pub(super) fn nearest<T: Scalar>(relative: Pose<T>, pitch: T) -> (Pose<T>, [T; 3]) {
     let r = &relative.rotation;
     let first = r.at(1, 0).atan2(r.at(0, 0));

@@ -51,7 +51,6 @@ impl<T: Scalar> State<T> {
     }
 
     /// Moves the coordinates by a small step in the rates.
-    #[inline(always)]
     pub fn advance(&mut self, topology: &Topology, step: &[T]) {
         for node in &topology.nodes {
             let q = &mut self.coordinates[node.coordinates.clone()];
@@ -66,7 +65,6 @@ impl<T: Scalar> State<T> {
 
 /// The rates of a floating body are its twist about the kernel origin in world axes, linear part
 /// first.
-#[inline(always)]
 fn advance_floating<T: Scalar>(q: &mut [T], step: &[T]) {
     let linear = Vec3::new(step[0], step[1], step[2]);
     let angular = Vec3::new(step[3], step[4], step[5]);
@@ -112,7 +110,6 @@ impl<T: Scalar> Bodies<T> {
     }
 
     /// Poses of bodies and joint frames, unit twists of the tree's freedoms.
-    #[inline(always)]
     pub fn place(&mut self, topology: &Topology, parameters: &Parameters<T>, coordinates: &[T]) {
         self.pose[0] = parameters.ground;
         for node in &topology.nodes {
@@ -160,7 +157,6 @@ impl<T: Scalar> Bodies<T> {
     }
 
     /// Twists and bias accelerations; needs [`Self::place`].
-    #[inline(always)]
     pub fn move_with(&mut self, topology: &Topology, rates: &[T]) {
         for node in &topology.nodes {
             let parent = parent_body(topology, node.parent);
@@ -186,7 +182,6 @@ impl<T: Scalar> Bodies<T> {
     }
 
     /// Accelerations; needs [`Self::move_with`].
-    #[inline(always)]
     pub fn accelerate(&mut self, topology: &Topology, accelerations: &[T]) {
         for node in &topology.nodes {
             // Accelerations beyond the bias add up along the tree.
@@ -204,7 +199,6 @@ impl<T: Scalar> Bodies<T> {
 
     /// Adds to the accelerations of all bodies what `amount` times more accelerations of the tree
     /// cause.
-    #[inline(always)]
     pub(crate) fn accelerate_more(&mut self, topology: &Topology, accelerations: &[T], amount: T) {
         // The bias is not touched: sums of accelerations add up along the tree as they are.
         for node in &topology.nodes {
@@ -221,7 +215,6 @@ impl<T: Scalar> Bodies<T> {
     }
 
     /// The rates of a joint's freedoms.
-    #[inline(always)]
     pub fn joint_rates(&self, topology: &Topology, joint: usize) -> [T; MOST_FREEDOMS] {
         let (predecessor, successor) = topology.ends[joint];
         let relative = self.twist[successor] - self.twist[predecessor];
@@ -233,13 +226,11 @@ impl<T: Scalar> Bodies<T> {
     }
 
     /// The wrench of a unit effort on a joint's freedom.
-    #[inline(always)]
     pub(crate) fn effort(&self, freedom: &Freedom, joint: usize) -> Wrench<T> {
         freedom.effort(&self.frame_j[joint], &self.frame_k[joint])
     }
 
     /// The acceleration of a joint's successor against its predecessor that its rates alone cause.
-    #[inline(always)]
     pub(crate) fn joint_bias(
         &self,
         topology: &Topology,
@@ -261,13 +252,11 @@ impl<T: Scalar> Bodies<T> {
     }
 }
 
-#[inline(always)]
 fn parent_body(topology: &Topology, parent: Option<usize>) -> usize {
     parent.map_or(0, |node| topology.nodes[node].body)
 }
 
 /// Unit twists about the kernel origin: translations x y z, rotations x y z.
-#[inline(always)]
 fn floating_screw<T: Scalar>(k: usize) -> Twist<T> {
     if k < 3 {
         Twist::translation(Vec3::unit(k))

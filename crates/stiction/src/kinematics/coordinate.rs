@@ -76,7 +76,6 @@ impl AngleOrder {
     }
 
     /// The axes, 0, 1, 2 for x, y, z.
-    #[inline(always)]
     pub const fn axes(self) -> [usize; 3] {
         self.0
     }

@@ -61,7 +61,6 @@ pub(super) fn difference(topology: &Topology, coordinate: Coordinate) -> Differe
 }
 
 /// `found - wanted` in the sense of `difference`.
-#[inline(always)]
 pub(super) fn deviation<T: Scalar>(difference: Difference, found: T, wanted: T) -> T {
     match difference {
         Difference::Plain => found - wanted,
@@ -73,7 +72,6 @@ pub(super) fn deviation<T: Scalar>(difference: Difference, found: T, wanted: T) 
 }
 
 /// Measures a coordinate; needs the bodies placed.
-#[inline(always)]
 pub(super) fn measure<T: Scalar>(
     coordinate: Coordinate,
     topology: &Topology,
@@ -119,7 +117,6 @@ pub(super) fn measure<T: Scalar>(
 
 /// The second derivative of a coordinate when the tree's accelerations are zero; needs the bodies
 /// moving.
-#[inline(always)]
 pub(super) fn bias<T: Scalar>(
     coordinate: Coordinate,
     topology: &Topology,
@@ -164,7 +161,6 @@ pub(super) fn bias<T: Scalar>(
 }
 
 /// A body's axes seen from the ground's.
-#[inline(always)]
 pub(super) fn seen_from<T: Scalar>(ground: Pose<T>, body: Pose<T>) -> Mat3<T> {
     ground.rotation.transpose() * body.rotation
 }
@@ -179,7 +175,6 @@ fn parity(order: AngleOrder) -> (usize, usize, usize, f64) {
 
 /// The three angles of a rotation matrix. The second is in [-pi/2, pi/2] for orders of three
 /// different axes, in [0, pi] for orders like zxz.
-#[inline(always)]
 pub(super) fn intrinsic_angles<T: Scalar>(r: Mat3<T>, order: AngleOrder) -> [T; 3] {
     let (i, j, k, sign) = parity(order);
     let sign = T::from_f64(sign);
@@ -201,7 +196,6 @@ pub(super) fn intrinsic_angles<T: Scalar>(r: Mat3<T>, order: AngleOrder) -> [T; 
 }
 
 /// The axes about which the three angles turn, as they stand in the outer frame.
-#[inline(always)]
 fn axes_of<T: Scalar>(order: AngleOrder, angles: [T; 3]) -> [Vec3<T>; 3] {
     let [a, b, c] = order.axes();
     let first = Mat3::about_axis(a, angles[0].sin_cos());
@@ -211,7 +205,6 @@ fn axes_of<T: Scalar>(order: AngleOrder, angles: [T; 3]) -> [Vec3<T>; 3] {
 
 /// Rows that give the rates of the angles from the angular velocity: the basis reciprocal to the
 /// axes.
-#[inline(always)]
 fn rate_rows<T: Scalar>([a, b, c]: [Vec3<T>; 3]) -> [Vec3<T>; 3] {
     let over = a.dot(b.cross(c)).recip();
     [b.cross(c) * over, c.cross(a) * over, a.cross(b) * over]

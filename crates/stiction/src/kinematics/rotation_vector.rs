@@ -14,7 +14,6 @@ pub(super) struct RotationVector<T> {
 }
 
 impl<T: Scalar> RotationVector<T> {
-    #[inline(always)]
     pub(super) fn of(rotation: Mat3<T>) -> Self {
         let w = rotation.skew_part();
         let half = T::from_f64(0.5);
@@ -63,7 +62,6 @@ impl<T: Scalar> RotationVector<T> {
     }
 
     /// The matrix `A` of `r' = A omega`.
-    #[inline(always)]
     pub(super) fn rate_matrix(&self) -> Mat3<T> {
         self.matrix(|r, e| {
             e - r.cross(e) * T::from_f64(0.5) + r.cross(r.cross(e)) * self.coefficient
@@ -71,7 +69,6 @@ impl<T: Scalar> RotationVector<T> {
     }
 
     /// The time derivative of [`Self::rate_matrix`].
-    #[inline(always)]
     pub(super) fn rate_matrix_change(&self, omega: Vec3<T>) -> Mat3<T> {
         let rate = self.rate_matrix() * omega;
         let change = self.slope * self.value.dot(rate);
@@ -82,7 +79,6 @@ impl<T: Scalar> RotationVector<T> {
         })
     }
 
-    #[inline(always)]
     fn matrix(&self, column: impl Fn(Vec3<T>, Vec3<T>) -> Vec3<T>) -> Mat3<T> {
         Mat3::from_columns(
             column(self.value, Vec3::unit(0)),
@@ -93,7 +89,6 @@ impl<T: Scalar> RotationVector<T> {
 }
 
 /// A polynomial in `x`, lowest power first.
-#[inline(always)]
 fn series<T: Scalar>(x: T, coefficients: &[f64]) -> T {
     let mut sum = T::zero();
     for &coefficient in coefficients.iter().rev() {
@@ -116,7 +111,6 @@ pub(super) struct Orientation<T> {
 impl<T: Scalar> Orientation<T> {
     /// From a rotation vector and its derivatives, with `a = |r|`:
     /// `omega = r' + b r x r' + d r x (r x r')`, `b = (1 - cos a)/a^2`, `d = (a - sin a)/a^3`.
-    #[inline(always)]
     pub(super) fn of(r: Vec3<T>, rate: Vec3<T>, acceleration: Vec3<T>) -> Self {
         let a2 = r.norm_squared();
         let number = T::from_f64;

@@ -142,7 +142,6 @@ fn orientation(coordinates: &[Coordinate], coordinate: Coordinate) -> Option<[us
 }
 
 /// The orientation that three targets prescribe.
-#[inline(always)]
 fn wanted_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -> Orientation<T> {
     let [x, y, z] = places.map(|place| targets[place]);
     Orientation::of(
@@ -209,7 +208,6 @@ impl<T: Scalar> Kinematics<T> {
     }
 
     /// Places the bodies and measures all errors.
-    #[inline(always)]
     pub(super) fn place(
         &mut self,
         topology: &Topology,
@@ -265,7 +263,6 @@ impl<T: Scalar> Kinematics<T> {
     }
 
     /// The system's entries; needs [`Self::place`].
-    #[inline(always)]
     pub(super) fn linearise(&mut self, topology: &Topology, prescription: &Prescription) {
         let mut entry = 0;
         for (row, covector) in prescription.rows.iter().zip(&self.covectors) {
@@ -281,7 +278,6 @@ impl<T: Scalar> Kinematics<T> {
 
     /// One Newton step towards loop closure and prescribed values. Errors as they were before the
     /// step stay to be seen in [`Self::largest_error`].
-    #[inline(always)]
     pub fn approach(
         &mut self,
         topology: &Topology,
@@ -303,7 +299,6 @@ impl<T: Scalar> Kinematics<T> {
 
     /// Rates and accelerations at the present position, which must satisfy loops and prescription.
     /// Places the bodies, so errors are those of the position found.
-    #[inline(always)]
     pub fn differentiate(
         &mut self,
         topology: &Topology,
@@ -341,7 +336,6 @@ impl<T: Scalar> Kinematics<T> {
 
     /// Right-hand side for the tree's accelerations: what velocities leave of the rows' second
     /// derivatives.
-    #[inline(always)]
     pub(super) fn right_of_accelerations(
         &mut self,
         topology: &Topology,
@@ -418,7 +412,6 @@ impl<T: Scalar> Kinematics<T> {
 
     /// The tree's accelerations for a unit acceleration of one idle spin and nothing else; needs
     /// [`Self::differentiate`].
-    #[inline(always)]
     pub(crate) fn response_to_spin(
         &mut self,
         prescription: &Prescription,

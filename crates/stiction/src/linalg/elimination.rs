@@ -146,7 +146,6 @@ impl Elimination {
     /// Factors the matrix whose entries (in the order given to the plan; entries named twice add)
     /// are `entries`. `values` has [`Self::values`] places and receives the factors. Returns the
     /// product of the signs of the pivots: it flips where the determinant does.
-    #[inline(always)]
     pub fn factor<T: Scalar>(&self, entries: &[T], values: &mut [T]) -> T {
         debug_assert_eq!(entries.len(), self.entries);
         values.fill(T::zero());
@@ -177,7 +176,6 @@ impl Elimination {
 
     /// Solves with the factors: `right` (one value for each row) is used up, `solution` (one for
     /// each column) receives the result.
-    #[inline(always)]
     pub fn solve<T: Scalar>(&self, values: &[T], right: &mut [T], solution: &mut [T]) {
         for step in &self.steps {
             let known = right[step.row as usize];
