@@ -13,7 +13,7 @@ use crate::recipe::{Counts, Recipe, RecordedStages};
 use crate::run::{Runner, natural_lanes};
 use crate::samples::samples;
 use crate::transmission::{Leg, legs};
-use stiction::dynamics::{AppliedLoad, InverseDynamics, Weighting};
+use stiction::dynamics::{AppliedLoad, InverseDynamics};
 use stiction::kinematics::{State, Target};
 use stiction::mechanism::BodyId;
 
@@ -110,7 +110,7 @@ impl InverseProgram {
     ) -> Option<Self> {
         let kernel = solver.kernel()?;
         let has_idle_spins = !solver.assembly().prescription().spins().is_empty();
-        if solver.weighting()? != Weighting::Determined || has_idle_spins {
+        if solver.weighting().is_none() || has_idle_spins {
             return None;
         }
         let samples = samples(solver, course, loads)?;
