@@ -13,7 +13,7 @@ use crate::recipe::{Counts, Recipe, RecordedStages};
 use crate::run::{Runner, natural_lanes};
 use crate::samples::samples;
 use crate::transmission::{Leg, legs};
-use stiction::dynamics::{AppliedLoad, InverseDynamics};
+use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction::kinematics::{State, Target};
 use stiction::mechanism::BodyId;
 
@@ -26,6 +26,10 @@ const SETTLED: f64 = 1e-8;
 const COARSE: f64 = 1e-3;
 /// An error that is rounding, as a part of the largest load.
 const ROUNDING: f64 = 1e-15;
+/// A program whose drives differ from the solver's by more than this part of the largest is not one.
+const AGREES: f64 = 1e-8;
+/// Positions at which that is tried.
+const POSITIONS: usize = 4;
 /// No processor takes more states at once, and the interpreter takes as many.
 const MOST_LANES: usize = 8;
 
@@ -90,8 +94,8 @@ impl InverseProgram {
     /// `course` gives prescribed values amid the motions that are meant, each near enough to the one before
     /// for the mechanism to be brought there from the position of `solver`. `loads` says which bodies are
     /// loaded, in which axes; the wrenches themselves are inputs. None if the kernel has no plan for the
-    /// mechanism (a singular position), if what is redundant leaves reactions open, if a body spins idly, or
-    /// if the course cannot be followed.
+    /// mechanism (a singular position), if the course cannot be followed, or if what was recorded does not
+    /// give the solver's forces.
     pub fn record(
         solver: &InverseDynamics,
         course: &[Vec<Target<f64>>],
@@ -109,8 +113,7 @@ impl InverseProgram {
         machine: bool,
     ) -> Option<Self> {
         let kernel = solver.kernel()?;
-        let has_idle_spins = !solver.assembly().prescription().spins().is_empty();
-        if solver.weighting().is_none() || has_idle_spins {
+        if solver.weighting().is_none() {
             return None;
         }
         let samples = samples(solver, course, loads)?;
@@ -134,7 +137,34 @@ impl InverseProgram {
             .filter(|_| legs.as_ref().is_some_and(|legs| transmitted(legs) < coupled.len()));
         let recorded = recipe.record(&coupled, &samples);
         let counts = recipe.counts(coupled.len());
-        Some(Self::compile(counts, &recorded, given, machine))
+        let program = Self::compile(counts, &recorded, given, machine);
+        program.agrees_with(solver, course, loads).then_some(program)
+    }
+
+    /// Whether it gives the forces of the solver that it was recorded from, where both give any.
+    fn agrees_with(
+        &self,
+        solver: &InverseDynamics,
+        course: &[Vec<Target<f64>>],
+        loads: &[AppliedLoad<f64>],
+    ) -> bool {
+        let mut solver = solver.clone();
+        solver.settings_mut().friction = FrictionMode::Converged;
+        let mut memory = self.memory(1);
+        let mut settled = [false];
+        course.iter().take(POSITIONS).all(|targets| {
+            if solver.move_to(targets).is_err() {
+                return true;
+            }
+            self.set(&mut memory, 0, solver.assembly().state(), targets, loads);
+            self.run(&mut memory, &mut settled);
+            let Ok(forces) = solver.solve(loads) else { return true };
+            let largest = forces.drives.iter().fold(0.0_f64, |most, drive| most.max(drive.abs()));
+            let is_same = |(drive, expected): (usize, &f64)| {
+                (self.drive(&memory, 0, drive) - expected).abs() <= AGREES * largest
+            };
+            !settled[0] || forces.drives.iter().enumerate().all(is_same)
+        })
     }
 
     fn compile(counts: Counts, recorded: &RecordedStages, given: Given, machine: bool) -> Self {

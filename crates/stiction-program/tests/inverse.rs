@@ -83,7 +83,8 @@ fn compare(robot: &mut Robot, program: &InverseProgram) -> f64 {
     worst
 }
 
-const ROBOTS: [(&str, Option<&str>); 10] = [
+const ROBOTS: [(&str, Option<&str>); 11] = [
+    ("6sps", None),
     ("four-bar", None),
     ("bricard", None),
     ("five-bar", None),

@@ -40,6 +40,8 @@ struct Runs<'a> {
     lanes: usize,
     friction: bool,
     settled: Vec<bool>,
+    /// For each step the samples in its lanes.
+    order: Vec<Vec<usize>>,
     next: usize,
 }
 
@@ -48,24 +50,22 @@ impl<'a> Runs<'a> {
         let lanes = if is_wide { program.lanes() } else { 1 };
         let (memory, settled) = (program.memory(lanes), vec![false; lanes]);
         let motions = robot.positions.iter().map(|state| program.motions(state)).collect();
-        Self { robot, program, motions, memory, lanes, friction, settled, next: 0 }
-    }
-
-    /// The sample in a lane at a step; lanes overlap if they do not divide the number of samples.
-    fn sample(&self, lane: usize, step: usize) -> usize {
-        let samples = self.robot.targets.len();
-        let steps = samples.div_ceil(self.lanes);
-        match self.lanes {
+        // Lanes overlap if they do not divide the number of samples.
+        let samples = robot.targets.len();
+        let steps = samples.div_ceil(lanes);
+        let sample = |lane: usize, step: usize| match lanes {
             1 => step,
             lanes => lane * (samples - steps) / (lanes - 1) + step,
-        }
+        };
+        let row = |step| (0..lanes).map(|lane| sample(lane, step)).collect();
+        let order = (0..steps).map(row).collect();
+        Self { robot, program, motions, memory, lanes, friction, settled, order, next: 0 }
     }
 
     #[inline(never)]
     fn step(&mut self) -> usize {
         let step = self.next;
-        for lane in 0..self.lanes {
-            let sample = self.sample(lane, step);
+        for (lane, &sample) in self.order[step].iter().enumerate() {
             let Self { robot, program, memory, .. } = self;
             let motions = black_box(&self.motions[sample]);
             let (state, targets) = (&robot.positions[sample], &robot.targets[sample]);
@@ -77,8 +77,7 @@ impl<'a> Runs<'a> {
         } else {
             self.program.run_frictionless(&mut self.memory, &mut self.settled);
         }
-        let steps = self.robot.targets.len().div_ceil(self.lanes);
-        self.next = if step + 1 == steps { 0 } else { step + 1 };
+        self.next = if step + 1 == self.order.len() { 0 } else { step + 1 };
         step
     }
 
@@ -101,14 +100,14 @@ impl<'a> Runs<'a> {
     fn difference(&mut self, expected: &[Forces]) -> f64 {
         let mut difference = Difference::default();
         let mut left_out = 0;
-        for _ in 0..self.robot.targets.len().div_ceil(self.lanes) {
+        for _ in 0..self.order.len() {
             let step = self.step();
             for lane in 0..self.lanes {
                 if !self.settled[lane] {
                     left_out += 1;
                     continue;
                 }
-                let forces = &expected[self.sample(lane, step)];
+                let forces = &expected[self.order[step][lane]];
                 let Self { program, memory, robot, .. } = &*self;
                 for (k, &wanted) in forces.drives.iter().enumerate() {
                     let drive = match self.friction {
