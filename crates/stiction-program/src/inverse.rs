@@ -113,9 +113,7 @@ impl InverseProgram {
         machine: bool,
     ) -> Option<Self> {
         let kernel = solver.kernel()?;
-        if solver.weighting().is_none() {
-            return None;
-        }
+        solver.weighting()?;
         let samples = samples(solver, course, loads)?;
         let positions: Vec<Vec<f64>> =
             samples.iter().map(|sample| sample.state.coordinates.clone()).collect();
