@@ -1,0 +1,178 @@
+//! What follows an event: contacts at rest stick or slide anew, or the mechanism moves on.
+
+use super::locate::Ending;
+use super::{Event, EventKind, REST, Simulation};
+use crate::forward::error::ForwardError;
+use crate::forward::inputs::Inputs;
+use crate::forward::project::Anchor;
+use crate::forward::rub::{Contact, norm};
+use crate::forward::stick::Choice;
+use crate::kinematics::State;
+use crate::mechanism::JointId;
+
+/// Events at one time, at most.
+const EVENTS_AT_ONCE: usize = 200;
+
+impl Simulation<'_> {
+    pub(super) fn follow_up(
+        &mut self,
+        ending: Ending,
+        inputs: &mut dyn Inputs,
+    ) -> Result<(), ForwardError> {
+        match ending {
+            Ending::Smooth => {
+                self.stalled = 0;
+                self.look_for_others(inputs)?;
+                let slid = self.modes.iter().zip(&self.now.contacts).any(|(mode, moment)| {
+                    matches!(mode, Contact::AtLimit(_))
+                        && norm(moment.velocity) > REST * self.fastest
+                });
+                if slid { self.reconsider(inputs, None) } else { Ok(()) }
+            }
+            Ending::Stops(contact) => self.reconsider(inputs, Some(contact)),
+            Ending::LetsGo => self.reconsider(inputs, None),
+        }
+    }
+
+    /// Decides anew what sticks and what slides among all that is at rest, `stopped` among them.
+    pub(super) fn reconsider(
+        &mut self,
+        inputs: &mut dyn Inputs,
+        stopped: Option<usize>,
+    ) -> Result<(), ForwardError> {
+        self.stalled += 1;
+        let model = self.model;
+        let time = self.now.time;
+        if self.stalled > EVENTS_AT_ONCE {
+            return Err(ForwardError::Stiff {
+                time,
+                step: 0.0,
+                tolerance: self.settings.relative,
+                around: match stopped {
+                    Some(contact) => {
+                        let joint = model.joint_name(model.parameters.contacts[contact].joint);
+                        format!(" (joint `{joint}` stops and goes without end)")
+                    }
+                    None => String::new(),
+                },
+            });
+        }
+        let mut state = self.now.state.clone();
+        let targets = model.targets(time, inputs);
+        if let Some(contact) = stopped {
+            // At rest to the last digit, and with it all that it holds.
+            let (anchors, frozen) = self.holds_of(&[contact]);
+            let frozen: Vec<bool> =
+                frozen.iter().zip(&self.frozen).map(|(a, b)| *a || *b).collect();
+            let anchors: Vec<Anchor> = self.anchors.iter().copied().chain(anchors).collect();
+            model.project(time, &mut state, &targets, &anchors, &frozen)?;
+            if self.moves_on(&state) {
+                return self.reverse(contact, inputs);
+            }
+        }
+        let mut ground =
+            model.ground(time, state, &self.bristles, (&self.grips, &self.shares), inputs);
+        if let Some(contact) = stopped
+            && !self.takes_freedom(&ground, contact)
+        {
+            return self.reverse(contact, inputs);
+        }
+        let before = self.modes.clone();
+        let mut modes = self.modes.clone();
+        let mut resting = Vec::new();
+        for (index, mode) in modes.iter_mut().enumerate() {
+            let speed = norm(ground.velocities[index]);
+            if *mode == Contact::Smooth {
+                continue;
+            }
+            if speed <= REST * self.fastest || stopped == Some(index) || *mode == Contact::Sticks {
+                resting.push(index);
+            } else if matches!(mode, Contact::AtLimit(_)) {
+                *mode = Contact::Slides(ground.velocities[index].map(|v| v / speed));
+            }
+        }
+        let Choice { modes, solved } = model.choose(&mut ground, &modes, &resting)?;
+        self.grips.clone_from(&ground.grips);
+        self.shares.clone_from(&ground.shares);
+        self.overload = ground.overload;
+        self.modes = modes;
+        self.now = model.instant(ground, &self.modes, &solved);
+        self.tell(&before);
+        self.hold(inputs)?;
+        self.look_for_others(inputs)?;
+        // What begins anew is looked at closely first.
+        self.step = (0.1 * self.step).max(1e3 * self.settings.shortest_step);
+        Ok(())
+    }
+
+    /// Whether these rates are others than the present ones, beyond rounding: then the contact's zero
+    /// velocity is one of a dead centre, through which the mechanism moves on.
+    pub(super) fn moves_on(&self, stopped: &State<f64>) -> bool {
+        const OTHER: f64 = 1e-6;
+        let columns = &self.model.columns;
+        let size = |x: &dyn Fn(usize) -> f64| {
+            columns.iter().enumerate().map(|(k, c)| (x(k) / c).abs()).fold(0.0, f64::max)
+        };
+        let rates = &self.now.state.rates;
+        let change = size(&|k| stopped.rates[k] - rates[k]);
+        change > OTHER * size(&|k| rates[k]) && change > OTHER * self.fastest_rate
+    }
+
+    /// Whether the mechanism has less freedom when this contact sticks. At a dead centre it has not: the
+    /// contact stands while all moves on.
+    pub(super) fn takes_freedom(
+        &self,
+        ground: &crate::forward::evaluate::Ground,
+        contact: usize,
+    ) -> bool {
+        let model = self.model;
+        let mut sticks = self.modes.clone();
+        sticks[contact] = Contact::Sticks;
+        let mobility = |modes: &[Contact]| {
+            let (held, _) = model.held(&ground.targets, modes, &[], &[]);
+            let rows = crate::forward::rows::Rows::new(
+                &model.topology,
+                &model.parameters,
+                &ground.bodies,
+                &held,
+            );
+            let balance = crate::forward::balance::Balance::new(&model.scene(ground), rows);
+            balance.map_or(0, |balance| balance.mobility(model.topology.freedoms()))
+        };
+        mobility(&sticks) < mobility(&self.modes)
+    }
+
+    /// A contact slides back at once.
+    pub(super) fn reverse(
+        &mut self,
+        contact: usize,
+        inputs: &mut dyn Inputs,
+    ) -> Result<(), ForwardError> {
+        let before = self.modes.clone();
+        if let Contact::Slides(direction) = self.modes[contact] {
+            self.modes[contact] = Contact::Slides(direction.map(|d| -d));
+        }
+        let y = self.pack();
+        self.now = self.evaluate(self.now.time, &y, inputs, self.settings.look_for_others)?;
+        self.tell(&before);
+        self.step *= 0.1;
+        Ok(())
+    }
+
+    pub(super) fn tell(&mut self, before: &[Contact]) {
+        let time = self.now.time;
+        for contact in 0..self.modes.len() {
+            let joint = JointId(self.model.parameters.contacts[contact].joint);
+            let kind = match (before[contact], self.modes[contact]) {
+                (Contact::Sticks | Contact::AtLimit(_), Contact::Sticks | Contact::AtLimit(_)) => {
+                    continue;
+                }
+                (_, Contact::Sticks | Contact::AtLimit(_)) => EventKind::Sticks { contact, joint },
+                (Contact::Slides(a), Contact::Slides(b)) if a == b => continue,
+                (_, Contact::Slides(direction)) => EventKind::Slides { contact, joint, direction },
+                _ => continue,
+            };
+            self.events.push(Event { time, kind });
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! What happened, and what can.
+
+use crate::forward::error::Competitor;
+use crate::mechanism::JointId;
+
+/// What happened.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// s.
+    pub time: f64,
+    /// What.
+    pub kind: EventKind,
+}
+
+/// What can happen.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EventKind {
+    /// A contact stops and sticks.
+    Sticks {
+        /// Index of the contact among all.
+        contact: usize,
+        /// Its joint.
+        joint: JointId,
+    },
+    /// A contact begins to slide, or slides back.
+    Slides {
+        /// Index of the contact among all.
+        contact: usize,
+        /// Its joint.
+        joint: JointId,
+        /// Where to, along its freedoms.
+        direction: [f64; 3],
+    },
+    /// More contacts stick than are needed to hold the mechanism: how they share the load does not follow
+    /// from the laws. They share it in proportion to what they can bear (least squares); where that is
+    /// beyond a limit, otherwise within all limits; where there is no room left, within 1e-5 of them.
+    SharesNotUnique {
+        /// How many shares are open.
+        redundant: usize,
+    },
+    /// Other motions satisfy all laws as well; the one that goes on is connected with no friction.
+    NotUnique {
+        /// The joint whose load differs most.
+        joint: JointId,
+        /// See [`Instant::coupling`].
+        coupling: f64,
+        /// The others that were found.
+        others: Vec<Competitor>,
+    },
+}

@@ -1,0 +1,110 @@
+//! What sticks is frozen: it does not move, not even by rounding.
+
+use super::{Event, EventKind, Simulation};
+use crate::forward::error::ForwardError;
+use crate::forward::inputs::Inputs;
+use crate::forward::project::Anchor;
+use crate::forward::rub::Contact;
+use crate::topology::Role;
+
+impl Simulation<'_> {
+    /// Anchors of cut joints and frozen freedoms of the tree that these contacts hold.
+    pub(super) fn holds_of(&self, contacts: &[usize]) -> (Vec<Anchor>, Vec<bool>) {
+        let topology = &self.model.topology;
+        let mut anchors = Vec::new();
+        let mut frozen = vec![false; topology.freedoms()];
+        for &contact in contacts {
+            let content = &self.model.parameters.contacts[contact];
+            let joint = content.joint;
+            for freedom in content.shape.freedoms() {
+                let driven = self.model.prescribed.iter().any(|&a| {
+                    (topology.actuators[a].joint, topology.actuators[a].freedom) == (joint, freedom)
+                });
+                match topology.role[joint] {
+                    _ if driven => {}
+                    Role::Tree { node } => {
+                        frozen[topology.nodes[node].dofs.start + freedom] = true;
+                    }
+                    Role::Cut { .. } => {
+                        let (j, k) =
+                            (self.now.bodies.frame_j[joint], self.now.bodies.frame_k[joint]);
+                        anchors.push(Anchor { joint, freedom, pose: j.inverse() * k });
+                    }
+                }
+            }
+        }
+        (anchors, frozen)
+    }
+
+    /// Freezes what sticks, and all that cannot move then.
+    pub(super) fn hold(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        let model = self.model;
+        let sticks: Vec<usize> =
+            (0..self.modes.len()).filter(|&c| self.modes[c] == Contact::Sticks).collect();
+        (self.anchors, self.frozen) = self.holds_of(&sticks);
+        if sticks.is_empty() {
+            self.told_of_shares = 0;
+            return Ok(());
+        }
+        let mut state = self.now.state.clone();
+        let ground = model.ground(
+            self.now.time,
+            state.clone(),
+            &self.bristles,
+            (&self.grips, &self.shares),
+            inputs,
+        );
+        let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
+        let solved = model
+            .solve(&ground, &self.modes, Some(&loads), true)
+            .map_err(|u| model.unsolved(ground.time, u))?;
+        // Where nothing is left to move, nothing moves, not even by rounding. A freedom that is immobile
+        // while others move may be at a dead centre.
+        if model.prescribed.is_empty() && solved.balance.mobility(model.topology.freedoms()) == 0 {
+            self.frozen.fill(true);
+        }
+        for (rate, frozen) in state.rates.iter_mut().zip(&self.frozen) {
+            if *frozen {
+                *rate = 0.0;
+            }
+        }
+        let redundant = solved.balance.spread.stresses.len();
+        let without = self.permanently_redundant(&ground);
+        let shares = redundant.saturating_sub(without);
+        if shares > 0 && shares != self.told_of_shares {
+            let kind = EventKind::SharesNotUnique { redundant: shares };
+            self.events.push(Event { time: self.now.time, kind });
+        }
+        self.told_of_shares = shares;
+        let ground =
+            model.ground(self.now.time, state, &self.bristles, (&self.grips, &self.shares), inputs);
+        self.now = model.instant(ground, &self.modes, &solved);
+        self.still();
+        Ok(())
+    }
+
+    /// How many constraints are redundant where nothing sticks.
+    pub(super) fn permanently_redundant(&self, ground: &crate::forward::evaluate::Ground) -> usize {
+        let model = self.model;
+        let (held, _) = model.held(&ground.targets, &[], &[], &[]);
+        let rows = crate::forward::rows::Rows::new(
+            &model.topology,
+            &model.parameters,
+            &ground.bodies,
+            &held,
+        );
+        match crate::forward::balance::Balance::new(&model.scene(ground), rows) {
+            Ok(balance) => balance.spread.stresses.len(),
+            Err(_) => 0,
+        }
+    }
+
+    /// Nothing frozen accelerates, not even by rounding.
+    pub(super) fn still(&mut self) {
+        for (acceleration, frozen) in self.now.state.accelerations.iter_mut().zip(&self.frozen) {
+            if *frozen {
+                *acceleration = 0.0;
+            }
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! The first event within a step.
+
+use super::{REST, Simulation};
+use crate::forward::error::ForwardError;
+use crate::forward::evaluate::Instant;
+use crate::forward::inputs::Inputs;
+use crate::forward::rub::{Contact, norm};
+
+/// How far beyond its limit friction is where a contact lets go: more than the search forgives.
+const LET_GO: f64 = 1e-9;
+
+/// What a step ended with.
+pub(super) enum Ending {
+    /// Nothing happened.
+    Smooth,
+    /// A contact's velocity is zero.
+    Stops(usize),
+    /// A contact's friction is at its limit.
+    LetsGo,
+}
+
+impl Simulation<'_> {
+    /// How fast a contact slides in its sense, and the change of that.
+    pub(super) fn closing_speed(&self, at: &Instant, contact: usize) -> (f64, f64) {
+        let Contact::Slides(direction) = self.modes[contact] else { return (0.0, 1.0) };
+        let dot = |v: [f64; 3]| v.iter().zip(direction).map(|(v, d)| v * d).sum::<f64>();
+        (dot(at.contacts[contact].velocity), dot(self.surface_acceleration(at, contact)))
+    }
+
+    pub(super) fn surface_acceleration(&self, at: &Instant, contact: usize) -> [f64; 3] {
+        let (topology, parameters) = (&self.model.topology, &self.model.parameters);
+        let content = &parameters.contacts[contact];
+        let (predecessor, successor) = topology.ends[content.joint];
+        let own = at.bodies.joint_bias(topology, parameters, content.joint);
+        let relative =
+            at.bodies.acceleration[successor] - at.bodies.acceleration[predecessor] - own;
+        let arms = content.arms(parameters.pitch[content.joint]);
+        let freedoms = topology.joint_types[content.joint].freedoms();
+        let mut surface = [0.0; 3];
+        for ((value, arm), freedom) in
+            surface.iter_mut().zip(arms).zip(&freedoms[content.shape.freedoms()])
+        {
+            *value = arm * relative.power(at.bodies.effort(freedom, content.joint));
+        }
+        surface
+    }
+
+    /// The first event within the last step: its part of the step, and what it is.
+    pub(super) fn first_event(
+        &mut self,
+        time: f64,
+        step: f64,
+        arrived: &Instant,
+        inputs: &mut dyn Inputs,
+    ) -> Result<Option<(f64, Ending)>, ForwardError> {
+        let mut suspects = Vec::new();
+        let mut holds = false;
+        for contact in 0..self.modes.len() {
+            match self.modes[contact] {
+                Contact::Slides(_) => {
+                    let (v0, a0) = self.closing_speed(&self.now, contact);
+                    let (v1, a1) = self.closing_speed(arrived, contact);
+                    if v1 < 0.0 || dips((v0, a0 * step), (v1, a1 * step)) {
+                        suspects.push(contact);
+                    }
+                }
+                Contact::Sticks => holds = true,
+                Contact::Smooth | Contact::AtLimit(_) => {}
+            }
+        }
+        if suspects.is_empty() && !holds {
+            return Ok(None);
+        }
+        // The curve between.
+        let last = self.derivative_of(arrived);
+        let mut steps = std::mem::take(&mut self.steps);
+        let prepared = steps.interpolate(time, &last, |t, y| self.derivative(t, y, inputs));
+        self.steps = steps;
+        prepared?;
+        let mut first: Option<(f64, Ending)> = None;
+        for contact in suspects {
+            if let Some(part) = self.stop_within(time, step, contact, inputs)?
+                && first.as_ref().is_none_or(|(before, _)| part < *before)
+            {
+                first = Some((part, Ending::Stops(contact)));
+            }
+        }
+        if holds {
+            let until = first.as_ref().map_or(1.0, |(part, _)| *part);
+            if let Some(part) = self.let_go_within(time, step, until, arrived, inputs)? {
+                first = Some((part, Ending::LetsGo));
+            }
+        }
+        Ok(first)
+    }
+
+    /// The part of the step at which a contact's velocity falls through zero.
+    pub(super) fn stop_within(
+        &mut self,
+        time: f64,
+        step: f64,
+        contact: usize,
+        inputs: &mut dyn Inputs,
+    ) -> Result<Option<f64>, ForwardError> {
+        const PIECES: usize = 16;
+        let speed = |part: f64| {
+            let y = self.steps.at(part);
+            let (state, _) = self.unpack(&y);
+            let (topology, parameters) = (&self.model.topology, &self.model.parameters);
+            let mut bodies = crate::kinematics::Bodies::new(topology);
+            bodies.place(topology, parameters, &state.coordinates);
+            bodies.move_with(topology, &state.rates);
+            let content = &parameters.contacts[contact];
+            let velocity =
+                crate::forward::rub::surface_velocity(topology, parameters, &bodies, content);
+            let Contact::Slides(direction) = self.modes[contact] else { return 1.0 };
+            velocity.iter().zip(direction).map(|(v, d)| v * d).sum()
+        };
+        let _ = (time, step, inputs);
+        let mut below = None;
+        let mut before = 0.0;
+        for piece in 1..=PIECES {
+            let part = piece as f64 / PIECES as f64;
+            let value = speed(part);
+            if value < 0.0 {
+                below = Some((part, value));
+                break;
+            }
+            before = part;
+        }
+        let Some((part, value)) = below else { return Ok(None) };
+        let at_before = speed(before);
+        if before == 0.0 && at_before <= 0.0 {
+            // It leaves rest backwards at once: rounding of what was just decided.
+            return Ok((value.abs() > REST * self.fastest).then_some(0.5 * part));
+        }
+        Ok(Some(root((before, at_before), (part, value), speed)))
+    }
+
+    /// The part of the step, up to `until`, at which friction that holds is beyond its limit.
+    pub(super) fn let_go_within(
+        &mut self,
+        time: f64,
+        step: f64,
+        until: f64,
+        arrived: &Instant,
+        inputs: &mut dyn Inputs,
+    ) -> Result<Option<f64>, ForwardError> {
+        let overload = self.overload;
+        let least = |at: &Instant| {
+            let sticks = at.contacts.iter().filter(|c| c.contact == Contact::Sticks);
+            let relative = sticks.map(|c| {
+                let has = norm(c.friction);
+                let size = c.limit.max(has).max(f64::MIN_POSITIVE);
+                (c.limit * overload * (1.0 + LET_GO) - has) / size
+            });
+            relative.fold(f64::INFINITY, f64::min)
+        };
+        let mut before = (0.0, least(&self.now).max(f64::MIN_POSITIVE));
+        for piece in 1..=4 {
+            let part = until * f64::from(piece) / 4.0;
+            let value = if part == 1.0 {
+                least(arrived)
+            } else {
+                let y = self.steps.at(part);
+                least(&self.evaluate(time + part * step, &y, inputs, false)?)
+            };
+            if value < 0.0 {
+                let (mut low, mut high) = (before, (part, value));
+                // Illinois: an end that stays counts half.
+                for _ in 0..60 {
+                    if (high.0 - low.0) * step <= 4.0 * f64::EPSILON * (time + step).abs()
+                        || high.0 - low.0 < 1e-12
+                    {
+                        break;
+                    }
+                    let mut middle = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+                    let margin = 0.01 * (high.0 - low.0);
+                    middle = middle.clamp(low.0 + margin, high.0 - margin);
+                    let y = self.steps.at(middle);
+                    let value = least(&self.evaluate(time + middle * step, &y, inputs, false)?);
+                    if value < 0.0 {
+                        high = (middle, value);
+                        low.1 *= 0.5;
+                    } else {
+                        low = (middle, value);
+                        high.1 *= 0.5;
+                    }
+                }
+                return Ok(Some(high.0));
+            }
+            before = (part, value);
+        }
+        Ok(None)
+    }
+}
+
+/// Whether the cubic with these values and slopes at 0 and 1 falls below zero between.
+fn dips((v0, a0): (f64, f64), (v1, a1): (f64, f64)) -> bool {
+    (1..8).any(|k| {
+        let x = f64::from(k) / 8.0;
+        let y = 1.0 - x;
+        let value = v0 * (1.0 + 2.0 * x) * y * y + a0 * x * y * y + v1 * x * x * (3.0 - 2.0 * x)
+            - a1 * x * x * y;
+        value < 0.0
+    })
+}
+
+/// Where a function falls through zero, by Illinois's rule.
+fn root(mut low: (f64, f64), mut high: (f64, f64), f: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..100 {
+        if high.0 - low.0 <= 4.0 * f64::EPSILON {
+            break;
+        }
+        let mut middle = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+        if !(middle > low.0 && middle < high.0) {
+            middle = 0.5 * (low.0 + high.0);
+        }
+        let value = f(middle);
+        if value == 0.0 {
+            return middle;
+        }
+        if value < 0.0 {
+            high = (middle, value);
+            low.1 *= 0.5;
+        } else {
+            low = (middle, value);
+            high.1 *= 0.5;
+        }
+    }
+    0.5 * (low.0 + high.0)
+}

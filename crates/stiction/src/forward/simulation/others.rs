@@ -1,0 +1,42 @@
+//! Where other motions satisfy all laws as well, it is said.
+
+use super::{Event, EventKind, Simulation};
+use crate::forward::error::ForwardError;
+use crate::forward::inputs::Inputs;
+use crate::mechanism::JointId;
+
+impl Simulation<'_> {
+    /// Where the solution is not certain to be the only one, others are looked for and told, once for
+    /// each stretch of time.
+    pub(super) fn look_for_others(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        let Some(coupling) = self.now.coupling.filter(|c| *c >= 1.0) else {
+            self.told_of_others = false;
+            return Ok(());
+        };
+        if self.told_of_others || !self.settings.look_for_others {
+            return Ok(());
+        }
+        self.told_of_others = true;
+        let model = self.model;
+        let time = self.now.time;
+        let ground = model.ground(
+            time,
+            self.now.state.clone(),
+            &self.bristles,
+            (&self.grips, &self.shares),
+            inputs,
+        );
+        let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
+        let solved = model
+            .solve(&ground, &self.modes, Some(&loads), false)
+            .map_err(|u| model.unsolved(time, u))?;
+        let others = model.others(&ground, &self.modes, &solved);
+        let Some(other) = others.first() else { return Ok(()) };
+        let differs = |c: &usize| (other.loads[*c] - loads[*c]).abs();
+        let most = (0..loads.len()).max_by(|a, b| differs(a).total_cmp(&differs(b)));
+        let joint = JointId(most.map_or(0, |c| model.parameters.contacts[c].joint));
+        let kind = EventKind::NotUnique { joint, coupling, others };
+        self.events.push(Event { time, kind });
+        Ok(())
+    }
+}
