@@ -234,7 +234,11 @@ impl Forward {
     }
 
     /// Friction of all contacts, and the efforts of drives.
-    fn acting(&self, ground: &Ground, modes: &[Contact]) -> (Vec<Rub>, Vec<(usize, Wrench<f64>)>) {
+    pub(super) fn acting(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+    ) -> (Vec<Rub>, Vec<(usize, Wrench<f64>)>) {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let rubs = (0..modes.len()).map(|index| {
             let contact = &parameters.contacts[index];

@@ -1,32 +1,35 @@
-//! A first choice of what sticks: frictions within their limits that leave the least acceleration.
+//! A first choice of what sticks: frictions of all contacts at rest that satisfy the laws at once.
 //!
-//! With the loads as they are, frictions `f` of the contacts at rest that take most from what would
-//! accelerate minimise `f^T K f / 2 - a^T f` within their limits, where `a - K f` are the surfaces'
-//! accelerations: a convex problem, solved contact by contact (projected Gauss-Seidel), the limits
-//! following the loads. What still accelerates then slides, what is within its limit sticks. It is a guess
-//! for [`super::stick`], which decides by exact solutions.
+//! See [`super::cone`]. What still accelerates then slides, what does not sticks. It is a guess for
+//! [`super::stick`], which decides by exact solutions. What begins to slide has the friction of sliding, which
+//! may be less: then the frictions are found again.
 
 use super::Forward;
-use super::balance::Response;
+use super::balance::{Balance, Response};
+use super::cone::{Cone, Kind, Member, mode_of};
 use super::evaluate::Ground;
-use super::rows::each_freedom;
-use super::rub::{Contact, law_of, load, norm, wrench_of};
-use crate::friction::OwnFriction;
+use super::rows::{Rows, each_freedom};
+use super::rub::{Contact, norm, wrench_of};
 use crate::spatial::Wrench;
 
-const SWEEPS: usize = 3000;
-/// No friction changes by more than this part of the largest.
-const SETTLED: f64 = 1e-11;
-/// Accelerations and distances to limits below this part are none.
-const NONE: f64 = 1e-6;
+/// Accelerations below this part are none.
+const NONE: f64 = 1e-9;
+/// Friction this close to its limit has no room.
+const NO_ROOM: f64 = 1e-7;
+/// The friction of sliding is put in so often at most.
+const PASSES: usize = 8;
 
 /// What was guessed.
 pub(super) struct Guess {
     pub(super) modes: Vec<Contact>,
     /// Friction at the surface of each contact at rest, N.
     pub(super) shares: Vec<[f64; 3]>,
+    /// Of each contact, N.
+    pub(super) loads: Vec<f64>,
     /// Whether something begins to slide.
     pub(super) moves: bool,
+    /// Whether something that sticks is at its limit.
+    pub(super) tight: bool,
 }
 
 impl Forward {
@@ -39,128 +42,140 @@ impl Forward {
         resting: &[usize],
         bound: f64,
     ) -> Option<Guess> {
-        let (topology, parameters, bodies) = (&self.topology, &self.parameters, &ground.bodies);
+        let (parameters, bodies) = (&self.parameters, &ground.bodies);
         let mut free = modes.to_vec();
         for &contact in resting {
             free[contact] = Contact::AtLimit([0.0; 3]);
         }
-        let solved = self.solve(ground, &free, None, false).ok()?;
         let scene = self.scene(ground);
-        // Each freedom of each contact at rest: its contact, and the answer to one newton of friction.
-        let mut places: Vec<(usize, usize)> = Vec::new();
-        let mut answers: Vec<Response> = Vec::new();
+        let (held, _) = self.held(&ground.targets, &free, &ground.grips, &ground.shares);
+        let rows = Rows::new(&self.topology, parameters, bodies, &held);
+        let balance = Balance::new(&scene, rows).ok()?;
+        let (rubs, mut known) = self.acting(ground, &free);
+        let mut members = Vec::new();
+        let mut units: Vec<Response> = Vec::new();
         for &contact in resting {
             let content = &parameters.contacts[contact];
-            let arms = content.arms(parameters.pitch[content.joint]);
-            for place in 0..content.shape.freedoms().len() {
-                let mut efforts = [0.0; 3];
-                efforts[place] = -arms[place];
-                let wrench = wrench_of(topology, bodies, content, efforts);
-                places.push((contact, place));
-                answers.push(solved.balance.respond(&scene, &[(content.joint, wrench)], false));
+            let rest = |law: &crate::friction::Law| bound * law.at_rest();
+            let kind = Kind::Dry {
+                forward: rest(&content.law),
+                backward: rest(content.backward.as_ref().unwrap_or(&content.law)),
+                viscous: 0.0,
+            };
+            let first = units.len();
+            for wrench in self.unit_frictions(ground, contact) {
+                units.push(balance.respond(&scene, &[(content.joint, wrench)], false));
+            }
+            members.push(Member { contact, places: first..units.len(), kind });
+        }
+        for (contact, rub) in rubs.iter().enumerate() {
+            let content = &parameters.contacts[contact];
+            let against = |part: [f64; 3]| {
+                let wrench = wrench_of(&self.topology, bodies, content, part.map(|x| -x));
+                (content.joint, wrench)
+            };
+            if rub.known != [0.0; 3] {
+                known.push(against(rub.known));
+            }
+            if rub.per_load != [0.0; 3] && !resting.contains(&contact) {
+                let first = units.len();
+                units.push(balance.respond(&scene, &[against(rub.per_load)], false));
+                let kind = Kind::Slides(rub.own);
+                members.push(Member { contact, places: first..first + 1, kind });
             }
         }
-        let surface = |accelerations: &[f64], (contact, place): (usize, usize)| {
-            let content = &parameters.contacts[contact];
-            let arm = content.arms(parameters.pitch[content.joint])[place];
-            let freedom = &topology.joint_types[content.joint].freedoms()
-                [content.shape.freedoms().start + place];
-            let effort = bodies.effort(freedom, content.joint);
-            let mut rate = 0.0;
-            each_freedom(topology, content.joint, |dof, sign| {
-                rate += sign * bodies.screws[dof].power(effort) * accelerations[dof];
-            });
-            arm * rate
-        };
-        let count = places.len();
-        let taken: Vec<f64> = places
-            .iter()
-            .flat_map(|&place| answers.iter().map(move |a| (place, a)))
-            .map(|(place, answer)| -surface(&answer.accelerations, place))
-            .collect();
-        let mut left: Vec<f64> = resting
-            .iter()
-            .flat_map(|&contact| {
-                let begins = self.surface_acceleration(ground, &solved, contact);
-                let freedoms = parameters.contacts[contact].shape.freedoms().len();
-                (0..freedoms).map(move |place| begins[place])
-            })
-            .collect();
-        let free_size = left.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
-        let mut friction = vec![0.0; count];
-        let mut wrenches: Vec<Wrench<f64>> = solved.coupled.response.wrenches.clone();
-        let ranges: Vec<(usize, std::ops::Range<usize>)> = resting
-            .iter()
-            .scan(0, |first, &contact| {
-                let start = *first;
-                *first += parameters.contacts[contact].shape.freedoms().len();
-                Some((contact, start..*first))
-            })
-            .collect();
-        let limit = |contact: usize, friction: &[f64], wrenches: &[Wrench<f64>]| {
-            let content = &parameters.contacts[contact];
-            let own = OwnFriction {
-                coefficient: 0.0,
-                viscous: friction[0].abs(),
-                direction: friction[0].signum(),
-            };
-            let load = load(parameters, bodies, content, own, wrenches[content.joint]).value;
-            bound * law_of(content, friction[0]).at_rest() * load
-        };
-        for _ in 0..SWEEPS {
-            let mut change = 0.0_f64;
-            for (contact, range) in &ranges {
-                let stiffness: f64 = range.clone().map(|i| taken[i * count + i]).sum();
-                let most = limit(*contact, &friction[range.clone()], &wrenches);
-                let mut next = [0.0; 3];
-                for (k, i) in range.clone().enumerate() {
-                    let push = if stiffness > 0.0 { left[i] / stiffness } else { 0.0 };
-                    next[k] = friction[i] + push;
-                }
-                let size = norm(next);
-                if size > most {
-                    next = next.map(|f| f * (most / size));
-                }
-                for (k, i) in range.clone().enumerate() {
-                    let by = next[k] - friction[i];
-                    if by == 0.0 {
-                        continue;
-                    }
-                    friction[i] = next[k];
-                    change = change.max(by.abs());
-                    for (row, left) in left.iter_mut().enumerate() {
-                        *left -= taken[row * count + i] * by;
-                    }
-                    for (sum, unit) in wrenches.iter_mut().zip(&answers[i].wrenches) {
-                        *sum += *unit * by;
-                    }
+        let base = balance.respond(&scene, &known, true);
+        let count = units.len();
+        let (mut begins, mut change) = (vec![0.0; count], vec![0.0; count * count]);
+        for member in members.iter().filter(|m| !matches!(m.kind, Kind::Slides(_))) {
+            let own = self.surface_acceleration(ground, &base.accelerations, member.contact);
+            for (place, i) in member.places.clone().enumerate() {
+                begins[i] = own[place];
+                for (j, unit) in units.iter().enumerate() {
+                    change[i * count + j] =
+                        self.surface_rate(ground, &unit.accelerations, member.contact, place);
                 }
             }
-            let largest = friction.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
-            if change <= SETTLED * largest || !change.is_finite() {
+        }
+        let free_size = begins.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
+        let none = NONE * free_size;
+        let mut cone = Cone::new(parameters, bodies, members, begins, change, (&base, &units));
+        let mut found = cone.solve(&vec![0.0; count], 1.0)?;
+        for _ in 0..PASSES {
+            // Once it slides it slides for good: its friction is no more than it was.
+            let mut more = false;
+            for member in &mut cone.members {
+                let rate = mode_of(&found.rates[member.places.clone()], none);
+                let Kind::Dry { forward, backward, .. } = &mut member.kind else { continue };
+                if rate == Contact::Sticks {
+                    continue;
+                }
+                let content = &parameters.contacts[member.contact];
+                let slides = |law: &crate::friction::Law| law.sliding(0.0).coefficient;
+                let ahead = slides(&content.law);
+                let behind = slides(content.backward.as_ref().unwrap_or(&content.law));
+                more |= *forward > ahead || *backward > behind;
+                (*forward, *backward) = (forward.min(ahead), backward.min(behind));
+            }
+            if !more {
                 break;
             }
-        }
-        if !friction.iter().chain(&left).all(|x| x.is_finite()) {
-            return None;
+            found = cone.solve(&found.amounts, 1.0)?;
         }
         let mut guess = modes.to_vec();
         let mut shares = vec![[0.0; 3]; modes.len()];
-        let mut moves = false;
-        for (contact, range) in ranges {
-            let (mut begins, mut has) = ([0.0; 3], [0.0; 3]);
-            for (k, i) in range.clone().enumerate() {
-                (begins[k], has[k]) = (left[i], friction[i]);
-            }
-            let rate = norm(begins);
-            shares[contact] = has;
-            moves |= rate > NONE * free_size;
-            guess[contact] = if rate > NONE * free_size {
-                Contact::AtLimit(begins.map(|a| a / rate))
+        let mut loads = vec![0.0; modes.len()];
+        let (mut moves, mut tight) = (false, false);
+        for (member, load) in cone.members.iter().zip(&found.loads) {
+            loads[member.contact] = *load;
+            let Kind::Dry { forward, backward, .. } = member.kind else { continue };
+            let places = member.places.clone();
+            let mut has = [0.0; 3];
+            has[..places.len()].copy_from_slice(&found.amounts[places.clone()]);
+            let mode = mode_of(&found.rates[places], none);
+            if mode == Contact::Sticks {
+                let most = load * if has[0] < 0.0 { backward } else { forward };
+                tight |= norm(has) > most * (1.0 - NO_ROOM);
             } else {
-                Contact::Sticks
-            };
+                moves = true;
+            }
+            shares[member.contact] = has;
+            guess[member.contact] = mode;
         }
-        Some(Guess { modes: guess, shares, moves })
+        Some(Guess { modes: guess, shares, loads, moves, tight })
+    }
+
+    /// The wrenches on its joint of one newton of friction along each of a contact's freedoms, at the
+    /// surface.
+    pub(super) fn unit_frictions(&self, ground: &Ground, contact: usize) -> Vec<Wrench<f64>> {
+        let content = &self.parameters.contacts[contact];
+        let arms = content.arms(self.parameters.pitch[content.joint]);
+        let each = (0..content.shape.freedoms().len()).map(|place| {
+            let mut efforts = [0.0; 3];
+            efforts[place] = -arms[place];
+            wrench_of(&self.topology, &ground.bodies, content, efforts)
+        });
+        each.collect()
+    }
+
+    /// The rate of a contact's surface along one of its freedoms for rates of the tree, m/s.
+    pub(super) fn surface_rate(
+        &self,
+        ground: &Ground,
+        rates: &[f64],
+        contact: usize,
+        place: usize,
+    ) -> f64 {
+        let (topology, bodies) = (&self.topology, &ground.bodies);
+        let content = &self.parameters.contacts[contact];
+        let arm = content.arms(self.parameters.pitch[content.joint])[place];
+        let freedom =
+            &topology.joint_types[content.joint].freedoms()[content.shape.freedoms().start + place];
+        let effort = bodies.effort(freedom, content.joint);
+        let mut rate = 0.0;
+        each_freedom(topology, content.joint, |dof, sign| {
+            rate += sign * bodies.screws[dof].power(effort) * rates[dof];
+        });
+        arm * rate
     }
 }

@@ -5,6 +5,7 @@
 //! among the accelerations; one that sticks does not move at all. See [`Forward`] and [`Simulation`].
 
 mod balance;
+mod cone;
 mod coupling;
 mod dop853;
 mod error;

@@ -46,6 +46,8 @@ impl Spread {
         if stresses.is_empty() {
             return Self { stresses, stages };
         }
+        let multipliers = stresses.iter().flat_map(|stress| &stress.multipliers);
+        let size = multipliers.fold(0.0_f64, |m, x| m.max(x.abs()));
         let mut open = DMatrix::identity(stresses.len(), stresses.len());
         for measure in [Measure::Drives, Measure::Grips, Measure::Compliances, Measure::Default] {
             let absent = match measure {
@@ -66,7 +68,9 @@ impl Spread {
                 stresses.iter().map(|s| weighed(scene, rows, measure, s)).collect();
             let matrix = DMatrix::from_columns(&columns) * &open;
             let response = Svd::new(&matrix);
-            let rank = response.rank(DETERMINED);
+            // Where self-stresses do not load what is measured all of it is rounding.
+            let rank =
+                if matrix.amax() > DETERMINED * size { response.rank(DETERMINED) } else { 0 };
             let rest = response.null_space(rank);
             let next = if rest.is_empty() {
                 DMatrix::zeros(stresses.len(), 0)

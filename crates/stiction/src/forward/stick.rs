@@ -8,6 +8,7 @@
 use super::Forward;
 use super::error::ForwardError;
 use super::evaluate::{Ground, Solved, Unsolved};
+use super::guess::Guess;
 use super::rows::each_freedom;
 use super::rub::{Contact, norm, wrench_of};
 use std::collections::HashSet;
@@ -29,6 +30,8 @@ const LITTLE: f64 = 1e-5;
 const BOUNDS: [f64; 5] = [0.9, 0.99, 0.999, 0.9999, 1.0];
 /// Directions are found when they turn by less than this; passes for that.
 const TURNED: f64 = 1e-12;
+/// Directions that differ by less than this are one.
+const ALIGNED: f64 = 1e-6;
 const TURNS: usize = 40;
 
 /// A choice that satisfies all laws.
@@ -52,28 +55,26 @@ impl Forward {
         if let Ok(Verdict::Stands(solved)) = self.judge(ground, &mut trial, resting) {
             return Ok(Choice { modes: trial, solved: *solved });
         }
-        // The rule's shares are beyond limits: others may be within, with some room if possible.
+        // The rule's shares are beyond limits, or something must slide: frictions of all at once.
+        let most = self.guess(ground, modes, resting, 1.0);
+        if let Some(guess) = &most
+            && guess.moves
+            && let Some(choice) = self.take(ground, guess, resting)
+        {
+            return Ok(choice);
+        }
         let all = self.solve(ground, &trial_of(modes, resting), None, false);
         let shared = all.is_ok_and(|all| all.balance.spread.stresses.len() > permanent);
-        for bound in BOUNDS {
-            if !shared {
-                break;
-            }
-            let Some(guess) = self.guess(ground, modes, resting, bound) else { continue };
-            if guess.moves && bound < 1.0 {
-                continue;
-            }
-            ground.shares = guess.shares;
-            if bound >= 1.0 && !guess.moves {
-                ground.overload = 1.0 + LITTLE;
-            }
-            let mut trial = guess.modes;
-            if guess.moves {
-                if let Ok(choice) = self.improve(ground, trial, resting) {
+        if shared && most.as_ref().is_some_and(|guess| !guess.moves) {
+            // All can stick, within their limits with some room if possible.
+            for bound in BOUNDS {
+                let Some(guess) = self.guess(ground, modes, resting, bound) else { continue };
+                if guess.moves {
+                    continue;
+                }
+                if let Some(choice) = self.take(ground, &guess, resting) {
                     return Ok(choice);
                 }
-            } else if let Ok(Verdict::Stands(solved)) = self.judge(ground, &mut trial, resting) {
-                return Ok(Choice { modes: trial, solved: *solved });
             }
         }
         ground.shares = vec![[0.0; 3]; modes.len()];
@@ -114,6 +115,43 @@ impl Forward {
             ground.grips = limits.iter().map(|l| (l / largest).max(LEAST_GRIP)).collect();
         }
         redundant
+    }
+
+    /// A guess, if all laws are satisfied where it is solved exactly, or with few changes.
+    fn take(&self, ground: &mut Ground, guess: &Guess, resting: &[usize]) -> Option<Choice> {
+        ground.shares.clone_from(&guess.shares);
+        ground.overload = if guess.tight { 1.0 + LITTLE } else { 1.0 };
+        let found = self.as_it_is(ground, guess, resting);
+        let found = found.or_else(|| self.improve(ground, guess.modes.clone(), resting).ok());
+        if found.is_none() {
+            ground.shares.fill([0.0; 3]);
+            ground.overload = 1.0;
+        }
+        found
+    }
+
+    /// A choice whose directions are right already: nothing is turned, all is checked.
+    fn as_it_is(&self, ground: &Ground, guess: &Guess, resting: &[usize]) -> Option<Choice> {
+        let mut modes = guess.modes.clone();
+        for &contact in resting {
+            if let Contact::AtLimit(direction) = modes[contact] {
+                modes[contact] = Contact::Slides(direction);
+            }
+        }
+        let solved = self.solve(ground, &modes, Some(&guess.loads), true).ok()?;
+        for &contact in resting {
+            let Contact::Slides(direction) = modes[contact] else { continue };
+            let Some(begins) = self.begins(ground, &solved, contact) else {
+                modes[contact] = Contact::AtLimit(direction);
+                continue;
+            };
+            let size = norm(begins);
+            let turned = norm([0, 1, 2].map(|i| begins[i] / size - direction[i]));
+            if turned > ALIGNED {
+                return None;
+            }
+        }
+        self.beyond(ground, &modes, &solved, resting).is_none().then_some(Choice { modes, solved })
     }
 
     /// Changes one contact after the other until all laws are satisfied.
@@ -217,7 +255,26 @@ impl Forward {
             }
             solved = again;
         }
-        let contacts = self.contacts(ground, trial, &solved);
+        let worst = self.beyond(ground, trial, &solved, resting);
+        Ok(match worst {
+            None => Verdict::Stands(Box::new(solved)),
+            Some((contact, friction)) => {
+                // Friction has the sense of the sliding that it resists.
+                let size = norm(friction);
+                Verdict::Change(contact, Contact::AtLimit(friction.map(|f| f / size)))
+            }
+        })
+    }
+
+    /// The contact that is farthest beyond its limit though it sticks, and its friction.
+    fn beyond(
+        &self,
+        ground: &Ground,
+        trial: &[Contact],
+        solved: &Solved,
+        resting: &[usize],
+    ) -> Option<(usize, [f64; 3])> {
+        let contacts = self.contacts(ground, trial, solved);
         let mut worst: Option<(f64, usize)> = None;
         for &contact in resting {
             if trial[contact] != Contact::Sticks {
@@ -236,15 +293,7 @@ impl Forward {
                 }
             }
         }
-        Ok(match worst {
-            None => Verdict::Stands(Box::new(solved)),
-            Some((_, contact)) => {
-                // Friction has the sense of the sliding that it resists.
-                let friction = contacts[contact].friction;
-                let size = norm(friction);
-                Verdict::Change(contact, Contact::AtLimit(friction.map(|f| f / size)))
-            }
-        })
+        worst.map(|(_, contact)| (contact, contacts[contact].friction))
     }
 
     /// Solves with the directions of all that begins to slide; those of balls and plates turn until they
@@ -354,8 +403,8 @@ impl Forward {
     fn begins(&self, ground: &Ground, solved: &Solved, contact: usize) -> Option<[f64; 3]> {
         let parameters = &self.parameters;
         let content = &parameters.contacts[contact];
-        let begins = self.surface_acceleration(ground, solved, contact);
         let accelerations = &solved.coupled.response.accelerations;
+        let begins = self.surface_acceleration(ground, accelerations, contact);
         let largest = accelerations
             .iter()
             .zip(&self.columns)
@@ -368,13 +417,13 @@ impl Forward {
     pub(super) fn surface_acceleration(
         &self,
         ground: &Ground,
-        solved: &Solved,
+        accelerations: &[f64],
         contact: usize,
     ) -> [f64; 3] {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let content = &parameters.contacts[contact];
         let mut bodies = ground.bodies.clone();
-        bodies.accelerate(topology, &solved.coupled.response.accelerations);
+        bodies.accelerate(topology, accelerations);
         let (predecessor, successor) = topology.ends[content.joint];
         let own = bodies.joint_bias(topology, parameters, content.joint);
         let relative = bodies.acceleration[successor] - bodies.acceleration[predecessor] - own;

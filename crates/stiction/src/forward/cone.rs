@@ -1,0 +1,528 @@
+//! Frictions of many contacts that satisfy all laws at once, each bounded by its own contact's load.
+//!
+//! Unknown are frictions `f` at the surfaces. Rates `b` of the surfaces (accelerations, or velocities at
+//! the end of a step) and all loads `N` are affine in them but for the loads' own norms. A dry contact
+//! has
+//!
+//! ```text
+//! f = the nearest to (f + rho b) with |f| <= mu N(f)
+//! ```
+//!
+//! which says all of Coulomb's law: it holds within its limit where it does not slide, it is at its limit
+//! and against the sliding where it does. Balls and plates have three components, others one.
+//!
+//! First contact by contact (projected Gauss-Seidel), which goes downhill from anywhere but slowly, then
+//! all at once by Newton's method on the nonsmooth equations (Alart and Curnier 1991), which is fast near
+//! a solution. Steps are the shortest where self-stresses leave frictions open, so what is found is near
+//! where it began. Where both fail the solution is followed from no friction.
+
+use super::balance::Response;
+use super::rub::{Contact, load, norm};
+use crate::friction::OwnFriction;
+use crate::kinematics::Bodies;
+use crate::linalg::RowSpace;
+use crate::parameters::Parameters;
+use crate::spatial::Wrench;
+use std::ops::Range;
+
+/// Laws hold to this part of the largest force.
+pub(super) const SETTLED: f64 = 1e-12;
+/// What does not get better than this is rounding.
+const STAGNATED: f64 = 1e-10;
+/// Sweeps before Newton's method is tried first; each time it fails there are more of them.
+const SWEEPS: usize = 40;
+const ROUNDS: usize = 8;
+const NEWTON: usize = 40;
+const HALVINGS: usize = 10;
+/// Rows of Newton's matrix that add less than this depend on others.
+const DEPENDENT: f64 = 1e-11;
+/// The first step of the coefficients, and the smallest, where the solution is followed from none.
+const FIRST_PART: f64 = 0.1;
+const SMALLEST_PART: f64 = 1e-4;
+
+/// What kind of law a member obeys.
+#[derive(Clone, Debug)]
+pub(super) enum Kind {
+    /// Dry friction with these coefficients for the two senses, and what is viscous, N s/m.
+    Dry { forward: f64, backward: f64, viscous: f64 },
+    /// It slides for sure: the unknown is its load, what it does is in its unit.
+    Slides(OwnFriction<f64>),
+    /// A smooth law of the rate.
+    #[allow(dead_code, reason = "of the time stepper")]
+    Smooth(Box<dyn Smooth>),
+}
+
+/// Friction as a smooth function of the sliding velocity.
+pub(super) trait Smooth: std::fmt::Debug {
+    /// Friction at the surface under a load.
+    fn friction(&self, load: f64, velocity: [f64; 3]) -> [f64; 3];
+    fn boxed(&self) -> Box<dyn Smooth>;
+}
+
+impl Clone for Box<dyn Smooth> {
+    fn clone(&self) -> Self {
+        self.boxed()
+    }
+}
+
+/// One contact.
+#[derive(Clone, Debug)]
+pub(super) struct Member {
+    pub(super) contact: usize,
+    /// Its unknowns.
+    pub(super) places: Range<usize>,
+    pub(super) kind: Kind,
+}
+
+/// The problem.
+pub(super) struct Cone<'a> {
+    pub(super) parameters: &'a Parameters<f64>,
+    pub(super) bodies: &'a Bodies<f64>,
+    pub(super) members: Vec<Member>,
+    /// Of each unknown the rate where none of them acts; not read for those that slide.
+    pub(super) free: Vec<f64>,
+    /// Row by row: by how much each rate changes with each unknown.
+    pub(super) change: Vec<f64>,
+    /// The wrench of each member's joint where none of them acts.
+    pub(super) base: Vec<Wrench<f64>>,
+    /// Row by row: by how much the wrench of each member's joint changes with each unknown.
+    pub(super) push: Vec<Wrench<f64>>,
+}
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub(super) struct Found {
+    /// Frictions at the surfaces, and loads of what slides.
+    pub(super) amounts: Vec<f64>,
+    /// Rates of the surfaces.
+    pub(super) rates: Vec<f64>,
+    /// Of each member.
+    pub(super) loads: Vec<f64>,
+    /// By how much the laws are missed at most, as part of the largest force.
+    #[allow(dead_code, reason = "of the time stepper")]
+    pub(super) missed: f64,
+}
+
+struct Residual {
+    values: Vec<f64>,
+    scale: f64,
+}
+
+impl Residual {
+    fn square(&self) -> f64 {
+        self.values.iter().map(|x| x * x).sum()
+    }
+    fn missed(&self) -> f64 {
+        let worst = self.values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let sound = self.values.iter().all(|x| x.is_finite()) && self.scale.is_finite();
+        if !sound {
+            f64::INFINITY
+        } else if worst == 0.0 {
+            0.0
+        } else {
+            worst / self.scale
+        }
+    }
+}
+
+impl<'a> Cone<'a> {
+    pub(super) fn new(
+        parameters: &'a Parameters<f64>,
+        bodies: &'a Bodies<f64>,
+        members: Vec<Member>,
+        free: Vec<f64>,
+        change: Vec<f64>,
+        (base, units): (&Response, &[Response]),
+    ) -> Self {
+        let joint = |member: &Member| parameters.contacts[member.contact].joint;
+        let push = members
+            .iter()
+            .flat_map(|member| units.iter().map(move |unit| unit.wrenches[joint(member)]))
+            .collect();
+        let base = members.iter().map(|member| base.wrenches[joint(member)]).collect();
+        Self { parameters, bodies, members, free, change, base, push }
+    }
+
+    fn count(&self) -> usize {
+        self.free.len()
+    }
+
+    fn rates(&self, amounts: &[f64]) -> Vec<f64> {
+        let n = self.count();
+        let each = self.free.iter().zip(self.change.chunks_exact(n.max(1)));
+        each.map(|(free, row)| free + row.iter().zip(amounts).map(|(a, b)| a * b).sum::<f64>())
+            .collect()
+    }
+
+    fn wrench(&self, member: usize, amounts: &[f64]) -> Wrench<f64> {
+        let n = self.count();
+        let push = &self.push[member * n..(member + 1) * n];
+        let mut sum = self.base[member];
+        for (unit, amount) in push.iter().zip(amounts) {
+            sum += *unit * *amount;
+        }
+        sum
+    }
+
+    fn load(
+        &self,
+        member: usize,
+        amounts: &[f64],
+        wrench: Wrench<f64>,
+    ) -> crate::friction::Load<f64> {
+        let Member { contact, places, kind } = &self.members[member];
+        let own = match kind {
+            Kind::Slides(own) => *own,
+            _ => {
+                let friction = amounts[places.start];
+                OwnFriction {
+                    coefficient: 0.0,
+                    viscous: friction.abs(),
+                    direction: friction.signum(),
+                }
+            }
+        };
+        load(self.parameters, self.bodies, &self.parameters.contacts[*contact], own, wrench)
+    }
+
+    /// What rates are multiplied by, for numbers of the size of forces.
+    fn softness(&self, places: &Range<usize>) -> f64 {
+        let n = self.count();
+        let stiffness: f64 = places.clone().map(|i| -self.change[i * n + i]).sum();
+        if stiffness > 0.0 { 1.0 / stiffness } else { 0.0 }
+    }
+
+    /// How the laws are missed, coefficients of friction being `part` of their values; and how that
+    /// changes with the unknowns.
+    fn residual(&self, x: &[f64], part: f64, mut matrix: Option<&mut Vec<f64>>) -> Residual {
+        let n = self.count();
+        let rates = self.rates(x);
+        let mut values = vec![0.0; n];
+        let mut scale = x.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
+        if let Some(matrix) = matrix.as_deref_mut() {
+            matrix.clear();
+            matrix.resize(n * n, 0.0);
+        }
+        for (index, member) in self.members.iter().enumerate() {
+            let places = member.places.clone();
+            let count = places.len();
+            let load = self.load(index, x, self.wrench(index, x));
+            let push = &self.push[index * n..(index + 1) * n];
+            let with_load = |j: usize| load.gradient.power(push[j]);
+            match &member.kind {
+                Kind::Slides(_) => {
+                    // Its unit is that of the full coefficient.
+                    let i = places.start;
+                    scale = scale.max(load.value.abs());
+                    values[i] = x[i] - part * load.value;
+                    if let Some(matrix) = matrix.as_deref_mut() {
+                        for j in 0..n {
+                            matrix[i * n + j] = f64::from(u8::from(i == j)) - part * with_load(j);
+                        }
+                    }
+                }
+                Kind::Smooth(law) => {
+                    let mut velocity = [0.0; 3];
+                    velocity[..count].copy_from_slice(&rates[places.clone()]);
+                    let at = |load: f64, v: [f64; 3]| law.friction(load, v).map(|f| part * f);
+                    let friction = at(load.value, velocity);
+                    let unit = at(load.value + 1.0, velocity);
+                    for (k, i) in places.clone().enumerate() {
+                        values[i] = x[i] - friction[k];
+                    }
+                    let Some(matrix) = matrix.as_deref_mut() else { continue };
+                    let step = 1e-7 * norm(velocity).max(1e-6);
+                    let mut slope = [[0.0; 3]; 3];
+                    for m in 0..count {
+                        let (mut ahead, mut behind) = (velocity, velocity);
+                        ahead[m] += step;
+                        behind[m] -= step;
+                        let (ahead, behind) = (at(load.value, ahead), at(load.value, behind));
+                        for k in 0..count {
+                            slope[k][m] = (ahead[k] - behind[k]) / (2.0 * step);
+                        }
+                    }
+                    for (k, i) in places.clone().enumerate() {
+                        for j in 0..n {
+                            let mut entry = f64::from(u8::from(i == j));
+                            for (m, from) in places.clone().enumerate() {
+                                entry -= slope[k][m] * self.change[from * n + j];
+                            }
+                            entry -= (unit[k] - friction[k]) * with_load(j);
+                            matrix[i * n + j] = entry;
+                        }
+                    }
+                }
+                Kind::Dry { forward, backward, viscous } => {
+                    let softness = self.softness(&places);
+                    let mut dry = [0.0; 3];
+                    let mut tried = [0.0; 3];
+                    for (k, i) in places.clone().enumerate() {
+                        dry[k] = x[i] - viscous * rates[i];
+                        tried[k] = dry[k] + softness * rates[i];
+                    }
+                    let coefficient = part * if tried[0] < 0.0 { backward } else { forward };
+                    let most = coefficient * load.value;
+                    scale = scale.max(most.abs());
+                    let size = norm(tried);
+                    let holds = size <= most;
+                    for (k, i) in places.clone().enumerate() {
+                        values[i] = if holds {
+                            -softness * rates[i]
+                        } else if most > 0.0 {
+                            dry[k] - most * tried[k] / size
+                        } else {
+                            dry[k]
+                        };
+                    }
+                    let Some(matrix) = matrix.as_deref_mut() else { continue };
+                    for j in 0..n {
+                        let rate = |i: usize| self.change[i * n + j];
+                        let own = |i: usize| f64::from(u8::from(i == j)) - viscous * rate(i);
+                        if holds {
+                            for i in places.clone() {
+                                matrix[i * n + j] = -softness * rate(i);
+                            }
+                            continue;
+                        }
+                        if most <= 0.0 {
+                            for i in places.clone() {
+                                matrix[i * n + j] = own(i);
+                            }
+                            continue;
+                        }
+                        let along: f64 = places
+                            .clone()
+                            .enumerate()
+                            .map(|(k, i)| tried[k] / size * (own(i) + softness * rate(i)))
+                            .sum();
+                        let grows = coefficient * with_load(j);
+                        for (k, i) in places.clone().enumerate() {
+                            let unit = tried[k] / size;
+                            let across = own(i) + softness * rate(i) - unit * along;
+                            matrix[i * n + j] = own(i) - grows * unit - most / size * across;
+                        }
+                    }
+                }
+            }
+        }
+        Residual { values, scale }
+    }
+
+    /// Contact by contact, the rates and loads following.
+    fn sweep(&self, x: &mut [f64], part: f64, sweeps: usize) {
+        let n = self.count();
+        let mut rates = self.rates(x);
+        let mut wrenches: Vec<Wrench<f64>> =
+            (0..self.members.len()).map(|m| self.wrench(m, x)).collect();
+        for _ in 0..sweeps {
+            let mut change = 0.0_f64;
+            for (index, member) in self.members.iter().enumerate() {
+                let places = member.places.clone();
+                let count = places.len();
+                let load = self.load(index, x, wrenches[index]).value;
+                let softness = self.softness(&places);
+                let mut next = [0.0; 3];
+                match &member.kind {
+                    Kind::Slides(_) => next[0] = part * load,
+                    Kind::Dry { forward, backward, viscous } => {
+                        let more = softness + viscous;
+                        for (k, i) in places.clone().enumerate() {
+                            next[k] = x[i] - viscous * rates[i] + more * rates[i];
+                        }
+                        let coefficient = part * if next[0] < 0.0 { backward } else { forward };
+                        let most = (coefficient * load).max(0.0);
+                        let size = norm(next);
+                        if size > most {
+                            next = next.map(|f| f * (most / size));
+                        }
+                        if *viscous > 0.0 && softness > 0.0 {
+                            for (k, i) in places.clone().enumerate() {
+                                // Where none of its friction acts the rate is this.
+                                let free = rates[i] + x[i] / softness;
+                                let rate = (free - next[k] / softness) / (1.0 + viscous / softness);
+                                next[k] += viscous * rate;
+                            }
+                        }
+                    }
+                    Kind::Smooth(law) => {
+                        let mut free = [0.0; 3];
+                        let mut velocity = [0.0; 3];
+                        for (k, i) in places.clone().enumerate() {
+                            velocity[k] = rates[i];
+                            free[k] = rates[i] + if softness > 0.0 { x[i] / softness } else { 0.0 };
+                        }
+                        next =
+                            settle(&**law, part * load.max(0.0), free, softness, velocity, count);
+                    }
+                }
+                for (k, i) in places.clone().enumerate() {
+                    let by = next[k] - x[i];
+                    if by == 0.0 {
+                        continue;
+                    }
+                    x[i] = next[k];
+                    change = change.max(by.abs());
+                    for (rate, row) in rates.iter_mut().zip(self.change.chunks_exact(n)) {
+                        *rate += row[i] * by;
+                    }
+                    for (wrench, push) in wrenches.iter_mut().zip(self.push.chunks_exact(n)) {
+                        *wrench += push[i] * by;
+                    }
+                }
+            }
+            let largest = x.iter().fold(0.0_f64, |m, f| m.max(f.abs()));
+            if change <= 1e-3 * SETTLED * largest || !change.is_finite() {
+                break;
+            }
+        }
+    }
+
+    /// Newton's method; whether it ends at a solution.
+    fn newton(&self, x: &mut Vec<f64>, part: f64) -> bool {
+        let n = self.count();
+        let (mut matrix, mut space) = (Vec::new(), RowSpace::default());
+        let mut now = self.residual(x, part, Some(&mut matrix));
+        for _ in 0..NEWTON {
+            if now.missed() <= SETTLED {
+                return true;
+            }
+            if !now.missed().is_finite() || matrix.iter().any(|x| !x.is_finite()) {
+                return false;
+            }
+            space.decompose(&matrix, n, n, DEPENDENT);
+            let step = space.shortest(&now.values);
+            let mut better = None;
+            let mut by = 1.0;
+            for _ in 0..HALVINGS {
+                let trial: Vec<f64> = x.iter().zip(&step).map(|(x, s)| x - by * s).collect();
+                let there = self.residual(&trial, part, None);
+                if there.square() < (1.0 - 0.1 * by) * now.square() {
+                    better = Some(trial);
+                    break;
+                }
+                by *= 0.5;
+            }
+            let Some(trial) = better else { return now.missed() <= STAGNATED };
+            *x = trial;
+            now = self.residual(x, part, Some(&mut matrix));
+        }
+        now.missed() <= STAGNATED
+    }
+
+    /// Frictions that satisfy all laws with this part of the coefficients, from a start; none where none
+    /// are found.
+    pub(super) fn solve(&self, start: &[f64], part: f64) -> Option<Found> {
+        if self.count() == 0 {
+            return Some(self.complete(Vec::new(), part));
+        }
+        let sound = |x: &[f64]| x.iter().all(|x| x.is_finite());
+        let mut x = start.to_vec();
+        let mut warm = x.clone();
+        if self.newton(&mut warm, part) && sound(&warm) {
+            return Some(self.complete(warm, part));
+        }
+        for round in 0..ROUNDS {
+            self.sweep(&mut x, part, SWEEPS << round);
+            if !sound(&x) {
+                break;
+            }
+            let mut trial = x.clone();
+            if self.newton(&mut trial, part) && sound(&trial) {
+                return Some(self.complete(trial, part));
+            }
+        }
+        let x = self.follow(part)?;
+        Some(self.complete(x, part))
+    }
+
+    /// From no friction to all of it.
+    fn follow(&self, part: f64) -> Option<Vec<f64>> {
+        let mut x = vec![0.0; self.count()];
+        let (mut reached, mut step) = (0.0, FIRST_PART);
+        while reached < 1.0 {
+            let next = f64::min(reached + step, 1.0);
+            let mut trial = x.clone();
+            let mut found = self.newton(&mut trial, next * part);
+            if !found {
+                trial.clone_from(&x);
+                self.sweep(&mut trial, next * part, 4 * SWEEPS);
+                found = self.newton(&mut trial, next * part);
+            }
+            if found && trial.iter().all(|x| x.is_finite()) {
+                (x, reached) = (trial, next);
+                step *= 1.5;
+                continue;
+            }
+            step *= 0.5;
+            if step < SMALLEST_PART {
+                return None;
+            }
+        }
+        Some(x)
+    }
+
+    fn complete(&self, amounts: Vec<f64>, part: f64) -> Found {
+        let missed = self.residual(&amounts, part, None).missed();
+        let rates = self.rates(&amounts);
+        let loads = (0..self.members.len())
+            .map(|m| self.load(m, &amounts, self.wrench(m, &amounts)).value)
+            .collect();
+        Found { amounts, rates, loads, missed }
+    }
+}
+
+/// Friction of a smooth law where the velocity is `free - friction / softness`.
+fn settle(
+    law: &dyn Smooth,
+    load: f64,
+    free: [f64; 3],
+    softness: f64,
+    start: [f64; 3],
+    count: usize,
+) -> [f64; 3] {
+    if softness <= 0.0 {
+        return law.friction(load, start);
+    }
+    // The friction grows with the velocity, so half of the change is always a step forward.
+    let mut velocity = start;
+    let mut damping = 1.0;
+    let mut before = f64::INFINITY;
+    for _ in 0..30 {
+        let friction = law.friction(load, velocity);
+        let mut off = [0.0; 3];
+        for k in 0..count {
+            off[k] = velocity[k] - free[k] + friction[k] / softness;
+        }
+        let size = norm(off);
+        if size <= 1e-12 * norm(free) {
+            break;
+        }
+        // The slope along the error.
+        let step = 1e-6 * size;
+        let ahead = law.friction(load, [0, 1, 2].map(|k| velocity[k] + step * off[k] / size));
+        let slope: f64 = (0..count).map(|k| (ahead[k] - friction[k]) / step * off[k] / size).sum();
+        if size > before {
+            damping *= 0.5;
+        }
+        before = size;
+        let by = damping / (1.0 + slope.max(0.0) / softness);
+        for k in 0..count {
+            velocity[k] -= by * off[k];
+        }
+    }
+    let mut friction = [0.0; 3];
+    for k in 0..count {
+        friction[k] = (free[k] - velocity[k]) * softness;
+    }
+    friction
+}
+
+/// What a member of dry friction does where its rates and frictions are these: it slides where its rate is
+/// more than `none`.
+pub(super) fn mode_of(rates: &[f64], none: f64) -> Contact {
+    let mut begins = [0.0; 3];
+    begins[..rates.len()].copy_from_slice(rates);
+    let rate = norm(begins);
+    if rate > none { Contact::AtLimit(begins.map(|a| a / rate)) } else { Contact::Sticks }
+}
