@@ -4,7 +4,10 @@ mod common;
 
 use common::random::*;
 use common::*;
-use stiction::forward::{ConstantEfforts, Contact as Doing, Forward, Settings, Simulation};
+use stiction::forward::{
+    ConstantEfforts, Contact as Doing, EventKind, Forward, Inputs, Method, Settings, Simulation,
+    View,
+};
 use stiction::friction::{Contact, ContactShape, Curve, Law};
 use stiction::joint::{Carrier, JointType};
 use stiction::kinematics::{Coordinate, Target};
@@ -183,4 +186,42 @@ fn random_mechanisms_at_rest_find_what_sticks() {
         println!("{mu}: {all}, {partly} in part");
         assert!(all > 180 && partly > 20, "{all} {partly}");
     }
+}
+/// Legs are pushed up and down.
+struct Shaken(f64);
+
+impl Inputs for Shaken {
+    fn efforts(&mut self, view: &View<'_>, efforts: &mut [f64]) {
+        for (k, effort) in efforts.iter_mut().enumerate() {
+            *effort = self.0 + 6.0 * (9.0 * view.time * (1.0 + 0.1 * k as f64)).sin();
+        }
+    }
+}
+
+#[test]
+fn a_shaken_hexapod_goes_on() {
+    let (mechanism, coordinates, lengths) = hexapod(0.2, None);
+    let model = Forward::new(mechanism.clone(), &[]);
+    let home = (mechanism.body_id("platform").unwrap(), Pose::at(v(0.0, 0.0, 0.6)));
+    let state = model.assemble(&[home], &coordinates, &lengths).unwrap();
+    let mut inputs = Shaken(22.0);
+    let settings = Settings { relative: 1e-7, absolute: 1e-9, ..Settings::default() };
+    let mut simulation = model.start(0.0, state, settings, &mut inputs).unwrap();
+    simulation.advance(0.5, &mut inputs).unwrap();
+    let methods: Vec<Method> = simulation
+        .events()
+        .iter()
+        .filter_map(|event| match event.kind {
+            EventKind::Method { method } => Some(method),
+            _ => None,
+        })
+        .collect();
+    println!("{methods:?}, {} evaluations", simulation.evaluations());
+    // While the last shares of what holds are used up it goes in steps, then from event to event again.
+    assert_eq!(methods.first(), Some(&Method::TimeStepping));
+    assert_eq!(methods.last(), Some(&Method::EventDriven));
+    assert_eq!(simulation.method(), Method::EventDriven);
+    assert!(simulation.events().len() > 20);
+    // Tolerances of 1e-7 in both.
+    assert!(simulation.energy_error().abs() < 1e-6 * simulation.energies().turnover);
 }

@@ -238,7 +238,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Cholesky's factor of `Z^T M Z`.
-fn factor(matrix: &[f64], basis: &[f64], n: usize) -> Result<Vec<f64>, Massless> {
+pub(super) fn factor(matrix: &[f64], basis: &[f64], n: usize) -> Result<Vec<f64>, Massless> {
     let vectors: Vec<&[f64]> = basis.chunks_exact(n.max(1)).collect();
     let free = vectors.len();
     let mut factor = vec![0.0; free * free];
@@ -269,7 +269,7 @@ fn factor(matrix: &[f64], basis: &[f64], n: usize) -> Result<Vec<f64>, Massless>
 /// Inertia along a freedom below this part of the largest is rounding.
 const NOTHING: f64 = 1e-14;
 
-fn solve_factored(factor: &[f64], right: &mut [f64], free: usize) {
+pub(super) fn solve_factored(factor: &[f64], right: &mut [f64], free: usize) {
     for i in 0..free {
         let sum: f64 = (0..i).map(|k| factor[i * free + k] * right[k]).sum();
         right[i] = (right[i] - sum) / factor[i * free + i];

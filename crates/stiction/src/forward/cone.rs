@@ -28,14 +28,16 @@ use std::ops::Range;
 /// Laws hold to this part of the largest force.
 pub(super) const SETTLED: f64 = 1e-12;
 /// What does not get better than this is rounding.
-const STAGNATED: f64 = 1e-10;
+const STAGNATED: f64 = 1e-9;
 /// Sweeps before Newton's method is tried first; each time it fails there are more of them.
 const SWEEPS: usize = 40;
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 6;
 const NEWTON: usize = 40;
 const HALVINGS: usize = 10;
 /// Rows of Newton's matrix that add less than this depend on others.
 const DEPENDENT: f64 = 1e-11;
+/// Rates below this part of the largest without friction are rounding.
+const ROUNDING: f64 = 1e-14;
 /// The first step of the coefficients, and the smallest, where the solution is followed from none.
 const FIRST_PART: f64 = 0.1;
 const SMALLEST_PART: f64 = 1e-4;
@@ -48,7 +50,6 @@ pub(super) enum Kind {
     /// It slides for sure: the unknown is its load, what it does is in its unit.
     Slides(OwnFriction<f64>),
     /// A smooth law of the rate.
-    #[allow(dead_code, reason = "of the time stepper")]
     Smooth(Box<dyn Smooth>),
 }
 
@@ -87,6 +88,9 @@ pub(super) struct Cone<'a> {
     pub(super) base: Vec<Wrench<f64>>,
     /// Row by row: by how much the wrench of each member's joint changes with each unknown.
     pub(super) push: Vec<Wrench<f64>>,
+    /// Rates of what holds may be missed by this inverse factor more than forces; none may where it is
+    /// infinite.
+    pub(super) slack: f64,
 }
 
 /// What was found.
@@ -99,13 +103,17 @@ pub(super) struct Found {
     /// Of each member.
     pub(super) loads: Vec<f64>,
     /// By how much the laws are missed at most, as part of the largest force.
-    #[allow(dead_code, reason = "of the time stepper")]
     pub(super) missed: f64,
+    /// Whether each member holds.
+    pub(super) holds: Vec<bool>,
 }
 
 struct Residual {
     values: Vec<f64>,
     scale: f64,
+    /// The rates of what holds as part of the largest, times the slack; of all else infinite.
+    rates: Vec<f64>,
+    holds: Vec<bool>,
 }
 
 impl Residual {
@@ -113,7 +121,8 @@ impl Residual {
         self.values.iter().map(|x| x * x).sum()
     }
     fn missed(&self) -> f64 {
-        let worst = self.values.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let each = self.values.iter().zip(&self.rates);
+        let worst = each.fold(0.0_f64, |m, (x, rate)| m.max(x.abs().min(rate * self.scale)));
         let sound = self.values.iter().all(|x| x.is_finite()) && self.scale.is_finite();
         if !sound {
             f64::INFINITY
@@ -140,7 +149,8 @@ impl<'a> Cone<'a> {
             .flat_map(|member| units.iter().map(move |unit| unit.wrenches[joint(member)]))
             .collect();
         let base = members.iter().map(|member| base.wrenches[joint(member)]).collect();
-        Self { parameters, bodies, members, free, change, base, push }
+        let slack = f64::INFINITY;
+        Self { parameters, bodies, members, free, change, base, push, slack }
     }
 
     fn count(&self) -> usize {
@@ -196,8 +206,13 @@ impl<'a> Cone<'a> {
     /// changes with the unknowns.
     fn residual(&self, x: &[f64], part: f64, mut matrix: Option<&mut Vec<f64>>) -> Residual {
         let n = self.count();
-        let rates = self.rates(x);
+        let mut rates = self.rates(x);
+        // Rates that are rounding are none: short steps would make large forces of them.
+        let largest = self.free.iter().fold(0.0_f64, |m, rate| m.max(rate.abs()));
+        rates.iter_mut().filter(|rate| rate.abs() < ROUNDING * largest).for_each(|r| *r = 0.0);
         let mut values = vec![0.0; n];
+        let mut slow = vec![f64::INFINITY; n];
+        let mut all_hold = vec![false; self.members.len()];
         let mut scale = x.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
         if let Some(matrix) = matrix.as_deref_mut() {
             matrix.clear();
@@ -266,7 +281,12 @@ impl<'a> Cone<'a> {
                     scale = scale.max(most.abs());
                     let size = norm(tried);
                     let holds = size <= most;
+                    all_hold[index] = holds;
                     for (k, i) in places.clone().enumerate() {
+                        if holds && largest > 0.0 {
+                            let part = rates[i].abs() / largest;
+                            slow[i] = if part > 0.0 { self.slack * part } else { 0.0 };
+                        }
                         values[i] = if holds {
                             -softness * rates[i]
                         } else if most > 0.0 {
@@ -306,7 +326,7 @@ impl<'a> Cone<'a> {
                 }
             }
         }
-        Residual { values, scale }
+        Residual { values, scale, rates: slow, holds: all_hold }
     }
 
     /// Contact by contact, the rates and loads following.
@@ -463,12 +483,13 @@ impl<'a> Cone<'a> {
     }
 
     fn complete(&self, amounts: Vec<f64>, part: f64) -> Found {
-        let missed = self.residual(&amounts, part, None).missed();
+        let residual = self.residual(&amounts, part, None);
+        let missed = residual.missed();
         let rates = self.rates(&amounts);
         let loads = (0..self.members.len())
             .map(|m| self.load(m, &amounts, self.wrench(m, &amounts)).value)
             .collect();
-        Found { amounts, rates, loads, missed }
+        Found { amounts, rates, loads, missed, holds: residual.holds }
     }
 }
 

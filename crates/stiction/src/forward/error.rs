@@ -88,6 +88,25 @@ pub enum ForwardError {
         /// Where, in words.
         around: String,
     },
+    /// What is given for the start contradicts itself, or the loops.
+    #[error(
+        "the start is contradictory: {what} {is} missed by {by:.3e} ({units}); give less, or other numbers",
+        is = if what.starts_with("joint") { "and is" } else { "is" },
+        units = if *rates { "m/s or rad/s" } else { "m or rad" }
+    )]
+    Contradiction {
+        /// What is missed, in words.
+        what: String,
+        /// By how much: m or rad, or m/s or rad/s of rates.
+        by: f64,
+        /// Whether it is about rates.
+        rates: bool,
+    },
+    /// A checkpoint is not one of this mechanism.
+    #[error(
+        "the checkpoint is not one of a simulation of this mechanism by this version; start anew"
+    )]
+    Checkpoint,
     /// Numbers have become infinite.
     #[error("at t = {time:.6} s {what} is not a finite number; check the inputs at that time")]
     NotFinite {

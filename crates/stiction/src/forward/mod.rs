@@ -11,8 +11,10 @@ mod dop853;
 mod error;
 mod evaluate;
 mod guess;
+mod initial;
 mod inputs;
 mod integrator;
+mod leap;
 mod masses;
 mod project;
 mod rows;
@@ -23,9 +25,10 @@ mod stick;
 
 pub use error::{Competitor, ForwardError};
 pub use evaluate::{Account, ContactMoment, Instant};
+pub use initial::Known;
 pub use inputs::{ConstantEfforts, Inputs, View};
 pub use rub::Contact;
-pub use simulation::{Energies, Event, EventKind, Settings, Simulation};
+pub use simulation::{Checkpoint, Energies, Event, EventKind, Method, Settings, Simulation};
 
 use crate::kinematics::{Assembly, Coordinate, State, Target};
 use crate::mechanism::{BodyId, Mechanism};

@@ -594,7 +594,7 @@ fn check_angle_ranges(
 }
 
 /// A first state from start coordinates and guessed poses.
-fn guess(
+pub(super) fn guess(
     mechanism: &Mechanism,
     topology: &Topology,
     parameters: &Parameters<f64>,

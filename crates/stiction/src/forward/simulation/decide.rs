@@ -40,6 +40,10 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
         stopped: Option<usize>,
     ) -> Result<(), ForwardError> {
+        if self.stepping.is_none() && self.is_dense() {
+            self.begin_stepping();
+            return Ok(());
+        }
         self.stalled += 1;
         let model = self.model;
         let time = self.now.time;

@@ -1,5 +1,6 @@
 //! What happened, and what can.
 
+use super::Method;
 use crate::forward::error::Competitor;
 use crate::mechanism::JointId;
 
@@ -46,5 +47,19 @@ pub enum EventKind {
         coupling: f64,
         /// The others that were found.
         others: Vec<Competitor>,
+    },
+    /// Time is passed in another way from here on.
+    Method {
+        /// Which: event-driven or time-stepping.
+        method: Method,
+    },
+    /// Velocities jump: friction leaves no acceleration (Painleve), and the step that goes on is the
+    /// nearest that satisfies all laws at its end. Only with [`Method::TimeStepping`], or where the choice is
+    /// automatic and contacts hold.
+    Jump {
+        /// The joint with the greatest load.
+        joint: JointId,
+        /// The largest change of a rate of the tree, rad/s or characteristic lengths per second.
+        change: f64,
     },
 }

@@ -1,5 +1,6 @@
 //! A mechanism on its way through time: steps, events, and the account of energy.
 
+mod checkpoint;
 mod decide;
 mod energies;
 mod event;
@@ -10,10 +11,12 @@ mod packing;
 mod settings;
 mod start;
 mod step;
+mod stepping;
 
+pub use checkpoint::Checkpoint;
 pub use energies::Energies;
 pub use event::{Event, EventKind};
-pub use settings::Settings;
+pub use settings::{Method, Settings};
 
 use super::Forward;
 use super::error::ForwardError;
@@ -52,6 +55,9 @@ pub struct Simulation<'a> {
     steps: Steps,
     scales: Vec<f64>,
     evaluations: usize,
+    stepping: Option<stepping::Stepping>,
+    /// Events since some time, and that time.
+    pace: (usize, f64),
 }
 
 impl Simulation<'_> {
@@ -84,15 +90,39 @@ impl Simulation<'_> {
             let change = inputs.next_change(self.now.time).filter(|t| *t <= until);
             let end = change.unwrap_or(until);
             while self.now.time < end {
-                self.advance_once(end, inputs)?;
+                self.go_on(end, inputs)?;
             }
             if change.is_some() {
                 let (state, bodies) = (&self.now.state, &self.now.bodies);
                 let topology = &self.model.topology;
                 inputs.change(&View { time: end, state, bodies, topology });
-                self.reconsider(inputs, None)?;
+                if self.stepping.is_none() {
+                    match self.reconsider(inputs, None) {
+                        Err(error) if self.may_step(&error) => self.begin_stepping(),
+                        other => other?,
+                    }
+                }
             }
         }
         Ok(())
+    }
+
+    /// One step, by whichever method goes.
+    fn go_on(&mut self, end: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        if self.stepping.is_some() {
+            return self.step_through(end, inputs);
+        }
+        match self.advance_once(end, inputs) {
+            Err(error) if self.may_step(&error) => {
+                self.begin_stepping();
+                // Where steps do not go either the first reason is the better one.
+                if self.now.time < end {
+                    self.step_through(end, inputs).map_err(|_| error)
+                } else {
+                    Ok(())
+                }
+            }
+            other => other,
+        }
     }
 }

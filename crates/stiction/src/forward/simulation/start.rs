@@ -1,6 +1,7 @@
 //! Where a simulation begins.
 
-use super::{Energies, REST, Settings, Simulation};
+use super::stepping::FIRST;
+use super::{Energies, Method, REST, Settings, Simulation};
 use crate::forward::Forward;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::{Inputs, View};
@@ -58,10 +59,33 @@ impl<'a> Simulation<'a> {
                 Contact::Slides(velocity.map(|v| v / speed))
             });
         }
-        let Choice { modes, solved } = model.choose(&mut ground, &modes, &resting)?;
-        let (grips, shares) = (ground.grips.clone(), ground.shares.clone());
+        let in_steps = settings.method == Method::TimeStepping;
+        let chosen =
+            if in_steps { None } else { Some(model.choose(&mut ground, &modes, &resting)) };
+        let (mut grips, mut shares) = (ground.grips.clone(), ground.shares.clone());
+        // Where nothing was chosen they have not been made.
+        grips.resize(contacts.len(), 1.0);
+        shares.resize(contacts.len(), [0.0; 3]);
         let overload = ground.overload;
-        let now = model.instant(ground, &modes, &solved);
+        let (now, modes, stepping) = match chosen {
+            Some(Ok(Choice { modes, solved })) => {
+                (model.instant(ground, &modes, &solved), modes, false)
+            }
+            // Where something rests but no choice was found velocities may still have one.
+            Some(Err(error)) if settings.method != Method::Automatic || resting.is_empty() => {
+                return Err(error);
+            }
+            failed => {
+                let state = ground.state;
+                let first = model.leap(time, FIRST, &state, (&modes, &bristles, &bristles), inputs);
+                let leap = match (first, failed) {
+                    (Ok(leap), _) => leap,
+                    (Err(_), Some(Err(error))) | (Err(error), _) => return Err(error),
+                };
+                let modes = leap.modes.clone();
+                (model.instant_of(time, leap, state, inputs), modes, true)
+            }
+        };
         let energies = Energies {
             drives: vec![0.0; model.topology.actuators.len()],
             contacts: vec![0.0; contacts.len()],
@@ -90,11 +114,19 @@ impl<'a> Simulation<'a> {
             steps: Steps::default(),
             scales: Vec::new(),
             evaluations: 0,
+            stepping: None,
+            pace: (0, time),
         };
+        let rates = simulation.now.state.rates.iter().zip(&model.columns);
+        simulation.fastest_rate = rates.map(|(v, c)| (v / c).abs()).fold(0.0, f64::max);
         simulation.scales = simulation.error_scales();
+        simulation.step = 1e-4 * settings.longest_step.min(1.0);
+        if stepping {
+            simulation.begin_stepping();
+            return Ok(simulation);
+        }
         simulation.hold(inputs)?;
         simulation.look_for_others(inputs)?;
-        simulation.step = 1e-4 * settings.longest_step.min(1.0);
         Ok(simulation)
     }
 }

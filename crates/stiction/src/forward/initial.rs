@@ -1,0 +1,150 @@
+//! Where a simulation begins, from partial information.
+
+use super::Forward;
+use super::balance::{factor, solve_factored};
+use super::error::ForwardError;
+use super::masses::Masses;
+use crate::kinematics::{Bodies, Coordinate, Missed, RateRows, State, What, assemble_partly};
+use crate::linalg::RowSpace;
+use crate::mechanism::BodyId;
+use crate::spatial::Pose;
+
+/// What is known about one coordinate at the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Known {
+    /// Which.
+    pub coordinate: Coordinate,
+    /// rad or m.
+    pub value: Option<f64>,
+    /// rad/s or m/s. Of a component of a rotation vector it is that of the angular velocity in the
+    /// ground's axes.
+    pub rate: Option<f64>,
+}
+
+/// Rates that are missed by less than this part of the largest are met.
+const MET: f64 = 1e-9;
+/// Rows that add less than this depend on others.
+const DEPENDENT: f64 = 1e-10;
+
+impl Forward {
+    /// A state from whatever is known: values and rates of any coordinates of joints or poses of bodies.
+    ///
+    /// The position is found from the model's own start coordinates, and from `homes`, guesses of poses of
+    /// bodies in the ground's frame, by steps each of which is the least that meets what is known and
+    /// closes the loops. Rates that stay open are those of least kinetic energy; nothing is at rest unless
+    /// it can be.
+    ///
+    /// # Errors
+    /// [`ForwardError::Contradiction`] names what cannot be met.
+    pub fn assemble_from(
+        &self,
+        homes: &[(BodyId, Pose<f64>)],
+        known: &[Known],
+    ) -> Result<State<f64>, ForwardError> {
+        let (topology, parameters) = (&self.topology, &self.parameters);
+        let pick = |of: fn(&Known) -> Option<f64>| {
+            let each = known.iter().enumerate();
+            let each = each.filter_map(|(k, known)| Some((k, known.coordinate, of(known)?)));
+            let mut picked = (Vec::new(), Vec::new(), Vec::new());
+            for (k, coordinate, number) in each {
+                picked.0.push(k);
+                picked.1.push(coordinate);
+                picked.2.push(number);
+            }
+            picked
+        };
+        let (places, coordinates, values) = pick(|known| known.value);
+        let contradiction = |missed: &Missed, places: &[usize], rates: bool| {
+            let what = match missed.what {
+                What::Joint(joint) => format!("joint `{}` stays open", self.joint_name(joint)),
+                What::Given(k) => self.in_words(&known[places[k]].coordinate),
+            };
+            ForwardError::Contradiction { what, by: missed.by, rates }
+        };
+        if let Some(bad) = known
+            .iter()
+            .find(|k| [k.value, k.rate].into_iter().flatten().any(|number| !number.is_finite()))
+        {
+            let what = self.in_words(&bad.coordinate);
+            return Err(ForwardError::Contradiction { what, by: f64::INFINITY, rates: false });
+        }
+        let mut state =
+            assemble_partly(&self.mechanism, topology, parameters, homes, (&coordinates, &values))
+                .map_err(|missed| contradiction(&missed, &places, false))?;
+        let (places, coordinates, rates) = pick(|known| known.rate);
+        let rows = RateRows::new(topology, parameters, &state, (&coordinates, &rates));
+        let n = topology.freedoms();
+        let mut space = RowSpace::default();
+        space.decompose(&rows.matrix, rows.rights.len(), n, DEPENDENT);
+        // In scaled rates: the shortest that meets the rows, then what has least kinetic energy.
+        let mut found = space.shortest(&rows.rights);
+        let largest = rows.rights.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        for (row, right) in rows.matrix.chunks_exact(n.max(1)).zip(&rows.rights).enumerate() {
+            let (entries, right) = right;
+            let has: f64 = entries.iter().zip(&found).map(|(a, b)| a * b).sum();
+            if (has - right).abs() > MET * largest.max(f64::MIN_POSITIVE) {
+                let missed = Missed {
+                    what: RateRows::what(topology, row),
+                    by: (has - right).abs() / rows.scales[row],
+                };
+                return Err(contradiction(&missed, &places, true));
+            }
+        }
+        found.iter_mut().zip(&self.columns).for_each(|(rate, column)| *rate *= column);
+        let mut basis = space.null_space();
+        for vector in basis.chunks_exact_mut(n.max(1)) {
+            vector.iter_mut().zip(&self.columns).for_each(|(x, column)| *x *= column);
+        }
+        let mut bodies = Bodies::new(topology);
+        bodies.place(topology, parameters, &state.coordinates);
+        bodies.move_with(topology, &state.rates);
+        let masses = Masses::new(topology, parameters, &mut bodies, &[]);
+        let free = basis.len() / n.max(1);
+        // What moves without inertia has no energy to be least: it stays as it is.
+        if free > 0
+            && largest > 0.0
+            && let Ok(factored) = factor(&masses.matrix, &basis, n)
+        {
+            let momentum: Vec<f64> = masses
+                .matrix
+                .chunks_exact(n)
+                .map(|row| row.iter().zip(&found).map(|(m, v)| m * v).sum())
+                .collect();
+            let mut amounts: Vec<f64> = basis
+                .chunks_exact(n)
+                .map(|z| -z.iter().zip(&momentum).map(|(z, p)| z * p).sum::<f64>())
+                .collect();
+            solve_factored(&factored, &mut amounts, free);
+            for (vector, amount) in basis.chunks_exact(n).zip(&amounts) {
+                found.iter_mut().zip(vector).for_each(|(v, z)| *v += amount * z);
+            }
+        }
+        state.rates = found;
+        Ok(state)
+    }
+
+    fn in_words(&self, coordinate: &Coordinate) -> String {
+        let body = |body: &BodyId| &self.mechanism.bodies()[body.0].name;
+        let axis = |axis: &usize| ["x", "y", "z"].get(*axis).copied().unwrap_or("?");
+        match coordinate {
+            Coordinate::Joint { joint, freedom } => {
+                let name = self.joint_name(joint.0);
+                let count = self.topology.joint_types[joint.0].freedoms().len();
+                if count > 1 {
+                    format!("coordinate {} of joint `{name}`", freedom + 1)
+                } else {
+                    format!("the coordinate of joint `{name}`")
+                }
+            }
+            Coordinate::Position { body: b, axis: a } => {
+                format!("position {} of body `{}`", axis(a), body(b))
+            }
+            Coordinate::Angle { body: b, index, .. } => {
+                format!("angle {} of body `{}`", index + 1, body(b))
+            }
+            Coordinate::RotationVector { body: b, axis: a } => {
+                format!("rotation {} of body `{}`", axis(a), body(b))
+            }
+        }
+    }
+}

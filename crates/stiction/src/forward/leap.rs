@@ -1,0 +1,333 @@
+//! One step of the nonsmooth time stepper (Moreau 1988, Jean 1999): velocity level, laws at its end.
+//!
+//! With the tree's mass matrix `M` in the middle of the step, velocities `v` before and `w` after it:
+//!
+//! ```text
+//! M (w - v) = h (what drives) + J^T (impulses of loops and drives) + (impulses of friction)
+//! ```
+//!
+//! with `J w` what is prescribed at the end, and friction laws between impulses and `w`: each contact's
+//! friction is bounded by its own reaction of the same step. Stops and reversals within the step need no
+//! event, a contact that sticks has `w = 0`, and where friction makes velocities jump they jump.
+
+use super::Forward;
+use super::balance::{Balance, Response};
+use super::cone::{Cone, Found, Kind, Member, Smooth, mode_of};
+use super::error::ForwardError;
+use super::evaluate::{Ground, Unsolved};
+use super::inputs::Inputs;
+use super::rows::Rows;
+use super::rub::{Contact, is_smooth, law_of, norm};
+use crate::dynamics::Pull;
+use crate::friction::{Bristles, Law};
+use crate::kinematics::{State, Target};
+
+/// Laws must hold to this part of the largest force.
+const HOLDS: f64 = 1e-9;
+/// So much of a rate, as part of the largest, counts as much of a force: what holds has no more than 1e-6.
+const SLACK: f64 = 1e-3;
+
+/// What a step ends with.
+pub(super) struct Leap {
+    /// Not yet projected.
+    pub(super) state: State<f64>,
+    pub(super) modes: Vec<Contact>,
+    pub(super) bristles: Vec<[f64; 3]>,
+    /// Of the surfaces at the end, m/s.
+    pub(super) velocities: Vec<[f64; 3]>,
+    /// At the surfaces, N.
+    pub(super) frictions: Vec<[f64; 3]>,
+    /// N.
+    pub(super) loads: Vec<f64>,
+    pub(super) drives: Vec<f64>,
+    pub(super) response: Response,
+    /// The largest rate of the tree at the end without friction, lengths in characteristic lengths.
+    pub(super) free_rate: f64,
+    /// Work of drives and loads, and what dampers and contacts dissipate, J.
+    pub(super) work: Work,
+    pub(super) redundant: usize,
+    pub(super) mobility: usize,
+    pub(super) distance: f64,
+}
+
+/// Energies of one step, J.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Work {
+    pub(super) drives: Vec<f64>,
+    pub(super) loads: f64,
+    pub(super) dampers: f64,
+    pub(super) contacts: Vec<f64>,
+}
+
+/// A law that is a smooth function of velocity.
+#[derive(Clone, Debug)]
+struct Regularised {
+    law: Law,
+    backward: Option<Law>,
+}
+
+impl Smooth for Regularised {
+    fn friction(&self, load: f64, velocity: [f64; 3]) -> [f64; 3] {
+        let speed = norm(velocity);
+        if speed == 0.0 {
+            return [0.0; 3];
+        }
+        let backward = self.backward.as_ref().filter(|_| velocity[0] < 0.0);
+        let resistance = backward.unwrap_or(&self.law).sliding(speed);
+        velocity.map(|v| v / speed * resistance.force(load))
+    }
+    fn boxed(&self) -> Box<dyn Smooth> {
+        Box::new(self.clone())
+    }
+}
+
+/// Bristles, whose deflection at the end of the step follows from the velocity there (implicit Euler).
+#[derive(Clone, Debug)]
+struct Bristly {
+    law: Law,
+    backward: Option<Law>,
+    own: Bristles,
+    before: [f64; 3],
+    step: f64,
+}
+
+impl Bristly {
+    fn law(&self, velocity: [f64; 3]) -> &Law {
+        self.backward.as_ref().filter(|_| velocity[0] < 0.0).unwrap_or(&self.law)
+    }
+
+    fn deflection(&self, velocity: [f64; 3]) -> [f64; 3] {
+        let speed = norm(velocity);
+        let decay = self.own.stiffness * speed / self.law(velocity).coefficient(speed);
+        [0, 1, 2].map(|i| (self.before[i] + self.step * velocity[i]) / (1.0 + self.step * decay))
+    }
+}
+
+impl Smooth for Bristly {
+    fn friction(&self, load: f64, velocity: [f64; 3]) -> [f64; 3] {
+        let after = self.deflection(velocity);
+        let viscous = self.law(velocity).viscous;
+        [0, 1, 2].map(|i| {
+            let rate = (after[i] - self.before[i]) / self.step;
+            load * self.own.coefficient(after[i], rate) + viscous * velocity[i]
+        })
+    }
+    fn boxed(&self) -> Box<dyn Smooth> {
+        Box::new(self.clone())
+    }
+}
+
+impl Forward {
+    /// A step of length `step` from a state in which contacts do what `modes` says; `near` are frictions at
+    /// the surfaces nearby, N.
+    pub(super) fn leap(
+        &self,
+        time: f64,
+        step: f64,
+        from: &State<f64>,
+        (modes, bristles, near): (&[Contact], &[[f64; 3]], &[[f64; 3]]),
+        inputs: &mut dyn Inputs,
+    ) -> Result<Leap, ForwardError> {
+        let (topology, parameters) = (&self.topology, &self.parameters);
+        let mut middle = from.clone();
+        let half: Vec<f64> = from.rates.iter().map(|v| 0.5 * step * v).collect();
+        middle.advance(topology, &half);
+        let ground = self.ground(time + 0.5 * step, middle, bristles, (&[], &[]), inputs);
+        let ends = self.targets(time + step, inputs);
+        let still: Vec<_> = ends.iter().map(|end| Target { acceleration: 0.0, ..*end }).collect();
+        let (held, _) = self.held(&still, &[], &[], &[]);
+        let mut rows = Rows::new(topology, parameters, &ground.bodies, &held);
+        let n = topology.freedoms();
+        for (index, row) in rows.rows.iter_mut().enumerate() {
+            let entries = &rows.matrix[index * n..(index + 1) * n];
+            let has: f64 = entries.iter().zip(&from.rates).map(|(a, b)| a * b).sum();
+            let wanted = index.checked_sub(topology.constraints).map_or(0.0, |k| ends[k].rate);
+            // At the end the row has changed by half a step's change; `right` is minus the rate of that.
+            row.right = (wanted - has) / step + 0.5 * row.right;
+        }
+        let scene = self.scene(&ground);
+        let balance = Balance::new(&scene, rows)
+            .map_err(|m| self.unsolved(time, Unsolved::Massless(m.rates)))?;
+        let smooth = vec![Contact::Sticks; modes.len()];
+        let (_, efforts) = self.acting(&ground, &smooth);
+        let base = balance.respond(&scene, &efforts, true);
+        let (mut members, mut units) = (Vec::new(), Vec::new());
+        for contact in 0..modes.len() {
+            let first = units.len();
+            for wrench in self.unit_frictions(&ground, contact) {
+                let joint = parameters.contacts[contact].joint;
+                units.push(balance.respond(&scene, &[(joint, wrench)], false));
+            }
+            let kind = self.kind(&ground, contact, modes[contact], bristles[contact], step);
+            members.push(Member { contact, places: first..units.len(), kind });
+        }
+        let count = units.len();
+        let (mut free, mut change) = (vec![0.0; count], vec![0.0; count * count]);
+        let none = vec![0.0; n];
+        for member in &members {
+            let drift = self.surface_acceleration(&ground, &none, member.contact);
+            for (place, i) in member.places.clone().enumerate() {
+                let rate = |rates: &[f64]| self.surface_rate(&ground, rates, member.contact, place);
+                free[i] =
+                    rate(&from.rates) + step * (rate(&base.accelerations) + 0.5 * drift[place]);
+                for (j, unit) in units.iter().enumerate() {
+                    change[i * count + j] = step * rate(&unit.accelerations);
+                }
+            }
+        }
+        let rate = |k: usize| (from.rates[k] + step * base.accelerations[k]) / self.columns[k];
+        let free_rate = (0..n).fold(0.0_f64, |m, k| m.max(rate(k).abs()));
+        let mut cone =
+            Cone::new(parameters, &ground.bodies, members, free, change, (&base, &units));
+        // What is redundant agrees to the third power of the step; projection removes the rest.
+        cone.slack = SLACK;
+        let start: Vec<f64> =
+            cone.members.iter().flat_map(|m| near[m.contact][..m.places.len()].to_vec()).collect();
+        let found = cone.solve(&start, 1.0).filter(|found| found.missed <= HOLDS);
+        let Some(found) = found else {
+            let joint = self.joint_name(parameters.contacts.first().map_or(0, |c| c.joint));
+            return Err(ForwardError::NoChoice { time, joint });
+        };
+        let members = cone.members;
+        let mut response = base;
+        for (unit, amount) in units.iter().zip(&found.amounts) {
+            response.add(unit, *amount);
+        }
+        Ok(self.land(
+            &ground,
+            from,
+            step,
+            (&members, &found, free_rate),
+            (modes, balance, response),
+        ))
+    }
+
+    /// The law of one contact at the end of a step.
+    fn kind(
+        &self,
+        ground: &Ground,
+        contact: usize,
+        mode: Contact,
+        deflection: [f64; 3],
+        step: f64,
+    ) -> Kind {
+        let content = &self.parameters.contacts[contact];
+        let velocity = ground.velocities[contact];
+        let law = law_of(content, velocity[0]);
+        if let Some(own) = law.bristles {
+            let (law, backward) = (content.law.clone(), content.backward.clone());
+            let bristly = Bristly { law, backward, own, before: deflection, step };
+            return Kind::Smooth(Box::new(bristly));
+        }
+        if law.regularisation.is_some() {
+            let (law, backward) = (content.law.clone(), content.backward.clone());
+            return Kind::Smooth(Box::new(Regularised { law, backward }));
+        }
+        let speed = norm(velocity);
+        let slides = matches!(mode, Contact::Slides(_)) && speed > 0.0;
+        let coefficient = |law: &Law| {
+            if is_smooth(content) {
+                0.0
+            } else if slides {
+                law.coefficient(speed)
+            } else {
+                law.at_rest()
+            }
+        };
+        Kind::Dry {
+            forward: coefficient(&content.law),
+            backward: coefficient(content.backward.as_ref().unwrap_or(&content.law)),
+            viscous: law.viscous,
+        }
+    }
+
+    fn land(
+        &self,
+        ground: &Ground,
+        from: &State<f64>,
+        step: f64,
+        (members, found, free_rate): (&[Member], &Found, f64),
+        (before, balance, response): (&[Contact], Balance, Response),
+    ) -> Leap {
+        let (topology, parameters) = (&self.topology, &self.parameters);
+        let count = before.len();
+        let mut state = from.clone();
+        for (rate, a) in state.rates.iter_mut().zip(&response.accelerations) {
+            *rate += step * a;
+        }
+        let mean: Vec<f64> =
+            from.rates.iter().zip(&state.rates).map(|(v, w)| 0.5 * (v + w)).collect();
+        let by: Vec<f64> = mean.iter().map(|v| step * v).collect();
+        state.advance(topology, &by);
+        state.accelerations.clone_from(&response.accelerations);
+        let mut bodies = ground.bodies.clone();
+        bodies.move_with(topology, &mean);
+        let (mut modes, mut loads) = (before.to_vec(), vec![0.0; count]);
+        let (mut velocities, mut frictions) = (vec![[0.0; 3]; count], vec![[0.0; 3]; count]);
+        let mut bristles = ground.bristles.clone();
+        let mut work = Work { contacts: vec![0.0; count], ..Work::default() };
+        for ((member, load), holds) in members.iter().zip(&found.loads).zip(&found.holds) {
+            let contact = member.contact;
+            let content = &parameters.contacts[contact];
+            loads[contact] = *load;
+            for (place, i) in member.places.clone().enumerate() {
+                velocities[contact][place] = found.rates[i];
+                frictions[contact][place] = found.amounts[i];
+                let rate = self.surface_rate(ground, &mean, contact, place);
+                work.contacts[contact] += step * found.amounts[i] * rate;
+            }
+            if let Kind::Smooth(_) = &member.kind
+                && let Some(own) = content.law.bristles
+            {
+                let (law, backward) = (content.law.clone(), content.backward.clone());
+                let before = bristles[contact];
+                let bristly = Bristly { law, backward, own, before, step };
+                bristles[contact] = bristly.deflection(velocities[contact]);
+            }
+            if is_smooth(content) {
+                continue;
+            }
+            modes[contact] = if *holds {
+                velocities[contact] = [0.0; 3];
+                Contact::Sticks
+            } else {
+                match mode_of(&found.rates[member.places.clone()], 0.0) {
+                    Contact::AtLimit(direction) => Contact::Slides(direction),
+                    other => other,
+                }
+            };
+        }
+        let mut drives = ground.efforts.clone();
+        for (k, &actuator) in self.prescribed.iter().enumerate() {
+            drives[actuator] = response.multipliers[topology.constraints + k];
+        }
+        let rate = |actuator: usize| {
+            let at = topology.actuators[actuator];
+            bodies.joint_rates(topology, at.joint)[at.freedom]
+        };
+        work.drives = drives.iter().enumerate().map(|(k, f)| step * f * rate(k)).collect();
+        let power =
+            |l: &crate::dynamics::AppliedLoad<f64>| bodies.twist[l.body.0].power(l.wrench(&bodies));
+        work.loads = step * ground.loads.iter().map(power).sum::<f64>();
+        let damper = |spring: &crate::parameters::SpringParameters<f64>| {
+            let rate = Pull::of(spring, &bodies).rate;
+            spring.damping * rate * rate
+        };
+        work.dampers = step * parameters.springs.iter().map(damper).sum::<f64>();
+        Leap {
+            state,
+            modes,
+            bristles,
+            velocities,
+            frictions,
+            loads,
+            drives,
+            redundant: balance.spread.stresses.len(),
+            mobility: balance.mobility(topology.freedoms()),
+            distance: balance.distance(),
+            response,
+            free_rate,
+            work,
+        }
+    }
+}

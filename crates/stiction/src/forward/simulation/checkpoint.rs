@@ -1,0 +1,265 @@
+//! All that a simulation is at one instant, as plain numbers.
+
+use super::stepping::Stepping;
+use super::{Event, Settings, Simulation};
+use crate::forward::error::ForwardError;
+use crate::forward::evaluate::Instant;
+use crate::forward::integrator::Steps;
+use crate::forward::project::Anchor;
+use crate::forward::rub::Contact;
+use crate::forward::{Account, ContactMoment, Energies, Forward};
+use crate::kinematics::{Bodies, State};
+use crate::spatial::{Mat3, Pose, Twist, Vec3, Wrench};
+
+/// What a simulation goes on from, bit by bit as if it had not been interrupted. Controllers and other
+/// inputs have their own state, which whoever made them keeps.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Checkpoint {
+    /// The simulation's numbers; their order is its own and may change with the program's version.
+    pub numbers: Vec<f64>,
+    /// What happened up to here. It may be left out; a resumed simulation then begins with none.
+    pub events: Vec<Event>,
+}
+
+/// The first number: what follows is in this order.
+const FORMAT: f64 = 1.0;
+
+/// Numbers in and out by the same calls, so that both have the same order.
+enum Tape<'a> {
+    Out(&'a mut Vec<f64>),
+    In(std::slice::Iter<'a, f64>, bool),
+}
+
+impl Tape<'_> {
+    fn number(&mut self, x: &mut f64) {
+        match self {
+            Self::Out(numbers) => numbers.push(*x),
+            Self::In(rest, short) => match rest.next() {
+                Some(number) => *x = *number,
+                None => *short = true,
+            },
+        }
+    }
+
+    fn numbers<'x>(&mut self, all: impl IntoIterator<Item = &'x mut f64>) {
+        all.into_iter().for_each(|x| self.number(x));
+    }
+
+    fn count(&mut self, x: &mut usize) {
+        let mut number = *x as f64;
+        self.number(&mut number);
+        *x = number as usize;
+    }
+
+    fn flag(&mut self, x: &mut bool) {
+        let mut number = f64::from(u8::from(*x));
+        self.number(&mut number);
+        *x = number != 0.0;
+    }
+
+    fn vector(&mut self, v: &mut Vec3<f64>) {
+        self.numbers([&mut v.x, &mut v.y, &mut v.z]);
+    }
+
+    fn twist(&mut self, t: &mut Twist<f64>) {
+        self.vector(&mut t.angular);
+        self.vector(&mut t.linear);
+    }
+
+    fn wrench(&mut self, w: &mut Wrench<f64>) {
+        self.vector(&mut w.force);
+        self.vector(&mut w.moment);
+    }
+
+    fn pose(&mut self, pose: &mut Pose<f64>) {
+        let mut columns = pose.rotation.columns;
+        columns.iter_mut().for_each(|c| self.vector(c));
+        pose.rotation = Mat3::from_columns(columns[0], columns[1], columns[2]);
+        self.vector(&mut pose.position);
+    }
+
+    fn option(&mut self, x: &mut Option<f64>) {
+        let mut some = x.is_some();
+        self.flag(&mut some);
+        let mut number = x.unwrap_or(0.0);
+        self.number(&mut number);
+        *x = some.then_some(number);
+    }
+
+    fn mode(&mut self, mode: &mut Contact) {
+        let (mut kind, mut direction) = match *mode {
+            Contact::Smooth => (0, [0.0; 3]),
+            Contact::Slides(d) => (1, d),
+            Contact::Sticks => (2, [0.0; 3]),
+            Contact::AtLimit(d) => (3, d),
+        };
+        self.count(&mut kind);
+        self.numbers(&mut direction);
+        *mode = match kind {
+            0 => Contact::Smooth,
+            1 => Contact::Slides(direction),
+            2 => Contact::Sticks,
+            _ => Contact::AtLimit(direction),
+        };
+    }
+}
+
+impl<'a> Simulation<'a> {
+    /// What it goes on from.
+    pub fn checkpoint(&self) -> Checkpoint {
+        let mut numbers = vec![FORMAT];
+        self.clone().pass(&mut Tape::Out(&mut numbers));
+        Checkpoint { numbers, events: self.events.clone() }
+    }
+
+    fn pass(&mut self, tape: &mut Tape<'_>) {
+        let now = &mut self.now;
+        tape.number(&mut now.time);
+        let State { coordinates, rates, accelerations } = &mut now.state;
+        tape.numbers(coordinates.iter_mut().chain(rates).chain(accelerations));
+        now.bodies.acceleration.iter_mut().for_each(|t| tape.twist(t));
+        tape.numbers(&mut now.drives);
+        now.wrenches.iter_mut().for_each(|w| tape.wrench(w));
+        for moment in &mut now.contacts {
+            tape.mode(&mut moment.contact);
+            tape.numbers(&mut moment.velocity);
+            tape.number(&mut moment.load);
+            tape.numbers(&mut moment.friction);
+            tape.number(&mut moment.limit);
+        }
+        tape.numbers(now.bristle_rates.iter_mut().flatten());
+        let account = &mut now.account;
+        tape.numbers([&mut account.kinetic, &mut account.potential]);
+        tape.numbers(account.drives.iter_mut().chain(&mut account.contacts));
+        tape.numbers([&mut account.loads, &mut account.dampers]);
+        tape.option(&mut now.coupling);
+        tape.count(&mut now.redundant);
+        tape.count(&mut now.mobility);
+        tape.number(&mut now.distance);
+        self.modes.iter_mut().for_each(|m| tape.mode(m));
+        let mut anchors = self.anchors.len();
+        tape.count(&mut anchors);
+        let none = Anchor { joint: 0, freedom: 0, pose: Pose::identity() };
+        // No joint has more than six freedoms: a number beyond is no number of ours.
+        self.anchors.resize(anchors.min(6 * self.model.topology.joint_types.len()), none);
+        for anchor in &mut self.anchors {
+            tape.count(&mut anchor.joint);
+            tape.count(&mut anchor.freedom);
+            tape.pose(&mut anchor.pose);
+        }
+        self.frozen.iter_mut().for_each(|f| tape.flag(f));
+        tape.numbers(self.bristles.iter_mut().flatten());
+        tape.numbers(&mut self.grips);
+        tape.numbers(self.shares.iter_mut().flatten());
+        tape.number(&mut self.overload);
+        let energies = &mut self.energies;
+        tape.numbers(energies.drives.iter_mut().chain(&mut energies.contacts));
+        tape.numbers([&mut energies.loads, &mut energies.dampers, &mut energies.turnover]);
+        tape.numbers([&mut self.energy_at_start, &mut self.fastest, &mut self.fastest_rate]);
+        tape.number(&mut self.step);
+        tape.flag(&mut self.told_of_others);
+        tape.count(&mut self.told_of_shares);
+        tape.count(&mut self.stalled);
+        tape.count(&mut self.evaluations);
+        tape.count(&mut self.pace.0);
+        tape.number(&mut self.pace.1);
+        let mut steps = self.stepping.is_some();
+        tape.flag(&mut steps);
+        let stepping = self.stepping.get_or_insert(Stepping { step: 0.0, quiet: 0, wait: 0 });
+        tape.number(&mut stepping.step);
+        tape.count(&mut stepping.quiet);
+        tape.count(&mut stepping.wait);
+        if !steps {
+            self.stepping = None;
+        }
+    }
+}
+
+impl Forward {
+    /// Goes on from a checkpoint of a simulation of the same mechanism, with the same settings or others.
+    ///
+    /// # Errors
+    /// [`ForwardError::Checkpoint`] where its numbers are not those of such a simulation.
+    pub fn resume(
+        &self,
+        checkpoint: &Checkpoint,
+        settings: Settings,
+    ) -> Result<Simulation<'_>, ForwardError> {
+        let topology = &self.topology;
+        let (joints, contacts) = (topology.joint_types.len(), self.parameters.contacts.len());
+        let moment = ContactMoment {
+            contact: Contact::Smooth,
+            velocity: [0.0; 3],
+            load: 0.0,
+            friction: [0.0; 3],
+            limit: 0.0,
+        };
+        let drives = vec![0.0; topology.actuators.len()];
+        let each = vec![0.0; contacts];
+        let now = Instant {
+            time: 0.0,
+            state: State::new(topology),
+            bodies: Bodies::new(topology),
+            drives: drives.clone(),
+            wrenches: vec![Wrench::zero(); joints],
+            contacts: vec![moment; contacts],
+            bristle_rates: vec![[0.0; 3]; contacts],
+            account: Account {
+                drives: drives.clone(),
+                contacts: each.clone(),
+                ..Account::default()
+            },
+            coupling: None,
+            redundant: 0,
+            mobility: 0,
+            distance: 0.0,
+        };
+        let mut simulation = Simulation {
+            model: self,
+            settings,
+            now,
+            modes: vec![Contact::Smooth; contacts],
+            anchors: Vec::new(),
+            frozen: vec![false; topology.freedoms()],
+            bristles: vec![[0.0; 3]; contacts],
+            grips: vec![1.0; contacts],
+            shares: vec![[0.0; 3]; contacts],
+            overload: 1.0,
+            energies: Energies { drives, contacts: each, ..Energies::default() },
+            energy_at_start: 0.0,
+            fastest: 0.0,
+            fastest_rate: 0.0,
+            step: 0.0,
+            events: checkpoint.events.clone(),
+            told_of_others: false,
+            told_of_shares: 0,
+            stalled: 0,
+            steps: Steps::default(),
+            scales: Vec::new(),
+            evaluations: 0,
+            stepping: None,
+            pace: (0, 0.0),
+        };
+        let Some((&FORMAT, numbers)) = checkpoint.numbers.split_first() else {
+            return Err(ForwardError::Checkpoint);
+        };
+        let mut tape = Tape::In(numbers.iter(), false);
+        simulation.pass(&mut tape);
+        let Tape::In(rest, short) = tape else { return Err(ForwardError::Checkpoint) };
+        let joints_fit = simulation.anchors.iter().all(|anchor| {
+            let joint_type = topology.joint_types.get(anchor.joint);
+            joint_type.is_some_and(|joint_type| anchor.freedom < joint_type.freedoms().len())
+        });
+        let sound = numbers.iter().all(|x| x.is_finite());
+        if short || rest.len() > 0 || !sound || !joints_fit {
+            return Err(ForwardError::Checkpoint);
+        }
+        let Instant { state, bodies, .. } = &mut simulation.now;
+        let accelerations = bodies.acceleration.clone();
+        bodies.place(topology, &self.parameters, &state.coordinates);
+        bodies.move_with(topology, &state.rates);
+        bodies.acceleration = accelerations;
+        simulation.scales = simulation.error_scales();
+        Ok(simulation)
+    }
+}

@@ -1,0 +1,159 @@
+//! Where a simulation begins: from partial information, and from where another one was.
+
+mod common;
+
+use common::*;
+use stiction::forward::{
+    Checkpoint, ConstantEfforts, Forward, ForwardError, Inputs, Known, Method, Settings, View,
+};
+use stiction::kinematics::{Coordinate, Target};
+
+fn crank(model: &Forward, joint: &str, value: Option<f64>, rate: Option<f64>) -> Known {
+    let joint = model.mechanism().joint_id(joint).unwrap();
+    Known { coordinate: Coordinate::Joint { joint, freedom: 0 }, value, rate }
+}
+
+/// The slider-crank from its crank's angle and its slider's speed: `l = 0.3`, `r = 0.1`.
+#[test]
+fn values_of_one_joint_and_rates_of_another() {
+    let model = Forward::new(slider_crank().mechanism, &[]);
+    let (angle, speed) = (0.7_f64, -0.4);
+    let known = [crank(&model, "A", Some(angle), None), crank(&model, "guide", None, Some(speed))];
+    let state = model.assemble_from(&[], &known).unwrap();
+    let mut inputs = ConstantEfforts(vec![0.0]);
+    let simulation = model.start(0.0, state, Settings::default(), &mut inputs).unwrap();
+    let now = simulation.instant();
+    let relative = |joint: usize| now.bodies.frame_j[joint].inverse() * now.bodies.frame_k[joint];
+    let slide = relative(3).position.norm();
+    let (r, l) = (0.1, 0.3);
+    let root = (l * l - (r * angle.sin()).powi(2)).sqrt();
+    assert!((slide - (r * angle.cos() + root)).abs() < 1e-13, "{slide}");
+    let ratio = -r * angle.sin() - r * r * angle.sin() * angle.cos() / root;
+    let rate = now.bodies.joint_rates(model.topology(), 0)[0];
+    assert!((rate - speed / ratio).abs() < 1e-12, "{rate}");
+}
+
+#[test]
+fn what_contradicts_is_named() {
+    let model = Forward::new(slider_crank().mechanism, &[]);
+    // The crank at 0.7 rad has its slider at 0.369 m, not at 0.2 m.
+    let known = [crank(&model, "A", Some(0.7), None), crank(&model, "guide", Some(0.2), None)];
+    let error = model.assemble_from(&[], &known).unwrap_err();
+    println!("{error}");
+    let ForwardError::Contradiction { rates: false, by, .. } = error else { panic!("{error}") };
+    assert!(by > 1e-3);
+    let known = [crank(&model, "A", Some(0.7), Some(1.0)), crank(&model, "guide", None, Some(1.0))];
+    let error = model.assemble_from(&[], &known).unwrap_err();
+    println!("{error}");
+    assert!(matches!(error, ForwardError::Contradiction { rates: true, .. }));
+    assert!(error.to_string().contains("joint `"));
+    let known = [crank(&model, "A", Some(f64::NAN), None)];
+    assert!(model.assemble_from(&[], &known).is_err());
+}
+
+/// A platform of three freedoms of which one rate is known: the others are such that no other motion with
+/// this rate has less kinetic energy.
+#[test]
+fn open_rates_have_least_kinetic_energy() {
+    let robot = symmetric_3rps(None);
+    let model = Forward::new(robot.mechanism.clone(), &[]);
+    let known: Vec<Known> = robot
+        .coordinates
+        .iter()
+        .zip([(Some(0.55), None), (Some(0.1), Some(0.8)), (Some(-0.05), None)])
+        .map(|(&coordinate, (value, rate))| Known { coordinate, value, rate })
+        .collect();
+    let state = model.assemble_from(&robot.homes, &known).unwrap();
+    let energy = |state| {
+        let mut inputs = ConstantEfforts(vec![0.0; 3]);
+        let simulation = model.start(0.0, state, Settings::default(), &mut inputs).unwrap();
+        simulation.instant().account.kinetic
+    };
+    let least = energy(state.clone());
+    let all = |rates: [f64; 3]| {
+        let known: Vec<Known> = known
+            .iter()
+            .zip(rates)
+            .map(|(known, rate)| Known { rate: Some(rate), ..*known })
+            .collect();
+        energy(model.assemble_from(&robot.homes, &known).unwrap())
+    };
+    let mut smallest = f64::INFINITY;
+    for z in -20..=20 {
+        for beta in -20..=20 {
+            smallest = smallest.min(all([0.02 * f64::from(z), 0.8, 0.1 * f64::from(beta)]));
+        }
+    }
+    println!("{least} {smallest}");
+    assert!(least > 0.0 && least <= smallest * (1.0 + 1e-12), "{least} {smallest}");
+    assert!(smallest < 1.02 * least, "{least} {smallest}");
+}
+
+/// Nothing known but nothing asked: the model's own guess, loops closed, at rest.
+#[test]
+fn nothing_known_is_rest_at_the_guess() {
+    let robot = symmetric_3rps(None);
+    let model = Forward::new(robot.mechanism.clone(), &[]);
+    let state = model.assemble_from(&robot.homes, &[]).unwrap();
+    assert!(state.rates.iter().all(|rate| *rate == 0.0));
+    let at = |value| Target { value, rate: 0.0, acceleration: 0.0 };
+    let same =
+        model.assemble(&robot.homes, &robot.coordinates, &[at(0.55), at(0.0), at(0.0)]).unwrap();
+    // The guess of this robot is closed to rounding.
+    let apart = state.coordinates.iter().zip(&same.coordinates).map(|(a, b)| (a - b).abs());
+    assert!(apart.fold(0.0, f64::max) < 1e-12);
+}
+
+struct Swing;
+
+impl Inputs for Swing {
+    fn efforts(&mut self, view: &View<'_>, efforts: &mut [f64]) {
+        for (k, effort) in efforts.iter_mut().enumerate() {
+            *effort = 47.4 + 12.0 * (9.0 * view.time * (1.0 + 0.2 * k as f64)).sin();
+        }
+    }
+}
+
+/// Interrupted and resumed in the middle of sticking and sliding: every number is the same, bit by bit.
+#[test]
+fn a_resumed_simulation_is_the_same_bit_by_bit() {
+    let rub = [
+        friction(0.12, 0.4 / 0.0125_f64.powi(2), Some(0.0125)),
+        friction(0.12, 30.0, None),
+        friction(0.1, 0.1 / 0.025_f64.powi(2), Some(0.025)),
+    ];
+    let robot = symmetric_3rps(Some(rub));
+    let model = Forward::new(robot.mechanism.clone(), &[]);
+    let at = |value| Target { value, rate: 0.0, acceleration: 0.0 };
+    let state =
+        model.assemble(&robot.homes, &robot.coordinates, &[at(0.55), at(0.0), at(0.0)]).unwrap();
+    for method in [Method::Automatic, Method::TimeStepping] {
+        let settings = Settings {
+            relative: 1e-7,
+            absolute: 1e-9,
+            method,
+            time_step_tolerance: 1e-5,
+            ..Settings::default()
+        };
+        let mut whole = model.start(0.0, state.clone(), settings, &mut Swing).unwrap();
+        whole.advance(0.06, &mut Swing).unwrap();
+        let saved = whole.checkpoint();
+        // As text and back, as a file would have it.
+        let text: Vec<String> = saved.numbers.iter().map(|x| format!("{x:e}")).collect();
+        let numbers = text.iter().map(|x| x.parse().unwrap()).collect();
+        let read = Checkpoint { numbers, events: saved.events.clone() };
+        assert_eq!(read, saved);
+        let mut resumed = model.resume(&read, settings).unwrap();
+        assert_eq!(resumed.checkpoint(), saved);
+        for until in [0.11, 0.4] {
+            whole.advance(until, &mut Swing).unwrap();
+            resumed.advance(until, &mut Swing).unwrap();
+            assert_eq!(whole.checkpoint(), resumed.checkpoint(), "{until}");
+        }
+        assert!(whole.events().len() > saved.events.len());
+        for wrong in [vec![], saved.numbers[1..].to_vec(), [&saved.numbers[..], &[0.0]].concat()] {
+            let wrong = Checkpoint { numbers: wrong, events: vec![] };
+            assert!(matches!(model.resume(&wrong, settings), Err(ForwardError::Checkpoint)));
+        }
+    }
+}
