@@ -43,7 +43,7 @@ pub enum EventKind {
     NotUnique {
         /// The joint whose load differs most.
         joint: JointId,
-        /// See [`Instant::coupling`].
+        /// See [`crate::forward::Instant::coupling`].
         coupling: f64,
         /// The others that were found.
         others: Vec<Competitor>,
