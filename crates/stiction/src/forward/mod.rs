@@ -15,6 +15,7 @@ mod initial;
 mod inputs;
 mod integrator;
 mod leap;
+mod joints;
 mod masses;
 mod project;
 mod rows;

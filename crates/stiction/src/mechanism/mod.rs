@@ -17,6 +17,7 @@ pub use warning::Warning;
 
 use crate::friction::Contact;
 use crate::joint::JointType;
+use crate::kinematics::Bodies;
 use crate::spatial::{Mat3, Pose, Vec3};
 
 /// A body's index in [`Mechanism::bodies`]; the ground is [`BodyId::GROUND`].
@@ -151,6 +152,37 @@ impl Mechanism {
     /// The joint with this name.
     pub fn joint_id(&self, name: &str) -> Option<JointId> {
         self.joints.iter().position(|j| j.name == name).map(JointId)
+    }
+
+    /// The same mechanism without any friction in its joints.
+    pub fn without_friction(&self) -> Self {
+        let mut other = self.clone();
+        other.joints.iter_mut().for_each(|joint| joint.friction.clear());
+        other
+    }
+
+    /// The same mechanism with an actuator on this freedom of this joint as well, such as a lock; unchanged
+    /// if there is no such freedom, or none that an actuator could drive.
+    pub fn with_actuator(&self, joint: JointId, freedom: usize) -> Self {
+        let mut other = self.clone();
+        if let Some(joint) = other.joints.get_mut(joint.0)
+            && joint.joint_type.has_scalar_coordinates()
+            && let Some(actuated) = joint.actuated.get_mut(freedom)
+        {
+            *actuated = true;
+        }
+        other
+    }
+
+    /// The same mechanism with each joint's start coordinates where the joint stands in `bodies`, which are
+    /// those of this mechanism: assembly from there finds this position again.
+    pub fn starting_at(&self, bodies: &Bodies<f64>) -> Self {
+        let mut other = self.clone();
+        for ((joint, j), k) in other.joints.iter_mut().zip(&bodies.frame_j).zip(&bodies.frame_k) {
+            let relative = j.inverse() * *k;
+            joint.joint_type.write_coordinates(relative, joint.pitch, &mut joint.start);
+        }
+        other
     }
 
     /// All actuated freedoms in the order of the joints: the order of all lists of drives.

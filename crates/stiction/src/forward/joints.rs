@@ -1,0 +1,72 @@
+//! How single joints move.
+
+use super::Forward;
+use crate::kinematics::{Bodies, State, Target};
+use crate::mechanism::JointId;
+use crate::topology::{Link, Node, Role};
+
+impl Forward {
+    /// The coordinate of a joint's freedom, rad or m, where the tree and the bodies are like this. Angles
+    /// of joints that close a loop lie within half a turn; joints without scalar coordinates have the
+    /// coordinate zero, and so have freedoms that are not there.
+    pub fn joint_coordinate(
+        &self,
+        state: &State<f64>,
+        bodies: &Bodies<f64>,
+        joint: JointId,
+        freedom: usize,
+    ) -> f64 {
+        let JointId(joint) = joint;
+        let (topology, joint_type) = (&self.topology, self.topology.joint_types[joint]);
+        if !joint_type.has_scalar_coordinates() {
+            return 0.0;
+        }
+        if let Role::Tree { node } = topology.role[joint]
+            && let Node { link: Link::Joint { .. }, coordinates, .. } = &topology.nodes[node]
+        {
+            let own = &state.coordinates[coordinates.clone()];
+            return own.get(freedom).copied().unwrap_or(0.0);
+        }
+        let relative = bodies.frame_j[joint].inverse() * bodies.frame_k[joint];
+        let nearest = joint_type.nearest(relative, self.parameters.pitch[joint]).1;
+        nearest.get(freedom).copied().unwrap_or(0.0)
+    }
+
+    /// Coordinate, as [`Self::joint_coordinate`], rate and acceleration of a joint's freedom where the tree
+    /// and the bodies move like this.
+    pub fn joint_motion(
+        &self,
+        state: &State<f64>,
+        bodies: &Bodies<f64>,
+        joint: JointId,
+        freedom: usize,
+    ) -> Target<f64> {
+        let topology = &self.topology;
+        let value = self.joint_coordinate(state, bodies, joint, freedom);
+        let Some(own) = topology.joint_types[joint.0].freedoms().get(freedom) else {
+            return Target { value, rate: 0.0, acceleration: 0.0 };
+        };
+        let (predecessor, successor) = topology.ends[joint.0];
+        let bias = bodies.joint_bias(topology, &self.parameters, joint.0);
+        let relative = bodies.acceleration[successor] - bodies.acceleration[predecessor] - bias;
+        Target {
+            value,
+            rate: bodies.joint_rates(topology, joint.0)[freedom],
+            acceleration: relative.power(bodies.effort(own, joint.0)),
+        }
+    }
+
+    /// The largest error of a loop's closure where bodies are like this, m (angles times the characteristic length).
+    pub fn closure_error(&self, bodies: &Bodies<f64>) -> f64 {
+        let topology = &self.topology;
+        let gaps = topology.cuts.iter().map(|cut| {
+            let relative = bodies.frame_j[cut.joint].inverse() * bodies.frame_k[cut.joint];
+            let pitch = self.parameters.pitch[cut.joint];
+            let nearest = topology.joint_types[cut.joint].nearest(relative, pitch).0;
+            let gap = nearest.inverse() * relative;
+            let turn = gap.rotation.rotation_vector().norm() * self.parameters.length;
+            gap.position.norm().max(turn)
+        });
+        gaps.fold(0.0, f64::max)
+    }
+}
