@@ -110,6 +110,9 @@
 //! comes from samples: columns like `time [s]`, `platform.x [mm]`, and if known the derivatives
 //! `d(platform.x) [mm/s]` and `dd(platform.x) [mm/s^2]`. See [`Motion::interpolation`].
 //!
+//! Drives are keyed by actuator: `leg1.P = 50 N`; a file of them has columns like `leg1.P [N]` or, as results
+//! have, `leg1.P.drive [N]`. See [`Model::parse_drives`], [`Model::parse_control`].
+//!
 //! A load is keyed by body: `platform = { force = [...], moment = [...], at = [...], axes = "world" }`.
 //!
 //! [`json_schema`] describes all keys for editors; the models of the [`gallery`] are examples.
@@ -128,6 +131,9 @@ mod source;
 pub use course::Course;
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use fields::json_schema;
-pub use model::{AppliedWrench, Leg, LoadCase, Model, Motion};
+pub use model::{
+    AppliedWrench, Channel, Control, ControlType, Drives, FrictionFeed, Leg, LoadCase, Model,
+    Motion,
+};
 pub use read::read;
 pub use source::{Place, Source};

@@ -27,6 +27,12 @@ pub(crate) enum Measure {
     PerLength,
     /// Damping of bristles for each newton of load.
     PerSpeed,
+    /// Moment for an angle.
+    AngularStiffness,
+    /// Moment for an angular rate.
+    AngularDamping,
+    /// Cycles for a time.
+    Frequency,
     Number,
     /// Anything: a parameter.
     Any,
@@ -62,6 +68,9 @@ impl Measure {
             Self::Speed => Dimension::of(1, 0, -1),
             Self::PerLength => Dimension::of(-1, 0, 0),
             Self::PerSpeed => Dimension::of(-1, 0, 1),
+            Self::AngularStiffness => Dimension::of(2, 1, -2).with_angle(-1),
+            Self::AngularDamping => Dimension::of(2, 1, -1).with_angle(-1),
+            Self::Frequency => Dimension::of(0, 0, -1),
             Self::Number | Self::Any => Dimension::NONE,
         }
     }
@@ -86,6 +95,9 @@ impl Measure {
             Self::Speed => ("a speed", "10 mm/s", "m/s"),
             Self::PerLength => ("a stiffness per load", "20 N/um / 100 N", "1/m"),
             Self::PerSpeed => ("a damping per load", "300 N s/m / 100 N", "s/m"),
+            Self::AngularStiffness => ("an angular stiffness", "500 N m/rad", "N m/rad"),
+            Self::AngularDamping => ("an angular damping", "5 N m s/rad", "N m s/rad"),
+            Self::Frequency => ("a frequency", "10 Hz", "Hz"),
             Self::Number => ("a plain number", "0.12", ""),
             Self::Any => ("a quantity", "200 mm", ""),
         };
@@ -115,6 +127,11 @@ impl Measure {
         if inverse {
             return Some("this is a stiffness; write one over it: \"1/(200 N/um)\"".to_owned());
         }
+        if self == Self::Frequency && found.has_angle() {
+            return Some(
+                "give cycles for a second: divide an angular frequency by 2*pi rad".to_owned(),
+            );
+        }
         turning.then(|| {
             "it acts at the sliding surface: divide it by the square of the contact's radius"
                 .to_owned()
@@ -128,7 +145,9 @@ impl Measure {
         let bare = found.is_none() && (!found.is_angle() || wanted.is_none());
         let number_from_angle = self == Self::Number && found.is_angle();
         let fine = self == Self::Any || wanted.same(found) || bare;
-        (!fine || number_from_angle).then_some(move |span| {
+        // An angular frequency is another number than the frequency.
+        let turns = self == Self::Frequency && found.has_angle();
+        (!fine || number_from_angle || turns).then_some(move |span| {
             Fault::new(
                 span,
                 format!("expected {}, found {}", self.expected(), found.describe()),

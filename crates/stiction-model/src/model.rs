@@ -75,6 +75,73 @@ impl Motion {
     }
 }
 
+/// Efforts that actuators exert.
+#[derive(Clone, Debug, Default)]
+pub struct Drives {
+    /// One line that says what they are; may be empty.
+    pub title: String,
+    /// Efforts by the actuator's index ([`Mechanism::actuators`]), N or N m; the others exert none.
+    pub efforts: Vec<(usize, Course)>,
+    /// The instants of the samples from which they come, s, strictly increasing.
+    pub samples: Option<Vec<f64>>,
+    /// How the gaps between samples are filled, in words.
+    pub interpolation: Option<String>,
+}
+
+/// How a controller computes efforts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ControlType {
+    /// Proportional to errors of position and of rate.
+    Pd,
+    /// The efforts that inverse dynamics says for the wanted acceleration, corrected by the errors.
+    ComputedTorque,
+}
+
+/// Where computed torque takes friction from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrictionFeed {
+    /// It knows of no friction.
+    Off,
+    /// That of the motion that is wanted.
+    Reference,
+    /// That of the motion that is measured.
+    Measured,
+}
+
+/// A controller that samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Control {
+    /// One line that says what it is; may be empty.
+    pub title: String,
+    /// How efforts are computed.
+    pub control: ControlType,
+    /// Where friction comes from.
+    pub friction: FrictionFeed,
+    /// Time between samples, s.
+    pub period: f64,
+    /// Natural frequency of the closed loop without friction, rad/s.
+    pub bandwidth: f64,
+    /// Damping ratio of the same.
+    pub damping: f64,
+    /// Whether rates are differences of measured positions.
+    pub differences: bool,
+    /// For each actuator ([`Mechanism::actuators`]) what is its own.
+    pub channels: Vec<Channel>,
+}
+
+/// What of a controller is an actuator's own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Channel {
+    /// Effort for an error of position, N/m or N m/rad, if it is given.
+    pub proportional: Option<f64>,
+    /// Effort for an error of the rate, N s/m or N m s/rad, if it is given.
+    pub derivative: Option<f64>,
+    /// Step of the measured position, m or rad; zero for none.
+    pub resolution: f64,
+    /// Greatest effort, N or N m; infinite for none.
+    pub limit: f64,
+}
+
 /// Forces and moments from outside.
 #[derive(Clone, Debug, Default)]
 pub struct LoadCase {

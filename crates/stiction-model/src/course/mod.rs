@@ -2,9 +2,11 @@
 
 mod banded;
 mod hermite;
+mod monotone;
 mod quintic;
 
 pub(crate) use hermite::{Samples, Spline};
+pub(crate) use monotone::Monotone;
 
 use crate::diagnostic::Diagnostic;
 use crate::expression::Formula;
@@ -26,6 +28,7 @@ enum Shape {
     Constant(f64),
     Formula(Arc<Written>),
     Spline(Arc<Spline>),
+    Monotone(Arc<Monotone>),
 }
 
 /// A formula and where it stands.
@@ -59,6 +62,10 @@ impl Course {
         Self { shape: Shape::Spline(Arc::new(spline)) }
     }
 
+    pub(crate) fn monotone(curve: Monotone) -> Self {
+        Self { shape: Shape::Monotone(Arc::new(curve)) }
+    }
+
     /// The value at time `t` (s) with its exact first and second time derivative, in SI units.
     ///
     /// A formula that has no finite value there gives what floating-point arithmetic gives;
@@ -72,6 +79,7 @@ impl Course {
                 Target { value: jet.value, rate: jet.first, acceleration: jet.second }
             }
             Shape::Spline(spline) => spline.at(t),
+            Shape::Monotone(curve) => curve.at(t),
         }
     }
 

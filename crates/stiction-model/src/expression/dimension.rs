@@ -42,6 +42,11 @@ impl Dimension {
         self.is_none() && self.radian != 0
     }
 
+    /// Whether an angle unit was written.
+    pub(crate) fn has_angle(self) -> bool {
+        self.radian != 0
+    }
+
     /// Whether quantities of both can be added.
     pub(crate) fn same(self, other: Self) -> bool {
         (self.metre, self.kilogram, self.second) == (other.metre, other.kilogram, other.second)

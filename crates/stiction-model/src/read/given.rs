@@ -1,13 +1,14 @@
 //! Motions and loads given outside of the model file: by name, as a file, or as assignments.
 
+use super::actuators::Actuators;
 use super::context::Context;
 use super::motion::{self, Files};
 use super::names::Names;
 use super::path::Orders;
-use super::{load, recording, statement};
+use super::{control, drives, load, recording, statement};
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
 use crate::document::{self, Document, Table};
-use crate::model::{LoadCase, Model, Motion};
+use crate::model::{Control, Drives, LoadCase, Model, Motion};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
@@ -106,6 +107,65 @@ impl Model {
     pub fn read_load(&self, source: &Source) -> Result<LoadCase, Diagnostics> {
         let source = Arc::new(source.clone());
         self.document(&source, |context, names, table| Some(load::read(context, names, table)))
+    }
+
+    /// The efforts that `given` asks for: `none`, a CSV or TOML file, or assignments such as
+    /// `leg1.P = 50 N; leg2.P = 20 N*sin(2*pi*t)`.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, each at its place.
+    pub fn parse_drives(
+        &self,
+        given: &Source,
+        files: &dyn Fn(&str) -> Result<String, String>,
+    ) -> Result<Drives, Diagnostics> {
+        let source = Arc::new(given.clone());
+        let actuators = Actuators::of(&self.mechanism);
+        match kind(&given.text) {
+            Given::Name("none") => Ok(Drives::default()),
+            Given::Name(name) => Err(drives::unknown(&source, name)),
+            Given::File(name) => {
+                let source = Arc::new(file(&source, name, files)?);
+                if source.name.to_lowercase().ends_with(".toml") {
+                    return self.document(&source, |context, _, table| {
+                        Some(drives::read(context, &actuators, table))
+                    });
+                }
+                self.reading(&source, &[], |context, _| {
+                    recording::read_drives(&source, &actuators, context)
+                })
+            }
+            Given::Assignments => self.assigned(&source, |context, _, table| {
+                Some(drives::read(context, &actuators, table))
+            }),
+        }
+    }
+
+    /// The controller that `given` asks for: `pd`, `computed-torque`, `computed-torque+friction` with what
+    /// is usual, a TOML file, or assignments such as `type = pd; period = 2 ms; leg1.P.limit = 300 N`.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, each at its place.
+    pub fn parse_control(
+        &self,
+        given: &Source,
+        files: &dyn Fn(&str) -> Result<String, String>,
+    ) -> Result<Control, Diagnostics> {
+        let source = Arc::new(given.clone());
+        let actuators = Actuators::of(&self.mechanism);
+        match kind(&given.text) {
+            Given::Name(name) => {
+                control::usual(name, &actuators).ok_or_else(|| control::unknown(&source, name))
+            }
+            Given::File(name) => {
+                let source = Arc::new(file(&source, name, files)?);
+                self.document(&source, |context, _, table| {
+                    control::read(context, &actuators, table)
+                })
+            }
+            Given::Assignments => self
+                .assigned(&source, |context, _, table| control::read(context, &actuators, table)),
+        }
     }
 
     fn assigned<T>(

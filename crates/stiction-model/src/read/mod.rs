@@ -1,9 +1,12 @@
 //! From the document to the model.
 
+mod actuators;
 mod body;
 mod chain;
 mod context;
+mod control;
 mod defects;
+mod drives;
 mod friction;
 mod geometry;
 mod given;

@@ -1,5 +1,6 @@
 //! The first line of a recording: what is in which column.
 
+use super::super::actuators::Actuators;
 use super::super::names::Names;
 use super::super::path::{Meaning, Orders, coordinate, resolve};
 use super::Messages;
@@ -20,7 +21,9 @@ pub(super) enum Role {
         coordinate: Coordinate,
         order: u8,
     },
-    /// It could not be understood, which has been said.
+    /// The effort of an actuator, by index.
+    Effort(usize),
+    /// It could not be understood, which has been said; or nobody asks for it.
     Unknown,
 }
 
@@ -98,6 +101,72 @@ impl Header {
                 messages.push_help("missing-key", message, column.span.clone(), "alone", help);
             }
         }
+    }
+}
+
+impl Header {
+    /// Reads the header of a file of efforts: columns like `leg1.P [N]`; where some end in `.drive`, only
+    /// these are asked for.
+    pub(super) fn of_drives(
+        text: &str,
+        line: Line,
+        actuators: &Actuators,
+        messages: &mut Messages<'_>,
+    ) -> Self {
+        let label = |cell: &Span| {
+            let content = text.get(cell.clone()).unwrap_or_default();
+            content.split_once('[').map_or(content, |(label, _)| label).trim_end()
+        };
+        let results = cells(text, line.clone()).any(|cell| label(&cell).ends_with(".drive"));
+        let mut columns: Vec<Column> = Vec::new();
+        for cell in cells(text, line.clone()) {
+            let label = label(&cell);
+            let drive = label.strip_suffix(".drive");
+            let name = if results { drive.unwrap_or(label) } else { label };
+            let mut column = Column {
+                role: Role::Unknown,
+                scale: Scale::ONE,
+                is_angle: false,
+                name: name.to_owned(),
+                span: cell.clone(),
+            };
+            let measure = if name == "time" || name == "t" {
+                column.role = Role::Time;
+                Measure::Time
+            } else if results && drive.is_none() {
+                columns.push(column);
+                continue;
+            } else if let Some(actuator) = actuators.find(name) {
+                column.role = Role::Effort(actuator);
+                actuators.measure(actuator, Measure::Force, Measure::Moment)
+            } else {
+                let (message, help) = actuators.unknown(name);
+                messages.push_help("unknown-name", message, cell, "unknown column", help);
+                columns.push(column);
+                continue;
+            };
+            if let Some((_, unit)) = text.get(cell.clone()).unwrap_or_default().split_once('[') {
+                let at = cell.end - unit.len();
+                column.scale = read_unit(unit, at, measure, 0, messages).unwrap_or(Scale::ONE);
+            }
+            let again = columns.iter().any(|known| known.role == column.role);
+            if again {
+                let message = format!("the column {} is there twice", quoted(name));
+                messages.push("duplicate", message, cell, "again here");
+            }
+            columns.push(column);
+        }
+        let header = Self { time: columns.iter().position(|c| c.role == Role::Time), columns };
+        if header.time.is_none() {
+            let help = Some("name the column of instants `time [s]`".to_owned());
+            let message = "there is no column `time`".to_owned();
+            messages.push_help("missing-key", message, line, "the columns", help);
+        } else if !header.columns.iter().any(|c| matches!(c.role, Role::Effort(_))) {
+            let help = Some("for example: time [s], leg1.P [N]".to_owned());
+            let message = "there is no column with an effort".to_owned();
+            messages.push_help("missing-key", message, line, "the columns", help);
+        }
+        header
     }
 }
 
@@ -217,6 +286,8 @@ fn read_unit(
 fn expected_unit(measure: Measure, order: u8) -> &'static str {
     match (measure, order) {
         (Measure::Time, _) => "s, ms, …",
+        (Measure::Force, _) => "N, kN, …",
+        (Measure::Moment, _) => "N m, …",
         (Measure::Angle, 0) => "rad, deg, …",
         (Measure::Angle, 1) => "rad/s, deg/s, …",
         (Measure::Angle, _) => "rad/s^2, deg/s^2, …",

@@ -3,12 +3,13 @@
 mod header;
 mod rows;
 
+use super::actuators::Actuators;
 use super::context::Context;
 use super::names::Names;
 use super::path::Orders;
-use crate::course::{Course, Samples, Spline};
+use crate::course::{Course, Monotone, Samples, Spline};
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::model::Motion;
+use crate::model::{Drives, Motion};
 use crate::source::{Place, Source};
 use header::{Column, Header, Role};
 use std::sync::Arc;
@@ -79,25 +80,8 @@ fn read_text(
     messages: &mut Messages<'_>,
 ) -> Option<Motion> {
     let text = source.text.as_str();
-    if let Some(at) = text.find('\0') {
-        let message = "this is not a text file".to_owned();
-        messages.push("syntax", message, at..at + 1, "a zero byte");
-        return None;
-    }
     let mut lines = rows::lines(text);
-    let Some(first) = lines.next() else {
-        let help = "the first line names the columns: time [s], platform.x [mm], …".to_owned();
-        messages.push_help("syntax", "the file is empty".to_owned(), 0..0, "", Some(help));
-        return None;
-    };
-    if rows::cells(text, first.clone())
-        .all(|cell| text.get(cell).is_some_and(|cell| cell.parse::<f64>().is_ok()))
-    {
-        let help = "name the columns above them: time [s], platform.x [mm], …".to_owned();
-        let message = "the columns have no names".to_owned();
-        messages.push_help("syntax", message, first, "numbers already", Some(help));
-        return None;
-    }
+    let first = first_line(text, &mut lines, "platform.x [mm]", messages)?;
     let header = Header::read(text, first, names, orders, messages);
     let columns = rows::read(text, lines, &header, messages);
     let times = columns.get(header.time?)?;
@@ -130,6 +114,74 @@ fn read_text(
         samples: Some(times.to_vec()),
         coordinates,
         interpolation: Some(interpolation),
+    })
+}
+
+/// The first line, if it names columns; `example` is one.
+fn first_line(
+    text: &str,
+    lines: &mut impl Iterator<Item = rows::Line>,
+    example: &str,
+    messages: &mut Messages<'_>,
+) -> Option<rows::Line> {
+    if let Some(at) = text.find('\0') {
+        let message = "this is not a text file".to_owned();
+        messages.push("syntax", message, at..at + 1, "a zero byte");
+        return None;
+    }
+    let Some(first) = lines.next() else {
+        let help = format!("the first line names the columns: time [s], {example}, …");
+        messages.push_help("syntax", "the file is empty".to_owned(), 0..0, "", Some(help));
+        return None;
+    };
+    if rows::cells(text, first.clone())
+        .all(|cell| text.get(cell).is_some_and(|cell| cell.parse::<f64>().is_ok()))
+    {
+        let help = format!("name the columns above them: time [s], {example}, …");
+        let message = "the columns have no names".to_owned();
+        messages.push_help("syntax", message, first, "numbers already", Some(help));
+        return None;
+    }
+    Some(first)
+}
+
+/// Reads recorded efforts; what is wrong with the file goes to `context`.
+pub(crate) fn read_drives(
+    source: &Arc<Source>,
+    actuators: &Actuators,
+    context: &Context<'_>,
+) -> Option<Drives> {
+    let mut messages = Messages { source, out: Diagnostics::new() };
+    let drives = read_efforts(source.text.as_str(), actuators, &mut messages);
+    let failed = messages.out.has_errors();
+    context.out.borrow_mut().append(messages.out);
+    drives.filter(|_| !failed)
+}
+
+fn read_efforts(text: &str, actuators: &Actuators, messages: &mut Messages<'_>) -> Option<Drives> {
+    let mut lines = rows::lines(text);
+    let first = first_line(text, &mut lines, "leg1.P [N]", messages)?;
+    let header = Header::of_drives(text, first, actuators, messages);
+    let columns = rows::read(text, lines, &header, messages);
+    let times: Arc<[f64]> = columns.get(header.time?)?.as_slice().into();
+    if messages.out.has_errors() {
+        return None;
+    }
+    if times.is_empty() {
+        let message = "the file has no sample".to_owned();
+        messages.push("samples", message, text.len()..text.len(), "the end");
+        return None;
+    }
+    let columns = header.columns.iter().zip(columns);
+    let efforts = columns.filter_map(|(column, values)| match column.role {
+        Role::Effort(actuator) => Some((actuator, Course::monotone(Monotone::new(&times, values)))),
+        _ => None,
+    });
+    Some(Drives {
+        title: String::new(),
+        efforts: efforts.collect(),
+        samples: Some(times.to_vec()),
+        interpolation: Some(Monotone::WORDS.to_owned()),
     })
 }
 

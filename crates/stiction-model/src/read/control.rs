@@ -1,0 +1,192 @@
+//! Controllers.
+
+use super::actuators::Actuators;
+use super::context::{Context, Record};
+use super::path::{Leaf, leaves};
+use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, number, quoted};
+use crate::document::{Table, Value};
+use crate::fields::tables::{CHANNEL, CONTROL};
+use crate::measure::Measure;
+use crate::model::{Channel, Control, ControlType, FrictionFeed};
+use crate::source::{Place, Source};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// The names of controllers with what is usual.
+const USUAL: [&str; 3] = ["pd", "computed-torque", "computed-torque+friction"];
+/// s.
+const PERIOD: f64 = 1e-3;
+/// Hz.
+const BANDWIDTH: f64 = 10.0;
+const DAMPING: f64 = 1.0;
+
+/// The controller with this name.
+pub(super) fn usual(name: &str, actuators: &Actuators) -> Option<Control> {
+    let (control, friction) = match name {
+        "pd" => (ControlType::Pd, FrictionFeed::Off),
+        "computed-torque" => (ControlType::ComputedTorque, FrictionFeed::Off),
+        "computed-torque+friction" => (ControlType::ComputedTorque, FrictionFeed::Reference),
+        _ => return None,
+    };
+    let free =
+        Channel { proportional: None, derivative: None, resolution: 0.0, limit: f64::INFINITY };
+    Some(Control {
+        title: String::new(),
+        control,
+        friction,
+        period: PERIOD,
+        bandwidth: TAU * BANDWIDTH,
+        damping: DAMPING,
+        differences: false,
+        channels: vec![free; actuators.len()],
+    })
+}
+
+/// There is no controller of this name.
+pub(super) fn unknown(source: &Arc<Source>, name: &str) -> Diagnostics {
+    let place = Place::new(source, 0..source.text.len());
+    Diagnostic::error("unknown-name", format!("there is no controller {}", quoted(name)))
+        .at(place, "unknown controller")
+        .maybe_help(did_you_mean(name, "controllers, besides a TOML file or assignments", USUAL))
+        .into()
+}
+
+/// Reads a controller; `None` if it cannot be used.
+pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) -> Option<Control> {
+    let record = Record::open(context, table, CONTROL, "a controller");
+    let word = |key: &str| record.value(key).and_then(|_| record.choice(key));
+    if record.value("type").is_none() {
+        record.missing("type", "");
+    }
+    let kind = word("type")?;
+    let usual = usual(kind, actuators)?;
+    let friction = match word("friction") {
+        Some("reference") => FrictionFeed::Reference,
+        Some("measured") => FrictionFeed::Measured,
+        _ => FrictionFeed::Off,
+    };
+    let positive = |key: &str, otherwise: f64, zero: bool| match record.value(key) {
+        None => Some(otherwise),
+        Some(value) => record.quantity(key).filter(|x| in_range(context, key, value, *x, zero)),
+    };
+    let period = positive("period", usual.period, false)?;
+    let bandwidth = TAU * positive("bandwidth", BANDWIDTH, false)?;
+    let damping = positive("damping", usual.damping, true)?;
+    let mut channels = usual.channels;
+    for key in CHANNEL {
+        let Some(value) = record.value(key) else { continue };
+        // Said once, though it holds for all.
+        let errors = || context.out.borrow().len();
+        let before = errors();
+        for (actuator, channel) in channels.iter_mut().enumerate() {
+            if errors() == before {
+                set(context, actuators, (actuator, channel), key, value);
+            }
+        }
+    }
+    for leaf in &leaves(table, CONTROL) {
+        own(context, actuators, leaf, &mut channels);
+    }
+    let control = usual.control;
+    let gains = |c: &Channel| c.proportional.is_some() || c.derivative.is_some();
+    let complain = |message: &str, help: &str, key: &str| {
+        context.push(
+            Diagnostic::error("controller", message)
+                .at(context.place(&record.span(key)), "of this type")
+                .help(help),
+        );
+    };
+    if control == ControlType::ComputedTorque && channels.iter().any(gains) {
+        complain(
+            "computed torque has no gains of single actuators",
+            "give its `bandwidth` and `damping`",
+            "type",
+        );
+    }
+    if control == ControlType::Pd && friction != FrictionFeed::Off {
+        complain(
+            "a PD controller knows nothing of friction",
+            "take `type = \"computed-torque\"`, or give the drives of inverse dynamics as well: --drives inverse",
+            "type",
+        );
+    }
+    let differences = match word("rate") {
+        Some(word) => word == "difference",
+        None => channels.iter().any(|channel| channel.resolution > 0.0),
+    };
+    let title = record.text("title").unwrap_or_default().to_owned();
+    Some(Control { title, control, friction, period, bandwidth, damping, differences, channels })
+}
+
+/// What is an actuator's own.
+fn own(context: &Context<'_>, actuators: &Actuators, leaf: &Leaf<'_>, channels: &mut [Channel]) {
+    let (name, key) = leaf.path.rsplit_once('.').unwrap_or((leaf.path.as_str(), ""));
+    let known = actuators.find(name);
+    let known_key = CHANNEL.iter().find(|known| **known == key);
+    match (known, known_key, leaf.value) {
+        (Some(actuator), Some(key), Some(value)) => {
+            if let Some(channel) = channels.get_mut(actuator) {
+                set(context, actuators, (actuator, channel), key, value);
+            }
+        }
+        (Some(_), None, _) => context.push(
+            Diagnostic::error("unknown-key", format!("an actuator has no key {}", quoted(key)))
+                .at(context.place(&leaf.key), "unknown key")
+                .maybe_help(did_you_mean(key, "known keys", CHANNEL.iter().copied())),
+        ),
+        (None, ..) if actuators.find(&leaf.path).is_some() => context.push(
+            Diagnostic::error("wrong-type", format!("what of {} is missing", quoted(&leaf.path)))
+                .at(context.place(&leaf.key), "an actuator")
+                .help(format!("for example `{}.limit = 300 N`", leaf.path)),
+        ),
+        (None, None, _) if !leaf.path.contains('.') => {
+            let keys = CONTROL.iter().map(|field| field.key).chain(actuators.names());
+            let message = format!("a controller has no key {}", quoted(&leaf.path));
+            context.push(
+                Diagnostic::error("unknown-key", message)
+                    .at(context.place(&leaf.key), "unknown key")
+                    .maybe_help(did_you_mean(&leaf.path, "known keys", keys)),
+            );
+        }
+        (None, ..) => actuators.report(context, name, &leaf.owner),
+        (Some(_), Some(_), None) => {}
+    }
+}
+
+fn set(
+    context: &Context<'_>,
+    actuators: &Actuators,
+    (actuator, channel): (usize, &mut Channel),
+    key: &str,
+    value: &Value,
+) {
+    let (linear, angular) = match key {
+        "kp" => (Measure::Stiffness, Measure::AngularStiffness),
+        "kd" => (Measure::Damping, Measure::AngularDamping),
+        "resolution" => (Measure::Length, Measure::Angle),
+        _ => (Measure::Force, Measure::Moment),
+    };
+    let given = context.quantity(value, actuators.measure(actuator, linear, angular));
+    let Some(given) = given.filter(|x| in_range(context, key, value, *x, key != "limit")) else {
+        return;
+    };
+    match key {
+        "kp" => channel.proportional = Some(given),
+        "kd" => channel.derivative = Some(given),
+        "resolution" => channel.resolution = given,
+        _ => channel.limit = given,
+    }
+}
+
+/// Whether a number is positive, or zero where it may be; otherwise it is said.
+fn in_range(context: &Context<'_>, key: &str, value: &Value, x: f64, zero: bool) -> bool {
+    let fine = x > 0.0 || (zero && x == 0.0);
+    if !fine {
+        let wanted = if zero { "not be negative" } else { "be greater than 0" };
+        let message = format!("`{key}` is {}, but must {wanted}", number(x));
+        context.push(
+            Diagnostic::error("range", message).at(context.place(&value.span), "out of range"),
+        );
+    }
+    fine
+}

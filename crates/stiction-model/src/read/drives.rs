@@ -1,0 +1,55 @@
+//! Efforts of actuators.
+
+use super::actuators::Actuators;
+use super::context::{Context, Record};
+use super::path::leaves;
+use crate::course::Course;
+use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
+use crate::document::Table;
+use crate::fields::tables::DRIVES;
+use crate::measure::Measure;
+use crate::model::Drives;
+use crate::source::{Place, Source, Span};
+use std::sync::Arc;
+
+/// Reads efforts by the names of actuators.
+pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) -> Drives {
+    let record = Record::open(context, table, DRIVES, "drives");
+    let title = record.text("title").unwrap_or_default().to_owned();
+    let mut efforts: Vec<(usize, Course)> = Vec::new();
+    let mut places: Vec<(usize, Span)> = Vec::new();
+    for leaf in &leaves(table, DRIVES) {
+        if context.is_full() {
+            break;
+        }
+        let Some(actuator) = actuators.find(&leaf.path) else {
+            actuators.report(context, &leaf.path, &leaf.key);
+            continue;
+        };
+        let Some(value) = leaf.value else { continue };
+        if let Some((_, first)) = places.iter().find(|(known, _)| *known == actuator) {
+            context.push(
+                Diagnostic::error("duplicate", "this actuator is given twice")
+                    .at(context.place(&leaf.key), "again here")
+                    .also(context.place(first), "first here"),
+            );
+            continue;
+        }
+        places.push((actuator, leaf.key.clone()));
+        let measure = actuators.measure(actuator, Measure::Force, Measure::Moment);
+        efforts.extend(context.course(value, measure).map(|course| (actuator, course)));
+    }
+    Drives { title, efforts, samples: None, interpolation: None }
+}
+
+/// There are no drives of this name.
+pub(super) fn unknown(source: &Arc<Source>, name: &str) -> Diagnostics {
+    let place = Place::new(source, 0..source.text.len());
+    Diagnostic::error("unknown-name", format!("{} is not understood", quoted(name)))
+        .at(place, "no drives of that name")
+        .help(
+            "write `none`, `inverse` (what inverse dynamics says for the motion), a CSV file, or assignments \
+             such as `leg1.P = 50 N`",
+        )
+        .into()
+}
