@@ -20,6 +20,9 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Driving forces with and without friction, and every joint reaction, along a motion
     Inverse(Inverse),
+    /// What a mechanism does under forces, controllers and locks: joints stick and slip, each friction
+    /// bounded by the joint's own reaction
+    Forward(Forward),
     /// What a mechanism can do, what of it is redundant, unique and singular
     Check(Check),
     /// At rest: what static friction leaves open, at what driving forces motion begins, and whether
@@ -64,6 +67,67 @@ pub(crate) struct Inverse {
     /// Print the summary, or what is wrong, as JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(crate) struct Forward {
+    /// A model file, or the name of a built-in model (`stiction models`) [default:
+    /// zhang2018-regular]
+    pub(crate) model: Option<String>,
+    /// The motion that it starts on and follows: its name in the model, a CSV file, or assignments;
+    /// see `stiction inverse --help`
+    #[arg(long, value_name = "MOTION")]
+    pub(crate) motion: Option<String>,
+    /// Efforts of actuators: assignments like "leg1.P = 50 N*sin(2*pi*t); leg2.P = 20 N", a CSV file
+    /// such as the inverse.csv of a run, `inverse` (what inverse dynamics says for the motion), or
+    /// `none` [default: none]
+    #[arg(long, value_name = "DRIVES")]
+    pub(crate) drives: Option<String>,
+    /// A controller that follows the motion: `pd`, `computed-torque`, `computed-torque+friction`, a
+    /// TOML file, assignments like "type = pd; period = 2 ms; leg1.P.limit = 300 N", or `none`
+    /// [default: computed-torque, if neither --drives nor --prescribe is given]
+    #[arg(long, value_name = "CONTROLLER")]
+    pub(crate) controller: Option<String>,
+    /// Actuators that move exactly as the motion says, whatever effort that takes
+    #[arg(long, value_name = "ACTUATOR", value_delimiter = ',')]
+    pub(crate) prescribe: Vec<String>,
+    /// Joints that are locked where they start, driven or not
+    #[arg(long, value_name = "JOINT", value_delimiter = ',')]
+    pub(crate) hold: Vec<String>,
+    /// A load: its name in the model, or assignments like "platform.fz = -100 N"
+    #[arg(long, value_name = "LOAD")]
+    pub(crate) load: Option<String>,
+    /// Where it starts: `motion` (as the motion does), `rest` (there, but at rest), or assignments like
+    /// "A = 60 deg + 2 rad/s*t", position and rate at t = 0; what they leave open is as in the model
+    /// [default: motion]
+    #[arg(long, value_name = "STATE")]
+    pub(crate) from: Option<String>,
+    /// The last instant in seconds [default: the end of what is followed, else 10 s after the start]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    pub(crate) until: Option<f64>,
+    /// Time between samples in seconds [default: as the motion says, else 0.01]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    pub(crate) step: Option<f64>,
+    /// Whether friction acts [default: as the model says, else on]
+    #[arg(long, value_name = "MODE")]
+    pub(crate) friction: Option<Switch>,
+    /// Relative error of a step of integration
+    #[arg(long, value_name = "NUMBER", default_value_t = 1e-10, allow_negative_numbers = true)]
+    pub(crate) tolerance: f64,
+    /// Write forward.csv, reactions.csv, friction.csv, bodies.csv, energy.csv, events.csv, motion.csv,
+    /// summary.json and plots into this folder
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Print the summary, or what is wrong, as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// On or off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Switch {
+    On,
+    Off,
 }
 
 #[derive(Args, Debug)]

@@ -47,6 +47,11 @@ impl Failure {
         Self::message(Kind::Interrupted, "interrupted; nothing was written".to_owned())
     }
 
+    /// The user stopped it, and something was kept.
+    pub(crate) fn interrupted_at(message: String) -> Self {
+        Self::message(Kind::Interrupted, message)
+    }
+
     fn message(kind: Kind, message: String) -> Self {
         let what = Box::new(What::Message { message, help: None, details: Value::Null });
         Self { kind, what, json: false }
@@ -56,6 +61,14 @@ impl Failure {
     pub(crate) fn help(mut self, text: impl Into<String>) -> Self {
         if let What::Message { help, .. } = &mut *self.what {
             *help = Some(text.into());
+        }
+        self
+    }
+
+    /// Adds what else there is to say.
+    pub(crate) fn note(mut self, text: impl std::fmt::Display) -> Self {
+        if let What::Message { message, .. } = &mut *self.what {
+            *message += &format!("\n  {text}");
         }
         self
     }

@@ -10,6 +10,7 @@ mod breakaway;
 mod check;
 mod convert;
 mod failure;
+mod forward;
 mod inverse;
 mod models;
 mod outputs;
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
     let outcome = match arguments.command {
         None => inverse::run(&arguments.inverse),
         Some(Command::Inverse(options)) => inverse::run(&options),
+        Some(Command::Forward(options)) => forward::run(&options),
         Some(Command::Check(options)) => check::run(&options),
         Some(Command::Breakaway(options)) => breakaway::run(&options),
         Some(Command::Study(options)) => study::run(&options),

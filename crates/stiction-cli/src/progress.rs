@@ -13,7 +13,7 @@ const LINE_EVERY: Duration = Duration::from_secs(10);
 pub(crate) struct Progress {
     begun: Instant,
     told: Instant,
-    bar: Option<(Phase, ProgressBar)>,
+    bar: Option<(&'static str, ProgressBar)>,
     watched: bool,
     /// The step of something that is no motion that was told last.
     step: Option<usize>,
@@ -33,6 +33,11 @@ impl Progress {
 
     /// Called after every sample; looks at the clock now and then.
     pub(crate) fn tell(&mut self, phase: Phase, done: usize, of: usize) {
+        self.tell_samples(words(phase), done, of);
+    }
+
+    /// The same for what has a name.
+    pub(crate) fn tell_samples(&mut self, phase: &'static str, done: usize, of: usize) {
         if self.begun.elapsed() < PATIENCE {
             return;
         }
@@ -40,11 +45,11 @@ impl Progress {
             self.draw(phase, done, of);
         } else if self.told.elapsed() > LINE_EVERY || self.told == self.begun {
             self.told = Instant::now();
-            eprintln!("{}: {done} of {of} samples", words(phase));
+            eprintln!("{phase}: {done} of {of} samples");
         }
     }
 
-    fn draw(&mut self, phase: Phase, done: usize, of: usize) {
+    fn draw(&mut self, phase: &'static str, done: usize, of: usize) {
         let is_current = self.bar.as_ref().is_some_and(|(drawn, _)| *drawn == phase);
         if !is_current {
             self.clear();
@@ -55,7 +60,7 @@ impl Progress {
                     .unwrap_or_else(|_| ProgressStyle::default_bar())
                     .progress_chars("=> "),
             );
-            bar.set_message(words(phase));
+            bar.set_message(phase);
             self.bar = Some((phase, bar));
         }
         if let Some((_, bar)) = &self.bar {

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use std::fs;
 use std::path::Path;
-use stiction_model::{LoadCase, Model, Motion, Source, gallery};
+use stiction_model::{Control, Drives, LoadCase, Model, Motion, Source, gallery};
 
 /// A model that was found.
 #[derive(Debug)]
@@ -39,9 +39,10 @@ pub(crate) fn find(name: &str) -> Result<Found, Failure> {
 /// There is no such model in the gallery.
 pub(crate) fn unknown_model(name: &str) -> Failure {
     // Where a model may stand, a command may have been meant.
-    let command = ["inverse", "check", "breakaway", "convert", "models", "schema", "help"]
-        .into_iter()
-        .find(|command| strsim::damerau_levenshtein(command, name) <= 2);
+    let command =
+        ["inverse", "forward", "check", "breakaway", "convert", "models", "schema", "help"]
+            .into_iter()
+            .find(|command| strsim::damerau_levenshtein(command, name) <= 2);
     let nearest = gallery::names()
         .map(|known| (strsim::damerau_levenshtein(known, name), known))
         .min()
@@ -99,6 +100,35 @@ impl Found {
                 Ok((motion, name.clone()))
             }
         }
+    }
+
+    /// The motion that the user asks for, or the model's default, if there is one.
+    pub(crate) fn motion_if_any(
+        &self,
+        given: Option<&str>,
+    ) -> Result<Option<(Motion, String)>, Failure> {
+        if given.is_none() && self.model.default_motion.is_none() && self.model.motions.is_empty() {
+            return Ok(None);
+        }
+        self.motion(given).map(Some)
+    }
+
+    /// A motion of which only the first instant counts.
+    pub(crate) fn state(&self, text: &str) -> Result<Motion, Failure> {
+        let files = |file: &str| read_text(Path::new(file));
+        Ok(self.model.parse_motion(&Source::new("--from", text), &files)?)
+    }
+
+    /// Efforts, with their name.
+    pub(crate) fn drives(&self, text: &str) -> Result<(Drives, String), Failure> {
+        let files = |file: &str| read_text(Path::new(file));
+        Ok((self.model.parse_drives(&Source::new("--drives", text), &files)?, label(text)))
+    }
+
+    /// A controller, with its name.
+    pub(crate) fn controller(&self, text: &str) -> Result<(Control, String), Failure> {
+        let files = |file: &str| read_text(Path::new(file));
+        Ok((self.model.parse_control(&Source::new("--controller", text), &files)?, label(text)))
     }
 
     /// The load that the user asks for, or the model's default, or none, with its name.

@@ -7,6 +7,7 @@ pub mod check;
 pub mod drawing;
 pub mod exchange;
 pub mod figure;
+pub mod forward;
 mod instants;
 pub mod inverse;
 mod numbers;

@@ -3,8 +3,10 @@
 use super::columns::Table;
 use super::run::Sample;
 use std::io;
+use stiction::dynamics::AppliedLoad;
+use stiction::kinematics::Bodies;
 use stiction::mechanism::Mechanism;
-use stiction::spatial::{Quaternion, Wrench};
+use stiction::spatial::{Quaternion, Vec3, Wrench};
 
 /// The columns of a body.
 const COLUMNS: [&str; 25] = [
@@ -39,35 +41,40 @@ const COLUMNS: [&str; 25] = [
 /// about the origins of the bodies' frames.
 pub struct BodyTable<W: io::Write> {
     table: Table<W>,
+    row: BodyRow,
+}
+
+/// The numbers of a row, without the time.
+#[derive(Clone, Debug)]
+pub(crate) struct BodyRow {
     /// The orientation of each body in the last row: the next is given by the nearer of the two
     /// quaternions that say the same.
     last: Vec<Quaternion<f64>>,
+    row: Vec<f64>,
 }
 
-impl<W: io::Write> BodyTable<W> {
-    /// Begins the table.
-    ///
-    /// # Errors
-    /// What the receiver says.
-    pub fn new(mechanism: &Mechanism, into: W) -> io::Result<Self> {
-        let bodies = &mechanism.bodies()[1..];
-        let mut header = vec!["time [s]".to_owned()];
-        for body in bodies {
-            header.extend(COLUMNS.map(|column| format!("{}.{column}", body.name)));
-        }
+impl BodyRow {
+    pub(crate) fn new(mechanism: &Mechanism) -> Self {
         // Scalar products with it are real parts: the first real part is not negative.
         let first = Quaternion::from_coordinates(&[1.0, 0.0, 0.0, 0.0]);
-        Ok(Self { table: Table::new(into, &header)?, last: vec![first; bodies.len()] })
+        Self { last: vec![first; mechanism.bodies().len() - 1], row: Vec::new() }
     }
 
-    /// Adds a row.
-    ///
-    /// # Errors
-    /// What the receiver says.
-    pub fn add(&mut self, sample: &Sample<'_>) -> io::Result<()> {
-        let Self { table, last } = self;
-        let bodies = sample.bodies;
-        table.number(sample.time)?;
+    /// The names of the columns.
+    pub(crate) fn header(mechanism: &Mechanism) -> impl Iterator<Item = String> + '_ {
+        let bodies = &mechanism.bodies()[1..];
+        bodies.iter().flat_map(|body| COLUMNS.map(|column| format!("{}.{column}", body.name)))
+    }
+
+    /// The row of these motions under these loads; `origin` is the kernel origin in the world.
+    pub(crate) fn of(
+        &mut self,
+        bodies: &Bodies<f64>,
+        origin: Vec3<f64>,
+        loads: &[AppliedLoad<f64>],
+    ) -> &[f64] {
+        let Self { last, row } = self;
+        row.clear();
         for (body, last) in (1..bodies.pose.len()).zip(last) {
             let (pose, twist) = (bodies.pose[body], bodies.twist[body]);
             let change = bodies.acceleration[body];
@@ -76,21 +83,44 @@ impl<W: io::Write> BodyTable<W> {
             // What passes the fixed point O is always another point of the body: the second part.
             let acceleration = change.velocity_at(at) + twist.angular.cross(velocity);
             let mut load = Wrench::zero();
-            for applied in sample.loads.iter().filter(|load| load.body.0 == body) {
+            for applied in loads.iter().filter(|load| load.body.0 == body) {
                 load += applied.wrench(bodies);
             }
             *last = nearer(Quaternion::from_rotation(pose.rotation), *last);
             let mut orientation = [0.0; 4];
             last.write(&mut orientation);
-            let position = (at + sample.origin).to_array();
+            let position = (at + origin).to_array();
             let motion = [twist.angular, velocity, change.angular, acceleration];
             let forces = [load.force, load.moment_about(at)];
             let vectors = motion.into_iter().chain(forces).flat_map(|vector| vector.to_array());
-            for value in position.into_iter().chain(orientation).chain(vectors) {
-                table.number(value)?;
-            }
+            row.extend(position.into_iter().chain(orientation).chain(vectors));
         }
-        table.end_row()
+        row
+    }
+}
+
+impl<W: io::Write> BodyTable<W> {
+    /// Begins the table.
+    ///
+    /// # Errors
+    /// What the receiver says.
+    pub fn new(mechanism: &Mechanism, into: W) -> io::Result<Self> {
+        let mut header = vec!["time [s]".to_owned()];
+        header.extend(BodyRow::header(mechanism));
+        Ok(Self { table: Table::new(into, &header)?, row: BodyRow::new(mechanism) })
+    }
+
+    /// Adds a row.
+    ///
+    /// # Errors
+    /// What the receiver says.
+    pub fn add(&mut self, sample: &Sample<'_>) -> io::Result<()> {
+        let row = self.row.of(sample.bodies, sample.origin, sample.loads);
+        self.table.number(sample.time)?;
+        for value in row {
+            self.table.number(*value)?;
+        }
+        self.table.end_row()
     }
 
     /// Writes what is buffered and gives the receiver back.

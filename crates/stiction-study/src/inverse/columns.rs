@@ -66,14 +66,14 @@ pub struct Table<W: io::Write> {
 }
 
 impl<W: io::Write> Table<W> {
-    pub(super) fn new(into: W, header: &[String]) -> io::Result<Self> {
+    pub(crate) fn new(into: W, header: &[String]) -> io::Result<Self> {
         let mut writer = csv::Writer::from_writer(into);
         writer.write_record(header)?;
         Ok(Self { writer, cell: String::new() })
     }
 
     /// A number with all its digits, in the shortest way that reads back as the same number.
-    pub(super) fn number(&mut self, value: f64) -> io::Result<()> {
+    pub(crate) fn number(&mut self, value: f64) -> io::Result<()> {
         self.cell.clear();
         exact(&mut self.cell, value);
         self.writer.write_field(&self.cell)?;
@@ -85,7 +85,7 @@ impl<W: io::Write> Table<W> {
         Ok(())
     }
 
-    pub(super) fn end_row(&mut self) -> io::Result<()> {
+    pub(crate) fn end_row(&mut self) -> io::Result<()> {
         self.writer.write_record(None::<&[u8]>)?;
         Ok(())
     }

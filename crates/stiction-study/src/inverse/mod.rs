@@ -1,6 +1,6 @@
 //! Inverse dynamics along a motion: the main job.
 
-mod bodies;
+pub(crate) mod bodies;
 mod certainty;
 pub(crate) mod columns;
 mod efficiency;

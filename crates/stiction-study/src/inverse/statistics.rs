@@ -5,9 +5,9 @@ use serde_json::{Value, json};
 /// The peak (largest magnitude, with its sign), the root mean square and the mean magnitude of a
 /// series of samples at equal weights.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Size {
-    pub(super) peak: f64,
-    pub(super) peak_time: f64,
+pub(crate) struct Size {
+    pub(crate) peak: f64,
+    pub(crate) peak_time: f64,
     count: usize,
     squares: f64,
     magnitudes: f64,
@@ -17,7 +17,7 @@ pub(super) struct Size {
 const ROUNDING: f64 = 1e-12;
 
 impl Size {
-    pub(super) fn add(&mut self, time: f64, value: f64) {
+    pub(crate) fn add(&mut self, time: f64, value: f64) {
         if self.count == 0 || value.abs() > self.peak.abs() * (1.0 + ROUNDING) {
             (self.peak, self.peak_time) = (value, time);
         }
@@ -26,15 +26,15 @@ impl Size {
         self.magnitudes += value.abs();
     }
 
-    pub(super) fn rms(&self) -> f64 {
+    pub(crate) fn rms(&self) -> f64 {
         (self.squares / self.count.max(1) as f64).sqrt()
     }
 
-    pub(super) fn mean(&self) -> f64 {
+    pub(crate) fn mean(&self) -> f64 {
         self.magnitudes / self.count.max(1) as f64
     }
 
-    pub(super) fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         json!({
             "peak": self.peak,
             "peak_time": self.peak_time,

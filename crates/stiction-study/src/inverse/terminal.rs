@@ -56,7 +56,7 @@ pub fn write_summary(
     write_certainty(out, summary, verdict)
 }
 
-fn width<'a>(names: impl Iterator<Item = &'a str>, least: usize) -> usize {
+pub(crate) fn width<'a>(names: impl Iterator<Item = &'a str>, least: usize) -> usize {
     names.map(str::len).fold(least, usize::max)
 }
 
@@ -438,11 +438,11 @@ pub(crate) fn number(x: f64) -> String {
 }
 
 /// The order of magnitude of what should be zero.
-fn order(x: f64) -> String {
+pub(crate) fn order(x: f64) -> String {
     if x == 0.0 { "0".to_owned() } else { format!("{x:.0e}") }
 }
 
-pub(super) fn percent(ratio: Option<f64>) -> String {
+pub(crate) fn percent(ratio: Option<f64>) -> String {
     ratio.map_or("-".to_owned(), |ratio| match 100.0 * ratio {
         percent if percent.abs() < 1e5 => format!("{percent:.1} %"),
         percent => format!("{percent:.1e} %"),

@@ -1,0 +1,215 @@
+//! `stiction forward`: what a mechanism does.
+
+mod setup;
+
+use crate::arguments::Forward;
+use crate::failure::Failure;
+use crate::inverse::{DEFAULT_MODEL, failure_of as failure_of_motion, listen_for_interrupt, warn};
+use crate::outputs::Outputs;
+use crate::print;
+use crate::progress::Progress;
+use crate::sources;
+use serde_json::json;
+use setup::Setup;
+use std::io::IsTerminal;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use stiction::forward::ForwardError;
+use stiction::kinematics::AssemblyError;
+use stiction_study::forward::{
+    Curves, Ending, Error, Job, Layout, Outcome, Rows, Scribe, Summary, Tables, write_events,
+    write_summary,
+};
+
+pub(crate) fn run(options: &Forward) -> Result<(), Failure> {
+    carry_out(options).map_err(|failure| failure.for_programs(options.json))
+}
+
+fn carry_out(options: &Forward) -> Result<(), Failure> {
+    let found = sources::find(options.model.as_deref().unwrap_or(DEFAULT_MODEL))?;
+    if !options.json {
+        if options.model.is_none() {
+            eprintln!(
+                "No model given: running the built-in `{DEFAULT_MODEL}`. A controller that knows the robot, but \
+                 not its friction, follows\nthe robot's own motion.\n"
+            );
+        }
+        warn(&found.model.warnings);
+    }
+    let setup = Setup::new(found, options)?;
+    let job = setup.job(options)?;
+    if !options.json
+        && job.friction
+        && job.model.mechanism.joints().iter().all(|j| j.friction.is_empty())
+    {
+        eprintln!("note: the model declares no friction in any joint\n");
+    }
+    let count = job.instants().map_err(|error| failure_of(Error::Instants(error)))?.count();
+    let layout = Layout::new(&job.model.mechanism, job.follows());
+    let mut outputs = options.output.as_deref().map(Outputs::new).transpose()?;
+    let mut tables = match &mut outputs {
+        None => None,
+        Some(outputs) => {
+            let mut files = Vec::new();
+            for name in FILES {
+                files.push(outputs.begin(name)?);
+            }
+            let Ok(files) = <[_; 6]>::try_from(files) else { return Ok(()) };
+            let tables = Tables::new(&layout, files);
+            Some(tables.map_err(|error| outputs.trouble("the tables", error))?)
+        }
+    };
+    let mut summary = Summary::new(&layout);
+    let mut curves = outputs.is_some().then(|| Curves::new(&job, &layout, count));
+    let mut scribe = Scribe::new(&job.model.mechanism);
+    let mut rows = Rows::default();
+
+    let interrupted = listen_for_interrupt();
+    let mut progress = Progress::new();
+    let outcome = job.run(
+        |sample| {
+            scribe.write(&layout, sample, &mut rows);
+            summary.add(&rows);
+            if let Some(curves) = &mut curves {
+                curves.add(&rows);
+            }
+            match &mut tables {
+                Some(tables) => tables.add(&layout, &rows).map_err(|error| error.to_string()),
+                None => Ok(()),
+            }
+        },
+        |done, of| {
+            progress.tell_samples("simulating", done, of);
+            !interrupted.load(Ordering::Relaxed)
+        },
+    );
+    progress.clear();
+    let mut outcome = outcome.map_err(|error| match (error, &outputs) {
+        (Error::Receiver(error), Some(outputs)) => outputs.trouble("the tables", error),
+        (error, _) => failure_of(error),
+    })?;
+
+    let json = summary.json(&job, &outcome);
+    let failed = matches!(outcome.ending, Ending::Failed(_));
+    let cut = matches!(outcome.ending, Ending::Interrupted);
+    if !options.json {
+        let mut text = String::new();
+        // Writing to a string does not fail.
+        let _ = write_summary(&mut text, &job, &summary, &outcome);
+        print(&text)?;
+    } else if !failed && !cut {
+        print(&format!("{json:#}\n"))?;
+    }
+    let mut kept = None;
+    if let (Some(mut outputs), Some(tables), Some(curves)) = (outputs, tables, curves) {
+        let files = tables.finish().map_err(|error| outputs.trouble("the tables", error))?;
+        for (name, file) in FILES.into_iter().zip(files) {
+            outputs.end(name, file, &[])?;
+        }
+        let mut events = Vec::new();
+        write_events(&mut events, &layout, &outcome.events)
+            .map_err(|error| outputs.trouble("events.csv", error))?;
+        outputs.write("events.csv", &events)?;
+        outputs.write("summary.json", format!("{json:#}\n").as_bytes())?;
+        for (name, figure) in curves.figures() {
+            outputs.write(&format!("{name}.svg"), figure.svg().as_bytes())?;
+            #[cfg(feature = "png")]
+            {
+                let file = format!("{name}.png");
+                let png = figure.png().map_err(|error| outputs.trouble(&file, error))?;
+                outputs.write(&file, &png)?;
+            }
+        }
+        let names = outputs.complete(&POSSIBLE)?;
+        if !options.json {
+            let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
+            eprintln!("\nwrote {}", names.join(", "));
+        }
+        kept = options.output.as_deref();
+    } else if !options.json && std::io::stderr().is_terminal() {
+        eprintln!("\nTables and plots: add -o DIR");
+    }
+    ended(&job, &mut outcome, kept)
+}
+
+/// The tables.
+const FILES: [&str; 6] = Tables::<Vec<u8>>::FILES;
+/// Files that not every run has.
+const POSSIBLE: [&str; 6] =
+    ["error.svg", "error.png", "drives.svg", "drives.png", "friction.svg", "friction.png"];
+
+/// Whether it ended as it should.
+fn ended(job: &Job<'_>, outcome: &mut Outcome, kept: Option<&Path>) -> Result<(), Failure> {
+    let upto = kept.map(|folder| {
+        format!("what was computed up to t = {} s is in {}", outcome.last, folder.display())
+    });
+    match std::mem::replace(&mut outcome.ending, Ending::Reached) {
+        Ending::Reached => Ok(()),
+        Ending::Interrupted => Err(Failure::interrupted_at(match upto {
+            Some(words) => format!("interrupted; {words}"),
+            None => format!("interrupted at t = {} s; nothing was written", outcome.last),
+        })),
+        Ending::Failed(error) => {
+            let failure = failure_of(*error);
+            let _ = job;
+            Err(match upto {
+                Some(words) => failure.note(words),
+                None => failure,
+            })
+        }
+    }
+}
+
+pub(crate) fn failure_of(error: Error) -> Failure {
+    let bad_input = error.is_bad_input();
+    let words = error.to_string();
+    match error {
+        Error::Motion(error) => failure_of_motion(error),
+        Error::NotFinite(diagnostic) => {
+            failure_of_motion(stiction_study::inverse::Error::NotFinite(diagnostic))
+        }
+        Error::Instants(_) => Failure::input(words).help("give another one with --step"),
+        Error::Controller(error @ (AssemblyError::Open { .. } | AssemblyError::Gap(_))) => {
+            Failure::input(format!(
+                "the controller needs actuators that determine the motion, as many as there are freedoms: {error}"
+            ))
+            .help("take `--controller` with type = pd, and kp and kd for each actuator; or --drives")
+        }
+        Error::Controller(_) | Error::ControllerForces(_) => {
+            Failure::input(format!("the controller cannot begin: {words}"))
+                .help("start elsewhere with --from, or take another controller")
+        }
+        Error::ControllerAt { time, .. } => Failure::no_answer(words)
+            .help("less bandwidth, a limit, or a PD controller may get through; see where the mechanism has gone with -o")
+            .details(json!({ "time": time })),
+        Error::Forward { error, others } => failure_of_forward(&error, &others, bad_input),
+        _ if bad_input => Failure::input(words),
+        _ => Failure::no_answer(words),
+    }
+}
+
+fn failure_of_forward(error: &ForwardError, others: &[String], bad_input: bool) -> Failure {
+    let message = error.to_string();
+    match error {
+        ForwardError::Assembly(_) if bad_input => Failure::input(message),
+        ForwardError::NoAcceleration { time, joint, percent } => Failure::no_answer(message)
+            .help("give the guide a longer `bending_span`, less friction, or smooth the law with `regularisation`; see the chapter on forward dynamics")
+            .details(json!({ "time": time, "joint": joint, "percent": percent, "others": others })),
+        ForwardError::NoChoice { time, joint } => Failure::no_answer(message)
+            .help("less friction there, or a law with `regularisation`, lets it go on")
+            .details(json!({ "time": time, "joint": joint, "others": others })),
+        ForwardError::Massless { time, body } => Failure::no_answer(message)
+            .help("give the body a mass and moments of inertia, or hold that motion with --hold")
+            .details(json!({ "time": time, "body": body })),
+        ForwardError::Open { time, joint, gap } => Failure::no_answer(message)
+            .help("keep the motion that is prescribed within reach, and away from singular positions: `stiction check` shows them")
+            .details(json!({ "time": time, "joint": joint, "gap": gap })),
+        ForwardError::Stiff { time, step, tolerance, .. } => Failure::no_answer(message)
+            .help("a larger --tolerance, or a smoother law of friction")
+            .details(json!({ "time": time, "step": step, "tolerance": tolerance })),
+        ForwardError::NotFinite { time, .. } => Failure::no_answer(message)
+            .help("look at the efforts and loads at that time")
+            .details(json!({ "time": time })),
+        _ => Failure::no_answer(message),
+    }
+}

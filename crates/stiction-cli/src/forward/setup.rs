@@ -1,0 +1,210 @@
+//! From the options to the job.
+
+use crate::arguments::{Forward, Switch};
+use crate::failure::Failure;
+use crate::sources::Found;
+use stiction::dynamics::FrictionMode;
+use stiction::forward::Settings;
+use stiction::mechanism::{JointId, Mechanism};
+use stiction_model::{Control, Drives, LoadCase, Model, Motion};
+use stiction_study::forward::{Feed, Job, Start, arrange};
+
+/// Everything that a job borrows.
+pub(super) struct Setup {
+    model: Model,
+    motion: Option<(Motion, String)>,
+    load: (LoadCase, String),
+    drives: (Efforts, String),
+    control: Option<(Control, String)>,
+    prescribed: Vec<usize>,
+    locked: Vec<usize>,
+    start: Option<Motion>,
+    friction: bool,
+}
+
+enum Efforts {
+    Given(Drives),
+    Inverse,
+}
+
+/// How long it lasts where nothing says, s.
+const USUAL_DURATION: f64 = 10.0;
+/// Time between samples where nothing says, s.
+const USUAL_STEP: f64 = 0.01;
+
+impl Setup {
+    pub(super) fn new(found: Found, options: &Forward) -> Result<Self, Failure> {
+        let friction = match options.friction {
+            Some(switch) => switch == Switch::On,
+            None => found.model.default_friction != Some(FrictionMode::Off),
+        };
+        let mut locks = Vec::new();
+        for name in &options.hold {
+            locks.extend(joint_freedoms(&found.model.mechanism, name)?);
+        }
+        let found = Found { model: arrange(&found.model, friction, &locks) };
+        let mechanism = &found.model.mechanism;
+        let actuators: Vec<_> = mechanism.actuators().collect();
+        let mut prescribed = Vec::new();
+        for name in &options.prescribe {
+            for freedom in joint_freedoms(mechanism, name)? {
+                match actuators.iter().position(|actuator| *actuator == freedom) {
+                    Some(actuator) => prescribed.push(actuator),
+                    None => {
+                        return Err(Failure::input(format!("joint `{name}` has no actuator")).help(
+                            "only an actuator can move a joint as prescribed: add `actuated = true`",
+                        ));
+                    }
+                }
+            }
+        }
+        prescribed.dedup();
+        let locked: Vec<usize> =
+            locks.iter().filter_map(|lock| actuators.iter().position(|a| a == lock)).collect();
+        let motion = found.motion_if_any(options.motion.as_deref())?;
+        let load = found.load(options.load.as_deref())?;
+        let drives = match options.drives.as_deref() {
+            None => (Efforts::Given(Drives::default()), "none".to_owned()),
+            Some("inverse") => (Efforts::Inverse, "of inverse dynamics".to_owned()),
+            Some(text) => {
+                let (drives, name) = found.drives(text)?;
+                (Efforts::Given(drives), name)
+            }
+        };
+        let free = actuators.len() - locked.len();
+        let alone = options.drives.is_none() && prescribed.is_empty() && free > 0;
+        let control = match options.controller.as_deref() {
+            Some("none") => None,
+            Some(text) => Some(found.controller(text)?),
+            None if alone && motion.as_ref().is_some_and(|(motion, _)| motion.duration > 0.0) => {
+                Some(found.controller("computed-torque")?)
+            }
+            None => None,
+        };
+        let start = match options.from.as_deref() {
+            None | Some("motion" | "rest") => None,
+            Some(text) => Some(found.state(text)?),
+        };
+        let Found { model } = found;
+        Ok(Self { model, motion, load, drives, control, prescribed, locked, start, friction })
+    }
+
+    pub(super) fn job(&self, options: &Forward) -> Result<Job<'_>, Failure> {
+        let motion = self.motion.as_ref().map(|(motion, _)| motion);
+        let at_rest = options.from.as_deref() == Some("rest");
+        let start = match (&self.start, motion) {
+            (Some(given), _) => Start::Given(given),
+            (None, None) => Start::Home,
+            (None, Some(_)) if at_rest => Start::AtRest,
+            (None, Some(_)) => Start::Moving,
+        };
+        let from = motion.map_or(0.0, |motion| motion.start);
+        let drives = match &self.drives.0 {
+            Efforts::Given(drives) => Feed::Given(drives),
+            Efforts::Inverse => Feed::Inverse,
+        };
+        let mut job = Job {
+            model: &self.model,
+            motion,
+            motion_name: self.motion.as_ref().map_or("none", |(_, name)| name).to_owned(),
+            load: &self.load.0,
+            load_name: self.load.1.clone(),
+            drives,
+            drives_name: self.drives.1.clone(),
+            control: self.control.as_ref().map(|(control, _)| control),
+            control_name: self.control.as_ref().map_or("none", |(_, name)| name).to_owned(),
+            prescribed: self.prescribed.clone(),
+            locked: self.locked.clone(),
+            start,
+            from,
+            until: from + USUAL_DURATION,
+            step: USUAL_STEP,
+            settings: Settings::default(),
+            friction: self.friction,
+        };
+        if job.follows() && motion.is_none() {
+            return Err(Failure::input("there is no motion to follow")
+                .help("add one to the model as [motions.NAME], or give one: --motion \"...\""));
+        }
+        let recorded = match &self.drives.0 {
+            Efforts::Given(drives) => drives.samples.as_ref().and_then(|s| s.last()).copied(),
+            Efforts::Inverse => None,
+        };
+        match (motion, recorded) {
+            (Some(motion), _) if job.follows() => job.until = from + motion.duration,
+            (_, Some(last)) => job.until = last,
+            _ => {}
+        }
+        if let Some(step) = options.step.or(motion.and_then(|motion| motion.step)) {
+            job.step = step;
+        }
+        if let Some(until) = options.until {
+            if until.is_nan() || until.is_infinite() || until < from {
+                return Err(Failure::input(format!(
+                    "--until is {until} s, but it starts at {from} s"
+                ))
+                .help("give a later instant"));
+            }
+            let end = motion.map(|m| m.start + m.duration);
+            let recorded = motion.is_some_and(|motion| motion.samples.is_some());
+            if let Some(end) = end.filter(|end| recorded && job.follows() && until > *end) {
+                return Err(Failure::input(format!(
+                    "the recorded motion ends at {end} s, before --until {until} s"
+                ))
+                .help("nothing is known of where to go then"));
+            }
+            job.until = until;
+        }
+        let tolerance = options.tolerance;
+        if !(1e-14..=1e-2).contains(&tolerance) {
+            return Err(Failure::input(format!("--tolerance is {tolerance}"))
+                .help("it is a relative error between 1e-14 and 1e-2; 1e-10 is usual"));
+        }
+        let usual = Settings::default();
+        let part = tolerance / usual.relative;
+        job.settings = Settings { relative: tolerance, absolute: usual.absolute * part, ..usual };
+        Ok(job)
+    }
+}
+
+/// The freedoms of a joint that a name means: all of the joint, or one of them.
+fn joint_freedoms(mechanism: &Mechanism, name: &str) -> Result<Vec<(JointId, usize)>, Failure> {
+    let joints = mechanism.joints();
+    let whole = joints.iter().position(|joint| joint.name == name);
+    let one = name.rsplit_once('.').and_then(|(owner, freedom)| {
+        let joint = joints.iter().position(|joint| joint.name == owner)?;
+        let freedoms = joints[joint].joint_type.freedoms();
+        Some((joint, freedoms.iter().position(|known| known.name == freedom)?))
+    });
+    let found = match (whole, one) {
+        (Some(joint), _) => {
+            let count = joints[joint].joint_type.freedoms().len();
+            (0..count).map(|freedom| (JointId(joint), freedom)).collect()
+        }
+        (None, Some((joint, freedom))) => vec![(JointId(joint), freedom)],
+        (None, None) => Vec::new(),
+    };
+    match found.first() {
+        None => {
+            let nearest = joints
+                .iter()
+                .map(|joint| (strsim::damerau_levenshtein(&joint.name, name), &joint.name))
+                .min()
+                .filter(|(distance, known)| *distance <= 1 + known.len() / 3);
+            let failure = Failure::input(format!("there is no joint `{name}` with a freedom"));
+            Err(match nearest {
+                Some((_, known)) => failure.help(format!("did you mean `{known}`?")),
+                None => {
+                    let names: Vec<&str> =
+                        joints.iter().map(|j| j.name.as_str()).take(12).collect();
+                    failure.help(format!("joints: {}", names.join(", ")))
+                }
+            })
+        }
+        Some((JointId(joint), _)) if !joints[*joint].joint_type.has_scalar_coordinates() => {
+            Err(Failure::input(format!("joint `{name}` has no coordinate that could be held"))
+                .help("hold other joints"))
+        }
+        Some(_) => Ok(found),
+    }
+}

@@ -1,0 +1,238 @@
+//! Everything that acts on the mechanism from outside.
+
+use super::controller::{Controller, Told, Turns, translations};
+use super::guide::Guide;
+use super::job::{Feed, Job};
+use super::run::Error;
+use stiction::dynamics::AppliedLoad;
+use stiction::forward::{Forward, Inputs, View};
+use stiction::kinematics::{Bodies, Coordinate, State, Target};
+use stiction_model::Course;
+
+/// Time between updates of the drives of inverse dynamics where there is no controller, s.
+const UPDATE: f64 = 1e-3;
+
+/// How a prescribed actuator is told where to be.
+#[derive(Clone, Debug)]
+enum Way<'a> {
+    /// The motion says so itself.
+    Course(&'a Course),
+    /// By way of the whole motion; the actuator's index.
+    Guide(usize),
+    /// It stays where it is.
+    Stays(f64),
+}
+
+/// The inputs of a simulation.
+#[derive(Debug)]
+pub(super) struct Acting<'a> {
+    forward: &'a Forward,
+    job: &'a Job<'a>,
+    ways: Vec<Way<'a>>,
+    /// Where prescribed actuators are.
+    leader: Option<Guide<'a>>,
+    /// Where controllers want actuators to be.
+    guide: Option<Guide<'a>>,
+    wanted: Vec<Target<f64>>,
+    turns: Turns,
+    controller: Option<Controller<'a>>,
+    /// Efforts between two samples.
+    kept: Vec<f64>,
+    /// Samples taken so far.
+    samples: usize,
+    period: Option<f64>,
+    /// Why inputs could not be computed.
+    pub(super) failed: Option<Error>,
+}
+
+/// The actuators whose motion is given, in the order of [`Acting`]'s targets.
+pub(super) fn prescribed(job: &Job<'_>) -> Vec<usize> {
+    let moved = job.prescribed.iter().filter(|a| !job.locked.contains(a));
+    moved.chain(&job.locked).copied().collect()
+}
+
+impl<'a> Acting<'a> {
+    /// The mechanism starts at `state`.
+    pub(super) fn new(
+        job: &'a Job<'a>,
+        forward: &'a Forward,
+        state: &State<f64>,
+    ) -> Result<Self, Error> {
+        let mut bodies = Bodies::new(forward.topology());
+        bodies.place(forward.topology(), forward.parameters(), &state.coordinates);
+        bodies.move_with(forward.topology(), &state.rates);
+        bodies.accelerate(forward.topology(), &state.accelerations);
+        let actuators: Vec<_> = forward.mechanism().actuators().collect();
+        let guide = Guide::new(job)?;
+        let ways: Vec<Way<'a>> = prescribed(job)
+            .into_iter()
+            .map(|actuator| {
+                let (joint, freedom) = actuators[actuator];
+                if job.locked.contains(&actuator) {
+                    return Way::Stays(forward.joint_coordinate(state, &bodies, joint, freedom));
+                }
+                let own = Coordinate::Joint { joint, freedom };
+                let courses = job.motion.iter().flat_map(|motion| &motion.coordinates);
+                let mut own_course = courses.filter(|(coordinate, _)| *coordinate == own);
+                own_course.next().map_or(Way::Guide(actuator), |(_, course)| Way::Course(course))
+            })
+            .collect();
+        let leader = guide.clone().filter(|_| ways.iter().any(|w| matches!(w, Way::Guide(_))));
+        let controller = match job.control {
+            Some(control) => Some(Controller::new(job, control, forward, (state, &bodies))?),
+            None => None,
+        };
+        let needs_guide = controller.is_some() || matches!(job.drives, Feed::Inverse);
+        let period = match job.control {
+            Some(control) => Some(control.period),
+            None if matches!(job.drives, Feed::Inverse) => Some(UPDATE),
+            None => None,
+        };
+        let zero = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+        Ok(Self {
+            forward,
+            job,
+            ways,
+            leader,
+            guide: guide.filter(|_| needs_guide),
+            wanted: vec![zero; actuators.len()],
+            turns: Turns::new(translations(forward).iter().map(|t| !t).collect()),
+            controller,
+            kept: vec![0.0; actuators.len()],
+            samples: 0,
+            period,
+            failed: None,
+        })
+    }
+
+    fn sample_time(&self, index: usize) -> Option<f64> {
+        Some(self.job.from + index as f64 * self.period?)
+    }
+
+    /// Where actuators are wanted, if something follows the motion.
+    pub(super) fn wanted_at(&mut self, time: f64) -> Result<Option<&[Target<f64>]>, Error> {
+        let Some(guide) = &mut self.guide else { return Ok(None) };
+        guide.go_to(time)?;
+        guide.actuators(self.forward, &mut self.wanted);
+        for (index, wanted) in self.wanted.iter_mut().enumerate() {
+            wanted.value = self.turns.follow(index, wanted.value);
+        }
+        Ok(Some(&self.wanted))
+    }
+
+    fn given_at(&self, time: f64, efforts: &mut [f64]) {
+        if let Feed::Given(drives) = self.job.drives {
+            for (actuator, course) in &drives.efforts {
+                efforts[*actuator] = course.at(time).value;
+            }
+        }
+    }
+
+    fn sample(&mut self, view: &View<'_>) -> Result<(), Error> {
+        let (time, forward) = (view.time, self.forward);
+        let mut feed = vec![0.0; self.kept.len()];
+        let mut friction = vec![0.0; self.kept.len()];
+        self.wanted_at(time)?;
+        let with_friction = self
+            .job
+            .control
+            .is_some_and(|control| control.friction == stiction_model::FrictionFeed::Reference);
+        if let Some(guide) = &mut self.guide
+            && (with_friction || matches!(self.job.drives, Feed::Inverse))
+        {
+            let (with, without) = guide.drives()?;
+            for (index, (with, without)) in with.iter().zip(without).enumerate() {
+                friction[index] = with - without;
+                if matches!(self.job.drives, Feed::Inverse) {
+                    feed[index] = *with;
+                }
+            }
+        }
+        self.given_at(time, &mut feed);
+        let Some(controller) = &mut self.controller else {
+            self.kept = feed;
+            return Ok(());
+        };
+        let actual: Vec<(f64, f64)> = forward
+            .mechanism()
+            .actuators()
+            .enumerate()
+            .map(|(index, (joint, freedom))| {
+                let value = forward.joint_coordinate(view.state, view.bodies, joint, freedom);
+                (value, view.actuator_rate(index))
+            })
+            .collect();
+        let loads: Vec<AppliedLoad<f64>> = self.job.load.at(time).collect();
+        let (wanted, feed, friction) = (&self.wanted, &feed, &friction);
+        let told = Told { time, actual: &actual, wanted, feed, friction, loads: &loads };
+        self.kept = controller.sample(&told)?;
+        Ok(())
+    }
+}
+
+impl Inputs for Acting<'_> {
+    fn efforts(&mut self, view: &View<'_>, efforts: &mut [f64]) {
+        if self.period.is_some() {
+            efforts.copy_from_slice(&self.kept);
+        } else {
+            self.given_at(view.time, efforts);
+        }
+        if self.failed.is_some() {
+            // Whoever asks goes no further.
+            efforts.fill(f64::NAN);
+        }
+    }
+
+    fn targets(&mut self, time: f64, targets: &mut [Target<f64>]) {
+        if let Some(leader) = &mut self.leader
+            && let Err(error) = leader.go_to(time)
+        {
+            self.failed.get_or_insert(error);
+        }
+        let mut all = Vec::new();
+        if let Some(leader) = &self.leader {
+            let zero = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+            all = vec![zero; self.kept.len()];
+            leader.actuators(self.forward, &mut all);
+        }
+        for (target, way) in targets.iter_mut().zip(&self.ways) {
+            *target = match way {
+                Way::Course(course) => course.at(time),
+                Way::Guide(actuator) => all[*actuator],
+                Way::Stays(value) => Target { value: *value, rate: 0.0, acceleration: 0.0 },
+            };
+        }
+    }
+
+    fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
+        loads.extend(self.job.load.at(view.time));
+    }
+
+    fn next_change(&self, time: f64) -> Option<f64> {
+        let sample = self.period.and_then(|period| {
+            let near = ((time - self.job.from) / period).floor().max(0.0) as usize;
+            (near..near + 3).filter_map(|k| self.sample_time(k)).find(|next| *next > time)
+        });
+        let recorded = match (self.job.drives, self.period) {
+            // A controller takes them at its own samples.
+            (Feed::Given(drives), None) => drives.samples.as_ref().and_then(|samples| {
+                samples.get(samples.partition_point(|sample| *sample <= time)).copied()
+            }),
+            _ => None,
+        };
+        [sample, recorded].into_iter().flatten().reduce(f64::min)
+    }
+
+    fn change(&mut self, view: &View<'_>) {
+        let due = self.sample_time(self.samples).is_some_and(|sample| view.time >= sample);
+        if !due {
+            return;
+        }
+        while self.sample_time(self.samples).is_some_and(|sample| view.time >= sample) {
+            self.samples += 1;
+        }
+        if let Err(error) = self.sample(view) {
+            self.failed.get_or_insert(error);
+        }
+    }
+}

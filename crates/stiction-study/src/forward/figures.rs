@@ -1,0 +1,194 @@
+//! The plots of a simulation.
+
+use super::job::Job;
+use super::rows::{Layout, Rows};
+use crate::figure::{Figure, Line, Panel, Trace};
+
+/// Gathers a simulation's curves row by row.
+#[derive(Clone, Debug)]
+pub struct Curves {
+    layout: Layout,
+    title: String,
+    /// The freedoms that are drawn.
+    drawn: Vec<usize>,
+    positions: Vec<Trace>,
+    wanted: Vec<Trace>,
+    errors: Vec<Trace>,
+    drives: Vec<Trace>,
+    panel_of_contact: Vec<usize>,
+    panel_names: Vec<String>,
+    friction: Vec<Trace>,
+    sticking: Trace,
+    energy: [Trace; 5],
+    lost: Trace,
+    first: Option<(f64, f64)>,
+}
+
+/// Panels of one figure at most.
+const PANELS: usize = 9;
+
+impl Curves {
+    /// No points yet; `count` samples will come.
+    pub fn new(job: &Job<'_>, layout: &Layout, count: usize) -> Self {
+        let trace = Trace::new(count);
+        let driven = layout.freedom_of_actuator.clone();
+        let drawn = if driven.is_empty() { (0..layout.freedoms.len()).collect() } else { driven };
+        let mut panel_names: Vec<String> = Vec::new();
+        let panel_of_contact = layout
+            .names
+            .contacts
+            .iter()
+            .map(|(_, joint)| {
+                let leg = job.model.leg_of_joint(stiction::mechanism::JointId(*joint));
+                let panel = leg.map_or("joints", |leg| leg.name.as_str());
+                panel_names.iter().position(|known| known == panel).unwrap_or_else(|| {
+                    panel_names.push(panel.to_owned());
+                    panel_names.len() - 1
+                })
+            })
+            .collect();
+        let actuators = layout.names.drives.len();
+        Self {
+            title: format!("{} - {}", job.model.name, doing(job)),
+            positions: vec![trace.clone(); drawn.len()],
+            wanted: vec![trace.clone(); actuators],
+            errors: vec![trace.clone(); actuators],
+            drives: vec![trace.clone(); actuators],
+            panel_of_contact,
+            panel_names,
+            friction: vec![trace.clone(); layout.names.contacts.len()],
+            sticking: trace.clone(),
+            energy: std::array::from_fn(|_| trace.clone()),
+            lost: trace,
+            drawn,
+            first: None,
+            layout: layout.clone(),
+        }
+    }
+
+    /// Adds a sample.
+    pub fn add(&mut self, rows: &Rows) {
+        let time = rows.time;
+        for (trace, &freedom) in self.positions.iter_mut().zip(&self.drawn) {
+            trace.push(time, self.layout.motion_in(&rows.forward, freedom)[0]);
+        }
+        for actuator in 0..self.drives.len() {
+            let (drive, wanted) = self.layout.drive_in(&rows.forward, actuator);
+            self.drives[actuator].push(time, drive);
+            if let Some(wanted) = wanted {
+                let freedom = self.layout.freedom_of_actuator[actuator];
+                let position = self.layout.motion_in(&rows.forward, freedom)[0];
+                self.wanted[actuator].push(time, wanted);
+                self.errors[actuator].push(time, 1e3 * (position - wanted));
+            }
+        }
+        for (trace, row) in self.friction.iter_mut().zip(rows.friction.chunks_exact(6)) {
+            trace.push(time, row[2]);
+        }
+        let at_rest = rows.friction.chunks_exact(6).filter(|row| row[5] == 1.0).count();
+        self.sticking.push(time, at_rest as f64);
+        let energy = &rows.energy;
+        let drives = self.drives.len();
+        let first = *self.first.get_or_insert((energy[0], energy[1]));
+        let work: f64 = energy[2..2 + drives].iter().sum();
+        let dissipated: f64 = energy[3 + drives..energy.len() - 2].iter().sum();
+        let parts =
+            [energy[0] - first.0, energy[1] - first.1, work, energy[2 + drives], dissipated];
+        for (trace, value) in self.energy.iter_mut().zip(parts) {
+            trace.push(time, value);
+        }
+        let (error, turnover) = (energy[energy.len() - 2], energy[energy.len() - 1]);
+        self.lost.push(time, if turnover > 0.0 { error / turnover } else { 0.0 });
+    }
+
+    /// The figures, each with the name of its file.
+    pub fn figures(self) -> Vec<(&'static str, Figure)> {
+        let x_label = "time [s]".to_owned();
+        let line = |label: &str, trace: Trace, colour: usize, dashed: bool| Line {
+            label: label.to_owned(),
+            points: trace.into_points(),
+            colour,
+            dashed,
+        };
+        let layout = &self.layout;
+        let follows = layout.wanted && !self.wanted.is_empty();
+        let mut figures = Vec::new();
+
+        let mut panels = Vec::new();
+        let mut wanted = self.wanted.into_iter();
+        for (&freedom, trace) in self.drawn.iter().zip(self.positions).take(PANELS) {
+            let freedom = &layout.freedoms[freedom];
+            let mut lines = vec![line("position", trace, 0, false)];
+            if follows {
+                lines.extend(wanted.next().map(|wanted| line("wanted", wanted, 1, true)));
+            }
+            let y_label = format!("{} [{}]", freedom.name, freedom.units()[0]);
+            panels.push(Panel { y_label, lines });
+        }
+        if !panels.is_empty() {
+            let title = format!("Motion: {}", self.title);
+            figures.push(("motion", Figure { title, x_label: x_label.clone(), panels }));
+        }
+        if follows {
+            let errors = self.errors.into_iter().zip(&layout.freedom_of_actuator).take(PANELS);
+            let panels = errors.map(|(trace, &freedom)| {
+                let freedom = &layout.freedoms[freedom];
+                let y_label = format!("{} [m{}]", freedom.name, freedom.units()[0]);
+                Panel { y_label, lines: vec![line("error", trace, 1, false)] }
+            });
+            let title = format!("Off the motion by: {}", self.title);
+            let panels = panels.collect();
+            figures.push(("error", Figure { title, x_label: x_label.clone(), panels }));
+        }
+        let drives = self.drives.into_iter().zip(&layout.names.drives).take(PANELS);
+        let panels: Vec<Panel> = drives
+            .map(|(trace, (name, unit))| Panel {
+                y_label: format!("{name} [{unit}]"),
+                lines: vec![line("drive", trace, 0, false)],
+            })
+            .collect();
+        if !panels.is_empty() {
+            let title = format!("Driving forces: {}", self.title);
+            figures.push(("drives", Figure { title, x_label: x_label.clone(), panels }));
+        }
+        if !self.friction.is_empty() {
+            let mut panels: Vec<Panel> = self
+                .panel_names
+                .iter()
+                .map(|name| Panel { y_label: format!("{name} [N]"), lines: Vec::new() })
+                .collect();
+            let traces = self.friction.into_iter().zip(&layout.names.contacts);
+            for ((trace, (name, _)), &panel) in traces.zip(&self.panel_of_contact) {
+                let colour = panels[panel].lines.len();
+                panels[panel].lines.push(line(name, trace, colour, false));
+            }
+            panels.push(Panel {
+                y_label: "contacts that stick".to_owned(),
+                lines: vec![line("sticking", self.sticking, 6, false)],
+            });
+            let title = format!("Friction forces at the sliding surfaces: {}", self.title);
+            figures.push(("friction", Figure { title, x_label: x_label.clone(), panels }));
+        }
+        let labels = ["kinetic", "potential", "by drives", "by loads", "dissipated"];
+        let lines = labels.iter().zip(self.energy).enumerate();
+        let lines = lines.map(|(k, (label, trace))| line(label, trace, k, false)).collect();
+        let panels = vec![
+            Panel { y_label: "energy since the start [J]".to_owned(), lines },
+            Panel {
+                y_label: "error / turnover".to_owned(),
+                lines: vec![line("error", self.lost, 6, false)],
+            },
+        ];
+        let title = format!("Account of energy: {}", self.title);
+        figures.push(("energy", Figure { title, x_label, panels }));
+        figures
+    }
+}
+
+/// What drives it, in a few words.
+fn doing(job: &Job<'_>) -> String {
+    match job.control {
+        Some(_) => format!("motion {}, controller {}", job.motion_name, job.control_name),
+        None => format!("drives {}", job.drives_name),
+    }
+}

@@ -1,0 +1,22 @@
+//! Forward dynamics: what a mechanism does, from a start on.
+
+mod acting;
+mod controller;
+mod events;
+mod figures;
+mod guide;
+mod job;
+mod rows;
+mod run;
+mod start;
+mod summary;
+mod tables;
+mod terminal;
+
+pub use figures::Curves;
+pub use job::{Feed, Job, Start, arrange};
+pub use rows::{Layout, Rows, Scribe};
+pub use run::{Ending, Error, Outcome, Sample};
+pub use summary::Summary;
+pub use tables::{Tables, write_events};
+pub use terminal::write_summary;

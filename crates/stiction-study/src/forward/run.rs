@@ -1,0 +1,261 @@
+//! A simulation carried out.
+
+use super::acting::{Acting, prescribed};
+use super::controller::{Turns, by_actuators};
+use super::job::{Feed, Job};
+use super::rows::freedoms_of;
+use super::start;
+use crate::inverse;
+use crate::{Instants, InstantsError};
+use stiction::dynamics::{AppliedLoad, InverseError};
+use stiction::forward::{Energies, Event, EventKind, Forward, ForwardError, Instant};
+use stiction::kinematics::{AssemblyError, Target};
+use stiction_model::{Course, Diagnostic, Motion};
+use thiserror::Error;
+
+/// Everything about one instant.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample<'a> {
+    /// The mechanism.
+    pub forward: &'a Forward,
+    /// Everything that is computed at the instant.
+    pub instant: &'a Instant,
+    /// Work since the start.
+    pub energies: &'a Energies,
+    /// What the account of energy has lost since the start, J.
+    pub energy_error: f64,
+    /// How all scalar freedoms of joints move; angles counted on over full turns.
+    pub joints: &'a [Target<f64>],
+    /// Where actuators are wanted, if something follows the motion.
+    pub wanted: Option<&'a [Target<f64>]>,
+    /// The loads from outside.
+    pub loads: &'a [AppliedLoad<f64>],
+    /// The largest loop-closure error, m (angles times the characteristic length).
+    pub closure: f64,
+}
+
+/// How a simulation ended.
+#[derive(Debug)]
+pub enum Ending {
+    /// It reached its last instant.
+    Reached,
+    /// The user stopped it.
+    Interrupted,
+    /// It cannot go on.
+    Failed(Box<Error>),
+}
+
+/// What holds of the whole.
+#[derive(Debug)]
+pub struct Outcome {
+    /// How it ended.
+    pub ending: Ending,
+    /// Number of samples.
+    pub samples: usize,
+    /// What happened.
+    pub events: Vec<Event>,
+    /// The last instant, s.
+    pub last: f64,
+    /// Degrees of freedom at the start, sticking contacts and prescribed actuators not counted.
+    pub redundant: usize,
+    /// How often accelerations were computed.
+    pub evaluations: usize,
+    /// Whether the actuators determine the motion, so that inverse dynamics can be asked for it.
+    pub invertible: bool,
+}
+
+/// Why there is no simulation, or no more of it.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// There are no instants.
+    #[error(transparent)]
+    Instants(#[from] InstantsError),
+    /// The motion cannot be followed, or its efforts cannot be computed.
+    #[error(transparent)]
+    Motion(inverse::Error),
+    /// A formula has no finite value.
+    #[error("{}", .0.message)]
+    NotFinite(Box<Diagnostic>),
+    /// The controller's own model cannot be in the position that was measured.
+    #[error("{0}")]
+    Controller(AssemblyError),
+    /// The controller's own model has no efforts.
+    #[error("{0}")]
+    ControllerForces(InverseError),
+    /// The controller had no answer at this time.
+    #[error("at t = {time} s the controller has no efforts: {error}")]
+    ControllerAt {
+        /// s.
+        time: f64,
+        /// Why.
+        error: Box<Error>,
+    },
+    /// The mechanism cannot go on.
+    #[error("{error}")]
+    Forward {
+        /// Why.
+        error: ForwardError,
+        /// What else would have been possible, in words.
+        others: Vec<String>,
+    },
+    /// The samples could not be received.
+    #[error("{0}")]
+    Receiver(String),
+}
+
+impl Error {
+    /// Whether the input cannot be used (rather than that the question has no answer).
+    pub fn is_bad_input(&self) -> bool {
+        let incomplete = |error: &AssemblyError| {
+            matches!(error, AssemblyError::Open { .. } | AssemblyError::AngleRange { .. })
+        };
+        match self {
+            Self::Instants(_) | Self::NotFinite(_) => true,
+            Self::Motion(error) => error.is_bad_input(),
+            Self::Controller(_) | Self::ControllerForces(_) => true,
+            Self::Forward { error: ForwardError::Assembly(error), .. } => incomplete(error),
+            _ => false,
+        }
+    }
+}
+
+impl Job<'_> {
+    /// The instants of the samples.
+    ///
+    /// # Errors
+    /// See [`InstantsError`].
+    pub fn instants(&self) -> Result<Instants, InstantsError> {
+        let span = Motion {
+            title: String::new(),
+            start: self.from,
+            duration: (self.until - self.from).max(0.0),
+            step: None,
+            samples: None,
+            coordinates: Vec::new(),
+            interpolation: None,
+        };
+        Instants::of(&span, Some(self.step))
+    }
+
+    /// Carries it out; hands each sample to `receive`, and says how far it is to `progress` (samples done,
+    /// samples in all), which answers whether to go on.
+    ///
+    /// # Errors
+    /// Where there is not even a first sample. What happens later is in [`Outcome::ending`].
+    pub fn run(
+        &self,
+        mut receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
+        mut progress: impl FnMut(usize, usize) -> bool,
+    ) -> Result<Outcome, Error> {
+        let instants = self.instants()?;
+        let count = instants.count();
+        let forward = Forward::new(self.model.mechanism.clone(), &prescribed(self));
+        let state = start::state(self, &forward)?;
+        let mut acting = Acting::new(self, &forward, &state)?;
+        self.check(self.from)?;
+        let started = forward.start(self.from, state, self.settings, &mut acting);
+        let mut simulation = match (started, acting.failed.take()) {
+            (_, Some(error)) => return Err(error),
+            (Err(error), None) => return Err(Error::Forward { error, others: Vec::new() }),
+            (Ok(simulation), None) => simulation,
+        };
+        let now = simulation.instant();
+        let invertible = by_actuators(self.model, &forward, (&now.state, &now.bodies)).is_ok();
+        let freedoms = freedoms_of(&self.model.mechanism);
+        let mut turns = Turns::new(freedoms.iter().map(|freedom| !freedom.translates).collect());
+        let mut joints = Vec::with_capacity(freedoms.len());
+        let mut wanted = Vec::new();
+        let mut ending = Ending::Reached;
+        let mut done = 0;
+        let mut redundant = 0;
+        for (k, time) in instants.iter().enumerate() {
+            let advanced = self
+                .check(time)
+                .and_then(|()| {
+                    let moved = simulation.advance(time, &mut acting);
+                    moved.map_err(|error| Error::Forward { error, others: Vec::new() })
+                })
+                .and_then(|()| match acting.wanted_at(time)? {
+                    None => Ok(()),
+                    Some(now) => {
+                        wanted.clear();
+                        wanted.extend_from_slice(now);
+                        Ok(())
+                    }
+                });
+            if let Some(error) = acting.failed.take() {
+                ending = Ending::Failed(Box::new(error));
+                break;
+            }
+            if let Err(error) = advanced {
+                ending = Ending::Failed(Box::new(error));
+                break;
+            }
+            let now = simulation.instant();
+            joints.clear();
+            for (index, freedom) in freedoms.iter().enumerate() {
+                let (joint, own) = (freedom.joint, freedom.index);
+                let mut motion = forward.joint_motion(&now.state, &now.bodies, joint, own);
+                if k == 0 {
+                    turns.last_mut()[index] = motion.value;
+                }
+                motion.value = turns.follow(index, motion.value);
+                joints.push(motion);
+            }
+            let loads: Vec<AppliedLoad<f64>> = self.load.at(time).collect();
+            let sample = Sample {
+                forward: &forward,
+                instant: now,
+                energies: simulation.energies(),
+                energy_error: simulation.energy_error(),
+                joints: &joints,
+                wanted: (!wanted.is_empty()).then_some(wanted.as_slice()),
+                loads: &loads,
+                closure: forward.closure_error(&now.bodies),
+            };
+            redundant = redundant.max(now.redundant);
+            receive(&sample).map_err(Error::Receiver)?;
+            done += 1;
+            if !progress(k + 1, count) && k + 1 < count {
+                ending = Ending::Interrupted;
+                break;
+            }
+        }
+        if let Ending::Failed(error) = &mut ending
+            && let Error::Forward { others, .. } = &mut **error
+        {
+            *others = competitors(simulation.events());
+        }
+        Ok(Outcome {
+            ending,
+            samples: done,
+            events: simulation.events().to_vec(),
+            last: simulation.instant().time,
+            redundant,
+            evaluations: simulation.evaluations(),
+            invertible,
+        })
+    }
+
+    /// Whether all formulas have finite values.
+    fn check(&self, time: f64) -> Result<(), Error> {
+        let drives: &[(usize, Course)] = match self.drives {
+            Feed::Given(drives) => &drives.efforts,
+            Feed::Inverse => &[],
+        };
+        let loads = self.load.wrenches.iter().flat_map(|w| w.force.iter().chain(&w.moment));
+        for course in drives.iter().map(|(_, course)| course).chain(loads) {
+            if let Some(fault) = course.fault_at(time) {
+                return Err(Error::NotFinite(Box::new(fault)));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What else would have been possible at the last event that told of it.
+fn competitors(events: &[Event]) -> Vec<String> {
+    let _ = events.iter().rev().find(|event| matches!(event.kind, EventKind::NotUnique { .. }));
+    Vec::new()
+}

@@ -1,0 +1,82 @@
+//! The tables of a simulation.
+
+use super::events::{Told, tell};
+use super::rows::{Layout, Rows};
+use crate::inverse::Table;
+use std::io;
+use stiction::forward::Event;
+
+/// The tables of a simulation, row by row.
+pub struct Tables<W: io::Write> {
+    tables: Vec<Table<W>>,
+}
+
+impl<W: io::Write> Tables<W> {
+    /// The names of the files, in the order in which they are handed to [`Self::new`].
+    pub const FILES: [&'static str; 6] =
+        ["forward.csv", "reactions.csv", "friction.csv", "bodies.csv", "energy.csv", "motion.csv"];
+
+    /// Begins the tables.
+    ///
+    /// # Errors
+    /// What the receivers say.
+    pub fn new(layout: &Layout, files: [W; 6]) -> io::Result<Self> {
+        let headers = [
+            layout.forward(),
+            layout.reactions(),
+            layout.friction(),
+            layout.bodies(),
+            layout.energy(),
+            layout.motion(),
+        ];
+        let tables = files.into_iter().zip(headers).map(|(file, header)| Table::new(file, &header));
+        Ok(Self { tables: tables.collect::<io::Result<_>>()? })
+    }
+
+    /// Adds a row to each.
+    ///
+    /// # Errors
+    /// What the receivers say.
+    pub fn add(&mut self, layout: &Layout, rows: &Rows) -> io::Result<()> {
+        let motion: Vec<f64> = layout
+            .freedom_of_actuator
+            .iter()
+            .flat_map(|&freedom| layout.motion_in(&rows.forward, freedom))
+            .copied()
+            .collect();
+        let all =
+            [&rows.forward, &rows.reactions, &rows.friction, &rows.bodies, &rows.energy, &motion];
+        for (table, row) in self.tables.iter_mut().zip(all) {
+            table.number(rows.time)?;
+            for value in row {
+                table.number(*value)?;
+            }
+            table.end_row()?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is buffered and gives the receivers back, in their order.
+    ///
+    /// # Errors
+    /// What the receivers say.
+    pub fn finish(self) -> io::Result<Vec<W>> {
+        self.tables.into_iter().map(Table::finish).collect()
+    }
+}
+
+/// Writes `events.csv`: a row for each event.
+///
+/// # Errors
+/// What the receiver says.
+pub fn write_events(into: impl io::Write, layout: &Layout, events: &[Event]) -> io::Result<()> {
+    let mut writer = csv::Writer::from_writer(into);
+    writer.write_record(["time [s]", "event", "at", "detail"])?;
+    for event in events {
+        let Told { time, what, at, detail } = tell(layout, event);
+        let mut cell = String::new();
+        crate::numbers::exact(&mut cell, time);
+        writer.write_record([cell.as_str(), what, &at, &detail])?;
+    }
+    writer.flush()
+}

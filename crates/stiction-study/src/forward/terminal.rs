@@ -1,0 +1,238 @@
+//! The summary that a person reads.
+
+use super::events::{Told, tell};
+use super::job::Job;
+use super::run::{Ending, Outcome};
+use super::summary::Summary;
+use crate::inverse::terminal::{number, order, percent, width};
+use std::fmt::{self, Write};
+use stiction::forward::EventKind;
+
+/// Contacts and events listed at most.
+const LISTED: usize = 6;
+
+/// Writes the summary as plain text.
+///
+/// # Errors
+/// What the receiver says.
+pub fn write_summary(
+    out: &mut impl Write,
+    job: &Job<'_>,
+    summary: &Summary,
+    outcome: &Outcome,
+) -> fmt::Result {
+    let model = job.model;
+    match model.title.as_str() {
+        "" => writeln!(out, "{}", model.name)?,
+        title => writeln!(out, "{}: {title}", model.name)?,
+    }
+    let names = &summary.layout.names;
+    let friction = match (job.friction, names.contacts.is_empty()) {
+        (false, _) => "off",
+        (true, true) => "not declared",
+        (true, false) => "on",
+    };
+    write!(out, "from t = {} s to {} s, ", number(job.from), number(summary.last.time))?;
+    if job.motion.is_some() {
+        write!(out, "motion {}, ", job.motion_name)?;
+    }
+    writeln!(out, "load {}, friction {friction}", job.load_name)?;
+    writeln!(out, "drives {}; controller {}", job.drives_name, job.control_name)?;
+    for (actuators, what) in
+        [(&job.prescribed, "moved as the motion says"), (&job.locked, "locked")]
+    {
+        let listed: Vec<&str> = actuators.iter().map(|a| names.drives[*a].0.as_str()).collect();
+        if !listed.is_empty() {
+            writeln!(out, "{what}: {}", listed.join(", "))?;
+        }
+    }
+    writeln!(out)?;
+    write_drives(out, summary)?;
+    write_friction(out, summary, outcome)?;
+    write_energy(out, summary)?;
+    write_verdicts(out, summary, outcome)
+}
+
+fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
+    let layout = &summary.layout;
+    if layout.names.drives.is_empty() {
+        return write_freedoms(out, summary);
+    }
+    let names = &layout.names.drives;
+    let wide = width(names.iter().map(|(name, _)| name.as_str()), 13);
+    let follows = layout.wanted;
+    write!(out, "{:wide$}  {:>23}  {:>13}  {:>13}", "", "effort", "position", "rate")?;
+    writeln!(
+        out,
+        "{}",
+        if follows { format!("  {:>25}", "off the motion by") } else { String::new() }
+    )?;
+    write!(
+        out,
+        "{:wide$}  {:>11} {:>11}  {:>13}  {:>13}",
+        "actuator", "peak", "rms", "at the end", "at the end"
+    )?;
+    writeln!(
+        out,
+        "{}",
+        if follows { format!("  {:>12} {:>12}", "peak", "rms") } else { String::new() }
+    )?;
+    for (k, (name, unit)) in names.iter().enumerate() {
+        let freedom = layout.freedom_of_actuator[k];
+        let motion = layout.motion_in(&summary.last.forward, freedom);
+        let [place, speed, _] = layout.freedoms[freedom].units();
+        let size = &summary.drives[k];
+        let (position, rate) = (settled(motion[0], 1.0), settled(motion[1], 1.0));
+        write!(
+            out,
+            "{name:wide$}  {:>11} {:>11}  {:>13}  {:>13}",
+            number(size.peak),
+            number(size.rms()),
+            format!("{position} {place}"),
+            format!("{rate} {speed}"),
+        )?;
+        if follows {
+            let error = &summary.errors[k];
+            let small = if place == "m" { ("mm", 1e3) } else { ("mrad", 1e3) };
+            let amount = |x: f64| format!("{} {}", number(x * small.1), small.0);
+            write!(out, "  {:>12} {:>12}", amount(error.peak), amount(error.rms()))?;
+        }
+        writeln!(out, "  {unit}")?;
+    }
+    writeln!(out)
+}
+
+/// A number; what is zero but for rounding is told as zero.
+fn settled(x: f64, size: f64) -> String {
+    if x.abs() < 1e-14 * size { "0".to_owned() } else { number(x) }
+}
+
+fn write_freedoms(out: &mut impl Write, summary: &Summary) -> fmt::Result {
+    let layout = &summary.layout;
+    let wide = width(layout.freedoms.iter().map(|f| f.name.as_str()), 13);
+    writeln!(out, "{:wide$}  {:>13}  {:>13}", "at the end", "position", "rate")?;
+    for (k, freedom) in layout.freedoms.iter().enumerate().take(LISTED) {
+        let motion = layout.motion_in(&summary.last.forward, k);
+        let [place, speed, _] = freedom.units();
+        writeln!(
+            out,
+            "{:wide$}  {:>13}  {:>13}",
+            freedom.name,
+            format!("{} {place}", settled(motion[0], 1.0)),
+            format!("{} {speed}", settled(motion[1], 1.0)),
+        )?;
+    }
+    writeln!(out)
+}
+
+fn write_friction(out: &mut impl Write, summary: &Summary, outcome: &Outcome) -> fmt::Result {
+    let names = &summary.layout.names.contacts;
+    if names.is_empty() {
+        return Ok(());
+    }
+    let account = summary.account();
+    let sticking = summary.sticking(&outcome.events);
+    let total: f64 = account.contacts.iter().sum();
+    let mut order: Vec<usize> = (0..names.len()).collect();
+    let dissipated = |k: usize| account.contacts.get(k).copied().unwrap_or(0.0);
+    order.sort_by(|&a, &b| dissipated(b).total_cmp(&dissipated(a)));
+    let listed = &order[..order.len().min(LISTED)];
+    let wide = width(listed.iter().map(|&k| names[k].0.as_str()), 13);
+    writeln!(
+        out,
+        "{:wide$}  {:>13} {:>9}  {:>11}  {:>7}  {:>14}",
+        "friction", "dissipated", "part", "sticks", "stops", "greatest load"
+    )?;
+    for &k in listed {
+        let part = (total > 0.0).then(|| dissipated(k) / total);
+        let Some(sticking) = sticking.get(k) else { continue };
+        writeln!(
+            out,
+            "{:wide$}  {:>11} J {:>9}  {:>9} s  {:>7}  {:>12} N",
+            names[k].0,
+            number(dissipated(k)),
+            percent(part),
+            number(sticking.time),
+            sticking.stops,
+            number(summary.loads[k].peak),
+        )?;
+    }
+    let more = names.len() - listed.len();
+    if more > 0 {
+        let rest: f64 = order[listed.len()..].iter().map(|&k| dissipated(k)).sum();
+        writeln!(
+            out,
+            "{more} more{:>w$} J",
+            number(rest),
+            w = wide + 13 - 5 - more.to_string().len()
+        )?;
+    }
+    let at_rest = summary.last.friction.chunks_exact(6).filter(|row| row[5] == 1.0).count();
+    match at_rest {
+        0 => writeln!(out, "at the end all slide"),
+        n if n == names.len() => writeln!(out, "at the end all stick"),
+        n => writeln!(out, "at the end {n} of {} stick", names.len()),
+    }?;
+    writeln!(out)
+}
+
+fn write_energy(out: &mut impl Write, summary: &Summary) -> fmt::Result {
+    let account = summary.account();
+    let dissipated = account.dampers + account.contacts.iter().sum::<f64>();
+    writeln!(
+        out,
+        "energy: drives give {} J, loads {} J; kinetic energy changes by {} J, potential by {} J; {} J are \
+         dissipated",
+        number(account.drives.iter().sum()),
+        number(account.loads),
+        number(account.kinetic.1 - account.kinetic.0),
+        number(account.potential.1 - account.potential.0),
+        number(dissipated),
+    )?;
+    let relative = if account.turnover > 0.0 {
+        summary.energy_error.peak.abs() / account.turnover
+    } else {
+        0.0
+    };
+    writeln!(
+        out,
+        "loops closed to {} m; the account of energy closes to {} of what is turned over",
+        order(summary.closure.peak),
+        order(relative),
+    )
+}
+
+fn write_verdicts(out: &mut impl Write, summary: &Summary, outcome: &Outcome) -> fmt::Result {
+    let stops =
+        outcome.events.iter().filter(|e| matches!(e.kind, EventKind::Sticks { .. })).count();
+    let slides =
+        outcome.events.iter().filter(|e| matches!(e.kind, EventKind::Slides { .. })).count();
+    if stops + slides > 0 {
+        writeln!(out, "contacts came to rest {stops} times, and began to slide {slides} times")?;
+    }
+    let shares =
+        |e: &&stiction::forward::Event| matches!(e.kind, EventKind::SharesNotUnique { .. });
+    if let Some(event) = outcome.events.iter().find(shares) {
+        writeln!(
+            out,
+            "shares of static friction are not unique from t = {} s on: more contacts stick than it takes; they \
+             share in proportion to what they can bear",
+            number(event.time)
+        )?;
+    }
+    let others = outcome.events.iter().filter(|e| matches!(e.kind, EventKind::NotUnique { .. }));
+    for event in others.take(LISTED) {
+        let Told { time, at, detail, .. } = tell(&summary.layout, event);
+        writeln!(
+            out,
+            "CAUTION: at t = {} s other motions satisfy all laws as well ({at}: {detail}); this one is connected \
+             with no friction",
+            number(time)
+        )?;
+    }
+    match &outcome.ending {
+        Ending::Reached => Ok(()),
+        Ending::Interrupted => writeln!(out, "interrupted at t = {} s", number(summary.last.time)),
+        Ending::Failed(error) => writeln!(out, "ended at t = {} s: {error}", number(outcome.last)),
+    }
+}
