@@ -17,7 +17,7 @@ use std::sync::atomic::Ordering;
 use stiction::forward::ForwardError;
 use stiction::kinematics::AssemblyError;
 use stiction_study::forward::{
-    Curves, Ending, Error, Job, Layout, Outcome, Rows, Scribe, Summary, Tables, write_events,
+    Curves, Ending, Error, Layout, Outcome, Rows, Scribe, Summary, Tables, write_events,
     write_summary,
 };
 
@@ -78,13 +78,11 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
                 None => Ok(()),
             }
         },
-        |done, of| {
-            progress.tell_samples("simulating", done, of);
-            !interrupted.load(Ordering::Relaxed)
-        },
+        |done, of| progress.tell_samples("simulating", done, of),
+        &|| interrupted.load(Ordering::Relaxed),
     );
     progress.clear();
-    let mut outcome = outcome.map_err(|error| match (error, &outputs) {
+    let outcome = outcome.map_err(|error| match (error, &outputs) {
         (Error::Receiver(error), Some(outputs)) => outputs.trouble("the tables", error),
         (error, _) => failure_of(error),
     })?;
@@ -107,11 +105,11 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
             outputs.end(name, file, &[])?;
         }
         let mut events = Vec::new();
-        write_events(&mut events, &layout, &outcome.events)
+        write_events(&mut events, &summary, &outcome.events)
             .map_err(|error| outputs.trouble("events.csv", error))?;
         outputs.write("events.csv", &events)?;
         outputs.write("summary.json", format!("{json:#}\n").as_bytes())?;
-        for (name, figure) in curves.figures() {
+        for (name, figure) in curves.figures(&summary, &outcome.events) {
             outputs.write(&format!("{name}.svg"), figure.svg().as_bytes())?;
             #[cfg(feature = "png")]
             {
@@ -129,7 +127,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
     } else if !options.json && std::io::stderr().is_terminal() {
         eprintln!("\nTables and plots: add -o DIR");
     }
-    ended(&job, &mut outcome, kept)
+    ended(outcome, kept)
 }
 
 /// The tables.
@@ -139,24 +137,18 @@ const POSSIBLE: [&str; 6] =
     ["error.svg", "error.png", "drives.svg", "drives.png", "friction.svg", "friction.png"];
 
 /// Whether it ended as it should.
-fn ended(job: &Job<'_>, outcome: &mut Outcome, kept: Option<&Path>) -> Result<(), Failure> {
+fn ended(outcome: Outcome, kept: Option<&Path>) -> Result<(), Failure> {
     let upto = kept.map(|folder| {
         format!("what was computed up to t = {} s is in {}", outcome.last, folder.display())
     });
-    match std::mem::replace(&mut outcome.ending, Ending::Reached) {
-        Ending::Reached => Ok(()),
-        Ending::Interrupted => Err(Failure::interrupted_at(match upto {
-            Some(words) => format!("interrupted; {words}"),
-            None => format!("interrupted at t = {} s; nothing was written", outcome.last),
-        })),
-        Ending::Failed(error) => {
-            let failure = failure_of(*error);
-            let _ = job;
-            Err(match upto {
-                Some(words) => failure.note(words),
-                None => failure,
-            })
+    match (outcome.ending, upto) {
+        (Ending::Reached, _) => Ok(()),
+        (Ending::Interrupted, Some(words)) => {
+            Err(Failure::interrupted_at(format!("interrupted; {words}")))
         }
+        (Ending::Interrupted, None) => Err(Failure::interrupted()),
+        (Ending::Failed(error), Some(words)) => Err(failure_of(*error).note(words)),
+        (Ending::Failed(error), None) => Err(failure_of(*error)),
     }
 }
 
@@ -182,22 +174,23 @@ pub(crate) fn failure_of(error: Error) -> Failure {
         Error::ControllerAt { time, .. } => Failure::no_answer(words)
             .help("less bandwidth, a limit, or a PD controller may get through; see where the mechanism has gone with -o")
             .details(json!({ "time": time })),
-        Error::Forward { error, others } => failure_of_forward(&error, &others, bad_input),
+        Error::Forward(error) => failure_of_forward(&error, bad_input),
+        Error::Interrupted => Failure::interrupted(),
         _ if bad_input => Failure::input(words),
         _ => Failure::no_answer(words),
     }
 }
 
-fn failure_of_forward(error: &ForwardError, others: &[String], bad_input: bool) -> Failure {
+fn failure_of_forward(error: &ForwardError, bad_input: bool) -> Failure {
     let message = error.to_string();
     match error {
         ForwardError::Assembly(_) if bad_input => Failure::input(message),
         ForwardError::NoAcceleration { time, joint, percent } => Failure::no_answer(message)
             .help("give the guide a longer `bending_span`, less friction, or smooth the law with `regularisation`; see the chapter on forward dynamics")
-            .details(json!({ "time": time, "joint": joint, "percent": percent, "others": others })),
+            .details(json!({ "time": time, "joint": joint, "percent": percent })),
         ForwardError::NoChoice { time, joint } => Failure::no_answer(message)
             .help("less friction there, or a law with `regularisation`, lets it go on")
-            .details(json!({ "time": time, "joint": joint, "others": others })),
+            .details(json!({ "time": time, "joint": joint })),
         ForwardError::Massless { time, body } => Failure::no_answer(message)
             .help("give the body a mass and moments of inertia, or hold that motion with --hold")
             .details(json!({ "time": time, "body": body })),

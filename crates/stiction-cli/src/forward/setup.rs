@@ -191,7 +191,7 @@ fn joint_freedoms(mechanism: &Mechanism, name: &str) -> Result<Vec<(JointId, usi
                 .map(|joint| (strsim::damerau_levenshtein(&joint.name, name), &joint.name))
                 .min()
                 .filter(|(distance, known)| *distance <= 1 + known.len() / 3);
-            let failure = Failure::input(format!("there is no joint `{name}` with a freedom"));
+            let failure = Failure::input(format!("there is no joint `{name}`"));
             Err(match nearest {
                 Some((_, known)) => failure.help(format!("did you mean `{known}`?")),
                 None => {

@@ -24,7 +24,6 @@ enum Way<'a> {
 }
 
 /// The inputs of a simulation.
-#[derive(Debug)]
 pub(super) struct Acting<'a> {
     forward: &'a Forward,
     job: &'a Job<'a>,
@@ -41,6 +40,10 @@ pub(super) struct Acting<'a> {
     /// Samples taken so far.
     samples: usize,
     period: Option<f64>,
+    /// Whether the user wants it to stop.
+    stopped: &'a dyn Fn() -> bool,
+    /// Whether it was found so.
+    pub(super) is_stopped: bool,
     /// Why inputs could not be computed.
     pub(super) failed: Option<Error>,
 }
@@ -57,6 +60,7 @@ impl<'a> Acting<'a> {
         job: &'a Job<'a>,
         forward: &'a Forward,
         state: &State<f64>,
+        stopped: &'a dyn Fn() -> bool,
     ) -> Result<Self, Error> {
         let mut bodies = Bodies::new(forward.topology());
         bodies.place(forward.topology(), forward.parameters(), &state.coordinates);
@@ -82,7 +86,6 @@ impl<'a> Acting<'a> {
             Some(control) => Some(Controller::new(job, control, forward, (state, &bodies))?),
             None => None,
         };
-        let needs_guide = controller.is_some() || matches!(job.drives, Feed::Inverse);
         let period = match job.control {
             Some(control) => Some(control.period),
             None if matches!(job.drives, Feed::Inverse) => Some(UPDATE),
@@ -94,7 +97,9 @@ impl<'a> Acting<'a> {
             job,
             ways,
             leader,
-            guide: guide.filter(|_| needs_guide),
+            guide: guide.filter(|_| job.follows()),
+            stopped,
+            is_stopped: false,
             wanted: vec![zero; actuators.len()],
             turns: Turns::new(translations(forward).iter().map(|t| !t).collect()),
             controller,
@@ -177,7 +182,8 @@ impl Inputs for Acting<'_> {
         } else {
             self.given_at(view.time, efforts);
         }
-        if self.failed.is_some() {
+        self.is_stopped |= (self.stopped)();
+        if self.failed.is_some() || self.is_stopped {
             // Whoever asks goes no further.
             efforts.fill(f64::NAN);
         }

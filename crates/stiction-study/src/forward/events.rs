@@ -3,8 +3,10 @@
 use super::rows::Layout;
 use crate::inverse::terminal::number;
 use stiction::forward::{Event, EventKind};
+use stiction::mechanism::JointId;
 
 /// An event in words.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Told {
     /// s.
     pub(crate) time: f64,
@@ -16,28 +18,43 @@ pub(crate) struct Told {
     pub(crate) detail: String,
 }
 
-/// Says what an event is.
-pub(crate) fn tell(layout: &Layout, event: &Event) -> Told {
+/// Says what happened; `at_rest` says which contacts stick at the start.
+pub(crate) fn tell_all(layout: &Layout, mut at_rest: Vec<bool>, events: &[Event]) -> Vec<Told> {
+    at_rest.resize(layout.names.contacts.len(), false);
+    events.iter().map(|event| tell(layout, &mut at_rest, event)).collect()
+}
+
+fn tell(layout: &Layout, at_rest: &mut [bool], event: &Event) -> Told {
     let contact_name = |contact: usize| layout.names.contacts[contact].0.clone();
-    let joint_name = |joint: stiction::mechanism::JointId| layout.names.joints[joint.0].clone();
+    let joint_name = |joint: JointId| layout.names.joints[joint.0].clone();
     let (what, at, detail) = match &event.kind {
-        EventKind::Sticks { contact, .. } => ("sticks", contact_name(*contact), String::new()),
+        EventKind::Sticks { contact, .. } => {
+            at_rest[*contact] = true;
+            ("sticks", contact_name(*contact), String::new())
+        }
         EventKind::Slides { contact, direction, .. } => {
-            let detail = if layout.signed[*contact] {
-                if direction[0] < 0.0 { "backward" } else { "forward" }.to_owned()
-            } else {
-                direction.map(number).join(" ")
-            };
-            ("slides", contact_name(*contact), detail)
+            let rested = std::mem::replace(&mut at_rest[*contact], false);
+            let what = if rested { "slides" } else { "reverses" };
+            (what, contact_name(*contact), way(*direction, layout.signed[*contact]))
         }
         EventKind::SharesNotUnique { redundant } => {
-            ("shares-not-unique", String::new(), format!("{redundant}"))
+            ("shares-not-unique", String::new(), format!("{redundant} redundant"))
         }
         EventKind::NotUnique { joint, coupling, others } => {
-            let detail =
-                format!("coupling {}, other solutions {}", number(*coupling), others.len());
+            let count = others.len();
+            let detail = format!("coupling {}, {count} found", number(*coupling));
             ("not-unique", joint_name(*joint), detail)
         }
     };
     Told { time: event.time, what, at, detail }
+}
+
+/// A direction of sliding.
+fn way(direction: [f64; 3], signed: bool) -> String {
+    match (signed, direction[0] < 0.0) {
+        (true, true) => "backward".to_owned(),
+        (true, false) => "forward".to_owned(),
+        // A unit vector: what is rounding is zero.
+        _ => direction.map(|x| number(if x.abs() < 1e-12 { 0.0 } else { x })).join(" "),
+    }
 }

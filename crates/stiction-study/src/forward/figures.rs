@@ -2,7 +2,9 @@
 
 use super::job::Job;
 use super::rows::{Layout, Rows};
+use super::summary::Summary;
 use crate::figure::{Figure, Line, Panel, Trace};
+use stiction::forward::{Event, EventKind};
 
 /// Gathers a simulation's curves row by row.
 #[derive(Clone, Debug)]
@@ -18,7 +20,6 @@ pub struct Curves {
     panel_of_contact: Vec<usize>,
     panel_names: Vec<String>,
     friction: Vec<Trace>,
-    sticking: Trace,
     energy: [Trace; 5],
     lost: Trace,
     first: Option<(f64, f64)>,
@@ -57,7 +58,6 @@ impl Curves {
             panel_of_contact,
             panel_names,
             friction: vec![trace.clone(); layout.names.contacts.len()],
-            sticking: trace.clone(),
             energy: std::array::from_fn(|_| trace.clone()),
             lost: trace,
             drawn,
@@ -85,8 +85,6 @@ impl Curves {
         for (trace, row) in self.friction.iter_mut().zip(rows.friction.chunks_exact(6)) {
             trace.push(time, row[2]);
         }
-        let at_rest = rows.friction.chunks_exact(6).filter(|row| row[5] == 1.0).count();
-        self.sticking.push(time, at_rest as f64);
         let energy = &rows.energy;
         let drives = self.drives.len();
         let first = *self.first.get_or_insert((energy[0], energy[1]));
@@ -97,12 +95,11 @@ impl Curves {
         for (trace, value) in self.energy.iter_mut().zip(parts) {
             trace.push(time, value);
         }
-        let (error, turnover) = (energy[energy.len() - 2], energy[energy.len() - 1]);
-        self.lost.push(time, if turnover > 0.0 { error / turnover } else { 0.0 });
+        self.lost.push(time, energy[energy.len() - 2]);
     }
 
     /// The figures, each with the name of its file.
-    pub fn figures(self) -> Vec<(&'static str, Figure)> {
+    pub fn figures(self, summary: &Summary, events: &[Event]) -> Vec<(&'static str, Figure)> {
         let x_label = "time [s]".to_owned();
         let line = |label: &str, trace: Trace, colour: usize, dashed: bool| Line {
             label: label.to_owned(),
@@ -164,9 +161,9 @@ impl Curves {
             }
             panels.push(Panel {
                 y_label: "contacts that stick".to_owned(),
-                lines: vec![line("sticking", self.sticking, 6, false)],
+                lines: vec![line("sticking", sticking(summary, events), 6, false)],
             });
-            let title = format!("Friction forces at the sliding surfaces: {}", self.title);
+            let title = format!("Friction: {}", self.title);
             figures.push(("friction", Figure { title, x_label: x_label.clone(), panels }));
         }
         let labels = ["kinetic", "potential", "by drives", "by loads", "dissipated"];
@@ -175,7 +172,7 @@ impl Curves {
         let panels = vec![
             Panel { y_label: "energy since the start [J]".to_owned(), lines },
             Panel {
-                y_label: "error / turnover".to_owned(),
+                y_label: "error [J]".to_owned(),
                 lines: vec![line("error", self.lost, 6, false)],
             },
         ];
@@ -183,6 +180,29 @@ impl Curves {
         figures.push(("energy", Figure { title, x_label, panels }));
         figures
     }
+}
+
+/// How many contacts stick, event by event.
+fn sticking(summary: &Summary, events: &[Event]) -> Trace {
+    let mut at_rest = summary.at_rest_first();
+    let mut trace = Trace::new(2 * events.len() + 2);
+    let (first, last) = summary.span();
+    let count = |at_rest: &[bool]| at_rest.iter().filter(|rests| **rests).count() as f64;
+    trace.push(first, count(&at_rest));
+    for event in events {
+        let before = count(&at_rest);
+        match event.kind {
+            EventKind::Sticks { contact, .. } => at_rest[contact] = true,
+            EventKind::Slides { contact, .. } => at_rest[contact] = false,
+            _ => continue,
+        }
+        if count(&at_rest) != before {
+            trace.push(event.time, before);
+            trace.push(event.time, count(&at_rest));
+        }
+    }
+    trace.push(last, count(&at_rest));
+    trace
 }
 
 /// What drives it, in a few words.

@@ -8,7 +8,7 @@ use super::start;
 use crate::inverse;
 use crate::{Instants, InstantsError};
 use stiction::dynamics::{AppliedLoad, InverseError};
-use stiction::forward::{Energies, Event, EventKind, Forward, ForwardError, Instant};
+use stiction::forward::{Energies, Event, Forward, ForwardError, Instant};
 use stiction::kinematics::{AssemblyError, Target};
 use stiction_model::{Course, Diagnostic, Motion};
 use thiserror::Error;
@@ -54,14 +54,17 @@ pub struct Outcome {
     pub samples: usize,
     /// What happened.
     pub events: Vec<Event>,
-    /// The last instant, s.
+    /// The instant of the last sample, s.
     pub last: f64,
-    /// Degrees of freedom at the start, sticking contacts and prescribed actuators not counted.
+    /// Redundant constraints, those of contacts that stick among them, the most at any sample.
     pub redundant: usize,
     /// How often accelerations were computed.
     pub evaluations: usize,
     /// Whether the actuators determine the motion, so that inverse dynamics can be asked for it.
     pub invertible: bool,
+    /// Whether the rates at the start are others than was asked for, since what is prescribed or locked does
+    /// not allow those.
+    pub rates_changed: bool,
 }
 
 /// Why there is no simulation, or no more of it.
@@ -92,16 +95,14 @@ pub enum Error {
         error: Box<Error>,
     },
     /// The mechanism cannot go on.
-    #[error("{error}")]
-    Forward {
-        /// Why.
-        error: ForwardError,
-        /// What else would have been possible, in words.
-        others: Vec<String>,
-    },
+    #[error(transparent)]
+    Forward(ForwardError),
     /// The samples could not be received.
     #[error("{0}")]
     Receiver(String),
+    /// It was stopped before its first sample.
+    #[error("interrupted")]
+    Interrupted,
 }
 
 impl Error {
@@ -114,11 +115,14 @@ impl Error {
             Self::Instants(_) | Self::NotFinite(_) => true,
             Self::Motion(error) => error.is_bad_input(),
             Self::Controller(_) | Self::ControllerForces(_) => true,
-            Self::Forward { error: ForwardError::Assembly(error), .. } => incomplete(error),
+            Self::Forward(ForwardError::Assembly(error)) => incomplete(error),
             _ => false,
         }
     }
 }
+
+/// Rates at the start may differ by this part: projection and rounding.
+const CHANGED: f64 = 1e-6;
 
 impl Job<'_> {
     /// The instants of the samples.
@@ -139,42 +143,50 @@ impl Job<'_> {
     }
 
     /// Carries it out; hands each sample to `receive`, and says how far it is to `progress` (samples done,
-    /// samples in all), which answers whether to go on.
+    /// samples in all). `stopped` is asked again and again whether the user wants it to stop.
     ///
     /// # Errors
     /// Where there is not even a first sample. What happens later is in [`Outcome::ending`].
     pub fn run(
         &self,
         mut receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
-        mut progress: impl FnMut(usize, usize) -> bool,
+        mut progress: impl FnMut(usize, usize),
+        stopped: &dyn Fn() -> bool,
     ) -> Result<Outcome, Error> {
         let instants = self.instants()?;
         let count = instants.count();
         let forward = Forward::new(self.model.mechanism.clone(), &prescribed(self));
         let state = start::state(self, &forward)?;
-        let mut acting = Acting::new(self, &forward, &state)?;
+        let mut acting = Acting::new(self, &forward, &state, stopped)?;
         self.check(self.from)?;
+        let wished = state.rates.clone();
         let started = forward.start(self.from, state, self.settings, &mut acting);
+        if acting.is_stopped {
+            return Err(Error::Interrupted);
+        }
         let mut simulation = match (started, acting.failed.take()) {
             (_, Some(error)) => return Err(error),
-            (Err(error), None) => return Err(Error::Forward { error, others: Vec::new() }),
+            (Err(error), None) => return Err(Error::Forward(error)),
             (Ok(simulation), None) => simulation,
         };
         let now = simulation.instant();
+        let size = wished.iter().fold(0.0_f64, |size, rate| size.max(rate.abs()));
+        let changed = wished.iter().zip(&now.state.rates).map(|(a, b)| (a - b).abs());
+        let rates_changed = changed.fold(0.0, f64::max) > CHANGED * size;
         let invertible = by_actuators(self.model, &forward, (&now.state, &now.bodies)).is_ok();
         let freedoms = freedoms_of(&self.model.mechanism);
         let mut turns = Turns::new(freedoms.iter().map(|freedom| !freedom.translates).collect());
         let mut joints = Vec::with_capacity(freedoms.len());
         let mut wanted = Vec::new();
         let mut ending = Ending::Reached;
-        let mut done = 0;
+        let (mut done, mut last) = (0, self.from);
         let mut redundant = 0;
         for (k, time) in instants.iter().enumerate() {
             let advanced = self
                 .check(time)
                 .and_then(|()| {
                     let moved = simulation.advance(time, &mut acting);
-                    moved.map_err(|error| Error::Forward { error, others: Vec::new() })
+                    moved.map_err(Error::Forward)
                 })
                 .and_then(|()| match acting.wanted_at(time)? {
                     None => Ok(()),
@@ -184,6 +196,10 @@ impl Job<'_> {
                         Ok(())
                     }
                 });
+            if acting.is_stopped || (stopped() && done > 0) {
+                ending = Ending::Interrupted;
+                break;
+            }
             if let Some(error) = acting.failed.take() {
                 ending = Ending::Failed(Box::new(error));
                 break;
@@ -217,24 +233,18 @@ impl Job<'_> {
             redundant = redundant.max(now.redundant);
             receive(&sample).map_err(Error::Receiver)?;
             done += 1;
-            if !progress(k + 1, count) && k + 1 < count {
-                ending = Ending::Interrupted;
-                break;
-            }
-        }
-        if let Ending::Failed(error) = &mut ending
-            && let Error::Forward { others, .. } = &mut **error
-        {
-            *others = competitors(simulation.events());
+            last = time;
+            progress(k + 1, count);
         }
         Ok(Outcome {
             ending,
             samples: done,
             events: simulation.events().to_vec(),
-            last: simulation.instant().time,
+            last,
             redundant,
             evaluations: simulation.evaluations(),
             invertible,
+            rates_changed,
         })
     }
 
@@ -252,10 +262,4 @@ impl Job<'_> {
         }
         Ok(())
     }
-}
-
-/// What else would have been possible at the last event that told of it.
-fn competitors(events: &[Event]) -> Vec<String> {
-    let _ = events.iter().rev().find(|event| matches!(event.kind, EventKind::NotUnique { .. }));
-    Vec::new()
 }

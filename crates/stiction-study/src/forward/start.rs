@@ -46,7 +46,6 @@ fn complete(
     mut coordinates: Vec<Coordinate>,
     mut targets: Vec<Target<f64>>,
 ) -> Result<State<f64>, Error> {
-    let failed = |error| Error::Forward { error, others: Vec::new() };
     let homes = &job.model.homes;
     let attempt = |coordinates: &[Coordinate], targets: &[Target<f64>]| {
         forward.assemble(homes, coordinates, targets)
@@ -56,7 +55,7 @@ fn complete(
         Err(error) => error,
     };
     let ForwardError::Assembly(AssemblyError::Open { open }) = &first else {
-        return Err(failed(first));
+        return Err(Error::Forward(first));
     };
     let mut left = open.len();
     for (coordinate, value) in candidates(forward) {
@@ -76,7 +75,7 @@ fn complete(
             }
         }
     }
-    Err(failed(first))
+    Err(Error::Forward(first))
 }
 
 /// The scalar coordinates of all joints with their start values, actuated ones first.

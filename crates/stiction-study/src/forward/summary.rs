@@ -1,6 +1,6 @@
 //! What a simulation comes to.
 
-use super::events::tell;
+use super::events::tell_all;
 use super::job::Job;
 use super::rows::{Layout, Rows};
 use super::run::{Ending, Outcome};
@@ -23,6 +23,8 @@ pub struct Summary {
     pub(super) loads: Vec<Size>,
     pub(super) closure: Size,
     pub(super) energy_error: Size,
+    /// Magnitudes of the energies of which it is a difference.
+    energies: Size,
 }
 
 /// How long a contact sticks.
@@ -50,6 +52,7 @@ impl Summary {
             loads: vec![Size::default(); contacts],
             closure: Size::default(),
             energy_error: Size::default(),
+            energies: Size::default(),
         }
     }
 
@@ -79,6 +82,7 @@ impl Summary {
         }
         self.closure.add(time, rows.forward.last().copied().unwrap_or(0.0));
         self.energy_error.add(time, rows.energy[rows.energy.len() - 2]);
+        self.energies.add(time, rows.energy[0] + rows.energy[1].abs());
     }
 
     /// For each contact how long it sticks up to the last sample.
@@ -108,6 +112,17 @@ impl Summary {
             sticking.time += since.map_or(0.0, |begun| (self.last.time - begun).max(0.0));
         }
         all
+    }
+
+    /// The instants of the first and the last sample, s.
+    pub(super) fn span(&self) -> (f64, f64) {
+        (self.first.as_ref().map_or(0.0, |first| first.time), self.last.time)
+    }
+
+    /// For each contact whether it sticks at the first sample.
+    pub fn at_rest_first(&self) -> Vec<bool> {
+        let first = self.first.iter().flat_map(|rows| rows.friction.chunks_exact(6));
+        first.map(|row| row[5] == 1.0).collect()
     }
 
     /// The parts of the account of energy at the end.
@@ -174,6 +189,8 @@ impl Summary {
         };
         let turnover = account.turnover;
         let error = self.energy_error.peak.abs();
+        let others: Vec<Value> =
+            outcome.events.iter().filter_map(|event| self.others(event)).collect();
         json!({
             "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
             "model": { "name": job.model.name, "title": job.model.title },
@@ -206,7 +223,7 @@ impl Summary {
                 "contacts": account.contacts.iter().sum::<f64>(),
                 "error": error,
                 "turnover": turnover,
-                "error_relative": (turnover > 0.0).then(|| error / turnover),
+                "error_relative": self.energy_error_relative(),
             },
             "events": self.count_events(&outcome.events),
             "verdicts": {
@@ -218,6 +235,8 @@ impl Summary {
                     .events
                     .iter()
                     .any(|e| matches!(e.kind, EventKind::NotUnique { .. })),
+                "other_motions": others,
+                "start_rates_as_asked": !outcome.rates_changed,
                 "redundant": outcome.redundant,
                 "closure": self.closure.peak,
                 "evaluations": outcome.evaluations,
@@ -225,14 +244,41 @@ impl Summary {
         })
     }
 
+    /// Amounts of energy below this are rounding, J.
+    pub(super) fn rounding(&self) -> f64 {
+        1e-13 * self.energies.peak.abs()
+    }
+
+    /// What the account of energy loses as a part of what is turned over; none if nothing is.
+    pub(super) fn energy_error_relative(&self) -> Option<f64> {
+        let turnover = self.account().turnover;
+        (turnover > self.rounding()).then(|| self.energy_error.peak.abs() / turnover)
+    }
+
+    /// The motions that were possible as well, if an event tells of some.
+    fn others(&self, event: &Event) -> Option<Value> {
+        let EventKind::NotUnique { joint, coupling, others } = &event.kind else { return None };
+        let names = &self.layout.names;
+        let each = others.iter().map(|other| {
+            let loads = names.contacts.iter().zip(&other.loads);
+            let loads: Map<String, Value> =
+                loads.map(|((name, _), load)| (name.clone(), json!(load))).collect();
+            json!({ "loads": loads })
+        });
+        Some(json!({
+            "time": event.time,
+            "joint": names.joints[joint.0],
+            "coupling": coupling,
+            "others": each.collect::<Vec<_>>(),
+        }))
+    }
+
     /// How many events there are of each kind.
     fn count_events(&self, events: &[Event]) -> Value {
-        let mut counts = Map::new();
-        for kind in ["sticks", "slides", "shares-not-unique", "not-unique"] {
-            let count = events.iter().filter(|e| tell(&self.layout, e).what == kind).count();
-            counts.insert(kind.to_owned(), json!(count));
-        }
-        Value::Object(counts)
+        let told = tell_all(&self.layout, self.at_rest_first(), events);
+        let kinds = ["sticks", "slides", "reverses", "shares-not-unique", "not-unique"];
+        let count = |kind: &str| told.iter().filter(|event| event.what == kind).count();
+        Value::Object(kinds.map(|kind| (kind.to_owned(), json!(count(kind)))).into_iter().collect())
     }
 }
 

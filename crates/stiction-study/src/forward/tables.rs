@@ -1,7 +1,8 @@
 //! The tables of a simulation.
 
-use super::events::{Told, tell};
+use super::events::{Told, tell_all};
 use super::rows::{Layout, Rows};
+use super::summary::Summary;
 use crate::inverse::Table;
 use std::io;
 use stiction::forward::Event;
@@ -69,11 +70,12 @@ impl<W: io::Write> Tables<W> {
 ///
 /// # Errors
 /// What the receiver says.
-pub fn write_events(into: impl io::Write, layout: &Layout, events: &[Event]) -> io::Result<()> {
+pub fn write_events(into: impl io::Write, summary: &Summary, events: &[Event]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(into);
     writer.write_record(["time [s]", "event", "at", "detail"])?;
-    for event in events {
-        let Told { time, what, at, detail } = tell(layout, event);
+    for Told { time, what, at, detail } in
+        tell_all(&summary.layout, summary.at_rest_first(), events)
+    {
         let mut cell = String::new();
         crate::numbers::exact(&mut cell, time);
         writer.write_record([cell.as_str(), what, &at, &detail])?;

@@ -1,12 +1,11 @@
 //! The summary that a person reads.
 
-use super::events::{Told, tell};
+use super::events::{Told, tell_all};
 use super::job::Job;
 use super::run::{Ending, Outcome};
 use super::summary::Summary;
 use crate::inverse::terminal::{number, order, percent, width};
 use std::fmt::{self, Write};
-use stiction::forward::EventKind;
 
 /// Contacts and events listed at most.
 const LISTED: usize = 6;
@@ -46,11 +45,18 @@ pub fn write_summary(
             writeln!(out, "{what}: {}", listed.join(", "))?;
         }
     }
+    if outcome.rates_changed {
+        writeln!(
+            out,
+            "CAUTION: the rates at the start are not those asked for: what is locked or prescribed does not \
+             allow them"
+        )?;
+    }
     writeln!(out)?;
     write_drives(out, summary)?;
     write_friction(out, summary, outcome)?;
     write_energy(out, summary)?;
-    write_verdicts(out, summary, outcome)
+    write_verdicts(out, job, summary, outcome)
 }
 
 fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
@@ -134,7 +140,10 @@ fn write_friction(out: &mut impl Write, summary: &Summary, outcome: &Outcome) ->
     let sticking = summary.sticking(&outcome.events);
     let total: f64 = account.contacts.iter().sum();
     let mut order: Vec<usize> = (0..names.len()).collect();
-    let dissipated = |k: usize| account.contacts.get(k).copied().unwrap_or(0.0);
+    let rounding = summary.rounding();
+    let settle = |x: f64| if x.abs() < rounding { 0.0 } else { x };
+    let dissipated = |k: usize| settle(account.contacts.get(k).copied().unwrap_or(0.0));
+    let total = settle(total);
     order.sort_by(|&a, &b| dissipated(b).total_cmp(&dissipated(a)));
     let listed = &order[..order.len().min(LISTED)];
     let wide = width(listed.iter().map(|&k| names[k].0.as_str()), 13);
@@ -179,60 +188,77 @@ fn write_friction(out: &mut impl Write, summary: &Summary, outcome: &Outcome) ->
 fn write_energy(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     let account = summary.account();
     let dissipated = account.dampers + account.contacts.iter().sum::<f64>();
+    let rounding = summary.rounding();
+    let amount = |x: f64| number(if x.abs() < rounding { 0.0 } else { x });
     writeln!(
         out,
         "energy: drives give {} J, loads {} J; kinetic energy changes by {} J, potential by {} J; {} J are \
          dissipated",
-        number(account.drives.iter().sum()),
-        number(account.loads),
-        number(account.kinetic.1 - account.kinetic.0),
-        number(account.potential.1 - account.potential.0),
-        number(dissipated),
+        amount(account.drives.iter().sum()),
+        amount(account.loads),
+        amount(account.kinetic.1 - account.kinetic.0),
+        amount(account.potential.1 - account.potential.0),
+        amount(dissipated),
     )?;
-    let relative = if account.turnover > 0.0 {
-        summary.energy_error.peak.abs() / account.turnover
-    } else {
-        0.0
-    };
-    writeln!(
-        out,
-        "loops closed to {} m; the account of energy closes to {} of what is turned over",
-        order(summary.closure.peak),
-        order(relative),
-    )
+    write!(out, "loops closed to {} m; ", order(summary.closure.peak))?;
+    match summary.energy_error_relative() {
+        Some(relative) => writeln!(
+            out,
+            "the account of energy closes to {} of what is turned over",
+            order(relative)
+        ),
+        None => writeln!(out, "no energy is turned over"),
+    }
 }
 
-fn write_verdicts(out: &mut impl Write, summary: &Summary, outcome: &Outcome) -> fmt::Result {
-    let stops =
-        outcome.events.iter().filter(|e| matches!(e.kind, EventKind::Sticks { .. })).count();
-    let slides =
-        outcome.events.iter().filter(|e| matches!(e.kind, EventKind::Slides { .. })).count();
-    if stops + slides > 0 {
-        writeln!(out, "contacts came to rest {stops} times, and began to slide {slides} times")?;
+fn times(count: usize) -> String {
+    match count {
+        0 => "never".to_owned(),
+        1 => "once".to_owned(),
+        2 => "twice".to_owned(),
+        n => format!("{n} times"),
     }
-    let shares =
-        |e: &&stiction::forward::Event| matches!(e.kind, EventKind::SharesNotUnique { .. });
-    if let Some(event) = outcome.events.iter().find(shares) {
+}
+
+fn write_verdicts(
+    out: &mut impl Write,
+    job: &Job<'_>,
+    summary: &Summary,
+    outcome: &Outcome,
+) -> fmt::Result {
+    let told = tell_all(&summary.layout, summary.at_rest_first(), &outcome.events);
+    let count = |what: &str| told.iter().filter(|event| event.what == what).count();
+    let (stops, slides, reversals) = (count("sticks"), count("slides"), count("reverses"));
+    if stops + slides + reversals > 0 {
         writeln!(
             out,
-            "shares of static friction are not unique from t = {} s on: more contacts stick than it takes; they \
-             share in proportion to what they can bear",
+            "contacts came to rest {}, let go {}, and reversed without rest {}",
+            times(stops),
+            times(slides),
+            times(reversals),
+        )?;
+    }
+    if let Some(event) = told.iter().find(|event| event.what == "shares-not-unique") {
+        writeln!(
+            out,
+            "shares of static friction are not unique from t = {} s on: more contacts stick than it \
+             takes; they share in proportion to what they can bear",
             number(event.time)
         )?;
     }
-    let others = outcome.events.iter().filter(|e| matches!(e.kind, EventKind::NotUnique { .. }));
-    for event in others.take(LISTED) {
-        let Told { time, at, detail, .. } = tell(&summary.layout, event);
+    let others = told.iter().filter(|event| event.what == "not-unique");
+    for Told { time, at, detail, .. } in others.take(LISTED) {
         writeln!(
             out,
-            "CAUTION: at t = {} s other motions satisfy all laws as well ({at}: {detail}); this one is connected \
-             with no friction",
-            number(time)
+            "CAUTION: from t = {} s on other motions satisfy all laws as well ({detail}; the load of {at} \
+             differs most); this one is connected with no friction",
+            number(*time)
         )?;
     }
     match &outcome.ending {
         Ending::Reached => Ok(()),
-        Ending::Interrupted => writeln!(out, "interrupted at t = {} s", number(summary.last.time)),
-        Ending::Failed(error) => writeln!(out, "ended at t = {} s: {error}", number(outcome.last)),
+        Ending::Interrupted | Ending::Failed(_) => {
+            writeln!(out, "CAUTION: it ended before t = {} s", number(job.until))
+        }
     }
 }
