@@ -104,6 +104,10 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
         for (name, file) in FILES.into_iter().zip(files) {
             outputs.end(name, file, &[])?;
         }
+        if !outcome.invertible {
+            // Inverse dynamics could not be asked for it.
+            outputs.abandon("motion.csv");
+        }
         let mut events = Vec::new();
         write_events(&mut events, &summary, &outcome.events)
             .map_err(|error| outputs.trouble("events.csv", error))?;
@@ -133,8 +137,15 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
 /// The tables.
 const FILES: [&str; 6] = Tables::<Vec<u8>>::FILES;
 /// Files that not every run has.
-const POSSIBLE: [&str; 6] =
-    ["error.svg", "error.png", "drives.svg", "drives.png", "friction.svg", "friction.png"];
+const POSSIBLE: [&str; 7] = [
+    "motion.csv",
+    "error.svg",
+    "error.png",
+    "drives.svg",
+    "drives.png",
+    "friction.svg",
+    "friction.png",
+];
 
 /// Whether it ended as it should.
 fn ended(outcome: Outcome, kept: Option<&Path>) -> Result<(), Failure> {

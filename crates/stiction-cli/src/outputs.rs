@@ -63,6 +63,19 @@ impl Outputs {
         arrived(&mut file).map_err(|error| self.trouble(name, error))
     }
 
+    /// Takes back a file that was begun.
+    pub(crate) fn abandon(&mut self, name: &str) {
+        let complete = self.folder.join(name);
+        self.pending.retain(|(partial, known)| {
+            let other = *known != complete;
+            if !other {
+                // It may be gone already; there is nobody to tell.
+                let _ = fs::remove_file(partial);
+            }
+            other
+        });
+    }
+
     /// Gives all files their names; returns these. Those of `possible` that were not written this
     /// time would be taken for results of this run, and are removed.
     pub(crate) fn complete(mut self, possible: &[&str]) -> Result<Vec<PathBuf>, Failure> {

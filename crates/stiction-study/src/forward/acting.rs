@@ -12,6 +12,9 @@ use stiction_model::Course;
 /// Time between updates of the drives of inverse dynamics where there is no controller, s.
 const UPDATE: f64 = 1e-3;
 
+/// Instants that are apart by less than this part of a period are the same.
+const SAME: f64 = 1e-6;
+
 /// How a prescribed actuator is told where to be.
 #[derive(Clone, Debug)]
 enum Way<'a> {
@@ -39,6 +42,8 @@ pub(super) struct Acting<'a> {
     kept: Vec<f64>,
     /// Samples taken so far.
     samples: usize,
+    /// Where the simulation stops next, s.
+    stretch_end: f64,
     period: Option<f64>,
     /// Whether the user wants it to stop.
     stopped: &'a dyn Fn() -> bool,
@@ -105,13 +110,23 @@ impl<'a> Acting<'a> {
             controller,
             kept: vec![0.0; actuators.len()],
             samples: 0,
+            stretch_end: job.from,
             period,
             failed: None,
         })
     }
 
-    fn sample_time(&self, index: usize) -> Option<f64> {
-        Some(self.job.from + index as f64 * self.period?)
+    /// When the next sample is due; at the end of the present stretch if rounding alone tells them apart.
+    fn next_sample(&self) -> Option<f64> {
+        let period = self.period?;
+        let time = self.job.from + self.samples as f64 * period;
+        let same = (time - self.stretch_end).abs() < SAME * period;
+        Some(if same { self.stretch_end } else { time })
+    }
+
+    /// Says up to where the simulation goes on next.
+    pub(super) fn go_to(&mut self, time: f64) {
+        self.stretch_end = time;
     }
 
     /// Where actuators are wanted, if something follows the motion.
@@ -215,10 +230,7 @@ impl Inputs for Acting<'_> {
     }
 
     fn next_change(&self, time: f64) -> Option<f64> {
-        let sample = self.period.and_then(|period| {
-            let near = ((time - self.job.from) / period).floor().max(0.0) as usize;
-            (near..near + 3).filter_map(|k| self.sample_time(k)).find(|next| *next > time)
-        });
+        let sample = self.next_sample().filter(|next| *next > time);
         let recorded = match (self.job.drives, self.period) {
             // A controller takes them at its own samples.
             (Feed::Given(drives), None) => drives.samples.as_ref().and_then(|samples| {
@@ -230,13 +242,10 @@ impl Inputs for Acting<'_> {
     }
 
     fn change(&mut self, view: &View<'_>) {
-        let due = self.sample_time(self.samples).is_some_and(|sample| view.time >= sample);
-        if !due {
+        if self.next_sample().is_none_or(|next| view.time < next) {
             return;
         }
-        while self.sample_time(self.samples).is_some_and(|sample| view.time >= sample) {
-            self.samples += 1;
-        }
+        self.samples += 1;
         if let Err(error) = self.sample(view) {
             self.failed.get_or_insert(error);
         }

@@ -182,6 +182,7 @@ impl Job<'_> {
         let (mut done, mut last) = (0, self.from);
         let mut redundant = 0;
         for (k, time) in instants.iter().enumerate() {
+            acting.go_to(time);
             let advanced = self
                 .check(time)
                 .and_then(|()| {

@@ -1,0 +1,373 @@
+//! `stiction forward` as its users meet it.
+
+mod program;
+
+use program::Folder;
+use serde_json::Value;
+
+const FILES: [&str; 8] = [
+    "bodies.csv",
+    "energy.csv",
+    "events.csv",
+    "forward.csv",
+    "friction.csv",
+    "motion.csv",
+    "reactions.csv",
+    "summary.json",
+];
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+/// The numbers of a column by its whole name.
+fn column(table: &str, name: &str) -> Vec<f64> {
+    let mut lines = table.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let place = header.iter().position(|cell| *cell == name);
+    let place = place.unwrap_or_else(|| panic!("no column {name} in {header:?}"));
+    lines.map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect()
+}
+
+/// 2 kg on a slope of 30 degrees: without a drive it slides if mu < tan 30 deg = 0.57735.
+fn slope(mu: f64) -> String {
+    format!(
+        r#"
+        gravity = [0, 0, "-10 m/s^2"]
+        [bodies.block]
+        mass = "2 kg"
+        com = [0, 0, 0]
+        inertia = [1, 1, 1]
+        [joints.slope]
+        type = "P"
+        from = "ground"
+        to = "block"
+        axis = ["cos(30 deg)", 0, "sin(30 deg)"]
+        actuated = true
+        friction = {{ mu = {mu:?} }}
+        [motions.up]
+        duration = "2 s"
+        slope = "0.1 m/s*t"
+        "#
+    )
+}
+
+#[test]
+fn without_arguments_a_controller_follows_the_robots_own_motion() {
+    let said = Folder::new("forward-default").stiction(&["forward"]);
+    let out = said.succeeds();
+    assert!(said.err.contains("knows the robot, but not its friction"), "{}", said.err);
+    // What differs between machines is left out.
+    let stable: Vec<&str> = out.lines().filter(|line| !line.starts_with("loops closed")).collect();
+    insta::assert_snapshot!("forward-default", stable.join("\n"));
+}
+
+#[test]
+fn the_files_are_complete() {
+    let folder = Folder::new("forward-files");
+    folder.stiction(&["forward", "-o", "new/deep", "--until", "0.2"]).succeeds();
+    let inner = Folder(folder.0.join("new/deep"));
+    let mut expected = FILES.to_vec();
+    expected.extend(["drives.svg", "energy.svg", "error.svg", "friction.svg", "motion.svg"]);
+    expected.sort_unstable();
+    assert_eq!(inner.files(), expected);
+
+    let forward = inner.read("forward.csv");
+    let times = column(&forward, "time [s]");
+    assert_eq!((times.len(), times[0], times[20]), (21, 0.0, 0.2));
+    let (position, wanted) =
+        (column(&forward, "leg1.P.position [m]"), column(&forward, "leg1.P.wanted [m]"));
+    // It follows the motion, but for what friction makes of it.
+    assert!(position.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-3 && *a > 0.5));
+    assert!(column(&forward, "closure [m]").iter().all(|x| *x < 1e-12));
+    assert_eq!(column(&forward, "leg2.R.rate [rad/s]").len(), 21);
+
+    let friction = inner.read("friction.csv");
+    for contact in ["leg1.R", "leg2.P", "leg3.S"] {
+        let get = |what: &str| column(&friction, &format!("{contact}.{what}"));
+        let (force, limit, sticks) = (get("friction [N]"), get("limit [N]"), get("sticks"));
+        for ((force, limit), sticks) in force.iter().zip(limit).zip(sticks) {
+            assert!(sticks == 0.0 || force.abs() <= limit * (1.0 + 1e-8), "{contact}");
+        }
+    }
+    let energy = inner.read("energy.csv");
+    let turnover = column(&energy, "turnover [J]")[20];
+    assert!(column(&energy, "error [J]").iter().all(|x| x.abs() < 1e-9 * turnover));
+    let summary = json(&inner.read("summary.json"));
+    assert_eq!(summary["ended"], "reached");
+    assert_eq!(summary["options"]["controller"], "computed-torque");
+    assert!(inner.read("events.csv").starts_with("time [s],event,at,detail\n"));
+    let svg = inner.read("friction.svg");
+    assert!(svg.contains("contacts that stick") && !svg.contains("NaN"));
+}
+
+/// From rest: s = g (sin a - mu cos a) t^2/2 downwards, or nothing at all.
+#[test]
+fn a_block_slides_or_sticks() {
+    let folder = Folder::new("forward-slope");
+    folder.write("slope.toml", &slope(0.2));
+    let run =
+        ["forward", "slope.toml", "--drives", "none", "--from", "rest", "--until", "2", "-o", "."];
+    folder.stiction(&run).succeeds();
+    let table = folder.read("forward.csv");
+    let acceleration = -10.0 * (0.5 - 0.2 * 0.75_f64.sqrt());
+    for (t, s) in column(&table, "time [s]").iter().zip(column(&table, "slope.position [m]")) {
+        // A parabola: steps of any length are exact.
+        assert!((s - 0.5 * acceleration * t * t).abs() < 1e-12, "{t}: {s}");
+    }
+    let energy = folder.read("energy.csv");
+    let dissipated = column(&energy, "slope.dissipated [J]")[200];
+    // mu N s = 0.2 * 20 N cos 30 deg * 6.5359 m
+    let expected = 0.2 * 20.0 * 0.75_f64.sqrt() * -2.0 * acceleration;
+    assert!((dissipated - expected).abs() < 1e-9, "{dissipated} {expected}");
+
+    folder.write("slope.toml", &slope(0.6));
+    folder.stiction(&run).succeeds();
+    assert!(column(&folder.read("forward.csv"), "slope.position [m]").iter().all(|s| *s == 0.0));
+    assert!(column(&folder.read("friction.csv"), "slope.sticks").iter().all(|s| *s == 1.0));
+    // It holds the block's weight along the slope, 10 N downwards, by friction upwards.
+    let friction = column(&folder.read("friction.csv"), "slope.friction [N]");
+    assert!(friction.iter().all(|f| (f + 10.0).abs() < 1e-12), "{friction:?}");
+    assert_eq!(json(&folder.read("summary.json"))["friction"]["slope"]["sticks"], 2.0);
+}
+
+/// Two programs that share neither unknowns nor elimination, by way of the files: the drives that inverse
+/// dynamics finds for what happened are those that made it happen.
+#[test]
+fn inverse_dynamics_of_what_happened_is_what_was_done() {
+    let folder = Folder::new("forward-inverse");
+    for (model, drives, names) in [
+        ("four-bar", "A = 3 N m*sin(10*t)", vec!["A.drive [N m]"]),
+        (
+            "five-bar",
+            "left_motor = 2 N m*cos(9*t); right_motor = 1 N m",
+            vec!["left_motor.drive [N m]", "right_motor.drive [N m]"],
+        ),
+        (
+            "zhang2018-regular",
+            "leg1.P = 75 N + 5 N*sin(8*t); leg2.P = 60 N; leg3.P = 30 N",
+            vec!["leg1.P.drive [N]", "leg2.P.drive [N]", "leg3.P.drive [N]"],
+        ),
+    ] {
+        folder
+            .stiction(&["forward", model, "--drives", drives, "--until", "0.2", "-o", "f"])
+            .succeeds();
+        let inner = Folder(folder.0.join("f"));
+        let slow = |row: usize, table: &str| {
+            let header = table.lines().next().unwrap();
+            let speeds = header.split(',').filter(|name| name.ends_with("speed [m/s]"));
+            speeds.into_iter().any(|name| column(table, name)[row].abs() < 1e-9)
+        };
+        let friction = inner.read("friction.csv");
+        let count = friction.lines().count() - 1;
+        let resting: Vec<bool> = (0..count).map(|row| slow(row, &friction)).collect();
+        folder.stiction(&["inverse", model, "--motion", "f/motion.csv", "-o", "i"]).succeeds();
+        let found = Folder(folder.0.join("i")).read("inverse.csv");
+        let given = inner.read("forward.csv");
+        for name in names {
+            let (found, given) = (column(&found, name), column(&given, name));
+            assert!(found.len() == count && count > 20);
+            for (row, (found, given)) in found.iter().zip(&given).enumerate() {
+                // Rounding, magnified by the way to a singular position: 0.015 of it is left at the end.
+                assert!(
+                    resting[row] || (found - given).abs() < 1e-9,
+                    "{model} {row}: {found} {given}"
+                );
+            }
+            assert!(resting.iter().filter(|rests| **rests).count() < 3);
+        }
+    }
+}
+
+/// The efforts of a run drive the next.
+#[test]
+fn drives_can_come_from_a_file() {
+    let folder = Folder::new("forward-drives");
+    folder.write("slope.toml", &slope(0.0));
+    folder.write("push.csv", "time [s],slope [kN]\n0,0.01\n1,0.03\n");
+    let run = ["forward", "slope.toml", "--drives", "push.csv", "--from", "rest", "-o", "."];
+    folder.stiction(&run).succeeds();
+    let table = folder.read("forward.csv");
+    // From 10 N, which just holds it, to 30 N within a second: x''' = 20/2 m/s^3.
+    for (t, s) in column(&table, "time [s]").iter().zip(column(&table, "slope.position [m]")) {
+        assert!((s - 10.0 * t.powi(3) / 6.0).abs() < 1e-10, "{t}: {s}");
+    }
+    folder.write("again.csv", &table);
+    folder
+        .stiction(&["forward", "slope.toml", "--drives", "again.csv", "--from", "rest"])
+        .succeeds();
+}
+
+#[test]
+fn joints_can_be_prescribed_and_locked() {
+    let folder = Folder::new("forward-locks");
+    let drives = "leg3.P = 20 N";
+    let run = [
+        "forward",
+        "--prescribe",
+        "leg1.P,leg2.P",
+        "--drives",
+        drives,
+        "--until",
+        "0.1",
+        "-o",
+        ".",
+    ];
+    folder.stiction(&run).succeeds();
+    let table = folder.read("forward.csv");
+    let get = |name: &str| column(&table, name);
+    let (position, wanted) = (get("leg2.P.position [m]"), get("leg2.P.wanted [m]"));
+    assert!(position.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12));
+    assert!(get("leg3.P.drive [N]").iter().all(|drive| *drive == 20.0));
+    // A joint without an actuator: its lock takes an effort.
+    let run = [
+        "forward",
+        "four-bar",
+        "--hold",
+        "B",
+        "--from",
+        "rest",
+        "--drives",
+        "A = 1 N m",
+        "-o",
+        ".",
+    ];
+    folder.stiction(&run).succeeds();
+    let table = folder.read("forward.csv");
+    let locked = column(&table, "B.position [rad]");
+    assert!(locked.iter().all(|angle| *angle == locked[0]));
+    assert!(column(&table, "B.drive [N m]").iter().any(|effort| effort.abs() > 0.1));
+}
+
+#[test]
+fn the_start_may_be_partial() {
+    let folder = Folder::new("forward-start");
+    let from = "A = 40 deg + 2 rad/s*t";
+    folder
+        .stiction(&["forward", "four-bar", "--from", from, "--until", "0.01", "-o", "."])
+        .succeeds();
+    let table = folder.read("forward.csv");
+    assert!((column(&table, "A.position [rad]")[0] - 40_f64.to_radians()).abs() < 1e-12);
+    assert!((column(&table, "A.rate [rad/s]")[0] - 2.0).abs() < 1e-12);
+    // One leg of three: the others are where the model puts them.
+    let run =
+        ["forward", "--from", "leg1.P = 590 mm", "--drives", "none", "--until", "0.01", "-o", "."];
+    folder.stiction(&run).succeeds();
+    let table = folder.read("forward.csv");
+    assert!((column(&table, "leg1.P.position [m]")[0] - 0.59).abs() < 1e-12);
+    assert_eq!(column(&table, "leg2.P.rate [m/s]")[0], 0.0);
+}
+
+#[test]
+fn programs_get_one_json_text() {
+    let folder = Folder::new("forward-json");
+    let said = folder.stiction(&["forward", "five-bar", "--json", "--until", "0.02"]);
+    assert_eq!(
+        (json(said.succeeds())["model"]["name"].as_str(), said.err.as_str()),
+        (Some("five-bar"), "")
+    );
+    let said = folder.stiction(&["forward", "--drives", "leg1.Q = 1 N", "--json"]);
+    assert_eq!((said.code, said.err.as_str()), (2, ""));
+    assert_eq!(json(&said.out)["error"]["diagnostics"][0]["code"], "unknown-name");
+}
+
+#[test]
+fn wrong_input_is_told_with_a_way_out() {
+    let folder = Folder::new("forward-wrong");
+    folder.write("times.csv", "time [s],leg1.P [N]\n0,1\n0,2\n");
+    folder.write("names.csv", "time [s],leg1.R [N m]\n0,1\n");
+    folder.write("units.csv", "time [s],leg1.P [mm]\n0,1\n");
+    folder.write("control.toml", "type = \"pid\"\n");
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["forward", "--drives", "leg1.P = 3 mm"], &["expected a force", "a length"]),
+        (&["forward", "--drives", "leg1.R = 3 N m"], &["joint `leg1.R` has no actuator", "leg1.P"]),
+        (&["forward", "--drives", "leg1.P = 1; leg1.P = 2"], &["given twice"]),
+        (&["forward", "--drives", "push"], &["`push` is not understood", "inverse"]),
+        (&["forward", "--drives", "none.csv"], &["there is no such file"]),
+        (&["forward", "--drives", "times.csv"], &["time does not increase"]),
+        (&["forward", "--drives", "names.csv"], &["joint `leg1.R` has no actuator"]),
+        (&["forward", "--drives", "units.csv"], &["N, kN"]),
+        (&["forward", "--controller", "pdd"], &["did you mean `pd`?"]),
+        (
+            &["forward", "--controller", "control.toml"],
+            &["control.toml:1", "`pid` is not understood"],
+        ),
+        (&["forward", "--controller", "period = 1 ms"], &["no `type`"]),
+        (&["forward", "--controller", "type = pd; period = 0 s"], &["greater than 0"]),
+        (&["forward", "--controller", "type = pd; bandwidth = 60 rad/s"], &["a frequency", "2*pi"]),
+        (&["forward", "--controller", "type = computed-torque; kp = 3 N/m"], &["`bandwidth`"]),
+        (&["forward", "--controller", "type = pd; leg9.P.limit = 3 N"], &["no actuator `leg9.P`"]),
+        (&["forward", "--controller", "type = pd; leg1.P.limt = 3 N"], &["did you mean `limit`?"]),
+        (&["forward", "--hold", "leg1.Q"], &["no joint `leg1.Q`", "did you mean"]),
+        (&["forward", "--hold", "leg1.S"], &["no coordinate that could be held"]),
+        (&["forward", "--prescribe", "leg1.R"], &["has no actuator"]),
+        (&["forward", "--until", "-1"], &["--until is -1 s"]),
+        (&["forward", "--until", "nan"], &["--until"]),
+        (&["forward", "--step", "0"], &["--step"]),
+        (&["forward", "--tolerance", "1"], &["1e-10 is usual"]),
+        (&["forward", "--from", "platform.q = 1"], &["platform.q"]),
+        (&["forward", "--friction", "one-pass"], &["on", "off"]),
+        (&["forward", "griffis-duffy"], &["as many as there are freedoms", "type = pd"]),
+        (&["forward", "nothing"], &["no built-in model"]),
+    ];
+    for (arguments, texts) in cases {
+        folder.stiction(arguments).fails(2, texts);
+    }
+}
+
+/// A rod that leans forward scrapes over a rough floor: Painleve's paradox. What was computed before is kept.
+#[test]
+fn what_was_computed_before_it_jams_is_kept() {
+    let folder = Folder::new("forward-jam");
+    let said =
+        folder.stiction(&["forward", "3upu", "--drives", "none", "--from", "rest", "-o", "."]);
+    said.fails(
+        1,
+        &["has no acceleration", "leg2.U1", "what was computed up to t = 0.39 s is in ."],
+    );
+    assert_eq!(column(&folder.read("forward.csv"), "time [s]").len(), 40);
+    let summary = json(&folder.read("summary.json"));
+    assert_eq!(summary["ended"], "failed");
+    assert!(summary["ended_because"].as_str().unwrap().contains("no acceleration"));
+    assert!(folder.files().iter().all(|name| !name.contains("partial")));
+}
+
+/// Ctrl-C keeps complete files up to there, and the exit code says so.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_what_is_done() {
+    use std::process::{Command, Stdio};
+    let folder = Folder::new("forward-interrupt");
+    let child = Command::new(env!("CARGO_BIN_EXE_stiction"))
+        .current_dir(&folder.0)
+        .args(["forward", "--drives", "inverse", "--until", "1000", "-o", "."])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Some samples must be there.
+    let begun = std::time::Instant::now();
+    let written = || {
+        let sizes = std::fs::read_dir(&folder.0).unwrap().filter_map(|e| e.ok()?.metadata().ok());
+        sizes.map(|m| m.len()).max().unwrap_or(0)
+    };
+    while written() < 100_000 {
+        assert!(begun.elapsed().as_secs() < 60, "nothing is written");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let output = child.wait_with_output().unwrap();
+    let said = program::Said::from(output);
+    said.fails(130, &["interrupted; what was computed up to t = "]);
+    let mut expected = FILES.to_vec();
+    expected.extend(["drives.svg", "energy.svg", "error.svg", "friction.svg", "motion.svg"]);
+    expected.sort_unstable();
+    assert_eq!(folder.files(), expected);
+    let rows = |name: &str| folder.read(name).lines().count();
+    assert!(rows("forward.csv") > 10);
+    for name in ["bodies.csv", "energy.csv", "friction.csv", "motion.csv", "reactions.csv"] {
+        assert_eq!(rows(name), rows("forward.csv"), "{name}");
+    }
+    assert_eq!(json(&folder.read("summary.json"))["ended"], "interrupted");
+}
