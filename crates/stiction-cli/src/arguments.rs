@@ -112,7 +112,7 @@ pub(crate) struct Forward {
     #[arg(long, value_name = "MODE")]
     pub(crate) friction: Option<Switch>,
     /// Relative error of a step of integration
-    #[arg(long, value_name = "NUMBER", default_value_t = 1e-10, allow_negative_numbers = true)]
+    #[arg(long, value_name = "NUMBER", default_value = "1e-10", allow_negative_numbers = true)]
     pub(crate) tolerance: f64,
     /// Write forward.csv, reactions.csv, friction.csv, bodies.csv, energy.csv, events.csv, motion.csv,
     /// summary.json and plots into this folder
