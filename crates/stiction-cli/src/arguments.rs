@@ -114,6 +114,12 @@ pub(crate) struct Forward {
     /// Relative error of a step of integration
     #[arg(long, value_name = "NUMBER", default_value = "1e-10", allow_negative_numbers = true)]
     pub(crate) tolerance: f64,
+    /// How often a run with -o writes down where it is, in seconds of waiting
+    #[arg(long, value_name = "SECONDS", default_value = "60", allow_negative_numbers = true)]
+    pub(crate) checkpoint: f64,
+    /// Go on where a run with the same options and the same -o was interrupted; --until may be another
+    #[arg(long, requires = "output")]
+    pub(crate) resume: bool,
     /// Write forward.csv, reactions.csv, friction.csv, bodies.csv, energy.csv, events.csv, motion.csv,
     /// summary.json and plots into this folder
     #[arg(short, long, value_name = "DIR")]

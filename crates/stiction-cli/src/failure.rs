@@ -134,6 +134,15 @@ impl Failure {
     }
 }
 
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &*self.what {
+            What::Diagnostics(diagnostics) => f.write_str(&diagnostics.render(false)),
+            What::Message { message, .. } => f.write_str(message),
+        }
+    }
+}
+
 impl From<Diagnostics> for Failure {
     fn from(diagnostics: Diagnostics) -> Self {
         Self { kind: Kind::Input, what: Box::new(What::Diagnostics(diagnostics)), json: false }

@@ -1,5 +1,6 @@
 //! `stiction forward`: what a mechanism does.
 
+mod journal;
 mod setup;
 
 use crate::arguments::Forward;
@@ -9,15 +10,17 @@ use crate::outputs::Outputs;
 use crate::print;
 use crate::progress::Progress;
 use crate::sources;
+use journal::{CHECKPOINT, Journal, Kept, begin, partials};
 use serde_json::json;
 use setup::Setup;
+use std::cell::RefCell;
 use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use stiction::forward::ForwardError;
 use stiction::kinematics::AssemblyError;
 use stiction_study::forward::{
-    Curves, Ending, Error, Layout, Outcome, Rows, Scribe, Summary, Tables, write_events,
+    Curves, Ending, Error, Layout, Outcome, Rows, Scribe, Summary, Tables, read_rows, write_events,
     write_summary,
 };
 
@@ -47,25 +50,47 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
     let count = job.instants().map_err(|error| failure_of(Error::Instants(error)))?.count();
     let layout = Layout::new(&job.model.mechanism, job.follows());
     let mut outputs = options.output.as_deref().map(Outputs::new).transpose()?;
-    let mut tables = match &mut outputs {
-        None => None,
-        Some(outputs) => {
-            let mut files = Vec::new();
-            for name in FILES {
-                files.push(outputs.begin(name)?);
-            }
-            let Ok(files) = <[_; 6]>::try_from(files) else { return Ok(()) };
-            let tables = Tables::new(&layout, files);
-            Some(tables.map_err(|error| outputs.trouble("the tables", error))?)
-        }
+    let mut journal = Journal::new(&job, options.checkpoint)?;
+    let kept = match &outputs {
+        Some(outputs) if options.resume => Some(journal.read(outputs)?),
+        _ => None,
     };
     let mut summary = Summary::new(&layout);
     let mut curves = outputs.is_some().then(|| Curves::new(&job, &layout, count));
     let mut scribe = Scribe::new(&job.model.mechanism);
+    let mut tables = match &mut outputs {
+        None => None,
+        Some(outputs) => {
+            let Some(files) = begin(outputs, kept.as_ref())? else { return Ok(()) };
+            Some(match &kept {
+                None => Tables::new(&layout, files)
+                    .map_err(|error| outputs.trouble("the tables", error))?,
+                Some(kept) => {
+                    let mut tables = Tables::onward(files);
+                    tables.flush().map_err(|error| outputs.trouble("the tables", error))?;
+                    let receive = |rows: &Rows| {
+                        summary.add(rows);
+                        scribe.follow(rows);
+                        if let Some(curves) = &mut curves {
+                            curves.add(rows);
+                        }
+                    };
+                    read_again(outputs, &layout, kept, receive)?;
+                    // What it began with stays until this run has written down where it is itself.
+                    journal.write(outputs, &kept.mark, &partials(outputs))?;
+                    for (at, _) in kept.files.iter().filter(|(at, _)| at.ends_with(".partial")) {
+                        outputs.remove(at);
+                    }
+                    tables
+                }
+            })
+        }
+    };
     let mut rows = Rows::default();
 
     let interrupted = listen_for_interrupt();
     let mut progress = Progress::new();
+    let tables_cell = RefCell::new(&mut tables);
     let outcome = job.run(
         |sample| {
             scribe.write(&layout, sample, &mut rows);
@@ -73,13 +98,24 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
             if let Some(curves) = &mut curves {
                 curves.add(&rows);
             }
-            match &mut tables {
+            match &mut *tables_cell.borrow_mut() {
                 Some(tables) => tables.add(&layout, &rows).map_err(|error| error.to_string()),
                 None => Ok(()),
             }
         },
-        |done, of| progress.tell_samples("simulating", done, of),
+        |done, of, mark| {
+            progress.tell_samples("simulating", done, of);
+            if let (Some(outputs), Some(tables)) = (&outputs, &mut *tables_cell.borrow_mut())
+                && journal.is_due()
+            {
+                tables.flush().map_err(|error| error.to_string())?;
+                let written = journal.write(outputs, &mark(), &partials(outputs));
+                written.map_err(|failure| failure.to_string())?;
+            }
+            Ok(())
+        },
         &|| interrupted.load(Ordering::Relaxed),
+        kept.as_ref().map(|kept| &kept.mark),
     );
     progress.clear();
     let outcome = outcome.map_err(|error| match (error, &outputs) {
@@ -104,7 +140,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
         for (name, file) in FILES.into_iter().zip(files) {
             outputs.end(name, file, &[])?;
         }
-        if !outcome.invertible {
+        if !outcome.invertible && outcome.mark.is_none() {
             // Inverse dynamics could not be asked for it.
             outputs.abandon("motion.csv");
         }
@@ -122,6 +158,16 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
                 outputs.write(&file, &png)?;
             }
         }
+        let lengths: Vec<(String, u64)> = FILES
+            .iter()
+            .filter_map(|name| Some(((*name).to_owned(), outputs.partial(name)?.1)))
+            .collect();
+        if let Some(mark) = &outcome.mark {
+            // The tables will have these names in a moment.
+            journal.write(&outputs, mark, &lengths)?;
+        } else {
+            outputs.remove(CHECKPOINT);
+        }
         let names = outputs.complete(&POSSIBLE)?;
         if !options.json {
             let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
@@ -132,6 +178,28 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
         eprintln!("\nTables and plots: add -o DIR");
     }
     ended(outcome, kept)
+}
+
+/// Goes through the rows that an earlier run has written.
+fn read_again(
+    outputs: &Outputs,
+    layout: &Layout,
+    kept: &Kept,
+    receive: impl FnMut(&Rows),
+) -> Result<(), Failure> {
+    let mut texts = Vec::new();
+    for (name, (at, bytes)) in FILES.iter().zip(&kept.files) {
+        let mut text =
+            outputs.read(at).ok_or_else(|| outputs.trouble(name, "it cannot be read"))?;
+        text.truncate(usize::try_from(*bytes).unwrap_or(usize::MAX));
+        texts.push(std::io::Cursor::new(text));
+    }
+    let Ok([a, b, c, d, e, f]) = <[_; 6]>::try_from(texts) else { return Ok(()) };
+    let (mut a, mut b, mut c, mut d, mut e, mut f) = (a, b, c, d, e, f);
+    let files: [&mut dyn std::io::Read; 6] = [&mut a, &mut b, &mut c, &mut d, &mut e, &mut f];
+    read_rows(layout, files, kept.mark.samples, receive).map_err(|error| {
+        Failure::input(format!("what was computed before cannot be read: {error}"))
+    })
 }
 
 /// The tables.
@@ -152,10 +220,11 @@ fn ended(outcome: Outcome, kept: Option<&Path>) -> Result<(), Failure> {
     let upto = kept.map(|folder| {
         format!("what was computed up to t = {} s is in {}", outcome.last, folder.display())
     });
+    let on = "the same with --resume goes on from there";
     match (outcome.ending, upto) {
         (Ending::Reached, _) => Ok(()),
         (Ending::Interrupted, Some(words)) => {
-            Err(Failure::interrupted_at(format!("interrupted; {words}")))
+            Err(Failure::interrupted_at(format!("interrupted; {words}")).help(on))
         }
         (Ending::Interrupted, None) => Err(Failure::interrupted()),
         (Ending::Failed(error), Some(words)) => Err(failure_of(*error).note(words)),
@@ -187,6 +256,7 @@ pub(crate) fn failure_of(error: Error) -> Failure {
             .details(json!({ "time": time })),
         Error::Forward(error) => failure_of_forward(&error, bad_input),
         Error::Interrupted => Failure::interrupted(),
+        Error::Mark => Failure::input(words).help("begin anew without --resume"),
         _ if bad_input => Failure::input(words),
         _ => Failure::no_answer(words),
     }

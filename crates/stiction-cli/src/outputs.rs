@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// Files being written into a folder, each under a name of its own until all are complete. What is
@@ -40,6 +40,49 @@ impl Outputs {
         let file = File::create(&partial).map_err(|error| self.trouble(name, error))?;
         self.pending.push((partial, complete));
         Ok(BufWriter::new(file))
+    }
+
+    /// Begins a file with the first `bytes` of another one of the folder.
+    pub(crate) fn begin_with(
+        &mut self,
+        name: &str,
+        other: &str,
+        bytes: u64,
+    ) -> Result<BufWriter<File>, Failure> {
+        let mut file = self.begin(name)?;
+        let from = File::open(self.folder.join(other)).map_err(|e| self.trouble(other, e))?;
+        let copied =
+            io::copy(&mut from.take(bytes), &mut file).map_err(|e| self.trouble(name, e))?;
+        if copied != bytes {
+            return Err(self.trouble(other, "what was kept is not there any more"));
+        }
+        Ok(file)
+    }
+
+    /// The name under which a file is being written, and its present length.
+    pub(crate) fn partial(&self, name: &str) -> Option<(String, u64)> {
+        let complete = self.folder.join(name);
+        let (partial, _) = self.pending.iter().find(|(_, known)| *known == complete)?;
+        let length = fs::metadata(partial).ok()?.len();
+        Some((partial.file_name()?.to_str()?.to_owned(), length))
+    }
+
+    /// Writes a whole file at once, whatever becomes of the others.
+    pub(crate) fn write_now(&self, name: &str, content: &[u8]) -> Result<(), Failure> {
+        let partial = self.folder.join(format!(".{name}.{}.partial", std::process::id()));
+        fs::write(&partial, content)
+            .and_then(|()| fs::rename(&partial, self.folder.join(name)))
+            .map_err(|error| self.trouble(name, error))
+    }
+
+    /// A file of the folder, if it is there.
+    pub(crate) fn read(&self, name: &str) -> Option<String> {
+        fs::read_to_string(self.folder.join(name)).ok()
+    }
+
+    /// Removes a file of the folder, if it is there.
+    pub(crate) fn remove(&self, name: &str) {
+        let _ = fs::remove_file(self.folder.join(name));
     }
 
     /// Writes a whole file.

@@ -315,7 +315,8 @@ fn wrong_input_is_told_with_a_way_out() {
     }
 }
 
-/// A rod that leans forward scrapes over a rough floor: Painleve's paradox. What was computed before is kept.
+/// Friction grows with the loads that it makes, until nothing satisfies the laws: what was computed before is
+/// kept.
 #[test]
 fn what_was_computed_before_it_jams_is_kept() {
     let folder = Folder::new("forward-jam");
@@ -323,7 +324,11 @@ fn what_was_computed_before_it_jams_is_kept() {
         folder.stiction(&["forward", "3upu", "--drives", "none", "--from", "rest", "-o", "."]);
     said.fails(
         1,
-        &["has no acceleration", "leg2.U1", "what was computed up to t = 0.39 s is in ."],
+        &[
+            "has no acceleration",
+            "first in joint `leg",
+            "what was computed up to t = 0.39 s is in .",
+        ],
     );
     assert_eq!(column(&folder.read("forward.csv"), "time [s]").len(), 40);
     let summary = json(&folder.read("summary.json"));
@@ -332,20 +337,17 @@ fn what_was_computed_before_it_jams_is_kept() {
     assert!(folder.files().iter().all(|name| !name.contains("partial")));
 }
 
-/// Ctrl-C keeps complete files up to there, and the exit code says so.
+/// Begins a run in a folder and waits until some rows are written.
 #[cfg(unix)]
-#[test]
-fn ctrl_c_keeps_what_is_done() {
+fn begin(folder: &Folder, arguments: &[&str]) -> std::process::Child {
     use std::process::{Command, Stdio};
-    let folder = Folder::new("forward-interrupt");
     let child = Command::new(env!("CARGO_BIN_EXE_stiction"))
         .current_dir(&folder.0)
-        .args(["forward", "--drives", "inverse", "--until", "1000", "-o", "."])
+        .args(arguments)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // Some samples must be there.
     let begun = std::time::Instant::now();
     let written = || {
         let sizes = std::fs::read_dir(&folder.0).unwrap().filter_map(|e| e.ok()?.metadata().ok());
@@ -353,14 +355,30 @@ fn ctrl_c_keeps_what_is_done() {
     };
     while written() < 100_000 {
         assert!(begun.elapsed().as_secs() < 60, "nothing is written");
-        std::thread::sleep(std::time::Duration::from_millis(20));
+        std::thread::sleep(std::time::Duration::from_millis(5));
     }
+    child
+}
+
+#[cfg(unix)]
+fn interrupt(child: &std::process::Child) {
+    use std::process::Command;
     let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(kill.success());
+}
+
+/// Ctrl-C keeps complete files up to there, and the exit code says so.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_what_is_done() {
+    let folder = Folder::new("forward-interrupt");
+    let child = begin(&folder, &["forward", "--drives", "inverse", "--until", "1000", "-o", "."]);
+    interrupt(&child);
     let output = child.wait_with_output().unwrap();
     let said = program::Said::from(output);
-    said.fails(130, &["interrupted; what was computed up to t = "]);
+    said.fails(130, &["interrupted; what was computed up to t = ", "--resume goes on"]);
     let mut expected = FILES.to_vec();
+    expected.extend(["checkpoint.json"]);
     expected.extend(["drives.svg", "energy.svg", "error.svg", "friction.svg", "motion.svg"]);
     expected.sort_unstable();
     assert_eq!(folder.files(), expected);
@@ -370,4 +388,72 @@ fn ctrl_c_keeps_what_is_done() {
         assert_eq!(rows(name), rows("forward.csv"), "{name}");
     }
     assert_eq!(json(&folder.read("summary.json"))["ended"], "interrupted");
+}
+
+/// Whatever stops a run, it goes on where it was: with nothing but efforts digit by digit, with controllers,
+/// whose own model is assembled anew, to rounding.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_goes_on_as_if_it_had_not_been() {
+    let cases: [(&[&str], f64); 2] = [
+        (&["four-bar", "--drives", "A = 2 N m*sin(9*t)", "--from", "rest", "--step", "0.002"], 0.0),
+        // Effort over stiffness, 1e-13 of 100 N over 1e4 N/m, and what the integrator makes of it.
+        (
+            &["--controller", "type = pd; period = 2 ms", "--drives", "inverse", "--step", "0.002"],
+            1e-9,
+        ),
+    ];
+    for (index, (case, tolerance)) in cases.into_iter().enumerate() {
+        let until = ["--until", if index == 0 { "2" } else { "0.4" }, "-o", "."];
+        let folder = |name: &str| Folder::new(&format!("forward-resume-{index}-{name}"));
+        let all = |more: &[&'static str]| [&["forward"][..], case, &until, more].concat();
+        let whole = folder("whole");
+        whole.stiction(&all(&[])).succeeds();
+        for way in ["interrupted", "killed"] {
+            let parted = folder(way);
+            let mut child = begin(&parted, &all(&["--checkpoint", "0"]));
+            if way == "killed" {
+                child.kill().unwrap();
+            } else {
+                interrupt(&child);
+            }
+            child.wait().unwrap();
+            let said = parted.stiction(&all(&["--resume"]));
+            said.succeeds();
+            assert_eq!(parted.files(), whole.files(), "{way}");
+            for name in FILES.iter().filter(|name| name.ends_with(".csv")) {
+                let (a, b) = (whole.read(name), parted.read(name));
+                assert_eq!(a.lines().count(), b.lines().count(), "{way} {name}");
+                if tolerance == 0.0 {
+                    assert!(a == b, "{way} {name}");
+                } else if *name == "forward.csv" {
+                    for column_name in a.lines().next().unwrap().split(',') {
+                        if !column_name.contains(".position") && !column_name.contains(".wanted") {
+                            continue;
+                        }
+                        let (a, b) = (column(&a, column_name), column(&b, column_name));
+                        let apart = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                        assert!(apart < tolerance, "{way} {column_name}: {apart:e}");
+                    }
+                }
+            }
+            let part =
+                |folder: &Folder, name: &str| json(&folder.read("summary.json"))[name].clone();
+            assert_eq!(part(&parted, "events"), part(&whole, "events"), "{way}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_go_on_is_told() {
+    let folder = Folder::new("forward-resume-wrong");
+    folder.stiction(&["forward", "--resume"]).fails(2, &["--output"]);
+    folder.stiction(&["forward", "--resume", "-o", "."]).fails(2, &["no checkpoint.json"]);
+    folder.write("checkpoint.json", "{");
+    folder.stiction(&["forward", "--resume", "-o", "."]).fails(2, &["cannot be read"]);
+    folder.write("checkpoint.json", "{\"fingerprint\": \"12\"}");
+    folder.stiction(&["forward", "--resume", "-o", "."]).fails(2, &["of another simulation"]);
+    folder
+        .stiction(&["forward", "--checkpoint", "-1", "-o", "."])
+        .fails(2, &["--checkpoint is -1 s"]);
 }

@@ -74,8 +74,9 @@ impl Given {
                 all.push([rows.forward[0], rows.forward[1], rows.forward[3]]);
                 Ok(())
             },
-            |_, _| {},
+            |_, _, _| Ok(()),
             &|| false,
+            None,
         );
         assert!(matches!(outcome.unwrap().ending, Ending::Reached));
         all

@@ -1,6 +1,6 @@
 //! Everything that acts on the mechanism from outside.
 
-use super::controller::{Controller, Told, Turns, translations};
+use super::controller::{Controller, Told, Turns, by_actuators, translations};
 use super::guide::Guide;
 use super::job::{Feed, Job};
 use super::run::Error;
@@ -127,6 +127,46 @@ impl<'a> Acting<'a> {
     /// Says up to where the simulation goes on next.
     pub(super) fn go_to(&mut self, time: f64) {
         self.stretch_end = time;
+    }
+
+    /// What it remembers, as numbers.
+    pub(super) fn memory(&self) -> Vec<f64> {
+        let mut numbers = vec![self.samples as f64];
+        numbers.extend_from_slice(&self.kept);
+        numbers.extend_from_slice(self.turns.last());
+        numbers.extend(self.controller.iter().flat_map(Controller::memory));
+        numbers
+    }
+
+    /// Remembers again, when the mechanism is like this; nothing if the numbers are not of this.
+    pub(super) fn remember(
+        &mut self,
+        numbers: &[f64],
+        (state, bodies): (&State<f64>, &Bodies<f64>),
+    ) -> Option<()> {
+        let count = self.kept.len();
+        let (first, rest) = numbers.split_first()?;
+        let (kept, rest) = rest.split_at_checked(count)?;
+        let (turns, rest) = rest.split_at_checked(count)?;
+        self.samples = *first as usize;
+        self.kept.copy_from_slice(kept);
+        self.turns.last_mut().copy_from_slice(turns);
+        if let Some(controller) = &mut self.controller {
+            if rest.len() != count && rest.len() != 2 * count {
+                return None;
+            }
+            let model = by_actuators(self.job.model, self.forward, (state, bodies)).ok();
+            controller.remember(rest, model);
+        }
+        Some(())
+    }
+
+    /// Follows the motion without being asked for anything.
+    pub(super) fn walk(&mut self, time: f64) -> Result<(), Error> {
+        for guide in [&mut self.guide, &mut self.leader].into_iter().flatten() {
+            guide.go_to(time)?;
+        }
+        Ok(())
     }
 
     /// Where actuators are wanted, if something follows the motion.

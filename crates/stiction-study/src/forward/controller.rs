@@ -21,6 +21,11 @@ impl Turns {
         Self { last: vec![0.0; rotates.len()], rotates }
     }
 
+    /// The last values.
+    pub(super) fn last(&self) -> &[f64] {
+        &self.last
+    }
+
     /// The last values, from which it counts on.
     pub(super) fn last_mut(&mut self) -> &mut [f64] {
         &mut self.last
@@ -98,6 +103,26 @@ impl<'a> Controller<'a> {
             model.settings_mut().friction = FrictionMode::Converged;
         }
         Ok(controller)
+    }
+
+    /// What it remembers, as numbers.
+    pub(super) fn memory(&self) -> Vec<f64> {
+        let mut numbers = self.measured.last().to_vec();
+        numbers.extend(self.before.iter().flatten());
+        numbers
+    }
+
+    /// Remembers again; `model` is its own model where the mechanism is now.
+    pub(super) fn remember(&mut self, numbers: &[f64], model: Option<InverseDynamics>) {
+        let (measured, before) = numbers.split_at(self.gains.len().min(numbers.len()));
+        self.measured.last_mut().copy_from_slice(measured);
+        self.before = (before.len() == self.gains.len()).then(|| before.to_vec());
+        if let (Some(own), Some(mut model)) = (&mut self.model, model) {
+            if self.control.friction == FrictionFeed::Measured {
+                model.settings_mut().friction = FrictionMode::Converged;
+            }
+            *own = model;
+        }
     }
 
     /// For each actuator the effort for a unit acceleration while the others stand.

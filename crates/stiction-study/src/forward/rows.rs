@@ -222,6 +222,11 @@ impl Scribe {
         Self { bodies: BodyRow::new(mechanism) }
     }
 
+    /// Goes on after these rows.
+    pub fn follow(&mut self, rows: &Rows) {
+        self.bodies.follow(&rows.bodies);
+    }
+
     /// The rows of a sample.
     pub fn write(&mut self, layout: &Layout, sample: &Sample<'_>, rows: &mut Rows) {
         let now = sample.instant;

@@ -8,7 +8,7 @@ use super::start;
 use crate::inverse;
 use crate::{Instants, InstantsError};
 use stiction::dynamics::{AppliedLoad, InverseError};
-use stiction::forward::{Energies, Event, Forward, ForwardError, Instant};
+use stiction::forward::{Checkpoint, Energies, Event, Forward, ForwardError, Instant};
 use stiction::kinematics::{AssemblyError, Target};
 use stiction_model::{Course, Diagnostic, Motion};
 use thiserror::Error;
@@ -32,6 +32,21 @@ pub struct Sample<'a> {
     pub loads: &'a [AppliedLoad<f64>],
     /// The largest loop-closure error, m (angles times the characteristic length).
     pub closure: f64,
+}
+
+/// A simulation at one of its samples, as numbers: from there it can go on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mark {
+    /// Samples done.
+    pub samples: usize,
+    /// The mechanism's state, see [`Checkpoint`].
+    pub simulation: Vec<f64>,
+    /// What controllers and other inputs remember.
+    pub inputs: Vec<f64>,
+    /// Coordinates of joints, angles counted on over full turns.
+    pub joints: Vec<f64>,
+    /// What happened so far.
+    pub events: Vec<Event>,
 }
 
 /// How a simulation ended.
@@ -60,6 +75,8 @@ pub struct Outcome {
     pub redundant: usize,
     /// How often accelerations were computed.
     pub evaluations: usize,
+    /// The state at the last sample, if the user stopped it.
+    pub mark: Option<Mark>,
     /// Whether the actuators determine the motion, so that inverse dynamics can be asked for it.
     pub invertible: bool,
     /// Whether the rates at the start are others than was asked for, since what is prescribed or locked does
@@ -100,6 +117,9 @@ pub enum Error {
     /// The samples could not be received.
     #[error("{0}")]
     Receiver(String),
+    /// The mark is of another simulation.
+    #[error("what was kept does not belong to this simulation")]
+    Mark,
     /// It was stopped before its first sample.
     #[error("interrupted")]
     Interrupted,
@@ -112,7 +132,7 @@ impl Error {
             matches!(error, AssemblyError::Open { .. } | AssemblyError::AngleRange { .. })
         };
         match self {
-            Self::Instants(_) | Self::NotFinite(_) => true,
+            Self::Instants(_) | Self::NotFinite(_) | Self::Mark => true,
             Self::Motion(error) => error.is_bad_input(),
             Self::Controller(_) | Self::ControllerForces(_) => true,
             Self::Forward(ForwardError::Assembly(error)) => incomplete(error),
@@ -143,15 +163,17 @@ impl Job<'_> {
     }
 
     /// Carries it out; hands each sample to `receive`, and says how far it is to `progress` (samples done,
-    /// samples in all). `stopped` is asked again and again whether the user wants it to stop.
+    /// samples in all, and what makes a mark). `stopped` is asked again and again whether the user wants it
+    /// to stop. From `mark` it goes on after the samples that were done then.
     ///
     /// # Errors
     /// Where there is not even a first sample. What happens later is in [`Outcome::ending`].
     pub fn run(
         &self,
         mut receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
-        mut progress: impl FnMut(usize, usize),
+        mut progress: impl FnMut(usize, usize, &dyn Fn() -> Mark) -> Result<(), String>,
         stopped: &dyn Fn() -> bool,
+        mark: Option<&Mark>,
     ) -> Result<Outcome, Error> {
         let instants = self.instants()?;
         let count = instants.count();
@@ -160,7 +182,21 @@ impl Job<'_> {
         let mut acting = Acting::new(self, &forward, &state, stopped)?;
         self.check(self.from)?;
         let wished = state.rates.clone();
-        let started = forward.start(self.from, state, self.settings, &mut acting);
+        let started = match mark {
+            None => forward.start(self.from, state, self.settings, &mut acting),
+            Some(mark) => {
+                let numbers = Checkpoint { numbers: mark.simulation.clone() };
+                let simulation = forward.resume(&numbers, self.settings).ok_or(Error::Mark)?;
+                // The motion is followed again, in steps as small as before.
+                for time in instants.iter().take(mark.samples) {
+                    acting.walk(time)?;
+                }
+                let now = simulation.instant();
+                let at = (&now.state, &now.bodies);
+                acting.remember(&mark.inputs, at).ok_or(Error::Mark)?;
+                Ok(simulation)
+            }
+        };
         if acting.is_stopped {
             return Err(Error::Interrupted);
         }
@@ -172,7 +208,7 @@ impl Job<'_> {
         let now = simulation.instant();
         let size = wished.iter().fold(0.0_f64, |size, rate| size.max(rate.abs()));
         let changed = wished.iter().zip(&now.state.rates).map(|(a, b)| (a - b).abs());
-        let rates_changed = changed.fold(0.0, f64::max) > CHANGED * size;
+        let rates_changed = mark.is_none() && changed.fold(0.0, f64::max) > CHANGED * size;
         let invertible = by_actuators(self.model, &forward, (&now.state, &now.bodies)).is_ok();
         let freedoms = freedoms_of(&self.model.mechanism);
         let mut turns = Turns::new(freedoms.iter().map(|freedom| !freedom.translates).collect());
@@ -180,8 +216,19 @@ impl Job<'_> {
         let mut wanted = Vec::new();
         let mut ending = Ending::Reached;
         let (mut done, mut last) = (0, self.from);
+        let mut before = Vec::new();
+        if let Some(mark) = mark {
+            if mark.joints.len() != freedoms.len() {
+                return Err(Error::Mark);
+            }
+            (done, last) = (mark.samples, simulation.instant().time);
+            turns.last_mut().copy_from_slice(&mark.joints);
+            before.clone_from(&mark.events);
+        }
+        // Without events, and how many of these there were.
+        let mut kept: Option<(Mark, usize)> = None;
         let mut redundant = 0;
-        for (k, time) in instants.iter().enumerate() {
+        for (k, time) in instants.iter().enumerate().skip(done) {
             acting.go_to(time);
             let advanced = self
                 .check(time)
@@ -235,17 +282,37 @@ impl Job<'_> {
             receive(&sample).map_err(Error::Receiver)?;
             done += 1;
             last = time;
-            progress(k + 1, count);
+            let bare = || Mark {
+                samples: done,
+                simulation: simulation.checkpoint().numbers,
+                inputs: acting.memory(),
+                joints: turns.last().to_vec(),
+                events: Vec::new(),
+            };
+            let make = || {
+                let events = before.iter().chain(simulation.events()).cloned().collect();
+                Mark { events, ..bare() }
+            };
+            progress(done, count, &make).map_err(Error::Receiver)?;
+            kept = Some((bare(), before.len() + simulation.events().len()));
         }
+        let mut events: Vec<Event> = before.iter().chain(simulation.events()).cloned().collect();
+        let stopped = matches!(ending, Ending::Interrupted);
+        let mark = kept.filter(|_| stopped).map(|(mark, count)| {
+            // Those after the last sample come again.
+            events.truncate(count);
+            Mark { events: events.clone(), ..mark }
+        });
         Ok(Outcome {
-            ending,
             samples: done,
-            events: simulation.events().to_vec(),
+            events,
             last,
+            mark,
             redundant,
             evaluations: simulation.evaluations(),
             invertible,
             rates_changed,
+            ending,
         })
     }
 

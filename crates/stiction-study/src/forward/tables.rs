@@ -34,6 +34,19 @@ impl<W: io::Write> Tables<W> {
         Ok(Self { tables: tables.collect::<io::Result<_>>()? })
     }
 
+    /// Goes on with tables that have their headers and rows.
+    pub fn onward(files: [W; 6]) -> Self {
+        Self { tables: files.into_iter().map(Table::onward).collect() }
+    }
+
+    /// Hands on what is buffered.
+    ///
+    /// # Errors
+    /// What the receivers say.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.tables.iter_mut().try_for_each(Table::flush)
+    }
+
     /// Adds a row to each.
     ///
     /// # Errors
@@ -64,6 +77,57 @@ impl<W: io::Write> Tables<W> {
     pub fn finish(self) -> io::Result<Vec<W>> {
         self.tables.into_iter().map(Table::finish).collect()
     }
+}
+
+/// Reads the rows of tables that were written before, in the order of [`Tables::FILES`], and hands them on.
+///
+/// # Errors
+/// In words, where these are not `count` rows of this layout.
+pub fn read_rows(
+    layout: &Layout,
+    files: [&mut dyn io::Read; 6],
+    count: usize,
+    mut receive: impl FnMut(&Rows),
+) -> Result<(), String> {
+    let headers = [
+        layout.forward(),
+        layout.reactions(),
+        layout.friction(),
+        layout.bodies(),
+        layout.energy(),
+        layout.motion(),
+    ];
+    let mut readers = Vec::new();
+    for (file, header) in files.into_iter().zip(headers) {
+        let mut reader = csv::Reader::from_reader(file);
+        let known = reader.headers().map_err(|error| error.to_string())?;
+        if known.iter().ne(header.iter().map(String::as_str)) {
+            return Err("their columns are others".to_owned());
+        }
+        readers.push(reader.into_records());
+    }
+    let mut rows = Rows::default();
+    for _ in 0..count {
+        for (index, reader) in readers.iter_mut().enumerate() {
+            let record = reader.next().ok_or("rows are missing")?.map_err(|e| e.to_string())?;
+            let numbers = record.iter().map(str::parse).collect::<Result<Vec<f64>, _>>();
+            let numbers = numbers.map_err(|error| error.to_string())?;
+            let (time, row) = numbers.split_first().ok_or("a row is empty")?;
+            let own = match index {
+                0 => &mut rows.forward,
+                1 => &mut rows.reactions,
+                2 => &mut rows.friction,
+                3 => &mut rows.bodies,
+                4 => &mut rows.energy,
+                _ => continue,
+            };
+            rows.time = *time;
+            own.clear();
+            own.extend_from_slice(row);
+        }
+        receive(&rows);
+    }
+    Ok(())
 }
 
 /// Writes `events.csv`: a row for each event.

@@ -60,6 +60,13 @@ impl BodyRow {
         Self { last: vec![first; mechanism.bodies().len() - 1], row: Vec::new() }
     }
 
+    /// Goes on after this row.
+    pub(crate) fn follow(&mut self, row: &[f64]) {
+        for (last, numbers) in self.last.iter_mut().zip(row.chunks_exact(COLUMNS.len())) {
+            *last = Quaternion::from_coordinates(&numbers[3..7]);
+        }
+    }
+
     /// The names of the columns.
     pub(crate) fn header(mechanism: &Mechanism) -> impl Iterator<Item = String> + '_ {
         let bodies = &mechanism.bodies()[1..];

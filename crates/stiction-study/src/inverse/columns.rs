@@ -72,6 +72,16 @@ impl<W: io::Write> Table<W> {
         Ok(Self { writer, cell: String::new() })
     }
 
+    /// Goes on with a table that has its header, and maybe rows.
+    pub(crate) fn onward(into: W) -> Self {
+        Self { writer: csv::Writer::from_writer(into), cell: String::new() }
+    }
+
+    /// Hands on what is buffered.
+    pub(crate) fn flush(&mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+
     /// A number with all its digits, in the shortest way that reads back as the same number.
     pub(crate) fn number(&mut self, value: f64) -> io::Result<()> {
         self.cell.clear();

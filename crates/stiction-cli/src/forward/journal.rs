@@ -1,0 +1,111 @@
+//! Where a simulation is, written down now and then, so that it can go on after an interruption.
+
+use super::FILES;
+use crate::failure::Failure;
+use crate::outputs::Outputs;
+use serde_json::{Value, json};
+use std::fs::File;
+use std::io::BufWriter;
+use std::time::{Duration, Instant};
+use stiction_study::forward::{Job, Mark};
+
+/// The file.
+pub(super) const CHECKPOINT: &str = "checkpoint.json";
+
+/// Says when it is time to write.
+pub(super) struct Journal {
+    every: Duration,
+    last: Instant,
+    fingerprint: u64,
+}
+
+/// What an earlier run has left.
+pub(super) struct Kept {
+    pub(super) mark: Mark,
+    /// For each table where its rows are, and how many bytes of them count.
+    pub(super) files: Vec<(String, u64)>,
+}
+
+impl Journal {
+    pub(super) fn new(job: &Job<'_>, every: f64) -> Result<Self, Failure> {
+        let every = Duration::try_from_secs_f64(every).map_err(|_| {
+            Failure::input(format!("--checkpoint is {every} s"))
+                .help("give a time that is not negative")
+        })?;
+        Ok(Self { every, last: Instant::now(), fingerprint: job.fingerprint() })
+    }
+
+    pub(super) fn is_due(&self) -> bool {
+        self.last.elapsed() >= self.every
+    }
+
+    /// Writes down where it is; tables must have been flushed. With `complete` they have their names.
+    pub(super) fn write(
+        &mut self,
+        outputs: &Outputs,
+        mark: &Mark,
+        files: &[(String, u64)],
+    ) -> Result<(), Failure> {
+        let tables: Vec<Value> = FILES
+            .iter()
+            .zip(files)
+            .map(|(name, (at, bytes))| json!({ "name": name, "at": at, "bytes": bytes }))
+            .collect();
+        let content = json!({
+            "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
+            "fingerprint": format!("{:016x}", self.fingerprint),
+            "tables": tables,
+            "mark": mark.json(),
+        });
+        outputs.write_now(CHECKPOINT, format!("{content:#}\n").as_bytes())?;
+        self.last = Instant::now();
+        Ok(())
+    }
+
+    /// What an earlier run of the same has left in the folder.
+    pub(super) fn read(&self, outputs: &Outputs) -> Result<Kept, Failure> {
+        let text = outputs.read(CHECKPOINT).ok_or_else(|| {
+            Failure::input(format!("there is no {CHECKPOINT} to go on from"))
+                .help("begin anew without --resume; long runs with -o write it now and then, see --checkpoint")
+        })?;
+        let wrong = |what: &str| {
+            Failure::input(format!("{CHECKPOINT} {what}")).help("begin anew without --resume")
+        };
+        let value: Value = serde_json::from_str(&text).map_err(|_| wrong("cannot be read"))?;
+        if value["fingerprint"] != json!(format!("{:016x}", self.fingerprint)) {
+            return Err(Failure::input(format!(
+                "{CHECKPOINT} is of another simulation: the model, or an option other than --until, has changed"
+            ))
+            .help("give the same options, or begin anew without --resume"));
+        }
+        let mark = Mark::from_json(&value["mark"]).ok_or_else(|| wrong("is not complete"))?;
+        let tables = value["tables"].as_array().map_or(&[][..], Vec::as_slice);
+        let table = |table: &Value| {
+            let at = table["at"].as_str().filter(|at| !at.contains(['/', '\\']))?;
+            Some((at.to_owned(), table["bytes"].as_u64()?))
+        };
+        let files: Option<Vec<_>> = tables.iter().map(table).collect();
+        let files = files.filter(|files| files.len() == FILES.len());
+        Ok(Kept { mark, files: files.ok_or_else(|| wrong("is not complete"))? })
+    }
+}
+
+/// Where the tables are that are being written, and how long.
+pub(super) fn partials(outputs: &Outputs) -> Vec<(String, u64)> {
+    FILES.iter().filter_map(|name| outputs.partial(name)).collect()
+}
+
+/// Begins the tables anew or with what is kept.
+pub(super) fn begin(
+    outputs: &mut Outputs,
+    kept: Option<&Kept>,
+) -> Result<Option<[BufWriter<File>; 6]>, Failure> {
+    let mut files = Vec::new();
+    for (index, name) in FILES.into_iter().enumerate() {
+        files.push(match kept.and_then(|kept| kept.files.get(index)) {
+            None => outputs.begin(name)?,
+            Some((at, bytes)) => outputs.begin_with(name, at, *bytes)?,
+        });
+    }
+    Ok(files.try_into().ok())
+}

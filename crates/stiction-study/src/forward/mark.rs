@@ -1,0 +1,110 @@
+//! A simulation that was stopped, as text.
+
+use super::job::{Feed, Job};
+use super::run::Mark;
+use serde_json::{Value, json};
+use stiction::forward::{Competitor, Event, EventKind};
+use stiction::mechanism::JointId;
+
+impl Mark {
+    /// As JSON; numbers as text, to the last bit.
+    pub fn json(&self) -> Value {
+        json!({
+            "samples": self.samples,
+            "simulation": text(&self.simulation),
+            "inputs": text(&self.inputs),
+            "joints": text(&self.joints),
+            "events": self.events.iter().map(event_json).collect::<Vec<_>>(),
+        })
+    }
+
+    /// From JSON; nothing if it is not of a mark.
+    pub fn from_json(value: &Value) -> Option<Self> {
+        Some(Self {
+            samples: usize::try_from(value["samples"].as_u64()?).ok()?,
+            simulation: numbers(&value["simulation"])?,
+            inputs: numbers(&value["inputs"])?,
+            joints: numbers(&value["joints"])?,
+            events: value["events"].as_array()?.iter().map(event).collect::<Option<_>>()?,
+        })
+    }
+}
+
+impl Job<'_> {
+    /// A number that is another one for another mechanism, motion, load, controller, start or accuracy; the
+    /// end does not matter.
+    pub fn fingerprint(&self) -> u64 {
+        let drives = match self.drives {
+            Feed::Given(drives) => Some(drives),
+            Feed::Inverse => None,
+        };
+        let all = format!(
+            "{:?} {:?} {:?} {drives:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
+            self.model.mechanism,
+            self.motion,
+            self.load,
+            self.control,
+            self.prescribed,
+            self.locked,
+            self.start,
+            self.from,
+            self.step,
+            self.settings,
+            self.model.homes,
+        );
+        // FNV-1a, 64 bits.
+        all.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        })
+    }
+}
+
+/// Numbers between spaces, in the shortest way that reads back as the same.
+fn text(numbers: &[f64]) -> String {
+    let each: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
+    each.join(" ")
+}
+
+fn numbers(value: &Value) -> Option<Vec<f64>> {
+    value.as_str()?.split_ascii_whitespace().map(|x| x.parse().ok()).collect()
+}
+
+fn event_json(event: &Event) -> Value {
+    let time = text(&[event.time]);
+    match &event.kind {
+        EventKind::Sticks { contact, joint } => {
+            json!({ "time": time, "sticks": contact, "joint": joint.0 })
+        }
+        EventKind::Slides { contact, joint, direction } => {
+            json!({ "time": time, "slides": contact, "joint": joint.0, "way": text(direction) })
+        }
+        EventKind::SharesNotUnique { redundant } => json!({ "time": time, "redundant": redundant }),
+        EventKind::NotUnique { joint, coupling, others } => {
+            let loads: Vec<String> = others.iter().map(|other| text(&other.loads)).collect();
+            json!({ "time": time, "others": loads, "joint": joint.0, "coupling": text(&[*coupling]) })
+        }
+    }
+}
+
+fn event(value: &Value) -> Option<Event> {
+    let index = |key: &str| usize::try_from(value[key].as_u64()?).ok();
+    let number = |key: &str| numbers(&value[key])?.first().copied();
+    let joint = || index("joint").map(JointId);
+    let kind = if let Some(contact) = index("sticks") {
+        EventKind::Sticks { contact, joint: joint()? }
+    } else if let Some(contact) = index("slides") {
+        let direction = numbers(&value["way"])?.try_into().ok()?;
+        EventKind::Slides { contact, joint: joint()?, direction }
+    } else if let Some(redundant) = index("redundant") {
+        EventKind::SharesNotUnique { redundant }
+    } else {
+        let loads = value["others"].as_array()?.iter().map(numbers);
+        let others = loads.map(|loads| {
+            // Nobody asks for more of them later.
+            Some(Competitor { loads: loads?, accelerations: Vec::new(), contacts: Vec::new() })
+        });
+        let others = others.collect::<Option<_>>()?;
+        EventKind::NotUnique { joint: joint()?, coupling: number("coupling")?, others }
+    };
+    Some(Event { time: number("time")?, kind })
+}
