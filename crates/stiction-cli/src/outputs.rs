@@ -69,7 +69,7 @@ impl Outputs {
 
     /// Writes a whole file at once, whatever becomes of the others.
     pub(crate) fn write_now(&self, name: &str, content: &[u8]) -> Result<(), Failure> {
-        let partial = self.folder.join(format!(".{name}.{}.partial", std::process::id()));
+        let partial = self.folder.join(format!(".{name}.partial"));
         fs::write(&partial, content)
             .and_then(|()| fs::rename(&partial, self.folder.join(name)))
             .map_err(|error| self.trouble(name, error))
