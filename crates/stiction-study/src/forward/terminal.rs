@@ -1,7 +1,7 @@
 //! The summary that a person reads.
 
 use super::events::{Told, tell_all};
-use super::job::Job;
+use super::job::{Job, Start};
 use super::run::{Ending, Outcome};
 use super::summary::Summary;
 use crate::inverse::terminal::{number, order, percent, width};
@@ -32,7 +32,8 @@ pub fn write_summary(
         (true, false) => "on",
     };
     write!(out, "from t = {} s to {} s, ", number(job.from), number(summary.last.time))?;
-    if job.motion.is_some() {
+    let begins = matches!(job.start, Start::Moving | Start::AtRest);
+    if job.motion.is_some() && (begins || job.follows()) {
         write!(out, "motion {}, ", job.motion_name)?;
     }
     writeln!(out, "load {}, friction {friction}", job.load_name)?;
