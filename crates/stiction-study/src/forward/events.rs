@@ -2,7 +2,7 @@
 
 use super::rows::Layout;
 use crate::inverse::terminal::number;
-use stiction::forward::{Event, EventKind};
+use stiction::forward::{Event, EventKind, Method};
 use stiction::mechanism::JointId;
 
 /// An event in words.
@@ -45,8 +45,22 @@ fn tell(layout: &Layout, at_rest: &mut [bool], event: &Event) -> Told {
             let detail = format!("coupling {}, {count} found", number(*coupling));
             ("not-unique", joint_name(*joint), detail)
         }
+        EventKind::Method { method } => ("method", String::new(), method_name(*method).to_owned()),
+        EventKind::Jump { joint, change } => {
+            let detail = format!("no acceleration; a rate changes by {}", number(*change));
+            ("jump", joint_name(*joint), detail)
+        }
     };
     Told { time: event.time, what, at, detail }
+}
+
+/// How time is passed.
+fn method_name(method: Method) -> &'static str {
+    match method {
+        Method::Automatic => "automatic",
+        Method::EventDriven => "event-driven",
+        Method::TimeStepping => "time-stepping",
+    }
 }
 
 /// A direction of sliding.

@@ -3,7 +3,7 @@
 use super::job::{Feed, Job};
 use super::run::Mark;
 use serde_json::{Value, json};
-use stiction::forward::{Competitor, Event, EventKind};
+use stiction::forward::{Competitor, Event, EventKind, Method};
 use stiction::mechanism::JointId;
 
 impl Mark {
@@ -83,6 +83,12 @@ fn event_json(event: &Event) -> Value {
             let loads: Vec<String> = others.iter().map(|other| text(&other.loads)).collect();
             json!({ "time": time, "others": loads, "joint": joint.0, "coupling": text(&[*coupling]) })
         }
+        EventKind::Method { method } => {
+            json!({ "time": time, "steps": *method == Method::TimeStepping })
+        }
+        EventKind::Jump { joint, change } => {
+            json!({ "time": time, "joint": joint.0, "change": text(&[*change]) })
+        }
     }
 }
 
@@ -97,6 +103,11 @@ fn event(value: &Value) -> Option<Event> {
         EventKind::Slides { contact, joint: joint()?, direction }
     } else if let Some(redundant) = index("redundant") {
         EventKind::SharesNotUnique { redundant }
+    } else if let Some(steps) = value["steps"].as_bool() {
+        let method = if steps { Method::TimeStepping } else { Method::EventDriven };
+        EventKind::Method { method }
+    } else if let Some(change) = number("change") {
+        EventKind::Jump { joint: joint()?, change }
     } else {
         let loads = value["others"].as_array()?.iter().map(numbers);
         let others = loads.map(|loads| {

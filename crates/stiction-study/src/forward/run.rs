@@ -185,8 +185,11 @@ impl Job<'_> {
         let started = match mark {
             None => forward.start(self.from, state, self.settings, &mut acting),
             Some(mark) => {
-                let numbers = Checkpoint { numbers: mark.simulation.clone() };
-                let simulation = forward.resume(&numbers, self.settings).ok_or(Error::Mark)?;
+                // Events before it are the mark's.
+                let numbers = mark.simulation.clone();
+                let point = Checkpoint { numbers, events: Vec::new() };
+                let resumed = forward.resume(&point, self.settings);
+                let simulation = resumed.map_err(|_| Error::Mark)?;
                 // The motion is followed again, in steps as small as before.
                 for time in instants.iter().take(mark.samples) {
                     acting.walk(time)?;
