@@ -79,18 +79,7 @@ impl<T: Scalar> Balance<T> {
             && self.spin_demand.iter().zip(&other.spin_demand).all(|(a, b)| a.len() == b.len())
     }
 
-    /// What motion and loads made, and the joints' wrenches, into the room that is there.
-    pub(super) fn take_over(&mut self, other: &Self) {
-        self.demand.copy_from_slice(&other.demand);
-        for (own, other) in self.spin_demand.iter_mut().zip(&other.spin_demand) {
-            own.copy_from_slice(other);
-        }
-        self.columns.copy_from_slice(&other.columns);
-        self.joint_wrenches.copy_from_slice(&other.joint_wrenches);
-    }
-
     /// Takes over the motion, the loads and the pull of springs; nothing of friction.
-    #[inline(always)]
     pub(super) fn load(
         &mut self,
         topology: &Topology,
@@ -145,7 +134,6 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// What unit accelerations of one idle spin demand: `accelerations` are those of the tree.
-    #[inline(always)]
     pub(super) fn load_spin(
         &mut self,
         topology: &Topology,
@@ -177,7 +165,6 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// Tilts rows and columns by friction. Needs the wrenches that the contacts were pressed with.
-    #[inline(always)]
     pub(super) fn rub(
         &mut self,
         topology: &Topology,
@@ -216,7 +203,6 @@ impl<T: Scalar> Balance<T> {
 
     /// A cut joint's wrench is `columns + sum of q (constant + slope.power(wrench))`, with `q` the
     /// efforts of each contact's friction: solved here for the wrench.
-    #[inline(always)]
     fn rub_cut(
         &mut self,
         topology: &Topology,
@@ -261,7 +247,6 @@ impl<T: Scalar> Balance<T> {
 
     /// Solves the balance with friction as it was made linear; `passes` beyond the first refine.
     /// Returns the product of the signs of the pivots.
-    #[inline(always)]
     pub(super) fn solve(
         &mut self,
         topology: &Topology,
@@ -278,7 +263,6 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// The same with the matrix as it was factored last.
-    #[inline(always)]
     fn solve_factored(
         &mut self,
         topology: &Topology,
@@ -356,7 +340,6 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// What the actuators must do: the joint's effort on their freedoms, less friction's.
-    #[inline(always)]
     pub(super) fn read_drives(
         &self,
         topology: &Topology,
@@ -380,7 +363,6 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// A wrench more at a cut joint, and what it takes off the joints of the tree.
-    #[inline(always)]
     fn add_at_cut(&mut self, topology: &Topology, cut: usize, wrench: Wrench<T>) {
         self.cut_wrenches[cut] += wrench;
         for &(node, sign) in &topology.cuts[cut].path {
@@ -393,7 +375,6 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// The matrix, in the order of [`BalanceStructure::pattern`].
-    #[inline(always)]
     pub(super) fn assemble(
         &mut self,
         topology: &Topology,
@@ -472,7 +453,6 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// The right-hand side: what the present wrenches leave of every equation.
-    #[inline(always)]
     fn measure(
         &mut self,
         topology: &Topology,
@@ -565,7 +545,6 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// Adds the correction to the unknowns and to all wrenches.
-    #[inline(always)]
     fn correct(&mut self, topology: &Topology, structure: &BalanceStructure) {
         for (unknown, correction) in self.unknowns.iter_mut().zip(&self.correction) {
             *unknown += *correction;
@@ -586,7 +565,6 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// The complete wrench at every joint.
-    #[inline(always)]
     fn collect(&mut self, topology: &Topology) {
         for (joint, role) in topology.role.iter().enumerate() {
             self.joint_wrenches[joint] = match *role {
@@ -634,7 +612,6 @@ impl Balance<f64> {
 }
 
 /// Adds the wrenches of children to those of their parents.
-#[inline(always)]
 fn accumulate<T: Scalar>(topology: &Topology, wrenches: &mut [Wrench<T>]) {
     for (index, node) in topology.nodes.iter().enumerate().rev() {
         if let (Link::Joint { .. }, Some(parent)) = (node.link, node.parent) {
@@ -645,7 +622,6 @@ fn accumulate<T: Scalar>(topology: &Topology, wrenches: &mut [Wrench<T>]) {
 }
 
 /// The acceleration of a node's body in the response to a spin.
-#[inline(always)]
 fn spin_twist<T: Scalar>(
     topology: &Topology,
     bodies: &Bodies<T>,
@@ -664,7 +640,6 @@ fn spin_twist<T: Scalar>(
 }
 
 /// Efforts of rotary actuators count divided by the characteristic length.
-#[inline(always)]
 fn drive_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, actuator: usize) -> T {
     let actuator = topology.actuators[actuator];
     let freedom = &topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
@@ -683,7 +658,6 @@ struct Product<'a, T> {
 }
 
 impl<'a, T: Scalar> Product<'a, T> {
-    #[inline(always)]
     fn at(
         topology: &Topology,
         parameters: &'a Parameters<T>,
@@ -705,7 +679,6 @@ impl<'a, T: Scalar> Product<'a, T> {
         }
     }
 
-    #[inline(always)]
     fn of(&self, a: Wrench<T>, b: Wrench<T>) -> T {
         if let Some(weights) = self.declared {
             return weights.product(&self.frame_j, a, b);

@@ -1,10 +1,11 @@
 //! How strongly friction and reactions are coupled: whether there can be another solution.
 
+use super::balance::Balance;
+use super::contacts::ContactState;
 use super::inverse::{Inverse, Setup};
 use crate::friction::Resistance;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
-use crate::spatial::Wrench;
 
 /// Steps of the power iteration; any number gives a bound.
 const STEPS: usize = 60;
@@ -12,8 +13,8 @@ const STEPS: usize = 60;
 /// Room to measure the coupling in; what is there is used again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CouplingRoom {
-    probe: Option<Inverse<f64>>,
-    without: Vec<Wrench<f64>>,
+    balance: Option<Balance<f64>>,
+    drives: Vec<f64>,
     sliding: Vec<usize>,
     /// Row by row.
     matrix: Vec<f64>,
@@ -33,39 +34,37 @@ impl CouplingRoom {
         parameters: &Parameters<f64>,
         bodies: &Bodies<f64>,
     ) -> f64 {
-        let Self { probe, without, sliding, matrix, vectors } = self;
+        let Self { balance, drives, sliding, matrix, vectors } = self;
         sliding.clear();
         sliding.extend((0..parameters.contacts.len()).filter(|&contact| {
             let state = &inverse.contacts()[contact];
             state.sliding > 0.0 && state.resistance.coefficient > 0.0
         }));
-        let probe = match probe {
-            Some(probe) if probe.fits(inverse) => {
-                probe.take_over(inverse);
-                probe
-            }
-            other => other.insert(inverse.clone()),
+        let balance = match balance {
+            Some(balance) if balance.fits(inverse.balance()) => balance,
+            other => other.insert(inverse.balance().clone()),
         };
-        let none = Resistance { coefficient: 0.0, viscous: 0.0 };
-        let one = Resistance { coefficient: 0.0, viscous: 1.0 };
-        probe.set_resistances(none);
-        without.clear();
-        without.extend_from_slice(probe.frozen_wrenches(setup, parameters, bodies));
+        drives.resize(inverse.drives().len(), 0.0);
         let count = sliding.len();
         matrix.clear();
         matrix.resize(count * count, 0.0);
+        if count == 0 {
+            return 0.0;
+        }
+        // One factorisation serves all contacts.
+        balance.rest_like(inverse.balance(), setup, parameters, bodies);
         for (j, &from) in sliding.iter().enumerate() {
-            probe.set_resistance(from, one);
-            let with = probe.frozen_wrenches(setup, parameters, bodies);
+            let resistance = Resistance { coefficient: 0.0, viscous: 1.0 };
+            let unit = ContactState { resistance, ..inverse.contacts()[from] };
+            let contact = &parameters.contacts[from];
+            balance.rub_alone(setup, parameters, bodies, contact, &unit, drives);
             for (i, &to) in sliding.iter().enumerate() {
-                let joint = parameters.contacts[to].joint;
-                let change = with[joint] - without[joint];
+                let change = balance.joint_wrenches[parameters.contacts[to].joint];
                 let [own, coefficient] =
                     [to, from].map(|contact| inverse.contacts()[contact].resistance.coefficient);
                 let most = inverse.most_change_of_load(to, parameters, bodies, change, own);
                 matrix[i * count + j] = coefficient * most;
             }
-            probe.set_resistance(from, none);
         }
         radius_bound(matrix, count, vectors)
     }

@@ -211,7 +211,6 @@ impl<T: Scalar> Inverse<T> {
     /// Solves for all forces at the motion in `kinematics`.
     ///
     /// Accelerations of idle spins are found on the way and added to those of the bodies.
-    #[inline(always)]
     pub fn solve(
         &mut self,
         setup: &Setup<'_>,
@@ -241,7 +240,6 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// The frictionless solution, and the loads and speeds of all contacts in it.
-    #[inline]
     pub(super) fn begin(
         &mut self,
         setup: &Setup<'_>,
@@ -285,7 +283,6 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// One Newton step of the coupling; returns the largest change of a load and the largest load.
-    #[inline]
     pub(super) fn step(
         &mut self,
         setup: &Setup<'_>,
@@ -301,7 +298,6 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// Solves the balance with friction as `coupling` says; returns the determinant's sign.
-    #[inline]
     fn couple(
         &mut self,
         setup: &Setup<'_>,
@@ -316,7 +312,6 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// Drives with the friction of the present loads.
-    #[inline]
     pub(super) fn finish_friction(
         &mut self,
         topology: &Topology,
@@ -345,7 +340,6 @@ impl<T: Scalar> Inverse<T> {
 
     /// Solves again with the friction that contacts hold by at rest, everything else as it was, to
     /// first order in what they hold by.
-    #[inline]
     pub(super) fn hold_again(
         &mut self,
         setup: &Setup<'_>,
@@ -363,20 +357,6 @@ impl<T: Scalar> Inverse<T> {
             self.couple(setup, parameters, bodies, Coupling::Frozen);
         }
         self.finish_friction(setup.topology, parameters, bodies);
-    }
-
-    /// Whether there is the same room for everything.
-    pub(super) fn fits(&self, other: &Self) -> bool {
-        self.balance.fits(&other.balance)
-            && self.contacts.states.len() == other.contacts.states.len()
-            && self.spin_responses.len() == other.spin_responses.len()
-    }
-
-    /// What is needed to solve again with other frictions, into the room that is there.
-    pub(super) fn take_over(&mut self, other: &Self) {
-        self.balance.take_over(&other.balance);
-        self.contacts.states.copy_from_slice(&other.contacts.states);
-        self.contacts.held.copy_from_slice(&other.contacts.held);
     }
 
     /// Sets what every contact resists with; for probing.
@@ -448,7 +428,6 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// Efforts of friction on the tree's freedoms.
-    #[inline(always)]
     fn add_friction_efforts(&mut self, topology: &Topology, parameters: &Parameters<T>) {
         self.friction_efforts.fill(T::zero());
         for (contact, state) in parameters.contacts.iter().zip(&self.contacts.states) {
@@ -460,7 +439,6 @@ impl<T: Scalar> Inverse<T> {
         }
     }
 
-    #[inline(always)]
     fn read_drives(&mut self, topology: &Topology, bodies: &Bodies<T>) {
         self.balance.read_drives(topology, bodies, &self.friction_efforts, &mut self.drives);
     }
@@ -471,7 +449,6 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// Adds the accelerations of idle spins to those of the bodies.
-    #[inline(always)]
     pub(super) fn spin_up(&self, setup: &Setup<'_>, kinematics: &mut Kinematics<T>) {
         let first = setup.balance.structure.wrench_columns;
         for (spin, response) in self.spin_responses.iter().enumerate() {

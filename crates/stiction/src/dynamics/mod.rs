@@ -38,6 +38,6 @@ pub use plan::{BalancePlan, NotPlanned};
 pub use power::Power;
 pub use rest::{Breakaway, Holding, Rest, Verdict};
 pub use shares::{Response, Shares, Sharing};
-pub use solver::InverseDynamics;
+pub use solver::{InverseDynamics, Mirror};
 pub use spring::Pull;
 pub use structure::{BalanceStructure, Weighting};

@@ -76,6 +76,32 @@ pub struct InverseDynamics {
     /// Whether the last forces are those of the kernel, and not of the dense system.
     forces_by_kernel: bool,
     shares: Shares<f64>,
+    /// How often the balance was planned.
+    plans: u64,
+}
+
+/// The motion of a solver the other way, at position after position: see [`InverseDynamics::reversed`].
+/// Most of what a copy consists of stays the same along a motion and is copied once.
+#[derive(Clone, Debug, Default)]
+pub struct Mirror {
+    copy: Option<InverseDynamics>,
+    /// The plans of the original and of the copy when they were the same.
+    plans: [(u64, u64); 2],
+}
+
+impl Mirror {
+    /// The same as [`InverseDynamics::reversed`] of `solver`, which must be the same one every time, but for
+    /// the forces of the last solution.
+    pub fn of(&mut self, solver: &InverseDynamics) -> &mut InverseDynamics {
+        let plans = |solver: &InverseDynamics| (solver.plans, solver.assembly.plans());
+        let kept = self.copy.take().filter(|copy| self.plans == [plans(solver), plans(copy)]);
+        let mut copy = kept.unwrap_or_else(|| solver.clone());
+        self.plans = [plans(solver), plans(&copy)];
+        copy.settings = solver.settings;
+        copy.assembly.go_to(&solver.assembly);
+        copy.assembly.reverse(&copy.topology, &copy.parameters);
+        self.copy.insert(copy)
+    }
 }
 
 /// What the kernel works with.
@@ -142,6 +168,7 @@ impl InverseDynamics {
             sharing: None,
             forces_by_kernel: true,
             shares,
+            plans: 0,
         };
         solver.replan();
         Ok(solver)
@@ -330,6 +357,12 @@ impl InverseDynamics {
         self.assembly.follow(&self.topology, &self.parameters, from, to, motion)
     }
 
+    /// Moves along a motion in one step of `step` seconds to `targets`, if it is smooth enough for that; see
+    /// [`Assembly::leap`].
+    pub fn leap(&mut self, step: f64, targets: &[Target<f64>]) -> bool {
+        self.assembly.leap(&self.topology, &self.parameters, step, targets)
+    }
+
     /// The balance of all bodies at the present position.
     pub fn balance(&self) -> NewtonEuler {
         NewtonEuler::new(&self.mechanism, &self.parameters, self.bodies())
@@ -421,6 +454,7 @@ impl InverseDynamics {
 
     /// Plans the balance at the present position.
     fn replan(&mut self) {
+        self.plans += 1;
         self.steady_idle_spins();
         let spins = self.spin_responses();
         let bodies = &self.assembly.kinematics().bodies;

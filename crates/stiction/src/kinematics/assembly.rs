@@ -46,6 +46,8 @@ pub struct Assembly {
     row_scales: Vec<f64>,
     body_names: Vec<String>,
     joint_names: Vec<String>,
+    /// How often it was planned how to solve for rates.
+    plans: u64,
 }
 
 impl Assembly {
@@ -82,6 +84,7 @@ impl Assembly {
             row_scales: Vec::new(),
             body_names,
             joint_names,
+            plans: 0,
         };
         assembly.reassemble(topology, parameters)?;
         assembly.differentiate(topology, parameters);
@@ -118,6 +121,17 @@ impl Assembly {
     /// What is prescribed, how rates are solved for, and the motion to be completed.
     pub(crate) fn parts(&mut self) -> (&Prescription, &Elimination, &mut Kinematics<f64>) {
         (&self.prescription, &self.program, &mut self.kinematics)
+    }
+
+    /// How often it was planned how to solve for rates.
+    pub(crate) fn plans(&self) -> u64 {
+        self.plans
+    }
+
+    /// Goes to where another one of the same plan is; [`Self::reverse`] does the rest.
+    pub(crate) fn go_to(&mut self, other: &Self) {
+        self.state.clone_from(&other.state);
+        self.targets.copy_from_slice(&other.targets);
     }
 
     /// Passes the present position the other way: rates reversed, accelerations the same.
@@ -179,7 +193,7 @@ impl Assembly {
                 self.prescription.coordinates(),
                 &self.targets,
             )
-            .and_then(|()| self.step_smoothly(topology, parameters, next - now));
+            .and_then(|()| self.step_smoothly(topology, parameters, next - now, true));
             match outcome {
                 Ok(()) => {
                     now = next;
@@ -218,12 +232,38 @@ impl Assembly {
         self.search(topology, parameters).err()
     }
 
-    /// One step along a motion; fails if the bodies do not move as their velocities say.
+    /// Moves along a motion in one step, if it is smooth enough for that; if not, stays where it is and
+    /// returns false. It may be many samples long: [`Self::follow`] is for what must arrive. Unlike there,
+    /// nothing is searched for, so that failing costs little.
+    pub fn leap(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        step: f64,
+        targets: &[Target<f64>],
+    ) -> bool {
+        let coordinates = self.prescription.coordinates();
+        if check_angle_ranges(&self.body_names, coordinates, targets).is_err() {
+            return false;
+        }
+        let before = core::mem::replace(&mut self.targets, targets.to_vec());
+        let arrived = self.step_smoothly(topology, parameters, step, false).is_ok();
+        if !arrived {
+            self.state.clone_from(&self.before);
+            self.targets = before;
+            self.differentiate(topology, parameters);
+        }
+        arrived
+    }
+
+    /// One step along a motion; fails if the bodies do not move as their velocities say. Where it does not
+    /// converge by itself it is searched for if `careful`.
     fn step_smoothly(
         &mut self,
         topology: &Topology,
         parameters: &Parameters<f64>,
         step: f64,
+        careful: bool,
     ) -> Result<(), AssemblyError> {
         self.before.clone_from(&self.state);
         for (move_by, (v, a)) in
@@ -232,7 +272,11 @@ impl Assembly {
             *move_by = step * (v + 0.5 * step * a);
         }
         self.state.advance(topology, &self.step);
-        self.settle(topology, parameters)?;
+        if careful {
+            self.settle(topology, parameters)?;
+        } else if !self.newton(topology, parameters) || !self.differentiates(topology, parameters) {
+            return Err(AssemblyError::Undetermined { open: Vec::new() });
+        }
 
         // Fourth-order prediction from velocities and accelerations at both ends.
         let ends = self.before.rates.iter().zip(&self.state.rates);
@@ -269,9 +313,7 @@ impl Assembly {
         if !self.newton(topology, parameters) {
             self.reassemble(topology, parameters).map_err(on_the_way)?;
         }
-        self.differentiate(topology, parameters);
-        let derivatives = || self.state.rates.iter().chain(&self.state.accelerations);
-        if derivatives().all(|x| x.is_finite()) {
+        if self.differentiates(topology, parameters) {
             return Ok(());
         }
         // The position is closed, but singular: no rates, or any.
@@ -279,6 +321,13 @@ impl Assembly {
         self.state.accelerations.fill(0.0);
         let planned = self.plan(topology, parameters).map_err(on_the_way);
         planned.and(Err(AssemblyError::Undetermined { open: Vec::new() }))
+    }
+
+    /// Finds rates and accelerations; false where there are none.
+    fn differentiates(&mut self, topology: &Topology, parameters: &Parameters<f64>) -> bool {
+        self.differentiate(topology, parameters);
+        let mut derivatives = self.state.rates.iter().chain(&self.state.accelerations);
+        derivatives.all(|x| x.is_finite())
     }
 
     /// The careful search, then Newton's method with a new plan.
@@ -358,6 +407,7 @@ impl Assembly {
         topology: &Topology,
         parameters: &Parameters<f64>,
     ) -> Result<(), AssemblyError> {
+        self.plans += 1;
         let before = (self.prescription.clone(), self.row_scales.clone(), self.kinematics.clone());
         let planned = self.plan_anew(topology, parameters);
         if planned.is_err() {

@@ -1,0 +1,304 @@
+//! Symmetric positive definite matrices of many blocks, few of which are not zero.
+
+use std::collections::BTreeSet;
+
+/// Rows and columns of a block.
+pub(crate) const BLOCK: usize = 6;
+/// A block, row by row.
+pub(crate) type Block = [f64; BLOCK * BLOCK];
+/// A block's part of a vector.
+pub(crate) type Part = [f64; BLOCK];
+
+const NOTHING: Block = [0.0; BLOCK * BLOCK];
+
+/// Cholesky's decomposition with an order of elimination that is chosen once, from the pattern alone: for
+/// definite matrices any order is stable.
+#[derive(Clone, Debug)]
+pub(crate) struct BlockCholesky {
+    /// When each block of rows is eliminated.
+    place: Vec<usize>,
+    /// For each step where its blocks below the diagonal begin; and where the last ends.
+    starts: Vec<usize>,
+    /// For each block below the diagonal its row, as a step.
+    rows: Vec<usize>,
+    /// What each pair of blocks of a step changes, step by step.
+    updates: Vec<usize>,
+    diagonal: Vec<Block>,
+    below: Vec<Block>,
+    solution: Vec<Part>,
+}
+
+/// Where a block of the matrix is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Slot {
+    Diagonal(usize),
+    /// Kept as it is asked for, or transposed.
+    Below {
+        index: usize,
+        transposed: bool,
+    },
+}
+
+impl BlockCholesky {
+    /// For a matrix of `count` blocks of rows with blocks at `pairs` and at their mirror images, and all
+    /// along the diagonal.
+    pub(crate) fn new(count: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Self {
+        let mut neighbours = vec![BTreeSet::new(); count];
+        for (a, b) in pairs.filter(|(a, b)| a != b) {
+            neighbours[a].insert(b);
+            neighbours[b].insert(a);
+        }
+        // Whoever has the fewest neighbours is eliminated first; those become neighbours of each other.
+        let mut queue: BTreeSet<(usize, usize)> =
+            (0..count).map(|block| (neighbours[block].len(), block)).collect();
+        let mut place = vec![0; count];
+        let mut columns: Vec<Vec<usize>> = Vec::with_capacity(count);
+        while let Some((_, block)) = queue.pop_first() {
+            place[block] = columns.len();
+            let around = core::mem::take(&mut neighbours[block]);
+            for &a in &around {
+                queue.remove(&(neighbours[a].len(), a));
+                neighbours[a].remove(&block);
+                neighbours[a].extend(around.iter().copied().filter(|b| *b != a));
+                queue.insert((neighbours[a].len(), a));
+            }
+            columns.push(around.into_iter().collect());
+        }
+        let (mut starts, mut rows) = (vec![0], Vec::new());
+        for column in &columns {
+            let mut steps: Vec<usize> = column.iter().map(|block| place[*block]).collect();
+            steps.sort_unstable();
+            rows.extend(steps);
+            starts.push(rows.len());
+        }
+        let mut made = Self {
+            place,
+            diagonal: vec![NOTHING; count],
+            below: vec![NOTHING; rows.len()],
+            solution: vec![[0.0; BLOCK]; count],
+            starts,
+            rows,
+            updates: Vec::new(),
+        };
+        for step in 0..count {
+            let own = &made.rows[made.starts[step]..made.starts[step + 1]];
+            let mut updates = Vec::new();
+            for (k, &column) in own.iter().enumerate() {
+                // The first of each column changes its diagonal.
+                for &row in &own[k + 1..] {
+                    updates.extend(made.find(row, column));
+                }
+            }
+            made.updates.extend(updates);
+        }
+        made
+    }
+
+    fn find(&self, row: usize, column: usize) -> Option<usize> {
+        let range = self.starts[column]..self.starts[column + 1];
+        let found = self.rows[range.clone()].binary_search(&row).ok()?;
+        Some(range.start + found)
+    }
+
+    /// Where the block of rows `a` and columns `b` is kept; none where the pattern has none.
+    pub(crate) fn slot(&self, a: usize, b: usize) -> Option<Slot> {
+        let (row, column) = (self.place[a], self.place[b]);
+        if row == column {
+            return Some(Slot::Diagonal(row));
+        }
+        let index = self.find(row.max(column), row.min(column))?;
+        Some(Slot::Below { index, transposed: row < column })
+    }
+
+    /// Begins a new matrix: nothing.
+    pub(crate) fn clear(&mut self) {
+        self.diagonal.fill(NOTHING);
+        self.below.fill(NOTHING);
+    }
+
+    /// The block at a slot, and whether it is transposed.
+    pub(crate) fn block(&mut self, slot: Slot) -> (&mut Block, bool) {
+        match slot {
+            Slot::Diagonal(step) => (&mut self.diagonal[step], false),
+            Slot::Below { index, transposed } => (&mut self.below[index], transposed),
+        }
+    }
+
+    /// Decomposes in place; false if the matrix is not positive definite.
+    pub(crate) fn factor(&mut self) -> bool {
+        let mut next = 0;
+        for step in 0..self.diagonal.len() {
+            let Some(inverse) = inverse_factor(&self.diagonal[step]) else { return false };
+            self.diagonal[step] = inverse;
+            let own = self.starts[step]..self.starts[step + 1];
+            for k in own.clone() {
+                self.below[k] = times_transposed(&self.below[k], &inverse);
+            }
+            for k in own.clone() {
+                let block = self.below[k];
+                subtract_product(&mut self.diagonal[self.rows[k]], &block, &block);
+                for other in k + 1..own.end {
+                    let of_row = self.below[other];
+                    subtract_product(&mut self.below[self.updates[next]], &of_row, &block);
+                    next += 1;
+                }
+            }
+        }
+        true
+    }
+
+    /// Solves with the factors, in place: a part for each block of rows, in the order of the matrix.
+    pub(crate) fn solve(&mut self, vector: &mut [Part]) {
+        let x = &mut self.solution;
+        for (part, place) in vector.iter().zip(&self.place) {
+            x[*place] = *part;
+        }
+        for step in 0..self.diagonal.len() {
+            let own = lower_times(&self.diagonal[step], &x[step]);
+            x[step] = own;
+            for k in self.starts[step]..self.starts[step + 1] {
+                let row = self.rows[k];
+                for (i, entries) in self.below[k].chunks_exact(BLOCK).enumerate() {
+                    x[row][i] -= entries.iter().zip(&own).map(|(a, b)| a * b).sum::<f64>();
+                }
+            }
+        }
+        for step in (0..self.diagonal.len()).rev() {
+            let mut own = x[step];
+            for k in self.starts[step]..self.starts[step + 1] {
+                let other = x[self.rows[k]];
+                for (entries, amount) in self.below[k].chunks_exact(BLOCK).zip(other) {
+                    for (own, entry) in own.iter_mut().zip(entries) {
+                        *own -= entry * amount;
+                    }
+                }
+            }
+            x[step] = upper_times(&self.diagonal[step], &own);
+        }
+        for (part, place) in vector.iter_mut().zip(&self.place) {
+            *part = x[*place];
+        }
+    }
+}
+
+/// The inverse of the lower Cholesky factor; none if there is no factor.
+fn inverse_factor(block: &Block) -> Option<Block> {
+    let mut lower = *block;
+    let mut inverse = NOTHING;
+    for j in 0..BLOCK {
+        let mut pivot = lower[j * BLOCK + j];
+        for k in 0..j {
+            pivot -= lower[j * BLOCK + k] * lower[j * BLOCK + k];
+        }
+        if !(pivot > 0.0 && pivot.is_finite()) {
+            return None;
+        }
+        let over = 1.0 / pivot.sqrt();
+        for i in j + 1..BLOCK {
+            let mut sum = lower[i * BLOCK + j];
+            for k in 0..j {
+                sum -= lower[i * BLOCK + k] * lower[j * BLOCK + k];
+            }
+            lower[i * BLOCK + j] = sum * over;
+        }
+        // Row j of the inverse, by the rows before.
+        for c in 0..j {
+            let mut sum = 0.0;
+            for k in c..j {
+                sum -= lower[j * BLOCK + k] * inverse[k * BLOCK + c];
+            }
+            inverse[j * BLOCK + c] = sum * over;
+        }
+        inverse[j * BLOCK + j] = over;
+    }
+    Some(inverse)
+}
+
+/// `a * transpose(b)`.
+fn times_transposed(a: &Block, b: &Block) -> Block {
+    let mut product = NOTHING;
+    for i in 0..BLOCK {
+        for j in 0..BLOCK {
+            let mut sum = 0.0;
+            for k in 0..BLOCK {
+                sum += a[i * BLOCK + k] * b[j * BLOCK + k];
+            }
+            product[i * BLOCK + j] = sum;
+        }
+    }
+    product
+}
+
+/// `from -= a * transpose(b)`.
+fn subtract_product(from: &mut Block, a: &Block, b: &Block) {
+    let product = times_transposed(a, b);
+    from.iter_mut().zip(product).for_each(|(from, product)| *from -= product);
+}
+
+fn lower_times(lower: &Block, x: &Part) -> Part {
+    core::array::from_fn(|i| (0..=i).map(|k| lower[i * BLOCK + k] * x[k]).sum())
+}
+
+/// The transpose of a lower block times a vector.
+fn upper_times(lower: &Block, x: &Part) -> Part {
+    let mut product = [0.0; BLOCK];
+    for (k, amount) in x.iter().enumerate() {
+        for i in 0..=k {
+            product[i] += lower[k * BLOCK + i] * amount;
+        }
+    }
+    product
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+    use nalgebra::{DMatrix, DVector};
+
+    /// A hub with chains around it, against a dense decomposition.
+    #[test]
+    fn solves_what_a_dense_decomposition_solves() {
+        let mut random = Random::new(3);
+        let pairs = [(0, 1), (1, 2), (0, 3), (3, 4), (0, 5), (5, 6), (4, 6), (2, 7)];
+        let count = 8;
+        let mut matrix = DMatrix::<f64>::zeros(BLOCK * count, BLOCK * count);
+        for (a, b) in pairs.into_iter().chain((0..count).map(|k| (k, k))) {
+            let block = DMatrix::from_fn(BLOCK, BLOCK, |_, _| random.number());
+            // Products with their own transposes are positive.
+            let mut wide = DMatrix::zeros(BLOCK * count, BLOCK);
+            wide.view_mut((BLOCK * a, 0), (BLOCK, BLOCK)).copy_from(&block);
+            wide.view_mut((BLOCK * b, 0), (BLOCK, BLOCK)).copy_from(&(block.transpose() * 0.7));
+            matrix += &wide * wide.transpose();
+        }
+        matrix += DMatrix::identity(BLOCK * count, BLOCK * count) * 0.1;
+        let mut sparse = BlockCholesky::new(count, pairs.into_iter());
+        for a in 0..count {
+            for b in 0..=a {
+                let Some(slot) = sparse.slot(a, b) else { continue };
+                let (block, transposed) = sparse.block(slot);
+                for i in 0..BLOCK {
+                    for j in 0..BLOCK {
+                        let at = if transposed { j * BLOCK + i } else { i * BLOCK + j };
+                        block[at] = matrix[(BLOCK * a + i, BLOCK * b + j)];
+                    }
+                }
+            }
+        }
+        assert!(sparse.factor());
+        let right: Vec<Part> =
+            (0..count).map(|_| core::array::from_fn(|_| random.number())).collect();
+        let mut found = right.clone();
+        sparse.solve(&mut found);
+        let right = DVector::from_iterator(BLOCK * count, right.into_iter().flatten());
+        let found = DVector::from_iterator(BLOCK * count, found.into_iter().flatten());
+        let residual = (matrix * found - right).amax();
+        assert!(residual < 1e-12, "{residual}");
+    }
+
+    #[test]
+    fn what_is_not_definite_is_refused() {
+        let mut sparse = BlockCholesky::new(2, [(0, 1)].into_iter());
+        assert!(!sparse.factor());
+    }
+}

@@ -1,0 +1,212 @@
+//! The greatest eigenvalue of a symmetric operator, and its vector.
+
+use super::blocks::{BLOCK, Part};
+
+/// Steps at most.
+const STEPS: usize = 120;
+/// The residual at which a pair counts as found, relative to the eigenvalue. The eigenvalue's own error is
+/// never greater, and mostly of the order of the square.
+const ACCURACY: f64 = 1e-12;
+/// The least step at which to look whether it is found.
+const FIRST_LOOK: usize = 6;
+
+/// Room for the method.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lanczos {
+    /// The vectors of all steps, one after the other.
+    basis: Vec<Part>,
+    next: Vec<Part>,
+    diagonal: Vec<f64>,
+    beside: Vec<f64>,
+    room: Room,
+}
+
+/// Room for [`vector_of`].
+#[derive(Clone, Debug, Default)]
+struct Room {
+    ahead: Vec<f64>,
+    back: Vec<f64>,
+    vector: Vec<f64>,
+}
+
+impl Lanczos {
+    /// The vector of the greatest eigenvalue of a positive operator, which `apply` carries out in place,
+    /// beginning with `start`; none if it does not show. It is no better known than the residual says.
+    pub(crate) fn greatest(
+        &mut self,
+        start: impl Iterator<Item = Part>,
+        mut apply: impl FnMut(&mut [Part]),
+    ) -> Option<&[Part]> {
+        let Self { basis, next, diagonal, beside, room } = self;
+        basis.clear();
+        diagonal.clear();
+        beside.clear();
+        basis.extend(start);
+        let count = basis.len();
+        let over = 1.0 / dot(basis, basis).sqrt();
+        scale(basis, over);
+        let mut last = 0.0;
+        for step in 0..STEPS {
+            let here = step * count;
+            next.clear();
+            next.extend_from_slice(&basis[here..]);
+            apply(next);
+            let own = dot(next, &basis[here..]);
+            diagonal.push(own);
+            // Against all vectors before, so that rounding makes no copies of what is found; the last two
+            // are those that matter.
+            for k in (0..=step).rev() {
+                let before = &basis[k * count..(k + 1) * count];
+                let amount = dot(next, before);
+                subtract(next, before, amount);
+            }
+            let length = dot(next, next).sqrt();
+            if !length.is_finite() {
+                return None;
+            }
+            let looks = step + 1 >= FIRST_LOOK || length <= ACCURACY * own;
+            if looks {
+                let value = greatest_root(diagonal, beside, last);
+                last = value;
+                let tail = vector_of(diagonal, beside, value, room);
+                if length * tail <= ACCURACY * value {
+                    next.fill([0.0; BLOCK]);
+                    for (k, amount) in room.vector.iter().enumerate() {
+                        subtract(next, &basis[k * count..(k + 1) * count], -amount);
+                    }
+                    return Some(next);
+                }
+            }
+            beside.push(length);
+            scale(next, 1.0 / length);
+            basis.extend_from_slice(next);
+        }
+        None
+    }
+}
+
+fn dot(a: &[Part], b: &[Part]) -> f64 {
+    let mut sums = [0.0; BLOCK];
+    for (a, b) in a.iter().zip(b) {
+        for i in 0..BLOCK {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    sums.iter().sum()
+}
+
+fn scale(vector: &mut [Part], by: f64) {
+    vector.iter_mut().flatten().for_each(|x| *x *= by);
+}
+
+fn subtract(from: &mut [Part], vector: &[Part], amount: f64) {
+    for (from, part) in from.iter_mut().zip(vector) {
+        for i in 0..BLOCK {
+            from[i] -= amount * part[i];
+        }
+    }
+}
+
+/// The greatest eigenvalue of a symmetric tridiagonal matrix, which is not less than `least`: Newton's
+/// method for its characteristic polynomial comes down to it from above.
+fn greatest_root(diagonal: &[f64], beside: &[f64], least: f64) -> f64 {
+    let around = |k: usize| {
+        let before = if k == 0 { 0.0 } else { beside[k - 1] };
+        before + beside.get(k).copied().unwrap_or(0.0)
+    };
+    // Gershgorin's circles.
+    let mut x = (0..diagonal.len()).map(|k| diagonal[k] + around(k)).fold(least, f64::max);
+    for _ in 0..100 {
+        // The polynomial is the product of these, which are positive above the greatest root.
+        let (mut factor, mut slope, mut sum) = (f64::INFINITY, 0.0, 0.0);
+        for (k, own) in diagonal.iter().enumerate() {
+            let coupling = if k == 0 { 0.0 } else { beside[k - 1] * beside[k - 1] };
+            let ratio = coupling / factor;
+            slope = 1.0 + if k == 0 { 0.0 } else { ratio * slope / factor };
+            factor = x - own - ratio;
+            sum += slope / factor;
+        }
+        let step = 1.0 / sum;
+        // Below the root, by rounding, factors change sign.
+        if !(factor > 0.0 && step > 0.5 * f64::EPSILON * x) {
+            break;
+        }
+        x -= step;
+    }
+    x
+}
+
+/// The unit vector of the greatest eigenvalue of a tridiagonal matrix; returns the size of its last
+/// component. Recurrences run from both ends to where they meet best: beyond its greatest component the
+/// vector decays, and only from the other end does rounding decay with it.
+fn vector_of(diagonal: &[f64], beside: &[f64], value: f64, room: &mut Room) -> f64 {
+    let count = diagonal.len();
+    let Room { ahead, back, vector } = room;
+    let over = |k: usize, factor: f64| beside[k] * beside[k] / factor;
+    ahead.clear();
+    back.clear();
+    back.resize(count, 0.0);
+    for k in 0..count {
+        ahead.push(value - diagonal[k] - if k == 0 { 0.0 } else { over(k - 1, ahead[k - 1]) });
+    }
+    for k in (0..count).rev() {
+        let after = if k + 1 == count { 0.0 } else { over(k, back[k + 1]) };
+        back[k] = value - diagonal[k] - after;
+    }
+    let gap = |k: &usize| (ahead[*k] + back[*k] - (value - diagonal[*k])).abs();
+    let meeting = (0..count).min_by(|a, b| gap(a).total_cmp(&gap(b))).unwrap_or(0);
+    vector.clear();
+    vector.resize(count, 0.0);
+    vector[meeting] = 1.0;
+    for k in (0..meeting).rev() {
+        vector[k] = vector[k + 1] * beside[k] / ahead[k];
+    }
+    for k in meeting + 1..count {
+        vector[k] = vector[k - 1] * beside[k - 1] / back[k];
+    }
+    let over = 1.0 / vector.iter().map(|component| component * component).sum::<f64>().sqrt();
+    vector.iter_mut().for_each(|component| *component *= over);
+    vector[count - 1].abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    /// Eigenvalues near each other, twice the same, or far apart: the greatest is found, and its vector.
+    #[test]
+    fn the_greatest_of_known_eigenvalues() {
+        let mut random = Random::new(5);
+        for gap in [0.5, 1e-3, 1e-7, 0.0] {
+            let values: Vec<Part> = (0..9)
+                .map(|k| core::array::from_fn(|i| 1.0 / (1.0 + (BLOCK * k + i) as f64)))
+                .collect();
+            let mut values = values;
+            values[4][2] = 1.0 - gap;
+            // The eigenvectors are those of a reflection.
+            let mut normal: Vec<Part> =
+                (0..9).map(|_| core::array::from_fn(|_| random.number())).collect();
+            let over = 1.0 / dot(&normal, &normal).sqrt();
+            scale(&mut normal, over);
+            let reflect = |x: &mut [Part]| {
+                let amount = 2.0 * dot(x, &normal);
+                subtract(x, &normal, amount);
+            };
+            let apply = |x: &mut [Part]| {
+                reflect(x);
+                x.iter_mut().flatten().zip(values.iter().flatten()).for_each(|(x, v)| *x *= v);
+                reflect(x);
+            };
+            let start: Vec<Part> =
+                (0..9).map(|_| core::array::from_fn(|_| random.number())).collect();
+            let mut room = Lanczos::default();
+            let vector = room.greatest(start.iter().copied(), apply).unwrap();
+            let mut image = vector.to_vec();
+            apply(&mut image);
+            let value = dot(&image, vector) / dot(vector, vector);
+            // The residual at which the method stops.
+            assert!((value - 1.0).abs() < 1e-12, "{gap}: {value}");
+        }
+    }
+}
