@@ -60,6 +60,10 @@ pub(crate) struct Inverse {
     /// mechanism
     #[arg(long)]
     pub(crate) friction_margin: bool,
+    /// Threads that compute; results do not depend on their number [default: as many as the machine
+    /// has processors]
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<std::num::NonZeroUsize>,
     /// Write inverse.csv, reactions.csv, friction.csv, bodies.csv, summary.json and plots into this
     /// folder
     #[arg(short, long, value_name = "DIR")]

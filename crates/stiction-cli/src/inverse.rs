@@ -89,7 +89,9 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
 
     let interrupted = listen_for_interrupt();
     let mut progress = Progress::new();
-    let outcome = job.run(
+    let threads = options.threads.or_else(|| std::thread::available_parallelism().ok());
+    let outcome = job.run_on(
+        threads.map_or(1, std::num::NonZeroUsize::get),
         |sample| {
             summary.add(sample);
             if let Some(curves) = &mut curves {

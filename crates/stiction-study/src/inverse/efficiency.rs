@@ -5,7 +5,7 @@ use super::statistics::Least;
 use super::terminal::{number, percent};
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
-use stiction::dynamics::{AppliedLoad, Forces, InverseDynamics, InverseError};
+use stiction::dynamics::{AppliedLoad, Forces, InverseDynamics, InverseError, Mirror};
 
 /// Powers below this part of what is turned over are rounding.
 const ROUNDING: f64 = 1e-9;
@@ -36,6 +36,7 @@ pub enum Backward {
 /// rates reversed, loads and accelerations the same.
 pub(super) fn look_back(
     solver: &InverseDynamics,
+    mirror: &mut Mirror,
     loads: &[AppliedLoad<f64>],
     backward: &mut Vec<Backward>,
 ) {
@@ -58,9 +59,11 @@ pub(super) fn look_back(
     if !ahead.iter().any(works) {
         return;
     }
-    let mut mirror = solver.reversed();
-    let outcome = mirror.solve(loads).cloned();
-    let back = outcome.map(|forces| powers(&mirror, &forces));
+    let mirror = mirror.of(solver);
+    let back = match mirror.solve(loads) {
+        Ok(_) => Ok(powers(mirror, mirror.forces())),
+        Err(error) => Err(error),
+    };
     for (k, backward) in backward.iter_mut().enumerate().filter(|(k, _)| works(&ahead[*k])) {
         *backward = match &back {
             Ok(powers) => driven(powers[k]),

@@ -2,6 +2,7 @@
 
 pub(crate) mod bodies;
 mod certainty;
+mod chunks;
 pub(crate) mod columns;
 mod efficiency;
 mod figures;

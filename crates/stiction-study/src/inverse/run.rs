@@ -1,15 +1,17 @@
 //! A mechanism carried along a motion under a load.
 
-use super::certainty::{Certainty, Margin, OtherSolutions};
+use super::certainty::{Asked, Certainty, Margin, OtherSolutions};
+use super::chunks::{self, Work};
 use super::efficiency::{Backward, look_back};
 use super::uniqueness::{Singular, Uniqueness};
 use crate::{Instants, InstantsError};
 use stiction::dynamics::Weighting;
 use stiction::dynamics::{
-    AppliedLoad, Forces, FrictionMode, InverseDynamics, InverseError, Settings, Shares,
+    AppliedLoad, Forces, FrictionMode, InverseDynamics, InverseError, Mirror, Settings, Shares,
 };
 use stiction::friction::ContactShape;
 use stiction::kinematics::{AssemblyError, Bodies, Coordinate, Target};
+use stiction::mechanism::Mechanism;
 use stiction::mobility::{Constraints, Distances};
 use stiction::spatial::Vec3;
 use stiction_model::{Diagnostic, LoadCase, Model, Motion};
@@ -206,42 +208,49 @@ impl Job<'_> {
     /// See [`enum@Error`].
     pub fn run(
         &self,
+        receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
+        progress: impl FnMut(Phase, usize, usize) -> bool,
+    ) -> Result<Verdict, Error> {
+        self.run_on(1, receive, progress)
+    }
+
+    /// The same on so many threads; `receive` and `progress` are called on this one. What comes out does
+    /// not depend on their number.
+    ///
+    /// # Errors
+    /// See [`enum@Error`].
+    pub fn run_on(
+        &self,
+        threads: usize,
         mut receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
         mut progress: impl FnMut(Phase, usize, usize) -> bool,
     ) -> Result<Verdict, Error> {
         let instants = self.instants()?;
         let count = instants.count();
-        let start = self.assemble(instants.at(0))?;
+        let mut start = self.assemble(instants.at(0))?;
 
         // First the motion alone: can it be followed, how fast does it slide.
-        let mut solver = start.clone();
-        let mut fastest = 0.0_f64;
-        let mut mobility = usize::MAX;
-        let mut before = instants.at(0);
-        for (k, time) in instants.iter().enumerate() {
-            self.follow(&mut solver, before, time)?;
-            before = time;
-            fastest = fastest.max(fastest_contact(&solver));
-            if [0, count / 3, 2 * count / 3].contains(&k) {
-                mobility = mobility.min(Constraints::new(&solver.statics()).mobility());
-            }
-            go_on(progress(Phase::Motion, k + 1, count))?;
-        }
+        let mut pace = Pace { fastest: 0.0, mobility: usize::MAX };
+        let following = Following { mobility_at: [0, count / 3, 2 * count / 3] };
+        chunks::carry_out(self, &start, &following, threads, |range, piece: Pace| {
+            pace.fastest = pace.fastest.max(piece.fastest);
+            pace.mobility = pace.mobility.min(piece.mobility);
+            range.into_iter().try_for_each(|k| go_on(progress(Phase::Motion, k + 1, count)))
+        })?;
 
-        let mut solver = start;
-        let rest_speed = (REST * fastest).max(STANDSTILL);
-        *solver.settings_mut() =
+        let rest_speed = (REST * pace.fastest).max(STANDSTILL);
+        *start.settings_mut() =
             Settings { friction: self.friction, rest_speed, ..Settings::default() };
-        let spins = solver.assembly().prescription().spins().len();
-        let actuators = solver.mechanism().actuators().count();
+        let spins = start.assembly().prescription().spins().len();
+        let actuators = start.mechanism().actuators().count();
         // What the mechanism is meant to leave: what its actuators can govern.
-        let meant = mobility.min(actuators + spins);
-        let mut verdict = Verdict {
+        let meant = pace.mobility.min(actuators + spins);
+        let verdict = Verdict {
             samples: count,
-            mobility,
-            idle_spins: idle_spins(&solver),
+            mobility: pace.mobility,
+            idle_spins: idle_spins(&start),
             redundancy: 0,
-            weighting: solver.weighting(),
+            weighting: start.weighting(),
             rest_speed,
             coupling: Some(0.0),
             passed_singularities: Vec::new(),
@@ -249,82 +258,23 @@ impl Job<'_> {
             friction_margin: None,
             singular: None,
         };
-
-        let mut uniqueness = Uniqueness::new(&solver, meant);
-        let mut missing: Option<Missing> = None;
-        let mut failed: Option<(f64, InverseError)> = None;
-        let mut loads = Vec::new();
-        let mut before = instants.at(0);
-        let mut sides = Sides::default();
-        let mut certainty = Certainty::default();
-        let (mut shares, mut backward) = (solver.shares().clone(), Vec::new());
-        for (k, time) in instants.iter().enumerate() {
-            self.follow(&mut solver, before, time)?;
-            before = time;
-            self.loads_at(time, &mut loads)?;
-            if let Err(error) = solver.solve(&loads) {
-                sides = Sides::default();
-                match error {
-                    InverseError::CannotCarry { .. } => {
-                        add_missing(&mut missing, time, error, count);
-                    }
-                    // What cannot be carried elsewhere says more about why.
-                    _ => {
-                        failed.get_or_insert((time, error));
-                    }
-                }
-            } else if missing.is_none() && failed.is_none() {
-                let passage = sides.look(&mut solver, time);
-                if self.friction != FrictionMode::Off && !solver.forces().contacts.is_empty() {
-                    look_back(&solver, &loads, &mut backward);
-                }
-                shares.clone_from(solver.shares());
-                let was_singular = uniqueness.distances.actuation == 0.0;
-                uniqueness.look(&solver, time);
-                // In singular positions the side is that of rounding.
-                if !was_singular && uniqueness.distances.actuation > 0.0 {
-                    verdict.passed_singularities.extend(passage);
-                }
-                certainty.look(&mut solver, &loads, time, self.friction_margin);
-                verdict.coupling = verdict.coupling.zip(certainty.coupling).map(|(a, b)| a.max(b));
-                verdict.redundancy = verdict.redundancy.max(uniqueness.redundancy);
-                let sample = Sample {
-                    time,
-                    forces: solver.forces(),
-                    bodies: solver.bodies(),
-                    origin: solver.parameters().origin,
-                    loads: &loads,
-                    closure: solver.closure_error(),
-                    distances: uniqueness.distances,
-                    determined_reactions: &uniqueness.reactions,
-                    determined_loads: &uniqueness.loads,
-                    determined_drives: &uniqueness.drives,
-                    coupling: certainty.coupling,
-                    friction_margin: certainty.last_margin,
-                    shares: &shares,
-                    backward: &backward,
-                };
-                receive(&sample).map_err(Error::Receiver)?;
+        let solving = Solving { job: self, uniqueness: Uniqueness::new(&start, meant) };
+        let mut gathered = Gathered {
+            verdict,
+            origin: start.parameters().origin,
+            sides: Sides::default(),
+            last_distance: 1.0,
+            certainty: Certainty::default(),
+            missing: None,
+            failed: None,
+        };
+        chunks::carry_out(self, &start, &solving, threads, |range, piece: Looks| {
+            for look in piece.looks {
+                gathered.take(start.mechanism(), look, &mut receive)?;
             }
-            go_on(progress(Phase::Forces, k + 1, count))?;
-        }
-        match (missing, failed) {
-            (None, None) => {
-                verdict.singular = uniqueness.singular;
-                verdict.other_solutions = certainty.others;
-                verdict.friction_margin = certainty.margin;
-                Ok(verdict)
-            }
-            (Some(missing), None) => Err(Error::CannotCarry(Box::new(missing))),
-            // A mechanism that locks before says more than one that is singular later.
-            (Some(missing), Some((time, error @ InverseError::Locked { .. })))
-                if missing.time > time =>
-            {
-                Err(Error::Forces { time, error })
-            }
-            (Some(missing), Some(_)) => Err(Error::CannotCarry(Box::new(missing))),
-            (None, Some((time, error))) => Err(Error::Forces { time, error }),
-        }
+            range.into_iter().try_for_each(|k| go_on(progress(Phase::Forces, k + 1, count)))
+        })?;
+        gathered.finish()
     }
 
     /// The mechanism at an instant.
@@ -386,6 +336,249 @@ impl Job<'_> {
     }
 }
 
+/// Follows the motion alone.
+struct Following {
+    /// Samples at which freedoms are counted.
+    mobility_at: [usize; 3],
+}
+
+/// How fast contacts slide, and how many freedoms the constraints leave.
+struct Pace {
+    fastest: f64,
+    mobility: usize,
+}
+
+impl Work for Following {
+    type Piece = Pace;
+
+    fn begin(&self) -> Pace {
+        Pace { fastest: 0.0, mobility: usize::MAX }
+    }
+
+    fn look(
+        &self,
+        pace: &mut Pace,
+        solver: &mut InverseDynamics,
+        sample: usize,
+        _time: f64,
+    ) -> Result<(), Error> {
+        pace.fastest = pace.fastest.max(fastest_contact(solver));
+        if self.mobility_at.contains(&sample) {
+            pace.mobility = pace.mobility.min(Constraints::new(&solver.statics()).mobility());
+        }
+        Ok(())
+    }
+}
+
+/// Computes everything at each sample.
+struct Solving<'a> {
+    job: &'a Job<'a>,
+    /// Room to begin with.
+    uniqueness: Uniqueness,
+}
+
+/// What was found in a piece of the motion.
+struct Looks {
+    looks: Vec<Look>,
+    uniqueness: Uniqueness,
+    mirror: Mirror,
+    has_failed: bool,
+}
+
+/// What was found at one sample.
+struct Look {
+    time: f64,
+    found: Result<Box<Found>, InverseError>,
+}
+
+/// Everything about a sample at which there are forces.
+struct Found {
+    forces: Forces,
+    bodies: Bodies<f64>,
+    loads: Vec<AppliedLoad<f64>>,
+    closure: f64,
+    distances: Distances,
+    redundancy: usize,
+    determined_reactions: Vec<[bool; 6]>,
+    determined_loads: Vec<bool>,
+    determined_drives: Vec<bool>,
+    is_singular: bool,
+    singular: Option<Singular>,
+    asked: Asked,
+    shares: Shares<f64>,
+    backward: Vec<Backward>,
+    side: Option<f64>,
+}
+
+impl Work for Solving<'_> {
+    type Piece = Looks;
+
+    fn begin(&self) -> Looks {
+        Looks {
+            looks: Vec::new(),
+            uniqueness: self.uniqueness.clone(),
+            mirror: Mirror::default(),
+            has_failed: false,
+        }
+    }
+
+    fn look(
+        &self,
+        piece: &mut Looks,
+        solver: &mut InverseDynamics,
+        _sample: usize,
+        time: f64,
+    ) -> Result<(), Error> {
+        let mut loads = Vec::new();
+        self.job.loads_at(time, &mut loads)?;
+        match solver.solve(&loads) {
+            Err(error) => {
+                piece.has_failed = true;
+                piece.looks.push(Look { time, found: Err(error) });
+            }
+            // Where something failed nobody asks for the rest.
+            Ok(_) if piece.has_failed => {}
+            Ok(_) => {
+                let found = self.find(piece, solver, loads, time);
+                piece.looks.push(Look { time, found: Ok(Box::new(found)) });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Solving<'_> {
+    /// Everything that is told of a solved sample.
+    fn find(
+        &self,
+        piece: &mut Looks,
+        solver: &mut InverseDynamics,
+        loads: Vec<AppliedLoad<f64>>,
+        time: f64,
+    ) -> Found {
+        let side = solver.side();
+        let mut backward = Vec::new();
+        if self.job.friction != FrictionMode::Off && !solver.forces().contacts.is_empty() {
+            look_back(solver, &mut piece.mirror, &loads, &mut backward);
+        }
+        let shares = solver.shares().clone();
+        let uniqueness = &mut piece.uniqueness;
+        uniqueness.look(solver, time);
+        let asked = Asked::of(solver, &loads, self.job.friction_margin);
+        Found {
+            forces: solver.forces().clone(),
+            bodies: solver.bodies().clone(),
+            loads,
+            closure: solver.closure_error(),
+            distances: uniqueness.distances,
+            redundancy: uniqueness.redundancy,
+            determined_reactions: uniqueness.reactions.clone(),
+            determined_loads: uniqueness.loads.clone(),
+            determined_drives: uniqueness.drives.clone(),
+            is_singular: uniqueness.is_singular,
+            singular: uniqueness.singular.take(),
+            asked,
+            shares,
+            backward,
+            side,
+        }
+    }
+}
+
+/// Everything along the motion so far.
+struct Gathered {
+    verdict: Verdict,
+    origin: Vec3<f64>,
+    sides: Sides,
+    /// From the actuators' singular positions, at the last sample.
+    last_distance: f64,
+    certainty: Certainty,
+    missing: Option<Missing>,
+    failed: Option<(f64, InverseError)>,
+}
+
+impl Gathered {
+    fn take(
+        &mut self,
+        mechanism: &Mechanism,
+        look: Look,
+        receive: &mut impl FnMut(&Sample<'_>) -> Result<(), String>,
+    ) -> Result<(), Error> {
+        let Look { time, found } = look;
+        let verdict = &mut self.verdict;
+        let found = match found {
+            Ok(found) if self.missing.is_none() && self.failed.is_none() => found,
+            Ok(_) => return Ok(()),
+            Err(error) => {
+                self.sides = Sides::default();
+                match error {
+                    InverseError::CannotCarry { .. } => {
+                        add_missing(&mut self.missing, time, error, verdict.samples);
+                    }
+                    // What cannot be carried elsewhere says more about why.
+                    _ => {
+                        self.failed.get_or_insert((time, error));
+                    }
+                }
+                return Ok(());
+            }
+        };
+        let passage = self.sides.see(found.side, time);
+        // In singular positions the side is that of rounding.
+        if self.last_distance != 0.0 && found.distances.actuation > 0.0 {
+            verdict.passed_singularities.extend(passage);
+        }
+        self.last_distance = found.distances.actuation;
+        if found.is_singular {
+            match &mut verdict.singular {
+                Some(known) => known.samples += 1,
+                None => verdict.singular.clone_from(&found.singular),
+            }
+        }
+        self.certainty.add(mechanism, time, &found.asked);
+        let coupling = found.asked.coupling;
+        verdict.coupling = verdict.coupling.zip(coupling).map(|(a, b)| a.max(b));
+        verdict.redundancy = verdict.redundancy.max(found.redundancy);
+        let sample = Sample {
+            time,
+            forces: &found.forces,
+            bodies: &found.bodies,
+            origin: self.origin,
+            loads: &found.loads,
+            closure: found.closure,
+            distances: found.distances,
+            determined_reactions: &found.determined_reactions,
+            determined_loads: &found.determined_loads,
+            determined_drives: &found.determined_drives,
+            coupling,
+            friction_margin: found.asked.locks_at(),
+            shares: &found.shares,
+            backward: &found.backward,
+        };
+        receive(&sample).map_err(Error::Receiver)
+    }
+
+    fn finish(self) -> Result<Verdict, Error> {
+        let Self { mut verdict, certainty, missing, failed, .. } = self;
+        match (missing, failed) {
+            (None, None) => {
+                verdict.other_solutions = certainty.others;
+                verdict.friction_margin = certainty.margin;
+                Ok(verdict)
+            }
+            (Some(missing), None) => Err(Error::CannotCarry(Box::new(missing))),
+            // A mechanism that locks before says more than one that is singular later.
+            (Some(missing), Some((time, error @ InverseError::Locked { .. })))
+                if missing.time > time =>
+            {
+                Err(Error::Forces { time, error })
+            }
+            (Some(missing), Some(_)) => Err(Error::CannotCarry(Box::new(missing))),
+            (None, Some((time, error))) => Err(Error::Forces { time, error }),
+        }
+    }
+}
+
 /// Watches on which side of the singular positions of its actuators a mechanism is.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sides {
@@ -396,7 +589,12 @@ pub(crate) struct Sides {
 impl Sides {
     /// Looks at the next sample; the two samples, s, between which the side changed.
     pub(crate) fn look(&mut self, solver: &mut InverseDynamics, time: f64) -> Option<(f64, f64)> {
-        let now = solver.side().map(|side| (time, side));
+        self.see(solver.side(), time)
+    }
+
+    /// The same with the side at the sample.
+    fn see(&mut self, side: Option<f64>, time: f64) -> Option<(f64, f64)> {
+        let now = side.map(|side| (time, side));
         let before = core::mem::replace(&mut self.last, now)?;
         (now?.1 != before.1).then_some((before.0, time))
     }

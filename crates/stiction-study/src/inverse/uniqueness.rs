@@ -3,7 +3,7 @@
 use crate::check::SINGULAR;
 use stiction::dynamics::{InverseDynamics, Weighting};
 use stiction::joint::JointType;
-use stiction::mobility::{Distances, NullDirection, Statics};
+use stiction::mobility::{Distances, NullDirection, Proximity, Statics};
 
 /// The look at one sample, and room for the next.
 #[derive(Clone, Debug)]
@@ -11,13 +11,18 @@ pub(super) struct Uniqueness {
     /// Freedoms that the constraints are meant to leave, idle spins included.
     mobility: usize,
     joint_types: Vec<JointType>,
+    /// Where the balance has as many unknowns as equations.
+    proximity: Option<Proximity>,
     pub(super) distances: Distances,
     pub(super) redundancy: usize,
     pub(super) reactions: Vec<[bool; 6]>,
     pub(super) loads: Vec<bool>,
     pub(super) drives: Vec<bool>,
-    /// Singular positions in which the load could be carried.
+    /// Whether the position is singular, although the load could be carried.
+    pub(super) is_singular: bool,
+    /// The first of those that were looked at, when it is looked at.
     pub(super) singular: Option<Singular>,
+    told: bool,
 }
 
 /// Singular positions in which forces are finite, since the load happens to be carried, but not
@@ -45,17 +50,21 @@ impl Uniqueness {
         Self {
             mobility,
             joint_types: mechanism.joints().iter().map(|j| j.joint_type).collect(),
+            proximity: Proximity::new(mechanism),
             distances: Distances { actuation: 1.0, constraint: 1.0 },
             redundancy: 0,
             reactions: vec![[true; 6]; mechanism.joints().len()],
             loads: vec![true; solver.parameters().contacts.len()],
             drives: vec![true; mechanism.actuators().count()],
+            is_singular: false,
             singular: None,
+            told: false,
         }
     }
 
     /// Looks at the present position.
     pub(super) fn look(&mut self, solver: &InverseDynamics, time: f64) {
+        (self.is_singular, self.singular) = (false, None);
         let spins = solver.assembly().prescription().spins().len();
         if solver.weighting() == Some(Weighting::Determined) && spins == 0 {
             // Everything is unique; only the distances are asked for.
@@ -63,7 +72,12 @@ impl Uniqueness {
             self.reactions.fill([true; 6]);
             self.loads.fill(true);
             self.drives.fill(true);
-            self.distances = Distances::of_square(&solver.balance(), &self.joint_types);
+            self.distances = match &mut self.proximity {
+                Some(proximity) => {
+                    proximity.measure(solver.mechanism(), solver.parameters(), solver.bodies())
+                }
+                None => Distances::of_square(&solver.balance(), &self.joint_types),
+            };
             return;
         }
         let statics: Statics = solver.statics();
@@ -72,11 +86,10 @@ impl Uniqueness {
         self.loads = solver.determined_loads(&statics);
         self.drives = statics.determined_drives();
         self.distances = Distances::new(&statics, self.mobility, spins);
-        if self.distances.actuation < SINGULAR {
-            match &mut self.singular {
-                Some(known) => known.samples += 1,
-                None => self.singular = singular(solver, &statics, time),
-            }
+        self.is_singular = self.distances.actuation < SINGULAR;
+        if self.is_singular && !self.told {
+            self.singular = singular(solver, &statics, time);
+            self.told = self.singular.is_some();
         }
     }
 }

@@ -7,8 +7,9 @@ const STEPS: usize = 120;
 /// The residual at which a pair counts as found, relative to the eigenvalue. The eigenvalue's own error is
 /// never greater, and mostly of the order of the square.
 const ACCURACY: f64 = 1e-12;
-/// The least step at which to look whether it is found.
+/// The least number of steps after which to look whether it is found, and then how often.
 const FIRST_LOOK: usize = 6;
+const EVERY: usize = 2;
 
 /// Room for the method.
 #[derive(Clone, Debug, Default)]
@@ -45,7 +46,8 @@ impl Lanczos {
         let count = basis.len();
         let over = 1.0 / dot(basis, basis).sqrt();
         scale(basis, over);
-        let mut last = 0.0;
+        // The greatest eigenvalue so far is not above this.
+        let mut above = 0.0_f64;
         for step in 0..STEPS {
             let here = step * count;
             next.clear();
@@ -64,10 +66,15 @@ impl Lanczos {
             if !length.is_finite() {
                 return None;
             }
-            let looks = step + 1 >= FIRST_LOOK || length <= ACCURACY * own;
-            if looks {
-                let value = greatest_root(diagonal, beside, last);
-                last = value;
+            above = match beside.last() {
+                None => own,
+                // Of the matrix of two rows that bounds it.
+                Some(coupling) => 0.5 * (above + own) + (0.5 * (above - own)).hypot(*coupling),
+            };
+            let looks = step + 1 >= FIRST_LOOK && (step + 1 - FIRST_LOOK).is_multiple_of(EVERY);
+            if looks || length <= ACCURACY * own {
+                let value = greatest_root(diagonal, beside, above);
+                above = value;
                 let tail = vector_of(diagonal, beside, value, room);
                 if length * tail <= ACCURACY * value {
                     next.fill([0.0; BLOCK]);
@@ -107,15 +114,11 @@ fn subtract(from: &mut [Part], vector: &[Part], amount: f64) {
     }
 }
 
-/// The greatest eigenvalue of a symmetric tridiagonal matrix, which is not less than `least`: Newton's
-/// method for its characteristic polynomial comes down to it from above.
-fn greatest_root(diagonal: &[f64], beside: &[f64], least: f64) -> f64 {
-    let around = |k: usize| {
-        let before = if k == 0 { 0.0 } else { beside[k - 1] };
-        before + beside.get(k).copied().unwrap_or(0.0)
-    };
-    // Gershgorin's circles.
-    let mut x = (0..diagonal.len()).map(|k| diagonal[k] + around(k)).fold(least, f64::max);
+/// The greatest eigenvalue of a symmetric tridiagonal matrix, which is not greater than `above`: Newton's
+/// method for its characteristic polynomial comes down to it.
+fn greatest_root(diagonal: &[f64], beside: &[f64], above: f64) -> f64 {
+    // A bound that is met exactly is one by rounding.
+    let mut x = above * (1.0 + 4.0 * f64::EPSILON);
     for _ in 0..100 {
         // The polynomial is the product of these, which are positive above the greatest root.
         let (mut factor, mut slope, mut sum) = (f64::INFINITY, 0.0, 0.0);
