@@ -169,7 +169,9 @@ impl Line {
 #[derive(Clone, Debug)]
 pub struct Trace {
     stretch: usize,
-    pending: Vec<(f64, f64)>,
+    /// Points of the present stretch, the lowest and the highest of them.
+    taken: usize,
+    extremes: Option<[(f64, f64); 2]>,
     points: Vec<(f64, f64)>,
 }
 
@@ -181,29 +183,34 @@ impl Trace {
     pub fn new(count: usize) -> Self {
         // Two points are kept of each stretch.
         let stretch = if count <= DRAWN { 1 } else { (2 * count).div_ceil(DRAWN) };
-        Self { stretch, pending: Vec::with_capacity(stretch), points: Vec::new() }
+        Self { stretch, taken: 0, extremes: None, points: Vec::new() }
     }
 
     /// Adds a point.
     pub fn push(&mut self, x: f64, y: f64) {
-        self.pending.push((x, y));
-        if self.pending.len() == self.stretch {
+        let now = (x, y);
+        let [lowest, highest] = self.extremes.get_or_insert([now; 2]);
+        if y.total_cmp(&lowest.1).is_lt() {
+            *lowest = now;
+        }
+        if y.total_cmp(&highest.1).is_ge() {
+            *highest = now;
+        }
+        self.taken += 1;
+        if self.taken == self.stretch {
             self.flush();
         }
     }
 
     fn flush(&mut self) {
-        let by_height = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
-        let lowest = self.pending.iter().min_by(by_height).copied();
-        let highest = self.pending.iter().max_by(by_height).copied();
-        if let (Some(low), Some(high)) = (lowest, highest) {
+        self.taken = 0;
+        if let Some([low, high]) = self.extremes.take() {
             let (first, second) = if low.0 <= high.0 { (low, high) } else { (high, low) };
             self.points.push(first);
             if second != first {
                 self.points.push(second);
             }
         }
-        self.pending.clear();
     }
 
     /// The points to draw.

@@ -5,7 +5,9 @@ mod common;
 use common::*;
 use stiction::dynamics::{FrictionMode, InverseDynamics, Settings};
 use stiction_model::{Model, gallery};
-use stiction_study::inverse::{BodyTable, Error, Job, Sample, ShareTable, Summary, Tables, Verdict};
+use stiction_study::inverse::{
+    BodyTable, Error, Job, Sample, ShareTable, Summary, Tables, Verdict,
+};
 
 /// All tables, the summary and the verdict of a run, as they are written.
 fn run(job: &Job<'_>, threads: usize) -> Result<(Vec<Vec<u8>>, Verdict), Error> {

@@ -4,7 +4,7 @@ use super::balance::Balance;
 use super::contacts::{ContactState, Contacts, Coupling};
 use super::load::AppliedLoad;
 use super::plan::BalancePlan;
-use crate::friction::{OwnFriction, Resistance};
+use crate::friction::{ContactShape, OwnFriction, Resistance};
 use crate::kinematics::{Bodies, Kinematics, Prescription};
 use crate::linalg::Elimination;
 use crate::parameters::{ContactParameters, Parameters};
@@ -419,11 +419,17 @@ impl<T: Scalar> Inverse<T> {
         content.load = content.load.seminorm();
         let pitch = parameters.pitch[content.joint];
         let mut state = self.contacts.states[contact];
-        let [ahead, back] = [T::one(), -T::one()].map(|direction| {
+        let mut most = |direction: T| {
             let own = OwnFriction { coefficient, viscous: T::zero(), direction };
             state.press_with(&content, pitch, bodies, wrench, own);
             state.load.value
-        });
+        };
+        let ahead = most(T::one());
+        if content.shape != ContactShape::Thread {
+            // No other load contains its own friction.
+            return ahead;
+        }
+        let back = most(-T::one());
         (ahead - back).if_positive(ahead, back)
     }
 

@@ -28,6 +28,9 @@ pub enum NotPlanned {
 /// Singular values below this, relative to the largest, count as zero. Matrices here are scaled to
 /// entries of order one at positions exact to 1e-13.
 const NEGLIGIBLE: f64 = 1e-9;
+/// Pivots of the scaled balance below this ask for a look at its singular values. One that is small need not
+/// mean a small singular value, but no small one means none.
+const SUSPICIOUS_PIVOT: f64 = 1e-3;
 
 impl BalancePlan {
     /// Plans for the position of `bodies`; `spin_responses` are the accelerations of the tree for
@@ -45,6 +48,17 @@ impl BalancePlan {
         let plain = BalanceStructure::new(topology, Weighting::Determined, &spin_bodies);
         let sample = Sample { topology, parameters, bodies, spin_responses };
         let entries = sample.entries(&plain);
+        // As many unknowns as equations, and no pivot that is small: nothing is redundant or singular. That
+        // is known without a decomposition, whose cost grows with the third power of the unknowns.
+        if plain.passive.len() == plain.unknowns() && spin_bodies.is_empty() {
+            let nothing = DMatrix::zeros(0, 0);
+            let (rows, columns) = scales(topology, parameters, &plain, &nothing);
+            let scales = Scales { rows: &rows, columns: &columns };
+            let plan = Plan::new(plain.rows(), plain.size(), &plain.entries, &entries, scales);
+            if let Some(plan) = plan.ok().filter(|plan| plan.smallest_pivot > SUSPICIOUS_PIVOT) {
+                return Ok(Self { structure: plain, program: plan.compile() });
+            }
+        }
         let mut matrix = DMatrix::zeros(plain.passive.len(), plain.unknowns());
         for (entry, value) in plain.entries.iter().zip(entries) {
             matrix[(entry.row, entry.column)] += value;

@@ -55,9 +55,9 @@ impl Lanczos {
             apply(next);
             let own = dot(next, &basis[here..]);
             diagonal.push(own);
-            // Against all vectors before, so that rounding makes no copies of what is found; the last two
-            // are those that matter.
-            for k in (0..=step).rev() {
+            // By rounding the vectors lose their right angles to those long before, and copies of what is
+            // found appear; but the greatest eigenvalue and its residual stay what they are (Paige 1972).
+            for k in step.saturating_sub(1)..=step {
                 let before = &basis[k * count..(k + 1) * count];
                 let amount = dot(next, before);
                 subtract(next, before, amount);
