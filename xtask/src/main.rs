@@ -1,5 +1,7 @@
-//! The project's own automation: `cargo xtask test`, `cargo xtask validate`, `cargo xtask peers`.
+//! The project's own automation: `cargo xtask test`, `cargo xtask validate`, `cargo xtask peers`,
+//! `cargo xtask counts`.
 
+mod counts;
 mod peers;
 mod python;
 mod validate;
@@ -19,6 +21,8 @@ usage: cargo xtask COMMAND
              --json FILE     all numbers
              --samples N     rounds of batches, by default 300
              --write         the tables of docs/src/speed.md
+  counts     instructions of the kernels, by Callgrind, against those that are written down
+             --write         write them down
 ";
 
 fn main() -> ExitCode {
@@ -28,6 +32,7 @@ fn main() -> ExitCode {
             Outcome::Passed | Outcome::Skipped => ExitCode::SUCCESS,
             Outcome::Failed => ExitCode::FAILURE,
         },
+        Some("counts") => counts::counts(env::args().skip(2)),
         Some("peers") => peers::peers(env::args().skip(2)),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");

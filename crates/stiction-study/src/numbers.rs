@@ -1,7 +1,5 @@
 //! Numbers as people and as programs read them.
 
-use std::fmt::Write;
-
 /// Beyond this a number with digits after the point has more of them than it is known to.
 const LONGEST: f64 = 1e15;
 /// A double has no more digits than these.
@@ -38,11 +36,12 @@ pub(crate) fn fixed(x: f64, decimals: usize) -> String {
     }
 }
 
-/// Appends a number with all its digits, in the shortest way that reads back as the same number.
+/// Appends a number with all its digits, in the shortest way that reads back as the same number: plain
+/// between 1e-5 and 1e16, else with a power of ten.
 pub(crate) fn exact(out: &mut String, x: f64) {
-    let plain = x == 0.0 || (1e-5..1e16).contains(&x.abs());
-    // Writing to a string does not fail.
-    let _ = if plain { write!(out, "{x}") } else { write!(out, "{x:e}") };
+    let mut buffer = ryu::Buffer::new();
+    let text = buffer.format(x);
+    out.push_str(text.strip_suffix(".0").unwrap_or(text));
 }
 
 /// What is said for a number that is none.
@@ -82,6 +81,22 @@ mod tests {
         assert_eq!(fixed(2.5, 3), "2.500");
         assert_eq!(fixed(-10.0, 0), "-10");
         assert_eq!(fixed(-1e300, 3), "-1.000e300");
+    }
+
+    /// As the standard library writes them, which takes three times as long.
+    #[test]
+    fn all_digits() {
+        let mut random = stiction::random::Random::new(4);
+        let powers = (-320..309).map(|power| 10f64.powi(power) * (1.0 + random.number()));
+        let corners = [0.0, -0.0, 1.0, 1e-5, 9.99e-6, 1e15, 1e16, 123456789.0, -2.5, 0.1 + 0.2];
+        let none =
+            [f64::INFINITY, f64::NEG_INFINITY, f64::NAN, f64::MAX, f64::MIN_POSITIVE, 5e-324];
+        for x in powers.chain(corners).chain(none) {
+            let plain = x == 0.0 || (1e-5..1e16).contains(&x.abs());
+            let mut text = String::new();
+            exact(&mut text, x);
+            assert_eq!(text, if plain { format!("{x}") } else { format!("{x:e}") });
+        }
     }
 
     #[test]

@@ -1,0 +1,260 @@
+//! How time and memory grow with the size of a mechanism: chains of closed loops, and platforms on legs.
+//!
+//! `cargo bench -p stiction-study --bench growth` prints the tables; with `-- --svg FILE` it draws them, too.
+//! Loops are spatial four-bars of R, U, S and R joints, each standing on the rocker of the one before;
+//! legs are U, P and S joints between ground and platform. Revolute and prismatic joints have friction.
+
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+use stiction::dynamics::{FrictionMode, InverseDynamics, Settings};
+use stiction::friction::{Contact, Law, LoadMap};
+use stiction::joint::JointType;
+use stiction::kinematics::{Coordinate, Target};
+use stiction::mechanism::{BodySpec, GROUND_NAME, JointSpec, Mechanism, MechanismBuilder};
+use stiction::mobility::Proximity;
+use stiction::spatial::{Mat3, Pose, Vec3};
+use stiction_study::figure::{Figure, Line, Panel};
+
+const LOOPS: [usize; 7] = [1, 3, 10, 30, 100, 300, 1000];
+const LEGS: [usize; 5] = [6, 12, 20, 30, 50];
+/// Batches of each measurement, of which the fastest counts: others may use the machine.
+const BATCHES: usize = 9;
+const BATCH: Duration = Duration::from_millis(20);
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1).filter(|argument| argument != "--bench");
+    let svg = match (arguments.next().as_deref(), arguments.next()) {
+        (None, _) => None,
+        (Some("--svg"), Some(file)) => Some(file),
+        _ => {
+            eprintln!("usage: growth [--svg FILE]");
+            return ExitCode::from(2);
+        }
+    };
+    let (chains, platforms) =
+        (LOOPS.map(|size| (size, loops as Make)), LEGS.map(|size| (size, legs as Make)));
+    let mut panels = Vec::new();
+    for (name, sizes) in [("chained loops", &chains[..]), ("legs", &platforms)] {
+        println!(
+            "\n| {name} | bodies | set-up, ms | memory, kB | frictionless, µs | per body | with friction, \
+             µs | per body | distances, µs | per body |\n{}",
+            "| --- ".repeat(10) + "|"
+        );
+        let rows: Vec<Row> = sizes.iter().map(|(size, make)| measure(*size, make(*size))).collect();
+        panels.push(panel(name, &rows));
+    }
+    let Some(file) = svg else { return ExitCode::SUCCESS };
+    let title = "Time for each body of a mechanism".to_owned();
+    let x_label = "size, as a power of ten".to_owned();
+    let svg = Figure { title, x_label, panels }.svg();
+    match std::fs::write(&file, svg) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{file}: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Makes a mechanism of a size.
+type Make = fn(usize) -> Subject;
+
+/// A mechanism and what is prescribed.
+struct Subject {
+    mechanism: Mechanism,
+    coordinates: Vec<Coordinate>,
+}
+
+struct Row {
+    size: usize,
+    /// Time for each body, µs.
+    frictionless: f64,
+    friction: f64,
+    distances: f64,
+}
+
+fn measure(size: usize, subject: Subject) -> Row {
+    let Subject { mechanism, coordinates } = subject;
+    let bodies = (mechanism.bodies().len() - 1) as f64;
+    let at = Target { value: 0.0, rate: 0.3, acceleration: 0.2 };
+    let targets = vec![at; coordinates.len()];
+    let (memory, begun) = (resident(), Instant::now());
+    let solver =
+        InverseDynamics::new(mechanism, &[], &coordinates, &targets, Settings::default()).unwrap();
+    let setup = begun.elapsed().as_secs_f64() * 1e3;
+    let memory = resident().zip(memory).map(|(after, before)| after.saturating_sub(before));
+    let kernel = solver.kernel().unwrap();
+    let parameters = solver.parameters().clone();
+    let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
+    let [frictionless, friction] = [FrictionMode::Off, FrictionMode::Converged].map(|friction| {
+        let settings = Settings { friction, ..Settings::default() };
+        fastest(|| kernel.run(&parameters, &mut workspace, &targets, &[], &settings))
+    });
+    let mut proximity = Proximity::new(solver.mechanism()).unwrap();
+    let distances = fastest(|| {
+        let (mechanism, parameters) = (solver.mechanism(), solver.parameters());
+        std::hint::black_box(proximity.measure(mechanism, parameters, solver.bodies()));
+    });
+    let memory = memory.map_or("-".to_owned(), |bytes| format!("{}", bytes / 1000));
+    println!(
+        "| {size} | {bodies} | {setup:.1} | {memory} | {frictionless:.2} | {:.3} | {friction:.2} | {:.3} | \
+         {distances:.1} | {:.3} |",
+        frictionless / bodies,
+        friction / bodies,
+        distances / bodies
+    );
+    let [frictionless, friction, distances] =
+        [frictionless, friction, distances].map(|time| time / bodies);
+    Row { size, frictionless, friction, distances }
+}
+
+/// Microseconds of a call, in the fastest of several batches.
+fn fastest(mut call: impl FnMut()) -> f64 {
+    let once = |call: &mut dyn FnMut(), count: u32| {
+        let begun = Instant::now();
+        (0..count).for_each(|_| call());
+        begun.elapsed() / count
+    };
+    let first = once(&mut call, 1).max(Duration::from_nanos(100));
+    let count = (BATCH.as_nanos() / first.as_nanos()).clamp(1, 100_000) as u32;
+    let batches = if first > BATCH { 1 } else { BATCHES };
+    let best = (0..batches).map(|_| once(&mut call, count)).min().unwrap_or(first);
+    best.as_secs_f64() * 1e6
+}
+
+/// Bytes of memory that the process has now, where the system tells.
+fn resident() -> Option<usize> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    Some(1024 * line.trim().strip_suffix("kB")?.trim().parse::<usize>().ok()?)
+}
+
+fn panel(name: &str, rows: &[Row]) -> Panel {
+    let line = |label: &str, colour: usize, of: fn(&Row) -> f64| Line {
+        label: label.to_owned(),
+        points: rows.iter().map(|row| ((row.size as f64).log10(), of(row))).collect(),
+        colour,
+        dashed: false,
+    };
+    let lines = vec![
+        line("frictionless", 1, |row| row.frictionless),
+        line("with friction", 0, |row| row.friction),
+        line("distances", 2, |row| row.distances),
+    ];
+    Panel { y_label: format!("{name}: µs per body"), lines }
+}
+
+fn v(x: f64, y: f64, z: f64) -> Vec3<f64> {
+    Vec3::new(x, y, z)
+}
+
+/// A body whose frame is at a place in the world while all coordinates are zero.
+struct Placed {
+    name: String,
+    at: Vec3<f64>,
+}
+
+fn bar(name: String, at: Vec3<f64>) -> (Placed, BodySpec) {
+    let inertia = Mat3::from_columns(v(2e-3, 0.0, 0.0), v(0.0, 3e-3, 0.0), v(0.0, 0.0, 4e-3));
+    let spec = BodySpec::new(name.clone()).mass(0.8).com(v(0.02, 0.01, 0.05)).inertia(inertia);
+    (Placed { name, at }, spec)
+}
+
+/// A frame at a place, its z axis along `z` and its x axis near `x`.
+fn frame(place: Vec3<f64>, z: Vec3<f64>, x: Vec3<f64>) -> Pose<f64> {
+    let z = z * (1.0 / z.norm());
+    let y = z.cross(x);
+    let y = y * (1.0 / y.norm());
+    Pose { rotation: Mat3::from_columns(y.cross(z), y, z), position: place }
+}
+
+/// A joint with both its frames at a place in the world.
+fn joint(name: String, kind: JointType, [from, to]: [&Placed; 2], at: Pose<f64>) -> JointSpec {
+    let seen = |body: &Placed| Pose { position: at.position - body.at, ..at };
+    let names = [from, to].map(|body| body.name.clone());
+    let [predecessor, successor] = names;
+    JointSpec::new(name, kind, predecessor, successor).frames(seen(from), seen(to))
+}
+
+fn rubbing(spec: JointSpec, radius: Option<f64>) -> JointSpec {
+    let law = Law::coulomb_viscous(0.02, 0.01);
+    spec.friction(Contact { place: 0, radius, law, backward: None, load: LoadMap::force_only() })
+}
+
+fn ground() -> Placed {
+    Placed { name: GROUND_NAME.to_owned(), at: Vec3::zero() }
+}
+
+fn built(builder: MechanismBuilder, driven: &[String]) -> Subject {
+    let mechanism = builder.build().unwrap();
+    let joint = |name: &String| mechanism.joint_id(name).unwrap();
+    let coordinates =
+        driven.iter().map(|name| Coordinate::Joint { joint: joint(name), freedom: 0 });
+    Subject { coordinates: coordinates.collect(), mechanism }
+}
+
+/// Loops that stand on each other, wound up so that all are near.
+fn loops(count: usize) -> Subject {
+    let mut builder = MechanismBuilder::new("loops").gravity(v(0.0, 0.0, -9.81));
+    let (mut base, mut driven) = (ground(), Vec::new());
+    let (x, y, z) = (v(1.0, 0.0, 0.0), v(0.1, 1.0, 0.05), v(0.1, -0.05, 1.0));
+    for k in 0..count {
+        let angle = 0.7 * k as f64;
+        let root = v(0.3 * angle.cos(), 0.3 * angle.sin(), 0.05 * (1.3 * angle).sin());
+        let (pivot, end, tip) = (v(0.3, 0.02, 0.0), v(0.02, 0.0, 0.1), v(0.33, 0.01, 0.2));
+        let (crank, crank_spec) = bar(format!("crank{k}"), root);
+        let (rod, rod_spec) = bar(format!("rod{k}"), root + end);
+        let (rocker, rocker_spec) = bar(format!("rocker{k}"), root + pivot);
+        for spec in [crank_spec, rod_spec, rocker_spec] {
+            builder = builder.body(spec);
+        }
+        let name = |what: &str| format!("{what}{k}");
+        let at = |place: Vec3<f64>, axis| frame(root + place, axis, x + z * 0.3);
+        let first = joint(name("a"), JointType::Revolute, [&base, &crank], at(v(0.0, 0.0, 0.0), y));
+        let second = joint(name("b"), JointType::Universal, [&crank, &rod], at(end, z));
+        let third = joint(name("c"), JointType::Spherical, [&rod, &rocker], at(tip, z));
+        let last = joint(name("d"), JointType::Revolute, [&base, &rocker], at(pivot, y));
+        for spec in
+            [rubbing(first.actuated(), Some(0.01)), second, third, rubbing(last, Some(0.01))]
+        {
+            builder = builder.joint(spec);
+        }
+        driven.push(name("a"));
+        base = rocker;
+    }
+    built(builder, &driven)
+}
+
+/// A platform on legs, six of them actuated.
+fn legs(count: usize) -> Subject {
+    let mut builder = MechanismBuilder::new("legs").gravity(v(0.0, 0.0, -9.81));
+    let height = 0.6;
+    let (platform, spec) = bar("platform".to_owned(), v(0.0, 0.0, height));
+    builder = builder.body(spec);
+    let mut driven = Vec::new();
+    for k in 0..count {
+        let angle = 2.4 * k as f64;
+        let foot = v(0.5 * angle.cos(), 0.5 * angle.sin(), 0.02 * angle.sin());
+        let tip = v(0.3 * (angle + 0.6).cos(), 0.3 * (angle - 0.4).sin(), height);
+        let axis = tip - foot;
+        let (lower, lower_spec) = bar(format!("lower{k}"), foot);
+        let (upper, upper_spec) = bar(format!("upper{k}"), foot + axis * 0.5);
+        builder = builder.body(lower_spec).body(upper_spec);
+        let name = |what: &str| format!("{what}{k}");
+        let (x, z) = (v(1.0, 0.0, 0.0), v(0.0, 0.0, 1.0));
+        let at = |place: Vec3<f64>, axis: Vec3<f64>| frame(place, axis, x + z * 0.3);
+        let across = axis.cross(z);
+        let first = joint(name("u"), JointType::Universal, [&ground(), &lower], at(foot, across));
+        let middle = at(foot + axis * 0.5, axis);
+        let slide = joint(name("p"), JointType::Prismatic, [&lower, &upper], middle);
+        let last = joint(name("s"), JointType::Spherical, [&upper, &platform], at(tip, z));
+        let slide = if k < 6 { slide.actuated() } else { slide };
+        for spec in [first, rubbing(slide, None), last] {
+            builder = builder.joint(spec);
+        }
+        if k < 6 {
+            driven.push(name("p"));
+        }
+    }
+    built(builder, &driven)
+}

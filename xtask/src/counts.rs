@@ -1,0 +1,103 @@
+//! `cargo xtask counts`: how many instructions the kernels take.
+//!
+//! Unlike times, counts are the same from run to run, whatever else the machine does: they tell of a kernel
+//! that became slower by a few parts in a hundred. Callgrind counts what one call does, after others that
+//! made it ready. Counts depend on the compiler and on the processor's library functions; where the compiler
+//! is another one than that of the numbers written down, they are information.
+
+use crate::cargo;
+use serde_json::{Map, Value, json};
+use std::process::{Command, ExitCode, Stdio};
+
+const FILE: &str = "crates/stiction-study/benches/counts.json";
+/// More than this, relative, is a loss that was meant or is not.
+const TOLERANCE: f64 = 0.03;
+
+pub(crate) fn counts(mut arguments: impl Iterator<Item = String>) -> ExitCode {
+    let write = match (arguments.next().as_deref(), arguments.next()) {
+        (None, _) => false,
+        (Some("--write"), None) => true,
+        _ => {
+            eprintln!("usage: cargo xtask counts [--write]");
+            return ExitCode::from(2);
+        }
+    };
+    let version = Command::new("valgrind").arg("--version").stdout(Stdio::null()).status();
+    if !version.is_ok_and(|status| status.success()) {
+        eprintln!("counts: skipped, there is no valgrind");
+        return ExitCode::SUCCESS;
+    }
+    match count(write) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("counts: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Counts everything; whether nothing has become slower.
+fn count(write: bool) -> Result<bool, String> {
+    let program = build()?;
+    let compiler = output(Command::new("rustc").arg("--version"))?.trim().to_owned();
+    let known: Value = std::fs::read_to_string(FILE)
+        .ok()
+        .and_then(|text| serde_json::from_str(&text).ok())
+        .unwrap_or_default();
+    let is_comparable = known["compiler"] == compiler.as_str();
+    let list = output(Command::new(&program).arg("--list"))?;
+    let (mut found, mut good) = (Map::new(), true);
+    println!("{:<32} {:>12} {:>9}", "one call of", "instructions", "change");
+    for name in list.lines() {
+        let count = instructions(&program, name)?;
+        let before = known["instructions"][name].as_u64();
+        let change = before.map(|before| count as f64 / before as f64 - 1.0);
+        let word = change.map_or("new".to_owned(), |change| format!("{:+.1} %", 100.0 * change));
+        println!("{name:<32} {count:>12} {word:>9}");
+        good &= !change.is_some_and(|change| change > TOLERANCE);
+        found.insert(name.to_owned(), json!(count));
+    }
+    if write {
+        let text = format!("{:#}\n", json!({ "compiler": compiler, "instructions": found }));
+        std::fs::write(FILE, text).map_err(|error| format!("{FILE}: {error}"))?;
+        return Ok(true);
+    }
+    if !good && !is_comparable {
+        println!("the counts written down are those of {}: no verdict", known["compiler"]);
+    }
+    Ok(good || !is_comparable)
+}
+
+/// Builds what is counted; the program's path.
+fn build() -> Result<String, String> {
+    let mut command = cargo(&["bench", "-p", "stiction-study", "--bench", "counts", "--no-run"]);
+    let messages = output(command.arg("--message-format=json"))?;
+    let artifacts = messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    artifacts
+        .filter(|message| message["target"]["name"] == "counts")
+        .find_map(|message| message["executable"].as_str().map(str::to_owned))
+        .ok_or_else(|| "cargo built no program".to_owned())
+}
+
+fn instructions(program: &str, name: &str) -> Result<u64, String> {
+    let mut command = Command::new("valgrind");
+    command.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
+    command.args(["--toggle-collect=counts::counted*", program, name]);
+    let output = command.output().map_err(|error| format!("valgrind: {error}"))?;
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    let line = text.lines().find_map(|line| line.split_once("Collected :"));
+    let count = line.and_then(|(_, count)| count.trim().parse().ok()).filter(|count| *count > 0);
+    count.ok_or_else(|| format!("{name}: nothing was counted\n{text}"))
+}
+
+fn output(command: &mut Command) -> Result<String, String> {
+    let output = command
+        .stderr(Stdio::inherit())
+        .output()
+        .map_err(|error| format!("cannot run {command:?}: {error}"))?;
+    if !output.status.success() {
+        return Err(format!("{command:?} failed"));
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
