@@ -83,7 +83,7 @@ mod tests {
         assert_eq!(fixed(-1e300, 3), "-1.000e300");
     }
 
-    /// As the standard library writes them, which takes three times as long.
+    /// As the standard library writes them.
     #[test]
     fn all_digits() {
         let mut random = stiction::random::Random::new(4);
