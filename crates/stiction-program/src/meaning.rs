@@ -146,7 +146,7 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
             },
             _ => None,
         };
-        let own: Vec<Value> = samples
+        let mut own: Vec<Value> = samples
             .iter()
             .enumerate()
             .map(|(sample, inputs)| {
@@ -176,7 +176,9 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
             known = Some(new_of[if is_positive { yes } else { no } as usize]);
         } else if is_finite && !is_given && own.iter().all(|value| value.is(first, 1.0)) {
             let is_zero = own.iter().all(|value| value.x.abs() <= APART * value.error);
-            known = Some(merged.number(if is_zero { 0.0 } else { first.x }));
+            let number = if is_zero { 0.0 } else { first.x };
+            known = Some(merged.number(number));
+            own.fill(Value::new(number, 0.0));
         } else if is_finite && !matches!(op, Op::Constant(_)) {
             let key = bucket(first.x);
             let candidates = (key - 1..=key + 1).filter_map(|key| by_value.get(&key)).flatten();
@@ -190,6 +192,11 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
                         guards.push(Guard { selection, condition: node, is_positive: sign > 0.0 });
                     }
                     known = Some(if sign > 0.0 { node } else { merged.add(Op::Neg(node)) });
+                    // It has the rounding errors of what it is replaced by: what took many operations to
+                    // find and is known already makes nothing that follows less certain.
+                    for (value, other) in own.iter_mut().zip(&values[other]) {
+                        *value = Value { x: sign * other.x, error: other.error };
+                    }
                     break;
                 }
             }
