@@ -69,9 +69,9 @@ struct Places {
 /// What runs read and write, for a number of states side by side.
 #[derive(Clone, Debug)]
 pub struct Memory {
-    lanes: usize,
-    slots: Vec<f64>,
-    scratch: Vec<f64>,
+    pub(crate) lanes: usize,
+    pub(crate) slots: Vec<f64>,
+    pub(crate) scratch: Vec<f64>,
 }
 
 impl Memory {

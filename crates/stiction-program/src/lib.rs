@@ -37,14 +37,18 @@
 //! ```
 
 mod allocate;
+mod certificate;
 mod code;
 mod coupling;
 mod encode;
 mod given;
+mod forward;
+mod forward_recipe;
 mod graph;
 mod inverse;
 mod machine;
 mod meaning;
+mod motions;
 mod recipe;
 mod recorded;
 mod run;
@@ -53,4 +57,8 @@ mod schedule;
 mod transmission;
 
 pub use given::BodyMotion;
+mod small;
+mod stages;
+
+pub use forward::ForwardProgram;
 pub use inverse::{InverseProgram, Memory};

@@ -25,6 +25,18 @@ pub(crate) fn record(
     (GRAPH.replace(before), outputs)
 }
 
+/// Goes on recording into a graph, from some of its nodes; gives it back, and the nodes of what `f` returns.
+pub(crate) fn go_on(
+    graph: Graph,
+    nodes: &[Node],
+    f: impl FnOnce(&[Recorded]) -> Vec<Recorded>,
+) -> (Graph, Vec<Node>) {
+    let before = GRAPH.replace(graph);
+    let nodes: Vec<Recorded> = nodes.iter().map(|node| Recorded(*node)).collect();
+    let outputs = f(&nodes).into_iter().map(|recorded| recorded.0).collect();
+    (GRAPH.replace(before), outputs)
+}
+
 fn put(op: Op) -> Recorded {
     GRAPH.with_borrow_mut(|graph| Recorded(graph.add(op)))
 }

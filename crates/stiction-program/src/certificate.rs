@@ -1,0 +1,127 @@
+//! Whether a program of forward dynamics is what it was recorded from.
+//!
+//! Nodes that are told apart by their values, with bounds of rounding errors, may be taken for the same where
+//! these bounds have grown large. So a program is tried before it is given out: the general kernel, run at
+//! the accelerations and frictions that the program finds, must come back to the efforts, reactions
+//! and loads that belong to them.
+
+use crate::forward::ForwardProgram;
+use crate::motions::run;
+use crate::recipe::Recipe;
+use stiction::dynamics::AppliedLoad;
+use stiction::kinematics::{State, Target};
+use stiction::random::Random;
+use stiction::spatial::Vec3;
+
+/// What rounding may leave of efforts, reactions and loads, as a part of the largest.
+const ROUNDING: f64 = 1e-10;
+
+impl Recipe<'_> {
+    /// A sample as state, targets and loads.
+    fn unpacked(&self, sample: &[f64]) -> (State<f64>, Vec<Target<f64>>, Vec<AppliedLoad<f64>>) {
+        let counts = self.counts(0);
+        let (coordinates, rest) = sample.split_at(counts.coordinates);
+        let (rates, rest) = rest.split_at(counts.freedoms);
+        let (accelerations, rest) = rest.split_at(counts.freedoms);
+        let (targets, loads) = rest.split_at(3 * counts.targets);
+        let state = State {
+            coordinates: coordinates.to_vec(),
+            rates: rates.to_vec(),
+            accelerations: accelerations.to_vec(),
+        };
+        let target = |t: &[f64]| Target { value: t[0], rate: t[1], acceleration: t[2] };
+        let loads = self.loads.iter().zip(loads.chunks(6)).map(|(load, w)| AppliedLoad {
+            force: Vec3::new(w[0], w[1], w[2]),
+            moment: Vec3::new(w[3], w[4], w[5]),
+            ..*load
+        });
+        (state, targets.chunks(3).map(target).collect(), loads.collect())
+    }
+
+    /// Whether the program finds at all samples what the kernel confirms. Of friction those states count in which
+    /// the program says that it is settled.
+    pub(crate) fn confirms(&self, program: &ForwardProgram, samples: &[Vec<f64>]) -> bool {
+        let parameters = self.solver.parameters();
+        let like = self.solver.assembly().state();
+        let [count, _, joints, contacts] = program.sizes();
+        let mut memory = program.memory(1);
+        let mut holds = [false];
+        let mut random = Random::new(4);
+        for sample in samples {
+            let (state, targets, loads) = self.unpacked(sample);
+            // Efforts near those of a motion, so that friction does not lock what they move.
+            let coordinates = &state.coordinates;
+            let ran = run(self.kernel, parameters, like, coordinates, (&targets, &loads), 0);
+            let scale = ran.inverse.drives().iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
+            let efforts: Vec<f64> = ran
+                .inverse
+                .drives()
+                .iter()
+                .map(|drive| drive + 0.1 * scale * random.number())
+                .collect();
+            program.set(&mut memory, 0, &state, &targets, &loads, &efforts);
+            for friction in [false, true] {
+                if friction {
+                    program.run(&mut memory, &mut holds);
+                } else {
+                    program.run_frictionless(&mut memory, &mut holds);
+                }
+                if !holds[0] {
+                    if friction {
+                        continue;
+                    }
+                    return false;
+                }
+                let moving: Vec<Target<f64>> = (0..count)
+                    .map(|k| Target {
+                        acceleration: match friction {
+                            true => program.acceleration(&memory, 0, k),
+                            false => program.ideal_acceleration(&memory, 0, k),
+                        },
+                        ..targets[k]
+                    })
+                    .collect();
+                let mut again =
+                    run(self.kernel, parameters, like, coordinates, (&moving, &loads), 0);
+                let bodies = &again.kinematics.bodies;
+                let states = again.inverse.contacts().to_vec();
+                let mut pairs: Vec<(f64, f64)> = Vec::new();
+                if friction {
+                    let of = |k| program.contact(&memory, 0, k);
+                    let frictions: Vec<f64> = (0..contacts).map(|k| of(k)[2]).collect();
+                    again.inverse.solve_with(&self.kernel.setup(), parameters, bodies, &frictions);
+                    for (k, (contact, state)) in parameters.contacts.iter().zip(states).enumerate()
+                    {
+                        let joint = contact.joint;
+                        let (j, l) = (&bodies.frame_j[joint], &bodies.frame_k[joint]);
+                        let wrench = again.inverse.joint_wrenches()[joint];
+                        let load = state.load_in(contact, parameters.pitch[joint], j, l, wrench);
+                        pairs.push((of(k)[0], load.value));
+                        pairs.push((
+                            of(k)[2],
+                            state.resistance().0 * load.value + state.resistance().1,
+                        ));
+                    }
+                }
+                let length = parameters.length;
+                for joint in 0..joints {
+                    let (force, moment) = again.inverse.reaction(bodies, joint);
+                    let found = match friction {
+                        true => program.reaction(&memory, 0, joint),
+                        false => program.ideal_reaction(&memory, 0, joint),
+                    };
+                    pairs.extend(found.into_iter().zip(force.to_array()));
+                    let moments = found[3..].iter().zip(moment.to_array());
+                    pairs.extend(moments.map(|(a, b)| (a / length, b / length)));
+                }
+                let largest = pairs.iter().fold(scale, |max, (a, b)| max.max(a.abs()).max(b.abs()));
+                pairs.extend(efforts.iter().copied().zip(again.inverse.drives().iter().copied()));
+                let is_same = |(a, b): &(f64, f64)| (a - b).abs() <= ROUNDING * largest;
+                if !pairs.iter().all(is_same) {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+}

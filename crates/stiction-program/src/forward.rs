@@ -1,0 +1,412 @@
+//! Forward dynamics of one mechanism as a program: accelerations and reactions, friction coupled to them.
+//!
+//! Accelerations and reactions are affine in friction forces, and each friction force is affine in its
+//! contact's load. So the program has stages: what comes before any friction; a Newton step for the loads
+//! of the contacts; a step by the matrix of the one before, which costs half as much; and what follows from
+//! the loads. Two Newton steps bring the loads so near that steps by the second's matrix gain
+//! four digits each.
+
+use crate::code::{Part, Slots, compile};
+use crate::forward_recipe::ForwardStages;
+use crate::graph::{Node, Op};
+use crate::inverse::Memory;
+use crate::recipe::{Counts, Recipe};
+use crate::run::{Runner, natural_lanes};
+use crate::samples::samples;
+use crate::stages::early;
+use stiction::dynamics::{AppliedLoad, InverseDynamics, Weighting};
+use stiction::kinematics::{State, Target};
+
+/// Steps for the loads, at most.
+const STEPS: usize = 24;
+/// Newton steps at first.
+const NEWTON_STEPS: usize = 2;
+/// Where a step by an old matrix leaves more than this part of the error, a new matrix is made.
+const SLOW: f64 = 0.03;
+/// A Newton step that changes no load by more than this part of the largest leaves an error of the square of
+/// it: rounding.
+const SETTLED: f64 = 1e-8;
+/// An error that is rounding, as a part of the largest load.
+const ROUNDING: f64 = 1e-15;
+/// Changes that are rounding, by whatever step.
+const STILL: f64 = 1e-14;
+/// No processor takes more states at once.
+const MOST_LANES: usize = 8;
+
+/// The stages in the order in which they are compiled.
+const IDEAL: usize = 0;
+const FIRST: usize = 1;
+const NEWTON: usize = 2;
+const CHORD: usize = 3;
+const LAST: usize = 4;
+
+/// Forward dynamics of one mechanism, compiled: from positions, velocities and the efforts of all actuators to
+/// accelerations and all reactions, with friction of sliding contacts that is in balance with the reactions.
+#[derive(Debug)]
+pub struct ForwardProgram {
+    counts: Counts,
+    places: Places,
+    slots: usize,
+    operations: [usize; 5],
+    one: [Runner; 5],
+    many: [Runner; 5],
+    lanes: usize,
+}
+
+/// The slots of the results.
+#[derive(Clone, Debug)]
+struct Places {
+    /// Loads of the coupled contacts without friction, after a Newton step, after one by an old matrix.
+    start: Vec<u32>,
+    newton: Vec<u32>,
+    chord: Vec<u32>,
+    determinant: u32,
+    /// Positive where what the program takes for granted holds.
+    ideal_guard: u32,
+    guard: u32,
+    ideal: Motion,
+    real: Motion,
+    loads: Vec<u32>,
+    velocities: Vec<u32>,
+    frictions: Vec<u32>,
+}
+
+/// The slots of accelerations of the coordinates and of the tree, and of reactions.
+#[derive(Clone, Debug)]
+struct Motion {
+    coordinates: Vec<u32>,
+    tree: Vec<u32>,
+    reactions: Vec<u32>,
+}
+
+impl Motion {
+    fn new(places: &[u32], counts: &Counts) -> Self {
+        let (coordinates, rest) = places.split_at(counts.targets);
+        let (tree, rest) = rest.split_at(counts.freedoms);
+        let reactions = &rest[..6 * counts.joints];
+        Self {
+            coordinates: coordinates.to_vec(),
+            tree: tree.to_vec(),
+            reactions: reactions.to_vec(),
+        }
+    }
+}
+
+impl ForwardProgram {
+    /// Records and compiles the program of a mechanism.
+    ///
+    /// The coordinates that `solver` prescribes are those whose accelerations the program finds first, all
+    /// others follow; they are as many as there are actuators. `course` gives their values amid the motions that
+    /// are meant, each near enough to the one before for the mechanism to be brought there from the position
+    /// of `solver`. `loads` says which bodies are loaded, in which axes; the wrenches themselves are
+    /// inputs. None where [`crate::InverseProgram::record`] has none, and where accelerations do not follow
+    /// from efforts: something to be driven has no inertia, or there are more or fewer actuators
+    /// than coordinates. None, too, if the general kernel does not confirm what the program finds.
+    pub fn record(
+        solver: &InverseDynamics,
+        course: &[Vec<Target<f64>>],
+        loads: &[AppliedLoad<f64>],
+    ) -> Option<Self> {
+        Self::record_with(solver, course, loads, true)
+    }
+
+    /// The same, interpreted if `machine` is false: the slow way, for comparison.
+    #[doc(hidden)]
+    pub fn record_with(
+        solver: &InverseDynamics,
+        course: &[Vec<Target<f64>>],
+        loads: &[AppliedLoad<f64>],
+        machine: bool,
+    ) -> Option<Self> {
+        let kernel = solver.kernel()?;
+        let has_idle_spins = !solver.assembly().prescription().spins().is_empty();
+        if solver.weighting()? != Weighting::Determined || has_idle_spins {
+            return None;
+        }
+        let recipe = Recipe { kernel: &kernel, solver, loads };
+        let counts = recipe.counts(0);
+        if counts.drives != counts.targets || counts.drives == 0 {
+            return None;
+        }
+        let samples = samples(solver, course, loads)?;
+        let pivots = recipe.mass_pivots(&samples)?;
+        // First with all contacts, to see whose friction changes a load at all.
+        let all: Vec<usize> = (0..solver.parameters().contacts.len()).collect();
+        let first = recipe.record_forward(&all, &pivots, &samples);
+        let changes_a_load = |column: &usize| {
+            let mut of_column = first.influence.iter().skip(*column).step_by(all.len().max(1));
+            of_column.any(|node| first.graph.constant(*node) != Some(0.0))
+        };
+        let coupled: Vec<usize> = all.iter().copied().filter(changes_a_load).collect();
+        let recorded = match coupled.len() == all.len() {
+            true => first,
+            false => recipe.record_forward(&coupled, &pivots, &samples),
+        };
+        let program = Self::compile(recipe.counts(coupled.len()), &recorded, machine);
+        recipe.confirms(&program, &samples).then_some(program)
+    }
+
+    fn compile(counts: Counts, recorded: &ForwardStages, machine: bool) -> Self {
+        let ops = recorded.graph.ops();
+        let given = counts.inputs() + counts.drives;
+        let mut slots = Slots::default();
+        slots.reserve(given + 2 * counts.coupled);
+        for (node, op) in ops.iter().enumerate() {
+            if let Op::Input(k) = op {
+                slots.put(node as Node, *k);
+            }
+        }
+        let mut stages = [const { Vec::new() }; 5];
+        // The frictionless program is one of its own: it leaves nothing behind for others.
+        let mut own = slots.clone();
+        let with = |nodes: &[Node], guard: Node| [nodes, &[guard]].concat();
+        stages[IDEAL] = compile(ops, &with(&recorded.ideal, recorded.guards[0]), &mut own);
+        let ideal_guard = own.of(recorded.guards[0]).unwrap_or(0);
+        let ideal: Vec<u32> = recorded.ideal.iter().map(|n| own.of(*n).unwrap_or(0)).collect();
+        slots.reserve(own.count() - slots.count());
+
+        let last = with(&recorded.rest, recorded.guards[1]);
+        let later = [&recorded.newton[..], &recorded.chord, &last].concat();
+        let mut first = recorded.begin.clone();
+        first.extend(early(ops, &later, |input| input >= given));
+        stages[FIRST] = compile(ops, &first, &mut slots);
+        let mut newton = recorded.newton.clone();
+        newton.extend(early(ops, &recorded.chord, |input| input >= given + counts.coupled));
+        stages[NEWTON] = compile(ops, &newton, &mut slots);
+        // Each of the stages that follow is run by itself: none may rely on what another has left.
+        let mut of_chord = slots.clone();
+        stages[CHORD] = compile(ops, &recorded.chord, &mut of_chord);
+        let chord: Vec<u32> = recorded.chord.iter().map(|n| of_chord.of(*n).unwrap_or(0)).collect();
+        slots.reserve(of_chord.count() - slots.count());
+        stages[LAST] = compile(ops, &last, &mut slots);
+
+        let place = |node: &Node| slots.of(*node).unwrap_or(0);
+        let all = |nodes: &[Node]| -> Vec<u32> { nodes.iter().map(place).collect() };
+        let (next, determinant) = recorded.newton.split_at(counts.coupled);
+        let rest = all(&recorded.rest);
+        let moments = &rest[rest.len() - 3 * counts.contacts..];
+        let moment = |k: usize| moments[k * counts.contacts..][..counts.contacts].to_vec();
+        let places = Places {
+            start: all(&recorded.begin),
+            newton: all(next),
+            chord,
+            determinant: determinant.first().map_or(0, place),
+            ideal_guard,
+            guard: place(&recorded.guards[1]),
+            ideal: Motion::new(&ideal, &counts),
+            real: Motion::new(&rest, &counts),
+            loads: moment(0),
+            velocities: moment(1),
+            frictions: moment(2),
+        };
+        let lanes = natural_lanes();
+        let count = slots.count();
+        let runners =
+            |lanes| stages.each_ref().map(|parts| Runner::new(parts, lanes, count, machine));
+        let operations = stages.each_ref().map(|parts| parts.iter().map(Part::operations).sum());
+        Self {
+            counts,
+            places,
+            slots: count,
+            operations,
+            one: runners(1),
+            many: runners(lanes),
+            lanes,
+        }
+    }
+
+    /// How many states the wide code takes at once on this processor.
+    pub fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    /// Arithmetic operations: of everything without friction; with friction of what comes first, of a Newton
+    /// step of the coupling, of a step by the matrix of one before, and of what comes last.
+    pub fn operations(&self) -> [usize; 5] {
+        self.operations
+    }
+
+    /// Whether the processor runs the program itself; if not, it is interpreted.
+    pub fn is_machine_code(&self) -> bool {
+        self.one.iter().chain(&self.many).all(Runner::is_machine_code)
+    }
+
+    /// Room for runs of one state (`lanes` 1) or of [`Self::lanes`].
+    pub fn memory(&self, lanes: usize) -> Memory {
+        let scratch = self.runners(lanes).iter().map(Runner::scratch).max().unwrap_or(0);
+        let lanes = if lanes == 1 { 1 } else { self.lanes };
+        Memory { lanes, slots: vec![0.0; self.slots * lanes], scratch: vec![0.0; scratch] }
+    }
+
+    fn runners(&self, lanes: usize) -> &[Runner; 5] {
+        if lanes == 1 { &self.one } else { &self.many }
+    }
+
+    /// Sets one lane's position and rates, loads, and the efforts of all actuators, N or N m, in the order of
+    /// [`stiction::mechanism::Mechanism::actuators`]. The state must close the loops; `targets` are values
+    /// and rates of the coordinates that the recording solver prescribes, in this state. Accelerations in either
+    /// are not read.
+    pub fn set(
+        &self,
+        memory: &mut Memory,
+        lane: usize,
+        state: &State<f64>,
+        targets: &[Target<f64>],
+        loads: &[AppliedLoad<f64>],
+        efforts: &[f64],
+    ) {
+        let (lanes, mut slot) = (memory.lanes, 0);
+        let mut put = |value: f64| {
+            memory.slots[slot * lanes + lane] = value;
+            slot += 1;
+        };
+        state.coordinates.iter().chain(&state.rates).for_each(|value| put(*value));
+        (0..self.counts.freedoms).for_each(|_| put(0.0));
+        for target in targets {
+            [target.value, target.rate, 0.0].into_iter().for_each(&mut put);
+        }
+        for load in loads {
+            load.force.to_array().into_iter().chain(load.moment.to_array()).for_each(&mut put);
+        }
+        efforts.iter().for_each(|effort| put(*effort));
+    }
+
+    /// Everything without friction: [`Self::ideal_acceleration`] and [`Self::ideal_reaction`] afterwards.
+    /// For each lane whether what the program takes for granted holds, see [`Self::run`].
+    pub fn run_frictionless(&self, memory: &mut Memory, holds: &mut [bool]) {
+        self.runners(memory.lanes)[IDEAL].run(&mut memory.slots, &mut memory.scratch);
+        for (lane, holds) in holds.iter_mut().enumerate().take(memory.lanes) {
+            *holds = Self::read(memory, self.places.ideal_guard, lane) > 0.0;
+        }
+    }
+
+    /// Everything with friction, coupled to round-off. For each lane whether friction and reactions are in
+    /// balance and what the program takes for granted holds: that all contacts slide, that loads do not
+    /// vanish, that no branch is taken that no sample took. Where not, [`stiction::forward`] does it.
+    pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
+        let runners = self.runners(memory.lanes);
+        let Memory { lanes, slots, scratch } = memory;
+        let lanes = *lanes;
+        runners[FIRST].run(slots, scratch);
+        self.take(slots, lanes, &self.places.start);
+        settled[..lanes].fill(self.counts.coupled == 0);
+        // Changes of the last step, as parts of the largest load.
+        let mut changes = [1.0; MOST_LANES];
+        let mut is_slow = false;
+        for step in 0..STEPS {
+            if settled[..lanes].iter().all(|settled| *settled) {
+                break;
+            }
+            let newton = step < NEWTON_STEPS || is_slow;
+            runners[if newton { NEWTON } else { CHORD }].run(slots, scratch);
+            let next = if newton { &self.places.newton } else { &self.places.chord };
+            is_slow = self.compare(slots, lanes, next, newton, &mut changes, settled);
+            self.take(slots, lanes, next);
+        }
+        runners[LAST].run(slots, scratch);
+        for (lane, settled) in settled.iter_mut().enumerate().take(lanes) {
+            *settled &= Self::read(memory, self.places.guard, lane) > 0.0;
+        }
+    }
+
+    /// The loads from which steps go on.
+    fn take(&self, slots: &mut [f64], lanes: usize, from: &[u32]) {
+        let given = self.counts.inputs() + self.counts.drives;
+        for (k, from) in from.iter().enumerate() {
+            let from = *from as usize * lanes..(*from as usize + 1) * lanes;
+            slots.copy_within(from.clone(), (given + k) * lanes);
+            slots.copy_within(from, (given + self.counts.coupled + k) * lanes);
+        }
+    }
+
+    /// Whether the last step of the loads leaves nothing but rounding, and whether steps by this matrix are
+    /// slow. What a step has changed is the error before it. A Newton step squares it; a step by an
+    /// older matrix leaves the same part of it each time, and what it leaves is told by the last two.
+    fn compare(
+        &self,
+        slots: &[f64],
+        lanes: usize,
+        next: &[u32],
+        newton: bool,
+        changes: &mut [f64],
+        settled: &mut [bool],
+    ) -> bool {
+        let given = self.counts.inputs() + self.counts.drives;
+        let mut is_slow = false;
+        for lane in 0..lanes {
+            let (mut change, mut largest) = (0.0_f64, f64::MIN_POSITIVE);
+            for (k, next) in next.iter().enumerate() {
+                let now = slots[*next as usize * lanes + lane];
+                let moved = (now - slots[(given + k) * lanes + lane]).abs();
+                // A change that is no number must not be passed over.
+                change = if moved.is_nan() { f64::INFINITY } else { change.max(moved) };
+                largest = largest.max(now.abs());
+            }
+            let (before, now) = (changes[lane], change / largest);
+            changes[lane] = now;
+            let rate = now / before;
+            let determinant = slots[self.places.determinant as usize * lanes + lane];
+            let is_still = match newton {
+                true => {
+                    now <= SETTLED || now < 1e-3 && now * now * (rate / before).max(now) <= ROUNDING
+                }
+                false => now <= STILL || rate < 0.5 && now * rate / (1.0 - rate) <= ROUNDING,
+            };
+            settled[lane] = is_still && determinant > 0.0;
+            is_slow |= !is_still && !(rate < SLOW);
+        }
+        is_slow
+    }
+
+    fn read(memory: &Memory, slot: u32, lane: usize) -> f64 {
+        memory.slots[slot as usize * memory.lanes + lane]
+    }
+
+    fn wrench(memory: &Memory, lane: usize, reactions: &[u32], joint: usize) -> [f64; 6] {
+        core::array::from_fn(|i| Self::read(memory, reactions[6 * joint + i], lane))
+    }
+
+    /// Without friction the acceleration of a coordinate that the recording solver prescribes, rad/s^2 or
+    /// m/s^2.
+    pub fn ideal_acceleration(&self, memory: &Memory, lane: usize, coordinate: usize) -> f64 {
+        Self::read(memory, self.places.ideal.coordinates[coordinate], lane)
+    }
+
+    /// Without friction the acceleration of a freedom of the tree, as in [`State::accelerations`].
+    pub fn ideal_tree_acceleration(&self, memory: &Memory, lane: usize, freedom: usize) -> f64 {
+        Self::read(memory, self.places.ideal.tree[freedom], lane)
+    }
+
+    /// A joint's wrench without friction, as [`Self::reaction`].
+    pub fn ideal_reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
+        Self::wrench(memory, lane, &self.places.ideal.reactions, joint)
+    }
+
+    /// With friction the acceleration of a coordinate that the recording solver prescribes, rad/s^2 or m/s^2.
+    pub fn acceleration(&self, memory: &Memory, lane: usize, coordinate: usize) -> f64 {
+        Self::read(memory, self.places.real.coordinates[coordinate], lane)
+    }
+
+    /// With friction the acceleration of a freedom of the tree, as in [`State::accelerations`].
+    pub fn tree_acceleration(&self, memory: &Memory, lane: usize, freedom: usize) -> f64 {
+        Self::read(memory, self.places.real.tree[freedom], lane)
+    }
+
+    /// A joint's complete wrench, predecessor on successor: force, then moment about the joint's origin,
+    /// world axes.
+    pub fn reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
+        Self::wrench(memory, lane, &self.places.real.reactions, joint)
+    }
+
+    /// The load on a contact, N; its sliding velocity, m/s; and its friction force, N, not negative.
+    pub fn contact(&self, memory: &Memory, lane: usize, contact: usize) -> [f64; 3] {
+        let Places { loads, velocities, frictions, .. } = &self.places;
+        [loads, velocities, frictions].map(|places| Self::read(memory, places[contact], lane))
+    }
+
+    /// Numbers of prescribed coordinates, of freedoms of the tree, of joints and of contacts.
+    pub fn sizes(&self) -> [usize; 4] {
+        let Counts { targets, freedoms, joints, contacts, .. } = self.counts;
+        [targets, freedoms, joints, contacts]
+    }
+}

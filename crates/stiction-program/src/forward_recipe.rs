@@ -1,0 +1,387 @@
+//! What is recorded for forward dynamics: the inverse kernel's run, what unit accelerations and unit frictions
+//! add to it, and the coupling of friction on top.
+//!
+//! With the accelerations `a` of as many coordinates as there are drives and with friction forces `f` drives are
+//! `h + M a + C f` and joints' wrenches `w + W a + R f`. Given the drives `t`, `a = b - Y f` with `M b = t - h` and
+//! `M Y = C`, and wrenches are `(w + W b) + (R - W Y) f`: affine in the friction forces alone.
+//!
+//! What is found from `b` and `Y` is recorded as if these were given, and they are put in their places
+//! afterwards; the coupling is solved in the graph that is merged already. So bounds of rounding errors, by
+//! which nodes are told apart, do not grow through solutions.
+
+use crate::graph::{Graph, Node, Op};
+use crate::meaning::{Merged, merge};
+use crate::motions::{Inertial, run};
+use crate::recipe::{Counts, Recipe, local};
+use crate::recorded::{Recorded, go_on, record};
+use crate::small::{Factors, diagonal, largest_pivots};
+use crate::stages::holds;
+use stiction::dynamics::{AppliedLoad, Inverse, Response, Sharing, Workspace};
+use stiction::friction::Load;
+use stiction::kinematics::{Bodies, Target};
+use stiction::parameters::Parameters;
+use stiction::random::Random;
+use stiction::scalar::Scalar;
+use stiction::spatial::{Mat3, Pose, Vec3, Wrench};
+
+/// The stages as results of one graph.
+pub(crate) struct ForwardStages {
+    pub(crate) graph: Graph,
+    /// Accelerations and reactions without friction.
+    pub(crate) ideal: Vec<Node>,
+    /// Loads of coupled contacts without friction.
+    pub(crate) begin: Vec<Node>,
+    /// Loads of coupled contacts after a Newton step from the first ones given, the determinant of its matrix.
+    pub(crate) newton: Vec<Node>,
+    /// The same after a step from the second ones given, by the matrix of the first.
+    pub(crate) chord: Vec<Node>,
+    /// Accelerations, reactions, loads, velocities, frictions at the second ones given.
+    pub(crate) rest: Vec<Node>,
+    /// Positive where what is taken for granted holds: without friction, with friction.
+    pub(crate) guards: [Node; 2],
+    /// For each contact and each coupled one how the friction of the second changes the first's load.
+    pub(crate) influence: Vec<Node>,
+}
+
+/// The kernel's run as it was recorded, and what depends on it linearly.
+struct Ground {
+    parameters: Parameters<Recorded>,
+    base: Workspace<Recorded>,
+    units: Vec<Inertial<Recorded>>,
+    responses: Vec<Response<Recorded>>,
+    efforts: Vec<Recorded>,
+    targets: Vec<Target<Recorded>>,
+    loads: Vec<AppliedLoad<Recorded>>,
+    coordinates: Vec<Recorded>,
+}
+
+impl Recipe<'_> {
+    /// An order of pivots for the drives' change with the accelerations; none where accelerations do not follow
+    /// from drives.
+    pub(crate) fn mass_pivots(&self, samples: &[Vec<f64>]) -> Option<Vec<(usize, usize)>> {
+        let counts = self.counts(0);
+        let sample = samples.first()?;
+        let like = self.solver.assembly().state();
+        let (coordinates, rest) = sample.split_at(counts.coordinates);
+        let targets: Vec<Target<f64>> = rest[2 * counts.freedoms..]
+            .chunks(3)
+            .take(counts.targets)
+            .map(|t| Target { value: t[0], rate: t[1], acceleration: t[2] })
+            .collect();
+        let parameters = self.solver.parameters();
+        let units = Inertial::all(self.kernel, parameters, like, coordinates, &targets);
+        largest_pivots(rows_by_units(&units, counts.drives))
+    }
+
+    /// Records all stages with these contacts coupled, and merges what means the same. Samples are rows of
+    /// the inputs of an inverse program.
+    pub(crate) fn record_forward(
+        &self,
+        coupled: &[usize],
+        pivots: &[(usize, usize)],
+        samples: &[Vec<f64>],
+    ) -> ForwardStages {
+        let counts = self.counts(coupled.len());
+        let mut sizes = [0; 9];
+        let given = counts.inputs() + counts.drives + 2 * coupled.len();
+        let inputs = given + counts.targets * (1 + counts.contacts);
+        let (graph, nodes) = record(inputs, |inputs| {
+            let stages = self.follow_forward(&counts, coupled, pivots, inputs);
+            sizes = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|k| stages[k].len());
+            stages.into_iter().flatten().collect()
+        });
+        // Efforts and loads are inputs of their own: any will do.
+        let mut random = Random::new(3);
+        let samples: Vec<Vec<f64>> = samples
+            .iter()
+            .map(|sample| {
+                let mut sample = sample.clone();
+                sample.extend((0..counts.drives).map(|_| 100.0 * random.number()));
+                sample.extend(coupled.iter().map(|_| 50.0 + 40.0 * random.number()));
+                sample.extend(coupled.iter().map(|_| 50.0 + 40.0 * random.number()));
+                sample.extend((given..inputs).map(|_| random.number()));
+                sample
+            })
+            .collect();
+        let mut left = nodes.as_slice();
+        let old = sizes.map(|count| {
+            let (front, back) = left.split_at(count);
+            left = back;
+            front
+        });
+        let Merged { graph: mut merged, new_of, guards } = merge(&graph, &samples);
+        let [ideal, begin, matrix, misfit, misfit_later, presses, rest, influence, solutions] = old;
+        let with_friction = [solutions, begin, matrix, misfit, misfit_later, rest].concat();
+        let without = [solutions, ideal].concat();
+        let guards =
+            [&without, &with_friction].map(|s: &Vec<Node>| holds(&graph, s, &guards, &mut merged));
+        let new = |nodes: &[Node]| -> Vec<Node> {
+            nodes.iter().map(|node| new_of[*node as usize]).collect()
+        };
+        let (graph, newer_of) = with_inputs_replaced(&merged, given, &new(solutions));
+        let now = |nodes: &[Node]| -> Vec<Node> {
+            new(nodes).iter().map(|node| newer_of[*node as usize]).collect()
+        };
+        let count = coupled.len();
+        let system = now(&[matrix, misfit, misfit_later, presses].concat());
+        let (graph, mut newton) = go_on(graph, &system, |system| {
+            let (matrix, rest) = system.split_at(count * count);
+            let rows: Vec<Vec<Recorded>> =
+                (0..count).map(|row| matrix[row * count..][..count].to_vec()).collect();
+            let factors = Factors::new(&rows, diagonal(count));
+            let (misfits, presses) = rest.split_at(2 * count);
+            let step = |k: usize| {
+                let change = factors.solve(&misfits[k * count..][..count]);
+                let presses = &presses[k * count..][..count];
+                presses.iter().zip(change).map(|(press, change)| *press - change).collect()
+            };
+            let [mut steps, later]: [Vec<Recorded>; 2] = [step(0), step(1)];
+            steps.push(factors.determinant);
+            steps.extend(later);
+            steps
+        });
+        let chord = newton.split_off(count + 1);
+        ForwardStages {
+            ideal: now(ideal),
+            begin: now(begin),
+            newton,
+            chord,
+            rest: now(rest),
+            influence: now(influence),
+            guards: guards.map(|guard| newer_of[guard as usize]),
+            graph,
+        }
+    }
+
+    fn ground(&self, counts: &Counts, inputs: &mut dyn Iterator<Item = Recorded>) -> Ground {
+        // Numbers of the mechanism are constants: they are folded into the program.
+        let parameters = Parameters::<Recorded>::new(self.solver.mechanism());
+        let like = self.solver.assembly().state();
+        let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
+        let coordinates: Vec<Recorded> = (0..counts.coordinates).map(|_| next()).collect();
+        // Rates that are found are those that are given, which come first and stay; accelerations are not given.
+        (0..2 * counts.freedoms).for_each(|_| {
+            next();
+        });
+        let targets: Vec<Target<Recorded>> = (0..counts.targets)
+            .map(|_| {
+                let [value, rate, _] = [next(), next(), next()];
+                Target { value, rate, acceleration: Recorded::zero() }
+            })
+            .collect();
+        let mut vector = || Vec3::new(next(), next(), next());
+        let loads: Vec<AppliedLoad<Recorded>> = self
+            .loads
+            .iter()
+            .map(|load| AppliedLoad { force: vector(), moment: vector(), ..load.lift() })
+            .collect();
+        let efforts = (0..counts.drives).map(|_| next()).collect();
+        let base = run(self.kernel, &parameters, like, &coordinates, (&targets, &loads), 0);
+        let setup = self.kernel.setup();
+        let bodies = &base.kinematics.bodies;
+        let responses = Sharing::new(&setup).responses(&setup, &parameters, bodies, &base.inverse);
+        let units = Inertial::all(self.kernel, &parameters, like, &coordinates, &targets);
+        Ground { parameters, base, units, responses, efforts, targets, loads, coordinates }
+    }
+
+    /// The results of the stages, and the influences.
+    fn follow_forward(
+        &self,
+        counts: &Counts,
+        coupled: &[usize],
+        pivots: &[(usize, usize)],
+        inputs: &[Recorded],
+    ) -> [Vec<Recorded>; 9] {
+        let mut inputs = inputs.iter().copied();
+        let ground = self.ground(counts, &mut inputs);
+        let mut take = |count: usize| -> Vec<Recorded> { inputs.by_ref().take(count).collect() };
+        let [presses, presses_later] = [take(coupled.len()), take(coupled.len())];
+        // Accelerations without friction, and what the friction of each contact takes off them.
+        let free = take(counts.targets);
+        let taken: Vec<Vec<Recorded>> =
+            (0..counts.contacts).map(|_| take(counts.targets)).collect();
+        let Ground { parameters, base, units, responses, efforts, .. } = &ground;
+        let (bodies, inverse) = (&base.kinematics.bodies, &base.inverse);
+
+        let masses = Factors::new(&rows_by_units(units, counts.drives), pivots.to_vec());
+        let left: Vec<Recorded> =
+            efforts.iter().zip(inverse.drives()).map(|(effort, h)| *effort - *h).collect();
+        let mut solutions = masses.solve(&left);
+        solutions.extend(responses.iter().flat_map(|response| masses.solve(&response.drives)));
+
+        let contacts: Vec<_> = parameters.contacts.iter().zip(inverse.contacts()).collect();
+        let here = Pose { rotation: Mat3::identity(), position: Vec3::zero() };
+        // Wrenches in the frames of the contacts' joints, of which many a load needs but two components: without
+        // friction, and what the friction of each contact adds.
+        let at_contact = |row: usize, of: &dyn Fn(usize) -> Wrench<Recorded>| {
+            let joint = contacts[row].0.joint;
+            local(&bodies.frame_j[joint], of(joint))
+        };
+        let moved = |joint: usize, by: &[Recorded], mut wrench: Wrench<Recorded>| {
+            for (unit, amount) in units.iter().zip(by) {
+                wrench += unit.wrenches[joint] * *amount;
+            }
+            wrench
+        };
+        let without: Vec<Wrench<Recorded>> = (0..contacts.len())
+            .map(|row| {
+                at_contact(row, &|joint| moved(joint, &free, inverse.joint_wrenches()[joint]))
+            })
+            .collect();
+        let added: Vec<Vec<Wrench<Recorded>>> = (0..contacts.len())
+            .map(|row| {
+                let of = |column: &usize| {
+                    let back: Vec<Recorded> = taken[*column].iter().map(|y| -*y).collect();
+                    at_contact(row, &|joint| {
+                        moved(joint, &back, responses[*column].wrenches[joint])
+                    })
+                };
+                coupled.iter().map(of).collect()
+            })
+            .collect();
+        let load_under = |row: usize, forces: &[Recorded]| {
+            let (contact, state) = contacts[row];
+            let joint = contact.joint;
+            let (j, k) = (bodies.frame_j[joint], bodies.frame_k[joint]);
+            let mut wrench = without[row];
+            for (added, force) in added[row].iter().zip(forces) {
+                wrench += *added * *force;
+            }
+            state.load_in(contact, parameters.pitch[joint], &here, &(j.inverse() * k), wrench)
+        };
+        let gradient = |row: usize, column: usize, load: &Load<Recorded>| {
+            load.gradient.power(added[row][column])
+        };
+        let force = |contact: usize, load: Recorded| {
+            let (coefficient, constant) = contacts[contact].1.resistance();
+            coefficient * load + constant
+        };
+        let forces_at = |presses: &[Recorded]| -> Vec<Recorded> {
+            coupled.iter().zip(presses).map(|(contact, press)| force(*contact, *press)).collect()
+        };
+
+        let begin = coupled
+            .iter()
+            .map(|row| load_under(*row, &vec![Recorded::zero(); coupled.len()]).value)
+            .collect();
+
+        // Loads that follow from these, less these.
+        let loads_at = |presses: &[Recorded]| -> Vec<Load<Recorded>> {
+            let forces = forces_at(presses);
+            coupled.iter().map(|row| load_under(*row, &forces)).collect()
+        };
+        let misfit_at = |presses: &[Recorded], loads: &[Load<Recorded>]| -> Vec<Recorded> {
+            presses.iter().zip(loads).map(|(press, load)| *press - load.value).collect()
+        };
+        let loads = loads_at(&presses);
+        let misfit = misfit_at(&presses, &loads);
+        let misfit_later = misfit_at(&presses_later, &loads_at(&presses_later));
+        let entry = |row: usize, load: &Load<Recorded>, column: usize| {
+            let own = Recorded::from_f64(if coupled[column] == row { 1.0 } else { 0.0 });
+            let (coefficient, _) = contacts[coupled[column]].1.resistance();
+            own - gradient(row, column, load) * coefficient
+        };
+        let rows = coupled.iter().zip(&loads);
+        let matrix = rows
+            .flat_map(|(row, load)| (0..coupled.len()).map(move |column| (*row, load, column)))
+            .map(|(row, load, column)| entry(row, load, column))
+            .collect();
+
+        let forces = forces_at(&presses_later);
+        let influence = (0..contacts.len())
+            .flat_map(|row| {
+                let load = load_under(row, &forces);
+                (0..coupled.len()).map(|column| gradient(row, column, &load)).collect::<Vec<_>>()
+            })
+            .collect();
+
+        // Loads that change nothing follow from the others.
+        let all_loads: Vec<Recorded> = (0..contacts.len())
+            .map(|row| {
+                let given = coupled.iter().position(|contact| *contact == row);
+                given.map_or_else(|| load_under(row, &forces).value, |at| presses_later[at])
+            })
+            .collect();
+        let all_forces: Vec<Recorded> =
+            all_loads.iter().enumerate().map(|(contact, load)| force(contact, *load)).collect();
+        let mut accelerations = free.clone();
+        for (taken, force) in taken.iter().zip(&all_forces) {
+            for (acceleration, taken) in accelerations.iter_mut().zip(taken) {
+                *acceleration -= *taken * *force;
+            }
+        }
+        let ideal = self.finish(&ground, &free, None);
+        let mut rest = self.finish(&ground, &accelerations, Some(&all_forces));
+        rest.extend(&all_loads);
+        rest.extend(contacts.iter().map(|(_, state)| state.velocity));
+        rest.extend(&all_forces);
+        let presses = [presses, presses_later].concat();
+        [ideal, begin, matrix, misfit, misfit_later, presses, rest, influence, solutions]
+    }
+
+    /// Accelerations of the coordinates and of the tree, and all reactions, under these accelerations and
+    /// frictions.
+    fn finish(
+        &self,
+        ground: &Ground,
+        accelerations: &[Recorded],
+        frictions: Option<&[Recorded]>,
+    ) -> Vec<Recorded> {
+        let Ground { parameters, targets, loads, coordinates, .. } = ground;
+        let moving: Vec<Target<Recorded>> = targets
+            .iter()
+            .zip(accelerations)
+            .map(|(target, acceleration)| Target { acceleration: *acceleration, ..*target })
+            .collect();
+        let like = self.solver.assembly().state();
+        let mut ran = run(self.kernel, parameters, like, coordinates, (&moving, loads), 0);
+        let bodies = &ran.kinematics.bodies;
+        if let Some(frictions) = frictions {
+            ran.inverse.solve_with(&self.kernel.setup(), parameters, bodies, frictions);
+        }
+        let mut results = accelerations.to_vec();
+        results.extend(&ran.state.accelerations);
+        for joint in 0..self.solver.mechanism().joints().len() {
+            results.extend(reaction(&ran.inverse, bodies, joint));
+        }
+        results
+    }
+}
+
+/// The graph with inputs from `first` on replaced by these nodes, which depend on none of them, and the new
+/// node for each of the old.
+fn with_inputs_replaced(graph: &Graph, first: usize, by: &[Node]) -> (Graph, Vec<Node>) {
+    let ops = graph.ops();
+    let replaced = |op: &Op| match op {
+        Op::Input(place) => (*place as usize).checked_sub(first),
+        _ => None,
+    };
+    let mut depends = vec![false; ops.len()];
+    for (k, op) in ops.iter().enumerate() {
+        depends[k] =
+            replaced(op).is_some() || op.operands().any(|operand| depends[operand as usize]);
+    }
+    let mut new = Graph::default();
+    let mut new_of = vec![0; ops.len()];
+    for dependent in [false, true] {
+        for (k, op) in ops.iter().enumerate().filter(|(k, _)| depends[*k] == dependent) {
+            new_of[k] = match replaced(op) {
+                Some(place) => new_of[by[place] as usize],
+                None => new.add(op.map(|operand| new_of[operand as usize])),
+            };
+        }
+    }
+    (new, new_of)
+}
+
+/// For each drive how it changes with the acceleration of each coordinate.
+fn rows_by_units<T: Scalar>(units: &[Inertial<T>], drives: usize) -> Vec<Vec<T>> {
+    (0..drives).map(|drive| units.iter().map(|unit| unit.drives[drive]).collect()).collect()
+}
+
+/// Force and moment about the joint's origin.
+fn reaction(inverse: &Inverse<Recorded>, bodies: &Bodies<Recorded>, joint: usize) -> [Recorded; 6] {
+    let (force, moment) = inverse.reaction(bodies, joint);
+    let ([a, b, c], [d, e, f]) = (force.to_array(), moment.to_array());
+    [a, b, c, d, e, f]
+}

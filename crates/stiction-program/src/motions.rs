@@ -1,0 +1,66 @@
+//! Forces and accelerations as they depend on the accelerations of the coordinates that are prescribed.
+
+use stiction::dynamics::{AppliedLoad, FrictionMode, Inverse, Kernel, Settings, Workspace};
+use stiction::kinematics::{State, Target};
+use stiction::parameters::Parameters;
+use stiction::scalar::Scalar;
+use stiction::spatial::{Vec3, Wrench};
+
+/// Runs the kernel without friction, from given coordinates, which are corrected in so many steps.
+// Not inlined: the kernel is large, and its compiler slow.
+#[inline(never)]
+pub(crate) fn run<T: Scalar>(
+    kernel: &Kernel,
+    parameters: &Parameters<T>,
+    like: &State<f64>,
+    coordinates: &[T],
+    (targets, loads): (&[Target<T>], &[AppliedLoad<T>]),
+    position_steps: usize,
+) -> Workspace<T> {
+    let mut workspace = kernel.workspace(parameters, like);
+    workspace.state.coordinates.copy_from_slice(coordinates);
+    let settings = Settings { friction: FrictionMode::Off, position_steps, ..Settings::default() };
+    kernel.run(parameters, &mut workspace, targets, loads, &settings);
+    workspace
+}
+
+/// What a unit acceleration of one coordinate adds, everything else as it is.
+#[derive(Clone, Debug)]
+pub(crate) struct Inertial<T> {
+    /// To each drive.
+    pub(crate) drives: Vec<T>,
+    /// To each joint's complete wrench.
+    pub(crate) wrenches: Vec<Wrench<T>>,
+}
+
+impl<T: Scalar> Inertial<T> {
+    /// For each coordinate, at a position. From rest, where nothing but inertia acts.
+    pub(crate) fn all(
+        kernel: &Kernel,
+        parameters: &Parameters<T>,
+        like: &State<f64>,
+        coordinates: &[T],
+        targets: &[Target<T>],
+    ) -> Vec<Self> {
+        let mut inert = parameters.clone();
+        inert.gravity = Vec3::zero();
+        for spring in &mut inert.springs {
+            (spring.stiffness, spring.damping) = (T::zero(), T::zero());
+        }
+        (0..targets.len())
+            .map(|unit| {
+                let mut own = targets.to_vec();
+                for (k, target) in own.iter_mut().enumerate() {
+                    target.rate = T::zero();
+                    target.acceleration = if k == unit { T::one() } else { T::zero() };
+                }
+                let ran = run(kernel, &inert, like, coordinates, (&own, &[]), 0);
+                let inverse: &Inverse<T> = &ran.inverse;
+                Self {
+                    drives: inverse.drives().to_vec(),
+                    wrenches: inverse.joint_wrenches().to_vec(),
+                }
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,133 @@
+//! Small dense systems without branches: pivots are chosen once, from numbers, and stay.
+
+use stiction::scalar::Scalar;
+
+/// Factors of a square matrix.
+#[derive(Clone, Debug)]
+pub(crate) struct Factors<T> {
+    /// Row and column of each pivot.
+    order: Vec<(usize, usize)>,
+    /// In the order of the pivots: multipliers of rows below, inverse pivots, rows beyond.
+    matrix: Vec<Vec<T>>,
+    /// The product of the pivots.
+    pub(crate) determinant: T,
+}
+
+/// Pivots down the diagonal.
+pub(crate) fn diagonal(size: usize) -> Vec<(usize, usize)> {
+    (0..size).map(|k| (k, k)).collect()
+}
+
+/// The largest pivots of a matrix, rows and columns counted by their own size (they have different units).
+/// None if it is singular.
+pub(crate) fn largest_pivots(mut matrix: Vec<Vec<f64>>) -> Option<Vec<(usize, usize)>> {
+    let size = matrix.len();
+    for row in &mut matrix {
+        let largest = row.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+        row.iter_mut().for_each(|x| *x /= largest);
+    }
+    for column in 0..size {
+        let largest = matrix.iter().fold(0.0_f64, |max, row| max.max(row[column].abs()));
+        matrix.iter_mut().for_each(|row| row[column] /= largest);
+    }
+    let mut order: Vec<(usize, usize)> = Vec::with_capacity(size);
+    for _ in 0..size {
+        let is_left =
+            |r: usize, c: usize| !order.iter().any(|&(row, column)| row == r || column == c);
+        let all = (0..size).flat_map(|r| (0..size).map(move |c| (r, c)));
+        let best = all
+            .filter(|&(r, c)| is_left(r, c))
+            .max_by(|&(a, b), &(c, d)| matrix[a][b].abs().total_cmp(&matrix[c][d].abs()))?;
+        let (row, column) = best;
+        let pivot = matrix[row][column];
+        // Rounding, or no number at all.
+        if !pivot.is_finite() || pivot.abs() < 1e-12 {
+            return None;
+        }
+        for r in (0..size).filter(|&r| r != row && is_left(r, column)) {
+            let factor = matrix[r][column] / pivot;
+            for c in 0..size {
+                matrix[r][c] -= factor * matrix[row][c];
+            }
+        }
+        order.push(best);
+    }
+    Some(order)
+}
+
+impl<T: Scalar> Factors<T> {
+    /// Eliminates with pivots in this order.
+    pub(crate) fn new(matrix: &[Vec<T>], order: Vec<(usize, usize)>) -> Self {
+        let row = |&(row, _): &(usize, usize)| {
+            order.iter().map(|&(_, column)| matrix[row][column]).collect()
+        };
+        let mut matrix: Vec<Vec<T>> = order.iter().map(row).collect();
+        let mut determinant = T::one();
+        for pivot in 0..order.len() {
+            determinant *= matrix[pivot][pivot];
+            let over = matrix[pivot][pivot].recip();
+            matrix[pivot][pivot] = over;
+            let (above, below) = matrix.split_at_mut(pivot + 1);
+            for row in below {
+                row[pivot] = row[pivot] * over;
+                let factor = row[pivot];
+                for (x, y) in row.iter_mut().zip(&above[pivot]).skip(pivot + 1) {
+                    *x -= factor * *y;
+                }
+            }
+        }
+        Self { order, matrix, determinant }
+    }
+
+    /// Solves for one right-hand side.
+    pub(crate) fn solve(&self, right: &[T]) -> Vec<T> {
+        let mut own: Vec<T> = self.order.iter().map(|&(row, _)| right[row]).collect();
+        for row in 1..own.len() {
+            for column in 0..row {
+                let change = self.matrix[row][column] * own[column];
+                own[row] -= change;
+            }
+        }
+        for row in (0..own.len()).rev() {
+            for column in row + 1..own.len() {
+                let change = self.matrix[row][column] * own[column];
+                own[row] -= change;
+            }
+            own[row] = own[row] * self.matrix[row][row];
+        }
+        let mut solution = own.clone();
+        for (value, &(_, column)) in own.iter().zip(&self.order) {
+            solution[column] = *value;
+        }
+        solution
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiction::random::Random;
+
+    #[test]
+    fn systems_are_solved_whatever_has_to_be_the_pivot() {
+        let mut random = Random::new(3);
+        for size in 1..7 {
+            let mut matrix: Vec<Vec<f64>> =
+                (0..size).map(|_| (0..size).map(|_| random.number()).collect()).collect();
+            // What a diagonal order would stumble over.
+            matrix[0][0] = if size > 1 { 0.0 } else { 2.0 };
+            let wanted: Vec<f64> = (0..size).map(|_| random.number()).collect();
+            let right: Vec<f64> = matrix
+                .iter()
+                .map(|row| row.iter().zip(&wanted).map(|(a, b)| a * b).sum())
+                .collect();
+            let order = largest_pivots(matrix.clone()).unwrap();
+            let found = Factors::new(&matrix, order).solve(&right);
+            for (found, wanted) in found.iter().zip(&wanted) {
+                // Rounding behind condition numbers of some hundred.
+                assert!((found - wanted).abs() < 1e-12, "{size}: {found} {wanted}");
+            }
+        }
+        assert_eq!(largest_pivots(vec![vec![1.0, 2.0], vec![2.0, 4.0]]), None);
+    }
+}

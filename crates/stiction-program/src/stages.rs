@@ -1,0 +1,45 @@
+//! What stages of a program leave for later ones, and what they take for granted.
+
+use crate::graph::{Graph, Node, Op, needed};
+use crate::meaning::Guard;
+use std::collections::HashSet;
+
+/// What `later` needs of nodes that do not depend on inputs that are `late`: to be computed before these are
+/// known. Constants are not among them.
+pub(crate) fn early(ops: &[Op], later: &[Node], late: impl Fn(usize) -> bool) -> Vec<Node> {
+    let mut depends = vec![false; ops.len()];
+    for (k, op) in ops.iter().enumerate() {
+        depends[k] = match op {
+            Op::Input(place) => late(*place as usize),
+            _ => op.operands().any(|operand| depends[operand as usize]),
+        };
+    }
+    let needed = needed(ops, later);
+    let is_early =
+        |node: &Node| !depends[*node as usize] && !matches!(ops[*node as usize], Op::Constant(_));
+    let mut nodes: Vec<Node> = later.iter().copied().filter(is_early).collect();
+    for (k, op) in ops.iter().enumerate() {
+        if needed[k] && depends[k] {
+            nodes.extend(op.operands().filter(is_early));
+        }
+    }
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+/// A node of `merged` that is positive where all holds that merging took for granted in what `stage` needs
+/// of the graph `of`.
+pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut Graph) -> Node {
+    let needed = needed(of.ops(), stage);
+    let mut holds = merged.number(1.0);
+    let none = merged.number(0.0);
+    let mut known = HashSet::new();
+    for guard in guards.iter().filter(|guard| needed[guard.selection as usize]) {
+        if known.insert((guard.condition, guard.is_positive)) {
+            let [yes, no] = if guard.is_positive { [holds, none] } else { [none, holds] };
+            holds = merged.add(Op::Select { of: guard.condition, yes, no });
+        }
+    }
+    holds
+}
