@@ -58,10 +58,10 @@ impl Expected {
     }
 }
 
-/// Largest differences along a motion, of drives, forces and moments apart, each relative to the
-/// largest of its kind.
+/// Largest differences along a motion, of drives, forces, moments and accelerations apart, each relative to
+/// the largest of its kind.
 #[derive(Default)]
-pub(crate) struct Difference([(f64, f64); 3]);
+pub(crate) struct Difference([(f64, f64); 4]);
 
 impl Difference {
     fn add(&mut self, kind: usize, got: f64, expected: f64) {
@@ -74,6 +74,10 @@ impl Difference {
 
     pub(crate) fn add_drive(&mut self, got: f64, expected: f64) {
         self.add(0, got, expected);
+    }
+
+    pub(crate) fn add_acceleration(&mut self, got: f64, expected: f64) {
+        self.add(3, got, expected);
     }
 
     pub(crate) fn add_reaction(&mut self, got: [f64; 6], expected: [f64; 6]) {

@@ -8,7 +8,7 @@ use crate::expected::{Difference, Expected, Forces};
 use crate::robot::Robot;
 use crate::subject::Subject;
 use std::hint::black_box;
-use stiction_program::{BodyMotion, InverseProgram, Memory};
+use stiction_program::{BodyMotion, ForwardProgram, InverseProgram, Memory};
 
 /// Positions along the motion at which a program is recorded.
 const COURSE: usize = 10;
@@ -28,7 +28,27 @@ pub(crate) fn subjects<'a>(robot: &'a Robot, expected: &'a Expected) -> Vec<Subj
             subjects.push(Runs::new(robot, program, is_wide, friction).subject(name, forces));
         }
     }
+    for (single, wide, friction, forces) in [
+        ("forward_frictionless", "forward_lanes_frictionless", false, &expected.frictionless),
+        ("forward", "forward_lanes", true, &expected.with_friction),
+    ] {
+        for (name, is_wide) in [(single, false), (wide, true)] {
+            let program = ForwardProgram::record(&robot.solver, &course, &robot.loads[0]);
+            let Some(program) = program else { continue };
+            subjects
+                .push(ForwardRuns::new(robot, program, is_wide, friction, forces).subject(name));
+        }
+    }
     subjects
+}
+
+/// The sample in a lane at a step; lanes overlap if they do not divide the number of samples.
+fn sample(samples: usize, lanes: usize, lane: usize, step: usize) -> usize {
+    let steps = samples.div_ceil(lanes);
+    match lanes {
+        1 => step,
+        lanes => lane * (samples - steps) / (lanes - 1) + step,
+    }
 }
 
 /// A program that goes through the states again and again.
@@ -50,14 +70,10 @@ impl<'a> Runs<'a> {
         let lanes = if is_wide { program.lanes() } else { 1 };
         let (memory, settled) = (program.memory(lanes), vec![false; lanes]);
         let motions = robot.positions.iter().map(|state| program.motions(state)).collect();
-        // Lanes overlap if they do not divide the number of samples.
         let samples = robot.targets.len();
         let steps = samples.div_ceil(lanes);
-        let sample = |lane: usize, step: usize| match lanes {
-            1 => step,
-            lanes => lane * (samples - steps) / (lanes - 1) + step,
-        };
-        let row = |step| (0..lanes).map(|lane| sample(lane, step)).collect();
+        let row =
+            |step| (0..lanes).map(|lane| sample(samples, lanes, lane, step)).collect();
         let order = (0..steps).map(row).collect();
         Self { robot, program, motions, memory, lanes, friction, settled, order, next: 0 }
     }
@@ -117,6 +133,107 @@ impl<'a> Runs<'a> {
                     difference.add_drive(drive, wanted);
                 }
                 for (&joint, &wanted) in robot.joints.iter().zip(&forces.reactions) {
+                    let reaction = match self.friction {
+                        true => program.reaction(memory, lane, joint),
+                        false => program.ideal_reaction(memory, lane, joint),
+                    };
+                    difference.add_reaction(reaction, wanted);
+                }
+            }
+        }
+        if 20 * left_out > self.robot.targets.len() {
+            return f64::INFINITY;
+        }
+        difference.relative()
+    }
+}
+
+/// A program of forward dynamics that goes through the states again and again. As the peers it is given the
+/// position and velocity of the tree, loads, and the driving forces that belong to the motion.
+struct ForwardRuns<'a> {
+    robot: &'a Robot,
+    program: ForwardProgram,
+    memory: Memory,
+    lanes: usize,
+    friction: bool,
+    settled: Vec<bool>,
+    next: usize,
+    expected: &'a [Forces],
+}
+
+impl<'a> ForwardRuns<'a> {
+    fn new(
+        robot: &'a Robot,
+        program: ForwardProgram,
+        is_wide: bool,
+        friction: bool,
+        expected: &'a [Forces],
+    ) -> Self {
+        let lanes = if is_wide { program.lanes() } else { 1 };
+        let (memory, settled) = (program.memory(lanes), vec![false; lanes]);
+        Self { robot, program, memory, lanes, friction, settled, next: 0, expected }
+    }
+
+    fn sample(&self, lane: usize, step: usize) -> usize {
+        sample(self.robot.targets.len(), self.lanes, lane, step)
+    }
+
+    #[inline(never)]
+    fn step(&mut self) -> usize {
+        let step = self.next;
+        for lane in 0..self.lanes {
+            let sample = self.sample(lane, step);
+            let Self { robot, program, memory, expected, .. } = self;
+            let (state, targets) = (&robot.positions[sample], &robot.targets[sample]);
+            let (loads, efforts) = (&robot.loads[sample], &expected[sample].drives);
+            program.set(memory, lane, black_box(state), targets, loads, efforts);
+        }
+        if self.friction {
+            self.program.run(&mut self.memory, &mut self.settled);
+        } else {
+            self.program.run_frictionless(&mut self.memory, &mut self.settled);
+        }
+        let steps = self.robot.targets.len().div_ceil(self.lanes);
+        self.next = if step + 1 == steps { 0 } else { step + 1 };
+        step
+    }
+
+    fn subject(mut self, name: &'static str) -> Subject<'a> {
+        let difference = self.difference();
+        let lanes = self.lanes;
+        let batch = Box::new(move |count: usize| {
+            let runs = count.div_ceil(lanes);
+            for _ in 0..runs {
+                self.step();
+            }
+            black_box(&self.memory);
+            runs * lanes
+        });
+        Subject { name, difference, batch }
+    }
+
+    /// Once around, accelerations and reactions; infinite if more than one state in twenty is left to the
+    /// general solver, as those are in which a contact rests.
+    fn difference(&mut self) -> f64 {
+        let mut difference = Difference::default();
+        let mut left_out = 0;
+        for _ in 0..self.robot.targets.len().div_ceil(self.lanes) {
+            let step = self.step();
+            for lane in 0..self.lanes {
+                if !self.settled[lane] {
+                    left_out += 1;
+                    continue;
+                }
+                let sample = self.sample(lane, step);
+                let Self { program, memory, robot, expected, .. } = &*self;
+                for (k, &wanted) in robot.positions[sample].accelerations.iter().enumerate() {
+                    let found = match self.friction {
+                        true => program.tree_acceleration(memory, lane, k),
+                        false => program.ideal_tree_acceleration(memory, lane, k),
+                    };
+                    difference.add_acceleration(found, wanted);
+                }
+                for (&joint, &wanted) in robot.joints.iter().zip(&expected[sample].reactions) {
                     let reaction = match self.friction {
                         true => program.reaction(memory, lane, joint),
                         false => program.ideal_reaction(memory, lane, joint),
