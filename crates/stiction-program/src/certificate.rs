@@ -18,7 +18,10 @@ const ROUNDING: f64 = 1e-10;
 
 impl Recipe<'_> {
     /// A sample as state, targets and loads.
-    fn unpacked(&self, sample: &[f64]) -> (State<f64>, Vec<Target<f64>>, Vec<AppliedLoad<f64>>) {
+    pub(crate) fn unpacked(
+        &self,
+        sample: &[f64],
+    ) -> (State<f64>, Vec<Target<f64>>, Vec<AppliedLoad<f64>>) {
         let counts = self.counts(0);
         let (coordinates, rest) = sample.split_at(counts.coordinates);
         let (rates, rest) = rest.split_at(counts.freedoms);

@@ -2,9 +2,9 @@
 //!
 //! Accelerations and reactions are affine in friction forces, and each friction force is affine in its
 //! contact's load. So the program has stages: what comes before any friction; a Newton step for the loads
-//! of the contacts; a step by the matrix of the one before, which costs half as much; and what follows from
-//! the loads. Two Newton steps bring the loads so near that steps by the second's matrix gain
-//! four digits each.
+//! of the contacts; a step by the matrix of the one before, which costs a third; and what follows from
+//! the loads. One Newton step from the friction of the frictionless loads brings the loads so near that
+//! steps by its matrix gain several digits each; where they do not, there is another Newton step.
 
 use crate::code::{Part, Slots, compile};
 use crate::forward_recipe::ForwardStages;
@@ -20,7 +20,7 @@ use stiction::kinematics::{State, Target};
 /// Steps for the loads, at most.
 const STEPS: usize = 24;
 /// Newton steps at first.
-const NEWTON_STEPS: usize = 2;
+const NEWTON_STEPS: usize = 1;
 /// Where a step by an old matrix leaves more than this part of the error, a new matrix is made.
 const SLOW: f64 = 0.03;
 /// A Newton step that changes no load by more than this part of the largest leaves an error of the square of
@@ -56,7 +56,7 @@ pub struct ForwardProgram {
 /// The slots of the results.
 #[derive(Clone, Debug)]
 struct Places {
-    /// Loads of the coupled contacts without friction, after a Newton step, after one by an old matrix.
+    /// Loads of the coupled contacts at first, after a Newton step, after one by an old matrix.
     start: Vec<u32>,
     newton: Vec<u32>,
     chord: Vec<u32>,

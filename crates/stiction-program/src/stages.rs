@@ -43,3 +43,29 @@ pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut G
     }
     holds
 }
+
+/// The graph with inputs from `first` on replaced by these nodes, which depend on none of them, and the new
+/// node for each of the old.
+pub(crate) fn with_inputs_replaced(graph: &Graph, first: usize, by: &[Node]) -> (Graph, Vec<Node>) {
+    let ops = graph.ops();
+    let replaced = |op: &Op| match op {
+        Op::Input(place) => (*place as usize).checked_sub(first),
+        _ => None,
+    };
+    let mut depends = vec![false; ops.len()];
+    for (k, op) in ops.iter().enumerate() {
+        depends[k] =
+            replaced(op).is_some() || op.operands().any(|operand| depends[operand as usize]);
+    }
+    let mut new = Graph::default();
+    let mut new_of = vec![0; ops.len()];
+    for dependent in [false, true] {
+        for (k, op) in ops.iter().enumerate().filter(|(k, _)| depends[*k] == dependent) {
+            new_of[k] = match replaced(op) {
+                Some(place) => new_of[by[place] as usize],
+                None => new.add(op.map(|operand| new_of[operand as usize])),
+            };
+        }
+    }
+    (new, new_of)
+}

@@ -1,0 +1,79 @@
+//! What driving forces are differentiated with respect to.
+
+use stiction::kinematics::Target;
+use stiction::mechanism::{BodyId, JointId};
+use stiction::parameters::Parameters;
+use stiction::scalar::Scalar;
+use stiction::spatial::Vec3;
+
+/// A number of a state of motion or of a mechanism. Derivatives are in units of drives (N, N m) over its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Quantity {
+    /// A prescribed coordinate, by its place in the prescription, rad or m. The position of everything
+    /// else follows from the loops; rates and accelerations of all prescribed coordinates stay.
+    Value(usize),
+    /// The rate of a prescribed coordinate, rad/s or m/s.
+    Rate(usize),
+    /// The acceleration of a prescribed coordinate, rad/s^2 or m/s^2.
+    Acceleration(usize),
+    /// Mass of a body, kg. Its inertia about its centre of mass stays.
+    Mass(BodyId),
+    /// Place of a body's centre of mass along x, y or z (0, 1, 2) of its frame, m.
+    CentreOfMass(BodyId, usize),
+    /// A moment of inertia about the centre of mass (0, 1, 2 for x, y, z of the body's frame), kg m^2.
+    Inertia(BodyId, usize),
+    /// Place of a joint in its predecessor, that of frame J, along x, y or z of the predecessor's frame, m.
+    /// Prescribed coordinates stay, the loops are closed again.
+    PlaceInPredecessor(JointId, usize),
+    /// Place of a joint in its successor, that of frame K, along x, y or z of the successor's frame, m.
+    PlaceInSuccessor(JointId, usize),
+    /// Coefficient of friction while sliding, by the place of the contact in [`Parameters::contacts`].
+    Coulomb(usize),
+    /// Viscous coefficient of a contact at its surface, N s/m.
+    Viscous(usize),
+    /// Radius of a turning contact, m.
+    Radius(usize),
+}
+
+impl Quantity {
+    /// Its place in a mechanism's numbers; none if it is not one of them, or does not exist.
+    pub(crate) fn of_mechanism<T: Scalar>(self, parameters: &mut Parameters<T>) -> Option<&mut T> {
+        match self {
+            Self::Value(_) | Self::Rate(_) | Self::Acceleration(_) => None,
+            Self::Mass(body) => parameters.mass.get_mut(body.0),
+            Self::CentreOfMass(body, axis) => component(parameters.com.get_mut(body.0)?, axis),
+            Self::Inertia(body, axis) => {
+                let inertia = parameters.inertia.get_mut(body.0)?;
+                component(inertia.columns.get_mut(axis)?, axis)
+            }
+            Self::PlaceInPredecessor(joint, axis) => {
+                component(&mut parameters.frame_j.get_mut(joint.0)?.position, axis)
+            }
+            Self::PlaceInSuccessor(joint, axis) => {
+                component(&mut parameters.frame_k.get_mut(joint.0)?.position, axis)
+            }
+            Self::Coulomb(contact) => Some(&mut parameters.contacts.get_mut(contact)?.law.coulomb),
+            Self::Viscous(contact) => Some(&mut parameters.contacts.get_mut(contact)?.law.viscous),
+            Self::Radius(contact) => Some(&mut parameters.contacts.get_mut(contact)?.radius),
+        }
+    }
+
+    /// Its place among what is prescribed.
+    pub(crate) fn of_motion<T>(self, targets: &mut [Target<T>]) -> Option<&mut T> {
+        match self {
+            Self::Value(k) => targets.get_mut(k).map(|target| &mut target.value),
+            Self::Rate(k) => targets.get_mut(k).map(|target| &mut target.rate),
+            Self::Acceleration(k) => targets.get_mut(k).map(|target| &mut target.acceleration),
+            _ => None,
+        }
+    }
+}
+
+fn component<T>(vector: &mut Vec3<T>, axis: usize) -> Option<&mut T> {
+    match axis {
+        0 => Some(&mut vector.x),
+        1 => Some(&mut vector.y),
+        2 => Some(&mut vector.z),
+        _ => None,
+    }
+}

@@ -1,0 +1,370 @@
+//! Derivatives of driving forces against dual numbers through the general kernel, and against differences of the
+//! general solver.
+
+use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
+use stiction::kinematics::Target;
+use stiction::mechanism::{BodyId, JointId};
+use stiction::parameters::Parameters;
+use stiction::random::Random;
+use stiction::scalar::Dual;
+use stiction::spatial::{Pose, Vec3};
+use stiction_model::{Source, gallery, read};
+use stiction_program::{DerivativeProgram, Quantity};
+
+struct Robot {
+    solver: InverseDynamics,
+    course: Vec<Vec<Target<f64>>>,
+    loads: Vec<AppliedLoad<f64>>,
+}
+
+fn robot(name: &str, load: Option<&str>, edit: impl Fn(&str) -> String) -> Robot {
+    let text = edit(gallery::get(name).unwrap());
+    let model = read(&Source::new(name, text), &|_| Err("no files".into())).unwrap();
+    let motion = model.motion(model.default_motion.as_deref().unwrap()).unwrap();
+    let load = model.load(load.or(model.default_load.as_deref()).unwrap()).unwrap();
+    let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
+    let course: Vec<Vec<_>> = (0..10)
+        .map(|k| motion.at(0.1 * (f64::from(k) + 0.37) * motion.duration).collect())
+        .collect();
+    let solver = InverseDynamics::new(
+        model.mechanism.clone(),
+        &model.homes,
+        &coordinates,
+        &course[0],
+        Settings::default(),
+    )
+    .unwrap();
+    let loads = load.at(0.1).collect();
+    Robot { solver, course, loads }
+}
+
+const ROBOTS: [(&str, Option<&str>); 4] =
+    [("3rps", None), ("zhang2018-regular", Some("L1")), ("gough", None), ("3upu", None)];
+
+fn of_motion(robot: &Robot) -> Vec<Quantity> {
+    let count = robot.course[0].len();
+    let of = |k| [Quantity::Value(k), Quantity::Rate(k), Quantity::Acceleration(k)];
+    (0..count).flat_map(of).collect()
+}
+
+/// A part of everything that a mechanism has.
+fn of_mechanism(robot: &Robot) -> Vec<Quantity> {
+    let mechanism = robot.solver.mechanism();
+    let parameters = robot.solver.parameters();
+    let mut quantities = Vec::new();
+    for body in (1..mechanism.bodies().len()).map(BodyId) {
+        quantities.push(Quantity::Mass(body));
+        quantities.push(Quantity::CentreOfMass(body, body.0 % 3));
+        quantities.push(Quantity::Inertia(body, (body.0 + 1) % 3));
+    }
+    for joint in (0..mechanism.joints().len()).map(JointId) {
+        quantities.push(Quantity::PlaceInPredecessor(joint, joint.0 % 3));
+        quantities.push(Quantity::PlaceInSuccessor(joint, (joint.0 + 1) % 3));
+    }
+    for (contact, content) in parameters.contacts.iter().enumerate() {
+        quantities.extend([Quantity::Coulomb(contact), Quantity::Viscous(contact)]);
+        if content.shape.freedoms().len() == 1 && content.radius != 1.0 {
+            quantities.push(Quantity::Radius(contact));
+        }
+    }
+    quantities
+}
+
+type D = Dual<f64, 1>;
+
+/// A number of the mechanism over dual numbers.
+fn number<'a>(parameters: &'a mut Parameters<D>, quantity: Quantity) -> Option<&'a mut D> {
+    fn part(v: &mut Vec3<D>, axis: usize) -> &mut D {
+        match axis {
+            0 => &mut v.x,
+            1 => &mut v.y,
+            _ => &mut v.z,
+        }
+    }
+    Some(match quantity {
+        Quantity::Mass(body) => &mut parameters.mass[body.0],
+        Quantity::CentreOfMass(body, axis) => part(&mut parameters.com[body.0], axis),
+        Quantity::Inertia(body, axis) => part(&mut parameters.inertia[body.0].columns[axis], axis),
+        Quantity::PlaceInPredecessor(joint, axis) => {
+            part(&mut parameters.frame_j[joint.0].position, axis)
+        }
+        Quantity::PlaceInSuccessor(joint, axis) => {
+            part(&mut parameters.frame_k[joint.0].position, axis)
+        }
+        Quantity::Coulomb(contact) => &mut parameters.contacts[contact].law.coulomb,
+        Quantity::Viscous(contact) => &mut parameters.contacts[contact].law.viscous,
+        Quantity::Radius(contact) => &mut parameters.contacts[contact].radius,
+        _ => return None,
+    })
+}
+
+/// The drives' slopes along a direction, by the general kernel over dual numbers.
+fn by_duals(
+    robot: &Robot,
+    targets: &[Target<f64>],
+    quantities: &[Quantity],
+    direction: &[f64],
+) -> Vec<D> {
+    let kernel = robot.solver.kernel().unwrap();
+    let mut parameters = Parameters::<D>::new(robot.solver.mechanism());
+    let mut own: Vec<Target<D>> = targets.iter().map(|target| target.lift()).collect();
+    for (&quantity, &slope) in quantities.iter().zip(direction) {
+        match quantity {
+            Quantity::Value(k) => own[k].value.slope[0] = slope,
+            Quantity::Rate(k) => own[k].rate.slope[0] = slope,
+            Quantity::Acceleration(k) => own[k].acceleration.slope[0] = slope,
+            _ => number(&mut parameters, quantity).unwrap().slope[0] = slope,
+        }
+    }
+    let loads: Vec<AppliedLoad<D>> = robot.loads.iter().map(|load| load.lift()).collect();
+    // A fixed number of steps: the slope of the coupling comes one step after its value.
+    let settings = Settings {
+        friction: FrictionMode::Converged,
+        friction_tolerance: 0.0,
+        friction_steps: 12,
+        ..Settings::default()
+    };
+    let mut workspace = kernel.workspace(&parameters, robot.solver.assembly().state());
+    kernel.run(&parameters, &mut workspace, &own, &loads, &settings);
+    workspace.inverse.drives().to_vec()
+}
+
+/// Slopes along random directions of everything are those of dual numbers.
+#[test]
+fn slopes_are_those_of_dual_numbers() {
+    for (name, load) in ROBOTS {
+        let mut robot = robot(name, load, str::to_string);
+        let all = [of_motion(&robot), of_mechanism(&robot)].concat();
+        let mut machines = vec![true];
+        if name == "3rps" {
+            machines.push(false);
+        }
+        let motion = of_motion(&robot);
+        let cases = machines.into_iter().flat_map(|m| [(m, motion.clone()), (m, all.clone())]);
+        for (machine, quantities) in cases {
+            let program = DerivativeProgram::record_with(
+                &robot.solver,
+                &robot.course,
+                &robot.loads,
+                &quantities,
+                machine,
+            )
+            .unwrap();
+            let mut memory = program.memory();
+            let mut random = Random::new(11);
+            for targets in robot.course.clone().iter().step_by(3) {
+                robot.solver.move_to(targets).unwrap();
+                let state = robot.solver.assembly().state().clone();
+                assert!(program.run(&mut memory, &state, targets, &robot.loads));
+                let directions: Vec<Vec<f64>> = (0..program.lanes())
+                    .map(|_| quantities.iter().map(|_| random.number()).collect())
+                    .collect();
+                for (lane, direction) in directions.iter().enumerate() {
+                    program.set_direction(&mut memory, lane, direction);
+                }
+                program.differentiate(&mut memory);
+                for (lane, direction) in directions.iter().enumerate().take(3) {
+                    let wanted = by_duals(&robot, targets, &quantities, direction);
+                    let largest = wanted.iter().fold(0.0_f64, |max, d| max.max(d.slope[0].abs()));
+                    for (drive, wanted) in wanted.iter().enumerate() {
+                        let value = program.inverse().drive(program.forces(&memory), 0, drive);
+                        assert!((value - wanted.value).abs() < 1e-11 * value.abs().max(1.0));
+                        let slope = program.slope(&memory, lane, drive);
+                        let difference = (slope - wanted.slope[0]).abs() / largest;
+                        // Rounding behind condition numbers of some hundred, squared in derivatives.
+                        assert!(difference < 1e-11, "{name}: {difference:e}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Central differences of sixth order.
+fn difference(step: f64, mut of: impl FnMut(f64) -> Vec<f64>) -> Vec<f64> {
+    let mut sum = Vec::new();
+    for (k, weight) in [(1.0, 45.0), (2.0, -9.0), (3.0, 1.0)] {
+        let (ahead, behind) = (of(k * step), of(-k * step));
+        sum.resize(ahead.len(), 0.0);
+        for ((sum, ahead), behind) in sum.iter_mut().zip(&ahead).zip(&behind) {
+            *sum += weight * (ahead - behind) / (60.0 * step);
+        }
+    }
+    sum
+}
+
+/// Which way each contact slides, as it was solved last.
+fn senses_of(robot: &Robot) -> Vec<bool> {
+    robot.solver.forces().contacts.iter().map(|contact| contact.velocity > 0.0).collect()
+}
+
+fn drives(robot: &mut Robot, targets: &[Target<f64>]) -> Vec<f64> {
+    robot.solver.move_to(targets).unwrap();
+    robot.solver.solve(&robot.loads).unwrap().drives.clone()
+}
+
+/// All partial derivatives by the motion are what differences of the solver say, where no contact reverses:
+/// there friction jumps.
+#[test]
+fn derivatives_by_the_motion_are_differences() {
+    for (name, load) in ROBOTS {
+        let mut random = Random::new(12);
+        let mut compared = 0;
+        let mut robot = robot(name, load, str::to_string);
+        let quantities = of_motion(&robot);
+        let program =
+            DerivativeProgram::record(&robot.solver, &robot.course, &robot.loads, &quantities)
+                .unwrap();
+        let mut memory = program.memory();
+        for mut targets in robot.course.clone() {
+            targets.iter_mut().for_each(|target| target.rate = random.number());
+            robot.solver.move_to(&targets).unwrap();
+            if robot.solver.solve(&robot.loads).is_err() {
+                continue;
+            }
+            let state = robot.solver.assembly().state().clone();
+            // Efforts of any motion may be such that friction locks it.
+            if compared > 20 || !program.run(&mut memory, &state, &targets, &robot.loads) {
+                continue;
+            }
+            let senses = senses_of(&robot);
+            let count = robot.solver.mechanism().actuators().count();
+            let mut jacobian = vec![f64::NAN; count * quantities.len()];
+            program.jacobian(&mut memory, &mut jacobian);
+            for (k, &quantity) in quantities.iter().enumerate() {
+                let mut jumps = false;
+                let wanted = difference(2e-5, |step| {
+                    let mut moved = targets.clone();
+                    match quantity {
+                        Quantity::Value(k) => moved[k].value += step,
+                        Quantity::Rate(k) => moved[k].rate += step,
+                        Quantity::Acceleration(k) => moved[k].acceleration += step,
+                        _ => {}
+                    }
+                    let drives = drives(&mut robot, &moved);
+                    jumps |= senses_of(&robot) != senses;
+                    drives
+                });
+                if jumps {
+                    continue;
+                }
+                compared += 1;
+                let largest = wanted.iter().fold(1.0_f64, |max, d| max.max(d.abs()));
+                for (drive, wanted) in wanted.iter().enumerate() {
+                    let found = jacobian[drive * quantities.len() + k];
+                    // Rounding of the forces, 1e-12 of some hundred newton, over the step.
+                    let error = (found - wanted).abs() / largest;
+                    assert!(error < 1e-6, "{name} {quantity:?}: {found} {wanted}");
+                }
+            }
+        }
+        assert!(compared > 20, "{name}: {compared}");
+    }
+}
+
+/// Dimensions, masses and coefficients that are changed in the model's text.
+#[test]
+fn derivatives_by_the_mechanism_are_differences() {
+    let nominal = robot("3rps", None, str::to_string);
+    let mechanism = nominal.solver.mechanism();
+    let bodies = |part: &str| -> Vec<BodyId> {
+        let named = |&k: &usize| mechanism.bodies()[k].name.contains(part);
+        (0..mechanism.bodies().len()).filter(named).map(BodyId).collect()
+    };
+    let joint = |k: usize| JointId(k);
+    // The joints R at the foot of each leg, their distance from the middle, and where they are.
+    let feet: Vec<(JointId, Vec3<f64>)> = (0..mechanism.joints().len())
+        .filter(|&k| mechanism.joints()[k].predecessor == BodyId::GROUND)
+        .map(|k| {
+            let pose: Pose<f64> = mechanism.joints()[k].frame_j;
+            (joint(k), pose.position * (1.0 / pose.position.norm()))
+        })
+        .collect();
+    assert_eq!((feet.len(), bodies("rod").len(), bodies("cylinder").len()), (3, 3, 3));
+    let contacts = nominal.solver.parameters().contacts.len();
+    // What is written, its value, by what part of it it is changed, and the direction that this is.
+    let mut cases: Vec<([&str; 2], f64, f64, Vec<(Quantity, f64)>)> = Vec::new();
+    let of_all = |quantities: Vec<Quantity>| quantities.into_iter().map(|q| (q, 1.0)).collect();
+    cases.push((
+        ["base_radius = \"450 mm\"", "base_radius = \"VALUE m\""],
+        0.45,
+        1e-3,
+        feet.iter()
+            .flat_map(|&(foot, along)| {
+                let parts = along.to_array();
+                (0..3).map(move |axis| (Quantity::PlaceInPredecessor(foot, axis), parts[axis]))
+            })
+            .collect(),
+    ));
+    cases.push((
+        ["rod_com = \"128.48 mm\"", "rod_com = \"VALUE m\""],
+        0.12848,
+        1e-2,
+        bodies("rod").into_iter().map(|rod| (Quantity::CentreOfMass(rod, 2), -1.0)).collect(),
+    ));
+    cases.push((
+        ["mass = \"5.15 kg\"", "mass = \"VALUE kg\""],
+        5.15,
+        1e-2,
+        of_all(bodies("cylinder").into_iter().map(Quantity::Mass).collect()),
+    ));
+    cases.push((
+        ["mu = 0.12,", "mu = VALUE,"],
+        0.12,
+        1e-2,
+        of_all((0..contacts).map(Quantity::Coulomb).collect()),
+    ));
+    cases.push((
+        ["viscous = \"0.02 N s/m\"", "viscous = \"VALUE N s/m\""],
+        0.02,
+        0.3,
+        of_all((0..contacts).map(Quantity::Viscous).collect()),
+    ));
+    for ([was, becomes], nominal_value, part, direction) in cases {
+        let quantities: Vec<Quantity> = direction.iter().map(|(quantity, _)| *quantity).collect();
+        let slopes: Vec<f64> = direction.iter().map(|(_, slope)| *slope).collect();
+        let mut own = robot("3rps", None, str::to_string);
+        let program =
+            DerivativeProgram::record(&own.solver, &own.course, &own.loads, &quantities).unwrap();
+        let mut memory = program.memory();
+        let targets = own.course[4].clone();
+        own.solver.move_to(&targets).unwrap();
+        let state = own.solver.assembly().state().clone();
+        assert!(program.run(&mut memory, &state, &targets, &own.loads));
+        program.set_direction(&mut memory, 0, &slopes);
+        program.differentiate(&mut memory);
+        let wanted = difference(part * nominal_value, |step| {
+            let value = format!("{:.17}", nominal_value + step);
+            let mut changed = robot("3rps", None, |text| {
+                assert!(text.contains(was), "{was}");
+                text.replace(was, &becomes.replace("VALUE", &value))
+            });
+            drives(&mut changed, &targets)
+        });
+        let largest = wanted.iter().fold(0.0_f64, |max, d| max.max(d.abs()));
+        assert!(largest > 0.0);
+        for (drive, wanted) in wanted.iter().enumerate() {
+            let found = program.slope(&memory, 0, drive);
+            // Rounding of forces, some 1e-13 of a hundred newton, over what the step changes.
+            assert!((found - wanted).abs() < 1e-8 * largest, "{was}: {found} {wanted}");
+        }
+    }
+}
+
+#[test]
+fn what_has_no_derivatives_is_refused() {
+    let robot = robot("3rps", None, str::to_string);
+    let record = |quantities: &[Quantity]| {
+        DerivativeProgram::record(&robot.solver, &robot.course, &robot.loads, quantities)
+    };
+    assert!(record(&[]).is_none());
+    for wrong in [
+        Quantity::Value(3),
+        Quantity::Mass(BodyId(8)),
+        Quantity::CentreOfMass(BodyId(1), 3),
+        Quantity::Coulomb(9),
+        Quantity::PlaceInSuccessor(JointId(9), 0),
+    ] {
+        assert!(record(&[wrong]).is_none(), "{wrong:?}");
+    }
+}
