@@ -13,8 +13,8 @@ use stiction::kinematics::{State, Target};
 use stiction::random::Random;
 use stiction::spatial::Vec3;
 
-/// What rounding may leave of efforts, reactions and loads, as a part of the largest.
-const ROUNDING: f64 = 1e-10;
+/// What rounding may leave of efforts, loads, forces and moments, each as a part of the largest of its kind.
+const ROUNDING: f64 = 1e-11;
 
 impl Recipe<'_> {
     /// A sample as state, targets and loads.
@@ -88,7 +88,7 @@ impl Recipe<'_> {
                     run(self.kernel, parameters, like, coordinates, (&moving, &loads), 0);
                 let bodies = &again.kinematics.bodies;
                 let states = again.inverse.contacts().to_vec();
-                let mut pairs: Vec<(f64, f64)> = Vec::new();
+                let mut kinds: [Vec<(f64, f64)>; 4] = Default::default();
                 if friction {
                     let of = |k| program.contact(&memory, 0, k);
                     let frictions: Vec<f64> = (0..contacts).map(|k| of(k)[2]).collect();
@@ -98,29 +98,30 @@ impl Recipe<'_> {
                         let joint = contact.joint;
                         let (j, l) = (&bodies.frame_j[joint], &bodies.frame_k[joint]);
                         let wrench = again.inverse.joint_wrenches()[joint];
-                        let load = state.load_in(contact, parameters.pitch[joint], j, l, wrench);
-                        pairs.push((of(k)[0], load.value));
-                        pairs.push((
-                            of(k)[2],
-                            state.resistance().0 * load.value + state.resistance().1,
-                        ));
+                        let pitch = parameters.pitch[joint];
+                        let load = state.load_in(contact, pitch, j, l, wrench).value;
+                        let (coefficient, constant) = state.resistance();
+                        kinds[0].push((of(k)[0], load));
+                        kinds[0].push((of(k)[2], coefficient * load + constant));
                     }
                 }
-                let length = parameters.length;
+                kinds[1]
+                    .extend(efforts.iter().copied().zip(again.inverse.drives().iter().copied()));
                 for joint in 0..joints {
                     let (force, moment) = again.inverse.reaction(bodies, joint);
                     let found = match friction {
                         true => program.reaction(&memory, 0, joint),
                         false => program.ideal_reaction(&memory, 0, joint),
                     };
-                    pairs.extend(found.into_iter().zip(force.to_array()));
-                    let moments = found[3..].iter().zip(moment.to_array());
-                    pairs.extend(moments.map(|(a, b)| (a / length, b / length)));
+                    kinds[2].extend(found.into_iter().zip(force.to_array()));
+                    kinds[3].extend(found.into_iter().skip(3).zip(moment.to_array()));
                 }
-                let largest = pairs.iter().fold(scale, |max, (a, b)| max.max(a.abs()).max(b.abs()));
-                pairs.extend(efforts.iter().copied().zip(again.inverse.drives().iter().copied()));
-                let is_same = |(a, b): &(f64, f64)| (a - b).abs() <= ROUNDING * largest;
-                if !pairs.iter().all(is_same) {
+                let agree = |pairs: &Vec<(f64, f64)>| {
+                    let sizes = pairs.iter().map(|(a, b)| a.abs().max(b.abs()));
+                    let largest = sizes.fold(f64::MIN_POSITIVE, f64::max);
+                    pairs.iter().all(|(a, b)| (a - b).abs() <= ROUNDING * largest)
+                };
+                if !kinds.iter().all(agree) {
                     return false;
                 }
             }

@@ -3,8 +3,8 @@
 //! Accelerations and reactions are affine in friction forces, and each friction force is affine in its
 //! contact's load. So the program has stages: what comes before any friction; a Newton step for the loads
 //! of the contacts; a step by the matrix of the one before, which costs a third; and what follows from
-//! the loads. One Newton step from the friction of the frictionless loads brings the loads so near that
-//! steps by its matrix gain several digits each; where they do not, there is another Newton step.
+//! the loads. One Newton step from the loads without friction brings them so near that steps by its
+//! matrix gain several digits each; where they do not, there is another Newton step.
 
 use crate::code::{Part, Slots, compile};
 use crate::forward_recipe::ForwardStages;
@@ -23,6 +23,8 @@ const STEPS: usize = 24;
 const NEWTON_STEPS: usize = 1;
 /// Where a step by an old matrix leaves more than this part of the error, a new matrix is made.
 const SLOW: f64 = 0.03;
+/// After a Newton step that changes loads by more than this part of the largest there is another one.
+const FAR: f64 = 0.05;
 /// A Newton step that changes no load by more than this part of the largest leaves an error of the square of
 /// it: rounding.
 const SETTLED: f64 = 1e-8;
@@ -293,14 +295,17 @@ impl ForwardProgram {
         // Changes of the last step, as parts of the largest load.
         let mut changes = [1.0; MOST_LANES];
         let mut is_slow = false;
+        let mut newton_before = None;
         for step in 0..STEPS {
             if settled[..lanes].iter().all(|settled| *settled) {
                 break;
             }
-            let newton = step < NEWTON_STEPS || is_slow;
+            let newton = step < NEWTON_STEPS || is_slow || step >= STEPS / 2;
             runners[if newton { NEWTON } else { CHORD }].run(slots, scratch);
             let next = if newton { &self.places.newton } else { &self.places.chord };
-            is_slow = self.compare(slots, lanes, next, newton, &mut changes, settled);
+            let kind = (newton, newton_before == Some(newton));
+            is_slow = self.compare(slots, lanes, next, kind, &mut changes, settled);
+            newton_before = Some(newton);
             self.take(slots, lanes, next);
         }
         runners[LAST].run(slots, scratch);
@@ -321,13 +326,14 @@ impl ForwardProgram {
 
     /// Whether the last step of the loads leaves nothing but rounding, and whether steps by this matrix are
     /// slow. What a step has changed is the error before it. A Newton step squares it; a step by an
-    /// older matrix leaves the same part of it each time, and what it leaves is told by the last two.
+    /// older matrix leaves the same part of it each time, and what it leaves is told by the last two if both
+    /// were such: loads that settle slowly may change little at first.
     fn compare(
         &self,
         slots: &[f64],
         lanes: usize,
         next: &[u32],
-        newton: bool,
+        (newton, again): (bool, bool),
         changes: &mut [f64],
         settled: &mut [bool],
     ) -> bool {
@@ -346,14 +352,14 @@ impl ForwardProgram {
             changes[lane] = now;
             let rate = now / before;
             let determinant = slots[self.places.determinant as usize * lanes + lane];
-            let is_still = match newton {
-                true => {
-                    now <= SETTLED || now < 1e-3 && now * now * (rate / before).max(now) <= ROUNDING
-                }
-                false => now <= STILL || rate < 0.5 && now * rate / (1.0 - rate) <= ROUNDING,
+            let is_still = if newton {
+                let left = now * now * (rate / before).max(now);
+                now <= SETTLED || again && now < 1e-3 && left <= ROUNDING
+            } else {
+                now <= STILL || again && rate < 0.5 && now * rate / (1.0 - rate) <= ROUNDING
             };
             settled[lane] = is_still && determinant > 0.0;
-            is_slow |= !is_still && !(rate < SLOW);
+            is_slow |= !is_still && if newton { now > FAR } else { rate > SLOW };
         }
         is_slow
     }
