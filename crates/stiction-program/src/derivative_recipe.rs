@@ -144,7 +144,8 @@ impl Recipe<'_> {
             let given = (&targets[..], &loads[..]);
             let ran = run(self.kernel, &parameters, like, coordinates, given, steps);
             // Rounding of some steps; otherwise the loops are open.
-            if !(ran.kinematics.largest_error() <= 1e-12 * length.max(1.0)) {
+            let error = ran.kinematics.largest_error();
+            if error.is_nan() || error > 1e-12 * length.max(1.0) {
                 return None;
             }
             let state = &ran.state;

@@ -69,7 +69,7 @@ impl<T: Scalar> Factors<T> {
             matrix[pivot][pivot] = over;
             let (above, below) = matrix.split_at_mut(pivot + 1);
             for row in below {
-                row[pivot] = row[pivot] * over;
+                row[pivot] *= over;
                 let factor = row[pivot];
                 for (x, y) in row.iter_mut().zip(&above[pivot]).skip(pivot + 1) {
                     *x -= factor * *y;
@@ -93,7 +93,7 @@ impl<T: Scalar> Factors<T> {
                 let change = self.matrix[row][column] * own[column];
                 own[row] -= change;
             }
-            own[row] = own[row] * self.matrix[row][row];
+            own[row] *= self.matrix[row][row];
         }
         let mut solution = own.clone();
         for (value, &(_, column)) in own.iter().zip(&self.order) {

@@ -73,7 +73,7 @@ fn of_mechanism(robot: &Robot) -> Vec<Quantity> {
 type D = Dual<f64, 1>;
 
 /// A number of the mechanism over dual numbers.
-fn number<'a>(parameters: &'a mut Parameters<D>, quantity: Quantity) -> Option<&'a mut D> {
+fn number(parameters: &mut Parameters<D>, quantity: Quantity) -> Option<&mut D> {
     fn part(v: &mut Vec3<D>, axis: usize) -> &mut D {
         match axis {
             0 => &mut v.x,
@@ -262,6 +262,10 @@ fn derivatives_by_the_motion_are_differences() {
     }
 }
 
+/// What is written before and after, its value, by what part of it it is changed, and the direction that
+/// this is.
+type Case = ([&'static str; 2], f64, f64, Vec<(Quantity, f64)>);
+
 /// Dimensions, masses and coefficients that are changed in the model's text.
 #[test]
 fn derivatives_by_the_mechanism_are_differences() {
@@ -282,8 +286,7 @@ fn derivatives_by_the_mechanism_are_differences() {
         .collect();
     assert_eq!((feet.len(), bodies("rod").len(), bodies("cylinder").len()), (3, 3, 3));
     let contacts = nominal.solver.parameters().contacts.len();
-    // What is written, its value, by what part of it it is changed, and the direction that this is.
-    let mut cases: Vec<([&str; 2], f64, f64, Vec<(Quantity, f64)>)> = Vec::new();
+    let mut cases: Vec<Case> = Vec::new();
     let of_all = |quantities: Vec<Quantity>| quantities.into_iter().map(|q| (q, 1.0)).collect();
     cases.push((
         ["base_radius = \"450 mm\"", "base_radius = \"VALUE m\""],
