@@ -7,7 +7,7 @@
 
 use crate::forward::ForwardProgram;
 use crate::motions::run;
-use crate::recipe::Recipe;
+use crate::tree::Recipe;
 use stiction::dynamics::AppliedLoad;
 use stiction::kinematics::{State, Target};
 use stiction::random::Random;

@@ -4,11 +4,12 @@ use crate::code::{Part, Slots, compile};
 use crate::derivative_recipe::RecordedSlopes;
 use crate::graph::{Node, Op};
 use crate::inverse::{InverseProgram, Memory};
+use crate::machine::fuses;
 use crate::quantity::Quantity;
-use crate::recipe::{Counts, Recipe};
 use crate::run::{Runner, natural_lanes};
-use crate::samples::samples;
+use crate::samples::{Sample, samples};
 use crate::stages::early;
+use crate::tree::{Counts, Recipe, numbers_of};
 use stiction::dynamics::{AppliedLoad, InverseDynamics};
 use stiction::kinematics::{State, Target};
 
@@ -71,7 +72,8 @@ impl DerivativeProgram {
         let inverse = InverseProgram::record_with(solver, course, loads, machine)?;
         let kernel = solver.kernel()?;
         let recipe = Recipe { kernel: &kernel, solver, loads };
-        let samples = samples(solver, course, loads)?;
+        let samples: Vec<Vec<f64>> =
+            samples(solver, course, loads)?.iter().map(Sample::of_tree).collect();
         let recorded = recipe.record_slopes(quantities, &samples)?;
         Some(Self::compile(inverse, recipe.counts(0), quantities, &recorded, machine))
     }
@@ -84,6 +86,7 @@ impl DerivativeProgram {
         machine: bool,
     ) -> Self {
         let ops = recorded.graph.ops();
+        let fuse = machine && fuses();
         let given = counts.inputs() + counts.contacts;
         let mut slots = Slots::default();
         slots.reserve(given);
@@ -100,12 +103,12 @@ impl DerivativeProgram {
         let mut first = early(ops, &recorded.drives, |input| input >= given);
         let handed_nodes = first.clone();
         first.push(recorded.guard);
-        let parts = compile(ops, &first, &mut slots);
+        let parts = compile(ops, &first, &mut slots, fuse);
         for node in &handed_nodes {
             let slot = wide.reserve(1);
             wide.put(*node, slot);
         }
-        let wide_parts = compile(ops, &recorded.drives, &mut wide);
+        let wide_parts = compile(ops, &recorded.drives, &mut wide, fuse);
         let lanes = natural_lanes();
         let count = |parts: &[Part]| parts.iter().map(Part::operations).sum();
         Self {
@@ -174,7 +177,9 @@ impl DerivativeProgram {
         let mut settled = [false];
         self.inverse.run(inverse, &mut settled);
         let inputs = self.counts.inputs();
-        first.slots[..inputs].copy_from_slice(&inverse.slots[..inputs]);
+        for (slot, value) in first.slots.iter_mut().zip(numbers_of(state, targets, loads)) {
+            *slot = value;
+        }
         for contact in 0..self.counts.contacts {
             first.slots[inputs + contact] = self.inverse.contact(inverse, 0, contact)[0];
         }

@@ -10,10 +10,11 @@ use crate::code::{Part, Slots, compile};
 use crate::forward_recipe::ForwardStages;
 use crate::graph::{Node, Op};
 use crate::inverse::Memory;
-use crate::recipe::{Counts, Recipe};
+use crate::machine::fuses;
 use crate::run::{Runner, natural_lanes};
-use crate::samples::samples;
+use crate::samples::{Sample, samples};
 use crate::stages::early;
+use crate::tree::{Counts, Recipe};
 use stiction::dynamics::{AppliedLoad, InverseDynamics, Weighting};
 use stiction::kinematics::{State, Target};
 
@@ -130,7 +131,8 @@ impl ForwardProgram {
         if counts.drives != counts.targets || counts.drives == 0 {
             return None;
         }
-        let samples = samples(solver, course, loads)?;
+        let samples: Vec<Vec<f64>> =
+            samples(solver, course, loads)?.iter().map(Sample::of_tree).collect();
         let pivots = recipe.mass_pivots(&samples)?;
         // First with all contacts, to see whose friction changes a load at all.
         let all: Vec<usize> = (0..solver.parameters().contacts.len()).collect();
@@ -150,6 +152,7 @@ impl ForwardProgram {
 
     fn compile(counts: Counts, recorded: &ForwardStages, machine: bool) -> Self {
         let ops = recorded.graph.ops();
+        let fuse = machine && fuses();
         let given = counts.inputs() + counts.drives;
         let mut slots = Slots::default();
         slots.reserve(given + 2 * counts.coupled);
@@ -162,7 +165,7 @@ impl ForwardProgram {
         // The frictionless program is one of its own: it leaves nothing behind for others.
         let mut own = slots.clone();
         let with = |nodes: &[Node], guard: Node| [nodes, &[guard]].concat();
-        stages[IDEAL] = compile(ops, &with(&recorded.ideal, recorded.guards[0]), &mut own);
+        stages[IDEAL] = compile(ops, &with(&recorded.ideal, recorded.guards[0]), &mut own, fuse);
         let ideal_guard = own.of(recorded.guards[0]).unwrap_or(0);
         let ideal: Vec<u32> = recorded.ideal.iter().map(|n| own.of(*n).unwrap_or(0)).collect();
         slots.reserve(own.count() - slots.count());
@@ -171,16 +174,16 @@ impl ForwardProgram {
         let later = [&recorded.newton[..], &recorded.chord, &last].concat();
         let mut first = recorded.begin.clone();
         first.extend(early(ops, &later, |input| input >= given));
-        stages[FIRST] = compile(ops, &first, &mut slots);
+        stages[FIRST] = compile(ops, &first, &mut slots, fuse);
         let mut newton = recorded.newton.clone();
         newton.extend(early(ops, &recorded.chord, |input| input >= given + counts.coupled));
-        stages[NEWTON] = compile(ops, &newton, &mut slots);
+        stages[NEWTON] = compile(ops, &newton, &mut slots, fuse);
         // Each of the stages that follow is run by itself: none may rely on what another has left.
         let mut of_chord = slots.clone();
-        stages[CHORD] = compile(ops, &recorded.chord, &mut of_chord);
+        stages[CHORD] = compile(ops, &recorded.chord, &mut of_chord, fuse);
         let chord: Vec<u32> = recorded.chord.iter().map(|n| of_chord.of(*n).unwrap_or(0)).collect();
         slots.reserve(of_chord.count() - slots.count());
-        stages[LAST] = compile(ops, &last, &mut slots);
+        stages[LAST] = compile(ops, &last, &mut slots, fuse);
 
         let place = |node: &Node| slots.of(*node).unwrap_or(0);
         let all = |nodes: &[Node]| -> Vec<u32> { nodes.iter().map(place).collect() };

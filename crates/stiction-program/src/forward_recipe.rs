@@ -12,10 +12,11 @@
 use crate::graph::{Graph, Node};
 use crate::meaning::{Merged, merge};
 use crate::motions::{Inertial, run};
-use crate::recipe::{Counts, Recipe, local};
 use crate::recorded::{Recorded, go_on, record};
 use crate::small::{Factors, diagonal, largest_pivots};
 use crate::stages::{holds, with_inputs_replaced};
+use crate::transmission::local;
+use crate::tree::{Counts, Recipe};
 use stiction::dynamics::{AppliedLoad, Inverse, Response, Sharing, Workspace};
 use stiction::friction::Load;
 use stiction::kinematics::{Bodies, Target};

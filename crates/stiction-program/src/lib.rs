@@ -61,6 +61,7 @@ mod slopes;
 mod small;
 mod stages;
 mod transmission;
+mod tree;
 
 pub use derivatives::{DerivativeMemory, DerivativeProgram};
 pub use forward::ForwardProgram;

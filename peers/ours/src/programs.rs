@@ -72,8 +72,7 @@ impl<'a> Runs<'a> {
         let motions = robot.positions.iter().map(|state| program.motions(state)).collect();
         let samples = robot.targets.len();
         let steps = samples.div_ceil(lanes);
-        let row =
-            |step| (0..lanes).map(|lane| sample(samples, lanes, lane, step)).collect();
+        let row = |step| (0..lanes).map(|lane| sample(samples, lanes, lane, step)).collect();
         let order = (0..steps).map(row).collect();
         Self { robot, program, motions, memory, lanes, friction, settled, order, next: 0 }
     }
