@@ -113,7 +113,8 @@ impl Given {
             put(&motion.to_array());
         }
         for place in &self.free {
-            put(&[coordinates[*place]]);
+            // What is not told is no number, and nothing holds with it.
+            put(&[coordinates.get(*place).copied().unwrap_or(f64::NAN)]);
         }
         for target in targets {
             put(&[target.value, target.rate, target.acceleration]);

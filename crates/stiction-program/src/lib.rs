@@ -37,6 +37,7 @@
 //! ```
 
 mod allocate;
+mod batch;
 mod certificate;
 mod code;
 mod coupling;
@@ -63,6 +64,7 @@ mod stages;
 mod transmission;
 mod tree;
 
+pub use batch::{ForcesAt, StateError, StateErrorCause, StateOfMotion};
 pub use derivatives::{DerivativeMemory, DerivativeProgram};
 pub use forward::ForwardProgram;
 pub use given::BodyMotion;

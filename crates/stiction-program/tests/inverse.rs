@@ -3,7 +3,7 @@
 use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction::kinematics::Target;
 use stiction_model::{Model, Source, gallery, read};
-use stiction_program::InverseProgram;
+use stiction_program::{InverseProgram, StateOfMotion};
 
 struct Robot {
     solver: InverseDynamics,
@@ -159,6 +159,51 @@ fn lanes_are_states_of_their_own() {
             }
         }
     }
+}
+
+/// Many states at once: those at which the program does not hold are left to the solver, and counted.
+#[test]
+fn what_does_not_hold_is_redone() {
+    let mut robot = robot("3rps", None);
+    let program = InverseProgram::record(&robot.solver, &robot.course, &robot.loads).unwrap();
+    let mut solver = robot.solver.clone();
+    let mut targets = robot.course.clone();
+    // All stands still: contacts rest.
+    for rest in [3, 7] {
+        targets[rest].iter_mut().for_each(|target| target.rate = 0.0);
+    }
+    let mut motions = Vec::new();
+    let mut expected = Vec::new();
+    for targets in &targets {
+        robot.solver.move_to(targets).unwrap();
+        motions.push(program.motions(robot.solver.assembly().state()));
+        expected.push(robot.solver.solve(&robot.loads).unwrap().clone());
+    }
+    let states: Vec<StateOfMotion<'_>> = targets
+        .iter()
+        .zip(&motions)
+        .map(|(targets, bodies)| {
+            let loads = &robot.loads;
+            StateOfMotion { bodies, coordinates: &[], targets, loads }
+        })
+        .collect();
+    let mut told = Vec::new();
+    let redone = program.run_all(&mut solver, &states, |forces| {
+        let expected = &expected[forces.state];
+        for (found, wanted) in forces.drives.iter().zip(&expected.drives) {
+            assert!((found - wanted).abs() <= 1e-12 * wanted.abs().max(1.0), "{}", forces.state);
+        }
+        for (found, (force, moment)) in forces.reactions.iter().zip(&expected.reactions) {
+            let wanted = [force.to_array(), moment.to_array()].concat();
+            for (found, wanted) in found.iter().zip(wanted) {
+                assert!((found - wanted).abs() <= 1e-10, "{}", forces.state);
+            }
+        }
+        told.push((forces.state, forces.redone));
+    });
+    assert_eq!(redone.unwrap(), 2);
+    let wanted: Vec<_> = (0..10).map(|state| (state, state == 3 || state == 7)).collect();
+    assert_eq!(told, wanted);
 }
 
 /// A course that cannot be followed, or none, gives no program.
