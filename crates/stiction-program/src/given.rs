@@ -68,6 +68,8 @@ pub(crate) struct Given {
     /// Coordinates of the tree that are neither a floating body's nor found in closed form.
     free: Vec<usize>,
     count: usize,
+    /// How many of the inputs are prescribed values; they come last.
+    prescribed: usize,
 }
 
 impl Given {
@@ -81,12 +83,17 @@ impl Given {
         let targets = solver.assembly().prescription().coordinates().len();
         let motions = MOTION * topology.floating().count();
         let count = motions + free.len() + 3 * targets + 6 * loads;
-        Self { origin: parameters.origin, topology, legs, free, count }
+        Self { origin: parameters.origin, topology, legs, free, count, prescribed: 3 * targets }
     }
 
     /// Numbers that are given.
     pub(crate) fn count(&self) -> usize {
         self.count
+    }
+
+    /// The first of the prescribed values among the inputs.
+    pub(crate) fn first_prescribed(&self) -> usize {
+        self.count - self.prescribed
     }
 
     /// The bodies whose motions are given.
@@ -116,11 +123,11 @@ impl Given {
             // What is not told is no number, and nothing holds with it.
             put(&[coordinates.get(*place).copied().unwrap_or(f64::NAN)]);
         }
-        for target in targets {
-            put(&[target.value, target.rate, target.acceleration]);
-        }
         for AppliedLoad { force: f, moment: m, .. } in loads {
             put(&[f.x, f.y, f.z, m.x, m.y, m.z]);
+        }
+        for target in targets {
+            put(&[target.value, target.rate, target.acceleration]);
         }
     }
 

@@ -37,6 +37,7 @@ const MOST_LANES: usize = 8;
 #[derive(Debug)]
 pub struct InverseProgram {
     given: Given,
+    reads_targets: bool,
     counts: Counts,
     places: Places,
     slots: usize,
@@ -175,6 +176,11 @@ impl InverseProgram {
                 slots.put(node as Node, *k);
             }
         }
+        let results = [&recorded.ideal[..], &recorded.begin, &recorded.step, &recorded.rest];
+        let all = [&results.concat()[..], &recorded.guards].concat();
+        let prescribed = given.first_prescribed() as u32..given.count() as u32;
+        let reads = |(op, needed): (&Op, bool)| matches!(op, Op::Input(place) if needed && prescribed.contains(place));
+        let reads_targets = ops.iter().zip(needed(ops, &all)).any(reads);
         let mut stages = [const { Vec::new() }; 4];
         // The frictionless program is one of its own: it leaves nothing behind for others.
         let mut own = slots.clone();
@@ -220,6 +226,7 @@ impl InverseProgram {
         let operations = stages.each_ref().map(|parts| parts.iter().map(Part::operations).sum());
         Self {
             given,
+            reads_targets,
             counts,
             places,
             slots: count,
@@ -278,7 +285,7 @@ impl InverseProgram {
         targets: &[Target<f64>],
         loads: &[AppliedLoad<f64>],
     ) {
-        let put = memory.writer(lane);
+        let (targets, put) = (self.read_of(targets), memory.writer(lane));
         self.given.visit(self.given.motions(state), &state.coordinates, targets, loads, put);
     }
 
@@ -293,8 +300,13 @@ impl InverseProgram {
         targets: &[Target<f64>],
         loads: &[AppliedLoad<f64>],
     ) {
-        let put = memory.writer(lane);
+        let (targets, put) = (self.read_of(targets), memory.writer(lane));
         self.given.visit(motions.iter().copied(), coordinates, targets, loads, put);
+    }
+
+    /// Where motions of bodies say all, nobody reads what is prescribed.
+    fn read_of<'a>(&self, targets: &'a [Target<f64>]) -> &'a [Target<f64>] {
+        if self.reads_targets { targets } else { &[] }
     }
 
     /// The motions of [`Self::bodies`] in a state of the tree.

@@ -136,15 +136,15 @@ impl Recipe<'_> {
         // Rates and accelerations are found once more, from the targets, by more operations than it takes to
         // see that they are the same: what comes first stays.
         self.given.read(self.solver.mechanism(), &mut workspace.state, &mut next);
-        let count = self.solver.assembly().prescription().coordinates().len();
-        let targets: Vec<Target<Recorded>> = (0..count)
-            .map(|_| Target { value: next(), rate: next(), acceleration: next() })
-            .collect();
         let mut vector = || Vec3::new(next(), next(), next());
         let loads: Vec<AppliedLoad<Recorded>> = self
             .loads
             .iter()
             .map(|load| AppliedLoad { force: vector(), moment: vector(), ..load.lift() })
+            .collect();
+        let count = self.solver.assembly().prescription().coordinates().len();
+        let targets: Vec<Target<Recorded>> = (0..count)
+            .map(|_| Target { value: next(), rate: next(), acceleration: next() })
             .collect();
         let presses: Vec<Recorded> = coupled.iter().map(|_| next()).collect();
 
