@@ -191,6 +191,12 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
                         let selection = k as Node;
                         guards.push(Guard { selection, condition: node, is_positive: sign > 0.0 });
                     }
+                    // And so is what turns out to be an earlier root, as long as its own sign stays.
+                    if !is_root(op) && is_root(&merged.ops()[node as usize]) {
+                        let condition = merged.add(op.map(|operand| new_of[operand as usize]));
+                        let is_positive = first.x > 0.0;
+                        guards.push(Guard { selection: k as Node, condition, is_positive });
+                    }
                     known = Some(if sign > 0.0 { node } else { merged.add(Op::Neg(node)) });
                     // It has the rounding errors of what it is replaced by: what took many operations to
                     // find and is known already makes nothing that follows less certain.
