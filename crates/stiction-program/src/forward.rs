@@ -3,7 +3,7 @@
 //! Accelerations and reactions are affine in friction forces, and each friction force is affine in its
 //! contact's load. So the program has stages: what comes before any friction; a Newton step for the loads
 //! of the contacts; a step by the matrix of the one before, which costs a third; and what follows from
-//! the loads. One Newton step from the loads without friction brings them so near that steps by its
+//! the loads. One Newton step from loads under the friction of the frictionless ones brings them so near that steps by its
 //! matrix gain several digits each; where they do not, there is another Newton step.
 
 use crate::code::{Part, Slots, compile};
@@ -12,7 +12,7 @@ use crate::graph::{Node, Op};
 use crate::inverse::Memory;
 use crate::machine::fuses;
 use crate::run::{Runner, natural_lanes};
-use crate::samples::{Sample, samples};
+use crate::samples::{Sample, samples, seeded_samples};
 use crate::stages::early;
 use crate::tree::{Counts, Recipe};
 use stiction::dynamics::{AppliedLoad, InverseDynamics, Weighting};
@@ -147,7 +147,10 @@ impl ForwardProgram {
             false => recipe.record_forward(&coupled, &pivots, &samples),
         };
         let program = Self::compile(recipe.counts(coupled.len()), &recorded, machine);
-        recipe.confirms(&program, &samples).then_some(program)
+        // By other states than those from which it was made.
+        let others: Vec<Vec<f64>> =
+            seeded_samples(9, solver, course, loads)?.iter().map(Sample::of_tree).collect();
+        recipe.confirms(&program, &others).then_some(program)
     }
 
     fn compile(counts: Counts, recorded: &ForwardStages, machine: bool) -> Self {

@@ -2,11 +2,11 @@
 //! add to it, and the coupling of friction on top.
 //!
 //! With the accelerations `a` of as many coordinates as there are drives and with friction forces `f` drives are
-//! `h + M a + C f` and joints' wrenches `w + W a + R f`. Given the drives `t`, `a = b - Y f` with `M b = t - h` and
-//! `M Y = C`, and wrenches are `(w + W b) + (R - W Y) f`: affine in the friction forces alone.
+//! `h + M a + C f` and joints' wrenches `w + W a + R f`. Given the drives `t`, wrenches are
+//! `w + W b + (R - V C) f` with `M b = t - h` and `V = W / M`: affine in the friction forces alone.
 //!
-//! What is found from `b` and `Y` is recorded as if these were given, and they are put in their places
-//! afterwards; the coupling is solved in the graph that is merged already. So bounds of rounding errors, by
+//! What is found from `b` and from the inverse of `M` is recorded as if these were given, and they are put in
+//! their places afterwards; the coupling is solved in the graph that is merged already. So bounds of rounding errors, by
 //! which nodes are told apart, do not grow through solutions.
 
 use crate::graph::{Graph, Node};
@@ -18,7 +18,7 @@ use crate::stages::{holds, with_inputs_replaced};
 use crate::transmission::local;
 use crate::tree::{Counts, Recipe};
 use stiction::dynamics::{AppliedLoad, Inverse, Response, Sharing, Workspace};
-use stiction::friction::Load;
+use stiction::friction::{ContactShape, Load};
 use stiction::kinematics::{Bodies, Target};
 use stiction::parameters::Parameters;
 use stiction::random::Random;
@@ -30,7 +30,7 @@ pub(crate) struct ForwardStages {
     pub(crate) graph: Graph,
     /// Accelerations and reactions without friction.
     pub(crate) ideal: Vec<Node>,
-    /// Loads of coupled contacts without friction.
+    /// Loads of coupled contacts under the friction of those without friction.
     pub(crate) begin: Vec<Node>,
     /// Loads of coupled contacts after a Newton step from the first ones given, the determinant of its matrix.
     pub(crate) newton: Vec<Node>,
@@ -85,7 +85,7 @@ impl Recipe<'_> {
         let counts = self.counts(coupled.len());
         let mut sizes = [0; 9];
         let given = counts.inputs() + counts.drives + 2 * coupled.len();
-        let inputs = given + counts.targets * (1 + counts.contacts);
+        let inputs = given + counts.targets * (1 + counts.targets);
         let (graph, nodes) = record(inputs, |inputs| {
             let stages = self.follow_forward(&counts, coupled, pivots, inputs);
             sizes = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|k| stages[k].len());
@@ -197,10 +197,11 @@ impl Recipe<'_> {
         let ground = self.ground(counts, &mut inputs);
         let mut take = |count: usize| -> Vec<Recorded> { inputs.by_ref().take(count).collect() };
         let [presses, presses_later] = [take(coupled.len()), take(coupled.len())];
-        // Accelerations without friction, and what the friction of each contact takes off them.
+        // Accelerations without friction.
         let free = take(counts.targets);
-        let taken: Vec<Vec<Recorded>> =
-            (0..counts.contacts).map(|_| take(counts.targets)).collect();
+        // For each effort the accelerations that one newton more of it brings.
+        let mobilities: Vec<Vec<Recorded>> =
+            (0..counts.targets).map(|_| take(counts.targets)).collect();
         let Ground { parameters, base, units, responses, efforts, .. } = &ground;
         let (bodies, inverse) = (&base.kinematics.bodies, &base.inverse);
 
@@ -208,38 +209,49 @@ impl Recipe<'_> {
         let left: Vec<Recorded> =
             efforts.iter().zip(inverse.drives()).map(|(effort, h)| *effort - *h).collect();
         let mut solutions = masses.solve(&left);
-        solutions.extend(responses.iter().flat_map(|response| masses.solve(&response.drives)));
-
+        for effort in 0..counts.targets {
+            let unit = |k: usize| Recorded::from_f64(if k == effort { 1.0 } else { 0.0 });
+            solutions.extend(masses.solve(&(0..counts.targets).map(unit).collect::<Vec<_>>()));
+        }
         let contacts: Vec<_> = parameters.contacts.iter().zip(inverse.contacts()).collect();
         let here = Pose { rotation: Mat3::identity(), position: Vec3::zero() };
-        // Wrenches in the frames of the contacts' joints, of which many a load needs but two components: without
-        // friction, and what the friction of each contact adds.
-        let at_contact = |row: usize, of: &dyn Fn(usize) -> Wrench<Recorded>| {
-            let joint = contacts[row].0.joint;
-            local(&bodies.frame_j[joint], of(joint))
-        };
-        let moved = |joint: usize, by: &[Recorded], mut wrench: Wrench<Recorded>| {
-            for (unit, amount) in units.iter().zip(by) {
-                wrench += unit.wrenches[joint] * *amount;
+        // Wrenches in the frames of the contacts' joints, of which many a load needs but two components. The
+        // load of a ball is the same in all axes.
+        let at_contact = |row: usize, wrench: Wrench<Recorded>| {
+            let contact = contacts[row].0;
+            let j = bodies.frame_j[contact.joint];
+            match contact.shape {
+                ContactShape::Ball => local(&Pose { rotation: Mat3::identity(), ..j }, wrench),
+                _ => local(&j, wrench),
             }
-            wrench
         };
-        let without: Vec<Wrench<Recorded>> = (0..contacts.len())
-            .map(|row| {
-                at_contact(row, &|joint| moved(joint, &free, inverse.joint_wrenches()[joint]))
-            })
-            .collect();
-        let added: Vec<Vec<Wrench<Recorded>>> = (0..contacts.len())
-            .map(|row| {
-                let of = |column: &usize| {
-                    let back: Vec<Recorded> = taken[*column].iter().map(|y| -*y).collect();
-                    at_contact(row, &|joint| {
-                        moved(joint, &back, responses[*column].wrenches[joint])
-                    })
-                };
-                coupled.iter().map(of).collect()
-            })
-            .collect();
+        // Without friction; and what the friction of each contact adds.
+        let mut without: Vec<Wrench<Recorded>> = Vec::new();
+        let mut added: Vec<Vec<Wrench<Recorded>>> = Vec::new();
+        for row in 0..contacts.len() {
+            let joint = contacts[row].0.joint;
+            let of_units: Vec<Wrench<Recorded>> =
+                units.iter().map(|unit| at_contact(row, unit.wrenches[joint])).collect();
+            let of_efforts: Vec<Wrench<Recorded>> = mobilities
+                .iter()
+                .map(|mobility| {
+                    let parts = of_units.iter().zip(mobility);
+                    parts.fold(Wrench::zero(), |sum, (unit, amount)| sum + *unit * *amount)
+                })
+                .collect();
+            let with = |start: Wrench<Recorded>, of: &[Wrench<Recorded>], amounts: &[Recorded]| {
+                let parts = of.iter().zip(amounts);
+                parts.fold(start, |sum, (wrench, amount)| sum + *wrench * *amount)
+            };
+            let at_rest = at_contact(row, inverse.joint_wrenches()[joint]);
+            without.push(with(at_rest, &of_units, &free));
+            let of = |column: &usize| {
+                let response = &responses[*column];
+                let taken: Vec<Recorded> = response.drives.iter().map(|drive| -*drive).collect();
+                with(at_contact(row, response.wrenches[joint]), &of_efforts, &taken)
+            };
+            added.push(coupled.iter().map(of).collect());
+        }
         let load_under = |row: usize, forces: &[Recorded]| {
             let (contact, state) = contacts[row];
             let joint = contact.joint;
@@ -261,10 +273,12 @@ impl Recipe<'_> {
             coupled.iter().zip(presses).map(|(contact, press)| force(*contact, *press)).collect()
         };
 
-        let begin = coupled
-            .iter()
-            .map(|row| load_under(*row, &vec![Recorded::zero(); coupled.len()]).value)
-            .collect();
+        // The friction of the loads without friction is nearer to the solution than none.
+        let none = vec![Recorded::zero(); coupled.len()];
+        let at_first: Vec<Recorded> =
+            coupled.iter().map(|row| load_under(*row, &none).value).collect();
+        let first_forces = forces_at(&at_first);
+        let begin = coupled.iter().map(|row| load_under(*row, &first_forces).value).collect();
 
         // Loads that follow from these, less these.
         let loads_at = |presses: &[Recorded]| -> Vec<Load<Recorded>> {
@@ -305,10 +319,16 @@ impl Recipe<'_> {
             .collect();
         let all_forces: Vec<Recorded> =
             all_loads.iter().enumerate().map(|(contact, load)| force(contact, *load)).collect();
+        let mut taken = vec![Recorded::zero(); counts.drives];
+        for (response, force) in responses.iter().zip(&all_forces) {
+            for (taken, drive) in taken.iter_mut().zip(&response.drives) {
+                *taken += *drive * *force;
+            }
+        }
         let mut accelerations = free.clone();
-        for (taken, force) in taken.iter().zip(&all_forces) {
-            for (acceleration, taken) in accelerations.iter_mut().zip(taken) {
-                *acceleration -= *taken * *force;
+        for (mobility, taken) in mobilities.iter().zip(&taken) {
+            for (acceleration, unit) in accelerations.iter_mut().zip(mobility) {
+                *acceleration -= *unit * *taken;
             }
         }
         let ideal = self.finish(&ground, &free, None);

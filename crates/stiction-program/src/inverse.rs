@@ -11,7 +11,7 @@ use crate::graph::{Node, Op, needed};
 use crate::machine::fuses;
 use crate::recipe::{Counts, Recipe, RecordedStages};
 use crate::run::{Runner, natural_lanes};
-use crate::samples::samples;
+use crate::samples::{Sample, samples, seeded_samples};
 use crate::transmission::{Leg, legs};
 use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction::kinematics::{State, Target};
@@ -26,10 +26,9 @@ const SETTLED: f64 = 1e-8;
 const COARSE: f64 = 1e-3;
 /// An error that is rounding, as a part of the largest load.
 const ROUNDING: f64 = 1e-15;
-/// A program whose drives differ from the solver's by more than this part of the largest is not one.
-const AGREES: f64 = 1e-8;
-/// Positions at which that is tried.
-const POSITIONS: usize = 4;
+/// A program whose forces differ from the solver's by more than this part of the largest is not one: rounding
+/// behind bad conditions, since samples may come near singular positions.
+const AGREES: f64 = 1e-9;
 /// No processor takes more states at once, and the interpreter takes as many.
 const MOST_LANES: usize = 8;
 
@@ -137,32 +136,41 @@ impl InverseProgram {
         let recorded = recipe.record(&coupled, &samples);
         let counts = recipe.counts(coupled.len());
         let program = Self::compile(counts, &recorded, given, machine);
-        program.agrees_with(solver, course, loads).then_some(program)
+        let others = seeded_samples(9, solver, course, loads)?;
+        program.agrees_with(solver, &others).then_some(program)
     }
 
-    /// Whether it gives the forces of the solver that it was recorded from, where both give any.
-    fn agrees_with(
-        &self,
-        solver: &InverseDynamics,
-        course: &[Vec<Target<f64>>],
-        loads: &[AppliedLoad<f64>],
-    ) -> bool {
+    /// Whether it gives the forces of the solver that it was recorded from, where both give any, at other
+    /// states than those from which it was made.
+    fn agrees_with(&self, solver: &InverseDynamics, samples: &[Sample]) -> bool {
         let mut solver = solver.clone();
         solver.settings_mut().friction = FrictionMode::Converged;
+        let length = solver.mechanism().characteristic_length();
         let mut memory = self.memory(1);
         let mut settled = [false];
-        course.iter().take(POSITIONS).all(|targets| {
-            if solver.move_to(targets).is_err() {
+        samples.iter().all(|Sample { state, targets, loads }| {
+            self.set(&mut memory, 0, state, targets, loads);
+            self.run(&mut memory, &mut settled);
+            if !settled[0] || solver.move_to(targets).is_err() {
                 return true;
             }
-            self.set(&mut memory, 0, solver.assembly().state(), targets, loads);
-            self.run(&mut memory, &mut settled);
             let Ok(forces) = solver.solve(loads) else { return true };
-            let largest = forces.drives.iter().fold(0.0_f64, |most, drive| most.max(drive.abs()));
-            let is_same = |(drive, expected): (usize, &f64)| {
-                (self.drive(&memory, 0, drive) - expected).abs() <= AGREES * largest
+            let largest = forces.reactions.iter().map(|(force, _)| force.norm());
+            let largest = largest.fold(f64::MIN_POSITIVE, f64::max);
+            let same = |found: f64, expected: f64, unit: f64| {
+                (found - expected).abs() <= AGREES * largest * unit
             };
-            !settled[0] || forces.drives.iter().enumerate().all(is_same)
+            let drives = forces.drives.iter().enumerate();
+            let mut drives = drives.map(|(k, drive)| (self.drive(&memory, 0, k), *drive));
+            let reactions = forces.reactions.iter().enumerate();
+            let mut reactions = reactions.flat_map(|(joint, (force, moment))| {
+                let expected = [force.to_array(), moment.to_array().map(|m| m / length)];
+                let mut found = self.reaction(&memory, 0, joint);
+                found[3..].iter_mut().for_each(|moment| *moment /= length);
+                found.into_iter().zip(expected.into_iter().flatten())
+            });
+            drives.all(|(found, expected)| same(found, expected, length.max(1.0)))
+                && reactions.all(|(found, expected)| same(found, expected, 1.0))
         })
     }
 

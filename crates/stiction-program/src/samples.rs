@@ -24,7 +24,17 @@ pub(crate) fn samples(
     course: &[Vec<Target<f64>>],
     loads: &[AppliedLoad<f64>],
 ) -> Option<Vec<Sample>> {
-    let mut random = Random::new(1);
+    seeded_samples(1, solver, course, loads)
+}
+
+/// As [`samples`], others for each seed.
+pub(crate) fn seeded_samples(
+    seed: u64,
+    solver: &InverseDynamics,
+    course: &[Vec<Target<f64>>],
+    loads: &[AppliedLoad<f64>],
+) -> Option<Vec<Sample>> {
+    let mut random = Random::new(seed);
     let mut solver = solver.clone();
     let length = solver.mechanism().characteristic_length();
     if course.is_empty() {

@@ -162,7 +162,7 @@ fn what_inverse_dynamics_asks_for_comes() {
                 let (compared, worst) = return_from_inverse(&mut robot, machine);
                 // Rounding behind condition numbers of some hundred.
                 assert!(worst < 1e-12, "{name}, machine {machine}: {worst:e}");
-                assert!(compared >= 5, "{name}: {compared}");
+                assert!(compared >= 8, "{name}: {compared}");
             }
         }
     }
@@ -206,7 +206,10 @@ fn return_from_inverse(robot: &mut Robot, machine: bool) -> (usize, f64) {
         }
         program.set(&mut memory, 0, &state, &targets, &robot.loads, &forces.drives);
         program.run(&mut memory, &mut settled);
-        assert!(settled[0]);
+        // Something may have a sign that it has in no sample: then the program says so.
+        if !settled[0] {
+            continue;
+        }
         let real = found(&program, &memory, 0, true);
         compare(&real, &forces.reactions);
         let scale = forces.contacts.iter().fold(1e-9_f64, |max, c| max.max(c.load));
@@ -331,6 +334,6 @@ fn what_means_the_same_is_computed_once() {
     let robot = robot("3rps", None);
     let program = record(&robot, true);
     let [ideal, first, newton, chord, last] = program.operations();
-    assert!(ideal < 3100 && first < 6000, "{:?}", program.operations());
+    assert!(ideal < 3200 && first < 5600, "{:?}", program.operations());
     assert!(newton < 1600 && chord < 600 && last < 1500, "{:?}", program.operations());
 }
