@@ -70,8 +70,23 @@ def read_samples(folder: Path, mechanism: Mechanism) -> list[Sample]:
     ]
 
 
-def read_sample(rows: dict[str, Row], mechanism: Mechanism) -> Sample:
-    bodies, reactions, friction = rows["bodies"], rows["reactions"], rows["friction"]
+def read_states(folder: Path, mechanism: Mechanism) -> list[Sample]:
+    """The motion that `stiction forward -o DIR` wrote: times, poses, motions and accelerations, nothing else."""
+    names, rows = read_table(folder / "bodies.csv")
+    states = []
+    for values in rows:
+        row = Row(names, values)
+        poses, motions, accelerations, loads = read_bodies(row, mechanism)
+        states.append(
+            Sample(
+                float(row.values["time"]), poses, motions, accelerations, loads, np.zeros(0), {}, {}, {}, {}, {}
+            )
+        )
+    return states
+
+
+def read_bodies(bodies: Row, mechanism: Mechanism) -> tuple[dict, dict, dict, dict]:
+    """Poses, motions, accelerations and loads of all bodies and of the ground."""
     poses = {GROUND: mechanism.bodies[GROUND].home}
     still = np.zeros(6)
     motions, accelerations, loads = {GROUND: still}, {GROUND: still}, {GROUND: still}
@@ -81,6 +96,12 @@ def read_sample(rows: dict[str, Row], mechanism: Mechanism) -> Sample:
         motions[name] = bodies.of(name, "vx", "vy", "vz", "wx", "wy", "wz")
         accelerations[name] = bodies.of(name, "ax", "ay", "az", "alphax", "alphay", "alphaz")
         loads[name] = bodies.of(name, "fx", "fy", "fz", "mx", "my", "mz")
+    return poses, motions, accelerations, loads
+
+
+def read_sample(rows: dict[str, Row], mechanism: Mechanism) -> Sample:
+    bodies, reactions, friction = rows["bodies"], rows["reactions"], rows["friction"]
+    poses, motions, accelerations, loads = read_bodies(bodies, mechanism)
     # Free joints carry nothing and have no columns.
     joints = [name for name in mechanism.joints if f"{name}.fx" in reactions.values]
     contacts = [key[: -len(".load")] for key in friction.values if key.endswith(".load")]

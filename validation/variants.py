@@ -19,6 +19,7 @@ LOADED = {
     "3rrr": ("platform", "leg3.lower"),
     "five-bar": ("tool", "right_coupler"),
     "slider-crank": ("slider", "rod"),
+    "bricard": ("link3", "link5"),
 }
 
 #: models that move whatever the arrangement of their joints

@@ -61,6 +61,7 @@ class Exudyn:
                 )
             )
         self._loads()
+        self._more()
         self.mbs.Assemble()
         self.settings = exu.SimulationSettings()
         self.settings.solutionSettings.writeSolutionToFile = False
@@ -102,7 +103,7 @@ class Exudyn:
         if joint.kind == "S":
             item = items.ObjectJointSpherical(markerNumbers=markers)
         elif joint.kind in AXES:
-            item = items.ObjectJointGeneric(markerNumbers=markers, constrainedAxes=AXES[joint.kind])
+            item = items.ObjectJointGeneric(markerNumbers=markers, constrainedAxes=self._axes(joint))
         else:
             raise NotImplementedError(f"Exudyn has no joint of type {joint.kind}")
         return joint.name, self.mbs.AddObject(item)
@@ -119,6 +120,12 @@ class Exudyn:
                 self.mbs.AddLoad(items.LoadForceVector(markerNumber=marker, loadVector=[0, 0, 0])),
                 self.mbs.AddLoad(items.LoadTorqueVector(markerNumber=marker, loadVector=[0, 0, 0])),
             )
+
+    def _axes(self, joint: Joint) -> list[int]:
+        return list(AXES[joint.kind])
+
+    def _more(self) -> None:
+        """What others add to the bodies and joints before they are assembled."""
 
     def count(self) -> tuple[int, int]:
         """Degrees of freedom and redundant constraints at home, by Exudyn's own call."""
