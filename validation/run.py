@@ -15,14 +15,30 @@ from pathlib import Path
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
+import forward  # noqa: E402
 import variants  # noqa: E402
 from closed_loop import ClosedLoop  # noqa: E402
 from compare import LIMIT, Agreement, compare  # noqa: E402
 from counts import Count, count, gallery  # noqa: E402
+from creep import Creep, measure  # noqa: E402
 from engines.drake_tree import Drake  # noqa: E402
 from engines.exudyn_bodies import Exudyn  # noqa: E402
 from engines.mujoco_tree import Mujoco  # noqa: E402
 from engines.pinocchio_tree import Pinocchio  # noqa: E402
+from forward_report import (  # noqa: E402
+    COLUMNS,
+    CREEP_COLUMNS,
+    ForwardLine,
+    creep_cells,
+    creep_differs,
+    forward_beyond,
+    forward_cells,
+    forward_terminal,
+    sections,
+    sections_differ,
+    write_sections,
+    write_table,
+)
 from program import Case, Program, Refused  # noqa: E402
 from report import (  # noqa: E402
     Line,
@@ -37,8 +53,10 @@ from selftest import Maker, unnoticed  # noqa: E402
 
 HERE = Path(__file__).resolve().parent
 BOUNDS = HERE / "agreement.csv"
+FORWARD, CREEP = HERE / "forward.csv", HERE / "creep.csv"
 PAGE = HERE.parent / "docs" / "src" / "engines.md"
 SEED, VARIANTS = 20180909, 3
+CREEP_PROVENANCE = "Rates in rad/s, to two digits, by validation/run.py; columns are explained in validation/README.md"
 
 #: time between samples, s: a dozen samples of the default motion, none at a reversal but a motion's beginning
 STEPS = {
@@ -66,6 +84,8 @@ def main() -> int:
     started = time.monotonic()
     complaints: list[str] = []
     lines: list[Line] = []
+    forward_lines: list[ForwardLine] = []
+    creeping: list[Creep] = []
     agreeing = 0
     originals: dict[str, Case] = {}
     makers: dict[str, Maker] = {name: ENGINES[name][0] for name in options.engines}
@@ -89,6 +109,15 @@ def main() -> int:
                 if model in originals:
                     complaints += unnoticed(originals[model], makers)
             say("validation: self-test")
+        for model in options.forward:
+            begun = time.monotonic()
+            lines_of_model, trouble = over_runs(program, model, options, folder)
+            forward_lines += lines_of_model
+            complaints += trouble
+            say(f"validation: {model}, forward, {time.monotonic() - begun:.1f} s")
+        if options.forward:
+            creeping = measure(program, folder)
+            complaints += [words for one in creeping for words in one.complaints()]
 
     complaints += [
         f"{c.model}: freedoms and redundant constraints {c.ours}, by Exudyn {c.exudyn}"
@@ -96,23 +125,37 @@ def main() -> int:
         if not c.agrees()
     ]
     print(terminal_table(lines))
-    is_whole = list(options.models) == list(STEPS) and list(options.engines) == list(ENGINES)
+    if options.forward:
+        print(forward_terminal(forward_lines, creeping))
+    is_whole = (
+        list(options.models) == list(STEPS)
+        and list(options.engines) == list(ENGINES)
+        and list(options.forward) == list(forward.SETTINGS)
+    )
     if options.write and not is_whole:
         complaints.append("--write needs all models and engines: a part would replace the whole")
     elif options.write and not complaints:
         write_bounds(BOUNDS, lines, provenance(options))
         write_page(PAGE, read_bounds(BOUNDS))
+        write_table(FORWARD, COLUMNS, [forward_cells(line) for line in forward_lines], provenance(options))
+        write_table(CREEP, CREEP_COLUMNS, [creep_cells(one) for one in creeping], CREEP_PROVENANCE)
+        write_sections(PAGE, sections(FORWARD, CREEP))
     elif is_standard(options):
         complaints += beyond_bounds(lines, read_bounds(BOUNDS))
+        complaints += forward_beyond(forward_lines, read_bounds(FORWARD))
+        complaints += creep_differs(creeping, read_bounds(CREEP))
         if page_differs(PAGE, read_bounds(BOUNDS)):
             complaints.append(f"the table in {PAGE.name} is not that of {BOUNDS.name}: run with --write")
+        if sections_differ(PAGE, sections(FORWARD, CREEP)):
+            complaints.append(f"tables in {PAGE.name} are not those of {FORWARD.name}, {CREEP.name}: run with --write")
     if options.json:
-        write_json(options.json, lines, counted, complaints)
+        write_json(options.json, lines, counted, forward_lines, creeping, complaints)
     for complaint in complaints:
         print(f"validation: {complaint}")
     print(
         f"validation: {len(lines)} comparisons, {agreeing} agree; "
-        f"{len(counted)} counts, {sum(c.agrees() for c in counted)} agree; {time.monotonic() - started:.0f} s"
+        f"{len(counted)} counts, {sum(c.agrees() for c in counted)} agree; "
+        f"{len(forward_lines)} forward; {time.monotonic() - started:.0f} s"
     )
     return 1 if complaints else 0
 
@@ -124,6 +167,14 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--seed", type=int, default=SEED, help="of the random variations")
     parser.add_argument("--models", nargs="+", choices=STEPS, default=list(STEPS), metavar="MODEL")
     parser.add_argument("--engines", nargs="+", choices=ENGINES, default=list(ENGINES), metavar="ENGINE")
+    parser.add_argument(
+        "--forward",
+        nargs="*",
+        choices=forward.SETTINGS,
+        default=list(forward.SETTINGS),
+        metavar="MODEL",
+        help="models of which the forward dynamics is compared; without a name, none",
+    )
     parser.add_argument("--self-test", action="store_true", help="also show that each comparison can fail")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all numbers into this file")
     parser.add_argument("--keep", type=Path, metavar="DIR", help="keep models, exports and tables in this folder")
@@ -186,6 +237,24 @@ def over_variants(model: str, engine: str, maker: Maker, cases: list[Case]) -> t
     return Line(model, engine, ENGINES[engine][1], samples, len(cases) - 1, *worst), trouble
 
 
+def over_runs(
+    program: Program, model: str, options: argparse.Namespace, folder: Path
+) -> tuple[list[ForwardLine], list[str]]:
+    """The largest differences of a model's forward dynamics, and where it does not agree."""
+    found: dict[bool, list[forward.Agreement]] = {False: [], True: []}
+    trouble = []
+    for case in forward.draw(program, model, options.variants, options.seed, folder):
+        agreement = forward.compare(case)
+        found[case.viscous].append(agreement)
+        if not agreement.agrees():
+            kind = "viscous" if case.viscous else "frictionless"
+            trouble.append(f"{model}, forward, variant {case.variant}, {kind}: {agreement.in_words()}")
+        if options.self_test and case.variant == 0:
+            trouble += forward.unnoticed(case)
+    versions = Exudyn.version, Pinocchio.version
+    return [ForwardLine.of(model, viscous, versions, runs) for viscous, runs in found.items()], trouble
+
+
 def in_words(found: Agreement) -> str:
     words = f"drives {found.drives():.1e}, reactions {found.reactions():.1e}, loads {found.contact_loads():.1e}"
     words += f" (limit {LIMIT:.0e}); places {found.place:.1e} m, balance {found.balance:.1e}"
@@ -196,10 +265,19 @@ def counts(program: Program, folder: Path) -> list[Count]:
     return [count(program, model, folder / model / "count") for model in gallery(program)]
 
 
-def write_json(path: Path, lines: list[Line], counted: list[Count], complaints: list[str]) -> None:
+def write_json(
+    path: Path,
+    lines: list[Line],
+    counted: list[Count],
+    forward_lines: list[ForwardLine],
+    creeping: list[Creep],
+    complaints: list[str],
+) -> None:
     data = {
         "comparisons": [asdict(line) for line in lines],
         "counts": [asdict(c) for c in counted],
+        "forward": [asdict(line) for line in forward_lines],
+        "creep": [asdict(one) for one in creeping],
         "complaints": complaints,
     }
     path.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")

@@ -16,7 +16,7 @@ usage: cargo xtask COMMAND
 
   test       formatting, lints, documentation, all tests and validation, as the continuous
              integration runs them
-  validate   driving forces and reactions against other engines, see validation/README.md
+  validate   forces, reactions and motions against other engines, see validation/README.md
   peers      speed beside other engines, see peers/README.md
              --json FILE     all numbers
              --samples N     rounds of batches, by default 300
