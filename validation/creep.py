@@ -92,7 +92,8 @@ def one(program: Program, name: str, text: str, folder: Path) -> Creep:
     mechanism = read_mechanism(program.describe(str(path), folder, "json"))
     mjcf = program.describe(str(path), folder, "mjcf")
     at = "A = 60 deg"
-    rest = json.loads(program.call("breakaway", str(path), "--motion", f"{at}; duration = 0 s", "--load", "none", "--json"))
+    stand = f"{at}; duration = 0 s"
+    rest = json.loads(program.call("breakaway", str(path), "--motion", stand, "--load", "none", "--json"))
     bounds = rest["drives"]["A"]
     limit = 0.5 * (bounds["high"] - bounds["low"])
     torque = 0.5 * (bounds["high"] + bounds["low"]) + PART * limit
