@@ -383,3 +383,117 @@ fn r3_andrews_squeezer_with_its_reactions() {
         assert!((found - expected).norm() < 3e-5, "{found:?} {expected:?}");
     }
 }
+
+/// A block on an inclined plane along x, moved by a connecting rod from the rocker of a four-bar linkage. All
+/// links are balanced, so that the pins, which have no friction, pass nothing on at rest: the crank and the
+/// rocker carry half of the coupler each as their counterweights, the rod's centre of mass is at its pin in
+/// the block. The plane is level, and `angle` is that of gravity.
+fn block_on_an_incline(angle: f64, mu: f64) -> Mechanism {
+    let (crank, coupler, rocker, rod) = (0.15_f64, 0.4_f64, 0.3_f64, 0.8_f64);
+    let (pivot, height) = (v(0.4, 0.0, 0.0), -0.2);
+    // Where the joints are: the crank at 60 deg, the coupler and the rocker on the upper side.
+    let b = v(crank * 60_f64.to_radians().cos(), crank * 60_f64.to_radians().sin(), 0.0);
+    let way = pivot - b;
+    let base = way.norm();
+    let along_way = (coupler * coupler - rocker * rocker + base * base) / (2.0 * base);
+    let up = (coupler * coupler - along_way * along_way).sqrt();
+    let c = b + v(
+        (way.x * along_way - way.y * up) / base,
+        (way.y * along_way + way.x * up) / base,
+        0.0,
+    );
+    let block = v(c.x + (rod * rod - (c.y - height).powi(2)).sqrt(), height, 0.0);
+    let direction = |from: Vec3<f64>, to: Vec3<f64>| (to.y - from.y).atan2(to.x - from.x);
+    let (first, second) = (60_f64.to_radians(), direction(b, c));
+    let (third, last) = (direction(pivot, c), direction(c, block));
+    let slim = |mass: f64, length: f64| {
+        let j = mass * length * length / 12.0;
+        diagonal(0.01 * j, j, j)
+    };
+    let pin = |name: &str, from: &str, to: &str, at: Vec3<f64>, start: f64| {
+        JointSpec::new(name, JointType::Revolute, from, to)
+            .frames(Pose::at(at), Pose::identity())
+            .start([start])
+    };
+    let guide = |x: f64| along(v(x, height, 0.0), Vec3::unit(0));
+    let half = 0.5 * 0.8;
+    MechanismBuilder::new("incline")
+        .gravity(v(9.81 * angle.sin(), -9.81 * angle.cos(), 0.0))
+        .body(
+            BodySpec::new("crank")
+                .mass(1.0)
+                .com(v(-half * crank / 1.0, 0.0, 0.0))
+                .inertia(slim(1.0, crank)),
+        )
+        .body(
+            BodySpec::new("coupler")
+                .mass(2.0 * half)
+                .com(v(0.5 * coupler, 0.0, 0.0))
+                .inertia(slim(0.8, coupler)),
+        )
+        .body(
+            BodySpec::new("rocker")
+                .mass(1.6)
+                .com(v(-half * rocker / 1.6, 0.0, 0.0))
+                .inertia(slim(1.6, rocker)),
+        )
+        .body(BodySpec::new("rod").mass(0.5).com(v(rod, 0.0, 0.0)).inertia(slim(0.5, rod)))
+        .body(BodySpec::new("block").mass(2.0).inertia(diagonal(0.01, 0.01, 0.01)))
+        .joint(pin("A", "ground", "crank", Vec3::zero(), first).actuated())
+        .joint(pin("B", "crank", "coupler", v(crank, 0.0, 0.0), second - first))
+        .joint(pin("D", "ground", "rocker", pivot, third))
+        .joint(
+            JointSpec::new("C", JointType::Revolute, "coupler", "rocker")
+                .frames(Pose::at(v(coupler, 0.0, 0.0)), Pose::at(v(rocker, 0.0, 0.0)))
+                .start([third - second]),
+        )
+        .joint(pin("E", "rocker", "rod", v(rocker, 0.0, 0.0), last - third))
+        .joint(
+            JointSpec::new("F", JointType::Revolute, "rod", "block")
+                .frames(Pose::at(v(rod, 0.0, 0.0)), Pose::identity())
+                .start([-last]),
+        )
+        .joint(
+            JointSpec::new("plane", JointType::Prismatic, "ground", "block")
+                .frames(guide(0.0), along(Vec3::zero(), Vec3::unit(0)))
+                .start([block.x])
+                .friction(friction(mu, 0.0, None)),
+        )
+        .build()
+        .unwrap()
+}
+
+#[test]
+fn a_block_moved_by_a_four_bar_sticks_just_below_the_friction_angle_and_slides_just_above() {
+    let mu = 0.3_f64;
+    for (part, sticks) in [(1.0 - 1e-8, true), (1.0 + 1e-8, false)] {
+        for sign in [1.0, -1.0] {
+            let mechanism = block_on_an_incline(sign * part * mu.atan(), mu);
+            let crank = mechanism.joint_id("A").unwrap();
+            let coordinates = [Coordinate::Joint { joint: crank, freedom: 0 }];
+            let block = mechanism.body_id("block").unwrap();
+            let model = Forward::new(mechanism, &[]);
+            let start = [at(60_f64.to_radians(), 0.0, 0.0)];
+            let state = model.assemble(&[], &coordinates, &start).unwrap();
+            let mut inputs = ConstantEfforts(vec![0.0]);
+            let settings = Settings { longest_step: 5.0, ..Settings::default() };
+            let mut simulation = model.start(0.0, state, settings, &mut inputs).unwrap();
+            let before = simulation.instant().state.coordinates.clone();
+            let place = simulation.instant().bodies.pose[block.0].position.x;
+            simulation.advance(if sticks { 1000.0 } else { 1.0 }, &mut inputs).unwrap();
+            let now = simulation.instant();
+            let moved = now.bodies.pose[block.0].position.x - place;
+            assert_eq!(now.state.coordinates == before, sticks, "{part} {sign}: {moved:e}");
+            // Without the linkage's inertia it would slide so far; that makes it slower, not much else.
+            let freely = 0.5 * 9.81 * ((part * mu.atan()).sin() - mu * (part * mu.atan()).cos());
+            if sticks {
+                assert!(now.state.rates.iter().all(|rate| *rate == 0.0));
+            } else {
+                assert!(
+                    moved * sign > 0.3 * freely && moved * sign < freely,
+                    "{moved:e} {freely:e}"
+                );
+            }
+        }
+    }
+}
