@@ -15,8 +15,7 @@ use stiction::mobility::Proximity;
 use stiction::spatial::{Mat3, Pose, Vec3};
 use stiction_study::figure::{Figure, Line, Panel};
 
-// A thousand loops are not set up within a minute yet.
-const LOOPS: [usize; 6] = [1, 3, 10, 30, 100, 300];
+const LOOPS: [usize; 7] = [1, 3, 10, 30, 100, 300, 1000];
 const LEGS: [usize; 5] = [6, 12, 20, 30, 50];
 /// Batches of each measurement, of which the fastest counts: others may use the machine.
 const BATCHES: usize = 9;

@@ -240,6 +240,10 @@ impl InverseDynamics {
         if count == 0 || count != topology.actuators.len() {
             return None;
         }
+        // Where just the actuators are prescribed the matrix is a permutation.
+        if let Some(sign) = order_of_actuators(topology, prescription.coordinates()) {
+            return Some(sign * kinematics.sign_by(&self.first_program)?.signum());
+        }
         let mut rates = vec![0.0; freedoms];
         let mut matrix = DMatrix::zeros(count, count);
         for column in 0..count {
@@ -644,6 +648,30 @@ impl InverseDynamics {
         let unit = if uncarried.motion.turns { "N m" } else { "N" };
         InverseError::CannotCarry { body, motion, missing: uncarried.missing.abs(), unit }
     }
+}
+
+/// The sign of the permutation by which `coordinates` are the actuators; none if they are not.
+fn order_of_actuators(topology: &Topology, coordinates: &[Coordinate]) -> Option<f64> {
+    let place = |coordinate: &Coordinate| {
+        let &Coordinate::Joint { joint: JointId(joint), freedom } = coordinate else { return None };
+        let actuators = &topology.actuators;
+        actuators.binary_search_by_key(&(joint, freedom), |a| (a.joint, a.freedom)).ok()
+    };
+    let mut places = coordinates.iter().map(place).collect::<Option<Vec<usize>>>()?;
+    // Each exchange puts one where it belongs, so there are fewer than coordinates; a coordinate that is
+    // prescribed twice never gets there.
+    let mut sign = 1.0;
+    for here in 0..places.len() {
+        while places[here] != here {
+            let there = places[here];
+            if *places.get(there)? == there {
+                return None;
+            }
+            places.swap(here, there);
+            sign = -sign;
+        }
+    }
+    Some(sign)
 }
 
 /// Where the solution is lost, with the joint's name.

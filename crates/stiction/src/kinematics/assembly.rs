@@ -659,12 +659,14 @@ pub(super) fn guess(
     loop {
         let mut grew = false;
         for joint in mechanism.joints() {
-            let across = joint.joint_type.pose(&joint.start, joint.pitch);
-            let step = joint.frame_j * across * joint.frame_k.inverse();
+            let step = || {
+                let across = joint.joint_type.pose(&joint.start, joint.pitch);
+                joint.frame_j * across * joint.frame_k.inverse()
+            };
             let (predecessor, successor) = (joint.predecessor.0, joint.successor.0);
             match (pose[predecessor], pose[successor]) {
-                (Some(known), None) => pose[successor] = Some(known * step),
-                (None, Some(known)) => pose[predecessor] = Some(known * step.inverse()),
+                (Some(known), None) => pose[successor] = Some(known * step()),
+                (None, Some(known)) => pose[predecessor] = Some(known * step().inverse()),
                 _ => continue,
             }
             grew = true;

@@ -7,6 +7,7 @@ mod plan;
 mod row_space;
 mod smallest;
 mod svd;
+mod twofold;
 
 pub(crate) use blocks::{BLOCK, BlockCholesky, Part, Slot};
 pub use elimination::Elimination;
@@ -16,3 +17,4 @@ pub(crate) use row_space::RowSpace;
 pub use smallest::smallest_singular_value;
 pub use svd::Svd;
 pub(crate) use svd::complement;
+pub(crate) use twofold::Twofold;

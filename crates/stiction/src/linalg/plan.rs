@@ -98,7 +98,9 @@ struct Active {
     rows: Vec<BTreeMap<usize, f64>>,
     /// Open rows with an entry in each column.
     columns: Vec<BTreeSet<usize>>,
-    open: BTreeSet<usize>,
+    /// Open columns, emptiest first: how many open rows each has, and which it is. Kept in order, so that a
+    /// choice does not look at all of them.
+    open: BTreeSet<(usize, usize)>,
 }
 
 impl Active {
@@ -106,13 +108,26 @@ impl Active {
         Self {
             rows: vec![BTreeMap::new(); rows],
             columns: vec![BTreeSet::new(); columns],
-            open: (0..columns).collect(),
+            open: (0..columns).map(|column| (0, column)).collect(),
         }
     }
 
     fn add(&mut self, row: usize, column: usize, number: f64) {
         *self.rows[row].entry(column).or_insert(0.0) += number;
-        self.columns[column].insert(row);
+        let count = self.columns[column].len();
+        if self.columns[column].insert(row) {
+            self.open.remove(&(count, column));
+            self.open.insert((count + 1, column));
+        }
+    }
+
+    /// Takes a row out of an open column.
+    fn close_row(&mut self, row: usize, column: usize) {
+        let count = self.columns[column].len();
+        if self.columns[column].remove(&row) {
+            self.open.remove(&(count, column));
+            self.open.insert((count - 1, column));
+        }
     }
 
     fn largest(&self) -> f64 {
@@ -120,17 +135,16 @@ impl Active {
     }
 
     fn open_columns(&self) -> Vec<usize> {
-        self.open.iter().copied().collect()
+        let mut columns: Vec<usize> = self.open.iter().map(|&(_, column)| column).collect();
+        columns.sort_unstable();
+        columns
     }
 
     /// The best pivot among the emptiest columns that have one.
     fn choose(&self, negligible: f64) -> Option<(usize, usize)> {
-        let mut emptiest: Vec<(usize, usize)> =
-            self.open.iter().map(|&column| (self.columns[column].len(), column)).collect();
-        emptiest.sort_unstable();
         let mut best: Option<(usize, f64, usize, usize)> = None;
         let mut seen = 0;
-        for (count, column) in emptiest {
+        for &(count, column) in &self.open {
             let size = |row: &usize| self.rows[*row].get(&column).map_or(0.0, |x| x.abs());
             let largest = self.columns[column].iter().map(size).fold(0.0, f64::max);
             if largest.is_nan() || largest <= negligible {
@@ -160,9 +174,11 @@ impl Active {
     /// Eliminates a column and closes the pivot's row and column; returns the pivot.
     fn eliminate(&mut self, row: usize, column: usize) -> f64 {
         let pivot_row = core::mem::take(&mut self.rows[row]);
+        // Rows have entries in open columns only.
         for &other in pivot_row.keys() {
-            self.columns[other].remove(&row);
+            self.close_row(row, other);
         }
+        self.open.remove(&(self.columns[column].len(), column));
         let pivot = pivot_row[&column];
         for target in core::mem::take(&mut self.columns[column]) {
             let factor = self.rows[target].remove(&column).unwrap_or(0.0) / pivot;
@@ -170,7 +186,6 @@ impl Active {
                 self.add(target, other, -factor * number);
             }
         }
-        self.open.remove(&column);
         pivot
     }
 }

@@ -577,12 +577,13 @@ fn disconnected(bodies: &[Body], joints: &[Joint]) -> Vec<Defect> {
 /// See [`Mechanism::characteristic_length`].
 fn own_length(bodies: &[Body], joints: &[Joint]) -> f64 {
     let mut squares = Vec::new();
-    for (id, body) in bodies.iter().enumerate().map(|(i, b)| (BodyId(i), b)) {
-        let on_successor = joints.iter().filter(|j| j.successor == id).map(|j| j.frame_k.position);
-        let on_predecessor =
-            joints.iter().filter(|j| j.predecessor == id).map(|j| j.frame_j.position);
-        let com = (id != BodyId::GROUND).then_some(body.com);
-        let points: Vec<_> = on_predecessor.chain(on_successor).chain(com).collect();
+    let mut points_of: Vec<Vec<Vec3<f64>>> = vec![Vec::new(); bodies.len()];
+    for joint in joints {
+        points_of[joint.predecessor.0].push(joint.frame_j.position);
+        points_of[joint.successor.0].push(joint.frame_k.position);
+    }
+    for ((id, body), mut points) in bodies.iter().enumerate().zip(points_of) {
+        points.extend((id != BodyId::GROUND.0).then_some(body.com));
         for (i, &a) in points.iter().enumerate() {
             squares.extend(points[..i].iter().map(|&b| (a - b).norm_squared()));
         }

@@ -9,15 +9,22 @@ use super::distance::Distances;
 use crate::dynamics::newton_euler::NewtonEuler;
 use crate::joint::{Freedom, JointType};
 use crate::kinematics::Bodies;
-use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Slot};
+use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Slot, Twofold};
 use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
 
-/// Below this part of the largest entry a value is left to a decomposition of the matrix itself: products
-/// have lost too many of its digits. What is lost enters by the square of (product's rounding, some 1e-14,
-/// over the value's square).
+/// Below this part of the largest entry a value is found with solutions refined against the matrix itself:
+/// products have lost too many of its digits. What is lost enters by the square of (product's rounding, some
+/// 1e-14, over the value's square).
 const SMALL: f64 = 1e-4;
+/// Below this part a decomposition of the matrix itself is asked: the product's decomposition is too far from
+/// right for refinement, which gains a factor of (value's square over product's rounding) with each pass.
+const TINY: f64 = 1e-6;
+/// Passes of refinement at most: at [`TINY`] each gains a factor of a hundred.
+const PASSES: usize = 10;
+/// Corrections of a solution that are rounding.
+const REFINED: f64 = 1e-14;
 
 /// Finds [`Distances`] at position after position of one mechanism.
 #[derive(Clone, Debug)]
@@ -131,12 +138,19 @@ impl Proximity {
     ) -> Distances {
         let largest = self.place(parameters, bodies);
         let trusted = |value: &f64| *value > SMALL * largest;
-        let found = (
-            self.smallest_between_bodies().filter(trusted),
-            self.smallest_between_joints().filter(trusted),
-        );
-        if let (Some(actuation), Some(constraint)) = found {
-            return Distances { actuation, constraint };
+        let refined = |value: &f64| *value > TINY * largest;
+        let actuation = self
+            .smallest_between_bodies(false)
+            .filter(trusted)
+            .or_else(|| self.smallest_between_bodies(true).filter(refined));
+        if let Some(actuation) = actuation {
+            let constraint = self
+                .smallest_between_joints(false)
+                .filter(trusted)
+                .or_else(|| self.smallest_between_joints(true).filter(refined));
+            if let Some(constraint) = constraint {
+                return Distances { actuation, constraint };
+            }
         }
         let types: Vec<JointType> = self.joints.iter().map(|joint| joint.joint_type).collect();
         Distances::of_square(&NewtonEuler::new(mechanism, parameters, bodies), &types)
@@ -178,7 +192,8 @@ impl Proximity {
     }
 
     /// Of everything: wrenches that bodies find hardest to carry.
-    fn smallest_between_bodies(&mut self) -> Option<f64> {
+    fn smallest_between_bodies(&mut self, refine: bool) -> Option<f64> {
+        let (joints, on) = (&self.joints, &self.on);
         let matrix = &mut self.by_bodies;
         matrix.clear();
         for (index, joint) in self.joints.iter().enumerate() {
@@ -199,7 +214,22 @@ impl Proximity {
             }
         }
         let all = (0..self.bodies).map(|_| BLOCK);
-        let motion = weakest(matrix, &mut self.lanczos, all)?;
+        let product = |x: &[Part], out: &mut [[Twofold; BLOCK]]| {
+            for (joint, on) in joints.iter().zip(on) {
+                for unknown in 0..joint.unknowns {
+                    let mut power = Twofold::default();
+                    for (end, on) in joint.ends.iter().zip(on) {
+                        let Some(body) = end.checked_sub(1) else { continue };
+                        (0..BLOCK).for_each(|i| power.add_product(on[unknown][i], x[body][i]));
+                    }
+                    for (end, on) in joint.ends.iter().zip(on) {
+                        let Some(body) = end.checked_sub(1) else { continue };
+                        (0..BLOCK).for_each(|i| out[body][i].add_multiple(on[unknown][i], power));
+                    }
+                }
+            }
+        };
+        let motion = weakest(matrix, &mut self.lanczos, all, refine.then_some(product))?;
         // The value from the matrix itself: the product has fewer digits.
         let mut square = 0.0;
         for (index, joint) in self.joints.iter().enumerate() {
@@ -216,7 +246,7 @@ impl Proximity {
     }
 
     /// Of constraints alone: what joints carry that loads bodies least.
-    fn smallest_between_joints(&mut self) -> Option<f64> {
+    fn smallest_between_joints(&mut self, refine: bool) -> Option<f64> {
         if self.joints.iter().all(|joint| joint.constraints == 0) {
             return Some(1.0);
         }
@@ -241,8 +271,34 @@ impl Proximity {
                 block[i * BLOCK + i] = 1.0;
             }
         }
-        let sizes = self.joints.iter().map(|joint| joint.constraints);
-        let stress = weakest(matrix, &mut self.lanczos, sizes)?;
+        let (joints, on, bodies) = (&self.joints, &self.on, self.bodies);
+        let sizes = joints.iter().map(|joint| joint.constraints);
+        let product = |x: &[Part], out: &mut [[Twofold; BLOCK]]| {
+            let mut carried = vec![[Twofold::default(); BLOCK]; bodies];
+            let ends = |index: usize| {
+                let joint: &Content = &joints[index];
+                let moving = |end: usize| Some((joint.ends[end].checked_sub(1)?, &on[index][end]));
+                [moving(0), moving(1)].into_iter().flatten()
+            };
+            for index in 0..joints.len() {
+                for (body, columns) in ends(index) {
+                    for k in 0..joints[index].constraints {
+                        (0..BLOCK)
+                            .for_each(|i| carried[body][i].add_product(columns[k][i], x[index][k]));
+                    }
+                }
+            }
+            for index in 0..joints.len() {
+                for (body, columns) in ends(index) {
+                    for k in 0..joints[index].constraints {
+                        (0..BLOCK).for_each(|i| {
+                            out[index][k].add_multiple(columns[k][i], carried[body][i])
+                        });
+                    }
+                }
+            }
+        };
+        let stress = weakest(matrix, &mut self.lanczos, sizes, refine.then_some(product))?;
         let mut on_bodies = vec![[0.0; BLOCK]; self.bodies];
         for (index, joint) in self.joints.iter().enumerate() {
             for end in 0..2 {
@@ -259,11 +315,13 @@ impl Proximity {
     }
 }
 
-/// The vector of the smallest eigenvalue of the matrix, whose blocks of rows have these sizes.
+/// The vector of the smallest eigenvalue of the matrix, whose blocks of rows have these sizes. With
+/// `product`, which multiplies by the matrix without having formed it, solutions are refined.
 fn weakest<'a>(
     matrix: &mut BlockCholesky,
     lanczos: &'a mut Lanczos,
     sizes: impl Iterator<Item = usize>,
+    product: Option<impl Fn(&[Part], &mut [[Twofold; BLOCK]])>,
 ) -> Option<&'a [Part]> {
     if !matrix.factor() {
         return None;
@@ -275,7 +333,45 @@ fn weakest<'a>(
             if i < size { angle.sin() } else { 0.0 }
         })
     });
-    lanczos.greatest(start, |vector| matrix.solve(vector))
+    let Some(product) = product else {
+        return lanczos.greatest(start, |vector| matrix.solve(vector));
+    };
+    let mut settled = true;
+    let found =
+        lanczos.greatest(start, |vector| settled &= solve_refined(matrix, vector, &product));
+    found.filter(|_| settled)
+}
+
+/// Solves by a decomposition that is roughly right; whether that settled.
+fn solve_refined(
+    matrix: &mut BlockCholesky,
+    vector: &mut [Part],
+    product: &impl Fn(&[Part], &mut [[Twofold; BLOCK]]),
+) -> bool {
+    let wanted = vector.to_vec();
+    matrix.solve(vector);
+    let mut left = vec![[Twofold::default(); BLOCK]; wanted.len()];
+    for _ in 0..PASSES {
+        for (left, wanted) in left.iter_mut().flatten().zip(wanted.iter().flatten()) {
+            *left = Twofold::default();
+            left.add_product(-1.0, *wanted);
+        }
+        product(vector, &mut left);
+        let mut correction: Vec<Part> =
+            left.iter().map(|part| part.map(|sum| -sum.value())).collect();
+        matrix.solve(&mut correction);
+        for (x, more) in vector.iter_mut().flatten().zip(correction.iter().flatten()) {
+            *x += more;
+        }
+        let [size, change] = [&*vector, &correction].map(length_squared);
+        if change <= REFINED * REFINED * size {
+            return true;
+        }
+        if !change.is_finite() {
+            break;
+        }
+    }
+    false
 }
 
 fn dot(a: &Part, b: &Part) -> f64 {
@@ -284,4 +380,84 @@ fn dot(a: &Part, b: &Part) -> f64 {
 
 fn length_squared(vector: &[Part]) -> f64 {
     vector.iter().map(|part| dot(part, part)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dynamics::newton_euler::Unknown;
+    use crate::dynamics::{InverseDynamics, Settings};
+    use crate::kinematics::{Coordinate, Target};
+    use crate::linalg::Svd;
+    use crate::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
+    use crate::spatial::{Mat3, Pose, Vec3};
+
+    /// A four-bar of R, U, S and R joints.
+    fn four_bar() -> Mechanism {
+        let at = |x: f64, y: f64, z: f64| {
+            // Axes of turning in no special direction.
+            let turn = Vec3::new(0.4 + x, 0.9 - y, 0.2 + z);
+            Pose { rotation: Mat3::rotation(turn, 1.0), position: Vec3::new(x, y, z) }
+        };
+        let joint = |name: &str, kind, ends: [&str; 2], frames: [Pose<f64>; 2]| {
+            JointSpec::new(name, kind, ends[0], ends[1]).frames(frames[0], frames[1])
+        };
+        // All bodies' frames are the ground's in this position.
+        let [a, b, c, d] =
+            [at(0.0, 0.0, 0.0), at(0.02, 0.0, 0.1), at(0.33, 0.01, 0.2), at(0.3, 0.02, 0.0)];
+        let mut builder = MechanismBuilder::new("four-bar");
+        for (name, com) in [("crank", b), ("rod", c), ("rocker", d)] {
+            builder = builder.body(BodySpec::new(name).mass(1.0).com(com.position * 0.6));
+        }
+        builder
+            .joint(joint("a", JointType::Revolute, ["ground", "crank"], [a, a]).actuated())
+            .joint(joint("b", JointType::Universal, ["crank", "rod"], [b, b]))
+            .joint(joint("c", JointType::Spherical, ["rod", "rocker"], [c, c]))
+            .joint(joint("d", JointType::Revolute, ["ground", "rocker"], [d, d]))
+            .build()
+            .unwrap()
+    }
+
+    /// Where moments are counted in an unfit length any position is nearly singular.
+    #[test]
+    fn small_values_are_found_by_refined_solutions() {
+        let mut refined = 0;
+        let crank = Coordinate::Joint { joint: JointId(0), freedom: 0 };
+        let still = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+        let solver =
+            InverseDynamics::new(four_bar(), &[], &[crank], &[still], Settings::default()).unwrap();
+        let mechanism = solver.mechanism();
+        for length in [1e2, 1e3, 1e4, 3e4, 1e5, 3e5, 1e6] {
+            let mut parameters = solver.parameters().clone();
+            parameters.length = length;
+            let system = NewtonEuler::new(mechanism, &parameters, solver.bodies());
+            let types: Vec<_> = mechanism.joints().iter().map(|joint| joint.joint_type).collect();
+            let scaled = system.scaled_matrix(&types);
+            let is_constraint =
+                |k: &usize| matches!(system.unknowns[*k], Unknown::Constraint { .. });
+            let constraints: Vec<usize> = (0..scaled.ncols()).filter(is_constraint).collect();
+            let only_constraints = scaled.select_columns(&constraints);
+
+            let mut proximity = Proximity::new(mechanism).unwrap();
+            let largest = proximity.place(&parameters, solver.bodies());
+            let pairs = [
+                (proximity.smallest_between_bodies(true), Svd::new(&scaled)),
+                (proximity.smallest_between_joints(true), Svd::new(&only_constraints)),
+            ];
+            for (found, svd) in pairs {
+                let expected = *svd.singular_values.as_slice().last().unwrap();
+                if !(TINY * largest..=SMALL * largest).contains(&expected) {
+                    continue;
+                }
+                // 1e-12 is where the search stops; the least value is known to the rounding of the entries
+                // over that value, whatever finds it.
+                let known = 2e-12 + 8.0 * f64::EPSILON * svd.largest() / expected;
+                let found = found.unwrap();
+                let error = (found - expected).abs() / expected;
+                assert!(error < known, "{length}: {found} {expected}, {error}");
+                refined += 1;
+            }
+        }
+        assert!(refined >= 3, "{refined}");
+    }
 }

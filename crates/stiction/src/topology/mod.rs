@@ -186,9 +186,12 @@ impl Topology {
         };
         let dofs = self.dofs.len()..self.dofs.len() + freedoms;
         for local in 0..freedoms {
-            let actuator = self.actuators.iter().position(
-                |a| matches!(link, Link::Joint { joint, .. } if *a == Actuator { joint, freedom: local }),
-            );
+            let actuator = match link {
+                Link::Joint { joint, .. } => {
+                    self.actuators_of(joint).find(|&a| self.actuators[a].freedom == local)
+                }
+                Link::Floating => None,
+            };
             self.dofs.push(Dof { node, local, actuator });
         }
         self.nodes.push(Node {
@@ -209,15 +212,19 @@ impl Topology {
         let start = self.constraints;
         self.constraints += self.joint_types[joint].constraints().len();
         let first_actuator = self.cut_actuators.len();
-        for (actuator, _) in self.actuators.iter().enumerate().filter(|(_, a)| a.joint == joint) {
-            self.cut_actuators.push(actuator);
-        }
+        self.cut_actuators.extend(self.actuators_of(joint));
         self.cuts.push(Cut {
             joint,
             path: self.path(predecessor, successor),
             constraints: start..self.constraints,
             actuators: first_actuator..self.cut_actuators.len(),
         });
+    }
+
+    /// The indices of a joint's actuators, which are in the order of the joints.
+    fn actuators_of(&self, joint: usize) -> Range<usize> {
+        let first = |joint: usize| self.actuators.partition_point(|a| a.joint < joint);
+        first(joint)..first(joint + 1)
     }
 
     /// The nodes on the way between two bodies, see [`Cut::path`].

@@ -1,0 +1,72 @@
+//! Sums of products with twice the digits of their numbers.
+
+/// A sum and what rounding took from it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Twofold {
+    high: f64,
+    low: f64,
+}
+
+impl Twofold {
+    /// Adds a product, as if with twice the digits (Ogita, Rump, Oishi 2005: Dot2).
+    pub(crate) fn add_product(&mut self, a: f64, b: f64) {
+        let (product, product_error) = exact_product(a, b);
+        let (sum, sum_error) = exact_sum(self.high, product);
+        self.high = sum;
+        self.low += product_error + sum_error;
+    }
+
+    /// Adds a number times such a sum.
+    pub(crate) fn add_multiple(&mut self, factor: f64, other: Self) {
+        self.add_product(factor, other.high);
+        self.low += factor * other.low;
+    }
+
+    /// The sum, rounded once.
+    pub(crate) fn value(self) -> f64 {
+        self.high + self.low
+    }
+}
+
+/// The rounded sum and the error of rounding (Knuth).
+fn exact_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let from_b = sum - a;
+    (sum, (a - (sum - from_b)) + (b - from_b))
+}
+
+/// The rounded product and the error of rounding (Dekker 1971): without fused operations, which not every
+/// processor has. For numbers far from the limits of their range.
+fn exact_product(a: f64, b: f64) -> (f64, f64) {
+    let product = a * b;
+    let ((a_high, a_low), (b_high, b_low)) = (halves(a), halves(b));
+    let error = a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low);
+    (product, error)
+}
+
+/// A number as a sum of two of half as many digits (Veltkamp).
+fn halves(x: f64) -> (f64, f64) {
+    const SPLITTER: f64 = 134_217_729.0;
+    let shifted = SPLITTER * x;
+    let high = shifted - (shifted - x);
+    (high, x - high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cancels_is_not_lost() {
+        // (1 + e)(1 - e) - 1 = -e^2 exactly, of which plain arithmetic keeps nothing.
+        let e = 2.0_f64.powi(-30);
+        let mut sum = Twofold::default();
+        sum.add_product(1.0 + e, 1.0 - e);
+        sum.add_product(-1.0, 1.0);
+        assert_eq!((1.0 + e) * (1.0 - e) - 1.0, 0.0);
+        assert_eq!(sum.value(), -e * e);
+        let mut twice = Twofold::default();
+        twice.add_multiple(3.0, sum);
+        assert_eq!(twice.value(), -3.0 * e * e);
+    }
+}
