@@ -12,6 +12,7 @@ use crate::machine::fuses;
 use crate::recipe::{Counts, Recipe, RecordedStages};
 use crate::run::{Runner, natural_lanes};
 use crate::samples::{Sample, samples, seeded_samples};
+use crate::stages::early;
 use crate::transmission::{Leg, legs};
 use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction::kinematics::{State, Target};
@@ -199,7 +200,11 @@ impl InverseProgram {
         let ideal: Vec<u32> = recorded.ideal.iter().map(|n| own.of(*n).unwrap_or(0)).collect();
         let (ideal_drives, ideal_reactions) = ideal.split_at(counts.drives);
         slots.reserve(own.count() - slots.count());
-        let first = recorded.first_stage(counts.inputs);
+        // What the first stage makes: its own results, and what later stages need of all that does not
+        // depend on loads.
+        let later = [&recorded.step[..], &recorded.rest, &recorded.guards[1..]].concat();
+        let mut first = early(ops, &later, |input| input >= counts.inputs);
+        first.extend(&recorded.begin);
         stages[1] = compile(ops, &first, &mut slots, fuse);
         let with = |nodes: &[Node], guard: Node| [nodes, &[guard]].concat();
         stages[2] = compile(ops, &with(&recorded.step, recorded.guards[1]), &mut slots, fuse);
@@ -433,34 +438,4 @@ fn settle<const L: usize>(control: [[f64; L]; 3], changes: &mut [f64; L]) -> [bo
             && left <= ROUNDING * ROUNDING;
         (now <= SETTLED * SETTLED || few) && determinant[lane] > 0.0
     })
-}
-
-impl RecordedStages {
-    /// What the first stage makes: its own results, and what later stages need of all that does not
-    /// depend on loads.
-    fn first_stage(&self, inputs: usize) -> Vec<Node> {
-        let ops = self.graph.ops();
-        let mut depends = vec![false; ops.len()];
-        for (k, op) in ops.iter().enumerate() {
-            depends[k] = match op {
-                Op::Input(place) => *place as usize >= inputs,
-                _ => op.operands().any(|operand| depends[operand as usize]),
-            };
-        }
-        let later = [&self.step[..], &self.rest, &self.guards[1..]].concat();
-        let needed = needed(ops, &later);
-        let is_early = |node: &Node| {
-            !depends[*node as usize] && !matches!(ops[*node as usize], Op::Constant(_))
-        };
-        let mut nodes = self.begin.clone();
-        nodes.extend(later.iter().copied().filter(is_early));
-        for (k, op) in ops.iter().enumerate() {
-            if needed[k] && depends[k] {
-                nodes.extend(op.operands().filter(is_early));
-            }
-        }
-        nodes.sort_unstable();
-        nodes.dedup();
-        nodes
-    }
 }

@@ -2,11 +2,11 @@
 
 use crate::coupling::{Coupling, Step};
 use crate::given::Given;
-use crate::graph::{Graph, Node, Op, needed};
+use crate::graph::{Graph, Node};
 use crate::meaning::{Merged, merge};
 use crate::recorded::{Recorded, record};
+use crate::stages::holds;
 use crate::transmission::Leg;
-use std::collections::HashSet;
 use stiction::dynamics::{
     AppliedLoad, FrictionMode, Inverse, InverseDynamics, Kernel, Settings, Sharing,
 };
@@ -99,25 +99,9 @@ impl Recipe<'_> {
         };
         let [ideal, begin, step, rest] = old.map(new);
         let influence = new(left);
-        // Each stage says whether what it takes for granted holds.
-        let guard = |stage: &[Node], merged: &mut Graph| {
-            let needed = needed(graph.ops(), stage);
-            let mut holds = merged.number(1.0);
-            let mut known = HashSet::new();
-            for guard in guards.iter().filter(|guard| needed[guard.selection as usize]) {
-                if known.insert((guard.condition, guard.is_positive)) {
-                    let none = merged.number(0.0);
-                    let (of, [yes, no]) = (guard.condition, [holds, none]);
-                    holds = merged.add(match guard.is_positive {
-                        true => Op::Select { of, yes, no },
-                        false => Op::Select { of, yes: no, no: yes },
-                    });
-                }
-            }
-            holds
-        };
         let coupled = [old[1], old[2], old[3]].concat();
-        let guards = [old[0], old[2], &coupled].map(|stage| guard(stage, &mut merged));
+        let guards =
+            [old[0], old[2], &coupled].map(|stage| holds(&graph, stage, &guards, &mut merged));
         RecordedStages { graph: merged, ideal, begin, step, rest, guards, influence }
     }
 
