@@ -5,6 +5,7 @@
 
 use super::banded::Banded;
 use super::quintic;
+use super::windows::by_windows;
 use std::sync::Arc;
 use stiction::kinematics::Target;
 
@@ -66,7 +67,17 @@ impl Spline {
                     let known = |i: usize| (values.get(i).copied(), rates.get(i).copied());
                     times.iter().map(|&t| newton(times, known, t).1).collect()
                 } else {
-                    accelerations_for_rates(times, &values, &rates)
+                    let by_parts = by_windows(times, &values, |window| {
+                        let part =
+                            |list: &[f64]| list.get(window.clone()).unwrap_or_default().to_vec();
+                        let (times, values, rates) = (part(times), part(&values), part(&rates));
+                        let accelerations = accelerations_for_rates(&times, &values, &rates);
+                        (rates, accelerations)
+                    });
+                    match by_parts {
+                        Some((_, accelerations)) => accelerations,
+                        None => accelerations_for_rates(times, &values, &rates),
+                    }
                 };
                 (values, rates, accelerations)
             }
@@ -176,7 +187,7 @@ fn newton(
 
 /// Accelerations that make the quintic Hermite spline through values and rates continuous in the
 /// third derivative at every inner sample; in the fourth at the first and the last of them.
-fn accelerations_for_rates(times: &[f64], values: &[f64], rates: &[f64]) -> Vec<f64> {
+pub(super) fn accelerations_for_rates(times: &[f64], values: &[f64], rates: &[f64]) -> Vec<f64> {
     let n = times.len();
     let mut matrix = Banded::new(n, 2);
     let mut right = vec![0.0; n];

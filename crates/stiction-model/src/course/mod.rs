@@ -4,6 +4,7 @@ mod banded;
 mod hermite;
 mod monotone;
 mod quintic;
+mod windows;
 
 pub(crate) use hermite::{Samples, Spline};
 pub(crate) use monotone::Monotone;

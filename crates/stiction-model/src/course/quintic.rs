@@ -5,6 +5,7 @@
 //! needs no pivoting; a million samples take linear time.
 
 use super::banded::Banded;
+use super::windows::by_windows;
 
 const ORDER: usize = 6;
 /// B-splines that differ from zero at a sample lie within this many columns of the diagonal.
@@ -12,6 +13,15 @@ const BAND: usize = 4;
 
 /// Rates and accelerations at all samples, seven at least.
 pub(super) fn rates_and_accelerations(times: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let found = by_windows(times, values, |window| {
+        let part = |list: &[f64]| list.get(window.clone()).unwrap_or_default().to_vec();
+        whole(&part(times), &part(values))
+    });
+    found.unwrap_or_else(|| whole(times, values))
+}
+
+/// The same for all samples at once.
+pub(super) fn whole(times: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let n = values.len().min(times.len());
     let knots = Knots { times, count: n };
     let mut matrix = Banded::new(n, BAND);

@@ -49,7 +49,7 @@ impl Model {
                 Some(motion) => Ok(motion.clone()),
                 None => Err(unknown(&source, "motion", name, self.motions.iter().map(|(n, _)| n))),
             },
-            Given::File(name) => self.read_motion(&file(&source, name, files)?, files),
+            Given::File(name) => self.motion_of(&Arc::new(file(&source, name, files)?), files),
             Given::Assignments => self.assigned(&source, |context, names, table| {
                 motion::read(context, names, table, files)
             }),
@@ -66,14 +66,18 @@ impl Model {
         source: &Source,
         files: &dyn Fn(&str) -> Result<String, String>,
     ) -> Result<Motion, Diagnostics> {
-        let source = Arc::new(source.clone());
+        self.motion_of(&Arc::new(source.clone()), files)
+    }
+
+    /// The same without a copy of the text, which may be long.
+    fn motion_of(&self, source: &Arc<Source>, files: Files<'_>) -> Result<Motion, Diagnostics> {
         if source.name.to_lowercase().ends_with(".toml") {
-            return self.document(&source, |context, names, table| {
+            return self.document(source, |context, names, table| {
                 motion::read(context, names, table, files)
             });
         }
-        self.reading(&source, &[], |context, names| {
-            recording::read(&source, names, &Orders::new(), context)
+        self.reading(source, &[], |context, names| {
+            recording::read(source, names, &Orders::new(), context)
         })
     }
 

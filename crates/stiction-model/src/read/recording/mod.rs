@@ -83,8 +83,8 @@ fn read_text(
     let mut lines = rows::lines(text);
     let first = first_line(text, &mut lines, "platform.x [mm]", messages)?;
     let header = Header::read(text, first, names, orders, messages);
-    let columns = rows::read(text, lines, &header, messages);
-    let times = columns.get(header.time?)?;
+    let mut columns = rows::read(text, lines, &header, messages);
+    let times = std::mem::take(columns.get_mut(header.time?)?);
     // Rows that could not be read are not missing.
     if messages.out.has_errors() {
         return None;
@@ -103,7 +103,7 @@ fn read_text(
         messages.push_help("samples", message, text.len()..text.len(), "the end", pose);
         return None;
     }
-    let times: Arc<[f64]> = times.as_slice().into();
+    let times: Arc<[f64]> = times.into();
     let (coordinates, interpolation) = splines(&times, &header, columns, messages);
     let (start, end) = (times.first().copied()?, times.last().copied()?);
     Some(Motion {
