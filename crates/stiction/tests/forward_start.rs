@@ -157,3 +157,88 @@ fn a_resumed_simulation_is_the_same_bit_by_bit() {
         }
     }
 }
+
+/// A lock that stays where the mechanism starts.
+struct Lock(f64);
+
+impl Inputs for Lock {
+    fn efforts(&mut self, _view: &View<'_>, _efforts: &mut [f64]) {}
+    fn targets(&mut self, _time: f64, targets: &mut [Target<f64>]) {
+        targets[0] = Target { value: self.0, rate: 0.0, acceleration: 0.0 };
+    }
+}
+
+/// The rod's pin is locked, so nothing can move; the rate that is asked for is dropped, which is told, and
+/// what rounding leaves of it is rest.
+#[test]
+fn a_forbidden_rate_is_told_and_leaves_all_at_rest() {
+    let mechanism = slider_crank().mechanism;
+    let pin = mechanism.joint_id("B").unwrap();
+    let mechanism = mechanism.with_actuator(pin, 0);
+    let is_pin = |actuator: &(stiction::mechanism::JointId, usize)| actuator.0 == pin;
+    let lock = mechanism.actuators().position(|actuator| is_pin(&actuator)).unwrap();
+    let model = Forward::new(mechanism, &[lock]);
+    let known = [crank(&model, "A", Some(0.5), Some(3.0))];
+    let state = model.assemble_from(&[], &known).unwrap();
+    let free = Forward::new(model.mechanism().clone(), &[]);
+    let mut nothing = ConstantEfforts(vec![0.0; 2]);
+    let asked = free.start(0.0, state.clone(), Settings::default(), &mut nothing).unwrap();
+    assert!(asked.dropped() < 1e-12, "{}", asked.dropped());
+    let now = asked.instant();
+    let angle = model.joint_coordinate(&now.state, &now.bodies, pin, 0);
+    let simulation = model.start(0.0, state, Settings::default(), &mut Lock(angle)).unwrap();
+    assert!((simulation.dropped() - 1.0).abs() < 1e-12, "{}", simulation.dropped());
+    assert_eq!(simulation.contacts().len(), 4);
+    for contact in simulation.contacts() {
+        // One may be at its limit, the lock bearing what is beyond.
+        assert!(!matches!(contact, stiction::forward::Contact::Slides(_)), "{contact:?}");
+    }
+    assert_eq!(simulation.instant().mobility, 0);
+}
+
+/// A screw in a loop: a nut on a guide, its spindle on a bearing; the actuator turns the spindle in the nut.
+/// Whichever joint is cut, the actuator's coordinate is the one that its advance tells, beyond full turns.
+#[test]
+fn a_screw_that_closes_a_loop_tells_its_turns() {
+    use stiction::joint::JointType;
+    use stiction::mechanism::{BodySpec, JointSpec, MechanismBuilder};
+    use stiction::topology::TreeRule;
+    let angle = 4.0 * std::f64::consts::PI + 0.3;
+    let body = |name: &str| BodySpec::new(name).mass(1.0).inertia(diagonal(0.01, 0.01, 0.01));
+    let mechanism = MechanismBuilder::new("screw")
+        .gravity(v(0.0, 0.0, -9.81))
+        .body(body("nut"))
+        .body(body("spindle"))
+        .joint(JointSpec::new("guide", JointType::Prismatic, "ground", "nut").start([2e-3 * angle]))
+        .joint(JointSpec::new("bearing", JointType::Revolute, "ground", "spindle").start([-angle]))
+        .joint(
+            JointSpec::new("thread", JointType::Helical, "spindle", "nut")
+                .pitch(2e-3)
+                .start([angle])
+                .actuated(),
+        )
+        .build()
+        .unwrap();
+    struct Look(f64);
+    impl Inputs for Look {
+        fn efforts(&mut self, view: &View<'_>, _efforts: &mut [f64]) {
+            self.0 = view.actuator_coordinate(0);
+        }
+    }
+    let thread = mechanism.joint_id("thread").unwrap();
+    let mut cut = 0;
+    for seed in 0..12 {
+        let model = Forward::with_tree(mechanism.clone(), TreeRule::Random(seed), &[]);
+        let state = model.assemble_from(&[], &[]).unwrap();
+        let mut look = Look(f64::NAN);
+        let simulation = model.start(0.0, state, Settings::default(), &mut look).unwrap();
+        let now = simulation.instant();
+        // The tree has two freedoms where the thread is cut: a slide and a turn of about minus `angle`.
+        let turns = now.state.coordinates.iter().filter(|q| (**q + angle).abs() < 1e-9).count();
+        cut += usize::from(turns == 1 && now.state.coordinates.len() == 2);
+        assert!((look.0 - angle).abs() < 1e-9, "{seed}: {} {angle}", look.0);
+        let own = model.joint_coordinate(&now.state, &now.bodies, thread, 0);
+        assert!((look.0 - own).abs() < 1e-12);
+    }
+    assert!(cut > 0);
+}

@@ -23,6 +23,7 @@ use crate::kinematics::Bodies;
 use crate::linalg::RowSpace;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
+use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
 /// Laws hold to this part of the largest force.
@@ -34,6 +35,9 @@ const SWEEPS: usize = 40;
 const ROUNDS: usize = 6;
 const NEWTON: usize = 40;
 const HALVINGS: usize = 10;
+/// What rates are multiplied by in Newton's method, one after the other, as multiples of what suits the
+/// lightest direction of each member: rods between balls spin more easily than they swing, by far.
+const STIFFNESSES: [f64; 3] = [1.0, 30.0, 1000.0];
 /// Rows of Newton's matrix that add less than this depend on others.
 const DEPENDENT: f64 = 1e-11;
 /// Rates below this part of the largest without friction are rounding.
@@ -91,6 +95,74 @@ pub(super) struct Cone<'a> {
     /// Rates of what holds may be missed by this inverse factor more than forces; none may where it is
     /// infinite.
     pub(super) slack: f64,
+    /// Of members with several components, how they alone change their own rates.
+    own: Vec<Option<Own>>,
+    /// What rates are multiplied by, as a multiple of the usual.
+    stiffness: f64,
+}
+
+/// The block of one member: `rates = free - V diag(values) V^T friction`, `V` orthogonal.
+struct Own {
+    vectors: Matrix3<f64>,
+    values: Vector3<f64>,
+}
+
+impl Own {
+    fn of(change: &[f64], places: &Range<usize>, n: usize) -> Self {
+        let count = places.len();
+        let entry = |i: usize, j: usize| match (i < count, j < count) {
+            (true, true) => -change[(places.start + i) * n + places.start + j],
+            _ => 0.0,
+        };
+        // Symmetric but for rounding.
+        let block = Matrix3::from_fn(|i, j| 0.5 * (entry(i, j) + entry(j, i)));
+        let eigen = block.symmetric_eigen();
+        let least = 1e-13 * eigen.eigenvalues.amax();
+        let values = eigen.eigenvalues.map(|value| if value > least { value } else { 0.0 });
+        Self { vectors: eigen.eigenvectors, values }
+    }
+
+    /// Coulomb's law of this member alone: friction `g`, at most `most`, where the rate without any of it is
+    /// `free`; near `before` where it holds.
+    fn settle(&self, free: [f64; 3], most: f64, viscous: f64, before: [f64; 3]) -> [f64; 3] {
+        if most <= 0.0 {
+            return [0.0; 3];
+        }
+        // With viscous friction, too, rates are less and harder to change.
+        let less = self.values.map(|w| 1.0 / (1.0 + viscous * w));
+        let values = self.values.component_mul(&less);
+        let free = (self.vectors.transpose() * Vector3::from(free)).component_mul(&less);
+        let before = self.vectors.transpose() * Vector3::from(before);
+        let holding = Vector3::from_fn(|k, _| match values[k] {
+            0.0 => before[k],
+            w => free[k] / w,
+        });
+        let bounded = |g: Vector3<f64>| g.norm() <= most;
+        let none = values.iter().zip(free.iter()).all(|(w, b)| *w > 0.0 || *b == 0.0);
+        if none && bounded(holding) {
+            return (self.vectors * holding).into();
+        }
+        // It slides at the speed `x` in the direction `d`: `(x + most W) d = free`.
+        let along = |x: f64| {
+            Vector3::from_fn(|k, _| {
+                let by = x + most * values[k];
+                if by > 0.0 { free[k] / by } else { 0.0 }
+            })
+        };
+        let (mut low, mut high) = (0.0, free.norm());
+        if along(0.0).norm() > 1.0 || !none {
+            for _ in 0..200 {
+                let middle = if low > 0.0 { (low * high).sqrt() } else { 1e-3 * high };
+                if !(middle > low && middle < high) || high < 1e-300 || high - low <= 1e-15 * high {
+                    break;
+                }
+                if along(middle).norm() > 1.0 { low = middle } else { high = middle }
+            }
+        } else {
+            high = 0.0;
+        }
+        (self.vectors * (along(high) * most)).into()
+    }
 }
 
 /// What was found.
@@ -150,7 +222,13 @@ impl<'a> Cone<'a> {
             .collect();
         let base = members.iter().map(|member| base.wrenches[joint(member)]).collect();
         let slack = f64::INFINITY;
-        Self { parameters, bodies, members, free, change, base, push, slack }
+        let n = free.len();
+        let own = |member: &Member| {
+            let dry = matches!(member.kind, Kind::Dry { .. });
+            (dry && member.places.len() > 1).then(|| Own::of(&change, &member.places, n))
+        };
+        let own = members.iter().map(own).collect();
+        Self { parameters, bodies, members, free, change, base, push, slack, own, stiffness: 1.0 }
     }
 
     fn count(&self) -> usize {
@@ -199,7 +277,7 @@ impl<'a> Cone<'a> {
     fn softness(&self, places: &Range<usize>) -> f64 {
         let n = self.count();
         let stiffness: f64 = places.clone().map(|i| -self.change[i * n + i]).sum();
-        if stiffness > 0.0 { 1.0 / stiffness } else { 0.0 }
+        if stiffness > 0.0 { self.stiffness / stiffness } else { 0.0 }
     }
 
     /// How the laws are missed, coefficients of friction being `part` of their values; and how that
@@ -347,21 +425,45 @@ impl<'a> Cone<'a> {
                     Kind::Slides(_) => next[0] = part * load,
                     Kind::Dry { forward, backward, viscous } => {
                         let more = softness + viscous;
-                        for (k, i) in places.clone().enumerate() {
-                            next[k] = x[i] - viscous * rates[i] + more * rates[i];
-                        }
-                        let coefficient = part * if next[0] < 0.0 { backward } else { forward };
-                        let most = (coefficient * load).max(0.0);
-                        let size = norm(next);
-                        if size > most {
-                            next = next.map(|f| f * (most / size));
-                        }
-                        if *viscous > 0.0 && softness > 0.0 {
+                        if let Some(own) = &self.own[index] {
+                            // All of its components at once: inertias may differ by orders of magnitude.
+                            let (mut free, mut before) = ([0.0; 3], [0.0; 3]);
                             for (k, i) in places.clone().enumerate() {
-                                // Where none of its friction acts the rate is this.
-                                let free = rates[i] + x[i] / softness;
-                                let rate = (free - next[k] / softness) / (1.0 + viscous / softness);
-                                next[k] += viscous * rate;
+                                free[k] = rates[i];
+                                for j in places.clone() {
+                                    free[k] -= self.change[i * n + j] * x[j];
+                                }
+                                before[k] = x[i] - viscous * rates[i];
+                            }
+                            let most = (part * forward * load).max(0.0);
+                            let dry = own.settle(free, most, *viscous, before);
+                            // `rate = (1 + viscous W)^-1 (free - W dry)`.
+                            let vectors = &own.vectors;
+                            let (free, dry) = (Vector3::from(free), Vector3::from(dry));
+                            let (f, d) = (vectors.transpose() * free, vectors.transpose() * dry);
+                            let rate = Vector3::from_fn(|k, _| {
+                                let w = own.values[k];
+                                (f[k] - w * d[k]) / (1.0 + viscous * w)
+                            });
+                            next = (dry + vectors * rate * *viscous).into();
+                        } else {
+                            for (k, i) in places.clone().enumerate() {
+                                next[k] = x[i] - viscous * rates[i] + more * rates[i];
+                            }
+                            let coefficient = part * if next[0] < 0.0 { backward } else { forward };
+                            let most = (coefficient * load).max(0.0);
+                            let size = norm(next);
+                            if size > most {
+                                next = next.map(|f| f * (most / size));
+                            }
+                            if *viscous > 0.0 && softness > 0.0 {
+                                for (k, i) in places.clone().enumerate() {
+                                    // Where none of its friction acts the rate is this.
+                                    let free = rates[i] + x[i] / softness;
+                                    let rate =
+                                        (free - next[k] / softness) / (1.0 + viscous / softness);
+                                    next[k] += viscous * rate;
+                                }
                             }
                         }
                     }
@@ -432,28 +534,42 @@ impl<'a> Cone<'a> {
 
     /// Frictions that satisfy all laws with this part of the coefficients, from a start; none where none
     /// are found.
-    pub(super) fn solve(&self, start: &[f64], part: f64) -> Option<Found> {
+    pub(super) fn solve(&mut self, start: &[f64], part: f64) -> Option<Found> {
         if self.count() == 0 {
             return Some(self.complete(Vec::new(), part));
         }
-        let sound = |x: &[f64]| x.iter().all(|x| x.is_finite());
         let mut x = start.to_vec();
-        let mut warm = x.clone();
-        if self.newton(&mut warm, part) && sound(&warm) {
-            return Some(self.complete(warm, part));
-        }
+        let mut found = self.newton_from(&x, part);
         for round in 0..ROUNDS {
-            self.sweep(&mut x, part, SWEEPS << round);
-            if !sound(&x) {
+            if found.is_some() {
                 break;
             }
-            let mut trial = x.clone();
-            if self.newton(&mut trial, part) && sound(&trial) {
-                return Some(self.complete(trial, part));
+            self.sweep(&mut x, part, SWEEPS << round);
+            if x.iter().any(|x| !x.is_finite()) {
+                break;
+            }
+            found = self.newton_from(&x, part);
+        }
+        let x = match found {
+            Some(x) => x,
+            None => self.follow(part)?,
+        };
+        Some(self.complete(x, part))
+    }
+
+    /// Newton's method from a start with one stiffness after the other.
+    fn newton_from(&mut self, start: &[f64], part: f64) -> Option<Vec<f64>> {
+        let mut found = None;
+        for stiffness in STIFFNESSES {
+            self.stiffness = stiffness;
+            let mut trial = start.to_vec();
+            if self.newton(&mut trial, part) && trial.iter().all(|x| x.is_finite()) {
+                found = Some(trial);
+                break;
             }
         }
-        let x = self.follow(part)?;
-        Some(self.complete(x, part))
+        self.stiffness = 1.0;
+        found
     }
 
     /// From no friction to all of it.

@@ -143,7 +143,8 @@ impl Forward {
         let mut bodies = Bodies::new(topology);
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
-        let view = View { time, state: &state, bodies: &bodies, topology };
+        let view =
+            View { time, state: &state, bodies: &bodies, topology, pitch: &parameters.pitch };
         let mut efforts = vec![0.0; topology.actuators.len()];
         inputs.efforts(&view, &mut efforts);
         let mut loads = Vec::new();

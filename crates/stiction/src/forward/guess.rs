@@ -98,7 +98,9 @@ impl Forward {
             }
         }
         let free_size = begins.iter().fold(0.0_f64, |m, a| m.max(a.abs()));
-        let none = NONE * free_size;
+        // Where nothing can move all rates are rounding.
+        let can_move = balance.mobility(self.topology.freedoms()) > 0;
+        let none = if can_move { NONE * free_size } else { f64::INFINITY };
         let mut cone = Cone::new(parameters, bodies, members, begins, change, (&base, &units));
         let mut found = cone.solve(&vec![0.0; count], 1.0)?;
         for _ in 0..PASSES {

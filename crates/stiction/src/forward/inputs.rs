@@ -14,6 +14,8 @@ pub struct View<'a> {
     /// Poses and twists of the bodies, about the kernel origin.
     pub bodies: &'a Bodies<f64>,
     pub(super) topology: &'a Topology,
+    /// Of each joint, m/rad; zero but for helical ones.
+    pub(super) pitch: &'a [f64],
 }
 
 impl View<'_> {
@@ -24,20 +26,20 @@ impl View<'_> {
     }
 
     /// The coordinate of an actuator, rad or m; angles of joints that close a loop lie within half a
-    /// turn.
+    /// turn, but those of helical ones, which their advance tells.
     pub fn actuator_coordinate(&self, actuator: usize) -> f64 {
         let actuator = self.topology.actuators[actuator];
-        joint_coordinate(self.topology, self.state, self.bodies, actuator.joint, actuator.freedom)
+        let at = (actuator.joint, actuator.freedom);
+        joint_coordinate((self.topology, self.pitch), self.state, self.bodies, at)
     }
 }
 
 /// A scalar coordinate of a joint.
 pub(super) fn joint_coordinate(
-    topology: &Topology,
+    (topology, pitch): (&Topology, &[f64]),
     state: &State<f64>,
     bodies: &Bodies<f64>,
-    joint: usize,
-    freedom: usize,
+    (joint, freedom): (usize, usize),
 ) -> f64 {
     if let Role::Tree { node } = topology.role[joint] {
         let node = &topology.nodes[node];
@@ -48,7 +50,8 @@ pub(super) fn joint_coordinate(
         }
     }
     let relative = bodies.frame_j[joint].inverse() * bodies.frame_k[joint];
-    topology.joint_types[joint].nearest(relative, 0.0).1.get(freedom).copied().unwrap_or(0.0)
+    let nearest = topology.joint_types[joint].nearest(relative, pitch[joint]).1;
+    nearest.get(freedom).copied().unwrap_or(0.0)
 }
 
 /// What acts from outside. All methods must answer from their arguments alone: a step is tried, and

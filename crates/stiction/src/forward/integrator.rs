@@ -7,6 +7,8 @@ use super::dop853::{ALL_STAGES, ERROR_5, INTERPOLATION, LOWER_3, NODES, STAGES, 
 pub(super) struct Steps {
     stages: Vec<Vec<f64>>,
     start: Vec<f64>,
+    /// Where the last stage was.
+    last: Vec<f64>,
     pub(super) end: Vec<f64>,
     step: f64,
     /// Coefficients of the interpolation, where they were asked for.
@@ -40,6 +42,7 @@ impl Steps {
         for stage in 1..STAGES {
             let y = self.point(WEIGHTS[stage]);
             self.stages.push(derivative(time + NODES[stage] * step, &y)?);
+            self.last = y;
         }
         self.end = self.point(WEIGHTS[STAGES]);
         let (mut fifth, mut third, mut count) = (0.0, 0.0, 0);
@@ -63,6 +66,19 @@ impl Steps {
             return Ok(0.0);
         }
         Ok(step.abs() * fifth / (below * f64::from(count.max(1))).sqrt())
+    }
+
+    /// The step times the rate at which solutions nearby come together, roughly (Hairer, Norsett and Wanner
+    /// 1993, section IV.2): beyond some six stability bounds the step, not accuracy. `after` is the
+    /// derivative at the end.
+    pub(super) fn stiffness(&self, after: &[f64], scales: &[f64]) -> f64 {
+        let Some(before) = self.stages.get(STAGES - 1) else { return 0.0 };
+        let (mut change, mut apart) = (0.0, 0.0);
+        for (i, scale) in scales.iter().enumerate().filter(|(_, scale)| scale.is_finite()) {
+            change += ((after[i] - before[i]) / scale).powi(2);
+            apart += ((self.end[i] - self.last[i]) / scale).powi(2);
+        }
+        if apart > 0.0 { self.step * (change / apart).sqrt() } else { 0.0 }
     }
 
     fn point(&self, weights: &[(usize, f64)]) -> Vec<f64> {

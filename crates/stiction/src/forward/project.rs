@@ -96,7 +96,9 @@ impl Forward {
                 Some(target) => {
                     let Held { joint, freedom, .. } = held[index];
                     let (topology, role) = (&self.topology, self.topology.role[joint]);
-                    let found = joint_coordinate(topology, state, bodies, joint, freedom);
+                    let pitch = &self.parameters.pitch;
+                    let at = (joint, freedom);
+                    let found = joint_coordinate((topology, pitch), state, bodies, at);
                     let turns = topology.joint_types[joint].freedoms()[freedom].motion
                         == Motion::Rotation
                         && matches!(role, Role::Cut { .. });

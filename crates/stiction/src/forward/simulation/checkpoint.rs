@@ -1,6 +1,6 @@
 //! All that a simulation is at one instant, as plain numbers.
 
-use super::stepping::Stepping;
+use super::stepping::{QUIET, Stepping};
 use super::{Event, Settings, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::evaluate::Instant;
@@ -22,7 +22,7 @@ pub struct Checkpoint {
 }
 
 /// The first number: what follows is in this order.
-const FORMAT: f64 = 1.0;
+const FORMAT: f64 = 2.0;
 
 /// Numbers in and out by the same calls, so that both have the same order.
 enum Tape<'a> {
@@ -163,6 +163,10 @@ impl<'a> Simulation<'a> {
         tape.count(&mut self.evaluations);
         tape.count(&mut self.pace.0);
         tape.number(&mut self.pace.1);
+        tape.number(&mut self.dropped);
+        tape.count(&mut self.stiff.0);
+        tape.count(&mut self.stiff.1);
+        tape.count(&mut self.wait);
         let mut steps = self.stepping.is_some();
         tape.flag(&mut steps);
         let stepping = self.stepping.get_or_insert(Stepping { step: 0.0, quiet: 0, wait: 0 });
@@ -239,6 +243,9 @@ impl Forward {
             evaluations: 0,
             stepping: None,
             pace: (0, 0.0),
+            dropped: 0.0,
+            stiff: (0, 0),
+            wait: QUIET,
         };
         let Some((&FORMAT, numbers)) = checkpoint.numbers.split_first() else {
             return Err(ForwardError::Checkpoint);

@@ -1,6 +1,7 @@
 //! What follows an event: contacts at rest stick or slide anew, or the mechanism moves on.
 
 use super::locate::Ending;
+use super::stepping::LONGEST_WAIT;
 use super::{Event, EventKind, REST, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
@@ -41,6 +42,7 @@ impl Simulation<'_> {
         stopped: Option<usize>,
     ) -> Result<(), ForwardError> {
         if self.stepping.is_none() && self.is_dense() {
+            self.wait = (2 * self.wait).min(LONGEST_WAIT);
             self.begin_stepping();
             return Ok(());
         }
@@ -172,7 +174,12 @@ impl Simulation<'_> {
                     continue;
                 }
                 (_, Contact::Sticks | Contact::AtLimit(_)) => EventKind::Sticks { contact, joint },
-                (Contact::Slides(a), Contact::Slides(b)) if a == b => continue,
+                // A direction that turns is no event, one that turns round is.
+                (Contact::Slides(a), Contact::Slides(b))
+                    if a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() > 0.0 =>
+                {
+                    continue;
+                }
                 (_, Contact::Slides(direction)) => EventKind::Slides { contact, joint, direction },
                 _ => continue,
             };

@@ -58,6 +58,11 @@ pub struct Simulation<'a> {
     stepping: Option<stepping::Stepping>,
     /// Events since some time, and that time.
     pace: (usize, f64),
+    dropped: f64,
+    /// Steps in a row that stability bounds, and such that it does not since.
+    stiff: (usize, usize),
+    /// How many quiet steps of the time stepper it takes before events are tried again.
+    wait: usize,
 }
 
 impl Simulation<'_> {
@@ -74,6 +79,12 @@ impl Simulation<'_> {
     /// What each contact does.
     pub fn contacts(&self) -> &[Contact] {
         &self.modes
+    }
+
+    /// By how much rates at the start are others than was asked for, as a part of the largest: loops and
+    /// what is prescribed or locked do not allow all. Zero but for rounding where they do.
+    pub fn dropped(&self) -> f64 {
+        self.dropped
     }
 
     /// How often accelerations were computed.
@@ -95,7 +106,8 @@ impl Simulation<'_> {
             if change.is_some() {
                 let (state, bodies) = (&self.now.state, &self.now.bodies);
                 let topology = &self.model.topology;
-                inputs.change(&View { time: end, state, bodies, topology });
+                let pitch = &self.model.parameters.pitch;
+                inputs.change(&View { time: end, state, bodies, topology, pitch });
                 if self.stepping.is_none() {
                     match self.reconsider(inputs, None) {
                         Err(error) if self.may_step(&error) => self.begin_stepping(),

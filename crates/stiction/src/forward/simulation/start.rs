@@ -1,14 +1,14 @@
 //! Where a simulation begins.
 
-use super::stepping::FIRST;
+use super::stepping::{FIRST, QUIET};
 use super::{Energies, Method, REST, Settings, Simulation};
 use crate::forward::Forward;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::{Inputs, View};
 use crate::forward::integrator::Steps;
-use crate::forward::rub::{Contact, is_smooth, norm};
+use crate::forward::rub::{Contact, is_smooth, norm, surface_velocity};
 use crate::forward::stick::Choice;
-use crate::kinematics::State;
+use crate::kinematics::{Bodies, State};
 
 impl Forward {
     /// Starts at a state, which is moved to where loops are closed.
@@ -38,13 +38,28 @@ impl<'a> Simulation<'a> {
         let bristles = vec![[0.0; 3]; contacts.len()];
         let frozen = vec![false; model.topology.freedoms()];
         let targets = model.targets(time, inputs);
-        model.project(time, &mut state, &targets, &[], &frozen)?;
-        let mut bodies = crate::kinematics::Bodies::new(&model.topology);
+        let mut bodies = Bodies::new(&model.topology);
         bodies.place(&model.topology, &model.parameters, &state.coordinates);
         bodies.move_with(&model.topology, &state.rates);
-        inputs.change(&View { time, state: &state, bodies: &bodies, topology: &model.topology });
+        // What prescribed and locked actuators take from the rates leaves rounding of these.
+        let speed =
+            |contact| norm(surface_velocity(&model.topology, &model.parameters, &bodies, contact));
+        let asked = contacts.iter().map(speed).fold(0.0, f64::max);
+        let wished = state.rates.clone();
+        model.project(time, &mut state, &targets, &[], &frozen)?;
+        bodies.place(&model.topology, &model.parameters, &state.coordinates);
+        bodies.move_with(&model.topology, &state.rates);
+        let size = |of: &dyn Fn(usize) -> f64| {
+            let each = model.columns.iter().enumerate();
+            each.map(|(k, column)| (of(k) / column).abs()).fold(0.0, f64::max)
+        };
+        let largest = size(&|k| wished[k]);
+        let changed = size(&|k| wished[k] - state.rates[k]);
+        let dropped = if largest > 0.0 { changed / largest } else { 0.0 };
+        let (topology, pitch) = (&model.topology, &model.parameters.pitch[..]);
+        inputs.change(&View { time, state: &state, bodies: &bodies, topology, pitch });
         let mut ground = model.ground(time, state, &bristles, (&[], &[]), inputs);
-        let fastest = ground.velocities.iter().map(|v| norm(*v)).fold(0.0, f64::max);
+        let fastest = ground.velocities.iter().map(|v| norm(*v)).fold(asked, f64::max);
         let mut modes = Vec::with_capacity(contacts.len());
         let mut resting = Vec::new();
         for (index, contact) in contacts.iter().enumerate() {
@@ -116,6 +131,9 @@ impl<'a> Simulation<'a> {
             evaluations: 0,
             stepping: None,
             pace: (0, time),
+            dropped,
+            stiff: (0, 0),
+            wait: QUIET,
         };
         let rates = simulation.now.state.rates.iter().zip(&model.columns);
         simulation.fastest_rate = rates.map(|(v, c)| (v / c).abs()).fold(0.0, f64::max);

@@ -1,7 +1,8 @@
 //! Steps of the integrator: tried, shortened, ended at the first event, put back onto the loops.
 
 use super::locate::Ending;
-use super::{REST, Simulation};
+use super::stepping::{DENSE, LONGEST_WAIT};
+use super::{Method, REST, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::evaluate::Instant;
 use crate::forward::inputs::Inputs;
@@ -10,6 +11,12 @@ use crate::forward::rub::{Contact, norm};
 
 /// Conditions that are as close to dependent as this: stages of steps are moved onto the loops, too.
 const NEAR_SINGULAR: f64 = 0.2;
+
+/// Numbers of Hairer's code of this method: what stability allows, so many steps are many, so few others
+/// in a row end it.
+const BOUNDED_BY_STABILITY: f64 = 6.1;
+const STIFF: usize = 15;
+const CALM: usize = 6;
 
 impl Simulation<'_> {
     /// One step, and what happens at its end.
@@ -46,6 +53,11 @@ impl Simulation<'_> {
                         }
                     };
                     self.step = if shortened { next.max(self.step) } else { next };
+                    if matches!(after, Ending::Smooth) && self.is_stiff(step) {
+                        self.wait = (2 * self.wait).min(LONGEST_WAIT);
+                        self.begin_stepping();
+                        return Ok(());
+                    }
                     return self.follow_up(after, inputs);
                 }
                 Ok(error) => {
@@ -55,6 +67,25 @@ impl Simulation<'_> {
                 Err(error) => self.shrink(step, 0.25, Some(error))?,
             }
         }
+    }
+
+    /// Whether stability has bounded many short steps in a row: friction turns what is light (a rod between
+    /// balls) into the direction of sliding within no time. The time stepper is implicit.
+    fn is_stiff(&mut self, step: f64) -> bool {
+        let after = self.derivative_of(&self.now);
+        if step < DENSE && self.steps.stiffness(&after, &self.scales) > BOUNDED_BY_STABILITY {
+            (self.stiff.0, self.stiff.1) = (self.stiff.0 + 1, 0);
+        } else {
+            self.stiff.1 += 1;
+            if self.stiff.1 >= CALM {
+                self.stiff = (0, 0);
+            }
+        }
+        let many = self.stiff.0 >= STIFF;
+        if many {
+            self.stiff = (0, 0);
+        }
+        many && self.settings.method == Method::Automatic
     }
 
     pub(super) fn shrink(

@@ -15,12 +15,14 @@ use crate::mechanism::JointId;
 use crate::parameters::Parameters;
 
 /// Steps without a change of what sticks and what slides before the events are tried again.
-const QUIET: usize = 8;
+pub(super) const QUIET: usize = 8;
+/// The wait doubles each time that the events have proved hopeless, up to this.
+pub(super) const LONGEST_WAIT: usize = 4096;
 /// The first step, s.
 pub(super) const FIRST: f64 = 1e-6;
 /// Events so many in number within steps so short on average, s, are left to the time stepper.
 const MANY: usize = 40;
-const DENSE: f64 = 5e-5;
+pub(super) const DENSE: f64 = 5e-5;
 /// Rates below this part of those without friction are none.
 const STILL: f64 = 1e-9;
 /// Velocities that change by more than this part of the fastest in a step that is as short as can be, and
@@ -76,7 +78,7 @@ impl Simulation<'_> {
     }
 
     pub(super) fn begin_stepping(&mut self) {
-        self.stepping = Some(Stepping { step: FIRST, quiet: 0, wait: QUIET });
+        self.stepping = Some(Stepping { step: FIRST, quiet: 0, wait: self.wait });
         let kind = EventKind::Method { method: Method::TimeStepping };
         self.events.push(Event { time: self.now.time, kind });
     }
