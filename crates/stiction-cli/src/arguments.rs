@@ -115,7 +115,10 @@ pub(crate) struct Forward {
     /// Whether friction acts [default: as the model says, else on]
     #[arg(long, value_name = "MODE")]
     pub(crate) friction: Option<Switch>,
-    /// Relative error of a step of integration
+    /// How time is passed: from event to event, in steps of a nonsmooth time stepper, or whichever goes
+    #[arg(long, value_name = "METHOD", default_value = "automatic")]
+    pub(crate) method: Method,
+    /// Relative error of a step of integration; of the time stepper a thousand times as much
     #[arg(long, value_name = "NUMBER", default_value = "1e-10", allow_negative_numbers = true)]
     pub(crate) tolerance: f64,
     /// How often a run with -o writes down where it is, in seconds of waiting
@@ -131,6 +134,14 @@ pub(crate) struct Forward {
     /// Print the summary, or what is wrong, as JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// How a simulation passes time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Method {
+    Automatic,
+    EventDriven,
+    TimeStepping,
 }
 
 /// On or off.

@@ -265,7 +265,9 @@ pub(crate) fn failure_of(error: Error) -> Failure {
 fn failure_of_forward(error: &ForwardError, bad_input: bool) -> Failure {
     let message = error.to_string();
     match error {
-        ForwardError::Assembly(_) if bad_input => Failure::input(message),
+        ForwardError::Assembly(_) | ForwardError::Contradiction { .. } if bad_input => {
+            Failure::input(message)
+        }
         ForwardError::NoAcceleration { time, joint, percent } => Failure::no_answer(message)
             .help("give the guide a longer `bending_span`, less friction, or smooth the law with `regularisation`; see the chapter on forward dynamics")
             .details(json!({ "time": time, "joint": joint, "percent": percent })),

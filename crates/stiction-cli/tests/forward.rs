@@ -258,6 +258,55 @@ fn the_start_may_be_partial() {
     assert_eq!(column(&table, "leg2.P.rate [m/s]")[0], 0.0);
 }
 
+/// Rods that are light about their own axes, in two balls each: events come without end, steps do not.
+#[test]
+fn a_delta_robot_is_passed_in_steps_and_says_so() {
+    let folder = Folder::new("forward-delta");
+    let run = ["forward", "delta", "--until", "0.02", "--tolerance", "1e-9", "-o", "."];
+    let out = folder.stiction(&run).succeeds().to_owned();
+    assert!(out.contains("time-stepping"), "{out}");
+    let summary = json(&folder.read("summary.json"));
+    assert_eq!(summary["ended"], "reached");
+    assert_eq!(summary["options"]["method"], "automatic");
+    let steps = summary["method"]["time_stepping"].as_f64().unwrap();
+    let events = summary["method"]["event_driven"].as_f64().unwrap();
+    assert!(steps > 0.0 && (steps + events - 0.02).abs() < 1e-12, "{steps} {events}");
+    // Balls turn and slide from here on.
+    assert!(summary["energy"]["contacts"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn the_method_can_be_chosen() {
+    let folder = Folder::new("forward-method");
+    folder.write("slope.toml", &slope(0.3));
+    for method in ["event-driven", "time-stepping"] {
+        let run = [
+            "forward",
+            "slope.toml",
+            "--drives",
+            "none",
+            "--from",
+            "rest",
+            "--until",
+            "0.5",
+            "--method",
+            method,
+            "-o",
+            method,
+        ];
+        folder.stiction(&run).succeeds();
+        let inner = Folder(folder.0.join(method));
+        let summary = json(&inner.read("summary.json"));
+        let passed = summary["method"][method.replace('-', "_")].as_f64().unwrap();
+        assert!((passed - 0.5).abs() < 1e-12);
+        // g (sin - mu cos) t^2 / 2, downwards; steps at mid-velocities are exact for a parabola.
+        let (sin, cos) = 30_f64.to_radians().sin_cos();
+        let expected = -0.5 * 10.0 * (sin - 0.3 * cos) * 0.25;
+        let found = *column(&inner.read("forward.csv"), "slope.position [m]").last().unwrap();
+        assert!((found - expected).abs() < 1e-9, "{method}: {found} {expected}");
+    }
+}
+
 #[test]
 fn programs_get_one_json_text() {
     let folder = Folder::new("forward-json");
@@ -320,8 +369,20 @@ fn wrong_input_is_told_with_a_way_out() {
 #[test]
 fn what_was_computed_before_it_jams_is_kept() {
     let folder = Folder::new("forward-jam");
-    let said =
-        folder.stiction(&["forward", "3upu", "--drives", "none", "--from", "rest", "-o", "."]);
+    // Event by event: some contacts hold, and the automatic method gets past them, to where all slide.
+    let run = [
+        "forward",
+        "3upu",
+        "--drives",
+        "none",
+        "--from",
+        "rest",
+        "--method",
+        "event-driven",
+        "-o",
+        ".",
+    ];
+    let said = folder.stiction(&run);
     said.fails(
         1,
         &[

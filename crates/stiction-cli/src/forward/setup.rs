@@ -1,10 +1,10 @@
 //! From the options to the job.
 
-use crate::arguments::{Forward, Switch};
+use crate::arguments::{Forward, Method as Asked, Switch};
 use crate::failure::Failure;
 use crate::sources::Found;
 use stiction::dynamics::FrictionMode;
-use stiction::forward::Settings;
+use stiction::forward::{Method, Settings};
 use stiction::mechanism::{JointId, Mechanism};
 use stiction_model::{Control, Drives, LoadCase, Model, Motion};
 use stiction_study::forward::{Feed, Job, Start, arrange};
@@ -162,7 +162,18 @@ impl Setup {
         }
         let usual = Settings::default();
         let part = tolerance / usual.relative;
-        job.settings = Settings { relative: tolerance, absolute: usual.absolute * part, ..usual };
+        let method = match options.method {
+            Asked::Automatic => Method::Automatic,
+            Asked::EventDriven => Method::EventDriven,
+            Asked::TimeStepping => Method::TimeStepping,
+        };
+        job.settings = Settings {
+            relative: tolerance,
+            absolute: usual.absolute * part,
+            time_step_tolerance: usual.time_step_tolerance * part,
+            method,
+            ..usual
+        };
         Ok(job)
     }
 }

@@ -54,8 +54,22 @@ fn tell(layout: &Layout, at_rest: &mut [bool], event: &Event) -> Told {
     Told { time: event.time, what, at, detail }
 }
 
+/// Seconds passed event by event and in steps, between the first sample and the last.
+pub(crate) fn methods(events: &[Event], (first, last): (f64, f64)) -> [f64; 2] {
+    let (mut passed, mut since, mut now) = ([0.0; 2], first, 0);
+    for event in events {
+        if let EventKind::Method { method } = event.kind {
+            let time = event.time.clamp(first, last);
+            passed[now] += time - since;
+            (since, now) = (time, usize::from(method == Method::TimeStepping));
+        }
+    }
+    passed[now] += last - since;
+    passed
+}
+
 /// How time is passed.
-fn method_name(method: Method) -> &'static str {
+pub(crate) fn method_name(method: Method) -> &'static str {
     match method {
         Method::Automatic => "automatic",
         Method::EventDriven => "event-driven",

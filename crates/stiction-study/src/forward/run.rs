@@ -136,6 +136,7 @@ impl Error {
             Self::Motion(error) => error.is_bad_input(),
             Self::Controller(_) | Self::ControllerForces(_) => true,
             Self::Forward(ForwardError::Assembly(error)) => incomplete(error),
+            Self::Forward(ForwardError::Contradiction { .. }) => true,
             _ => false,
         }
     }
@@ -181,7 +182,6 @@ impl Job<'_> {
         let state = start::state(self, &forward)?;
         let mut acting = Acting::new(self, &forward, &state, stopped)?;
         self.check(self.from)?;
-        let wished = state.rates.clone();
         let started = match mark {
             None => forward.start(self.from, state, self.settings, &mut acting),
             Some(mark) => {
@@ -209,9 +209,7 @@ impl Job<'_> {
             (Ok(simulation), None) => simulation,
         };
         let now = simulation.instant();
-        let size = wished.iter().fold(0.0_f64, |size, rate| size.max(rate.abs()));
-        let changed = wished.iter().zip(&now.state.rates).map(|(a, b)| (a - b).abs());
-        let rates_changed = mark.is_none() && changed.fold(0.0, f64::max) > CHANGED * size;
+        let rates_changed = simulation.dropped() > CHANGED;
         let invertible = by_actuators(self.model, &forward, (&now.state, &now.bodies)).is_ok();
         let freedoms = freedoms_of(&self.model.mechanism);
         let mut turns = Turns::new(freedoms.iter().map(|freedom| !freedom.translates).collect());

@@ -2,9 +2,10 @@
 
 use super::job::{Job, Start};
 use super::run::Error;
-use stiction::forward::{Forward, ForwardError};
+use stiction::forward::{Forward, ForwardError, Known};
 use stiction::kinematics::{AssemblyError, Coordinate, State, Target};
-use stiction::mechanism::JointId;
+use stiction::mechanism::BodyId;
+use stiction::spatial::Vec3;
 use stiction_model::Motion;
 
 /// The tree's coordinates and rates at the start.
@@ -15,8 +16,8 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Erro
         Start::Given(motion) => (Some(motion), true),
         Start::Home => (None, false),
     };
-    let mut coordinates = Vec::new();
-    let mut targets = Vec::new();
+    let homes = &job.model.homes;
+    let (mut coordinates, mut targets) = (Vec::new(), Vec::new());
     if let Some(motion) = motion {
         check(motion)?;
         for ((coordinate, _), target) in motion.coordinates.iter().zip(motion.at(motion.start)) {
@@ -24,8 +25,59 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Erro
             coordinates.push(*coordinate);
             targets.push(Target { rate, ..target });
         }
+        match forward.assemble(homes, &coordinates, &targets) {
+            // Not everything is given, or not where the mechanism is singular.
+            Err(ForwardError::Assembly(error))
+                if !matches!(error, AssemblyError::AngleRange { .. }) => {}
+            other => return other.map_err(Error::Forward),
+        }
     }
-    complete(job, forward, coordinates, targets)
+    let each = coordinates.iter().zip(&targets);
+    let known: Vec<Known> = each
+        .map(|(&coordinate, target)| {
+            let (value, rate) = (Some(target.value), Some(target.rate));
+            Known { coordinate, value, rate }
+        })
+        .collect();
+    let known = angular(known);
+    forward.assemble_from(homes, &known).map_err(Error::Forward)
+}
+
+/// Rates of whole rotation vectors become angular velocities, which is what is known of a body:
+/// `omega = (1 + (1 - cos a)/a^2 [v] + (a - sin a)/a^3 [v]^2) dv/dt` with `a = |v|`.
+fn angular(mut known: Vec<Known>) -> Vec<Known> {
+    let place = |known: &[Known], of: BodyId, axis: usize| {
+        let is = |k: &Known| k.coordinate == Coordinate::RotationVector { body: of, axis };
+        known.iter().position(is)
+    };
+    for first in 0..known.len() {
+        let Coordinate::RotationVector { body, axis: 0 } = known[first].coordinate else {
+            continue;
+        };
+        let (Some(second), Some(third)) = (place(&known, body, 1), place(&known, body, 2)) else {
+            continue;
+        };
+        let places = [first, second, third];
+        let vector = |of: fn(&Known) -> Option<f64>| {
+            let [x, y, z] = places.map(|k| of(&known[k]).unwrap_or(0.0));
+            Vec3::new(x, y, z)
+        };
+        let (turned, rate) = (vector(|k| k.value), vector(|k| k.rate));
+        let angle = turned.norm();
+        let across = turned.cross(rate);
+        // Half the angle keeps digits where it is small.
+        let half = (0.5 * angle).sin();
+        let (once, twice) = if angle < 1e-4 {
+            (0.5, 1.0 / 6.0)
+        } else {
+            (2.0 * half * half / angle.powi(2), (angle - angle.sin()) / angle.powi(3))
+        };
+        let omega = rate + across * once + turned.cross(across) * twice;
+        for (k, rate) in places.into_iter().zip(omega.to_array()) {
+            known[k].rate = Some(rate);
+        }
+    }
+    known
 }
 
 /// A formula without a finite value starts nothing.
@@ -36,63 +88,4 @@ fn check(motion: &Motion) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-/// Assembles at what is given; freedoms that it leaves open are taken from the model's own start, joint by
-/// joint, actuated ones first.
-fn complete(
-    job: &Job<'_>,
-    forward: &Forward,
-    mut coordinates: Vec<Coordinate>,
-    mut targets: Vec<Target<f64>>,
-) -> Result<State<f64>, Error> {
-    let homes = &job.model.homes;
-    let attempt = |coordinates: &[Coordinate], targets: &[Target<f64>]| {
-        forward.assemble(homes, coordinates, targets)
-    };
-    let first = match attempt(&coordinates, &targets) {
-        Ok(state) => return Ok(state),
-        Err(error) => error,
-    };
-    let ForwardError::Assembly(AssemblyError::Open { open }) = &first else {
-        return Err(Error::Forward(first));
-    };
-    let mut left = open.len();
-    for (coordinate, value) in candidates(forward) {
-        if coordinates.contains(&coordinate) {
-            continue;
-        }
-        coordinates.push(coordinate);
-        targets.push(Target { value, rate: 0.0, acceleration: 0.0 });
-        match attempt(&coordinates, &targets) {
-            Ok(state) => return Ok(state),
-            Err(ForwardError::Assembly(AssemblyError::Open { open })) if open.len() < left => {
-                left = open.len();
-            }
-            Err(_) => {
-                coordinates.pop();
-                targets.pop();
-            }
-        }
-    }
-    Err(Error::Forward(first))
-}
-
-/// The scalar coordinates of all joints with their start values, actuated ones first.
-fn candidates(forward: &Forward) -> Vec<(Coordinate, f64)> {
-    let joints = forward.mechanism().joints();
-    let mut all = Vec::new();
-    for actuated in [true, false] {
-        for (index, joint) in joints.iter().enumerate() {
-            if !joint.joint_type.has_scalar_coordinates() {
-                continue;
-            }
-            for (freedom, (driven, value)) in joint.actuated.iter().zip(&joint.start).enumerate() {
-                if *driven == actuated {
-                    all.push((Coordinate::Joint { joint: JointId(index), freedom }, *value));
-                }
-            }
-        }
-    }
-    all
 }

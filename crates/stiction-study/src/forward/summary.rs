@@ -1,6 +1,6 @@
 //! What a simulation comes to.
 
-use super::events::tell_all;
+use super::events::{method_name, methods, tell_all};
 use super::job::Job;
 use super::rows::{Layout, Rows};
 use super::run::{Ending, Outcome};
@@ -187,6 +187,7 @@ impl Summary {
             Ending::Interrupted => ("interrupted", None),
             Ending::Failed(error) => ("failed", Some(error.to_string())),
         };
+        let [by_events, in_steps] = methods(&outcome.events, self.span());
         let turnover = account.turnover;
         let error = self.energy_error.peak.abs();
         let others: Vec<Value> =
@@ -203,8 +204,10 @@ impl Summary {
                 "from": job.from,
                 "until": job.until,
                 "step": job.step,
+                "method": method_name(job.settings.method),
                 "relative_tolerance": job.settings.relative,
                 "absolute_tolerance": job.settings.absolute,
+                "time_step_tolerance": job.settings.time_step_tolerance,
             },
             "units": "SI: s, m, rad, kg, N, N m, J, W",
             "ended": ended,
@@ -225,6 +228,7 @@ impl Summary {
                 "turnover": turnover,
                 "error_relative": self.energy_error_relative(),
             },
+            "method": { "event_driven": by_events, "time_stepping": in_steps },
             "events": self.count_events(&outcome.events),
             "verdicts": {
                 "shares_unique": !outcome
@@ -276,7 +280,8 @@ impl Summary {
     /// How many events there are of each kind.
     fn count_events(&self, events: &[Event]) -> Value {
         let told = tell_all(&self.layout, self.at_rest_first(), events);
-        let kinds = ["sticks", "slides", "reverses", "shares-not-unique", "not-unique"];
+        let kinds =
+            ["sticks", "slides", "reverses", "shares-not-unique", "not-unique", "method", "jump"];
         let count = |kind: &str| told.iter().filter(|event| event.what == kind).count();
         Value::Object(kinds.map(|kind| (kind.to_owned(), json!(count(kind)))).into_iter().collect())
     }

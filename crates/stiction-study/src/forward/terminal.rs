@@ -1,6 +1,6 @@
 //! The summary that a person reads.
 
-use super::events::{Told, tell_all};
+use super::events::{Told, methods, tell_all};
 use super::job::{Job, Start};
 use super::run::{Ending, Outcome};
 use super::summary::Summary;
@@ -57,6 +57,7 @@ pub fn write_summary(
     write_drives(out, summary)?;
     write_friction(out, summary, outcome)?;
     write_energy(out, summary)?;
+    write_method(out, summary, outcome)?;
     write_verdicts(out, job, summary, outcome)
 }
 
@@ -212,6 +213,20 @@ fn write_energy(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     }
 }
 
+/// How time was passed.
+fn write_method(out: &mut impl Write, summary: &Summary, outcome: &Outcome) -> fmt::Result {
+    match methods(&outcome.events, summary.span()) {
+        [_, 0.0] => writeln!(out, "method: event-driven"),
+        [0.0, _] => writeln!(out, "method: time-stepping; reactions are means of steps"),
+        [by_events, in_steps] => writeln!(
+            out,
+            "method: event-driven for {} s, time-stepping for {} s, where reactions are means of steps",
+            number(by_events),
+            number(in_steps)
+        ),
+    }
+}
+
 fn times(count: usize) -> String {
     match count {
         0 => "never".to_owned(),
@@ -245,6 +260,16 @@ fn write_verdicts(
             "shares of static friction are not unique from t = {} s on: more contacts stick than it \
              takes; they share in proportion to what they can bear",
             number(event.time)
+        )?;
+    }
+    let jumps = count("jump");
+    if let Some(Told { time, at, .. }) = told.iter().find(|event| event.what == "jump") {
+        writeln!(
+            out,
+            "CAUTION: friction leaves no acceleration (jamming) {}, first at t = {} s with the greatest load in \
+             {at}; velocities jump there to the nearest that satisfy all laws",
+            times(jumps),
+            number(*time)
         )?;
     }
     let others = told.iter().filter(|event| event.what == "not-unique");
