@@ -528,3 +528,19 @@ fn a_block_moved_by_a_four_bar_sticks_just_below_the_friction_angle_and_slides_j
         }
     }
 }
+
+/// At a dead centre the slider stands still while the crank moves on. It is no freedom of the mechanism there and
+/// cannot stick: it only reverses, as it does at every later dead centre.
+#[test]
+fn a_crank_that_starts_at_a_dead_centre_only_reverses_its_slider() {
+    let robot = slider_crank();
+    let model = Forward::new(robot.mechanism.clone(), &[]);
+    let state = model.assemble(&[], &robot.coordinates, &[at(0.0, 10.0, 0.0)]).unwrap();
+    let mut inputs = ConstantEfforts(vec![0.0]);
+    let mut simulation = model.start(0.0, state, fine(), &mut inputs).unwrap();
+    simulation.advance(0.05, &mut inputs).unwrap();
+    assert!(simulation.events().is_empty(), "{:?}", simulation.events());
+    assert!(simulation.contacts().iter().all(|c| matches!(c, Doing::Slides(_))));
+    let turnover = simulation.energies().turnover;
+    assert!(simulation.energy_error().abs() < 1e-11 * turnover, "{:e}", simulation.energy_error());
+}

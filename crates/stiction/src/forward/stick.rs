@@ -266,7 +266,8 @@ impl Forward {
         })
     }
 
-    /// The contact that is farthest beyond its limit though it sticks, and its friction.
+    /// The contact that is farthest beyond its limit though it sticks, and its friction. Or one that cannot be
+    /// held at all, and where it goes: at a dead centre a slider stands, but the motion of all else moves it on.
     fn beyond(
         &self,
         ground: &Ground,
@@ -274,6 +275,14 @@ impl Forward {
         solved: &Solved,
         resting: &[usize],
     ) -> Option<(usize, [f64; 3])> {
+        // What holds a contact may depend on other constraints, and then need not do what is asked of it.
+        if !solved.balance.spread.stresses.is_empty() {
+            let held = resting.iter().filter(|&&contact| trial[contact] == Contact::Sticks);
+            let mut moving = held.filter_map(|&c| self.begins(ground, solved, c).map(|a| (c, a)));
+            if let Some(found) = moving.next() {
+                return Some(found);
+            }
+        }
         let contacts = self.contacts(ground, trial, solved);
         let mut worst: Option<(f64, usize)> = None;
         for &contact in resting {
