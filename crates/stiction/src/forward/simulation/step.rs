@@ -85,7 +85,7 @@ impl Simulation<'_> {
         if many {
             self.stiff = (0, 0);
         }
-        many && self.settings.method == Method::Automatic
+        many && self.rubs() && self.settings.method == Method::Automatic
     }
 
     pub(super) fn shrink(

@@ -57,12 +57,18 @@ impl Simulation<'_> {
         self.settings.method == Method::Automatic
             && self.stepping.is_none()
             && match error {
-                ForwardError::NoChoice { .. } | ForwardError::Stiff { .. } => true,
+                // Without friction there is nothing that steps of first order do better.
+                ForwardError::NoChoice { .. } | ForwardError::Stiff { .. } => self.rubs(),
                 // Where something holds, what lets go may have been chosen badly; where all slide there is
                 // no acceleration at all.
                 ForwardError::NoAcceleration { .. } => self.modes.iter().any(holds),
                 _ => false,
             }
+    }
+
+    /// Whether anything rubs.
+    pub(super) fn rubs(&self) -> bool {
+        !self.modes.is_empty()
     }
 
     /// Whether events have come so close that steps are the better way.
