@@ -31,7 +31,7 @@ fn carry_out(options: &Breakaway) -> Result<(), Failure> {
         friction_margin: false,
     };
     if !options.json && job.model.mechanism.joints().iter().all(|j| j.friction.is_empty()) {
-        eprintln!("note: the model declares no friction in any joint\n");
+        tell!("note: the model declares no friction in any joint\n");
     }
     let findings = look(&job, options.at).map_err(|error| match error {
         BreakawayError::Job(Error::Forces { time, error: InverseError::Unsettled }) => {

@@ -69,7 +69,7 @@ fn carry_out(options: &Check) -> Result<(), Failure> {
     let names = outputs.complete(&[])?;
     if !options.json {
         let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-        eprintln!("\nwrote {}", names.join(", "));
+        tell!("\nwrote {}", names.join(", "));
     }
     Ok(())
 }

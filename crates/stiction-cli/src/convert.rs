@@ -35,7 +35,7 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
             let converted = mjcf(&home)
                 .map_err(|unfit| Failure::input(unfit.to_string()).help(unfit.help()))?;
             for note in &converted.notes {
-                eprintln!("note: {note}");
+                tell!("note: {note}");
             }
             converted.text
         }
@@ -78,6 +78,6 @@ fn write(path: &Path, text: &str, model: &str) -> Result<(), Failure> {
     let mut outputs = Outputs::new(folder)?;
     outputs.write(name, text.as_bytes())?;
     outputs.complete(&[])?;
-    eprintln!("wrote {}", path.display());
+    tell!("wrote {}", path.display());
     Ok(())
 }

@@ -101,9 +101,9 @@ impl Failure {
                 eprint!("{}", diagnostics.render(colour));
             }
             What::Message { message, help, .. } => {
-                eprintln!("error: {message}");
+                tell!("error: {message}");
                 if let Some(help) = help {
-                    eprintln!("help: {help}");
+                    tell!("help: {help}");
                 }
             }
         }

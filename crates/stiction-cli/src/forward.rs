@@ -32,7 +32,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
     let found = sources::find(options.model.as_deref().unwrap_or(DEFAULT_MODEL))?;
     if !options.json {
         if options.model.is_none() {
-            eprintln!(
+            tell!(
                 "No model given: running the built-in `{DEFAULT_MODEL}`. A controller that knows the robot, but \
                  not its friction, follows\nthe robot's own motion.\n"
             );
@@ -45,7 +45,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
         && job.friction
         && job.model.mechanism.joints().iter().all(|j| j.friction.is_empty())
     {
-        eprintln!("note: the model declares no friction in any joint\n");
+        tell!("note: the model declares no friction in any joint\n");
     }
     let count = job.instants().map_err(|error| failure_of(Error::Instants(error)))?.count();
     let layout = Layout::new(&job.model.mechanism, job.follows());
@@ -171,11 +171,11 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
         let names = outputs.complete(&POSSIBLE)?;
         if !options.json {
             let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-            eprintln!("\nwrote {}", names.join(", "));
+            tell!("\nwrote {}", names.join(", "));
         }
         kept = options.output.as_deref();
     } else if !options.json && std::io::stderr().is_terminal() {
-        eprintln!("\nTables and plots: add -o DIR");
+        tell!("\nTables and plots: add -o DIR");
     }
     ended(outcome, kept)
 }
@@ -269,10 +269,10 @@ fn failure_of_forward(error: &ForwardError, bad_input: bool) -> Failure {
             Failure::input(message)
         }
         ForwardError::NoAcceleration { time, joint, percent } => Failure::no_answer(message)
-            .help("give the guide a longer `bending_span`, less friction, or smooth the law with `regularisation`; see the chapter on forward dynamics")
+            .help("less friction, a longer `bending_span` if it is a guide, or a law smoothed with `regularisation_velocity` lets it go on; at a singular position nothing but other drives, locks or another start does; see the chapter on forward dynamics")
             .details(json!({ "time": time, "joint": joint, "percent": percent })),
         ForwardError::NoChoice { time, joint } => Failure::no_answer(message)
-            .help("less friction there, or a law with `regularisation`, lets it go on")
+            .help("less friction there, or a law smoothed with `regularisation_velocity`, lets it go on")
             .details(json!({ "time": time, "joint": joint })),
         ForwardError::Massless { time, body } => Failure::no_answer(message)
             .help("give the body a mass and moments of inertia, or hold that motion with --hold")

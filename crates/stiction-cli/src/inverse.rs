@@ -27,7 +27,7 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
     let name = options.model.as_deref().unwrap_or(DEFAULT_MODEL);
     let found = sources::find(name)?;
     if options.model.is_none() {
-        eprintln!(
+        tell!(
             "No model given: running the built-in `{DEFAULT_MODEL}`, the regular twin of a published \
              robot.\nThe robot as printed is singular at every instant of its motion; `stiction \
              study zhang2018` shows how.\n"
@@ -53,7 +53,7 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
     if friction != FrictionMode::Off
         && job.model.mechanism.joints().iter().all(|j| j.friction.is_empty())
     {
-        eprintln!("note: the model declares no friction in any joint\n");
+        tell!("note: the model declares no friction in any joint\n");
     }
 
     let count = job.instants().map_err(|error| failure_of(Error::Instants(error)))?.count();
@@ -165,10 +165,10 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
         ])?;
         if !options.json {
             let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-            eprintln!("\nwrote {}", names.join(", "));
+            tell!("\nwrote {}", names.join(", "));
         }
     } else if !options.json && std::io::stderr().is_terminal() {
-        eprintln!("\nTables and plots: add -o DIR");
+        tell!("\nTables and plots: add -o DIR");
     }
     Ok(())
 }
@@ -177,7 +177,7 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
 pub(crate) fn warn(warnings: &Diagnostics) {
     if !warnings.is_empty() {
         let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-        eprintln!("{}", warnings.render(colour));
+        tell!("{}", warnings.render(colour));
     }
 }
 

@@ -5,6 +5,14 @@
 //! talk to standard error. Exit codes: 0 done, 1 the question has no answer (a singular position, a
 //! mechanism that jams), 2 the input cannot be used, 130 interrupted.
 
+/// A line on the standard error; where nobody listens any more it is lost, and that is no error.
+macro_rules! tell {
+    ($($what:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($what)*);
+    }};
+}
+
 mod arguments;
 mod breakaway;
 mod check;

@@ -45,7 +45,7 @@ impl Progress {
             self.draw(phase, done, of);
         } else if self.told.elapsed() > LINE_EVERY || self.told == self.begun {
             self.told = Instant::now();
-            eprintln!("{phase}: {done} of {of} samples");
+            tell!("{phase}: {done} of {of} samples");
         }
     }
 
@@ -72,7 +72,7 @@ impl Progress {
     pub(crate) fn tell_step(&mut self, what: &str, done: usize, of: usize) {
         if self.begun.elapsed() > PATIENCE && self.step != Some(done) {
             self.step = Some(done);
-            eprintln!("{} of {of}: {what}", done + 1);
+            tell!("{} of {of}: {what}", done + 1);
         }
     }
 

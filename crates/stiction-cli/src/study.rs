@@ -61,7 +61,7 @@ fn carry_out(options: &Study) -> Result<(), Failure> {
         let count = write(outputs, &report, &earlier_files(&folder))?;
         if !options.json {
             let page = folder.join("report.html");
-            eprintln!(
+            tell!(
                 "\nwrote {} and {count} more files: the same in Markdown and JSON, pictures, and all numbers as CSV",
                 page.display()
             );

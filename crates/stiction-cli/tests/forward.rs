@@ -239,6 +239,32 @@ fn joints_can_be_prescribed_and_locked() {
     assert!(column(&table, "B.drive [N m]").iter().any(|effort| effort.abs() > 0.1));
 }
 
+/// A motion that begins beyond half a turn is told where it is; a lock that is named twice is one.
+#[test]
+fn angles_count_on_from_where_they_are() {
+    let folder = Folder::new("forward-turns");
+    let run = [
+        "forward",
+        "four-bar",
+        "--prescribe",
+        "A",
+        "--motion",
+        "A = 7 rad + 1 rad/s*t; duration = 0.02 s",
+        "-o",
+        ".",
+    ];
+    folder.stiction(&run).succeeds();
+    let table = folder.read("forward.csv");
+    let places = column(&table, "A.position [rad]");
+    let wanted = column(&table, "A.wanted [rad]");
+    assert!((places[0] - 7.0).abs() < 1e-12);
+    // Nothing but the closing of the loop lies between them.
+    assert!(places.iter().zip(&wanted).all(|(place, wanted)| (place - wanted).abs() < 1e-12));
+    folder
+        .stiction(&["forward", "four-bar", "--hold", "A,A", "--until", "0.01", "--drives", "none"])
+        .succeeds();
+}
+
 #[test]
 fn the_start_may_be_partial() {
     let folder = Folder::new("forward-start");
@@ -349,6 +375,11 @@ fn wrong_input_is_told_with_a_way_out() {
         (&["forward", "--controller", "type = pd; leg1.P.limt = 3 N"], &["did you mean `limit`?"]),
         (&["forward", "--hold", "leg1.Q"], &["no joint `leg1.Q`", "did you mean"]),
         (&["forward", "--hold", "leg1.S"], &["no coordinate that could be held"]),
+        (
+            &["forward", "--hold", "leg1.P", "--prescribe", "leg1.P"],
+            &["locked and moved", "either --hold"],
+        ),
+        (&["forward", "--until", "inf"], &["--until is inf s", "a number of seconds"]),
         (&["forward", "--prescribe", "leg1.R"], &["has no actuator"]),
         (&["forward", "--until", "-1"], &["--until is -1 s"]),
         (&["forward", "--until", "nan"], &["--until"]),

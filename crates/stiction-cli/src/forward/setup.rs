@@ -40,7 +40,11 @@ impl Setup {
         };
         let mut locks = Vec::new();
         for name in &options.hold {
-            locks.extend(joint_freedoms(&found.model.mechanism, name)?);
+            for freedom in joint_freedoms(&found.model.mechanism, name)? {
+                if !locks.contains(&freedom) {
+                    locks.push(freedom);
+                }
+            }
         }
         let found = Found { model: arrange(&found.model, friction, &locks) };
         let mechanism = &found.model.mechanism;
@@ -48,7 +52,14 @@ impl Setup {
         let mut prescribed = Vec::new();
         for name in &options.prescribe {
             for freedom in joint_freedoms(mechanism, name)? {
+                if locks.contains(&freedom) {
+                    return Err(Failure::input(format!(
+                        "joint `{name}` cannot be locked and moved at the same time"
+                    ))
+                    .help("either --hold it or --prescribe it"));
+                }
                 match actuators.iter().position(|actuator| *actuator == freedom) {
+                    Some(actuator) if prescribed.contains(&actuator) => {}
                     Some(actuator) => prescribed.push(actuator),
                     None => {
                         return Err(Failure::input(format!("joint `{name}` has no actuator")).help(
@@ -58,7 +69,6 @@ impl Setup {
                 }
             }
         }
-        prescribed.dedup();
         let locked: Vec<usize> =
             locks.iter().filter_map(|lock| actuators.iter().position(|a| a == lock)).collect();
         let motion = found.motion_if_any(options.motion.as_deref())?;
@@ -139,7 +149,11 @@ impl Setup {
             job.step = step;
         }
         if let Some(until) = options.until {
-            if until.is_nan() || until.is_infinite() || until < from {
+            if until.is_nan() || until.is_infinite() {
+                return Err(Failure::input(format!("--until is {until} s"))
+                    .help("give an instant: a number of seconds"));
+            }
+            if until < from {
                 return Err(Failure::input(format!(
                     "--until is {until} s, but it starts at {from} s"
                 ))

@@ -97,6 +97,11 @@ impl<'a> Acting<'a> {
             None => None,
         };
         let zero = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+        // Where it is wanted counts on from where it is.
+        let mut turns = Turns::new(translations(forward).iter().map(|t| !t).collect());
+        for (last, (joint, freedom)) in turns.last_mut().iter_mut().zip(&actuators) {
+            *last = forward.joint_coordinate(state, &bodies, *joint, *freedom);
+        }
         Ok(Self {
             forward,
             job,
@@ -106,7 +111,7 @@ impl<'a> Acting<'a> {
             stopped,
             is_stopped: false,
             wanted: vec![zero; actuators.len()],
-            turns: Turns::new(translations(forward).iter().map(|t| !t).collect()),
+            turns,
             controller,
             kept: vec![0.0; actuators.len()],
             samples: 0,
