@@ -229,6 +229,8 @@ pub(crate) enum Format {
     Json,
     /// MuJoCo's XML
     Mjcf,
+    /// A model file of this program: legs written out, formulas evaluated
+    Model,
 }
 
 #[derive(Args, Debug)]

@@ -10,7 +10,7 @@ use std::io::Write as _;
 use std::path::Path;
 use stiction::dynamics::FrictionMode;
 use stiction_model::LoadCase;
-use stiction_study::exchange::{Home, json_text, mjcf};
+use stiction_study::exchange::{Home, Instant, json_text, mjcf, model_file};
 use stiction_study::inverse::Job;
 
 pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
@@ -31,6 +31,17 @@ pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
     let home = Home::of(&job).map_err(failure_of)?;
     let text = match options.to {
         Format::Json => json_text(&home),
+        Format::Model => {
+            let instant = Instant {
+                motion: &home.motion,
+                loads: &[],
+                friction: found.model.default_friction,
+            };
+            model_file(&home.mechanism, &found.model.title, instant).map_err(|unwritable| {
+                Failure::input(unwritable.to_string())
+                    .help("give it the same law both ways, with other coefficients")
+            })?
+        }
         Format::Mjcf => {
             let converted = mjcf(&home)
                 .map_err(|unfit| Failure::input(unfit.to_string()).help(unfit.help()))?;

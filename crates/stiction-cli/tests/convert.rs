@@ -52,6 +52,35 @@ fn a_file_is_written_whole() {
     assert_eq!(folder.files(), ["deep", "robot"]);
 }
 
+/// A model written out and read again has the forces of the model.
+#[test]
+fn a_model_written_out_is_the_model() {
+    let folder = Folder::new("convert-model");
+    for name in ["3rps", "andrews", "delta", "five-bar", "gough", "slider-crank"] {
+        let text = folder.stiction(&["convert", name, "--to", "model"]);
+        folder.write("copy.toml", text.succeeds());
+        let again = folder.stiction(&["convert", "copy.toml", "--to", "model"]);
+        assert_eq!(stable(again.succeeds()), stable(&text.out), "{name}");
+        let first = |model: &str, rest: &[&str]| {
+            let options = ["--load", "none", "-o", "out"];
+            folder.stiction(&[&["inverse", model], &options[..], rest].concat()).succeeds();
+            let table = folder.read("out/inverse.csv");
+            let mut lines = table.lines();
+            let (header, row) = (lines.next().unwrap(), lines.next().unwrap());
+            let cells = header.split(',').zip(row.split(','));
+            let drives = cells.filter(|(name, _)| name.contains(".drive ["));
+            drives.map(|(name, x)| (name.to_owned(), x.parse().unwrap())).collect::<Vec<_>>()
+        };
+        let (original, copy): (Vec<(String, f64)>, _) = (first(name, &[]), first("copy.toml", &[]));
+        let largest = original.iter().fold(0.0_f64, |max, (_, x)| max.max(x.abs()));
+        assert!(!original.is_empty() && original.len() == copy.len());
+        for ((name, x), (copied, y)) in original.iter().zip(&copy) {
+            // Numbers are written as they are; axes and angles of rotations round in their last digits.
+            assert!(name == copied && (x - y).abs() <= 1e-12 * largest, "{name} {x}, {copied} {y}");
+        }
+    }
+}
+
 #[test]
 fn a_motion_says_where() {
     let folder = Folder::new("convert-motion");
@@ -70,7 +99,7 @@ fn wrong_use_is_told() {
     let folder = Folder::new("convert-wrong");
     let convert = |rest: &[&str]| folder.stiction(&[&["convert"], rest].concat());
     convert(&["four-bar"]).fails(2, &["--to <FORMAT>"]);
-    convert(&["four-bar", "--to", "urdf"]).fails(2, &["invalid value 'urdf'", "json, mjcf"]);
+    convert(&["four-bar", "--to", "urdf"]).fails(2, &["invalid value 'urdf'", "json, mjcf, model"]);
     convert(&["--to", "json"]).fails(2, &["<MODEL>"]);
     convert(&["fourbar", "--to", "json"]).fails(2, &["no built-in model", "`four-bar`"]);
     let motion = ["four-bar", "--to", "json", "--motion", "trun"];

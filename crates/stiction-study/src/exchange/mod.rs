@@ -2,13 +2,16 @@
 
 mod json;
 mod mjcf;
+mod model_file;
 
 pub use json::{json, json_text};
 pub use mjcf::{Mjcf, Unfit, mjcf};
+pub use model_file::{Instant, Unwritable, model_file};
 
 use crate::inverse::{Error, Job};
 use stiction::joint::JointType;
-use stiction::mechanism::JointId;
+use stiction::kinematics::{Coordinate, Target};
+use stiction::mechanism::{JointId, Mechanism};
 use stiction::spatial::Pose;
 use stiction_model::Model;
 
@@ -24,6 +27,10 @@ pub struct Home<'a> {
     /// For each joint and each of its freedoms the coordinate, rad or m, angles within half a turn;
     /// none where it has none, as turning in all directions.
     pub coordinates: Vec<Vec<Option<f64>>>,
+    /// The mechanism, whose joints start from where they are.
+    pub mechanism: Mechanism,
+    /// What the motion prescribes at its first instant.
+    pub motion: Vec<(Coordinate, Target<f64>)>,
 }
 
 impl<'a> Home<'a> {
@@ -49,10 +56,13 @@ impl<'a> Home<'a> {
             values.resize(joint.joint_type.freedoms().len(), None);
             values
         });
+        let motion = job.motion.coordinates.iter().map(|(coordinate, _)| *coordinate);
         Ok(Self {
             model: job.model,
             poses: bodies.pose.iter().map(in_world).collect(),
             coordinates: coordinates.collect(),
+            mechanism: job.model.mechanism.starting_at(bodies),
+            motion: motion.zip(job.motion.at(job.motion.start)).collect(),
             across,
         })
     }
