@@ -4,8 +4,10 @@ mod common;
 
 use common::*;
 use stiction::dynamics::{AppliedLoad, InverseDynamics, InverseError, LoadAxes, Settings};
-use stiction::kinematics::AssemblyError;
-use stiction::spatial::Vec3;
+use stiction::joint::JointType;
+use stiction::kinematics::{AssemblyError, Coordinate, Target};
+use stiction::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder};
+use stiction::spatial::{Pose, Vec3};
 
 fn printed(friction: bool) -> (InverseDynamics, AppliedLoad<f64>) {
     let robot = printed_robot(friction);
@@ -87,4 +89,39 @@ fn three_coordinates_leave_the_roll_open() {
     assert_eq!(open.len(), 1);
     assert_eq!(open[0].body, "platform");
     assert!(open[0].motion.starts_with("rotation about x"), "{}", open[0].motion);
+}
+
+/// A position that closes says nothing of rates: a welded arm is told to turn.
+#[test]
+fn rates_that_loops_do_not_allow_are_refused() {
+    let arm = || BodySpec::new("arm").mass(1.0).inertia(diagonal(0.1, 0.1, 0.1));
+    let at = |x: f64| Pose::at(v(x, 0.0, 0.0));
+    let told = |mechanism: Mechanism, joint: &str, rate: f64, acceleration: f64| {
+        let joint = mechanism.joint_id(joint).unwrap();
+        let coordinates = [Coordinate::Joint { joint, freedom: 0 }];
+        let targets = [Target { value: 0.0, rate, acceleration }];
+        let settings = Settings::default();
+        InverseDynamics::new(mechanism, &[], &coordinates, &targets, settings).map(|_| ())
+    };
+    let welded = || {
+        MechanismBuilder::new("welded")
+            .body(arm())
+            .joint(
+                JointSpec::new("pin", JointType::Revolute, "ground", "arm")
+                    .frames(at(0.0), at(0.0))
+                    .actuated(),
+            )
+            .joint(
+                JointSpec::new("weld", JointType::Fixed, "ground", "arm").frames(at(0.0), at(0.0)),
+            )
+            .build()
+            .unwrap()
+    };
+    assert_eq!(told(welded(), "pin", 0.0, 0.0), Ok(()));
+    for (rate, acceleration, wanted) in [(1.0, 0.0, "rates"), (0.0, 1.0, "accelerations")] {
+        let error = told(welded(), "pin", rate, acceleration).unwrap_err();
+        let AssemblyError::Contradiction { order, by, .. } = &error else { panic!("{error}") };
+        assert_eq!(*order, wanted);
+        assert!((by - 1.0).abs() < 1e-12, "{error}");
+    }
 }

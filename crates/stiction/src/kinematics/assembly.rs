@@ -88,6 +88,7 @@ impl Assembly {
         };
         assembly.reassemble(topology, parameters)?;
         assembly.differentiate(topology, parameters);
+        assembly.agree(topology, parameters)?;
         Ok(assembly)
     }
 
@@ -314,7 +315,7 @@ impl Assembly {
             self.reassemble(topology, parameters).map_err(on_the_way)?;
         }
         if self.differentiates(topology, parameters) {
-            return Ok(());
+            return self.agree(topology, parameters);
         }
         // The position is closed, but singular: no rates, or any.
         self.state.rates.fill(0.0);
@@ -328,6 +329,22 @@ impl Assembly {
         self.differentiate(topology, parameters);
         let mut derivatives = self.state.rates.iter().chain(&self.state.accelerations);
         derivatives.all(|x| x.is_finite())
+    }
+
+    /// Whether rates and accelerations are those of loops that stay closed, as prescribed.
+    fn agree(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+    ) -> Result<(), AssemblyError> {
+        self.kinematics.contradiction(
+            topology,
+            parameters,
+            &self.prescription,
+            &self.state,
+            &self.targets,
+            &self.joint_names,
+        )
     }
 
     /// The careful search, then Newton's method with a new plan.

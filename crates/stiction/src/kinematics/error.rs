@@ -45,6 +45,25 @@ pub enum AssemblyError {
         /// The range in words.
         range: &'static str,
     },
+    /// The loops close, but not while they move as prescribed.
+    #[error(
+        "the loops close at this position, but it cannot be passed with the prescribed {order}: {} by \
+         {by:.3e} {unit}; the mechanism does not move that way here",
+        match joint {
+            Some(joint) => format!("joint `{joint}` would open"),
+            None => "one of the prescribed coordinates would be missed".to_owned(),
+        }
+    )]
+    Contradiction {
+        /// Rates or accelerations.
+        order: &'static str,
+        /// The joint that would open most; none if a coordinate would be missed more.
+        joint: Option<String>,
+        /// How fast.
+        by: f64,
+        /// In which unit.
+        unit: &'static str,
+    },
     /// The mechanism cannot follow without changing its assembly mode.
     #[error(
         "the mechanism cannot follow the motion smoothly: between two instants that are {step:.1e} s \

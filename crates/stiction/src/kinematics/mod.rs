@@ -6,6 +6,7 @@
 
 mod assembly;
 mod bodies;
+mod contradiction;
 mod coordinate;
 mod error;
 mod freedom;

@@ -97,6 +97,11 @@ impl Prescription {
         &self.spins
     }
 
+    /// Where the system has numbers, row by row.
+    pub(super) fn entries(&self) -> &[Entry] {
+        &self.entries
+    }
+
     /// Number of rows.
     pub(super) fn row_count(&self) -> usize {
         self.rows.len()
@@ -312,6 +317,17 @@ impl<T: Scalar> Kinematics<T> {
         self.linearise(topology, prescription);
         program.factor(&self.entries, &mut self.factors);
 
+        self.right_of_rates(prescription, targets);
+        program.solve(&self.factors, &mut self.right, &mut state.rates);
+        self.bodies.move_with(topology, &state.rates);
+
+        self.right_of_accelerations(topology, parameters, prescription, targets);
+        program.solve(&self.factors, &mut self.right, &mut state.accelerations);
+        self.bodies.accelerate(topology, &state.accelerations);
+    }
+
+    /// Right-hand side for the tree's rates: those that are prescribed.
+    pub(super) fn right_of_rates(&mut self, prescription: &Prescription, targets: &[Target<T>]) {
         let closures = self.closures;
         self.right.fill(T::zero());
         let coordinates = prescription.coordinates.iter().zip(&prescription.orientations);
@@ -326,12 +342,11 @@ impl<T: Scalar> Kinematics<T> {
                 _ => target.rate,
             };
         }
-        program.solve(&self.factors, &mut self.right, &mut state.rates);
-        self.bodies.move_with(topology, &state.rates);
+    }
 
-        self.right_of_accelerations(topology, parameters, prescription, targets);
-        program.solve(&self.factors, &mut self.right, &mut state.accelerations);
-        self.bodies.accelerate(topology, &state.accelerations);
+    /// The right-hand side that was written last.
+    pub(super) fn right_hand_side(&self) -> &[T] {
+        &self.right
     }
 
     /// Right-hand side for the tree's accelerations: what velocities leave of the rows' second

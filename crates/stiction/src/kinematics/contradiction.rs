@@ -1,0 +1,87 @@
+//! Whether the mechanism moves as it was told to.
+//!
+//! Where there are more rows than freedoms, those that others imply are left out when rates are solved for.
+//! They hold by themselves along a motion that the mechanism can carry out. At a single position they need
+//! not: loops that close there may be asked for rates that would open them.
+
+use super::coordinate::Target;
+use super::system::{Kinematics, Prescription};
+use super::{AssemblyError, State};
+use crate::parameters::Parameters;
+use crate::topology::Topology;
+
+/// A part of what a row consists of. Interpolated recordings of more coordinates than there are freedoms fit
+/// each other to less than this.
+const RELATIVE: f64 = 1e-5;
+/// 1/s and 1/s², lengths in units of the characteristic one: slower than anything that moves, and what
+/// rounding leaves of rates where a motion turns back.
+const ABSOLUTE: f64 = 1e-9;
+
+/// A row that is missed: by how much in all, and what it is the sum of.
+#[derive(Clone, Copy, Default)]
+struct Missed {
+    row: usize,
+    by: f64,
+    /// The same without units.
+    size: f64,
+}
+
+impl Kinematics<f64> {
+    /// An error where rates or accelerations miss a loop or a prescribed coordinate; needs
+    /// [`Self::differentiate`].
+    pub(super) fn contradiction(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        prescription: &Prescription,
+        state: &State<f64>,
+        targets: &[Target<f64>],
+        joint_names: &[String],
+    ) -> Result<(), AssemblyError> {
+        if prescription.row_count() <= topology.freedoms() {
+            return Ok(());
+        }
+        self.right_of_rates(prescription, targets);
+        let rates = self.missed(prescription, &state.rates, parameters.length);
+        self.right_of_accelerations(topology, parameters, prescription, targets);
+        let accelerations = self.missed(prescription, &state.accelerations, parameters.length);
+        let (missed, order) = match (rates, accelerations) {
+            (Some(rates), _) => (rates, "rates"),
+            (None, Some(accelerations)) => (accelerations, "accelerations"),
+            (None, None) => return Ok(()),
+        };
+        let is_angle = prescription.are_angles().nth(missed.row).unwrap_or(false);
+        let unit = match (is_angle, order) {
+            (true, "rates") => "rad/s",
+            (false, "rates") => "m/s",
+            (true, _) => "rad/s^2",
+            (false, _) => "m/s^2",
+        };
+        let loops = topology.cuts.iter().flat_map(|cut| {
+            topology.joint_types[cut.joint].constraints().iter().map(|_| cut.joint)
+        });
+        let joint = loops.into_iter().nth(missed.row).map(|joint| joint_names[joint].clone());
+        Err(AssemblyError::Contradiction { order, joint, by: missed.by, unit })
+    }
+
+    /// The row that is missed most, if any is.
+    fn missed(&self, prescription: &Prescription, found: &[f64], length: f64) -> Option<Missed> {
+        let mut worst = Missed::default();
+        let mut entries = prescription.entries().iter().zip(self.entries.iter()).peekable();
+        for (row, (is_angle, right)) in
+            prescription.are_angles().zip(self.right_hand_side()).enumerate()
+        {
+            let (mut sum, mut terms) = (-right, right.abs());
+            while let Some((entry, value)) = entries.next_if(|(entry, _)| entry.row == row) {
+                let term = value * found[entry.column];
+                sum += term;
+                terms += term.abs();
+            }
+            let size = sum.abs() * if is_angle { 1.0 } else { length.recip() };
+            if sum.abs() > RELATIVE * terms && size > ABSOLUTE && size > worst.size {
+                worst = Missed { row, by: sum.abs(), size };
+            }
+        }
+        (worst.size > 0.0).then_some(worst)
+    }
+}
