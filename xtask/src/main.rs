@@ -1,5 +1,5 @@
-//! The project's own automation: `cargo xtask test`, `cargo xtask validate`, `cargo xtask peers`,
-//! `cargo xtask counts`.
+//! The project's own automation: `cargo xtask test`, `cargo xtask validate`, `cargo xtask book`,
+//! `cargo xtask peers`, `cargo xtask counts`.
 
 mod counts;
 mod peers;
@@ -17,6 +17,7 @@ usage: cargo xtask COMMAND
   test       formatting, lints, documentation, all tests and validation, as the continuous
              integration runs them
   validate   forces, reactions and motions against other engines, see validation/README.md
+  book       what of the book is generated: the reference of the model file and pictures
   peers      speed beside other engines, see peers/README.md
              --json FILE     all numbers
              --samples N     rounds of batches, by default 300
@@ -32,6 +33,7 @@ fn main() -> ExitCode {
             Outcome::Passed | Outcome::Skipped => ExitCode::SUCCESS,
             Outcome::Failed => ExitCode::FAILURE,
         },
+        Some("book") => book(),
         Some("counts") => counts::counts(env::args().skip(2)),
         Some("peers") => peers::peers(env::args().skip(2)),
         Some("help" | "--help" | "-h") => {
@@ -46,6 +48,13 @@ fn main() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// Writes what of the book is generated; the same tests compare it when they are run without a word.
+fn book() -> ExitCode {
+    let mut command = cargo(&["test", "--package", "stiction-cli", "--test", "book"]);
+    command.env("STICTION_BOOK", "renew");
+    if succeeds(&mut command) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
 /// A command of the suite: what it is for, its arguments to cargo, and environment variables.

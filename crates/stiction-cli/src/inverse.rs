@@ -227,7 +227,9 @@ fn cannot_carry(missing: &Missing) -> Failure {
     } else {
         format!("{least:.4} to {greatest:.4} {unit}")
     };
-    let when = if samples == of {
+    let when = if *of == 1 {
+        format!("at t = {time} s")
+    } else if samples == of {
         format!("at every one of {of} samples")
     } else {
         format!("at {samples} of {of} samples, first at t = {time} s")

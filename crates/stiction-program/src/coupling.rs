@@ -3,6 +3,8 @@
 //! Wrenches are affine in friction forces, and those in loads. The matrix of a step has as many rows as there
 //! are contacts. But what happens elsewhere reaches a leg by the few wrenches that it transmits
 //! (`transmission`); where these are fewer than the contacts, the step solves for them.
+//!
+//! Equation (P3) of the book's theory.
 
 use crate::recorded::Recorded;
 use crate::transmission::{Leg, components, local};

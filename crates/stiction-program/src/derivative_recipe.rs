@@ -4,6 +4,8 @@
 //! the solution `p = L(x, p)`. So `(1 - L_p) dp = L_x dx` and `dD = D_x dx + D_p dp`: the coupling is not
 //! differentiated step by step but solved once more. `D_x dx` and `L_x dx` are slopes of what is recorded, through
 //! one Newton step of the position; `L_p` and `D_p` are what unit frictions do.
+//!
+//! Equation (P6) of the book's theory.
 
 use crate::graph::{Graph, Node, Op};
 use crate::meaning::{Merged, merge};

@@ -8,6 +8,8 @@
 //! What is found from `b` and from the inverse of `M` is recorded as if these were given, and they are put in
 //! their places afterwards; the coupling is solved in the graph that is merged already. So bounds of rounding errors, by
 //! which nodes are told apart, do not grow through solutions.
+//!
+//! Equation (P5) of the book's theory.
 
 use crate::graph::{Graph, Node};
 use crate::meaning::{Merged, merge};

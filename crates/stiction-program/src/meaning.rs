@@ -1,4 +1,6 @@
 //! What nodes mean: their values at samples, with bounds of their rounding errors.
+//!
+//! Equation (P2) of the book's theory.
 
 use crate::graph::{Graph, Node, Op};
 use std::collections::HashMap;

@@ -2,6 +2,8 @@
 //!
 //! Friction elsewhere reaches a leg only through them, and they are few: one for a UPS leg, two for an RPS
 //! leg.
+//!
+//! Equation (P4) of the book's theory.
 
 use crate::samples::Sample;
 use stiction::dynamics::InverseDynamics;

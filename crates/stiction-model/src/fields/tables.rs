@@ -207,8 +207,8 @@ const TABLE: Field = field(
 const LAW: Field = field(
     "law",
     Choice(FRICTION_LAWS),
-    "The kind of friction; by default what the other keys amount to, coulomb or stribeck. Laws with a \
-     state (dahl, lugre) are used as in steady sliding.",
+    "The kind of friction; by default what the other keys amount to, coulomb or stribeck. \
+     Inverse dynamics takes laws with a state (dahl, lugre) as in steady sliding.",
 );
 const SIGMA0: Field = field(
     "sigma0",

@@ -1,4 +1,6 @@
 //! What arrives of the work that is put in: by the drives, or by the load that drives them back.
+//!
+//! Equation (E3) of the book's theory.
 
 use super::columns::Names;
 use super::statistics::Least;

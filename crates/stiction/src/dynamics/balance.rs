@@ -1,4 +1,6 @@
 //! The kernel that solves the balance for all reactions, given motion and linearised friction.
+//!
+//! Equations (B4), (B5) and (B6) of the book's theory.
 
 use super::contacts::{ContactState, Contacts, Coupling, wrench_against};
 use super::inverse::Setup;

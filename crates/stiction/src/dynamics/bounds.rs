@@ -1,4 +1,6 @@
 //! What contacts at rest leave open: the interval of each driving force.
+//!
+//! Equation (R1) of the book's theory.
 
 use super::forces::Forces;
 use super::inverse::{Inverse, Settings, Setup};

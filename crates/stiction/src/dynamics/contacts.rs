@@ -1,4 +1,6 @@
 //! Sliding contacts during a computation: speeds, loads, and friction made linear in the reactions.
+//!
+//! Equations (F2), (F4) and (F5) of the book's theory.
 
 use crate::friction::{ContactShape, Law, Load, OwnFriction, Resistance, Thread};
 use crate::joint::Carrier;

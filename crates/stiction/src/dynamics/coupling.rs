@@ -1,4 +1,6 @@
 //! How strongly friction and reactions are coupled: whether there can be another solution.
+//!
+//! Equations (F6) and (F7) of the book's theory.
 
 use super::balance::Balance;
 use super::contacts::ContactState;

@@ -5,6 +5,8 @@
 //! what is determined, what is redundant and what cannot be carried.
 //!
 //! Source: the 42 equations (22) to (27) of Zhang et al. 2018, corrected and for any mechanism.
+//!
+//! Equations (B1), (B2) and (B3) of the book's theory.
 
 use super::load::AppliedLoad;
 use crate::joint::JointType;

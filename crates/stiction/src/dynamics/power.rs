@@ -1,4 +1,6 @@
 //! The power balance: an account that no solver sees.
+//!
+//! Equation (E1) of the book's theory.
 
 use super::load::AppliedLoad;
 use super::spring::Pull;

@@ -8,6 +8,8 @@
 //!
 //! What friction a contact has depends on the others', through the reactions; how much of a drive it
 //! causes, once it is there, does not.
+//!
+//! Equation (E2) of the book's theory.
 
 use super::balance::Balance;
 use super::contacts::ContactState;

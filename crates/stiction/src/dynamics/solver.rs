@@ -1,4 +1,6 @@
 //! Inverse dynamics in `f64` with every check: the library's front door.
+//!
+//! Equation (F9) of the book's theory.
 
 use super::bounds;
 use super::careful;

@@ -9,6 +9,8 @@
 //! Where there are more unknowns than equations, constraints or actuators are redundant, and a
 //! declared weighting decides: the system is bordered by the conditions of a minimum,
 //! `[H A^T; A 0]`.
+//!
+//! Equation (B8) of the book's theory.
 
 use crate::linalg::Entry;
 use crate::topology::{Link, Topology};

@@ -1,4 +1,6 @@
 //! Friction that locks: the solution followed from no friction to the given coefficients.
+//!
+//! Equation (F8) of the book's theory.
 
 use super::coupling::CouplingRoom;
 use super::inverse::{Inverse, Settings, Setup};

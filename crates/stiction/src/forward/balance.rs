@@ -11,6 +11,8 @@
 //! the independent rows. `M` need not be invertible, only `Z^T M Z`: what moves must weigh something.
 //! Dependent rows are redundant constraints: the accelerations do not need them, and their reactions
 //! follow from the declared rule ([`super::spread`]).
+//!
+//! Equations (D1) and (D2) of the book's theory.
 
 use super::masses::Masses;
 use super::rows::{Rows, each_freedom};

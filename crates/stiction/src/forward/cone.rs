@@ -15,6 +15,8 @@
 //! all at once by Newton's method on the nonsmooth equations (Alart and Curnier 1991), which is fast near
 //! a solution. Steps are the shortest where self-stresses leave frictions open, so what is found is near
 //! where it began. Where both fail the solution is followed from no friction.
+//!
+//! Equation (D5) of the book's theory.
 
 use super::balance::Response;
 use super::rub::{Contact, load, norm};

@@ -2,6 +2,8 @@
 //!
 //! Unknown are the loads `N` of the contacts. All wrenches are affine in them, with the accelerations
 //! that they cause, so `N = load(wrench(N))` is a small system for Newton's method.
+//!
+//! Equation (D3) of the book's theory.
 
 use super::balance::{Balance, Response, Scene};
 use super::rub::{Rub, load, most_change, wrench_of};

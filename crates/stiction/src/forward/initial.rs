@@ -1,4 +1,6 @@
 //! Where a simulation begins, from partial information.
+//!
+//! Equation (D8) of the book's theory.
 
 use super::Forward;
 use super::balance::{factor, solve_factored};

@@ -1,4 +1,6 @@
 //! Steps of the method of Dormand and Prince of order 8, with error control and interpolation.
+//!
+//! Equation (D6) of the book's theory.
 
 use super::dop853::{ALL_STAGES, ERROR_5, INTERPOLATION, LOWER_3, NODES, STAGES, WEIGHTS};
 

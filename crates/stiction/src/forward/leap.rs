@@ -9,6 +9,8 @@
 //! with `J w` what is prescribed at the end, and friction laws between impulses and `w`: each contact's
 //! friction is bounded by its own reaction of the same step. Stops and reversals within the step need no
 //! event, a contact that sticks has `w = 0`, and where friction makes velocities jump they jump.
+//!
+//! Equation (D7) of the book's theory.
 
 use super::Forward;
 use super::balance::{Balance, Response};

@@ -4,6 +4,8 @@
 //! friction. All contacts at rest are tried sticking first, so what can stay does. Then, one by one, what
 //! is beyond its limit lets go, and what would slide back is held again. Where that goes in circles, all
 //! choices are looked through, as far as they are not too many.
+//!
+//! Equation (D4) of the book's theory.
 
 use super::Forward;
 use super::error::ForwardError;

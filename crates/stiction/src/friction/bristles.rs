@@ -1,4 +1,6 @@
 //! Friction laws with an internal state: Dahl's and the LuGre model.
+//!
+//! Equation (L2) of the book.
 
 use crate::scalar::Scalar;
 

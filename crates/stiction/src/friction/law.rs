@@ -1,4 +1,6 @@
 //! Friction laws: from sliding speed and load to friction force.
+//!
+//! Equation (F1) of the book's theory.
 
 use super::Bristles;
 use crate::scalar::Scalar;

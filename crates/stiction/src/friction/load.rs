@@ -1,4 +1,6 @@
 //! Load maps: from a joint's reaction to the load on its sliding surface.
+//!
+//! Equation (F3) of the book's theory.
 
 use crate::scalar::Scalar;
 use crate::spatial::{Twist, Vec3, Wrench};

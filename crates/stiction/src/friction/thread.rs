@@ -1,4 +1,6 @@
 //! The thread of a helical joint: what its flanks carry.
+//!
+//! Equation (L1) of the book.
 
 use super::{Load, LoadMap};
 use crate::scalar::Scalar;

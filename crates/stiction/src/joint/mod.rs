@@ -18,6 +18,8 @@
 //! Forces pass through the origin of J. Each freedom is constant in the body that carries it, which
 //! makes the rate of change of every joint's motion subspace one formula:
 //! `d/dt S_k = (twist of the carrier) x S_k`.
+//!
+//! Equation (K3) of the book's theory.
 
 mod cylindrical;
 mod fixed;

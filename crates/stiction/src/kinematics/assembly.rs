@@ -1,4 +1,6 @@
 //! Bringing a mechanism into a prescribed position, and keeping it there along a motion.
+//!
+//! Equation (K5) of the book's theory.
 
 use super::bodies::{Bodies, State, write_floating};
 use super::coordinate::{Coordinate, Target};

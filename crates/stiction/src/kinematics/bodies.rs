@@ -1,4 +1,6 @@
 //! Forward pass: from the coordinates of the tree to the motion of all bodies.
+//!
+//! Equations (K1) and (K2) of the book's theory.
 
 use crate::joint::{Carrier, Freedom, MOST_FREEDOMS};
 use crate::parameters::Parameters;

@@ -5,6 +5,8 @@
 //! few freedoms follow from distances and heights that only one of them changes (subproblems in the
 //! sense of Paden 1986 and Kahan). Which rule and which branch serve is not derived but tried: those are
 //! taken that give the coordinates of known positions.
+//!
+//! Equation (K7) of the book's theory.
 
 use super::Bodies;
 use crate::joint::JointType;

@@ -1,4 +1,6 @@
 //! Rotation vectors (axis times angle) and their derivatives.
+//!
+//! Equation (K6) of the book's theory.
 
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Vec3};

@@ -3,6 +3,8 @@
 //! Rows: the constraints of all cut joints, the prescribed coordinates, the idle spins. Columns: the
 //! freedoms of the tree. Each row is a covector on the motion of some bodies, so an entry is the
 //! power of a wrench on a unit twist.
+//!
+//! Equation (K4) of the book's theory.
 
 use super::bodies::{Bodies, State};
 use super::coordinate::{Coordinate, Target};

@@ -1,4 +1,6 @@
 //! What a mechanism can really do from a position: motions of finite size, traced.
+//!
+//! Equation (M3) of the book's theory.
 
 use super::bodies::State;
 use super::coordinate::{Coordinate, Target};

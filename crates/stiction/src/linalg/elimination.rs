@@ -1,4 +1,6 @@
 //! Gaussian elimination as a fixed program.
+//!
+//! Equation (M7) of the book's theory.
 
 use super::plan::Plan;
 use crate::scalar::Scalar;

@@ -5,6 +5,8 @@
 //! that do not vanish identically vanish on a set of measure zero. So positions are taken at random,
 //! far from each other, and their singular values looked at. More digits in the arithmetic would
 //! not add truth: the dimensions themselves are known to sixteen.
+//!
+//! Equation (M8) of the book's theory.
 
 use crate::dynamics::InverseDynamics;
 use crate::kinematics::{Coordinate, LoopsAt, State, Target, Wander};

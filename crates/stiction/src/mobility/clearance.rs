@@ -4,6 +4,8 @@
 //! it: `q = s . (second derivative along x)`. A joint that carries the force `F` of this self-stress
 //! and has the clearance `c` gives `F c` at most. So `t = sqrt(2 F c / |q|)`: a motion grows as the
 //! root of the clearance. (For the robot of Zhang et al. 2018: `c = sqrt(3)/2 k roll^2`.)
+//!
+//! Equation (M4) of the book's theory.
 
 use super::count::NEGLIGIBLE;
 use super::distance::Constraints;

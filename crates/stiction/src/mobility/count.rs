@@ -1,4 +1,6 @@
 //! Degrees of freedom, counted three ways, and what they are.
+//!
+//! Equations (M1) and (M2) of the book's theory.
 
 use super::clearance::{Play, play};
 use super::words::describe_freedoms;

@@ -6,6 +6,8 @@
 //! motion of the bodies, of size one, that is resisted by joint forces of no more than `d` for each
 //! unit of generalised force. It does not depend on units, on the order of bodies, on the base, or
 //! on which joints are cut.
+//!
+//! Equation (M5) of the book's theory.
 
 use super::statics::{RANK_TOLERANCE, Statics};
 use crate::dynamics::newton_euler::{NewtonEuler, Unknown};

@@ -4,6 +4,8 @@
 //! Between bodies such a product has blocks only where a joint is, and between joints only where they share
 //! a body, so that its decomposition costs little: in proportion to the number of legs, but for what the
 //! joints at one hub have to do with each other.
+//!
+//! Equation (M6) of the book's theory.
 
 use super::distance::Distances;
 use crate::dynamics::newton_euler::NewtonEuler;

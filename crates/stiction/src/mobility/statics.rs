@@ -1,4 +1,6 @@
 //! What the joints and actuators of a mechanism can carry at a position, and how uniquely.
+//!
+//! Equations (B7) and (B9) of the book's theory.
 
 use super::distance::JointLoad;
 use super::weakest::ToldMotion;

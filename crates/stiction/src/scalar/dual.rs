@@ -1,4 +1,6 @@
 //! Numbers that carry their derivatives.
+//!
+//! Equation (P1) of the book's theory.
 
 use super::Scalar;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};

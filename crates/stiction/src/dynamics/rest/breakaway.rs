@@ -1,4 +1,6 @@
 //! The effort at which an actuator begins to move a mechanism.
+//!
+//! Equation (R4) of the book's theory.
 
 use crate::dynamics::bounds::{Held, Position, Way, extreme, hold, probe, resolve};
 use crate::dynamics::inverse::Inverse;

@@ -1,4 +1,6 @@
 //! Does static friction hold a position while actuators do nothing?
+//!
+//! Equation (R5) of the book's theory.
 
 use super::map::{FrictionMap, unit};
 use super::outer::greatest_frictions;

@@ -1,4 +1,6 @@
 //! What no static friction exceeds: certified bounds.
+//!
+//! Equations (R2) and (R3) of the book's theory.
 
 use super::map::{FrictionMap, unit};
 use crate::dynamics::coupling::radius_bound;

@@ -1,4 +1,6 @@
 //! The account of energy since the start.
+//!
+//! Equation (E4) of the book's theory.
 
 use super::Simulation;
 

@@ -1,0 +1,49 @@
+//! The book's pages are true: their files are accepted, their commands say what is printed, their
+//! pictures show what the program writes, their links lead somewhere, and the tests that the theory
+//! names are there.
+//!
+//! A fenced block `toml` whose first line is `# NAME.toml` is a file; a block `console` holds
+//! commands after `$ ` and what they say (standard output, then standard error). There, a line `...`
+//! stands for any lines and `[..]` for any characters. `console exit=N` is how the last one ends.
+//! A line `<!-- picture NAME.svg: FILE -->` says which file of those commands a picture is;
+//! `<!-- picture NAME.svg: COLUMN of FILE, FILE -->` draws a column of several tables. `cargo xtask
+//! book` writes anew what is generated: the reference of the model file and the pictures.
+
+mod links;
+mod pages;
+mod pictures;
+#[path = "../program/mod.rs"]
+mod program;
+mod reference;
+mod theory;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The folder with the pages.
+fn book() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src")
+}
+
+/// All pages, by name.
+fn pages() -> Vec<PathBuf> {
+    let files = fs::read_dir(book()).unwrap().map(|entry| entry.unwrap().path());
+    let mut pages: Vec<_> =
+        files.filter(|path| path.extension().is_some_and(|ending| ending == "md")).collect();
+    pages.sort();
+    assert!(pages.len() > 5, "the book has pages");
+    pages
+}
+
+/// Whether what is generated is to be written.
+fn renewed() -> bool {
+    std::env::var_os("STICTION_BOOK").is_some_and(|word| word == "renew")
+}
+
+#[test]
+fn every_page_is_true() {
+    let pages = pages();
+    let commands: usize = pages.iter().map(|page| pages::carry_out(page)).sum();
+    assert!(commands > 5, "the tutorial runs commands");
+    pages.iter().for_each(|page| pages::accepted(page));
+}

@@ -1,0 +1,225 @@
+//! The reference of the model file is generated from its schema.
+
+use crate::{book, renewed};
+use serde_json::{Map, Value};
+use std::fmt::Write;
+use std::fs;
+
+/// What is before the tables.
+const HEAD: &str = "\
+# All keys of the model file
+
+<!-- Generated from the schema: `cargo xtask book` writes this page. -->
+
+This page is generated from the schema that `stiction schema` prints, and has every key. What keys mean together, with
+examples, is in [The model file](model-file.md). A *quantity* is a number in the unit of the column, or a text with
+units and formulas, see [quantities](model-file.md#quantities). **Bold** keys are required. The keys of a table that
+is marked → are in the section of that name.
+
+";
+
+/// Sections in order: the heading, and where the schema has the table.
+const SECTIONS: &[(&str, &str)] = &[
+    ("The file", ""),
+    ("Pose", "/$defs/pose"),
+    ("Body", "/properties/bodies/additionalProperties"),
+    ("Joint", "/properties/joints/additionalProperties"),
+    ("Friction", "/properties/joints/additionalProperties/properties/friction"),
+    (
+        "Friction backward",
+        "/properties/joints/additionalProperties/properties/friction/properties/backward",
+    ),
+    ("Contact", "/properties/joints/additionalProperties/properties/friction/properties/first"),
+    ("Compliance", "/properties/joints/additionalProperties/properties/compliance"),
+    ("Spring", "/properties/springs/additionalProperties"),
+    ("Legs", "/properties/legs/anyOf/0"),
+    ("Place of a leg", "/properties/legs/anyOf/0/properties/place/items"),
+    ("Joint of a leg", "/properties/legs/anyOf/0/properties/joints/additionalProperties"),
+    ("Motion", "/properties/motions/additionalProperties"),
+    ("Load", "/properties/loads/additionalProperties"),
+    ("Load on a body", "/$defs/load"),
+    ("Default", "/properties/default"),
+];
+
+/// A table's keys, as the schema has them; it tells tables apart.
+fn keys(table: &Value) -> Option<&Map<String, Value>> {
+    table.get("properties").and_then(Value::as_object).filter(|keys| !keys.contains_key("xx"))
+}
+
+/// The section of a table with these keys.
+fn section(schema: &Value, table: &Value) -> Option<&'static str> {
+    let own = keys(table)?;
+    let same = |path: &str| schema.pointer(path).and_then(keys) == Some(own);
+    SECTIONS.iter().find(|(_, path)| same(path)).map(|(heading, _)| *heading)
+}
+
+/// Where a table is described.
+fn link(heading: &str) -> String {
+    format!("→ [{heading}](#{})", heading.to_lowercase().replace(' ', "-"))
+}
+
+/// What stands behind a key, in words.
+fn kind(schema: &Value, value: &Value) -> String {
+    if let Some(heading) = section(schema, value) {
+        return link(heading);
+    }
+    if let Some(name) = value["$ref"].as_str() {
+        return match name.trim_start_matches("#/$defs/") {
+            "pose" => link("Pose"),
+            "load" => link("Load on a body"),
+            other => other.to_owned(),
+        };
+    }
+    if let Some(words) = value["enum"].as_array() {
+        let words: Vec<_> =
+            words.iter().filter_map(Value::as_str).map(|w| format!("`{w}`")).collect();
+        return words.join(", ");
+    }
+    if let Some(forms) = value["anyOf"].as_array() {
+        let forms: Vec<_> = forms.iter().map(|form| kind(schema, form)).collect();
+        return forms.join(", or ");
+    }
+    match value["type"].as_str() {
+        Some("string") => "text".into(),
+        Some("boolean") => "`true`, `false`".into(),
+        Some("array") => format!("list of: {}", kind(schema, &value["items"])),
+        Some("object") => format!("by name: {}", kind(schema, &value["additionalProperties"])),
+        other => panic!("{other:?} of {value}"),
+    }
+}
+
+/// A section: a row for each key with kind, unit, whether it is required, and its meaning.
+fn table(page: &mut String, schema: &Value, heading: &str, path: &str) {
+    let table = schema.pointer(path).unwrap_or_else(|| panic!("{path}"));
+    let properties = keys(table).unwrap_or_else(|| panic!("{path} is no table"));
+    let required: Vec<_> = table["required"].as_array().into_iter().flatten().collect();
+    let _ = writeln!(page, "## {heading}\n");
+    let _ = writeln!(
+        page,
+        "| key | value | unit | meaning | without it |\n| --- | --- | --- | --- | --- |"
+    );
+    for (key, value) in properties {
+        let text = value["description"].as_str().unwrap_or_else(|| panic!("{path}/{key}"));
+        let (text, unit) = text.split_once(" Bare numbers are in ").unwrap_or((text, ""));
+        let (meaning, absent) = default(text);
+        let mark = if required.iter().any(|name| *name == key) { "**" } else { "" };
+        let absent = if mark.is_empty() { absent } else { "an error".into() };
+        let kind = kind(schema, value);
+        let _ = writeln!(
+            page,
+            "| {mark}`{key}`{mark} | {kind} | {} | {} | {absent} |",
+            unit.trim_end_matches('.').replace("^2", "²"),
+            meaning.replace('|', "\\|"),
+        );
+    }
+    let others = &table["additionalProperties"];
+    if others.is_object() {
+        let _ = match others["$ref"].as_str() {
+            Some("#/$defs/coordinates") => writeln!(
+                page,
+                "\nAny other key is a coordinate, a quantity in which the time is `t`: of a joint, or behind the \
+                 name of a {}.",
+                table["$comment"].as_str().unwrap().trim_start_matches("behind the name of a ")
+            ),
+            _ if heading == "Load" => {
+                writeln!(page, "\nAny other key is the name of a body: {}.", link("Load on a body"))
+            }
+            _ => writeln!(
+                page,
+                "\nNames of bodies with dots nest: any other key is a part of a name."
+            ),
+        };
+    }
+    page.push('\n');
+}
+
+/// A description, and what it says of the case that the key is not there.
+fn default(text: &str) -> (String, String) {
+    let found = text.find("; by default ").map(|at| (at, at + 2));
+    let Some((end, start)) = found.or_else(|| text.find(" By default ").map(|at| (at, at + 1)))
+    else {
+        return (text.into(), String::new());
+    };
+    let stop = text[start..].find([';', '.']).map_or(text.len(), |length| start + length);
+    // A point within a number is not the end.
+    let said = text[start + "by default ".len()..stop].trim();
+    let rest = text[stop..].trim_start_matches(['.', ';']).trim();
+    let mut meaning = text[..end].trim_end_matches(['.', ';']).to_owned() + ".";
+    if !rest.is_empty() {
+        let mut signs = rest.chars();
+        let first = signs.next().into_iter().flat_map(char::to_uppercase);
+        meaning.push(' ');
+        meaning.extend(first.chain(signs));
+    }
+    (meaning, said.into())
+}
+
+#[test]
+fn the_reference_is_that_of_the_schema() {
+    let schema = stiction_model::json_schema();
+    let mut page = HEAD.to_owned();
+    for (heading, path) in SECTIONS {
+        table(&mut page, &schema, heading, path);
+    }
+    page.push_str(
+        "## Other values\n\n| value | is |\n| --- | --- |\n\
+         | quantity | a number in SI units, or an expression with units |\n\
+         | vector | a list of three quantities |\n",
+    );
+    let names = |path: &str| {
+        let words = schema.pointer(path).and_then(Value::as_array).unwrap();
+        words.iter().filter_map(Value::as_str).map(|w| format!("`\"{w}\"`")).collect::<Vec<_>>()
+    };
+    let orders: Vec<String> = schema["$defs"]["rotation"]["anyOf"].as_array().unwrap()[1..]
+        .iter()
+        .flat_map(|form| keys(form).unwrap().keys().map(|order| format!("`{order}`")))
+        .collect();
+    let inertia = schema["$defs"]["inertia"]["anyOf"][1]["properties"].as_object().unwrap();
+    let entries: Vec<String> = inertia.keys().map(|entry| format!("`{entry}`")).collect();
+    let _ =
+        writeln!(page, "| axis | {}, or a vector |", names("/$defs/axis/anyOf/0/enum").join(", "));
+    let _ = writeln!(
+        page,
+        "| rotation | `{{ axis, angle }}`, or intrinsic angles as a list of three under one of the keys {} |",
+        orders.join(" ")
+    );
+    let _ = writeln!(
+        page,
+        "| inertia | a list of three moments `[xx, yy, zz]`, or a table of {} in kg m² |",
+        entries.join(" ")
+    );
+    let path = book().join("model-reference.md");
+    if renewed() {
+        fs::write(&path, &page).unwrap();
+    }
+    let known = fs::read_to_string(&path).unwrap_or_default();
+    assert!(known == page, "model-reference.md is out of date: `cargo xtask book` renews it");
+}
+
+/// Every table of the schema has a section.
+#[test]
+fn no_table_is_left_out() {
+    fn walk(schema: &Value, value: &Value, path: &str, lost: &mut Vec<String>) {
+        let is_rotation = path.contains("rotation") || path.contains("inertia");
+        if keys(value).is_some() && section(schema, value).is_none() && !is_rotation {
+            lost.push(path.to_owned());
+        }
+        match value {
+            Value::Object(entries) => {
+                for (key, inner) in entries {
+                    walk(schema, inner, &format!("{path}/{key}"), lost);
+                }
+            }
+            Value::Array(list) => {
+                for (k, inner) in list.iter().enumerate() {
+                    walk(schema, inner, &format!("{path}/{k}"), lost);
+                }
+            }
+            _ => {}
+        }
+    }
+    let schema = stiction_model::json_schema();
+    let mut lost = Vec::new();
+    walk(&schema, &schema, "", &mut lost);
+    assert!(lost.is_empty(), "{lost:?}");
+}
