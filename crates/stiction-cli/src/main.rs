@@ -33,7 +33,7 @@ use std::io::Write;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = Arguments::try_parse().unwrap_or_else(|error| refuse(&error));
     let outcome = match arguments.command {
         None => inverse::run(&arguments.inverse),
         Some(Command::Inverse(options)) => inverse::run(&options),
@@ -51,6 +51,20 @@ fn main() -> ExitCode {
             failure.tell();
             failure.exit_code()
         }
+    }
+}
+
+/// Says what is wrong with the arguments. A misspelt command is taken for a model, and what follows it
+/// for a command, so this has to be said otherwise.
+fn refuse(error: &clap::Error) -> ! {
+    let first = std::env::args().nth(1).unwrap_or_default();
+    match sources::near_command(&first) {
+        Some(command) if error.kind() == clap::error::ErrorKind::ArgumentConflict => {
+            tell!("error: there is no command `{first}`");
+            tell!("help: did you mean `stiction {command}`?");
+            std::process::exit(2)
+        }
+        _ => error.exit(),
     }
 }
 

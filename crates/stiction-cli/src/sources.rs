@@ -39,10 +39,7 @@ pub(crate) fn find(name: &str) -> Result<Found, Failure> {
 /// There is no such model in the gallery.
 pub(crate) fn unknown_model(name: &str) -> Failure {
     // Where a model may stand, a command may have been meant.
-    let command =
-        ["inverse", "forward", "check", "breakaway", "convert", "models", "schema", "help"]
-            .into_iter()
-            .find(|command| strsim::damerau_levenshtein(command, name) <= 2);
+    let command = near_command(name);
     let nearest = gallery::names()
         .map(|known| (strsim::damerau_levenshtein(known, name), known))
         .min()
@@ -56,6 +53,13 @@ pub(crate) fn unknown_model(name: &str) -> Failure {
     };
     Failure::input(format!("there is no built-in model `{name}`, and no file of that name"))
         .help(help)
+}
+
+/// The command whose name is nearly this.
+pub(crate) fn near_command(name: &str) -> Option<&'static str> {
+    ["inverse", "forward", "check", "breakaway", "study", "convert", "models", "schema", "help"]
+        .into_iter()
+        .find(|command| strsim::damerau_levenshtein(command, name) <= 2)
 }
 
 /// The text of a file, or why there is none.

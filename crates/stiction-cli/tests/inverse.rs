@@ -225,6 +225,7 @@ fn wrong_input_is_told_with_a_way_out() {
         (&["inverse", "--friction", "yes"], &["one-pass"]),
         (&["inverse", "-o", "out"], &["cannot make the folder out"]),
         (&["invert"], &["did you mean `stiction inverse`?"]),
+        (&["invers", "lift.toml"], &["no command `invers`", "did you mean `stiction inverse`?"]),
         (&["models", "gouhg"], &["did you mean `gough`?"]),
     ];
     for (arguments, texts) in cases {

@@ -6,8 +6,9 @@
 //! commands after `$ ` and what they say (standard output, then standard error). There, a line `...`
 //! stands for any lines and `[..]` for any characters. `console exit=N` is how the last one ends.
 //! A line `<!-- picture NAME.svg: FILE -->` says which file of those commands a picture is;
-//! `<!-- picture NAME.svg: COLUMN of FILE, FILE -->` draws a column of several tables. `cargo xtask
-//! book` writes anew what is generated: the reference of the model file and the pictures.
+//! `<!-- picture NAME.svg: error of JOINT in FILE, FILE -->` draws how far simulations are from what
+//! is wanted. `cargo xtask book` writes anew what is generated: the reference of the model file and
+//! the pictures.
 
 mod links;
 mod pages;
@@ -46,4 +47,14 @@ fn every_page_is_true() {
     let commands: usize = pages.iter().map(|page| pages::carry_out(page)).sum();
     assert!(commands > 5, "the tutorial runs commands");
     pages.iter().for_each(|page| pages::accepted(page));
+}
+
+/// The output that the front page shows is that of the program without arguments.
+#[test]
+fn the_front_page_is_true() {
+    let text = fs::read_to_string(book().join("../../README.md")).unwrap();
+    assert!(
+        pages::shows_output(&text, "zhang2018-regular"),
+        "README.md: `stiction` says otherwise"
+    );
 }

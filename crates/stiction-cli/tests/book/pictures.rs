@@ -8,19 +8,21 @@ use stiction_study::figure::{Figure, Line, Panel};
 /// Coordinates are written to a tenth or finer: rounding may differ by one between machines.
 const ROUNDING: f64 = 0.15;
 
-/// Checks `NAME.svg: FILE` or `NAME.svg: COLUMN of FILE, FILE`, files lying in the page's folder.
+/// Checks `NAME.svg: FILE` or `NAME.svg: error of JOINT in FILE, FILE`, files lying in the page's
+/// folder.
 pub(crate) fn check(folder: &Folder, wish: &str, page: &str) {
     let (name, source) = wish.split_once(": ").unwrap_or_else(|| panic!("{page}: {wish}"));
-    let own = match source.split_once(" of ") {
+    let own = match source.strip_prefix("error of ").and_then(|rest| rest.split_once(" in ")) {
         None => folder.read(source),
-        Some((column, files)) => {
+        Some((joint, files)) => {
             let lines = files.split(", ").enumerate().map(|(colour, file)| Line {
                 label: file.split('/').next().unwrap().replace('_', " "),
-                points: curve(&folder.read(file), column),
+                points: errors(&folder.read(file), joint),
                 colour,
                 dashed: false,
             });
-            let panel = Panel { y_label: column.into(), lines: lines.collect() };
+            let y_label = format!("error of {joint} [mm]");
+            let panel = Panel { y_label, lines: lines.collect() };
             Figure { title: String::new(), x_label: "time [s]".into(), panels: vec![panel] }.svg()
         }
     };
@@ -32,24 +34,18 @@ pub(crate) fn check(folder: &Folder, wish: &str, page: &str) {
     assert!(same(&known, &own), "{page}: {name} is out of date: `cargo xtask book` renews it");
 }
 
-/// A column of a table over its first. `A - B` is the difference of two.
-fn curve(table: &str, column: &str) -> Vec<(f64, f64)> {
+/// How far a slide is from what is wanted, mm, over time, of a simulation's table.
+fn errors(table: &str, joint: &str) -> Vec<(f64, f64)> {
     let mut rows = table.lines();
     let names: Vec<&str> = rows.next().unwrap().split(',').collect();
-    let unit = |text: &str| text[text.find('[').unwrap()..].to_owned();
-    let terms: Vec<String> = match column.split_once(" - ") {
-        Some((first, second)) => vec![format!("{first} {}", unit(second)), second.into()],
-        None => vec![column.into()],
+    let place = |what: &str| {
+        let name = format!("{joint}.{what} [m]");
+        names.iter().position(|known| *known == name).unwrap_or_else(|| panic!("no {name}"))
     };
-    let places: Vec<usize> = terms
-        .iter()
-        .map(|term| names.iter().position(|name| name == term).unwrap_or_else(|| panic!("{term}")))
-        .collect();
+    let (position, wanted) = (place("position"), place("wanted"));
     let point = |row: &str| {
-        let numbers: Vec<f64> =
-            row.split(',').map(|entry| entry.parse().unwrap_or(f64::NAN)).collect();
-        let value = numbers[places[0]] - places.get(1).map_or(0.0, |place| numbers[*place]);
-        (numbers[0], value)
+        let numbers: Vec<f64> = row.split(',').map(|entry| entry.parse().unwrap()).collect();
+        (numbers[0], 1e3 * (numbers[position] - numbers[wanted]))
     };
     rows.map(point).collect()
 }
@@ -83,5 +79,5 @@ fn pictures_are_told_apart() {
     assert!(!same("<g x='1.04'/>", "<g x='1.4'/>"));
     assert!(!same("<g x='1'/>", "<g y='1'/>"));
     assert!(!same("<g/>", "<g/><g/>"));
-    assert_eq!(curve("t,a [m],b [m]\n0,3,1\n", "a - b [m]"), [(0.0, 2.0)]);
+    assert_eq!(errors("t,a.position [m],a.wanted [m]\n0,3,1\n", "a"), [(0.0, 2000.0)]);
 }
