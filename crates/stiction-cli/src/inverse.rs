@@ -11,6 +11,7 @@ use std::io::IsTerminal;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stiction::dynamics::{FrictionMode, InverseError};
+use stiction::kinematics::AssemblyError;
 use stiction_model::Diagnostics;
 use stiction_study::inverse::{
     BodyTable, Curves, Error, Job, Missing, ShareTable, Summary, Tables, write_summary,
@@ -211,6 +212,13 @@ pub(crate) fn failure_of(error: Error) -> Failure {
         error @ Error::Forces { error: InverseError::Unsettled, .. } => {
             Failure::no_answer(error.to_string())
                 .help("--friction off shows what the mechanism needs without friction")
+        }
+        // Put together from coordinates zero, a mechanism may be another one.
+        error @ Error::Assembly { error: AssemblyError::Open { .. }, .. } => {
+            Failure::input(error.to_string()).help(
+                "if there should be no such freedom, the mechanism was put together otherwise than \
+                 meant: give its joints `start` values near where they are",
+            )
         }
         error if error.is_bad_input() => Failure::input(error.to_string()),
         error => Failure::no_answer(error.to_string()),

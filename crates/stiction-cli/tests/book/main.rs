@@ -20,6 +20,8 @@ mod theory;
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::thread;
 
 /// The folder with the pages.
 fn book() -> PathBuf {
@@ -44,8 +46,18 @@ fn renewed() -> bool {
 #[test]
 fn every_page_is_true() {
     let pages = pages();
-    let commands: usize = pages.iter().map(|page| pages::carry_out(page)).sum();
-    assert!(commands > 5, "the tutorial runs commands");
+    let (next, commands) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let work = || {
+        while let Some(page) = pages.get(next.fetch_add(1, Relaxed)) {
+            commands.fetch_add(pages::carry_out(page), Relaxed);
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(work);
+        }
+    });
+    assert!(commands.into_inner() > 5, "the tutorial runs commands");
     pages.iter().for_each(|page| pages::accepted(page));
 }
 

@@ -189,8 +189,9 @@ pub(crate) fn shows_output(text: &str, word: &str) -> bool {
 pub(crate) fn accepted(path: &Path) {
     let name = path.file_name().unwrap().to_str().unwrap();
     for block in blocks(&fs::read_to_string(path).unwrap()) {
-        if block.info == "toml" {
-            let text = block.lines.join("\n");
+        let text = block.lines.join("\n");
+        // Controllers and the like are read where a command names them.
+        if block.info == "toml" && text.contains("gravity") {
             let model = block.lines[0].trim_start_matches("# ");
             let source = stiction_model::Source::new(model, text);
             if let Err(diagnostics) = stiction_model::read(&source, &|_| Err("no files".into())) {

@@ -90,12 +90,13 @@ const AXIS: Field = field(
     "axis",
     Axis,
     "Axis of an R, P, H, C joint, first axis of a U joint, normal of an E joint, in the frame of \
-     `from`: \"x\", \"y\", \"z\", \"-x\", … or a vector.",
+     `from`: \"x\", \"y\", \"z\", \"-x\", … or a vector. Required but for S, fixed and free.",
 );
 const SECOND_AXIS: Field = field(
     "second_axis",
     Axis,
-    "Second axis of a U joint at zero coordinates, in the frame of `from`, at right angles to `axis`.",
+    "Second axis of a U joint at zero coordinates, in the frame of `from`, at right angles to `axis`; \
+     required there.",
 );
 const X_AXIS: Field = field(
     "x_axis",
@@ -119,8 +120,11 @@ const START: Field = field(
     "First guess of the coordinates, for the assembly: one quantity (R, P, H), a list (C: [angle, \
      slide], U: [first, second], E: [x, y, angle]), a rotation (S), a pose (free).",
 );
-const PITCH: Field =
-    field("pitch", Quantity(Pitch), "Advance of an H joint, for example \"5 mm/rev\".");
+const PITCH: Field = field(
+    "pitch",
+    Quantity(Pitch),
+    "Advance of an H joint, for example \"5 mm/rev\"; required there.",
+);
 const FRICTION: Field =
     field("friction", Table(JOINT_FRICTION), "Friction that grows with the joint's own reaction.");
 const COMPLIANCE: Field = field(
@@ -134,8 +138,8 @@ pub(crate) const JOINT_COMPLIANCE: &[Field] = &[
     field(
         "radial",
         Quantity(Compliance),
-        "Displacement across the axis for each unit of force; of an S joint in all directions. By \
-         default 0: rigid.",
+        "Displacement across the axis for each unit of force; of an S joint in all directions. At \
+         least 0, as all of these; by default 0, rigid.",
     ),
     field("axial", Quantity(Compliance), "Displacement along the axis for each unit of force."),
     field(
@@ -178,31 +182,35 @@ pub(crate) const JOINT: &[Field] = &[
 pub(crate) const LEG_JOINT: &[Field] =
     &[AT, TO_AT, AXIS, SECOND_AXIS, X_AXIS, TURN, ACTUATED, START, PITCH, FRICTION, COMPLIANCE];
 
-const MU: Field = field("mu", Quantity(Number), "Coulomb coefficient; by default 0.");
+const MU: Field = field("mu", Quantity(Number), "Coulomb coefficient, at least 0; by default 0.");
 const MU_STATIC: Field = field(
     "mu_static",
     Quantity(Number),
-    "Coefficient at rest; by default as while sliding. With `stribeck_velocity` that of the slowest \
-     sliding, too.",
+    "Coefficient at rest, at least `mu`; by default as while sliding. With `stribeck_velocity` that of \
+     the slowest sliding, too.",
 );
 const VISCOUS: Field = field(
     "viscous",
     Quantity(Viscous),
-    "Viscous coefficient at the sliding surface: force over sliding speed; by default 0.",
+    "Viscous coefficient at the sliding surface, also of a pin: force over sliding speed, at least 0; by \
+     default 0.",
 );
 const STRIBECK_VELOCITY: Field = field(
     "stribeck_velocity",
     Quantity(Speed),
     "Sliding speed by which the coefficient has come down from `mu_static` to `mu`, but for 1/e of the \
-     difference.",
+     difference; greater than 0.",
 );
-const STRIBECK_EXPONENT: Field =
-    field("stribeck_exponent", Quantity(Number), "Exponent of the Stribeck curve; by default 2.");
+const STRIBECK_EXPONENT: Field = field(
+    "stribeck_exponent",
+    Quantity(Number),
+    "Exponent of the Stribeck curve, greater than 0; by default 2.",
+);
 const TABLE: Field = field(
     "table",
     Pairs(Speed, Number),
     "Coefficients over the sliding speed, instead of `mu`: rows [speed, coefficient] from the speed 0 \
-     upwards, straight between them, constant beyond the last.",
+     upwards, two or more, straight between them, constant beyond the last.",
 );
 const LAW: Field = field(
     "law",
@@ -234,7 +242,7 @@ const REGULARISED: Field = field(
 const REGULARISATION_VELOCITY: Field = field(
     "regularisation_velocity",
     Quantity(Speed),
-    "The sliding speed of the regularisation; required with it.",
+    "The sliding speed of the regularisation, greater than 0; required with it.",
 );
 const BACKWARD: Field = field(
     "backward",
@@ -245,24 +253,30 @@ const BACKWARD: Field = field(
 const RADIUS: Field = field(
     "radius",
     Quantity(Length),
-    "Radius of the pin or ball, mean radius of the thread's flanks, effective radius of a plate; \
-     required where a contact turns.",
+    "Radius of the pin or ball, mean radius of the thread's flanks, effective radius of a plate, \
+     greater than 0; required where a contact turns, refused where it slides straight.",
 );
 const BENDING_SPAN: Field = field(
     "bending_span",
     Quantity(Length),
     "Distance of the two supports of a pin, guide or nut, or across a plate: bending moments then load \
-     the surface with twice the moment over it.",
+     the surface with twice the moment over it. Greater than 0.",
 );
 const COLLAR_RADIUS: Field = field(
     "collar_radius",
     Quantity(Length),
-    "Radius at which a collar takes the axial force of a pin.",
+    "Radius at which a collar takes the axial force of a pin, at least 0.",
 );
-const TORSION_ARM: Field =
-    field("torsion_arm", Quantity(Length), "Arm at which a guide takes the moment about its axis.");
-const PRELOAD: Field =
-    field("preload", Quantity(Force), "Constant load on the sliding surface; by default 0.");
+const TORSION_ARM: Field = field(
+    "torsion_arm",
+    Quantity(Length),
+    "Arm at which a guide takes the moment about its axis, greater than 0.",
+);
+const PRELOAD: Field = field(
+    "preload",
+    Quantity(Force),
+    "Constant load on the sliding surface, at least 0; by default 0.",
+);
 const COMBINE: Field = field(
     "combine",
     Choice(&["sum", "pads", "root-sum-square"]),
@@ -289,8 +303,8 @@ const PISTON: Field = field(
 const FLANK_ANGLE: Field = field(
     "flank_angle",
     Quantity(Angle),
-    "Half the angle between the flanks of a thread in a section along its axis, 0 for a square thread; \
-     required for an H joint.",
+    "Half the angle between the flanks of a thread in a section along its axis, from 0 (a square thread) to \
+     below 90 degrees; required for an H joint.",
 );
 const SMOOTHING: Field = field(
     "smoothing",
@@ -375,17 +389,17 @@ pub(crate) const SPRING: &[Field] = &[
     field(
         "stiffness",
         Quantity(Stiffness),
-        "Force over elongation, along the line between the ends; by default 0.",
+        "Force over elongation, along the line between the ends, at least 0; by default 0.",
     ),
     field(
         "free_length",
         Quantity(Length),
-        "The length at which the spring does not pull; required with a stiffness.",
+        "The length at which the spring does not pull, at least 0; required with a stiffness.",
     ),
     field(
         "damping",
         Quantity(Damping),
-        "Force over rate of the length, along the same line; by default 0.",
+        "Force over rate of the length, along the same line, at least 0; by default 0.",
     ),
 ];
 
