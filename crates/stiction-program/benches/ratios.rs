@@ -1,10 +1,12 @@
 //! What programs cost beside one evaluation of inverse dynamics with friction, in turn: derivatives in eight
 //! directions, and forward dynamics. Prints medians, and medians of ratios within a round.
 
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use common::Robot;
 use std::hint::black_box;
 use std::time::Instant;
-use stiction::dynamics::{InverseDynamics, Settings};
-use stiction_model::{Source, gallery, read};
 use stiction_program::{DerivativeProgram, ForwardProgram, InverseProgram, Quantity};
 
 const ROUNDS: usize = 301;
@@ -21,21 +23,10 @@ fn main() {
 }
 
 fn measure(name: &str) -> Option<()> {
-    let model = read(&Source::new(name, gallery::get(name)?), &|_| Err("no files".into())).ok()?;
-    let motion = model.motion(model.default_motion.as_deref()?)?;
-    let load = model.load(model.default_load.as_deref()?)?;
-    let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
-    let course: Vec<Vec<_>> = (0..10)
-        .map(|k| motion.at(0.1 * (f64::from(k) + 0.37) * motion.duration).collect())
-        .collect();
-    let (homes, settings) = (&model.homes, Settings::default());
-    let mechanism = model.mechanism.clone();
-    let mut solver =
-        InverseDynamics::new(mechanism, homes, &coordinates, &course[0], settings).ok()?;
-    let loads: Vec<_> = load.at(0.1).collect();
+    let Robot { mut solver, course, loads } = Robot::new(name, None);
     let inverse = InverseProgram::record(&solver, &course, &loads)?;
     let forward = ForwardProgram::record(&solver, &course, &loads)?;
-    let motion: Vec<Quantity> = (0..coordinates.len())
+    let motion: Vec<Quantity> = (0..course[0].len())
         .flat_map(|k| [Quantity::Value(k), Quantity::Rate(k), Quantity::Acceleration(k)])
         .collect();
     let contacts = 0..solver.parameters().contacts.len();

@@ -7,7 +7,7 @@
 
 use crate::forward::ForwardProgram;
 use crate::motions::run;
-use crate::tree::Recipe;
+use crate::recipe::Recipe;
 use stiction::dynamics::AppliedLoad;
 use stiction::kinematics::{State, Target};
 use stiction::random::Random;

@@ -1,6 +1,7 @@
 //! Straight-line code: steps on slots, constants and earlier steps.
 
 use crate::graph::{Function, Node, Op, needed};
+use core::ops::Range;
 use std::collections::HashMap;
 
 /// Where a step finds an operand.
@@ -127,6 +128,21 @@ impl Slots {
         let first = self.count;
         self.count += count as u32;
         first
+    }
+
+    /// With these inputs in the first slots, in their order.
+    pub(crate) fn of_inputs(ops: &[Op], inputs: Range<usize>) -> Self {
+        let mut slots = Self::default();
+        slots.reserve(inputs.len());
+        for (node, op) in ops.iter().enumerate() {
+            match op {
+                Op::Input(place) if inputs.contains(&(*place as usize)) => {
+                    slots.put(node as Node, place - inputs.start as u32);
+                }
+                _ => {}
+            }
+        }
+        slots
     }
 
     /// From now on the node is found in this slot.

@@ -6,26 +6,15 @@
 //!
 //! Equation (P3) of the book's theory.
 
+use crate::loads::Loads;
 use crate::recorded::Recorded;
-use crate::transmission::{Leg, components, local};
-use stiction::dynamics::{ContactState, Inverse, Response};
-use stiction::friction::Load;
-use stiction::kinematics::Bodies;
+use crate::small::{Factors, diagonal};
+use crate::transmission::Leg;
+use crate::wrench::{components, local};
+use stiction::dynamics::{Inverse, Response};
 use stiction::mechanism::Mechanism;
-use stiction::parameters::{ContactParameters, Parameters};
 use stiction::scalar::Scalar;
-use stiction::spatial::{Mat3, Pose, Vec3, Wrench};
-
-/// All that is known of friction once the frictionless forces are.
-pub(crate) struct Coupling<'a> {
-    pub(crate) parameters: &'a Parameters<Recorded>,
-    pub(crate) bodies: &'a Bodies<Recorded>,
-    pub(crate) inverse: &'a Inverse<Recorded>,
-    /// For each contact what one newton of its friction does.
-    pub(crate) responses: &'a [Response<Recorded>],
-    /// The contacts whose loads are unknown.
-    pub(crate) coupled: &'a [usize],
-}
+use stiction::spatial::{Pose, Wrench};
 
 /// A step: the loads after it, and the determinant of its matrix.
 pub(crate) struct Step {
@@ -33,88 +22,52 @@ pub(crate) struct Step {
     pub(crate) determinant: Recorded,
 }
 
-impl Coupling<'_> {
-    fn contact(&self, contact: usize) -> (&ContactParameters<Recorded>, &ContactState<Recorded>) {
-        (&self.parameters.contacts[contact], &self.inverse.contacts()[contact])
-    }
+/// What a leg transmits, by the frictions of coupled contacts.
+struct Part<'a> {
+    leg: &'a Leg,
+    frame: Pose<Recorded>,
+    /// The first of its amounts among those of all legs.
+    first: usize,
+    /// For each amount what it is without friction, and what each coupled contact's friction adds.
+    powers: Vec<(Recorded, Vec<Recorded>)>,
+    /// The wrench of each amount.
+    transmitted: Vec<Wrench<Recorded>>,
+    /// Its own contacts, by their places among the coupled ones.
+    contacts: Vec<usize>,
+}
 
-    /// The friction force under a load.
-    pub(crate) fn force(&self, contact: usize, load: Recorded) -> Recorded {
-        let (coefficient, constant) = self.contact(contact).1.resistance();
-        coefficient * load + constant
-    }
-
-    /// The change of a joint's wrench with a contact's friction, in the joint's frame.
-    fn response(&self, joint: usize, contact: usize) -> Wrench<Recorded> {
-        // Components in the joint's frame: many a load needs but two of them.
-        local(&self.bodies.frame_j[joint], self.responses[contact].wrenches[joint])
-    }
-
-    fn load(&self, contact: usize, wrench: Wrench<Recorded>) -> Load<Recorded> {
-        let (parameters, state) = self.contact(contact);
-        let joint = parameters.joint;
-        let here = Pose { rotation: Mat3::identity(), position: Vec3::zero() };
-        let across = self.bodies.frame_j[joint].inverse() * self.bodies.frame_k[joint];
-        state.load_in(parameters, self.parameters.pitch[joint], &here, &across, wrench)
-    }
-
-    /// The load on any contact under these frictions of the coupled ones.
-    pub(crate) fn load_under(&self, contact: usize, forces: &[Recorded]) -> Load<Recorded> {
-        let joint = self.contact(contact).0.joint;
-        let mut wrench = local(&self.bodies.frame_j[joint], self.inverse.joint_wrenches()[joint]);
-        for (column, force) in self.coupled.iter().zip(forces) {
-            wrench += self.response(joint, *column) * *force;
-        }
-        self.load(contact, wrench)
-    }
-
-    /// How a contact's load changes with the friction of another.
-    pub(crate) fn influence(&self, load: &Load<Recorded>, on: usize, of: usize) -> Recorded {
-        load.gradient.power(self.response(self.contact(on).0.joint, of))
-    }
-
-    /// A step from these loads, with all contacts' unknowns at once.
-    pub(crate) fn step(&self, loads: &[Recorded]) -> Step {
-        let forces = self.forces(loads);
-        let mut matrix = Vec::new();
-        let mut misfit = Vec::new();
-        for (&row, load) in self.coupled.iter().zip(loads) {
-            let found = self.load_under(row, &forces);
-            misfit.push(vec![*load - found.value]);
-            let entry = |&column: &usize| {
-                let (coefficient, _) = self.contact(column).1.resistance();
-                identity(row, column) - self.influence(&found, row, column) * coefficient
-            };
-            matrix.push(self.coupled.iter().map(entry).collect::<Vec<_>>());
-        }
-        let determinant = solve(&mut matrix, &mut misfit);
-        let next = loads.iter().zip(&misfit).map(|(load, change)| *load - change[0]);
-        Step { loads: next.collect(), determinant }
-    }
-
-    fn forces(&self, loads: &[Recorded]) -> Vec<Recorded> {
-        self.coupled.iter().zip(loads).map(|(contact, load)| self.force(*contact, *load)).collect()
+impl Loads<'_> {
+    /// A step from these loads, with all contacts' unknowns at once. The matrix is near the identity while
+    /// friction is far from locking the mechanism, so pivots are not looked for.
+    pub(crate) fn step(&self, presses: &[Recorded]) -> Step {
+        let found = self.all_under(&self.forces(presses));
+        let factors = Factors::new(&self.matrix(&found), diagonal(presses.len()));
+        let change = factors.solve(&Self::misfits(presses, &found));
+        let loads = presses.iter().zip(&change).map(|(press, change)| *press - *change).collect();
+        Step { loads, determinant: factors.determinant }
     }
 
     /// The same, leg by leg.
     pub(crate) fn step_by_legs(
         &self,
         mechanism: &Mechanism,
+        (inverse, responses): (&Inverse<Recorded>, &[Response<Recorded>]),
         legs: &[Leg],
-        loads: &[Recorded],
+        presses: &[Recorded],
     ) -> Step {
-        let forces = self.forces(loads);
+        let forces = self.forces(presses);
+        let coefficients: Vec<Recorded> =
+            self.coupled.iter().map(|contact| self.coefficient(*contact)).collect();
         // What each leg transmits, and what it would without friction.
         let mut amounts = Vec::new();
         let mut parts = Vec::new();
         for leg in legs {
             let frame = self.bodies.frame_j[leg.reference];
-            let ideal = components(local(&frame, self.inverse.joint_wrenches()[leg.reference]));
-            let own: Vec<[Recorded; 6]> = self
-                .coupled
-                .iter()
-                .map(|column| components(self.response(leg.reference, *column)))
-                .collect();
+            let here =
+                |wrenches: &[Wrench<Recorded>]| components(local(&frame, wrenches[leg.reference]));
+            let ideal = here(inverse.joint_wrenches());
+            let own: Vec<[Recorded; 6]> =
+                self.coupled.iter().map(|column| here(&responses[*column].wrenches)).collect();
             let first = amounts.len();
             let mut powers = Vec::new();
             for &free in &leg.free {
@@ -128,78 +81,35 @@ impl Coupling<'_> {
             }
             let transmitted = leg.transmitted(mechanism, self.parameters, self.bodies);
             let is_own = |place: &usize| {
-                let joint = self.contact(self.coupled[*place]).0.joint;
+                let joint = self.joint(self.coupled[*place]);
                 leg.joints.iter().any(|(own, _)| *own == joint)
             };
             let contacts: Vec<usize> = (0..self.coupled.len()).filter(is_own).collect();
-            parts.push((leg, frame, first, powers, transmitted, contacts));
+            parts.push(Part { leg, frame, first, powers, transmitted, contacts });
         }
 
         // In each leg the loads' changes as affine functions of what it transmits.
-        let count = amounts.len();
         let mut determinant = Recorded::one();
-        let mut answers = vec![Vec::new(); loads.len()];
-        let mut range = vec![0..0; loads.len()];
-        for (leg, frame, first, powers, transmitted, contacts) in &parts {
-            let mut matrix = Vec::new();
-            let mut right = Vec::new();
-            for &place in contacts {
-                let row = self.coupled[place];
-                let joint = self.contact(row).0.joint;
-                let sign = leg.joints.iter().find(|(own, _)| *own == joint).map_or(1.0, |j| j.1);
-                let here = frame.inverse() * self.bodies.frame_j[joint];
-                let by_amount: Vec<Wrench<Recorded>> = transmitted
-                    .iter()
-                    .map(|wrench| local(&here, *wrench) * Recorded::from_f64(sign))
-                    .collect();
-                let mut wrench =
-                    local(&self.bodies.frame_j[joint], self.inverse.joint_wrenches()[joint]);
-                for (k, by_amount) in by_amount.iter().enumerate() {
-                    wrench += *by_amount * (amounts[first + k] - powers[k].0);
-                }
-                // What friction in the leg does while the leg transmits the same.
-                let inside: Vec<Wrench<Recorded>> = contacts
-                    .iter()
-                    .map(|&other| {
-                        let mut own = self.response(joint, self.coupled[other]);
-                        for (k, by_amount) in by_amount.iter().enumerate() {
-                            own += *by_amount * -powers[k].1[other];
-                        }
-                        own
-                    })
-                    .collect();
-                for (own, other) in inside.iter().zip(contacts) {
-                    wrench += *own * forces[*other];
-                }
-                let load = self.load(row, wrench);
-                let entry = |(own, other): (&Wrench<Recorded>, &usize)| {
-                    let column = self.coupled[*other];
-                    let (coefficient, _) = self.contact(column).1.resistance();
-                    identity(row, column) - load.gradient.power(*own) * coefficient
-                };
-                matrix.push(inside.iter().zip(contacts).map(entry).collect::<Vec<_>>());
-                let mut known = vec![load.value - loads[place]];
-                known.extend(by_amount.iter().map(|wrench| load.gradient.power(*wrench)));
-                right.push(known);
-            }
-            determinant *= solve(&mut matrix, &mut right);
-            for (&place, answer) in contacts.iter().zip(right) {
-                answers[place] = answer;
-                range[place] = *first..*first + transmitted.len();
-            }
+        let mut answers = vec![Vec::new(); presses.len()];
+        let mut range = vec![0..0; presses.len()];
+        for part in &parts {
+            let own = part.first..part.first + part.transmitted.len();
+            let factors = self.within(part, &amounts[own.clone()], presses, &forces, &mut answers);
+            determinant *= factors;
+            part.contacts.iter().for_each(|&place| range[place] = own.clone());
         }
 
         // What all legs transmit, so that they agree.
+        let count = amounts.len();
         let mut matrix = vec![vec![Recorded::zero(); count]; count];
-        let mut right = vec![vec![Recorded::zero()]; count];
-        for (_, _, first, powers, ..) in &parts {
-            for (k, (_, by_contact)) in powers.iter().enumerate() {
-                let row = first + k;
+        let mut right = vec![Recorded::zero(); count];
+        for part in &parts {
+            for (k, (_, by_contact)) in part.powers.iter().enumerate() {
+                let row = part.first + k;
                 matrix[row][row] += Recorded::one();
                 for (place, one) in by_contact.iter().enumerate() {
-                    let (coefficient, _) = self.contact(self.coupled[place]).1.resistance();
-                    let slope = *one * coefficient;
-                    right[row][0] += slope * answers[place][0];
+                    let slope = *one * coefficients[place];
+                    right[row] += slope * answers[place][0];
                     for (k, column) in range[place].clone().enumerate() {
                         let change = slope * answers[place][1 + k];
                         matrix[row][column] -= change;
@@ -207,49 +117,74 @@ impl Coupling<'_> {
                 }
             }
         }
-        determinant *= solve(&mut matrix, &mut right);
+        let factors = Factors::new(&matrix, diagonal(count));
+        determinant *= factors.determinant;
+        let solution = factors.solve(&right);
         let next = |place: usize| {
             let answer = &answers[place];
             let by_amounts = range[place].clone().zip(&answer[1..]);
-            by_amounts.fold(loads[place] + answer[0], |sum, (k, slope)| sum + right[k][0] * *slope)
+            by_amounts
+                .fold(presses[place] + answer[0], |sum, (k, slope)| sum + solution[k] * *slope)
         };
-        Step { loads: (0..loads.len()).map(next).collect(), determinant }
+        Step { loads: (0..presses.len()).map(next).collect(), determinant }
     }
-}
 
-fn identity(row: usize, column: usize) -> Recorded {
-    Recorded::from_f64(if row == column { 1.0 } else { 0.0 })
-}
-
-/// Solves in place for several right-hand sides, without looking for pivots: the matrix is near the identity
-/// while friction is far from locking the mechanism. Returns the product of the pivots.
-fn solve(matrix: &mut [Vec<Recorded>], right: &mut [Vec<Recorded>]) -> Recorded {
-    let count = right.len();
-    let mut determinant = Recorded::one();
-    let mut over = Vec::with_capacity(count);
-    for pivot in 0..count {
-        determinant *= matrix[pivot][pivot];
-        over.push(matrix[pivot][pivot].recip());
-        for row in pivot + 1..count {
-            let factor = matrix[row][pivot] * over[pivot];
-            for column in pivot + 1..count {
-                let change = factor * matrix[pivot][column];
-                matrix[row][column] -= change;
+    /// For each contact of a leg the change of its load while the leg transmits the same, and with each amount
+    /// that it transmits; returns the determinant of the leg's matrix.
+    fn within(
+        &self,
+        part: &Part<'_>,
+        amounts: &[Recorded],
+        presses: &[Recorded],
+        forces: &[Recorded],
+        answers: &mut [Vec<Recorded>],
+    ) -> Recorded {
+        let Part { leg, frame, powers, transmitted, contacts, .. } = part;
+        let mut matrix = Vec::new();
+        let mut right: Vec<Vec<Recorded>> = Vec::new();
+        for &place in contacts {
+            let row = self.coupled[place];
+            let joint = self.joint(row);
+            let sign = leg.joints.iter().find(|(own, _)| *own == joint).map_or(1.0, |j| j.1);
+            let here = frame.inverse() * self.bodies.frame_j[joint];
+            let by_amount: Vec<Wrench<Recorded>> = transmitted
+                .iter()
+                .map(|wrench| local(&here, *wrench) * Recorded::from_f64(sign))
+                .collect();
+            let mut wrench = self.without[row];
+            for ((by_amount, amount), power) in by_amount.iter().zip(amounts).zip(powers) {
+                wrench += *by_amount * (*amount - power.0);
             }
-            for k in 0..right[row].len() {
-                let change = factor * right[pivot][k];
-                right[row][k] -= change;
+            // What friction in the leg does while the leg transmits the same.
+            let inside: Vec<Wrench<Recorded>> = contacts
+                .iter()
+                .map(|&other| {
+                    let mut own = self.added[row][other];
+                    for (by_amount, power) in by_amount.iter().zip(powers) {
+                        own += *by_amount * -power.1[other];
+                    }
+                    own
+                })
+                .collect();
+            for (own, other) in inside.iter().zip(contacts) {
+                wrench += *own * forces[*other];
+            }
+            let load = self.load(row, wrench);
+            let entry = |(own, other): (&Wrench<Recorded>, &usize)| {
+                self.slope(row, self.coupled[*other], load.gradient.power(*own))
+            };
+            matrix.push(inside.iter().zip(contacts).map(entry).collect::<Vec<_>>());
+            let mut known = vec![load.value - presses[place]];
+            known.extend(by_amount.iter().map(|wrench| load.gradient.power(*wrench)));
+            right.push(known);
+        }
+        let factors = Factors::new(&matrix, diagonal(contacts.len()));
+        for k in 0..=transmitted.len() {
+            let column: Vec<Recorded> = right.iter().map(|row| row[k]).collect();
+            for (place, answer) in contacts.iter().zip(factors.solve(&column)) {
+                answers[*place].push(answer);
             }
         }
+        factors.determinant
     }
-    for row in (0..count).rev() {
-        for k in 0..right[row].len() {
-            for column in row + 1..count {
-                let change = matrix[row][column] * right[column][k];
-                right[row][k] -= change;
-            }
-            right[row][k] *= over[row];
-        }
-    }
-    determinant
 }

@@ -8,21 +8,23 @@
 //! Equation (P6) of the book's theory.
 
 use crate::graph::{Graph, Node, Op};
+use crate::loads::Loads;
 use crate::meaning::{Merged, merge};
 use crate::motions::run;
 use crate::quantity::Quantity;
-use crate::recorded::{Recorded, go_on, record};
+use crate::recipe::{Counts, Recipe};
+use crate::recorded::{Recorded, go_on, record_groups};
 use crate::slopes::slopes;
 use crate::small::{Factors, diagonal};
 use crate::stages::{holds, with_inputs_replaced};
-use crate::transmission::local;
-use crate::tree::{Counts, Recipe};
+use crate::wrench::local;
 use stiction::dynamics::{AppliedLoad, Sharing};
+use stiction::friction::Load;
 use stiction::kinematics::Target;
 use stiction::parameters::Parameters;
 use stiction::random::Random;
 use stiction::scalar::Scalar;
-use stiction::spatial::{Mat3, Pose, Vec3};
+use stiction::spatial::{Vec3, Wrench};
 
 /// Newton steps that close the loops of changed dimensions.
 const CLOSING_STEPS: usize = 12;
@@ -63,28 +65,18 @@ impl Recipe<'_> {
         }
         let given = [first_load, first_number];
         let inputs = first_number + numbers.len();
-        let mut sizes = [0; 5];
-        let (mut graph, nodes) = record(inputs, |inputs| {
-            let results = self.follow_slopes(&counts, &numbers, given, inputs);
-            sizes = [0, 1, 2, 3, 4].map(|k| results[k].len());
-            results.into_iter().flatten().collect()
-        });
+        let (mut graph, [drives, loads, gradients, responses, coefficients]) =
+            record_groups(inputs, |inputs| self.follow_slopes(&counts, &numbers, given, inputs));
         let slope_of_input = self.slopes_of_inputs(&counts, quantities, first_slope, &mut graph);
         let slope = slopes(&mut graph, &slope_of_input);
-        let mut left = nodes.as_slice();
-        let [drives, loads, gradients, responses, coefficients] = sizes.map(|count| {
-            let (front, back) = left.split_at(count);
-            left = back;
-            front
-        });
         let zero = graph.number(0.0);
         let slopes_of = |nodes: &[Node]| -> Vec<Node> {
             nodes.iter().map(|node| slope[*node as usize].unwrap_or(zero)).collect()
         };
-        let (drives, loads) = (slopes_of(drives), slopes_of(loads));
+        let (drives, loads) = (slopes_of(&drives), slopes_of(&loads));
         let samples = self.varied(&numbers, samples, [counts.contacts, quantities.len()])?;
         let Merged { graph: mut merged, new_of, guards } = merge(&graph, &samples);
-        let all = [&drives[..], &loads, gradients, responses, coefficients];
+        let all = [drives, loads, gradients, responses, coefficients];
         let guard = holds(&graph, &all.concat(), &guards, &mut merged);
         // What was varied to be told apart is constant.
         let constants: Vec<Node> =
@@ -200,6 +192,7 @@ impl Recipe<'_> {
             })
             .collect();
         let presses = &inputs[first_load..][..counts.contacts];
+        let coupled: Vec<usize> = (0..counts.contacts).collect();
         let like = self.solver.assembly().state();
         let given = (&targets[..], &loads[..]);
         let mut ran = run(self.kernel, &parameters, like, coordinates, given, 1);
@@ -207,32 +200,34 @@ impl Recipe<'_> {
         let bodies = &ran.kinematics.bodies;
         let responses = Sharing::new(&setup).responses(&setup, &parameters, bodies, &ran.inverse);
         let states = ran.inverse.contacts().to_vec();
-        let frictions: Vec<Recorded> = states
-            .iter()
-            .zip(presses)
-            .map(|(state, press)| {
-                let (coefficient, constant) = state.resistance();
-                coefficient * *press + constant
+        let joints = parameters.contacts.iter().map(|contact| contact.joint);
+        let added = joints.clone().map(|joint| {
+            let j = &bodies.frame_j[joint];
+            responses.iter().map(|response| local(j, response.wrenches[joint])).collect()
+        });
+        let loads = Loads {
+            parameters: &parameters,
+            bodies,
+            states: &states,
+            coupled: &coupled,
+            without: Vec::new(),
+            added: added.collect(),
+        };
+        ran.inverse.solve_with(&setup, &parameters, bodies, &loads.forces(presses));
+        let found: Vec<Load<Recorded>> = joints
+            .enumerate()
+            .map(|(contact, joint)| {
+                let wrench = ran.inverse.joint_wrenches()[joint];
+                loads.load(contact, local(&bodies.frame_j[joint], wrench))
             })
             .collect();
-        ran.inverse.solve_with(&setup, &parameters, bodies, &frictions);
-        let here = Pose { rotation: Mat3::identity(), position: Vec3::zero() };
-        let (mut loads, mut gradients) = (Vec::new(), Vec::new());
-        for (contact, state) in parameters.contacts.iter().zip(&states) {
-            let joint = contact.joint;
-            let (j, k) = (bodies.frame_j[joint], bodies.frame_k[joint]);
-            let wrench = local(&j, ran.inverse.joint_wrenches()[joint]);
-            let relative = j.inverse() * k;
-            let load = state.load_in(contact, parameters.pitch[joint], &here, &relative, wrench);
-            loads.push(load.value);
-            let change = |response: &stiction::dynamics::Response<Recorded>| {
-                load.gradient.power(local(&j, response.wrenches[joint]))
-            };
-            gradients.extend(responses.iter().map(change));
-        }
+        let of_row = |(load, added): (&Load<Recorded>, &Vec<Wrench<Recorded>>)| {
+            added.iter().map(|added| load.gradient.power(*added)).collect::<Vec<_>>()
+        };
+        let gradients = found.iter().zip(&loads.added).flat_map(of_row).collect();
         [
             ran.inverse.drives().to_vec(),
-            loads,
+            found.iter().map(|load| load.value).collect(),
             gradients,
             responses.into_iter().flat_map(|response| response.drives).collect(),
             states.iter().map(|state| state.resistance().0).collect(),

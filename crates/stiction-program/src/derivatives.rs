@@ -2,14 +2,15 @@
 
 use crate::code::{Part, Slots, compile};
 use crate::derivative_recipe::RecordedSlopes;
-use crate::graph::{Node, Op};
-use crate::inverse::{InverseProgram, Memory};
+use crate::inverse::InverseProgram;
 use crate::machine::fuses;
+use crate::memory::Memory;
 use crate::quantity::Quantity;
+use crate::recipe::{Counts, Recipe};
 use crate::run::{Runner, natural_lanes};
 use crate::samples::{Sample, samples};
 use crate::stages::early;
-use crate::tree::{Counts, Recipe, numbers_of};
+use crate::tree::numbers_of;
 use stiction::dynamics::{AppliedLoad, InverseDynamics};
 use stiction::kinematics::{State, Target};
 
@@ -88,18 +89,8 @@ impl DerivativeProgram {
         let ops = recorded.graph.ops();
         let fuse = machine && fuses();
         let given = counts.inputs() + counts.contacts;
-        let mut slots = Slots::default();
-        slots.reserve(given);
-        let mut wide = Slots::default();
-        wide.reserve(quantities.len());
-        for (node, op) in ops.iter().enumerate() {
-            if let Op::Input(k) = op {
-                match (*k as usize).checked_sub(given) {
-                    None => slots.put(node as Node, *k),
-                    Some(direction) => wide.put(node as Node, direction as u32),
-                }
-            }
-        }
+        let mut slots = Slots::of_inputs(ops, 0..given);
+        let mut wide = Slots::of_inputs(ops, given..given + quantities.len());
         let mut first = early(ops, &recorded.drives, |input| input >= given);
         let handed_nodes = first.clone();
         first.push(recorded.guard);
@@ -150,11 +141,7 @@ impl DerivativeProgram {
 
     /// Room for runs.
     pub fn memory(&self) -> DerivativeMemory {
-        let of = |lanes: usize, slots: usize, runner: &Runner| Memory {
-            lanes,
-            slots: vec![0.0; slots * lanes],
-            scratch: vec![0.0; runner.scratch()],
-        };
+        let of = |lanes, slots, runner: &Runner| Memory::new(lanes, slots, runner.scratch());
         DerivativeMemory {
             inverse: self.inverse.memory(1),
             first: of(1, self.first_slots, &self.first),
@@ -214,7 +201,7 @@ impl DerivativeProgram {
 
     /// The slope of a drive along a direction, N or N m for each unit of the direction.
     pub fn slope(&self, memory: &DerivativeMemory, lane: usize, drive: usize) -> f64 {
-        memory.second.slots[self.slopes[drive] as usize * self.lanes + lane]
+        memory.second.read(self.slopes[drive], lane)
     }
 
     /// All partial derivatives at the state of the last [`Self::run`]: for each drive those by all quantities,

@@ -6,15 +6,16 @@
 //! the loads. One Newton step from loads under the friction of the frictionless ones brings them so near that steps by its
 //! matrix gain several digits each; where they do not, there is another Newton step.
 
-use crate::code::{Part, Slots, compile};
+use crate::code::{Slots, compile};
+use crate::compiled::Compiled;
 use crate::forward_recipe::ForwardStages;
-use crate::graph::{Node, Op};
-use crate::inverse::Memory;
+use crate::graph::Node;
 use crate::machine::fuses;
-use crate::run::{Runner, natural_lanes};
+use crate::memory::Memory;
+use crate::recipe::{Counts, Recipe};
+use crate::run::MOST_LANES;
 use crate::samples::{Sample, samples, seeded_samples};
-use crate::stages::early;
-use crate::tree::{Counts, Recipe};
+use crate::stages::{coupled, early};
 use stiction::dynamics::{AppliedLoad, InverseDynamics, Weighting};
 use stiction::kinematics::{State, Target};
 
@@ -33,8 +34,6 @@ const SETTLED: f64 = 1e-8;
 const ROUNDING: f64 = 1e-15;
 /// Changes that are rounding, by whatever step.
 const STILL: f64 = 1e-14;
-/// No processor takes more states at once.
-const MOST_LANES: usize = 8;
 
 /// The stages in the order in which they are compiled.
 const IDEAL: usize = 0;
@@ -49,11 +48,7 @@ const LAST: usize = 4;
 pub struct ForwardProgram {
     counts: Counts,
     places: Places,
-    slots: usize,
-    operations: [usize; 5],
-    one: [Runner; 5],
-    many: [Runner; 5],
-    lanes: usize,
+    code: Compiled<5>,
 }
 
 /// The slots of the results.
@@ -135,13 +130,9 @@ impl ForwardProgram {
             samples(solver, course, loads)?.iter().map(Sample::of_tree).collect();
         let pivots = recipe.mass_pivots(&samples)?;
         // First with all contacts, to see whose friction changes a load at all.
-        let all: Vec<usize> = (0..solver.parameters().contacts.len()).collect();
+        let all: Vec<usize> = (0..counts.contacts).collect();
         let first = recipe.record_forward(&all, &pivots, &samples);
-        let changes_a_load = |column: &usize| {
-            let mut of_column = first.influence.iter().skip(*column).step_by(all.len().max(1));
-            of_column.any(|node| first.graph.constant(*node) != Some(0.0))
-        };
-        let coupled: Vec<usize> = all.iter().copied().filter(changes_a_load).collect();
+        let coupled = coupled(&first.graph, &first.influence, counts.contacts);
         let recorded = match coupled.len() == all.len() {
             true => first,
             false => recipe.record_forward(&coupled, &pivots, &samples),
@@ -157,13 +148,7 @@ impl ForwardProgram {
         let ops = recorded.graph.ops();
         let fuse = machine && fuses();
         let given = counts.inputs() + counts.drives;
-        let mut slots = Slots::default();
-        slots.reserve(given + 2 * counts.coupled);
-        for (node, op) in ops.iter().enumerate() {
-            if let Op::Input(k) = op {
-                slots.put(node as Node, *k);
-            }
-        }
+        let mut slots = Slots::of_inputs(ops, 0..given + 2 * counts.coupled);
         let mut stages = [const { Vec::new() }; 5];
         // The frictionless program is one of its own: it leaves nothing behind for others.
         let mut own = slots.clone();
@@ -207,47 +192,29 @@ impl ForwardProgram {
             velocities: moment(1),
             frictions: moment(2),
         };
-        let lanes = natural_lanes();
-        let count = slots.count();
-        let runners =
-            |lanes| stages.each_ref().map(|parts| Runner::new(parts, lanes, count, machine));
-        let operations = stages.each_ref().map(|parts| parts.iter().map(Part::operations).sum());
-        Self {
-            counts,
-            places,
-            slots: count,
-            operations,
-            one: runners(1),
-            many: runners(lanes),
-            lanes,
-        }
+        let code = Compiled::new(&stages, slots.count(), machine);
+        Self { counts, places, code }
     }
 
     /// How many states the wide code takes at once on this processor.
     pub fn lanes(&self) -> usize {
-        self.lanes
+        self.code.lanes()
     }
 
     /// Arithmetic operations: of everything without friction; with friction of what comes first, of a Newton
     /// step of the coupling, of a step by the matrix of one before, and of what comes last.
     pub fn operations(&self) -> [usize; 5] {
-        self.operations
+        self.code.operations()
     }
 
     /// Whether the processor runs the program itself; if not, it is interpreted.
     pub fn is_machine_code(&self) -> bool {
-        self.one.iter().chain(&self.many).all(Runner::is_machine_code)
+        self.code.is_machine_code()
     }
 
     /// Room for runs of one state (`lanes` 1) or of [`Self::lanes`].
     pub fn memory(&self, lanes: usize) -> Memory {
-        let scratch = self.runners(lanes).iter().map(Runner::scratch).max().unwrap_or(0);
-        let lanes = if lanes == 1 { 1 } else { self.lanes };
-        Memory { lanes, slots: vec![0.0; self.slots * lanes], scratch: vec![0.0; scratch] }
-    }
-
-    fn runners(&self, lanes: usize) -> &[Runner; 5] {
-        if lanes == 1 { &self.one } else { &self.many }
+        self.code.memory(lanes)
     }
 
     /// Sets one lane's position and rates, loads, and the efforts of all actuators, N or N m, in the order of
@@ -263,28 +230,24 @@ impl ForwardProgram {
         loads: &[AppliedLoad<f64>],
         efforts: &[f64],
     ) {
-        let (lanes, mut slot) = (memory.lanes, 0);
-        let mut put = |value: f64| {
-            memory.slots[slot * lanes + lane] = value;
-            slot += 1;
-        };
-        state.coordinates.iter().chain(&state.rates).for_each(|value| put(*value));
-        (0..self.counts.freedoms).for_each(|_| put(0.0));
-        for target in targets {
-            [target.value, target.rate, 0.0].into_iter().for_each(&mut put);
-        }
+        let mut put = memory.writer(lane);
+        put(&state.coordinates);
+        put(&state.rates);
+        (0..self.counts.freedoms).for_each(|_| put(&[0.0]));
+        targets.iter().for_each(|target| put(&[target.value, target.rate, 0.0]));
         for load in loads {
-            load.force.to_array().into_iter().chain(load.moment.to_array()).for_each(&mut put);
+            put(&load.force.to_array());
+            put(&load.moment.to_array());
         }
-        efforts.iter().for_each(|effort| put(*effort));
+        put(efforts);
     }
 
     /// Everything without friction: [`Self::ideal_acceleration`] and [`Self::ideal_reaction`] afterwards.
     /// For each lane whether what the program takes for granted holds, see [`Self::run`].
     pub fn run_frictionless(&self, memory: &mut Memory, holds: &mut [bool]) {
-        self.runners(memory.lanes)[IDEAL].run(&mut memory.slots, &mut memory.scratch);
+        self.code.runners(memory.lanes)[IDEAL].run(&mut memory.slots, &mut memory.scratch);
         for (lane, holds) in holds.iter_mut().enumerate().take(memory.lanes) {
-            *holds = Self::read(memory, self.places.ideal_guard, lane) > 0.0;
+            *holds = memory.read(self.places.ideal_guard, lane) > 0.0;
         }
     }
 
@@ -292,7 +255,7 @@ impl ForwardProgram {
     /// balance and what the program takes for granted holds: that all contacts slide, that loads do not
     /// vanish, that no branch is taken that no sample took. Where not, [`stiction::forward`] does it.
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
-        let runners = self.runners(memory.lanes);
+        let runners = self.code.runners(memory.lanes);
         let Memory { lanes, slots, scratch } = memory;
         let lanes = *lanes;
         runners[FIRST].run(slots, scratch);
@@ -316,7 +279,7 @@ impl ForwardProgram {
         }
         runners[LAST].run(slots, scratch);
         for (lane, settled) in settled.iter_mut().enumerate().take(lanes) {
-            *settled &= Self::read(memory, self.places.guard, lane) > 0.0;
+            *settled &= memory.read(self.places.guard, lane) > 0.0;
         }
     }
 
@@ -370,50 +333,42 @@ impl ForwardProgram {
         is_slow
     }
 
-    fn read(memory: &Memory, slot: u32, lane: usize) -> f64 {
-        memory.slots[slot as usize * memory.lanes + lane]
-    }
-
-    fn wrench(memory: &Memory, lane: usize, reactions: &[u32], joint: usize) -> [f64; 6] {
-        core::array::from_fn(|i| Self::read(memory, reactions[6 * joint + i], lane))
-    }
-
     /// Without friction the acceleration of a coordinate that the recording solver prescribes, rad/s^2 or
     /// m/s^2.
     pub fn ideal_acceleration(&self, memory: &Memory, lane: usize, coordinate: usize) -> f64 {
-        Self::read(memory, self.places.ideal.coordinates[coordinate], lane)
+        memory.read(self.places.ideal.coordinates[coordinate], lane)
     }
 
     /// Without friction the acceleration of a freedom of the tree, as in [`State::accelerations`].
     pub fn ideal_tree_acceleration(&self, memory: &Memory, lane: usize, freedom: usize) -> f64 {
-        Self::read(memory, self.places.ideal.tree[freedom], lane)
+        memory.read(self.places.ideal.tree[freedom], lane)
     }
 
     /// A joint's wrench without friction, as [`Self::reaction`].
     pub fn ideal_reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
-        Self::wrench(memory, lane, &self.places.ideal.reactions, joint)
+        memory.wrench(&self.places.ideal.reactions, lane, joint)
     }
 
     /// With friction the acceleration of a coordinate that the recording solver prescribes, rad/s^2 or m/s^2.
     pub fn acceleration(&self, memory: &Memory, lane: usize, coordinate: usize) -> f64 {
-        Self::read(memory, self.places.real.coordinates[coordinate], lane)
+        memory.read(self.places.real.coordinates[coordinate], lane)
     }
 
     /// With friction the acceleration of a freedom of the tree, as in [`State::accelerations`].
     pub fn tree_acceleration(&self, memory: &Memory, lane: usize, freedom: usize) -> f64 {
-        Self::read(memory, self.places.real.tree[freedom], lane)
+        memory.read(self.places.real.tree[freedom], lane)
     }
 
     /// A joint's complete wrench, predecessor on successor: force, then moment about the joint's origin,
     /// world axes.
     pub fn reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
-        Self::wrench(memory, lane, &self.places.real.reactions, joint)
+        memory.wrench(&self.places.real.reactions, lane, joint)
     }
 
     /// The load on a contact, N; its sliding velocity, m/s; and its friction force, N, not negative.
     pub fn contact(&self, memory: &Memory, lane: usize, contact: usize) -> [f64; 3] {
         let Places { loads, velocities, frictions, .. } = &self.places;
-        [loads, velocities, frictions].map(|places| Self::read(memory, places[contact], lane))
+        [loads, velocities, frictions].map(|places| memory.read(places[contact], lane))
     }
 
     /// Numbers of prescribed coordinates, of freedoms of the tree, of joints and of contacts.

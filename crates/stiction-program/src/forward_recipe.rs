@@ -12,16 +12,17 @@
 //! Equation (P5) of the book's theory.
 
 use crate::graph::{Graph, Node};
+use crate::loads::Loads;
 use crate::meaning::{Merged, merge};
 use crate::motions::{Inertial, run};
-use crate::recorded::{Recorded, go_on, record};
+use crate::recipe::{Counts, Recipe};
+use crate::recorded::{Recorded, go_on, record_groups};
 use crate::small::{Factors, diagonal, largest_pivots};
 use crate::stages::{holds, with_inputs_replaced};
-use crate::transmission::local;
-use crate::tree::{Counts, Recipe};
-use stiction::dynamics::{AppliedLoad, Inverse, Response, Sharing, Workspace};
+use crate::wrench::{local, reaction};
+use stiction::dynamics::{AppliedLoad, Response, Sharing, Workspace};
 use stiction::friction::{ContactShape, Load};
-use stiction::kinematics::{Bodies, Target};
+use stiction::kinematics::Target;
 use stiction::parameters::Parameters;
 use stiction::random::Random;
 use stiction::scalar::Scalar;
@@ -85,14 +86,10 @@ impl Recipe<'_> {
         samples: &[Vec<f64>],
     ) -> ForwardStages {
         let counts = self.counts(coupled.len());
-        let mut sizes = [0; 9];
         let given = counts.inputs() + counts.drives + 2 * coupled.len();
         let inputs = given + counts.targets * (1 + counts.targets);
-        let (graph, nodes) = record(inputs, |inputs| {
-            let stages = self.follow_forward(&counts, coupled, pivots, inputs);
-            sizes = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|k| stages[k].len());
-            stages.into_iter().flatten().collect()
-        });
+        let (graph, groups) =
+            record_groups(inputs, |inputs| self.follow_forward(&counts, coupled, pivots, inputs));
         // Efforts and loads are inputs of their own: any will do.
         let mut random = Random::new(3);
         let samples: Vec<Vec<f64>> = samples
@@ -106,14 +103,9 @@ impl Recipe<'_> {
                 sample
             })
             .collect();
-        let mut left = nodes.as_slice();
-        let old = sizes.map(|count| {
-            let (front, back) = left.split_at(count);
-            left = back;
-            front
-        });
         let Merged { graph: mut merged, new_of, guards } = merge(&graph, &samples);
-        let [ideal, begin, matrix, misfit, misfit_later, presses, rest, influence, solutions] = old;
+        let [ideal, begin, matrix, misfit, misfit_later, presses, rest, influence, solutions] =
+            groups.each_ref().map(Vec::as_slice);
         let with_friction = [solutions, begin, matrix, misfit, misfit_later, rest].concat();
         let without = [solutions, ideal].concat();
         let guards =
@@ -215,112 +207,52 @@ impl Recipe<'_> {
             let unit = |k: usize| Recorded::from_f64(if k == effort { 1.0 } else { 0.0 });
             solutions.extend(masses.solve(&(0..counts.targets).map(unit).collect::<Vec<_>>()));
         }
-        let contacts: Vec<_> = parameters.contacts.iter().zip(inverse.contacts()).collect();
-        let here = Pose { rotation: Mat3::identity(), position: Vec3::zero() };
-        // Wrenches in the frames of the contacts' joints, of which many a load needs but two components. The
-        // load of a ball is the same in all axes.
-        let at_contact = |row: usize, wrench: Wrench<Recorded>| {
-            let contact = contacts[row].0;
-            let j = bodies.frame_j[contact.joint];
-            match contact.shape {
-                ContactShape::Ball => local(&Pose { rotation: Mat3::identity(), ..j }, wrench),
-                _ => local(&j, wrench),
-            }
+        let sum = |start: Wrench<Recorded>, of: &[Wrench<Recorded>], amounts: &[Recorded]| {
+            let parts = of.iter().zip(amounts);
+            parts.fold(start, |sum, (wrench, amount)| sum + *wrench * *amount)
         };
         // Without friction; and what the friction of each contact adds.
         let mut without: Vec<Wrench<Recorded>> = Vec::new();
         let mut added: Vec<Vec<Wrench<Recorded>>> = Vec::new();
-        for row in 0..contacts.len() {
-            let joint = contacts[row].0.joint;
+        for contact in &parameters.contacts {
+            let joint = contact.joint;
+            let j = bodies.frame_j[joint];
+            // A ball's load is the same in all axes.
+            let frame = match contact.shape {
+                ContactShape::Ball => Pose { rotation: Mat3::identity(), ..j },
+                _ => j,
+            };
             let of_units: Vec<Wrench<Recorded>> =
-                units.iter().map(|unit| at_contact(row, unit.wrenches[joint])).collect();
+                units.iter().map(|unit| local(&frame, unit.wrenches[joint])).collect();
             let of_efforts: Vec<Wrench<Recorded>> = mobilities
                 .iter()
-                .map(|mobility| {
-                    let parts = of_units.iter().zip(mobility);
-                    parts.fold(Wrench::zero(), |sum, (unit, amount)| sum + *unit * *amount)
-                })
+                .map(|mobility| sum(Wrench::zero(), &of_units, mobility))
                 .collect();
-            let with = |start: Wrench<Recorded>, of: &[Wrench<Recorded>], amounts: &[Recorded]| {
-                let parts = of.iter().zip(amounts);
-                parts.fold(start, |sum, (wrench, amount)| sum + *wrench * *amount)
-            };
-            let at_rest = at_contact(row, inverse.joint_wrenches()[joint]);
-            without.push(with(at_rest, &of_units, &free));
+            let at_rest = local(&frame, inverse.joint_wrenches()[joint]);
+            without.push(sum(at_rest, &of_units, &free));
             let of = |column: &usize| {
                 let response = &responses[*column];
                 let taken: Vec<Recorded> = response.drives.iter().map(|drive| -*drive).collect();
-                with(at_contact(row, response.wrenches[joint]), &of_efforts, &taken)
+                sum(local(&frame, response.wrenches[joint]), &of_efforts, &taken)
             };
             added.push(coupled.iter().map(of).collect());
         }
-        let load_under = |row: usize, forces: &[Recorded]| {
-            let (contact, state) = contacts[row];
-            let joint = contact.joint;
-            let (j, k) = (bodies.frame_j[joint], bodies.frame_k[joint]);
-            let mut wrench = without[row];
-            for (added, force) in added[row].iter().zip(forces) {
-                wrench += *added * *force;
-            }
-            state.load_in(contact, parameters.pitch[joint], &here, &(j.inverse() * k), wrench)
-        };
-        let gradient = |row: usize, column: usize, load: &Load<Recorded>| {
-            load.gradient.power(added[row][column])
-        };
-        let force = |contact: usize, load: Recorded| {
-            let (coefficient, constant) = contacts[contact].1.resistance();
-            coefficient * load + constant
-        };
-        let forces_at = |presses: &[Recorded]| -> Vec<Recorded> {
-            coupled.iter().zip(presses).map(|(contact, press)| force(*contact, *press)).collect()
-        };
+        let states = inverse.contacts();
+        let loads = Loads { parameters, bodies, states, coupled, without, added };
 
         // The friction of the loads without friction is nearer to the solution than none.
-        let none = vec![Recorded::zero(); coupled.len()];
-        let at_first: Vec<Recorded> =
-            coupled.iter().map(|row| load_under(*row, &none).value).collect();
-        let first_forces = forces_at(&at_first);
-        let begin = coupled.iter().map(|row| load_under(*row, &first_forces).value).collect();
-
-        // Loads that follow from these, less these.
-        let loads_at = |presses: &[Recorded]| -> Vec<Load<Recorded>> {
-            let forces = forces_at(presses);
-            coupled.iter().map(|row| load_under(*row, &forces)).collect()
-        };
-        let misfit_at = |presses: &[Recorded], loads: &[Load<Recorded>]| -> Vec<Recorded> {
-            presses.iter().zip(loads).map(|(press, load)| *press - load.value).collect()
-        };
-        let loads = loads_at(&presses);
-        let misfit = misfit_at(&presses, &loads);
-        let misfit_later = misfit_at(&presses_later, &loads_at(&presses_later));
-        let entry = |row: usize, load: &Load<Recorded>, column: usize| {
-            let own = Recorded::from_f64(if coupled[column] == row { 1.0 } else { 0.0 });
-            let (coefficient, _) = contacts[coupled[column]].1.resistance();
-            own - gradient(row, column, load) * coefficient
-        };
-        let rows = coupled.iter().zip(&loads);
-        let matrix = rows
-            .flat_map(|(row, load)| (0..coupled.len()).map(move |column| (*row, load, column)))
-            .map(|(row, load, column)| entry(row, load, column))
-            .collect();
-
-        let forces = forces_at(&presses_later);
-        let influence = (0..contacts.len())
-            .flat_map(|row| {
-                let load = load_under(row, &forces);
-                (0..coupled.len()).map(|column| gradient(row, column, &load)).collect::<Vec<_>>()
-            })
-            .collect();
-
-        // Loads that change nothing follow from the others.
-        let all_loads: Vec<Recorded> = (0..contacts.len())
-            .map(|row| {
-                let given = coupled.iter().position(|contact| *contact == row);
-                given.map_or_else(|| load_under(row, &forces).value, |at| presses_later[at])
-            })
-            .collect();
-        let all_forces: Vec<Recorded> =
-            all_loads.iter().enumerate().map(|(contact, load)| force(contact, *load)).collect();
+        let values = |loads: Vec<Load<Recorded>>| loads.iter().map(|load| load.value).collect();
+        let begin = values(loads.all_under(&loads.forces(&loads.at_first())));
+        // Loads that follow from these.
+        let found = loads.all_under(&loads.forces(&presses));
+        let found_later = loads.all_under(&loads.forces(&presses_later));
+        let misfit = Loads::misfits(&presses, &found);
+        let misfit_later = Loads::misfits(&presses_later, &found_later);
+        let matrix = loads.matrix(&found).concat();
+        let forces = loads.forces(&presses_later);
+        let influence = loads.influences(&forces);
+        let all_loads = loads.of_all(&presses_later, &forces);
+        let all_forces = loads.forces_of_all(&all_loads);
         let mut taken = vec![Recorded::zero(); counts.drives];
         for (response, force) in responses.iter().zip(&all_forces) {
             for (taken, drive) in taken.iter_mut().zip(&response.drives) {
@@ -336,7 +268,7 @@ impl Recipe<'_> {
         let ideal = self.finish(&ground, &free, None);
         let mut rest = self.finish(&ground, &accelerations, Some(&all_forces));
         rest.extend(&all_loads);
-        rest.extend(contacts.iter().map(|(_, state)| state.velocity));
+        rest.extend(states.iter().map(|state| state.velocity));
         rest.extend(&all_forces);
         let presses = [presses, presses_later].concat();
         [ideal, begin, matrix, misfit, misfit_later, presses, rest, influence, solutions]
@@ -374,11 +306,4 @@ impl Recipe<'_> {
 /// For each drive how it changes with the acceleration of each coordinate.
 fn rows_by_units<T: Scalar>(units: &[Inertial<T>], drives: usize) -> Vec<Vec<T>> {
     (0..drives).map(|drive| units.iter().map(|unit| unit.drives[drive]).collect()).collect()
-}
-
-/// Force and moment about the joint's origin.
-fn reaction(inverse: &Inverse<Recorded>, bodies: &Bodies<Recorded>, joint: usize) -> [Recorded; 6] {
-    let (force, moment) = inverse.reaction(bodies, joint);
-    let ([a, b, c], [d, e, f]) = (force.to_array(), moment.to_array());
-    [a, b, c, d, e, f]
 }

@@ -5,14 +5,17 @@
 //! friction at each contact does. The second is a Newton step for the loads, with as many unknowns as
 //! there are contacts whose friction changes some load; it is repeated. The third adds up.
 
-use crate::code::{Part, Slots, compile};
+use crate::code::{Slots, compile};
+use crate::compiled::Compiled;
 use crate::given::{BodyMotion, Given};
 use crate::graph::{Node, Op, needed};
+use crate::inverse_recipe::{InverseRecipe, InverseStages};
 use crate::machine::fuses;
-use crate::recipe::{Counts, Recipe, RecordedStages};
-use crate::run::{Runner, natural_lanes};
+use crate::memory::Memory;
+use crate::recipe::{Counts, Recipe};
+use crate::run::{MOST_LANES, Runner};
 use crate::samples::{Sample, samples, seeded_samples};
-use crate::stages::early;
+use crate::stages::{coupled, early};
 use crate::transmission::{Leg, legs};
 use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction::kinematics::{State, Target};
@@ -30,8 +33,6 @@ const ROUNDING: f64 = 1e-15;
 /// A program whose forces differ from the solver's by more than this part of the largest is not one: rounding
 /// behind bad conditions, since samples may come near singular positions.
 const AGREES: f64 = 1e-9;
-/// No processor takes more states at once, and the interpreter takes as many.
-const MOST_LANES: usize = 8;
 
 /// Inverse dynamics of one mechanism, compiled.
 #[derive(Debug)]
@@ -40,11 +41,7 @@ pub struct InverseProgram {
     reads_targets: bool,
     counts: Counts,
     places: Places,
-    slots: usize,
-    operations: [usize; 4],
-    one: [Runner; 4],
-    many: [Runner; 4],
-    lanes: usize,
+    code: Compiled<4>,
 }
 
 /// The slots of the results.
@@ -65,28 +62,6 @@ struct Places {
     loads: Vec<u32>,
     velocities: Vec<u32>,
     frictions: Vec<u32>,
-}
-
-/// What runs read and write, for a number of states side by side.
-#[derive(Clone, Debug)]
-pub struct Memory {
-    pub(crate) lanes: usize,
-    pub(crate) slots: Vec<f64>,
-    pub(crate) scratch: Vec<f64>,
-}
-
-impl Memory {
-    /// Writes a lane's inputs one after the other.
-    #[inline]
-    fn writer(&mut self, lane: usize) -> impl FnMut(&[f64]) + '_ {
-        let (lanes, mut next) = (self.lanes, lane);
-        move |values| {
-            for value in values {
-                self.slots[next] = *value;
-                next += lanes;
-            }
-        }
-    }
 }
 
 impl InverseProgram {
@@ -121,22 +96,20 @@ impl InverseProgram {
         let given = Given::new(solver, &positions, loads.len());
         let legs = legs(solver, &samples);
         let samples: Vec<Vec<f64>> = samples.iter().map(|sample| given.row(sample)).collect();
-        let mut recipe = Recipe { kernel: &kernel, solver, loads, given: &given, legs: None };
+        let recipe = Recipe { kernel: &kernel, solver, loads };
+        let mut inverse = InverseRecipe { recipe, given: &given, legs: None };
         // First with all contacts, to see whose friction changes a load at all.
-        let all: Vec<usize> = (0..solver.parameters().contacts.len()).collect();
-        let first = recipe.record(&all, &samples);
-        let changes_a_load = |column: &usize| {
-            let of_column = first.influence.iter().skip(*column).step_by(all.len().max(1));
-            of_column.clone().any(|node| first.graph.constant(*node) != Some(0.0))
+        let count = solver.parameters().contacts.len();
+        let all: Vec<usize> = (0..count).collect();
+        let first = inverse.record(&all, &samples);
+        let coupled = coupled(&first.graph, &first.influence, count);
+        let transmitted = |legs: &[Leg]| legs.iter().map(|leg| leg.free.len()).sum::<usize>();
+        inverse.legs = legs.as_deref().filter(|legs| transmitted(legs) < coupled.len());
+        let recorded = match coupled.len() == count && inverse.legs.is_none() {
+            true => first,
+            false => inverse.record(&coupled, &samples),
         };
-        let coupled: Vec<usize> = all.iter().copied().filter(changes_a_load).collect();
-        let transmitted = |legs: &Vec<Leg>| legs.iter().map(|leg| leg.free.len()).sum::<usize>();
-        recipe.legs = legs
-            .as_deref()
-            .filter(|_| legs.as_ref().is_some_and(|legs| transmitted(legs) < coupled.len()));
-        let recorded = recipe.record(&coupled, &samples);
-        let counts = recipe.counts(coupled.len());
-        let program = Self::compile(counts, &recorded, given, machine);
+        let program = Self::compile(recipe.counts(coupled.len()), &recorded, given, machine);
         let others = seeded_samples(9, solver, course, loads)?;
         program.agrees_with(solver, &others).then_some(program)
     }
@@ -175,16 +148,11 @@ impl InverseProgram {
         })
     }
 
-    fn compile(counts: Counts, recorded: &RecordedStages, given: Given, machine: bool) -> Self {
+    fn compile(counts: Counts, recorded: &InverseStages, given: Given, machine: bool) -> Self {
         let ops = recorded.graph.ops();
         let fuse = machine && fuses();
-        let mut slots = Slots::default();
-        slots.reserve(counts.inputs + counts.coupled);
-        for (node, op) in ops.iter().enumerate() {
-            if let Op::Input(k) = op {
-                slots.put(node as Node, *k);
-            }
-        }
+        let inputs = given.count();
+        let mut slots = Slots::of_inputs(ops, 0..inputs + counts.coupled);
         let results = [&recorded.ideal[..], &recorded.begin, &recorded.step, &recorded.rest];
         let all = [&results.concat()[..], &recorded.guards].concat();
         let prescribed = given.first_prescribed() as u32..given.count() as u32;
@@ -203,7 +171,7 @@ impl InverseProgram {
         // What the first stage makes: its own results, and what later stages need of all that does not
         // depend on loads.
         let later = [&recorded.step[..], &recorded.rest, &recorded.guards[1..]].concat();
-        let mut first = early(ops, &later, |input| input >= counts.inputs);
+        let mut first = early(ops, &later, |input| input >= inputs);
         first.extend(&recorded.begin);
         stages[1] = compile(ops, &first, &mut slots, fuse);
         let with = |nodes: &[Node], guard: Node| [nodes, &[guard]].concat();
@@ -232,50 +200,29 @@ impl InverseProgram {
             velocities: take(counts.contacts),
             frictions: take(counts.contacts),
         };
-        let lanes = natural_lanes();
-        let count = slots.count();
-        let runners =
-            |lanes| stages.each_ref().map(|parts| Runner::new(parts, lanes, count, machine));
-        let operations = stages.each_ref().map(|parts| parts.iter().map(Part::operations).sum());
-        Self {
-            given,
-            reads_targets,
-            counts,
-            places,
-            slots: count,
-            operations,
-            one: runners(1),
-            many: runners(lanes),
-            lanes,
-        }
+        let code = Compiled::new(&stages, slots.count(), machine);
+        Self { given, reads_targets, counts, places, code }
     }
 
     /// How many states the wide code takes at once on this processor.
     pub fn lanes(&self) -> usize {
-        self.lanes
+        self.code.lanes()
     }
 
     /// Arithmetic operations: of everything without friction; with friction of what comes first, of one
     /// step of the coupling, and of what comes last.
     pub fn operations(&self) -> [usize; 4] {
-        self.operations
+        self.code.operations()
     }
 
     /// Whether the processor runs the program itself; if not, it is interpreted.
     pub fn is_machine_code(&self) -> bool {
-        self.one.iter().chain(&self.many).all(Runner::is_machine_code)
+        self.code.is_machine_code()
     }
 
     /// Room for runs of one state (`lanes` 1) or of [`Self::lanes`].
     pub fn memory(&self, lanes: usize) -> Memory {
-        let runners = self.runners(lanes);
-        let scratch = runners.iter().map(Runner::scratch).max().unwrap_or(0);
-        let lanes = if lanes == 1 { 1 } else { self.lanes };
-        Memory { lanes, slots: vec![0.0; self.slots * lanes], scratch: vec![0.0; scratch] }
-    }
-
-    fn runners(&self, lanes: usize) -> &[Runner; 4] {
-        if lanes == 1 { &self.one } else { &self.many }
+        self.code.memory(lanes)
     }
 
     /// The bodies whose motions are given to [`Self::set_bodies`]: those where chains meet.
@@ -330,10 +277,9 @@ impl InverseProgram {
     /// Everything without friction: [`Self::ideal_drive`] and [`Self::ideal_reaction`] afterwards.
     /// For each lane whether what the program takes for granted holds, see [`Self::run`].
     pub fn run_frictionless(&self, memory: &mut Memory, holds: &mut [bool]) {
-        let runners = self.runners(memory.lanes);
-        runners[0].run(&mut memory.slots, &mut memory.scratch);
+        self.code.runners(memory.lanes)[0].run(&mut memory.slots, &mut memory.scratch);
         for (lane, holds) in holds.iter_mut().enumerate().take(memory.lanes) {
-            *holds = Self::read(memory, self.places.ideal_guard, lane) > 0.0;
+            *holds = memory.read(self.places.ideal_guard, lane) > 0.0;
         }
     }
 
@@ -341,10 +287,11 @@ impl InverseProgram {
     /// balance and what the program takes for granted holds: that all contacts slide, that loads do not
     /// vanish, that no branch is taken that no sample took. Where not, [`InverseDynamics::solve`] does it.
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
+        let runners = self.code.runners(memory.lanes);
         match memory.lanes {
-            1 => self.run_lanes::<1>(&self.one, memory, settled),
-            4 => self.run_lanes::<4>(&self.many, memory, settled),
-            _ => self.run_lanes::<MOST_LANES>(&self.many, memory, settled),
+            1 => self.run_lanes::<1>(runners, memory, settled),
+            4 => self.run_lanes::<4>(runners, memory, settled),
+            _ => self.run_lanes::<MOST_LANES>(runners, memory, settled),
         }
     }
 
@@ -356,7 +303,7 @@ impl InverseProgram {
     ) {
         let Memory { slots, scratch, .. } = memory;
         runners[1].run(slots, scratch);
-        let inputs = self.counts.inputs;
+        let inputs = self.given.count();
         let copy = |slots: &mut [f64], from: &[u32]| {
             let (slots, _) = slots.as_chunks_mut::<L>();
             for (k, from) in from.iter().enumerate() {
@@ -383,37 +330,31 @@ impl InverseProgram {
         }
     }
 
-    fn read(memory: &Memory, slot: u32, lane: usize) -> f64 {
-        memory.slots[slot as usize * memory.lanes + lane]
-    }
-
     /// A drive without friction, N or N m.
     pub fn ideal_drive(&self, memory: &Memory, lane: usize, drive: usize) -> f64 {
-        Self::read(memory, self.places.ideal_drives[drive], lane)
+        memory.read(self.places.ideal_drives[drive], lane)
     }
 
     /// A joint's wrench without friction, as [`Self::reaction`].
     pub fn ideal_reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
-        let places = &self.places.ideal_reactions[6 * joint..];
-        core::array::from_fn(|i| Self::read(memory, places[i], lane))
+        memory.wrench(&self.places.ideal_reactions, lane, joint)
     }
 
     /// A drive with friction, N or N m.
     pub fn drive(&self, memory: &Memory, lane: usize, drive: usize) -> f64 {
-        Self::read(memory, self.places.drives[drive], lane)
+        memory.read(self.places.drives[drive], lane)
     }
 
     /// A joint's complete wrench, predecessor on successor: force, then moment about the joint's origin,
     /// world axes.
     pub fn reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
-        let places = &self.places.reactions[6 * joint..];
-        core::array::from_fn(|i| Self::read(memory, places[i], lane))
+        memory.wrench(&self.places.reactions, lane, joint)
     }
 
     /// The load on a contact, N; its sliding velocity, m/s; and its friction force, N, not negative.
     pub fn contact(&self, memory: &Memory, lane: usize, contact: usize) -> [f64; 3] {
         let Places { loads, velocities, frictions, .. } = &self.places;
-        [loads, velocities, frictions].map(|places| Self::read(memory, places[contact], lane))
+        [loads, velocities, frictions].map(|places| memory.read(places[contact], lane))
     }
 
     /// Numbers of drives, joints and contacts.

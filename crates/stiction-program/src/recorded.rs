@@ -25,6 +25,21 @@ pub(crate) fn record(
     (GRAPH.replace(before), outputs)
 }
 
+/// The same with results in groups.
+pub(crate) fn record_groups<const N: usize>(
+    inputs: usize,
+    f: impl FnOnce(&[Recorded]) -> [Vec<Recorded>; N],
+) -> (Graph, [Vec<Node>; N]) {
+    let mut sizes = [0; N];
+    let (graph, nodes) = record(inputs, |inputs| {
+        let groups = f(inputs);
+        sizes = groups.each_ref().map(Vec::len);
+        groups.into_iter().flatten().collect()
+    });
+    let mut left = nodes.into_iter();
+    (graph, sizes.map(|size| left.by_ref().take(size).collect()))
+}
+
 /// Goes on recording into a graph, from some of its nodes; gives it back, and the nodes of what `f` returns.
 pub(crate) fn go_on(
     graph: Graph,

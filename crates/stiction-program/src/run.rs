@@ -21,9 +21,12 @@ pub(crate) struct Runner {
     scratch: usize,
 }
 
+/// No processor takes more states at once, and the interpreter takes as many.
+pub(crate) const MOST_LANES: usize = 8;
+
 /// As many lanes as this processor has, or eight where code is interpreted.
 pub(crate) fn natural_lanes() -> usize {
-    widest().map_or(8, Width::lanes)
+    widest().map_or(MOST_LANES, Width::lanes)
 }
 
 impl Runner {
@@ -76,7 +79,7 @@ impl Runner {
                 Piece::Interpreted(code) => match self.lanes {
                     1 => code.interpret::<1>(slots, scratch),
                     4 => code.interpret::<4>(slots, scratch),
-                    _ => code.interpret::<8>(slots, scratch),
+                    _ => code.interpret::<MOST_LANES>(slots, scratch),
                 },
                 Piece::Calls(calls) => {
                     for call in calls {

@@ -28,6 +28,16 @@ pub(crate) fn early(ops: &[Op], later: &[Node], late: impl Fn(usize) -> bool) ->
     nodes
 }
 
+/// The contacts whose friction changes some load, of `count`. `influence` tells for each contact, row by row, how
+/// the friction of each other changes its load.
+pub(crate) fn coupled(graph: &Graph, influence: &[Node], count: usize) -> Vec<usize> {
+    let changes_a_load = |column: &usize| {
+        let mut of_column = influence.iter().skip(*column).step_by(count.max(1));
+        of_column.any(|node| graph.constant(*node) != Some(0.0))
+    };
+    (0..count).filter(changes_a_load).collect()
+}
+
 /// A node of `merged` that is positive where all holds that merging took for granted in what `stage` needs
 /// of the graph `of`.
 pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut Graph) -> Node {

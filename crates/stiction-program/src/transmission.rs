@@ -11,7 +11,7 @@ use stiction::kinematics::Bodies;
 use stiction::mechanism::Mechanism;
 use stiction::parameters::Parameters;
 use stiction::scalar::Scalar;
-use stiction::spatial::{Pose, Vec3, Wrench};
+use stiction::spatial::{Vec3, Wrench};
 use stiction::topology::Topology;
 
 /// A chain of joints from one body where chains meet to another.
@@ -27,12 +27,6 @@ pub(crate) struct Leg {
     pivots: Vec<(usize, usize)>,
     /// The components of a wrench that determine it.
     pub(crate) free: Vec<usize>,
-}
-
-/// Components of a wrench: force, then moment.
-pub(crate) fn components<T: Copy>(wrench: Wrench<T>) -> [T; 6] {
-    let Wrench { force: f, moment: m } = wrench;
-    [f.x, f.y, f.z, m.x, m.y, m.z]
 }
 
 /// The legs of a mechanism, if all its bodies but those where chains meet are in legs.
@@ -204,13 +198,5 @@ fn eliminate<T: Scalar>(
             let change = factor * pivot[column];
             matrix[other][column] -= change;
         }
-    }
-}
-
-/// A wrench in another frame.
-pub(crate) fn local<T: Scalar>(frame: &Pose<T>, wrench: Wrench<T>) -> Wrench<T> {
-    Wrench {
-        force: frame.rotation.transpose_mul(wrench.force),
-        moment: frame.rotation.transpose_mul(wrench.moment_about(frame.position)),
     }
 }

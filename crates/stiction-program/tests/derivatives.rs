@@ -1,42 +1,18 @@
 //! Derivatives of driving forces against dual numbers through the general kernel, and against differences of the
 //! general solver.
 
-use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
+mod common;
+
+use common::{Robot, model};
+use stiction::dynamics::{AppliedLoad, FrictionMode, Settings};
 use stiction::kinematics::Target;
 use stiction::mechanism::{BodyId, JointId};
 use stiction::parameters::Parameters;
 use stiction::random::Random;
 use stiction::scalar::Dual;
 use stiction::spatial::{Pose, Vec3};
-use stiction_model::{Source, gallery, read};
+use stiction_model::gallery;
 use stiction_program::{DerivativeProgram, Quantity};
-
-struct Robot {
-    solver: InverseDynamics,
-    course: Vec<Vec<Target<f64>>>,
-    loads: Vec<AppliedLoad<f64>>,
-}
-
-fn robot(name: &str, load: Option<&str>, edit: impl Fn(&str) -> String) -> Robot {
-    let text = edit(gallery::get(name).unwrap());
-    let model = read(&Source::new(name, text), &|_| Err("no files".into())).unwrap();
-    let motion = model.motion(model.default_motion.as_deref().unwrap()).unwrap();
-    let load = model.load(load.or(model.default_load.as_deref()).unwrap()).unwrap();
-    let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
-    let course: Vec<Vec<_>> = (0..10)
-        .map(|k| motion.at(0.1 * (f64::from(k) + 0.37) * motion.duration).collect())
-        .collect();
-    let solver = InverseDynamics::new(
-        model.mechanism.clone(),
-        &model.homes,
-        &coordinates,
-        &course[0],
-        Settings::default(),
-    )
-    .unwrap();
-    let loads = load.at(0.1).collect();
-    Robot { solver, course, loads }
-}
 
 const ROBOTS: [(&str, Option<&str>); 4] =
     [("3rps", None), ("zhang2018-regular", Some("L1")), ("gough", None), ("3upu", None)];
@@ -133,7 +109,7 @@ fn by_duals(
 #[test]
 fn slopes_are_those_of_dual_numbers() {
     for (name, load) in ROBOTS {
-        let mut robot = robot(name, load, str::to_string);
+        let mut robot = Robot::new(name, load);
         let all = [of_motion(&robot), of_mechanism(&robot)].concat();
         let mut machines = vec![true];
         if name == "3rps" {
@@ -210,7 +186,7 @@ fn derivatives_by_the_motion_are_differences() {
     for (name, load) in ROBOTS {
         let mut random = Random::new(12);
         let mut compared = 0;
-        let mut robot = robot(name, load, str::to_string);
+        let mut robot = Robot::new(name, load);
         let quantities = of_motion(&robot);
         let program =
             DerivativeProgram::record(&robot.solver, &robot.course, &robot.loads, &quantities)
@@ -269,7 +245,7 @@ type Case = ([&'static str; 2], f64, f64, Vec<(Quantity, f64)>);
 /// Dimensions, masses and coefficients that are changed in the model's text.
 #[test]
 fn derivatives_by_the_mechanism_are_differences() {
-    let nominal = robot("3rps", None, str::to_string);
+    let nominal = Robot::new("3rps", None);
     let mechanism = nominal.solver.mechanism();
     let bodies = |part: &str| -> Vec<BodyId> {
         let named = |&k: &usize| mechanism.bodies()[k].name.contains(part);
@@ -326,7 +302,7 @@ fn derivatives_by_the_mechanism_are_differences() {
     for ([was, becomes], nominal_value, part, direction) in cases {
         let quantities: Vec<Quantity> = direction.iter().map(|(quantity, _)| *quantity).collect();
         let slopes: Vec<f64> = direction.iter().map(|(_, slope)| *slope).collect();
-        let mut own = robot("3rps", None, str::to_string);
+        let mut own = Robot::new("3rps", None);
         let program =
             DerivativeProgram::record(&own.solver, &own.course, &own.loads, &quantities).unwrap();
         let mut memory = program.memory();
@@ -338,10 +314,10 @@ fn derivatives_by_the_mechanism_are_differences() {
         program.differentiate(&mut memory);
         let wanted = difference(part * nominal_value, |step| {
             let value = format!("{:.17}", nominal_value + step);
-            let mut changed = robot("3rps", None, |text| {
-                assert!(text.contains(was), "{was}");
-                text.replace(was, &becomes.replace("VALUE", &value))
-            });
+            let text = gallery::get("3rps").unwrap();
+            assert!(text.contains(was), "{was}");
+            let text = text.replace(was, &becomes.replace("VALUE", &value));
+            let mut changed = Robot::of(&model("3rps", &text), None);
             drives(&mut changed, &targets)
         });
         let largest = wanted.iter().fold(0.0_f64, |max, d| max.max(d.abs()));
@@ -356,7 +332,7 @@ fn derivatives_by_the_mechanism_are_differences() {
 
 #[test]
 fn what_has_no_derivatives_is_refused() {
-    let robot = robot("3rps", None, str::to_string);
+    let robot = Robot::new("3rps", None);
     let record = |quantities: &[Quantity]| {
         DerivativeProgram::record(&robot.solver, &robot.course, &robot.loads, quantities)
     };

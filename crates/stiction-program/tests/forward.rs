@@ -1,44 +1,15 @@
 //! Programs of forward dynamics against the general solvers, inverse and forward.
 
+mod common;
+
+use common::Robot;
 use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction::forward::{Event, EventKind, Forward, Inputs, Settings as ForwardSettings, View};
 use stiction::kinematics::{Coordinate, Target};
 use stiction::mechanism::{BodyId, JointId};
 use stiction::random::Random;
 use stiction::spatial::{Pose, Vec3};
-use stiction_model::{Model, Source, gallery, read};
 use stiction_program::{ForwardProgram, Memory};
-
-struct Robot {
-    solver: InverseDynamics,
-    course: Vec<Vec<Target<f64>>>,
-    loads: Vec<AppliedLoad<f64>>,
-}
-
-fn model(name: &str) -> Model {
-    let text = gallery::get(name).unwrap();
-    read(&Source::new(name, text), &|_| Err("no files".into())).unwrap()
-}
-
-fn robot(name: &str, load: Option<&str>) -> Robot {
-    let model = model(name);
-    let motion = model.motion(model.default_motion.as_deref().unwrap()).unwrap();
-    let load = model.load(load.or(model.default_load.as_deref()).unwrap()).unwrap();
-    let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
-    let course: Vec<Vec<_>> = (0..10)
-        .map(|k| motion.at(0.1 * (f64::from(k) + 0.37) * motion.duration).collect())
-        .collect();
-    let solver = InverseDynamics::new(
-        model.mechanism.clone(),
-        &model.homes,
-        &coordinates,
-        &course[0],
-        Settings::default(),
-    )
-    .unwrap();
-    let loads = load.at(0.1).collect();
-    Robot { solver, course, loads }
-}
 
 /// The same robot with its actuators prescribed along the same course.
 fn by_actuators(robot: &Robot) -> Robot {
@@ -155,7 +126,7 @@ fn anyhow(course: &[Target<f64>], random: &mut Random, length: f64) -> Vec<Targe
 #[test]
 fn what_inverse_dynamics_asks_for_comes() {
     for (name, load) in ROBOTS {
-        let given = robot(name, load);
+        let given = Robot::new(name, load);
         let others = (name != "4ups-upu").then(|| by_actuators(&given));
         for mut robot in others.into_iter().chain([given]) {
             for machine in [false, true] {
@@ -242,7 +213,7 @@ impl Inputs for Given {
 #[test]
 fn programs_are_what_forward_dynamics_says() {
     for (name, load) in ROBOTS {
-        let mut robot = robot(name, load);
+        let mut robot = Robot::new(name, load);
         let length = robot.solver.mechanism().characteristic_length();
         let model = Forward::new(robot.solver.mechanism().clone(), &[]);
         let mut random = Random::new(6);
@@ -318,20 +289,20 @@ fn programs_are_what_forward_dynamics_says() {
 #[test]
 fn what_has_no_program_is_refused() {
     for name in ["four-bar", "delta", "bricard"] {
-        let robot = robot(name, None);
+        let robot = Robot::new(name, None);
         let program = ForwardProgram::record(&robot.solver, &robot.course, &robot.loads);
         assert!(program.is_none(), "{name}");
     }
     // By its actuators the elimination of this one lets bounds of rounding errors grow until nodes that mean
     // different things are taken for the same.
-    let robot = by_actuators(&robot("4ups-upu", None));
+    let robot = by_actuators(&Robot::new("4ups-upu", None));
     assert!(ForwardProgram::record(&robot.solver, &robot.course, &robot.loads).is_none());
 }
 
 /// Accelerations and reactions of a robot with three legs take some three thousand operations without friction.
 #[test]
 fn what_means_the_same_is_computed_once() {
-    let robot = robot("3rps", None);
+    let robot = Robot::new("3rps", None);
     let program = record(&robot, true);
     let [ideal, first, newton, chord, last] = program.operations();
     assert!(ideal < 3200 && first < 5600, "{:?}", program.operations());

@@ -1,40 +1,10 @@
 //! Programs against the general solver that they were recorded from.
 
-use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
-use stiction::kinematics::Target;
-use stiction_model::{Model, Source, gallery, read};
+mod common;
+
+use common::Robot;
+use stiction::dynamics::FrictionMode;
 use stiction_program::{InverseProgram, StateOfMotion};
-
-struct Robot {
-    solver: InverseDynamics,
-    course: Vec<Vec<Target<f64>>>,
-    loads: Vec<AppliedLoad<f64>>,
-}
-
-fn model(name: &str) -> Model {
-    let text = gallery::get(name).unwrap();
-    read(&Source::new(name, text), &|_| Err("no files".into())).unwrap()
-}
-
-fn robot(name: &str, load: Option<&str>) -> Robot {
-    let model = model(name);
-    let motion = model.motion(model.default_motion.as_deref().unwrap()).unwrap();
-    let load = model.load(load.or(model.default_load.as_deref()).unwrap()).unwrap();
-    let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
-    let course: Vec<Vec<_>> = (0..10)
-        .map(|k| motion.at(0.1 * (f64::from(k) + 0.37) * motion.duration).collect())
-        .collect();
-    let solver = InverseDynamics::new(
-        model.mechanism.clone(),
-        &model.homes,
-        &coordinates,
-        &course[0],
-        Settings::default(),
-    )
-    .unwrap();
-    let loads = load.at(0.1).collect();
-    Robot { solver, course, loads }
-}
 
 /// The largest differences between a program and the solver along the course: without friction, with,
 /// relative to the largest force; moments over the characteristic length.
@@ -102,7 +72,7 @@ const ROBOTS: [(&str, Option<&str>); 12] = [
 #[test]
 fn programs_are_their_solvers() {
     for (name, load) in ROBOTS {
-        let mut robot = robot(name, load);
+        let mut robot = Robot::new(name, load);
         for machine in [false, true] {
             let (course, loads) = (robot.course.clone(), robot.loads.clone());
             let program = InverseProgram::record_with(&robot.solver, &course, &loads, machine)
@@ -119,7 +89,7 @@ fn programs_are_their_solvers() {
 #[test]
 fn lanes_are_states_of_their_own() {
     for (name, load) in ROBOTS {
-        let mut robot = robot(name, load);
+        let mut robot = Robot::new(name, load);
         let (course, loads) = (robot.course.clone(), robot.loads.clone());
         let program = InverseProgram::record(&robot.solver, &course, &loads).unwrap();
         let lanes = program.lanes();
@@ -164,7 +134,7 @@ fn lanes_are_states_of_their_own() {
 /// Many states at once: those at which the program does not hold are left to the solver, and counted.
 #[test]
 fn what_does_not_hold_is_redone() {
-    let mut robot = robot("3rps", None);
+    let mut robot = Robot::new("3rps", None);
     let program = InverseProgram::record(&robot.solver, &robot.course, &robot.loads).unwrap();
     let mut solver = robot.solver.clone();
     let mut targets = robot.course.clone();
@@ -209,7 +179,7 @@ fn what_does_not_hold_is_redone() {
 /// A course that cannot be followed, or none, gives no program.
 #[test]
 fn what_has_no_program_is_refused() {
-    let robot = robot("3rps", None);
+    let robot = Robot::new("3rps", None);
     let mut course = robot.course.clone();
     course[3][0].value = 1e3;
     assert!(InverseProgram::record(&robot.solver, &course, &robot.loads).is_none());
@@ -220,7 +190,7 @@ fn what_has_no_program_is_refused() {
 /// than a thousand operations.
 #[test]
 fn what_means_the_same_is_computed_once() {
-    let robot = robot("3rps", None);
+    let robot = Robot::new("3rps", None);
     let program = InverseProgram::record(&robot.solver, &robot.course, &robot.loads).unwrap();
     let [ideal, first, step, last] = program.operations();
     assert!(ideal < 900 && first < 1900 && step < 700 && last < 550, "{:?}", program.operations());

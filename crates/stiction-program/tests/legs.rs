@@ -1,7 +1,9 @@
 //! Legs of many kinds in closed form: programs start from the platform's motion alone.
 
-use stiction::dynamics::{InverseDynamics, Settings};
-use stiction_model::{Source, gallery, read};
+mod common;
+
+use common::{Robot, model};
+use stiction_model::gallery;
 use stiction_program::InverseProgram;
 
 /// A platform on six legs like those of the Gough platform, but for their chains and joints.
@@ -50,23 +52,9 @@ fn programs_know_where_the_legs_are() {
     ];
     for (chain, joints) in legs {
         let text = platform(chain, &joints);
-        let model = match read(&Source::new(chain, &text), &|_| Err("no files".into())) {
-            Ok(model) => model,
-            Err(error) => panic!("{chain}: {error:?}"),
-        };
+        let model = model(chain, &text);
+        let Robot { mut solver, course, loads } = Robot::of(&model, Some("payload"));
         let motion = model.motion("sway").unwrap();
-        let loads: Vec<_> = model.load("payload").unwrap().at(0.0).collect();
-        let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
-        let at = |time: f64| motion.at(time).collect::<Vec<_>>();
-        let course: Vec<_> = (0..10).map(|k| at(0.4 * f64::from(k))).collect();
-        let solver = InverseDynamics::new(
-            model.mechanism.clone(),
-            &model.homes,
-            &coordinates,
-            &course[0],
-            Settings::default(),
-        );
-        let mut solver = solver.unwrap_or_else(|error| panic!("{chain}: {error}"));
         let program = InverseProgram::record(&solver, &course, &loads).unwrap();
         assert!(program.coordinates().is_empty(), "{chain}: {:?}", program.coordinates());
         assert_eq!(program.bodies().count(), 1);
@@ -74,7 +62,7 @@ fn programs_know_where_the_legs_are() {
         let mut settled = [false];
         for k in 0..20 {
             // Between the positions at which it was recorded.
-            let targets = at(0.2 * f64::from(k) + 0.07);
+            let targets: Vec<_> = motion.at(0.2 * f64::from(k) + 0.07).collect();
             solver.move_to(&targets).unwrap();
             let motions = program.motions(solver.assembly().state());
             // No coordinate is told.

@@ -1,0 +1,52 @@
+//! The stages of a program, compiled for one state and for as many as the processor takes at once.
+
+use crate::code::Part;
+use crate::memory::Memory;
+use crate::run::{Runner, natural_lanes};
+
+/// `N` stages that work on the same slots.
+#[derive(Debug)]
+pub(crate) struct Compiled<const N: usize> {
+    slots: usize,
+    operations: [usize; N],
+    one: [Runner; N],
+    many: [Runner; N],
+    lanes: usize,
+}
+
+impl<const N: usize> Compiled<N> {
+    /// Of stages that touch so many slots; interpreted if `machine` is false.
+    pub(crate) fn new(stages: &[Vec<Part>; N], slots: usize, machine: bool) -> Self {
+        let lanes = natural_lanes();
+        let runners =
+            |lanes| stages.each_ref().map(|parts| Runner::new(parts, lanes, slots, machine));
+        let operations = stages.each_ref().map(|parts| parts.iter().map(Part::operations).sum());
+        Self { slots, operations, one: runners(1), many: runners(lanes), lanes }
+    }
+
+    /// How many states the wide code takes at once.
+    pub(crate) fn lanes(&self) -> usize {
+        self.lanes
+    }
+
+    /// Arithmetic operations of each stage.
+    pub(crate) fn operations(&self) -> [usize; N] {
+        self.operations
+    }
+
+    /// Whether the processor runs all stages itself.
+    pub(crate) fn is_machine_code(&self) -> bool {
+        self.one.iter().chain(&self.many).all(Runner::is_machine_code)
+    }
+
+    /// The stages for one state (`lanes` 1) or for many.
+    pub(crate) fn runners(&self, lanes: usize) -> &[Runner; N] {
+        if lanes == 1 { &self.one } else { &self.many }
+    }
+
+    /// Room for runs of one state (`lanes` 1) or of many.
+    pub(crate) fn memory(&self, lanes: usize) -> Memory {
+        let scratch = self.runners(lanes).iter().map(Runner::scratch).max().unwrap_or(0);
+        Memory::new(if lanes == 1 { 1 } else { self.lanes }, self.slots, scratch)
+    }
+}

@@ -1,0 +1,38 @@
+//! What runs of programs read and write.
+
+/// What runs read and write, for a number of states side by side.
+#[derive(Clone, Debug)]
+pub struct Memory {
+    pub(crate) lanes: usize,
+    pub(crate) slots: Vec<f64>,
+    pub(crate) scratch: Vec<f64>,
+}
+
+impl Memory {
+    /// With so many slots for each lane, and numbers of scratch.
+    pub(crate) fn new(lanes: usize, slots: usize, scratch: usize) -> Self {
+        Self { lanes, slots: vec![0.0; slots * lanes], scratch: vec![0.0; scratch] }
+    }
+
+    /// Writes a lane's inputs one after the other.
+    #[inline]
+    pub(crate) fn writer(&mut self, lane: usize) -> impl FnMut(&[f64]) + '_ {
+        let (lanes, mut next) = (self.lanes, lane);
+        move |values| {
+            for value in values {
+                self.slots[next] = *value;
+                next += lanes;
+            }
+        }
+    }
+
+    /// What is in a slot.
+    pub(crate) fn read(&self, slot: u32, lane: usize) -> f64 {
+        self.slots[slot as usize * self.lanes + lane]
+    }
+
+    /// A joint's six numbers, of the slots of all joints one after the other.
+    pub(crate) fn wrench(&self, slots: &[u32], lane: usize, joint: usize) -> [f64; 6] {
+        core::array::from_fn(|i| self.read(slots[6 * joint + i], lane))
+    }
+}

@@ -1,0 +1,30 @@
+//! Wrenches in other axes, and as numbers.
+
+use stiction::dynamics::Inverse;
+use stiction::kinematics::Bodies;
+use stiction::scalar::Scalar;
+use stiction::spatial::{Pose, Wrench};
+
+/// Components of a wrench: force, then moment.
+pub(crate) fn components<T: Copy>(wrench: Wrench<T>) -> [T; 6] {
+    let Wrench { force: f, moment: m } = wrench;
+    [f.x, f.y, f.z, m.x, m.y, m.z]
+}
+
+/// A wrench in another frame.
+pub(crate) fn local<T: Scalar>(frame: &Pose<T>, wrench: Wrench<T>) -> Wrench<T> {
+    Wrench {
+        force: frame.rotation.transpose_mul(wrench.force),
+        moment: frame.rotation.transpose_mul(wrench.moment_about(frame.position)),
+    }
+}
+
+/// A joint's complete wrench: force and moment about the joint's origin, world axes.
+pub(crate) fn reaction<T: Scalar>(
+    inverse: &Inverse<T>,
+    bodies: &Bodies<T>,
+    joint: usize,
+) -> [T; 6] {
+    let (force, moment) = inverse.reaction(bodies, joint);
+    components(Wrench { force, moment })
+}
