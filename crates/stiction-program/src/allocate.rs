@@ -59,6 +59,8 @@ struct Allocator<'a> {
     spilled: usize,
     /// The slots into which each step goes.
     stores: Vec<Vec<u32>>,
+    /// A slot in which it is already, and stays: no slot is written twice.
+    slot_of_step: Vec<Option<u32>>,
 }
 
 impl<'a> Allocator<'a> {
@@ -97,6 +99,7 @@ impl<'a> Allocator<'a> {
             retired_spills: Vec::new(),
             spilled: 0,
             stores,
+            slot_of_step: vec![None; count],
         }
     }
 
@@ -131,6 +134,9 @@ impl<'a> Allocator<'a> {
         match source {
             Source::Slot(slot) => self.address(Base::Slots, slot as usize, lanes),
             Source::Constant(place) => self.constant(OWN + place as usize),
+            Source::Step(step) if let Some(slot) = self.slot_of_step[step as usize] => {
+                self.address(Base::Slots, slot as usize, lanes)
+            }
             Source::Step(step) => {
                 let spill = self.spill_of_step[step as usize].unwrap_or(0);
                 self.address(Base::Spills, spill, lanes)
@@ -181,7 +187,8 @@ impl<'a> Allocator<'a> {
         let Some(Source::Step(step)) = self.holds[register as usize].take() else { return };
         let step = step as usize;
         self.register_of_step[step] = None;
-        if self.uses[step].is_empty() || self.spill_of_step[step].is_some() {
+        let is_in_memory = self.spill_of_step[step].is_some() || self.slot_of_step[step].is_some();
+        if self.uses[step].is_empty() || is_in_memory {
             return;
         }
         let spill = self.free_spills.pop().unwrap_or_else(|| {
@@ -286,6 +293,7 @@ impl<'a> Allocator<'a> {
         for slot in std::mem::take(&mut self.stores[k]) {
             let place = self.memory_of(Source::Slot(slot));
             self.assembler.store(place, to);
+            self.slot_of_step[k] = Some(slot);
         }
         if self.uses[k].is_empty() {
             self.holds[to as usize] = None;

@@ -324,7 +324,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
             }
         }
         if !code.steps.is_empty() || !code.stores.is_empty() {
-            parts.push(Part::Code(code.scheduled()));
+            parts.push(Part::Code(code));
         }
         if !calls.is_empty() {
             parts.push(Part::Calls(calls));

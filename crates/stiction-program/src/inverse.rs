@@ -1,34 +1,32 @@
 //! Inverse dynamics of one mechanism as a program: driving forces, reactions, friction coupled to them.
 //!
-//! Reactions are affine in friction forces, and each friction force is affine in its contact's load. So
-//! the program has three stages. The first finds everything without friction, and what one newton of
-//! friction at each contact does. The second is a Newton step for the loads, with as many unknowns as
-//! there are contacts whose friction changes some load; it is repeated. The third adds up.
+//! The program has three stages. The first finds what does not depend on friction. The second is a step of
+//! Newton's method: friction is made linear in the reactions, where they were found before, and the balance
+//! solved with it; it is repeated. The third finds all forces from the last step's unknowns.
 
 use crate::code::{Slots, compile};
 use crate::compiled::Compiled;
 use crate::given::{BodyMotion, Given};
 use crate::graph::{Node, Op, needed};
-use crate::inverse_recipe::{InverseRecipe, InverseStages};
+use crate::inverse_recipe::InverseStages;
 use crate::machine::fuses;
 use crate::memory::Memory;
 use crate::recipe::{Counts, Recipe};
 use crate::run::{MOST_LANES, Runner};
 use crate::samples::{Sample, samples, seeded_samples};
-use crate::stages::{coupled, early};
-use crate::transmission::{Leg, legs};
+use crate::stages::{early, handed};
 use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction::kinematics::{State, Target};
 use stiction::mechanism::BodyId;
 
-/// Newton steps for the loads, at most.
+/// Newton steps, at most.
 const STEPS: usize = 12;
-/// A step that changes no load by more than this part of the largest leaves an error of the square of
+/// A step that changes no reaction by more than this part of the largest leaves an error of the square of
 /// it: rounding.
 const SETTLED: f64 = 1e-8;
 /// Only errors smaller than this part are taken to be squared by a step.
 const COARSE: f64 = 1e-3;
-/// An error that is rounding, as a part of the largest load.
+/// An error that is rounding, as a part of the largest reaction.
 const ROUNDING: f64 = 1e-15;
 /// A program whose forces differ from the solver's by more than this part of the largest is not one: rounding
 /// behind bad conditions, since samples may come near singular positions.
@@ -47,10 +45,11 @@ pub struct InverseProgram {
 /// The slots of the results.
 #[derive(Clone, Debug)]
 struct Places {
-    /// Loads of the coupled contacts without friction, and after a step.
+    /// What a step begins with, and where that is for the first one and after a step.
+    from: Vec<u32>,
     start: Vec<u32>,
     next: Vec<u32>,
-    /// Of a step: squares of the changes of loads and of loads, summed; the determinant.
+    /// Of a step: squares of what has changed and of what it is, summed; the determinant.
     control: [u32; 3],
     /// Positive where what the program takes for granted holds.
     ideal_guard: u32,
@@ -94,22 +93,10 @@ impl InverseProgram {
         let positions: Vec<Vec<f64>> =
             samples.iter().map(|sample| sample.state.coordinates.clone()).collect();
         let given = Given::new(solver, &positions, loads.len());
-        let legs = legs(solver, &samples);
         let samples: Vec<Vec<f64>> = samples.iter().map(|sample| given.row(sample)).collect();
         let recipe = Recipe { kernel: &kernel, solver, loads };
-        let mut inverse = InverseRecipe { recipe, given: &given, legs: None };
-        // First with all contacts, to see whose friction changes a load at all.
-        let count = solver.parameters().contacts.len();
-        let all: Vec<usize> = (0..count).collect();
-        let first = inverse.record(&all, &samples);
-        let coupled = coupled(&first.graph, &first.influence, count);
-        let transmitted = |legs: &[Leg]| legs.iter().map(|leg| leg.free.len()).sum::<usize>();
-        inverse.legs = legs.as_deref().filter(|legs| transmitted(legs) < coupled.len());
-        let recorded = match coupled.len() == count && inverse.legs.is_none() {
-            true => first,
-            false => inverse.record(&coupled, &samples),
-        };
-        let program = Self::compile(recipe.counts(coupled.len()), &recorded, given, machine);
+        let recorded = recipe.record_inverse(&given, &samples);
+        let program = Self::compile(recipe.counts(0), &recorded, given, machine);
         let others = seeded_samples(9, solver, course, loads)?;
         program.agrees_with(solver, &others).then_some(program)
     }
@@ -152,34 +139,33 @@ impl InverseProgram {
         let ops = recorded.graph.ops();
         let fuse = machine && fuses();
         let inputs = given.count();
-        let mut slots = Slots::of_inputs(ops, 0..inputs + counts.coupled);
-        let results = [&recorded.ideal[..], &recorded.begin, &recorded.step, &recorded.rest];
-        let all = [&results.concat()[..], &recorded.guards].concat();
+        let last_input = recorded.from.iter().max().map_or(inputs, |last| *last as usize + 1);
+        let mut slots = Slots::of_inputs(ops, 0..last_input);
+        let with = |nodes: &[Node], guard: Node| [nodes, &[guard]].concat();
+        let ideal = with(&recorded.ideal, recorded.guards[0]);
+        let last = with(&recorded.rest, recorded.guards[1]);
+        let step = [&recorded.next[..], &recorded.control].concat();
         let prescribed = given.first_prescribed() as u32..given.count() as u32;
         let reads = |(op, needed): (&Op, bool)| matches!(op, Op::Input(place) if needed && prescribed.contains(place));
+        let all = [&ideal[..], &recorded.begin, &step, &last].concat();
         let reads_targets = ops.iter().zip(needed(ops, &all)).any(reads);
         let mut stages = [const { Vec::new() }; 4];
         // The frictionless program is one of its own: it leaves nothing behind for others.
         let mut own = slots.clone();
-        let mut results = recorded.ideal.clone();
-        results.push(recorded.guards[0]);
-        stages[0] = compile(ops, &results, &mut own, fuse);
-        let ideal_guard = own.of(recorded.guards[0]).unwrap_or(0);
-        let ideal: Vec<u32> = recorded.ideal.iter().map(|n| own.of(*n).unwrap_or(0)).collect();
+        stages[0] = compile(ops, &ideal, &mut own, fuse);
+        let ideal: Vec<u32> = ideal.iter().map(|n| own.of(*n).unwrap_or(0)).collect();
         let (ideal_drives, ideal_reactions) = ideal.split_at(counts.drives);
         slots.reserve(own.count() - slots.count());
-        // What the first stage makes: its own results, and what later stages need of all that does not
-        // depend on loads.
-        let later = [&recorded.step[..], &recorded.rest, &recorded.guards[1..]].concat();
-        let mut first = early(ops, &later, |input| input >= inputs);
+        // Each stage makes its own results, and what later ones need of what is known then.
+        let is_late = |input| input >= inputs;
+        let mut first = early(ops, &[&step[..], &last].concat(), is_late);
         first.extend(&recorded.begin);
         stages[1] = compile(ops, &first, &mut slots, fuse);
-        let with = |nodes: &[Node], guard: Node| [nodes, &[guard]].concat();
-        stages[2] = compile(ops, &with(&recorded.step, recorded.guards[1]), &mut slots, fuse);
-        stages[3] = compile(ops, &with(&recorded.rest, recorded.guards[2]), &mut slots, fuse);
+        let second = [&step[..], &handed(ops, &step, &last, is_late)].concat();
+        stages[2] = compile(ops, &second, &mut slots, fuse);
+        stages[3] = compile(ops, &last, &mut slots, fuse);
         let place = |node: &Node| slots.of(*node).unwrap_or(0);
         let all = |nodes: &[Node]| -> Vec<u32> { nodes.iter().map(place).collect() };
-        let (next, control) = recorded.step.split_at(counts.coupled);
         let mut rest = recorded.rest.as_slice();
         let mut take = |count: usize| {
             let (front, back) = rest.split_at(count);
@@ -187,11 +173,12 @@ impl InverseProgram {
             all(front)
         };
         let places = Places {
+            from: recorded.from.clone(),
             start: all(&recorded.begin),
-            next: all(next),
-            control: [0, 1, 2].map(|k| control.get(k).map_or(0, place)),
-            ideal_guard,
-            guard: place(&recorded.guards[2]),
+            next: all(&recorded.next),
+            control: recorded.control.each_ref().map(place),
+            ideal_guard: ideal.last().copied().unwrap_or(0),
+            guard: place(&recorded.guards[1]),
             ideal_drives: ideal_drives.to_vec(),
             ideal_reactions: ideal_reactions.to_vec(),
             drives: take(counts.drives),
@@ -303,24 +290,25 @@ impl InverseProgram {
     ) {
         let Memory { slots, scratch, .. } = memory;
         runners[1].run(slots, scratch);
-        let inputs = self.given.count();
         let copy = |slots: &mut [f64], from: &[u32]| {
             let (slots, _) = slots.as_chunks_mut::<L>();
-            for (k, from) in from.iter().enumerate() {
-                slots[inputs + k] = slots[*from as usize];
+            for (to, from) in self.places.from.iter().zip(from) {
+                slots[*to as usize] = slots[*from as usize];
             }
         };
         copy(slots, &self.places.start);
-        let mut done = [self.counts.coupled == 0; L];
-        // Squares of changes in the last step, as parts of the loads'.
-        let mut changes = [1.0; L];
+        let mut done = [false; L];
+        // Squares of changes in the last step, as parts of the whole; of none nothing is to be concluded.
+        let mut changes = [0.0; L];
         for _ in 0..STEPS {
+            runners[2].run(slots, scratch);
+            let control = self.places.control.map(|place| slots.as_chunks::<L>().0[place as usize]);
+            // Where friction does not depend on reactions there is nothing to repeat.
+            done =
+                if self.places.from.is_empty() { [true; L] } else { settle(control, &mut changes) };
             if done == [true; L] {
                 break;
             }
-            runners[2].run(slots, scratch);
-            let control = self.places.control.map(|place| slots.as_chunks::<L>().0[place as usize]);
-            done = settle(control, &mut changes);
             copy(slots, &self.places.next);
         }
         runners[3].run(slots, scratch);
@@ -363,9 +351,9 @@ impl InverseProgram {
     }
 }
 
-/// Whether the last step of the loads leaves nothing but rounding. Newton's steps square the error: what
+/// Whether the last step leaves nothing but rounding. Newton's steps square the error: what
 /// one has changed is the error before it, and the last two tell by what factor the square counts. Given are
-/// the squares of changes and of loads, and the determinant.
+/// the squares of changes and of reactions, and the determinant.
 #[inline]
 fn settle<const L: usize>(control: [[f64; L]; 3], changes: &mut [f64; L]) -> [bool; L] {
     let [change, size, determinant] = control;

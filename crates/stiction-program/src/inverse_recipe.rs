@@ -1,147 +1,184 @@
-//! What is recorded for inverse dynamics: the kernel's own run, and the coupling of friction on top of it.
+//! What is recorded for inverse dynamics: the kernel's own run without friction, and a Newton step of its
+//! coupling.
+//!
+//! The kernel tilts the balance by friction that is linear in the reactions, so a step is another solution of a
+//! system as sparse as the frictionless one. A step begins at what cut joints carry, from which all else follows;
+//! many components change nothing, and are not asked for.
 
-use crate::coupling::Step;
 use crate::given::Given;
-use crate::graph::{Graph, Node};
-use crate::loads::Loads;
+use crate::graph::{Graph, Node, Op, needed};
 use crate::meaning::{Merged, merge};
 use crate::recipe::Recipe;
-use crate::recorded::{Recorded, record_groups};
+use crate::recorded::{Recorded, go_on, record_groups};
 use crate::stages::holds;
-use crate::transmission::Leg;
-use crate::wrench::{local, reaction};
-use stiction::dynamics::{AppliedLoad, FrictionMode, Settings, Sharing};
+use crate::wrench::{components, reaction};
+use stiction::dynamics::{AppliedLoad, FrictionMode, Inverse, Settings};
 use stiction::kinematics::Target;
-use stiction::parameters::{ContactParameters, Parameters};
+use stiction::parameters::Parameters;
 use stiction::random::Random;
 use stiction::scalar::Scalar;
 use stiction::spatial::{Vec3, Wrench};
 
-/// The stages as results of one graph.
+/// The stages as results of one graph. Inputs are what is given, then what a step begins with: the components of
+/// each cut joint's wrench, and accelerations of idle spins.
 pub(crate) struct InverseStages {
     pub(crate) graph: Graph,
     /// Drives and reactions without friction.
     pub(crate) ideal: Vec<Node>,
-    /// Frictionless loads of coupled contacts.
+    /// Inputs of a step that matter, by their places among all inputs.
+    pub(crate) from: Vec<u32>,
+    /// For each of them its value under the friction of the frictionless loads.
     pub(crate) begin: Vec<Node>,
-    /// Loads of coupled contacts after a Newton step; the squares of their changes and of themselves,
-    /// summed; the determinant of the step's matrix.
-    pub(crate) step: Vec<Node>,
-    /// Drives, reactions, loads, velocities, frictions.
+    /// For each of them its value after a step.
+    pub(crate) next: Vec<Node>,
+    /// Squares of their changes in a step and of themselves, summed, moments over the characteristic length; the
+    /// determinant of the step's matrix over that without friction.
+    pub(crate) control: [Node; 3],
+    /// After a step drives, reactions, loads, velocities, frictions.
     pub(crate) rest: Vec<Node>,
-    /// Positive where what is taken for granted holds: without friction, in a step, with friction.
-    pub(crate) guards: [Node; 3],
-    /// For each contact and each coupled one how the friction of the second changes the first's load.
-    pub(crate) influence: Vec<Node>,
+    /// Positive where what is taken for granted holds: without friction, with friction.
+    pub(crate) guards: [Node; 2],
 }
 
-/// What inverse dynamics is recorded from beside the rest.
-pub(crate) struct InverseRecipe<'a> {
-    pub(crate) recipe: Recipe<'a>,
-    pub(crate) given: &'a Given,
-    /// Where it pays to solve for what legs transmit.
-    pub(crate) legs: Option<&'a [Leg]>,
-}
-
-impl InverseRecipe<'_> {
-    /// Records all stages with these contacts coupled, and merges what means the same.
-    pub(crate) fn record(&self, coupled: &[usize], samples: &[Vec<f64>]) -> InverseStages {
-        let inputs = self.given.count() + coupled.len();
-        let (graph, [ideal, begin, step, rest, influence]) =
-            record_groups(inputs, |inputs| self.follow(coupled, inputs));
-        // Loads are inputs of their own: any will do.
+impl Recipe<'_> {
+    /// Records all stages, and merges what means the same.
+    pub(crate) fn record_inverse(&self, given: &Given, samples: &[Vec<f64>]) -> InverseStages {
+        let setup = self.kernel.setup();
+        let (cuts, spins) = Inverse::<f64>::new(&setup, self.solver.parameters()).carried(&setup);
+        let (cuts, spins) = (cuts.len(), spins.len());
+        let first = given.count();
+        let inputs = first + 6 * cuts + spins;
+        let (graph, groups) = record_groups(inputs, |inputs| self.follow(given, inputs));
+        // What a step begins with are inputs of their own: any will do.
         let mut random = Random::new(2);
+        let length = self.solver.mechanism().characteristic_length();
+        let unit = |place: usize| if place < 6 * cuts && place % 6 >= 3 { length } else { 1.0 };
         let samples: Vec<Vec<f64>> = samples
             .iter()
             .map(|sample| {
-                let loads = coupled.iter().map(|_| 50.0 + 40.0 * random.number());
-                sample.iter().copied().chain(loads).collect()
+                let wrenches = (0..inputs - first).map(|k| 50.0 * unit(k) * random.number());
+                sample.iter().copied().chain(wrenches).collect()
             })
             .collect();
         let Merged { graph: mut merged, new_of, guards } = merge(&graph, &samples);
-        let with_friction = [&begin[..], &step, &rest].concat();
-        let guards =
-            [&ideal, &step, &with_friction].map(|stage| holds(&graph, stage, &guards, &mut merged));
-        let new = |nodes: Vec<Node>| -> Vec<Node> {
+        let guards = [&groups[0], &groups[1..].concat()]
+            .map(|stage| holds(&graph, stage, &guards, &mut merged));
+        let new = |nodes: &Vec<Node>| -> Vec<Node> {
             nodes.iter().map(|node| new_of[*node as usize]).collect()
         };
-        let [ideal, begin, step, rest, influence] = [ideal, begin, step, rest, influence].map(new);
-        InverseStages { graph: merged, ideal, begin, step, rest, guards, influence }
+        let [ideal, begin, next, plain, tilted, rest] = groups.each_ref().map(new);
+        let matter = matter(merged.ops(), first, &next, &rest);
+        let of = |nodes: &[Node]| -> Vec<Node> { matter.iter().map(|k| nodes[*k]).collect() };
+        let (begin, next) = (of(&begin), of(&next));
+        let from: Vec<u32> = matter.iter().map(|k| (first + k) as u32).collect();
+        let before: Vec<Node> = from.iter().map(|input| merged.add(Op::Input(*input))).collect();
+        // Pivots that friction does not change are their own.
+        let changed = plain.into_iter().zip(tilted).filter(|(plain, tilted)| plain != tilted);
+        let pivot = |(plain, reciprocal): (Node, Node)| match merged.ops()[reciprocal as usize] {
+            Op::Div(_, pivot) => (plain, pivot, true),
+            _ => (plain, reciprocal, false),
+        };
+        let pivots: Vec<(Node, Node, bool)> = changed.map(pivot).collect();
+        let plain: Vec<Node> = pivots.iter().map(|pivot| pivot.0).collect();
+        let tilted: Vec<Node> = pivots.iter().map(|pivot| pivot.1).collect();
+        let system = [&before[..], &next, &plain, &tilted].concat();
+        let (graph, control) = go_on(merged, &system, |system| {
+            let (before, rest) = system.split_at(matter.len());
+            let (next, rest) = rest.split_at(matter.len());
+            let (plain, tilted) = rest.split_at(pivots.len());
+            let (mut change, mut size) = (Recorded::zero(), Recorded::zero());
+            for ((place, before), next) in matter.iter().zip(before).zip(next) {
+                let over = Recorded::from_f64(1.0 / unit(*place));
+                let (moved, now) = ((*next - *before) * over, *next * over);
+                change += moved * moved;
+                size += now * now;
+            }
+            // What is known before a step is a factor of its own.
+            let mut determinant = plain.iter().copied().fold(Recorded::one(), |a, b| a * b);
+            for (tilted, (_, _, is_pivot)) in tilted.iter().zip(&pivots) {
+                determinant *= if *is_pivot { *tilted } else { tilted.recip() };
+            }
+            vec![change, size, determinant]
+        });
+        let control = [control[0], control[1], control[2]];
+        InverseStages { graph, ideal, from, begin, next, control, rest, guards }
     }
 
-    /// The results of the stages, and the influences.
-    fn follow(&self, coupled: &[usize], inputs: &[Recorded]) -> [Vec<Recorded>; 5] {
-        let Recipe { kernel, solver, loads } = self.recipe;
-        let mechanism = solver.mechanism();
+    /// Drives and reactions without friction; what the first step begins with; what the next begins with after a
+    /// step from the inputs; reciprocal pivots without friction and in the step; and the rest.
+    fn follow(&self, given: &Given, inputs: &[Recorded]) -> [Vec<Recorded>; 6] {
+        let mechanism = self.solver.mechanism();
         // Numbers of the mechanism are constants: they are folded into the program.
         let parameters = Parameters::<Recorded>::new(mechanism);
-        let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
+        let mut workspace = self.kernel.workspace(&parameters, self.solver.assembly().state());
         let mut inputs = inputs.iter().copied();
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
         // Rates and accelerations are found once more, from the targets, by more operations than it takes to
         // see that they are the same: what comes first stays.
-        self.given.read(mechanism, &mut workspace.state, &mut next);
+        given.read(mechanism, &mut workspace.state, &mut next);
         let mut vector = || Vec3::new(next(), next(), next());
-        let loads: Vec<AppliedLoad<Recorded>> = loads
+        let loads: Vec<AppliedLoad<Recorded>> = self
+            .loads
             .iter()
             .map(|load| AppliedLoad { force: vector(), moment: vector(), ..load.lift() })
             .collect();
-        let count = solver.assembly().prescription().coordinates().len();
+        let count = self.solver.assembly().prescription().coordinates().len();
         let targets: Vec<Target<Recorded>> = (0..count)
             .map(|_| Target { value: next(), rate: next(), acceleration: next() })
             .collect();
-        let presses: Vec<Recorded> = coupled.iter().map(|_| next()).collect();
-
         let settings =
             Settings { friction: FrictionMode::Off, position_steps: 0, ..Settings::default() };
-        kernel.run(&parameters, &mut workspace, &targets, &loads, &settings);
-        let bodies = &workspace.kinematics.bodies;
-        let inverse = &workspace.inverse;
-        let setup = kernel.setup();
-        let responses = Sharing::new(&setup).responses(&setup, &parameters, bodies, inverse);
-        let at_contact = |contact: &ContactParameters<Recorded>, wrenches: &[Wrench<Recorded>]| {
-            local(&bodies.frame_j[contact.joint], wrenches[contact.joint])
-        };
-        let contacts = parameters.contacts.iter();
-        let without =
-            contacts.clone().map(|contact| at_contact(contact, inverse.joint_wrenches())).collect();
-        let added = contacts
-            .map(|contact| {
-                let of = |column: &usize| at_contact(contact, &responses[*column].wrenches);
-                coupled.iter().map(of).collect()
-            })
-            .collect();
-        let states = inverse.contacts();
-        let loads = Loads { parameters: &parameters, bodies, states, coupled, without, added };
-
-        let joints = 0..mechanism.joints().len();
+        self.kernel.run(&parameters, &mut workspace, &targets, &loads, &settings);
+        let (bodies, setup) = (&workspace.kinematics.bodies, self.kernel.setup());
+        let all = 0..mechanism.joints().len();
+        let inverse = &mut workspace.inverse;
         let mut ideal: Vec<Recorded> = inverse.drives().to_vec();
-        ideal.extend(joints.clone().flat_map(|joint| reaction(inverse, bodies, joint)));
-
-        let begin = loads.at_first();
-        let Step { loads: next, determinant } = match self.legs {
-            Some(legs) => loads.step_by_legs(mechanism, (inverse, &responses), legs, &presses),
-            None => loads.step(&presses),
+        ideal.extend(all.clone().flat_map(|joint| reaction(inverse, bodies, joint)));
+        let plain = inverse.reciprocal_pivots(&setup);
+        let numbers = |(cuts, spins): (Vec<Wrench<Recorded>>, Vec<Recorded>)| -> Vec<Recorded> {
+            cuts.into_iter().flat_map(components).chain(spins).collect()
         };
-        let square = |sum: Recorded, x: Recorded| sum + x * x;
-        let change = presses.iter().zip(&next).map(|(press, next)| *next - *press);
-        let change = change.fold(Recorded::zero(), square);
-        let size = next.iter().copied().fold(Recorded::zero(), square);
-        let mut step = next;
-        step.extend([change, size, determinant]);
-
-        // All forces with these frictions.
-        let forces = loads.forces(&presses);
-        let influence = loads.influences(&forces);
-        let all_loads = loads.of_all(&presses, &forces);
-        let all_forces = loads.forces_of_all(&all_loads);
+        // The friction of the loads without friction is nearer to the solution than none.
         let mut rubbed = inverse.clone();
-        rubbed.solve_with(&setup, &parameters, bodies, &all_forces);
-        let mut rest: Vec<Recorded> = rubbed.drives().to_vec();
-        rest.extend(joints.flat_map(|joint| reaction(&rubbed, bodies, joint)));
-        rest.extend(&all_loads);
+        let frictions: Vec<Recorded> =
+            inverse.contacts().iter().map(|state| state.friction()).collect();
+        rubbed.solve_with(&setup, &parameters, bodies, &frictions);
+        let (mut cuts, mut spins) = rubbed.carried(&setup);
+        let begin = numbers((cuts.clone(), spins.clone()));
+        for wrench in &mut cuts {
+            let force = Vec3::new(next(), next(), next());
+            *wrench = Wrench { force, moment: Vec3::new(next(), next(), next()) };
+        }
+        spins.fill_with(next);
+        inverse.step_from(&setup, &parameters, bodies, (&cuts, &spins));
+        let after = numbers(inverse.carried(&setup));
+        let tilted = inverse.reciprocal_pivots(&setup);
+        let mut rest: Vec<Recorded> = inverse.drives().to_vec();
+        rest.extend(all.flat_map(|joint| reaction(inverse, bodies, joint)));
+        let states = inverse.contacts();
+        rest.extend(states.iter().map(|state| state.load()));
         rest.extend(states.iter().map(|state| state.velocity));
-        rest.extend(&all_forces);
-        [ideal, begin, step, rest, influence]
+        rest.extend(states.iter().map(|state| state.friction()));
+        [ideal, begin, after, plain, tilted, rest]
+    }
+}
+
+/// The places, from the `first` of these inputs on, that `rest` depends on, and those on which their own next
+/// values depend.
+fn matter(ops: &[Op], first: usize, next: &[Node], rest: &[Node]) -> Vec<usize> {
+    let mut matters: Vec<usize> = Vec::new();
+    loop {
+        let by: Vec<Node> =
+            rest.iter().copied().chain(matters.iter().map(|place| next[*place])).collect();
+        let inputs = ops.iter().zip(needed(ops, &by)).filter_map(|(op, needed)| match op {
+            Op::Input(place) if needed => (*place as usize).checked_sub(first),
+            _ => None,
+        });
+        let mut found: Vec<usize> = inputs.collect();
+        found.sort_unstable();
+        if found == matters {
+            return found;
+        }
+        matters = found;
     }
 }

@@ -36,12 +36,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod aligned;
 mod allocate;
 mod batch;
 mod certificate;
 mod code;
 mod compiled;
-mod coupling;
 mod derivative_recipe;
 mod derivatives;
 mod encode;
@@ -65,7 +65,6 @@ mod schedule;
 mod slopes;
 mod small;
 mod stages;
-mod transmission;
 mod tree;
 mod wrench;
 

@@ -33,11 +33,6 @@ impl Loads<'_> {
         (&self.parameters.contacts[contact], &self.states[contact])
     }
 
-    /// The joint of a contact.
-    pub(crate) fn joint(&self, contact: usize) -> usize {
-        self.parameters.contacts[contact].joint
-    }
-
     /// How the friction of a contact grows with its load.
     pub(crate) fn coefficient(&self, contact: usize) -> Recorded {
         self.states[contact].resistance().0

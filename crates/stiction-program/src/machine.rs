@@ -5,6 +5,7 @@
 //! they are as large as the code says, and returns.
 #![allow(unsafe_code)]
 
+use crate::aligned::Aligned;
 use crate::allocate::assemble;
 use crate::code::Code;
 use crate::encode::{Target, Width};
@@ -16,7 +17,7 @@ type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *mut f64);
 #[derive(Debug)]
 pub(crate) struct Machine {
     memory: Mmap,
-    constants: Vec<f64>,
+    constants: Aligned,
     lanes: usize,
     /// Numbers of slots and of scratch that it touches.
     slots: usize,
@@ -73,7 +74,13 @@ impl Machine {
         let memory = memory.make_exec().ok()?;
         let slots = slots * width.lanes();
         let (lanes, scratch) = (width.lanes(), assembled.scratch);
-        Some(Self { memory, constants: assembled.constants, lanes, slots, scratch })
+        Some(Self {
+            memory,
+            constants: Aligned::from(&*assembled.constants),
+            lanes,
+            slots,
+            scratch,
+        })
     }
 
     /// Numbers of scratch that a run needs.

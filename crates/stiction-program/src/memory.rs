@@ -1,17 +1,19 @@
 //! What runs of programs read and write.
 
+use crate::aligned::Aligned;
+
 /// What runs read and write, for a number of states side by side.
 #[derive(Clone, Debug)]
 pub struct Memory {
     pub(crate) lanes: usize,
-    pub(crate) slots: Vec<f64>,
-    pub(crate) scratch: Vec<f64>,
+    pub(crate) slots: Aligned,
+    pub(crate) scratch: Aligned,
 }
 
 impl Memory {
     /// With so many slots for each lane, and numbers of scratch.
     pub(crate) fn new(lanes: usize, slots: usize, scratch: usize) -> Self {
-        Self { lanes, slots: vec![0.0; slots * lanes], scratch: vec![0.0; scratch] }
+        Self { lanes, slots: Aligned::zeros(slots * lanes), scratch: Aligned::zeros(scratch) }
     }
 
     /// Writes a lane's inputs one after the other.

@@ -43,6 +43,7 @@ impl Runner {
             .map(|part| match part {
                 Part::Calls(calls) => Piece::Calls(calls.clone()),
                 Part::Code(code) => {
+                    let code = &code.scheduled();
                     let made = machine.then(|| Machine::new(code, width, slots)).flatten();
                     match made {
                         Some(made) => {

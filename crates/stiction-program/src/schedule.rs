@@ -1,10 +1,11 @@
-//! The order of steps: recorded code goes leg by leg, and each leg is a chain of waits. Steps that wait
-//! for nothing are taken first, those with the longest way to the end before others.
+//! The order of steps: result by result, so that little has to be kept meanwhile; and where that is a chain of
+//! waits, steps nearby that wait for nothing come first, those with the longest way to the end before others.
 
 use crate::code::{Code, Source, Step};
 
-/// How far ahead steps are taken: farther, and too many values wait in registers.
-const WINDOW: usize = 48;
+/// How far ahead steps are taken: farther, and too many values wait in registers. Processors look some way ahead
+/// by themselves.
+const WINDOW: usize = 16;
 /// Steps that begin in a cycle.
 const WIDTH: u32 = 2;
 
@@ -21,8 +22,85 @@ fn latency(step: &Step) -> u32 {
 }
 
 impl Code {
-    /// The same with its steps in another order.
+    /// The same with its steps in the order in which they are best run.
     pub(crate) fn scheduled(&self) -> Self {
+        self.depth_first().spread()
+    }
+
+    /// Result by result: first what a result needs, the most demanding operand before others. Steps that no
+    /// result needs are left out.
+    fn depth_first(&self) -> Self {
+        let count = self.steps.len();
+        let before = |k: usize| {
+            let mut steps: Vec<usize> = self.steps[k]
+                .operands()
+                .filter_map(|source| match source {
+                    Source::Step(other) => Some(other as usize),
+                    _ => None,
+                })
+                .collect();
+            steps.sort_unstable();
+            steps.dedup();
+            steps
+        };
+        // Registers that it takes to find a step if nothing were known (Sethi and Ullman 1970).
+        let mut need = vec![1; count];
+        for k in 0..count {
+            let mut own: Vec<usize> = before(k).iter().map(|other| need[*other]).collect();
+            own.sort_unstable_by(|a, b| b.cmp(a));
+            need[k] = own.iter().enumerate().map(|(i, n)| n + i).max().unwrap_or(1);
+        }
+        let mut done = vec![false; count];
+        let mut order = Vec::with_capacity(count);
+        let mut roots: Vec<usize> = self
+            .stores
+            .iter()
+            .filter_map(|(source, _)| match source {
+                Source::Step(step) => Some(*step as usize),
+                _ => None,
+            })
+            .collect();
+        roots.sort_unstable();
+        let mut stack = Vec::new();
+        for root in roots {
+            stack.push((root, false));
+            while let Some((k, operands_are_done)) = stack.pop() {
+                if done[k] {
+                    continue;
+                }
+                if operands_are_done {
+                    done[k] = true;
+                    order.push(k);
+                    continue;
+                }
+                stack.push((k, true));
+                let mut operands = before(k);
+                operands.sort_by_key(|other| need[*other]);
+                stack.extend(operands.into_iter().map(|other| (other, false)));
+            }
+        }
+        self.in_order(&order)
+    }
+
+    /// The same with its steps in this order.
+    fn in_order(&self, order: &[usize]) -> Self {
+        let mut place = vec![0; self.steps.len()];
+        for (at, step) in order.iter().enumerate() {
+            place[*step] = at as u32;
+        }
+        let moved = |source: Source| match source {
+            Source::Step(step) => Source::Step(place[step as usize]),
+            other => other,
+        };
+        Self {
+            steps: order.iter().map(|k| self.steps[*k].map(moved)).collect(),
+            constants: self.constants.clone(),
+            stores: self.stores.iter().map(|(source, slot)| (moved(*source), *slot)).collect(),
+        }
+    }
+
+    /// Steps that wait for nothing first, among those within the window.
+    fn spread(&self) -> Self {
         let count = self.steps.len();
         let before = |step: &Step| {
             step.operands().filter_map(|source| match source {
@@ -65,14 +143,43 @@ impl Code {
                 next += 1;
             }
         }
-        let moved = |source: Source| match source {
-            Source::Step(step) => Source::Step(place[step as usize].unwrap_or(step)),
-            other => other,
-        };
-        Self {
-            steps: order.iter().map(|k| self.steps[*k].map(moved)).collect(),
-            constants: self.constants.clone(),
-            stores: self.stores.iter().map(|(source, slot)| (moved(*source), *slot)).collect(),
+        self.in_order(&order)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiction::random::Random;
+
+    /// Sums and products of earlier ones, some of which are results, come to the same in another order.
+    #[test]
+    fn order_changes_no_result() {
+        let mut random = Random::new(6);
+        let mut pick = |bound: usize| ((random.number() + 1.0) * 0.5 * bound as f64) as usize;
+        let count = 400;
+        let mut code = Code { constants: vec![0.5], ..Code::default() };
+        for k in 0..count {
+            let mut source = || match pick(4) {
+                _ if k == 0 => Source::Slot(0),
+                0 => Source::Slot(pick(8) as u32),
+                1 => Source::Constant(0),
+                _ => Source::Step(pick(k) as u32),
+            };
+            let (a, b) = (source(), source());
+            code.steps.push(if pick(2) == 0 { Step::Add(a, b) } else { Step::Mul(a, b) });
+            if pick(5) == 0 {
+                code.stores.push((Source::Step(k as u32), 8 + code.stores.len() as u32));
+            }
         }
+        let slots = 8 + code.stores.len();
+        let run = |code: &Code| {
+            let mut slots: Vec<f64> = (0..slots).map(|k| 0.3 + 0.01 * k as f64).collect();
+            code.interpret::<1>(&mut slots, &mut vec![0.0; code.steps.len()]);
+            slots
+        };
+        let scheduled = code.scheduled();
+        assert!(scheduled.steps.len() <= code.steps.len());
+        assert_eq!(run(&scheduled), run(&code));
     }
 }

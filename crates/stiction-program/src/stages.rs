@@ -7,13 +7,7 @@ use std::collections::HashSet;
 /// What `later` needs of nodes that do not depend on inputs that are `late`: to be computed before these are
 /// known. Constants are not among them.
 pub(crate) fn early(ops: &[Op], later: &[Node], late: impl Fn(usize) -> bool) -> Vec<Node> {
-    let mut depends = vec![false; ops.len()];
-    for (k, op) in ops.iter().enumerate() {
-        depends[k] = match op {
-            Op::Input(place) => late(*place as usize),
-            _ => op.operands().any(|operand| depends[operand as usize]),
-        };
-    }
+    let depends = dependent(ops, late);
     let needed = needed(ops, later);
     let is_early =
         |node: &Node| !depends[*node as usize] && !matches!(ops[*node as usize], Op::Constant(_));
@@ -26,6 +20,37 @@ pub(crate) fn early(ops: &[Op], later: &[Node], late: impl Fn(usize) -> bool) ->
     nodes.sort_unstable();
     nodes.dedup();
     nodes
+}
+
+/// What `later` needs of nodes that `now` finds and that depend on inputs that are `late`.
+pub(crate) fn handed(
+    ops: &[Op],
+    now: &[Node],
+    later: &[Node],
+    late: impl Fn(usize) -> bool,
+) -> Vec<Node> {
+    let depends = dependent(ops, late);
+    let (by_now, by_later) = (needed(ops, now), needed(ops, later));
+    let is_found = |node: &Node| by_now[*node as usize] && depends[*node as usize];
+    let mut nodes: Vec<Node> = later.iter().copied().filter(is_found).collect();
+    for (_, op) in ops.iter().enumerate().filter(|(k, _)| by_later[*k] && !by_now[*k]) {
+        nodes.extend(op.operands().filter(is_found));
+    }
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+/// Which nodes depend on inputs that are `late`.
+fn dependent(ops: &[Op], late: impl Fn(usize) -> bool) -> Vec<bool> {
+    let mut depends = vec![false; ops.len()];
+    for (k, op) in ops.iter().enumerate() {
+        depends[k] = match op {
+            Op::Input(place) => late(*place as usize),
+            _ => op.operands().any(|operand| depends[operand as usize]),
+        };
+    }
+    depends
 }
 
 /// The contacts whose friction changes some load, of `count`. `influence` tells for each contact, row by row, how
@@ -46,9 +71,14 @@ pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut G
     let none = merged.number(0.0);
     let mut known = HashSet::new();
     for guard in guards.iter().filter(|guard| needed[guard.selection as usize]) {
-        if known.insert((guard.condition, guard.is_positive)) {
+        // A root is positive where what it is taken of is.
+        let condition = match merged.ops()[guard.condition as usize] {
+            Op::Sqrt(square) => square,
+            _ => guard.condition,
+        };
+        if known.insert((condition, guard.is_positive)) {
             let [yes, no] = if guard.is_positive { [holds, none] } else { [none, holds] };
-            holds = merged.add(Op::Select { of: guard.condition, yes, no });
+            holds = merged.add(Op::Select { of: condition, yes, no });
         }
     }
     holds

@@ -193,5 +193,5 @@ fn what_means_the_same_is_computed_once() {
     let robot = Robot::new("3rps", None);
     let program = InverseProgram::record(&robot.solver, &robot.course, &robot.loads).unwrap();
     let [ideal, first, step, last] = program.operations();
-    assert!(ideal < 900 && first < 1900 && step < 700 && last < 550, "{:?}", program.operations());
+    assert!(ideal < 900 && first < 1200 && step < 480 && last < 230, "{:?}", program.operations());
 }

@@ -264,6 +264,41 @@ impl<T: Scalar> Balance<T> {
         sign
     }
 
+    /// The reciprocal pivots of the last factorisation.
+    pub(super) fn reciprocal_pivots(&self, program: &Elimination) -> Vec<T> {
+        program.pivots().map(|slot| self.factors[slot]).collect()
+    }
+
+    /// What all wrenches follow from, under the same demand: those at the cuts, and accelerations of idle spins.
+    pub(super) fn carried(&self, structure: &BalanceStructure) -> (Vec<Wrench<T>>, Vec<T>) {
+        (
+            self.cut_wrenches.clone(),
+            self.unknowns[structure.wrench_columns..][..self.spin_demand.len()].to_vec(),
+        )
+    }
+
+    /// Sets all wrenches to those that follow from the ones at the cuts and from accelerations of idle spins.
+    pub(super) fn carry(
+        &mut self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        cuts: &[Wrench<T>],
+        spins: &[T],
+    ) {
+        self.node_wrenches.copy_from_slice(&self.demand);
+        self.cut_wrenches.fill(Wrench::zero());
+        for (cut, wrench) in cuts.iter().enumerate() {
+            self.add_at_cut(topology, cut, *wrench);
+        }
+        for ((nodes, demand), spin) in structure.spin_nodes.iter().zip(&self.spin_demand).zip(spins)
+        {
+            for (&node, &demand) in nodes.iter().zip(demand) {
+                self.node_wrenches[node] += demand * *spin;
+            }
+        }
+        self.collect(topology);
+    }
+
     /// The same with the matrix as it was factored last.
     fn solve_factored(
         &mut self,

@@ -297,6 +297,35 @@ impl<T: Scalar> Inverse<T> {
         (change, largest)
     }
 
+    /// What all joints' wrenches follow from at this motion: those of the cut joints, predecessor on successor,
+    /// and the accelerations of idle spins.
+    pub fn carried(&self, setup: &Setup<'_>) -> (Vec<Wrench<T>>, Vec<T>) {
+        self.balance.carried(&setup.balance.structure)
+    }
+
+    /// One Newton step of the coupling, in which friction is made linear where joints carry what follows from
+    /// these wrenches of the cut joints and accelerations of idle spins, see [`Self::carried`].
+    /// [`Self::drives`], [`Self::joint_wrenches`] and loads are those after it. The motion must have been
+    /// taken over before, by [`Self::solve`] in whatever mode.
+    pub fn step_from(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        (cuts, spins): (&[Wrench<T>], &[T]),
+    ) {
+        let structure = &setup.balance.structure;
+        self.balance.carry(setup.topology, structure, cuts, spins);
+        self.contacts.press(parameters, bodies, &self.balance.joint_wrenches);
+        self.step(setup, parameters, bodies);
+        self.finish_friction(setup.topology, parameters, bodies);
+    }
+
+    /// The reciprocal pivots of the balance as it was solved last, in an order that is always the same.
+    pub fn reciprocal_pivots(&self, setup: &Setup<'_>) -> Vec<T> {
+        self.balance.reciprocal_pivots(&setup.balance.program)
+    }
+
     /// Solves the balance with friction as `coupling` says; returns the determinant's sign.
     fn couple(
         &mut self,

@@ -176,6 +176,11 @@ impl Elimination {
         sign
     }
 
+    /// Where the reciprocal pivots stand among the factors, in the order of elimination.
+    pub fn pivots(&self) -> impl Iterator<Item = usize> + '_ {
+        self.steps.iter().map(|step| step.pivot as usize)
+    }
+
     /// Solves with the factors: `right` (one value for each row) is used up, `solution` (one for
     /// each column) receives the result.
     pub fn solve<T: Scalar>(&self, values: &[T], right: &mut [T], solution: &mut [T]) {

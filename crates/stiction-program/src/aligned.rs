@@ -1,0 +1,69 @@
+//! Numbers in memory that begins where a cache line does.
+
+use core::ops::{Deref, DerefMut};
+
+/// Bytes of a cache line, and of the widest register.
+const LINE: usize = 64;
+
+/// Numbers that begin at a cache line. Registers as wide as a line that begin anywhere else are read and written
+/// in two pieces each.
+#[derive(Debug, Default)]
+pub(crate) struct Aligned {
+    numbers: Vec<f64>,
+    first: usize,
+}
+
+impl Aligned {
+    /// So many zeros.
+    pub(crate) fn zeros(count: usize) -> Self {
+        let numbers = vec![0.0; count + LINE / size_of::<f64>()];
+        // Whatever it is, there is room for it: at worst it is slower.
+        let first = numbers.as_ptr().align_offset(LINE).min(numbers.len() - count);
+        let mut aligned = Self { numbers, first };
+        aligned.numbers.truncate(first + count);
+        aligned
+    }
+}
+
+impl From<&[f64]> for Aligned {
+    fn from(numbers: &[f64]) -> Self {
+        let mut aligned = Self::zeros(numbers.len());
+        aligned.copy_from_slice(numbers);
+        aligned
+    }
+}
+
+impl Clone for Aligned {
+    fn clone(&self) -> Self {
+        Self::from(&**self)
+    }
+}
+
+impl Deref for Aligned {
+    type Target = [f64];
+    fn deref(&self) -> &[f64] {
+        &self.numbers[self.first..]
+    }
+}
+
+impl DerefMut for Aligned {
+    fn deref_mut(&mut self) -> &mut [f64] {
+        &mut self.numbers[self.first..]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_begin_at_a_line_and_stay_what_they_are() {
+        for count in [0, 1, 7, 8, 1000, 100_000] {
+            let mut aligned = Aligned::zeros(count);
+            assert_eq!((aligned.len(), aligned.as_ptr() as usize % LINE), (count, 0));
+            aligned.iter_mut().enumerate().for_each(|(k, x)| *x = k as f64);
+            let again = aligned.clone();
+            assert_eq!((&*again, again.as_ptr() as usize % LINE), (&*aligned, 0));
+        }
+    }
+}
