@@ -177,7 +177,18 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
     } else if !options.json && std::io::stderr().is_terminal() {
         tell!("\nTables and plots: add -o DIR");
     }
-    ended(outcome, kept)
+    let lost = summary.energy_lost(&outcome.events);
+    ended(outcome, kept)?;
+    match lost {
+        None => Ok(()),
+        Some(part) => Err(Failure::no_answer(format!(
+            "the account of energy does not close: {:.1e} of what is turned over is lost, so these results are \
+             wrong by more than their tolerance",
+            part
+        ))
+        .help("a smaller --tolerance, another --method; something may change faster than steps see: look at error in energy.csv")
+        .details(json!({ "energy_error_relative": part }))),
+    }
 }
 
 /// Goes through the rows that an earlier run has written.
@@ -256,7 +267,7 @@ pub(crate) fn failure_of(error: Error) -> Failure {
             .details(json!({ "time": time })),
         Error::Forward(error) => failure_of_forward(&error, bad_input),
         Error::Interrupted => Failure::interrupted(),
-        Error::Mark => Failure::input(words).help("begin anew without --resume"),
+        Error::Mark => Failure::input(format!("{CHECKPOINT} is damaged: {words}")).help("begin anew without --resume"),
         _ if bad_input => Failure::input(words),
         _ => Failure::no_answer(words),
     }
@@ -268,6 +279,11 @@ fn failure_of_forward(error: &ForwardError, bad_input: bool) -> Failure {
         ForwardError::Assembly(_) | ForwardError::Contradiction { .. } if bad_input => {
             Failure::input(message)
         }
+        ForwardError::Blocked { .. } => Failure::input(message)
+            .help("give other rates with --from, or hold something else with --hold"),
+        ForwardError::Impact { time, percent, .. } => Failure::no_answer(message)
+            .help("prescribe motions without kinks, and keep locks away from dead centres: `stiction check` shows singular positions")
+            .details(json!({ "time": time, "percent": percent })),
         ForwardError::NoAcceleration { time, joint, percent } => Failure::no_answer(message)
             .help("less friction, a longer `bending_span` if it is a guide, or a law smoothed with `regularisation_velocity` lets it go on; at a singular position nothing but other drives, locks or another start does; see the chapter on forward dynamics")
             .details(json!({ "time": time, "joint": joint, "percent": percent })),

@@ -19,6 +19,15 @@ impl Outputs {
     /// Makes the folder if need be.
     pub(crate) fn new(folder: &Path) -> Result<Self, Failure> {
         let is_new = !folder.exists();
+        // What stands where a folder is wanted, itself or above.
+        let blocks = |at: &&Path| at.exists() && !at.is_dir();
+        if let Some(file) = folder.ancestors().find(blocks) {
+            return Err(Failure::input(format!(
+                "-o wants a folder, but {} is a file",
+                file.display()
+            ))
+            .help("give the name of a folder, which may be new"));
+        }
         fs::create_dir_all(folder).map_err(|error| {
             Failure::input(format!("cannot make the folder {}: {error}", folder.display()))
                 .help("give another folder with -o")

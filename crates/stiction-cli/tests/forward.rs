@@ -346,6 +346,51 @@ fn programs_get_one_json_text() {
     assert_eq!(json(&said.out)["error"]["diagnostics"][0]["code"], "unknown-name");
 }
 
+/// The last row is at the instant that was asked for, whether the step divides the time or not.
+#[test]
+fn it_ends_when_it_was_asked_to() {
+    let folder = Folder::new("forward-last");
+    for (until, rows) in [("0.025", 4), ("0.03", 4), ("0.004", 2)] {
+        let run = ["forward", "four-bar", "--until", until, "--step", "0.01", "-o", "."];
+        folder.stiction(&run).succeeds();
+        let times = column(&folder.read("forward.csv"), "time [s]");
+        assert_eq!((times.len(), times.last()), (rows, until.parse().ok().as_ref()), "{times:?}");
+    }
+}
+
+/// Drives that were recorded say nothing of later times.
+#[test]
+fn drives_do_not_outlast_their_record() {
+    let folder = Folder::new("forward-record");
+    folder.write("slope.toml", &slope(0.0));
+    folder.write("push.csv", "time [s],slope [N]\n0,10\n1,30\n");
+    let run = ["forward", "slope.toml", "--drives", "push.csv", "--from", "rest", "--until", "1.5"];
+    folder.stiction(&run).fails(2, &["push.csv end at 1 s", "1.5 s", "--until 1"]);
+}
+
+/// One of two freedoms is told which.
+#[test]
+fn a_lock_of_one_of_two_freedoms_is_named() {
+    let folder = Folder::new("forward-which");
+    let run =
+        ["forward", "gough", "--hold", "leg2.U.second", "--drives", "none", "--until", "0.001"];
+    let said = folder.stiction(&[&run[..], &["-o", "."]].concat());
+    let out = said.succeeds();
+    assert!(out.contains("locked: leg2.U.second\n"), "{out}");
+    assert!(folder.read("forward.csv").contains(",leg2.U.second.drive [N m],"));
+}
+
+/// With two legs locked as they are the platform cannot swing, and friction jams it while it moves: nothing is
+/// solved at the start, so no row is written.
+#[test]
+fn what_has_no_solution_at_the_start_writes_no_row() {
+    let folder = Folder::new("forward-jammed");
+    let hold = ["forward", "gough", "--hold", "leg1.U,leg2.U.second", "--drives", "none"];
+    let run = [&hold[..], &["--until", "0.02", "-o", "."]].concat();
+    folder.stiction(&run).fails(1, &["at t = 0.000000 s", "no acceleration", "leg2.S"]);
+    assert!(!folder.files().iter().any(|name| name == "forward.csv"), "{:?}", folder.files());
+}
+
 #[test]
 fn wrong_input_is_told_with_a_way_out() {
     let folder = Folder::new("forward-wrong");
@@ -353,6 +398,9 @@ fn wrong_input_is_told_with_a_way_out() {
     folder.write("names.csv", "time [s],leg1.R [N m]\n0,1\n");
     folder.write("units.csv", "time [s],leg1.P [mm]\n0,1\n");
     folder.write("control.toml", "type = \"pid\"\n");
+    folder.write("nothing.toml", "# no effort\n");
+    folder.write("late.csv", "time [s],leg1.P [N]\n0.5,1\n1,2\n");
+    folder.write("file", "");
     let cases: &[(&[&str], &[&str])] = &[
         (&["forward", "--drives", "leg1.P = 3 mm"], &["expected a force", "a length"]),
         (&["forward", "--drives", "leg1.R = 3 N m"], &["joint `leg1.R` has no actuator", "leg1.P"]),
@@ -362,6 +410,35 @@ fn wrong_input_is_told_with_a_way_out() {
         (&["forward", "--drives", "times.csv"], &["time does not increase"]),
         (&["forward", "--drives", "names.csv"], &["joint `leg1.R` has no actuator"]),
         (&["forward", "--drives", "units.csv"], &["N, kN"]),
+        (&["forward", "--drives", "nothing.toml"], &["no actuator is given an effort", "leg1.P"]),
+        (&["forward", "--drives", "late.csv"], &["late.csv begin at 0.5 s", "start at 0 s"]),
+        (
+            &["forward", "--drives", "leg1.P = 3 N", "--hold", "leg1.P"],
+            &["--drives names `leg1.P`", "locked by --hold", "leave `leg1.P` out"],
+        ),
+        (
+            &["forward", "--controller", "type = pd; leg1.P.limit = 3 N", "--prescribe", "leg1.P"],
+            &["--controller names `leg1.P`", "moved as prescribed by --prescribe"],
+        ),
+        (
+            &["forward", "--controller", "pd", "--hold", "leg1.P,leg2.P,leg3.P"],
+            &["nothing to drive", "leave it out"],
+        ),
+        (&["forward", "-o", "file"], &["-o wants a folder, but file is a file"]),
+        (&["forward", "-o", "file/deeper"], &["-o wants a folder, but file is a file"]),
+        (
+            &[
+                "forward",
+                "slider-crank",
+                "--drives",
+                "none",
+                "--from",
+                "A = 3 rad/s*t",
+                "--hold",
+                "guide",
+            ],
+            &["joint `guide`", "a dead centre", "start at rest or elsewhere"],
+        ),
         (&["forward", "--controller", "pdd"], &["did you mean `pd`?"]),
         (
             &["forward", "--controller", "control.toml"],
@@ -539,7 +616,10 @@ fn what_cannot_go_on_is_told() {
     folder.stiction(&["forward", "--resume"]).fails(2, &["--output"]);
     folder.stiction(&["forward", "--resume", "-o", "."]).fails(2, &["no checkpoint.json"]);
     folder.write("checkpoint.json", "{");
-    folder.stiction(&["forward", "--resume", "-o", "."]).fails(2, &["cannot be read"]);
+    let resume = ["forward", "--resume", "-o", "."];
+    folder.stiction(&resume).fails(2, &["is damaged: it is no JSON any more (line 1)"]);
+    folder.write("checkpoint.json", "{}");
+    folder.stiction(&resume).fails(2, &["is damaged: it does not say of which simulation it is"]);
     folder.write("checkpoint.json", "{\"fingerprint\": \"12\"}");
     folder.stiction(&["forward", "--resume", "-o", "."]).fails(2, &["of another simulation"]);
     folder

@@ -127,6 +127,8 @@ pub struct Control {
     pub differences: bool,
     /// For each actuator ([`Mechanism::actuators`]) what is its own.
     pub channels: Vec<Channel>,
+    /// The actuators that are named, with something of their own.
+    pub named: Vec<usize>,
 }
 
 /// What of a controller is an actuator's own.

@@ -104,16 +104,26 @@ impl Figure {
             Form::Page if self.panels.len() == 1 => (PAGE_PANEL_WIDTH, PAGE_LONE_HEIGHT),
             Form::Page => (PAGE_PANEL_WIDTH, PANEL_HEIGHT),
         };
-        let sheet = Sheet::new(self.panels.len(), 1)
+        let mut sheet = Sheet::new(self.panels.len(), 1)
             .with_plots(rows)
             .with_layouts(layouts)
-            .with_shared_x_all()
             .with_cell_size(width, height);
+        // The lowest of panels with a common axis has its numbers and its name.
+        for group in groups(self.panels.len()) {
+            sheet = sheet.with_shared_x_slice(0, group.start, group.end - 1);
+        }
         match form {
             Form::Paper => sheet.with_title(clean(&self.title)),
             Form::Page => sheet,
         }
     }
+}
+
+/// Panels whose horizontal axis is named once, below them: as many as are seen at once.
+fn groups(panels: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
+    const SEEN: usize = 4;
+    let count = panels.div_ceil(SEEN);
+    (0..count).map(move |k| k * panels / count..(k + 1) * panels / count)
 }
 
 /// The renderer escapes what has a meaning in SVG, but writes what cannot be in it.
@@ -264,6 +274,17 @@ mod tests {
         // Each in the plot and in the legend.
         assert!(marks >= 4, "{svg}");
         assert!(svg.contains("<circle"));
+    }
+
+    /// Whoever looks at one of many panels need not scroll to the last to see what is below it.
+    #[test]
+    fn tall_figures_name_their_axis_more_than_once() {
+        for (panels, names) in [(1, 1), (4, 1), (5, 2), (9, 3)] {
+            let mut tall = figure(vec![vec![(0.0, 0.0), (1.0, 1.0)]]);
+            tall.panels = vec![tall.panels[0].clone(); panels];
+            let svg = tall.svg();
+            assert_eq!(svg.matches("time [s]").count(), names, "{panels}");
+        }
     }
 
     #[test]

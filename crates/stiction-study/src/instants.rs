@@ -16,11 +16,12 @@ pub struct Instants {
 
 #[derive(Clone, Debug, PartialEq)]
 enum Kind {
-    /// `count` instants from `start`; the last is `start + span`.
+    /// `count` instants from `start`; the last is `start + span`; and one more after these, if `rest` says so.
     Even {
         start: f64,
         span: f64,
         count: usize,
+        rest: Option<f64>,
     },
     Listed(Vec<f64>),
 }
@@ -71,13 +72,37 @@ impl Instants {
         }
         let span = if divides { motion.duration } else { whole * step };
         let count = whole as usize + 1;
-        Ok(Self { kind: Kind::Even { start: motion.start, span, count } })
+        Ok(Self { kind: Kind::Even { start: motion.start, span, count, rest: None } })
+    }
+
+    /// Every `step` seconds from `start`, and `end` itself, also where the step does not divide the time between:
+    /// the last piece is then shorter.
+    ///
+    /// # Errors
+    /// See [`InstantsError`].
+    pub fn up_to(start: f64, end: f64, step: f64) -> Result<Self, InstantsError> {
+        let span = Motion {
+            title: String::new(),
+            start,
+            duration: (end - start).max(0.0),
+            step: None,
+            samples: None,
+            coordinates: Vec::new(),
+            interpolation: None,
+        };
+        let mut instants = Self::of(&span, Some(step))?;
+        if let Kind::Even { span: reached, rest, .. } = &mut instants.kind
+            && *reached < span.duration
+        {
+            *rest = Some(end);
+        }
+        Ok(instants)
     }
 
     /// How many there are.
     pub fn count(&self) -> usize {
         match &self.kind {
-            Kind::Even { count, .. } => *count,
+            Kind::Even { count, rest, .. } => *count + usize::from(rest.is_some()),
             Kind::Listed(list) => list.len(),
         }
     }
@@ -85,7 +110,8 @@ impl Instants {
     /// Instant `k`, s; the last for any `k` beyond.
     pub fn at(&self, k: usize) -> f64 {
         match &self.kind {
-            Kind::Even { start, span, count } => {
+            Kind::Even { rest: Some(end), count, .. } if k >= *count => *end,
+            Kind::Even { start, span, count, .. } => {
                 // A multiplication and a division keep decimal instants as they are written.
                 let last = count.saturating_sub(1).max(1);
                 start + span * k.min(last) as f64 / last as f64
@@ -133,6 +159,21 @@ mod tests {
         for (found, expected) in instants.iter().zip(expected) {
             assert!((found - expected).abs() < 1e-15);
         }
+    }
+
+    #[test]
+    fn the_end_is_reached_though_the_step_does_not_divide() {
+        let all = |end, step| Instants::up_to(0.5, end, step).unwrap().iter().collect::<Vec<_>>();
+        let found = all(1.5, 0.3);
+        let expected = [0.5, 0.8, 1.1, 1.4, 1.5];
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-15);
+        }
+        assert_eq!(found.last(), Some(&1.5));
+        assert_eq!(all(1.5, 0.25), [0.5, 0.75, 1.0, 1.25, 1.5]);
+        assert_eq!(all(0.6, 1.0), [0.5, 0.6]);
+        assert_eq!(all(0.5, 1.0), [0.5]);
     }
 
     #[test]

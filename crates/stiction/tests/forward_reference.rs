@@ -3,7 +3,9 @@
 mod common;
 
 use common::*;
-use stiction::forward::{ConstantEfforts, Forward, Settings, Simulation};
+use stiction::forward::{
+    ConstantEfforts, EventKind, Forward, ForwardError, Known, Settings, Simulation,
+};
 use stiction::friction::{Contact, Law, LoadMap};
 use stiction::joint::JointType;
 use stiction::kinematics::{Coordinate, Target};
@@ -105,6 +107,7 @@ fn r2_four_bars_pass_singular_positions() {
     let model = Forward::new(n_four_bar(2), &[]);
     let up = std::f64::consts::FRAC_PI_2;
     let state = model.assemble(&[], &[first_joint(model.mechanism())], &[at(up, -1.0)]).unwrap();
+    let start = state.clone();
     let mut simulation = model.start(0.0, state, fine(), &mut none()).unwrap();
     let account = &simulation.instant().account;
     assert!((account.kinetic - 1.5).abs() < 1e-13);
@@ -121,6 +124,95 @@ fn r2_four_bars_pass_singular_positions() {
         // Ten decimals are given. Singular positions are passed some 25 times; in each rounding is
         // magnified by the square of how near a stage of a step comes.
         assert!(error < if t < 9.0 { 1e-8 } else { 5e-8 }, "{t}: {error:e}");
+    }
+    // All lie in a line where the verticals are at 0 or 180 degrees: each time it is told, with the rule.
+    let told: Vec<f64> = simulation
+        .events()
+        .iter()
+        .filter(|event| matches!(event.kind, EventKind::Singular { .. }))
+        .map(|event| event.time)
+        .collect();
+    let mut again = model.start(0.0, start, fine(), &mut none()).unwrap();
+    let mut crossings = 0;
+    let mut before = 1.0_f64;
+    for k in 1..=2000 {
+        again.advance(5e-3 * f64::from(k), &mut none()).unwrap();
+        let now = point(&again, &model, "v0", v(1.0, 0.0, 0.0)).y;
+        if (now > 0.0) != (before > 0.0) {
+            let time = again.instant().time;
+            let event = told.iter().find(|t| (**t - time).abs() <= 5e-3 + 1e-9);
+            assert!(event.is_some(), "{time} {told:?}");
+            crossings += 1;
+        }
+        before = now;
+    }
+    println!("R2 passes {crossings} singular positions");
+    assert!(crossings > 5 && told.len() == crossings, "{crossings} {told:?}");
+}
+
+/// Started in a singular position, with rates of one of its ways, it goes on as if it had come there.
+#[test]
+fn r2_starts_in_a_singular_position() {
+    let model = Forward::new(n_four_bar(2), &[]);
+    // With 2 loops `I = 4`, `G = 7/2`.
+    let pull: f64 = 3.5 / 4.0 * 9.81;
+    let up = std::f64::consts::FRAC_PI_2;
+    let first = first_joint(model.mechanism());
+    let come = model.assemble(&[], &[first], &[at(up, -1.0)]).unwrap();
+    let mut come = model.start(0.0, come, fine(), &mut none()).unwrap();
+    come.advance(0.5, &mut none()).unwrap();
+    let singular = |simulation: &Simulation<'_>| {
+        let mut told = simulation.events().iter();
+        told.find(|e| matches!(e.kind, EventKind::Singular { .. })).map(|e| e.time)
+    };
+    let mut until = 0.5;
+    while singular(&come).is_none() {
+        until += 0.1;
+        come.advance(until, &mut none()).unwrap();
+    }
+    let passed = singular(&come).unwrap();
+    let rate = -(1.0 + 2.0 * pull).sqrt();
+    let known: Vec<Known> = model
+        .mechanism()
+        .joints()
+        .iter()
+        .map(|joint| {
+            let turns = if joint.name.starts_with('C') { 1.0 } else { -1.0 };
+            let (value, turns) =
+                if joint.name.starts_with('A') { (0.0, 1.0) } else { (0.0, turns) };
+            let id = model.mechanism().joint_id(&joint.name).unwrap();
+            let coordinate = Coordinate::Joint { joint: id, freedom: 0 };
+            Known { coordinate, value: Some(value), rate: Some(turns * rate) }
+        })
+        .collect();
+    let state = model.assemble_from(&[], &known).unwrap();
+    let mut starts = model.start(0.0, state, fine(), &mut none()).unwrap();
+    for time in [0.05, 0.2, 0.4] {
+        starts.advance(time, &mut none()).unwrap();
+        let target = passed + time;
+        come.advance(target.max(come.instant().time), &mut none()).unwrap();
+        let tip = |s: &Simulation<'_>| point(s, &model, "v0", v(1.0, 0.0, 0.0));
+        // The same energy, so the angle is told by the closed form's rate, too.
+        let (a, b) = (tip(&starts), tip(&come));
+        println!("{time}: {:.1e}, energy {:.1e}", (a - b).norm(), starts.energy_error());
+        if come.instant().time == target {
+            assert!((a - b).norm() < 1e-7, "{time}: {:e}", (a - b).norm());
+        }
+    }
+    assert_eq!(singular(&starts), Some(0.0));
+    // Rates of both ways at once lead nowhere.
+    let mixed: Vec<Known> = known
+        .iter()
+        .enumerate()
+        .map(|(k, known)| {
+            let rate = known.rate.map(|r| if k == 0 { -r } else { r });
+            Known { rate, ..*known }
+        })
+        .collect();
+    if let Ok(state) = model.assemble_from(&[], &mixed) {
+        let error = model.start(0.0, state, fine(), &mut none()).map(|_| ()).unwrap_err();
+        println!("{error}");
+        assert!(matches!(error, ForwardError::Blocked { .. }), "{error}");
     }
 }
 

@@ -71,14 +71,21 @@ impl Journal {
         let wrong = |what: &str| {
             Failure::input(format!("{CHECKPOINT} {what}")).help("begin anew without --resume")
         };
-        let value: Value = serde_json::from_str(&text).map_err(|_| wrong("cannot be read"))?;
+        let value: Value = serde_json::from_str(&text).map_err(|error| {
+            wrong(&format!("is damaged: it is no JSON any more (line {})", error.line()))
+        })?;
+        if !value["fingerprint"].is_string() {
+            return Err(wrong("is damaged: it does not say of which simulation it is"));
+        }
         if value["fingerprint"] != json!(format!("{:016x}", self.fingerprint)) {
             return Err(Failure::input(format!(
                 "{CHECKPOINT} is of another simulation: the model, or an option other than --until, has changed"
             ))
             .help("give the same options, or begin anew without --resume"));
         }
-        let mark = Mark::from_json(&value["mark"]).ok_or_else(|| wrong("is not complete"))?;
+        let mark = Mark::from_json(&value["mark"]).ok_or_else(|| {
+            wrong("is damaged: its `mark`, the state of the simulation, is not complete")
+        })?;
         let tables = value["tables"].as_array().map_or(&[][..], Vec::as_slice);
         let table = |table: &Value| {
             let at = table["at"].as_str().filter(|at| !at.contains(['/', '\\']))?;
@@ -86,7 +93,9 @@ impl Journal {
         };
         let files: Option<Vec<_>> = tables.iter().map(table).collect();
         let files = files.filter(|files| files.len() == FILES.len());
-        Ok(Kept { mark, files: files.ok_or_else(|| wrong("is not complete"))? })
+        Ok(Kept { mark, files: files.ok_or_else(|| {
+            wrong("is damaged: its `tables`, which say what of each file counts, are not complete")
+        })? })
     }
 }
 

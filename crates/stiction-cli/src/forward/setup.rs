@@ -81,6 +81,10 @@ impl Setup {
                 (Efforts::Given(drives), name)
             }
         };
+        if let Efforts::Given(drives) = &drives.0 {
+            let named: Vec<usize> = drives.efforts.iter().map(|(actuator, _)| *actuator).collect();
+            refuse_idle("--drives", &named, mechanism, (&locked, &prescribed))?;
+        }
         let free = actuators.len() - locked.len();
         let alone = options.drives.is_none() && prescribed.is_empty() && free > 0;
         let control = match options.controller.as_deref() {
@@ -91,6 +95,16 @@ impl Setup {
             }
             None => None,
         };
+        if let Some((control, _)) = &control {
+            refuse_idle("--controller", &control.named, mechanism, (&locked, &prescribed))?;
+            let led = |actuator: &usize| locked.contains(actuator) || prescribed.contains(actuator);
+            if (0..actuators.len()).all(|actuator| led(&actuator)) {
+                return Err(Failure::input(
+                    "--controller has nothing to drive: all actuators are locked or prescribed",
+                )
+                .help("leave it out, or leave an actuator to it"));
+            }
+        }
         let start = match options.from.as_deref() {
             None | Some("motion" | "rest") => None,
             Some(text) => Some(found.state(text)?),
@@ -169,6 +183,9 @@ impl Setup {
             }
             job.until = until;
         }
+        if let Efforts::Given(drives) = &self.drives.0 {
+            refuse_gaps(drives, &self.drives.1, (job.from, job.until))?;
+        }
         let tolerance = options.tolerance;
         if !(1e-14..=1e-2).contains(&tolerance) {
             return Err(Failure::input(format!("--tolerance is {tolerance}"))
@@ -190,6 +207,55 @@ impl Setup {
         };
         Ok(job)
     }
+}
+
+/// Actuators that are locked or move as prescribed exert what that takes: an effort for them would go nowhere.
+fn refuse_idle(
+    option: &str,
+    named: &[usize],
+    mechanism: &Mechanism,
+    (locked, prescribed): (&[usize], &[usize]),
+) -> Result<(), Failure> {
+    for &actuator in named {
+        let (what, other) = if locked.contains(&actuator) {
+            ("locked", "--hold")
+        } else if prescribed.contains(&actuator) {
+            ("moved as prescribed", "--prescribe")
+        } else {
+            continue;
+        };
+        let Some((joint, freedom)) = mechanism.actuators().nth(actuator) else { continue };
+        let joint = &mechanism.joints()[joint.0];
+        let name = match joint.joint_type.freedoms() {
+            [_] => joint.name.clone(),
+            all => format!("{}.{}", joint.name, all[freedom].name),
+        };
+        return Err(Failure::input(format!(
+            "{option} names `{name}`, which is {what} by {other}: its effort is whatever that takes"
+        ))
+        .help(format!("leave `{name}` out of {option}, or out of {other}")));
+    }
+    Ok(())
+}
+
+/// Recorded drives say nothing of times outside their samples.
+fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result<(), Failure> {
+    let Some([first, .., last]) = drives.samples.as_deref() else { return Ok(()) };
+    // Samples that are apart by rounding of decimal numbers are the same.
+    let close = 1e-9 * (last - first);
+    if from < first - close {
+        return Err(Failure::input(format!(
+            "the drives of {name} begin at {first} s, after the start at {from} s"
+        ))
+        .help("record them from the start on, or begin later: `start` of the motion"));
+    }
+    if until > last + close {
+        return Err(Failure::input(format!(
+            "the drives of {name} end at {last} s, before the last instant, {until} s"
+        ))
+        .help(format!("end with them, --until {last}, or record them for longer")));
+    }
+    Ok(())
 }
 
 /// The freedoms of a joint that a name means: all of the joint, or one of them.

@@ -39,6 +39,7 @@ pub(super) fn usual(name: &str, actuators: &Actuators) -> Option<Control> {
         damping: DAMPING,
         differences: false,
         channels: vec![free; actuators.len()],
+        named: Vec::new(),
     })
 }
 
@@ -84,8 +85,9 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
             }
         }
     }
+    let mut named = Vec::new();
     for leaf in &leaves(table, CONTROL) {
-        own(context, actuators, leaf, &mut channels);
+        named.extend(own(context, actuators, leaf, &mut channels));
     }
     let control = usual.control;
     let gains = |c: &Channel| c.proportional.is_some() || c.derivative.is_some();
@@ -115,11 +117,26 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
         None => channels.iter().any(|channel| channel.resolution > 0.0),
     };
     let title = record.text("title").unwrap_or_default().to_owned();
-    Some(Control { title, control, friction, period, bandwidth, damping, differences, channels })
+    Some(Control {
+        title,
+        control,
+        friction,
+        period,
+        bandwidth,
+        damping,
+        differences,
+        channels,
+        named,
+    })
 }
 
-/// What is an actuator's own.
-fn own(context: &Context<'_>, actuators: &Actuators, leaf: &Leaf<'_>, channels: &mut [Channel]) {
+/// What is an actuator's own, and which that is.
+fn own(
+    context: &Context<'_>,
+    actuators: &Actuators,
+    leaf: &Leaf<'_>,
+    channels: &mut [Channel],
+) -> Option<usize> {
     let (name, key) = leaf.path.rsplit_once('.').unwrap_or((leaf.path.as_str(), ""));
     let known = actuators.find(name);
     let known_key = CHANNEL.iter().find(|known| **known == key);
@@ -151,6 +168,7 @@ fn own(context: &Context<'_>, actuators: &Actuators, leaf: &Leaf<'_>, channels: 
         (None, ..) => actuators.report(context, name, &leaf.owner),
         (Some(_), Some(_), None) => {}
     }
+    known.filter(|_| known_key.is_some())
 }
 
 fn set(

@@ -18,6 +18,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     let title = record.text("title").unwrap_or_default().to_owned();
     let mut efforts: Vec<(usize, Course)> = Vec::new();
     let mut places: Vec<(usize, Span)> = Vec::new();
+    let before = context.out.borrow().len();
     for leaf in &leaves(table, DRIVES) {
         if context.is_full() {
             break;
@@ -38,6 +39,16 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
         places.push((actuator, leaf.key.clone()));
         let measure = actuators.measure(actuator, Measure::Force, Measure::Moment);
         efforts.extend(context.course(value, measure).map(|course| (actuator, course)));
+    }
+    if efforts.is_empty() && context.out.borrow().len() == before {
+        let example = actuators.names().next().unwrap_or("leg1.P");
+        context.push(
+            Diagnostic::error("missing-key", "no actuator is given an effort")
+                .at(context.place(&(0..0)), "nothing here drives")
+                .help(format!(
+                    "for example `{example} = \"50 N\"`; nothing drives with --drives none"
+                )),
+        );
     }
     Drives { title, efforts, samples: None, interpolation: None }
 }

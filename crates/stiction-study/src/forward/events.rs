@@ -45,6 +45,10 @@ fn tell(layout: &Layout, at_rest: &mut [bool], event: &Event) -> Told {
             let detail = format!("coupling {}, {count} found", number(*coupling));
             ("not-unique", joint_name(*joint), detail)
         }
+        EventKind::Singular { lost } => {
+            let detail = format!("{lost} of the loops' conditions depend on the others");
+            ("singular", String::new(), detail)
+        }
         EventKind::Method { method } => ("method", String::new(), method_name(*method).to_owned()),
         EventKind::Jump { joint, change } => {
             let detail = format!("no acceleration; a rate changes by {}", number(*change));

@@ -83,6 +83,7 @@ fn event_json(event: &Event) -> Value {
             let loads: Vec<String> = others.iter().map(|other| text(&other.loads)).collect();
             json!({ "time": time, "others": loads, "joint": joint.0, "coupling": text(&[*coupling]) })
         }
+        EventKind::Singular { lost } => json!({ "time": time, "lost": lost }),
         EventKind::Method { method } => {
             json!({ "time": time, "steps": *method == Method::TimeStepping })
         }
@@ -103,6 +104,8 @@ fn event(value: &Value) -> Option<Event> {
         EventKind::Slides { contact, joint: joint()?, direction }
     } else if let Some(redundant) = index("redundant") {
         EventKind::SharesNotUnique { redundant }
+    } else if let Some(lost) = index("lost") {
+        EventKind::Singular { lost }
     } else if let Some(steps) = value["steps"].as_bool() {
         let method = if steps { Method::TimeStepping } else { Method::EventDriven };
         EventKind::Method { method }

@@ -96,13 +96,20 @@ impl Layout {
     pub fn new(mechanism: &Mechanism, wanted: bool) -> Self {
         let freedoms = freedoms_of(mechanism);
         let place = |actuator: usize| freedoms.iter().position(|f| f.actuator == Some(actuator));
-        let freedom_of_actuator = (0..mechanism.actuators().count()).filter_map(place).collect();
+        let freedom_of_actuator: Vec<usize> =
+            (0..mechanism.actuators().count()).filter_map(place).collect();
         let signed = mechanism.joints().iter().flat_map(|joint| {
             let contacts = stiction::friction::contacts_of(joint.joint_type);
             joint.friction.iter().map(|f| contacts[f.place].1.has_one_freedom())
         });
+        // One of several freedoms is told which, as in all other columns here.
+        let mut names = Names::new(mechanism);
+        for ((name, _), &freedom) in names.drives.iter_mut().zip(&freedom_of_actuator) {
+            let own: &Freedom = &freedoms[freedom];
+            name.clone_from(&own.name);
+        }
         Self {
-            names: Names::new(mechanism),
+            names,
             wanted,
             signed: signed.collect(),
             freedom_of_actuator,

@@ -10,7 +10,7 @@ use crate::{Instants, InstantsError};
 use stiction::dynamics::{AppliedLoad, InverseError};
 use stiction::forward::{Checkpoint, Energies, Event, Forward, ForwardError, Instant};
 use stiction::kinematics::{AssemblyError, Target};
-use stiction_model::{Course, Diagnostic, Motion};
+use stiction_model::{Course, Diagnostic};
 use thiserror::Error;
 
 /// Everything about one instant.
@@ -73,6 +73,8 @@ pub struct Outcome {
     pub last: f64,
     /// Redundant constraints, those of contacts that stick among them, the most at any sample.
     pub redundant: usize,
+    /// Efforts of what is prescribed or locked that are open, the most at any sample.
+    pub open_drives: usize,
     /// How often accelerations were computed.
     pub evaluations: usize,
     /// The state at the last sample, if the user stopped it.
@@ -118,7 +120,7 @@ pub enum Error {
     #[error("{0}")]
     Receiver(String),
     /// The mark is of another simulation.
-    #[error("what was kept does not belong to this simulation")]
+    #[error("its numbers are not those of a simulation of this mechanism")]
     Mark,
     /// It was stopped before its first sample.
     #[error("interrupted")]
@@ -136,7 +138,9 @@ impl Error {
             Self::Motion(error) => error.is_bad_input(),
             Self::Controller(_) | Self::ControllerForces(_) => true,
             Self::Forward(ForwardError::Assembly(error)) => incomplete(error),
-            Self::Forward(ForwardError::Contradiction { .. }) => true,
+            Self::Forward(ForwardError::Contradiction { .. } | ForwardError::Blocked { .. }) => {
+                true
+            }
             _ => false,
         }
     }
@@ -146,21 +150,12 @@ impl Error {
 const CHANGED: f64 = 1e-6;
 
 impl Job<'_> {
-    /// The instants of the samples.
+    /// The instants of the samples; the last is [`Self::until`], whether the step divides the time or not.
     ///
     /// # Errors
     /// See [`InstantsError`].
     pub fn instants(&self) -> Result<Instants, InstantsError> {
-        let span = Motion {
-            title: String::new(),
-            start: self.from,
-            duration: (self.until - self.from).max(0.0),
-            step: None,
-            samples: None,
-            coordinates: Vec::new(),
-            interpolation: None,
-        };
-        Instants::of(&span, Some(self.step))
+        Instants::up_to(self.from, self.until, self.step)
     }
 
     /// Carries it out; hands each sample to `receive`, and says how far it is to `progress` (samples done,
@@ -228,7 +223,7 @@ impl Job<'_> {
         }
         // Without events, and how many of these there were.
         let mut kept: Option<(Mark, usize)> = None;
-        let mut redundant = 0;
+        let (mut redundant, mut open_drives) = (0, 0);
         for (k, time) in instants.iter().enumerate().skip(done) {
             acting.go_to(time);
             let advanced = self
@@ -280,6 +275,7 @@ impl Job<'_> {
                 closure: forward.closure_error(&now.bodies),
             };
             redundant = redundant.max(now.redundant);
+            open_drives = open_drives.max(now.open_drives);
             receive(&sample).map_err(Error::Receiver)?;
             done += 1;
             last = time;
@@ -310,6 +306,7 @@ impl Job<'_> {
             last,
             mark,
             redundant,
+            open_drives,
             evaluations: simulation.evaluations(),
             invertible,
             rates_changed,

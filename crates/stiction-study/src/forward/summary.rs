@@ -27,6 +27,11 @@ pub struct Summary {
     energies: Size,
 }
 
+/// The account of energy may be off by these parts of what is turned over: event by event, steps are right to
+/// 1e-10 of rates, whatever their number; the steps of the time stepper are of first order.
+const LOST: f64 = 1e-5;
+const LOST_IN_STEPS: f64 = 1e-2;
+
 /// How long a contact sticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Sticking {
@@ -227,6 +232,7 @@ impl Summary {
                 "error": error,
                 "turnover": turnover,
                 "error_relative": self.energy_error_relative(),
+                "closes": self.energy_lost(&outcome.events).is_none(),
             },
             "method": { "event_driven": by_events, "time_stepping": in_steps },
             "events": self.count_events(&outcome.events),
@@ -242,6 +248,7 @@ impl Summary {
                 "other_motions": others,
                 "start_rates_as_asked": !outcome.rates_changed,
                 "redundant": outcome.redundant,
+                "drives_unique": outcome.open_drives == 0,
                 "closure": self.closure.peak,
                 "evaluations": outcome.evaluations,
             },
@@ -257,6 +264,16 @@ impl Summary {
     pub(super) fn energy_error_relative(&self) -> Option<f64> {
         let turnover = self.account().turnover;
         (turnover > self.rounding()).then(|| self.energy_error.peak.abs() / turnover)
+    }
+
+    /// What the account of energy loses as a part of what is turned over, where that is more than the method's
+    /// errors explain: then something is wrong with the results, and nobody knows what.
+    pub fn energy_lost(&self, events: &[Event]) -> Option<f64> {
+        let [_, in_steps] = methods(events, self.span());
+        let most = if in_steps > 0.0 { LOST_IN_STEPS } else { LOST };
+        // A run that hardly moves turns over rounding.
+        let matters = self.energy_error.peak.abs() > 1e3 * self.rounding();
+        self.energy_error_relative().filter(|part| *part > most && matters)
     }
 
     /// The motions that were possible as well, if an event tells of some.
@@ -280,8 +297,16 @@ impl Summary {
     /// How many events there are of each kind.
     fn count_events(&self, events: &[Event]) -> Value {
         let told = tell_all(&self.layout, self.at_rest_first(), events);
-        let kinds =
-            ["sticks", "slides", "reverses", "shares-not-unique", "not-unique", "method", "jump"];
+        let kinds = [
+            "sticks",
+            "slides",
+            "reverses",
+            "shares-not-unique",
+            "not-unique",
+            "singular",
+            "method",
+            "jump",
+        ];
         let count = |kind: &str| told.iter().filter(|event| event.what == kind).count();
         Value::Object(kinds.map(|kind| (kind.to_owned(), json!(count(kind)))).into_iter().collect())
     }

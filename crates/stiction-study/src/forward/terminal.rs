@@ -41,7 +41,9 @@ pub fn write_summary(
     for (actuators, what) in
         [(&job.prescribed, "moved as the motion says"), (&job.locked, "locked")]
     {
-        let listed: Vec<&str> = actuators.iter().map(|a| names.drives[*a].0.as_str()).collect();
+        let freedom = |actuator: &usize| summary.layout.freedom_of_actuator[*actuator];
+        let name = |actuator: &usize| summary.layout.freedoms[freedom(actuator)].name.as_str();
+        let listed: Vec<&str> = actuators.iter().map(name).collect();
         if !listed.is_empty() {
             writeln!(out, "{what}: {}", listed.join(", "))?;
         }
@@ -57,6 +59,14 @@ pub fn write_summary(
     write_drives(out, summary)?;
     write_friction(out, summary, outcome)?;
     write_energy(out, summary)?;
+    if let Some(part) = summary.energy_lost(&outcome.events) {
+        writeln!(
+            out,
+            "CAUTION: the account of energy does not close: {} of what is turned over is lost; these results \
+             are not to be trusted",
+            number(part)
+        )?;
+    }
     write_method(out, summary, outcome)?;
     write_verdicts(out, job, summary, outcome)
 }
@@ -259,6 +269,27 @@ fn write_verdicts(
             out,
             "shares of static friction are not unique from t = {} s on: more contacts stick than it \
              takes; they share in proportion to what they can bear",
+            number(event.time)
+        )?;
+    }
+    if outcome.open_drives > 0 {
+        writeln!(
+            out,
+            "CAUTION: drives are not unique: {} more prescribed or locked than it takes; those with the least sum of \
+             squares are told",
+            match outcome.open_drives {
+                1 => "one joint is".to_owned(),
+                n => format!("{n} joints are"),
+            }
+        )?;
+    }
+    let singular = count("singular");
+    if let Some(event) = told.iter().find(|event| event.what == "singular") {
+        writeln!(
+            out,
+            "it passes singular positions {}, first at t = {} s: two ways of moving meet there, and it goes on \
+             smoothly",
+            times(singular),
             number(event.time)
         )?;
     }

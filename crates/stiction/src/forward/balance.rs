@@ -27,10 +27,14 @@ use crate::topology::{Link, Role, Topology};
 /// [`crate::mobility::RANK_TOLERANCE`].
 pub(super) const DEPENDENT: f64 = 1e-10;
 
-/// A direction in which the mechanism moves without inertia: rates of the tree.
-#[derive(Clone, Debug)]
+/// Dependent rows that are missed by more than this part of the largest value contradict the others; less is
+/// rounding, and what rates are off by.
+const CONTRADICTS: f64 = 1e-6;
+
+/// Something can move without inertia: the body that does so most.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Massless {
-    pub(super) rates: Vec<f64>,
+    pub(super) body: usize,
 }
 
 /// Position and velocity as the balance needs them.
@@ -77,6 +81,8 @@ pub(super) struct Balance {
     basis: Vec<f64>,
     /// The lower triangle of the Cholesky factor of `Z^T M Z`, row by row.
     factor: Vec<f64>,
+    /// Spins of single bodies that have no inertia about that axis, as rates of the tree: they keep their rate.
+    idle: Vec<Vec<f64>>,
     /// Who bears what where constraints are redundant.
     pub(super) spread: Spread,
 }
@@ -96,8 +102,12 @@ impl Balance {
         for vector in basis.chunks_exact_mut(n.max(1)) {
             vector.iter_mut().zip(scene.columns).for_each(|(x, c)| *x *= c);
         }
-        let factor = factor(&scene.masses.matrix, &basis, n)?;
-        let mut balance = Self { rows, space, basis, factor, spread: Spread::default() };
+        let mut idle = Vec::new();
+        let may = |rates: &[f64]| moving(scene, rates).1;
+        let factor = factor(&scene.masses.matrix, &basis, n, &may, &mut idle)
+            .map_err(|rates| Massless { body: moving(scene, &rates).0 })?;
+        let mut balance = Self { rows, space, basis, factor, idle, spread: Spread::default() };
+        balance.pushed(scene, None)?;
         let count = scene.topology.joint_types.len();
         let stresses: Vec<Response> = balance
             .space
@@ -115,6 +125,40 @@ impl Balance {
         Ok(balance)
     }
 
+    /// Whether nothing acts on spins without inertia: neither what acts on the bodies nor a wrench of a joint.
+    ///
+    /// # Errors
+    /// The spin that something acts on; its acceleration is not defined.
+    pub(super) fn pushed(
+        &self,
+        scene: &Scene<'_>,
+        effort: Option<(usize, Wrench<f64>)>,
+    ) -> Result<(), Massless> {
+        for rates in &self.idle {
+            let (mut sum, mut size) = (0.0, 0.0);
+            match effort {
+                None => {
+                    for (rate, bias) in rates.iter().zip(&scene.masses.bias) {
+                        sum += rate * bias;
+                        size += (rate * bias).abs();
+                    }
+                    let weight = scene.masses.demand.iter().map(|wrench| wrench.moment.norm());
+                    size = weight.fold(size, f64::max);
+                }
+                Some((joint, wrench)) => {
+                    each_freedom(scene.topology, joint, |dof, sign| {
+                        sum += sign * scene.bodies.screws[dof].power(wrench) * rates[dof];
+                    });
+                    size = wrench.moment_about(scene.bodies.frame_j[joint].position).norm();
+                }
+            }
+            if sum.abs() > PUSHED * size {
+                return Err(Massless { body: moving(scene, rates).0 });
+            }
+        }
+        Ok(())
+    }
+
     /// How many freedoms are left.
     pub(super) fn mobility(&self, n: usize) -> usize {
         n - self.space.rank()
@@ -123,6 +167,32 @@ impl Balance {
     /// How far the conditions are from being dependent, between zero and one.
     pub(super) fn distance(&self) -> f64 {
         self.space.least_part()
+    }
+
+    /// The row that no acceleration satisfies, if there is one, and by how much the nearest misses it, m/s^2
+    /// or rad/s^2: a dependent row whose value is not the one that the others give it.
+    pub(super) fn contradiction(&self, scene: &Scene<'_>) -> Option<(usize, f64)> {
+        let n = scene.topology.freedoms();
+        if self.space.rank() == self.rows.rows.len() {
+            return None;
+        }
+        let right: Vec<f64> = self.rows.rows.iter().map(|r| r.right * r.scale).collect();
+        let mut nearest = self.space.shortest(&right);
+        nearest.iter_mut().zip(scene.columns).for_each(|(a, c)| *a *= c);
+        let each = self.rows.rows.iter().zip(self.rows.matrix.chunks_exact(n.max(1)));
+        let missed: Vec<f64> =
+            each.map(|(row, entries)| row.scale * (dot(entries, &nearest) - row.right)).collect();
+        // Where all values are rounding they are so of terms in the squares of rates.
+        let rates =
+            scene.bodies.twist.iter().map(|twist| {
+                twist.angular.norm().max(twist.linear.norm() / scene.parameters.length)
+            });
+        let fastest = rates.fold(0.0, f64::max);
+        let size = right.iter().fold(fastest * fastest, |m, x| m.max(x.abs()));
+        let worst =
+            (0..missed.len()).max_by(|a, b| missed[*a].abs().total_cmp(&missed[*b].abs()))?;
+        let by = missed[worst].abs();
+        (by > CONTRADICTS * size).then(|| (worst, by / self.rows.rows[worst].scale))
     }
 
     fn unscale(&self, mut multipliers: Vec<f64>) -> Vec<f64> {
@@ -239,8 +309,40 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Cholesky's factor of `Z^T M Z`.
-pub(super) fn factor(matrix: &[f64], basis: &[f64], n: usize) -> Result<Vec<f64>, Massless> {
+/// The body that rates of the tree move most, and whether they turn it and leave all others alone: a rod between
+/// two balls about itself.
+fn moving(scene: &Scene<'_>, rates: &[f64]) -> (usize, bool) {
+    let Scene { topology, bodies, parameters, .. } = *scene;
+    let mut twists = vec![Twist::zero(); bodies.pose.len()];
+    for node in &topology.nodes {
+        let mut sum = match (node.link, node.parent) {
+            (Link::Joint { .. }, Some(parent)) => twists[topology.nodes[parent].body],
+            _ => Twist::zero(),
+        };
+        for dof in node.dofs.clone() {
+            sum += bodies.screws[dof] * rates[dof];
+        }
+        twists[node.body] = sum;
+    }
+    let size =
+        |twist: &Twist<f64>| twist.angular.norm().max(twist.linear.norm() / parameters.length);
+    let fastest = (0..twists.len()).max_by(|a, b| size(&twists[*a]).total_cmp(&size(&twists[*b])));
+    let Some(fastest) = fastest else { return (0, false) };
+    let least = ALONE * size(&twists[fastest]);
+    let turns = twists[fastest].angular.norm() > least;
+    let alone = twists.iter().filter(|twist| size(twist) > least).count() == 1;
+    (fastest, turns && alone)
+}
+
+/// Cholesky's factor of `Z^T M Z`. Motions without inertia that `may` be are put into `idle` and given some: what
+/// does not act on them does not move them then.
+pub(super) fn factor(
+    matrix: &[f64],
+    basis: &[f64],
+    n: usize,
+    may: &dyn Fn(&[f64]) -> bool,
+    idle: &mut Vec<Vec<f64>>,
+) -> Result<Vec<f64>, Vec<f64>> {
     let vectors: Vec<&[f64]> = basis.chunks_exact(n.max(1)).collect();
     let free = vectors.len();
     let mut factor = vec![0.0; free * free];
@@ -261,12 +363,31 @@ pub(super) fn factor(matrix: &[f64], basis: &[f64], n: usize) -> Result<Vec<f64>
             } else if rest > NOTHING * largest {
                 factor[i * free + i] = rest.sqrt();
             } else {
-                return Err(Massless { rates: vectors[i].to_vec() });
+                // The motion itself: this vector less what the ones before must do along with it.
+                let mut with: Vec<f64> = (0..i).map(|k| factor[i * free + k]).collect();
+                for k in (0..i).rev() {
+                    let after: f64 = (k + 1..i).map(|m| factor[m * free + k] * with[m]).sum();
+                    with[k] = (with[k] - after) / factor[k * free + k];
+                }
+                let mut rates = vectors[i].to_vec();
+                for (vector, amount) in vectors.iter().zip(&with) {
+                    rates.iter_mut().zip(*vector).for_each(|(r, z)| *r -= amount * z);
+                }
+                if !may(&rates) {
+                    return Err(rates);
+                }
+                idle.push(rates);
+                factor[i * free + i] = if largest > 0.0 { largest.sqrt() } else { 1.0 };
             }
         }
     }
     Ok(factor)
 }
+
+/// Moments about a spin without inertia below this part of their size are rounding.
+const PUSHED: f64 = 1e-9;
+/// Bodies slower than this part of the fastest stand.
+const ALONE: f64 = 1e-6;
 
 /// Inertia along a freedom below this part of the largest is rounding.
 const NOTHING: f64 = 1e-14;

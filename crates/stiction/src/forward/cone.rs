@@ -559,6 +559,21 @@ impl<'a> Cone<'a> {
         Some(self.complete(x, part))
     }
 
+    /// The contact whose law is missed most where going contact by contact ends, if any is.
+    pub(super) fn worst(&self, start: &[f64]) -> Option<usize> {
+        let mut x = start.to_vec();
+        self.sweep(&mut x, 1.0, 4 * SWEEPS);
+        if x.iter().any(|x| !x.is_finite()) {
+            x.fill(0.0);
+        }
+        let values = self.residual(&x, 1.0, None).values;
+        let missed = |member: &&Member| {
+            values[member.places.clone()].iter().fold(0.0_f64, |m, v| m.max(v.abs()))
+        };
+        let worst = self.members.iter().max_by(|a, b| missed(a).total_cmp(&missed(b)));
+        worst.map(|member| member.contact)
+    }
+
     /// Newton's method from a start with one stiffness after the other.
     fn newton_from(&mut self, start: &[f64], part: f64) -> Option<Vec<f64>> {
         let mut found = None;

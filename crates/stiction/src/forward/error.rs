@@ -15,6 +15,9 @@ pub struct Competitor {
     pub contacts: Vec<Contact>,
 }
 
+/// A part of the coefficients, percent, below which it would be told as none.
+const LEAST: f64 = 0.05;
+
 /// Why a simulation cannot go on.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -24,9 +27,15 @@ pub enum ForwardError {
     Assembly(#[from] AssemblyError),
     /// Rigid bodies with Coulomb friction have no acceleration here (Painleve's paradox).
     #[error(
-        "at t = {time:.6} s the rigid model with this friction has no acceleration: at {percent:.1} % of \
-         the given coefficients the loads grow without bound, first in joint `{joint}` (jamming, \
-         Painleve's paradox); give its guide a longer span, less friction, or some compliance"
+        "at t = {time:.6} s the rigid model with this friction has no acceleration: {at} \
+         the loads grow without bound, first in joint `{joint}` ({kind}",
+        at = if *percent < LEAST { "with any friction, however little,".to_owned() }
+            else { format!("at {percent:.1} % of the given coefficients") },
+        kind = if *percent < LEAST { "the position is singular, or as good as: its joints bear \
+            next to any load there, and hold by friction what comes along); start elsewhere, or hold what \
+            is loose" }
+            else { "jamming, Painleve's paradox); give its guide a longer span, less friction, or some \
+            compliance" }
     )]
     NoAcceleration {
         /// s.
@@ -102,6 +111,40 @@ pub enum ForwardError {
         /// Whether it is about rates.
         rates: bool,
     },
+    /// The rates at the start leave what is locked, prescribed or closed at once: at a dead centre, or where
+    /// two ways of moving meet. Or they are none but the forces push that way, and no finite force holds.
+    #[error(
+        "the start is contradictory: {}; start {}elsewhere, or let it move",
+        blocked(*time, what, *by, *translates, *at_rest),
+        if *at_rest { "" } else { "at rest or " }
+    )]
+    Blocked {
+        /// s.
+        time: f64,
+        /// What, in words.
+        what: String,
+        /// m/s^2 or rad/s^2.
+        by: f64,
+        /// Which of the two.
+        translates: bool,
+        /// Whether it is at rest and the forces alone would set it going: then `by` is what they lead to after
+        /// a second.
+        at_rest: bool,
+    },
+    /// Loops, locks and what is prescribed would have to stop a motion at once.
+    #[error(
+        "at t = {time:.6} s velocities would have to jump by {percent:.2} % of the fastest so that {what} \
+         holds: an impact, which rigid bodies do not describe; let it move, prescribe another motion, or \
+         keep away from dead centres and singular positions"
+    )]
+    Impact {
+        /// s.
+        time: f64,
+        /// What, in words.
+        what: String,
+        /// The change of the velocities, percent of the fastest.
+        percent: f64,
+    },
     /// A checkpoint is not one of this mechanism.
     #[error(
         "the checkpoint is not one of a simulation of this mechanism by this version; start anew"
@@ -115,4 +158,18 @@ pub enum ForwardError {
         /// Of what.
         what: &'static str,
     },
+}
+
+fn blocked(time: f64, what: &str, by: f64, translates: bool, at_rest: bool) -> String {
+    if at_rest {
+        return format!(
+            "at t = {time:.6} s the forces push in a direction in which {what} gives way at first but not \
+             beyond (a dead centre, or a position where two ways of moving meet): no finite force holds that"
+        );
+    }
+    let units = if translates { "m/s^2" } else { "rad/s^2" };
+    format!(
+        "{what} allows these rates at t = {time:.6} s but not beyond: they would accelerate it by {by:.3e} \
+         {units} that nothing can undo (a dead centre, or a position where two ways of moving meet)"
+    )
 }

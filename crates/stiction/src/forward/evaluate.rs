@@ -5,9 +5,11 @@ use super::balance::{Balance, Scene};
 use super::coupling::{Coupled, Coupling, Lost};
 use super::error::{Competitor, ForwardError};
 use super::inputs::{Inputs, View};
-use super::masses::{Masses, potential};
+use super::masses::{Masses, exchange, potential};
 use super::rows::{Held, Rows};
-use super::rub::{Contact, Rub, bristle_rate, law_of, load, norm, rub, surface_velocity};
+use super::rub::{
+    Contact, Rub, bristle_rate, dissipated, law_of, load, norm, rub, surface_velocity, wrench_of,
+};
 use crate::dynamics::{AppliedLoad, Pull};
 use crate::friction::OwnFriction;
 use crate::kinematics::{Bodies, State, Target};
@@ -43,6 +45,8 @@ pub struct Account {
     pub kinetic: f64,
     /// Gravity's (zero at the kernel origin) and springs', J.
     pub potential: f64,
+    /// What potential energy grows by, W.
+    pub exchange: f64,
     /// Power of each actuator, W.
     pub drives: Vec<f64>,
     /// Power of all loads, W.
@@ -78,10 +82,15 @@ pub struct Instant {
     pub coupling: Option<f64>,
     /// How many constraints, held freedoms among them, are redundant.
     pub redundant: usize,
+    /// How many efforts of what is prescribed or locked are open: more are than it takes. Their sum of squares is
+    /// least, rotary ones over the characteristic length.
+    pub open_drives: usize,
     /// Degrees of freedom left.
     pub mobility: usize,
     /// How far the conditions are from being dependent: loops at a singular position.
     pub(super) distance: f64,
+    /// A contact that sticks where its joint only stands for this instant, and must move an instant later.
+    pub(super) gives_way: Option<usize>,
 }
 
 impl Instant {
@@ -126,7 +135,8 @@ pub(super) struct Solved {
 /// Why a choice has no solution.
 pub(super) enum Unsolved {
     Lost(Lost),
-    Massless(Vec<f64>),
+    /// The body that moves so.
+    Massless(usize),
 }
 
 impl Forward {
@@ -258,6 +268,20 @@ impl Forward {
         (rubs.collect(), efforts)
     }
 
+    /// The wrenches of friction on joints, with one newton where the load makes it.
+    fn rubbing<'r>(
+        &'r self,
+        ground: &'r Ground,
+        rubs: &'r [Rub],
+    ) -> impl Iterator<Item = (usize, Wrench<f64>)> + 'r {
+        let each = self.parameters.contacts.iter().zip(rubs);
+        each.flat_map(|(content, rub)| [(content, rub.known), (content, rub.per_load)])
+            .filter(|(_, part)| *part != [0.0; 3])
+            .map(|(content, part)| {
+                (content.joint, wrench_of(&self.topology, &ground.bodies, content, part))
+            })
+    }
+
     /// Solves one choice; `known` are loads nearby. With `measure` also how strongly friction and loads
     /// are coupled.
     pub(super) fn solve(
@@ -270,8 +294,12 @@ impl Forward {
         let scene = self.scene(ground);
         let (held, holding) = self.held(&ground.targets, modes, &ground.grips, &ground.shares);
         let rows = Rows::new(&self.topology, &self.parameters, &ground.bodies, &held);
-        let balance = Balance::new(&scene, rows).map_err(|m| Unsolved::Massless(m.rates))?;
+        let balance = Balance::new(&scene, rows).map_err(|m| Unsolved::Massless(m.body))?;
         let (rubs, efforts) = self.acting(ground, modes);
+        let pushes = efforts.iter().copied().chain(self.rubbing(ground, &rubs));
+        for push in pushes {
+            balance.pushed(&scene, Some(push)).map_err(|m| Unsolved::Massless(m.body))?;
+        }
         let coupling = Coupling::new(scene, &balance, &rubs, &efforts);
         let strength = measure.then(|| coupling.strength());
         let coupled = coupling.solve(known).map_err(Unsolved::Lost)?;
@@ -331,7 +359,11 @@ impl Forward {
                 }
             }
             let limit = law_of(contact, friction[0]).at_rest() * load_now;
-            let (velocity, mode) = (ground.velocities[index], modes[index]);
+            let (mut velocity, mode) = (ground.velocities[index], modes[index]);
+            if mode == Contact::Sticks && self.leaders(index).is_none() {
+                // What others that stick leave of it is rounding.
+                velocity = [0.0; 3];
+            }
             moments.push(ContactMoment {
                 contact: mode,
                 velocity,
@@ -347,6 +379,7 @@ impl Forward {
     pub(super) fn instant(&self, ground: Ground, modes: &[Contact], solved: &Solved) -> Instant {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let contacts = self.contacts(&ground, modes, solved);
+        let gives_way = self.gives_way(&ground, solved).map(|(contact, _)| contact);
         let Ground { time, mut state, mut bodies, masses, efforts, loads, bristles, .. } = ground;
         state.accelerations.clone_from(&solved.coupled.response.accelerations);
         for held in &solved.held {
@@ -372,13 +405,11 @@ impl Forward {
         let account = Account {
             kinetic: masses.kinetic(&bodies),
             potential: potential(parameters, &bodies),
+            exchange: exchange(parameters, &bodies),
             drives: (0..drives.len()).map(power_of).collect(),
             loads: loads.iter().map(|l| bodies.twist[l.body.0].power(l.wrench(&bodies))).sum(),
             dampers: parameters.springs.iter().map(damper).sum(),
-            contacts: contacts
-                .iter()
-                .map(|c| c.velocity.iter().zip(c.friction).map(|(v, f)| v * f).sum())
-                .collect(),
+            contacts: contacts.iter().map(dissipated).collect(),
         };
         let bristle_rates = parameters
             .contacts
@@ -398,8 +429,10 @@ impl Forward {
             account,
             coupling: solved.strength,
             redundant: solved.balance.spread.stresses.len(),
+            open_drives: solved.balance.spread.open_drives(),
             mobility: solved.balance.mobility(topology.freedoms()),
             distance: solved.balance.distance(),
+            gives_way,
         }
     }
 
@@ -410,22 +443,14 @@ impl Forward {
                 joint: self.joint_name(self.parameters.contacts[contact].joint),
                 percent: 100.0 * part,
             },
-            Unsolved::Massless(rates) => {
-                ForwardError::Massless { time, body: self.fastest_body(&rates) }
+            Unsolved::Massless(body) => {
+                let body = self.mechanism.bodies()[body].name.clone();
+                ForwardError::Massless { time, body }
             }
         }
     }
 
     pub(super) fn joint_name(&self, joint: usize) -> String {
         self.mechanism.joints()[joint].name.clone()
-    }
-
-    fn fastest_body(&self, rates: &[f64]) -> String {
-        let speed = |node: &crate::topology::Node| {
-            node.dofs.clone().map(|dof| (rates[dof] / self.columns[dof]).abs()).fold(0.0, f64::max)
-        };
-        let nodes = self.topology.nodes.iter();
-        let body = nodes.max_by(|a, b| speed(a).total_cmp(&speed(b))).map_or(0, |n| n.body);
-        self.mechanism.bodies()[body].name.clone()
     }
 }

@@ -48,6 +48,7 @@ pub(super) struct Leap {
     /// Work of drives and loads, and what dampers and contacts dissipate, J.
     pub(super) work: Work,
     pub(super) redundant: usize,
+    pub(super) open_drives: usize,
     pub(super) mobility: usize,
     pub(super) distance: f64,
 }
@@ -149,7 +150,7 @@ impl Forward {
         }
         let scene = self.scene(&ground);
         let balance = Balance::new(&scene, rows)
-            .map_err(|m| self.unsolved(time, Unsolved::Massless(m.rates)))?;
+            .map_err(|m| self.unsolved(time, Unsolved::Massless(m.body)))?;
         let smooth = vec![Contact::Sticks; modes.len()];
         let (_, efforts) = self.acting(&ground, &smooth);
         let base = balance.respond(&scene, &efforts, true);
@@ -158,6 +159,9 @@ impl Forward {
             let first = units.len();
             for wrench in self.unit_frictions(&ground, contact) {
                 let joint = parameters.contacts[contact].joint;
+                balance
+                    .pushed(&scene, Some((joint, wrench)))
+                    .map_err(|m| self.unsolved(time, Unsolved::Massless(m.body)))?;
                 units.push(balance.respond(&scene, &[(joint, wrench)], false));
             }
             let kind = self.kind(&ground, contact, modes[contact], bristles[contact], step);
@@ -185,9 +189,14 @@ impl Forward {
         cone.slack = SLACK;
         let start: Vec<f64> =
             cone.members.iter().flat_map(|m| near[m.contact][..m.places.len()].to_vec()).collect();
-        let found = cone.solve(&start, 1.0).filter(|found| found.missed <= HOLDS);
+        let mut found = cone.solve(&start, 1.0).filter(|found| found.missed <= HOLDS);
+        if found.is_none() && start.iter().any(|amount| *amount != 0.0) {
+            // What lies near may mislead, after a jump above all.
+            found = cone.solve(&vec![0.0; count], 1.0).filter(|found| found.missed <= HOLDS);
+        }
         let Some(found) = found else {
-            let joint = self.joint_name(parameters.contacts.first().map_or(0, |c| c.joint));
+            let contact = cone.worst(&start).unwrap_or(0);
+            let joint = self.joint_name(parameters.contacts.get(contact).map_or(0, |c| c.joint));
             return Err(ForwardError::NoChoice { time, joint });
         };
         let members = cone.members;
@@ -325,6 +334,7 @@ impl Forward {
             loads,
             drives,
             redundant: balance.spread.stresses.len(),
+            open_drives: balance.spread.open_drives(),
             mobility: balance.mobility(topology.freedoms()),
             distance: balance.distance(),
             response,

@@ -133,3 +133,18 @@ pub(super) fn potential(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f
     });
     (1..bodies.pose.len()).map(of_body).chain(of_springs).sum()
 }
+
+/// What potential energy grows by where bodies move like this, W.
+pub(super) fn exchange(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
+    let of_body = |body: usize| {
+        let com = bodies.pose[body].apply(parameters.com[body]);
+        let twist = bodies.twist[body];
+        let velocity = twist.velocity_at(com);
+        -parameters.mass[body] * parameters.gravity.dot(velocity)
+    };
+    let of_springs = parameters.springs.iter().map(|spring| {
+        let pull = Pull::of(spring, bodies);
+        spring.stiffness * (pull.length - spring.free_length) * pull.rate
+    });
+    (1..bodies.pose.len()).map(of_body).chain(of_springs).sum()
+}

@@ -7,6 +7,7 @@
 mod balance;
 mod cone;
 mod coupling;
+mod dead;
 mod dop853;
 mod error;
 mod evaluate;

@@ -1,5 +1,6 @@
 //! Friction of a contact, affine in its own load.
 
+use super::evaluate::ContactMoment;
 use crate::dynamics::ContactState;
 use crate::friction::{ContactShape, Law, OwnFriction};
 use crate::kinematics::Bodies;
@@ -59,6 +60,17 @@ pub(super) fn norm(v: [f64; 3]) -> f64 {
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// What a contact dissipates, W. Where it slides it is speed times friction, as the law says, and not their
+/// product along the freedoms: these are the same where friction is against the sliding, and where it is not
+/// the account of energy shows it.
+pub(super) fn dissipated(moment: &ContactMoment) -> f64 {
+    let along = dot(moment.velocity, moment.friction);
+    match moment.contact {
+        Contact::Slides(_) => (norm(moment.velocity) * norm(moment.friction)).copysign(along),
+        _ => along,
+    }
 }
 
 /// Whether friction is a smooth function of velocity and inner state, so that nothing ever sticks.

@@ -87,6 +87,12 @@ impl Spread {
         Self { stresses, stages }
     }
 
+    /// How many drives are open: more freedoms are prescribed than can move, and the rule decides who bears what.
+    pub(super) fn open_drives(&self) -> usize {
+        let stage = self.stages.iter().find(|stage| stage.measure == Measure::Drives);
+        stage.map_or(0, |stage| stage.rank)
+    }
+
     /// Moves a response to the least one.
     pub(super) fn apply(
         &self,

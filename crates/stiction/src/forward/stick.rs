@@ -279,6 +279,11 @@ impl Forward {
     ) -> Option<(usize, [f64; 3])> {
         // What holds a contact may depend on other constraints, and then need not do what is asked of it.
         if !solved.balance.spread.stresses.is_empty() {
+            if let Some((contact, way)) = self.gives_way(ground, solved)
+                && resting.contains(&contact)
+            {
+                return Some((contact, way));
+            }
             let held = resting.iter().filter(|&&contact| trial[contact] == Contact::Sticks);
             let mut moving = held.filter_map(|&c| self.begins(ground, solved, c).map(|a| (c, a)));
             if let Some(found) = moving.next() {

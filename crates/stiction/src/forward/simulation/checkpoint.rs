@@ -22,7 +22,7 @@ pub struct Checkpoint {
 }
 
 /// The first number: what follows is in this order.
-const FORMAT: f64 = 2.0;
+const FORMAT: f64 = 3.0;
 
 /// Numbers in and out by the same calls, so that both have the same order.
 enum Tape<'a> {
@@ -129,11 +129,12 @@ impl<'a> Simulation<'a> {
         }
         tape.numbers(now.bristle_rates.iter_mut().flatten());
         let account = &mut now.account;
-        tape.numbers([&mut account.kinetic, &mut account.potential]);
+        tape.numbers([&mut account.kinetic, &mut account.potential, &mut account.exchange]);
         tape.numbers(account.drives.iter_mut().chain(&mut account.contacts));
         tape.numbers([&mut account.loads, &mut account.dampers]);
         tape.option(&mut now.coupling);
         tape.count(&mut now.redundant);
+        tape.count(&mut now.open_drives);
         tape.count(&mut now.mobility);
         tape.number(&mut now.distance);
         self.modes.iter_mut().for_each(|m| tape.mode(m));
@@ -215,8 +216,10 @@ impl Forward {
             },
             coupling: None,
             redundant: 0,
+            open_drives: 0,
             mobility: 0,
             distance: 0.0,
+            gives_way: None,
         };
         let mut simulation = Simulation {
             model: self,

@@ -31,7 +31,7 @@ impl Simulation<'_> {
                 if slid { self.reconsider(inputs, None) } else { Ok(()) }
             }
             Ending::Stops(contact) => self.reconsider(inputs, Some(contact)),
-            Ending::LetsGo => self.reconsider(inputs, None),
+            Ending::LetsGo | Ending::Passes(_) => self.reconsider(inputs, None),
         }
     }
 
@@ -92,7 +92,10 @@ impl Simulation<'_> {
                 continue;
             }
             if speed <= REST * self.fastest || stopped == Some(index) || *mode == Contact::Sticks {
-                resting.push(index);
+                match model.led(index, (time, self.fastest), inputs) {
+                    Some(led) => *mode = led,
+                    None => resting.push(index),
+                }
             } else if matches!(mode, Contact::AtLimit(_)) {
                 *mode = Contact::Slides(ground.velocities[index].map(|v| v / speed));
             }

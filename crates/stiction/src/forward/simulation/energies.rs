@@ -15,7 +15,7 @@ pub struct Energies {
     pub dampers: f64,
     /// Dissipated in each contact; of bristles with what they store.
     pub contacts: Vec<f64>,
-    /// All powers summed as magnitudes.
+    /// All powers summed as magnitudes, that between kinetic and potential energy among them.
     pub turnover: f64,
 }
 

@@ -48,6 +48,12 @@ pub enum EventKind {
         /// The others that were found.
         others: Vec<Competitor>,
     },
+    /// Loops, and what is prescribed, lose rank at this position: two ways of moving meet. The motion goes on
+    /// smoothly, on the way that it came.
+    Singular {
+        /// How many conditions depend on the others there that do not beside it.
+        lost: usize,
+    },
     /// Time is passed in another way from here on.
     Method {
         /// Which: event-driven or time-stepping.

@@ -17,6 +17,9 @@ pub(super) enum Ending {
     Stops(usize),
     /// A contact's friction is at its limit.
     LetsGo,
+    /// A ball or plate was much slower within the step, up to this many seconds from its start: nothing is
+    /// accepted, it must be approached in shorter steps.
+    Passes(f64),
 }
 
 impl Simulation<'_> {
@@ -54,6 +57,7 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<Option<(f64, Ending)>, ForwardError> {
         let mut suspects = Vec::new();
+        let mut led: Option<f64> = None;
         let mut holds = false;
         for contact in 0..self.modes.len() {
             match self.modes[contact] {
@@ -64,7 +68,12 @@ impl Simulation<'_> {
                         suspects.push(contact);
                     }
                 }
-                Contact::Sticks => holds = true,
+                Contact::Sticks => {
+                    holds = true;
+                    if let Some(part) = self.is_led_away(contact, (time, step), inputs) {
+                        led = Some(led.map_or(part, |before| before.min(part)));
+                    }
+                }
                 Contact::Smooth | Contact::AtLimit(_) => {}
             }
         }
@@ -77,7 +86,7 @@ impl Simulation<'_> {
         let prepared = steps.interpolate(time, &last, |t, y| self.derivative(t, y, inputs));
         self.steps = steps;
         prepared?;
-        let mut first: Option<(f64, Ending)> = None;
+        let mut first: Option<(f64, Ending)> = led.map(|part| (part, Ending::LetsGo));
         for contact in suspects {
             if let Some(part) = self.stop_within(time, step, contact, inputs)?
                 && first.as_ref().is_none_or(|(before, _)| part < *before)
@@ -148,6 +157,9 @@ impl Simulation<'_> {
     ) -> Result<Option<f64>, ForwardError> {
         let overload = self.overload;
         let least = |at: &Instant| {
+            if at.gives_way.is_some() {
+                return -1.0;
+            }
             let sticks = at.contacts.iter().filter(|c| c.contact == Contact::Sticks);
             let relative = sticks.map(|c| {
                 let has = norm(c.friction);

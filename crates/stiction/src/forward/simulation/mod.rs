@@ -1,14 +1,18 @@
 //! A mechanism on its way through time: steps, events, and the account of energy.
 
+mod abrupt;
 mod checkpoint;
 mod decide;
 mod energies;
 mod event;
 mod hold;
+mod led;
 mod locate;
 mod others;
 mod packing;
+mod rest;
 mod settings;
+mod singular;
 mod start;
 mod step;
 mod stepping;

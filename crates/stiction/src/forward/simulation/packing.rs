@@ -39,7 +39,8 @@ impl Simulation<'_> {
         rates.push(account.loads);
         rates.push(account.dampers);
         let powers = account.drives.iter().chain(&account.contacts).map(|p| p.abs());
-        rates.push(powers.sum::<f64>() + account.loads.abs() + account.dampers.abs());
+        let others = [account.loads, account.dampers, account.exchange];
+        rates.push(powers.chain(others.map(f64::abs)).sum::<f64>());
         rates.extend_from_slice(&account.contacts);
         rates
     }

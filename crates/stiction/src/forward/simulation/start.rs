@@ -59,6 +59,7 @@ impl<'a> Simulation<'a> {
         let (topology, pitch) = (&model.topology, &model.parameters.pitch[..]);
         inputs.change(&View { time, state: &state, bodies: &bodies, topology, pitch });
         let mut ground = model.ground(time, state, &bristles, (&[], &[]), inputs);
+        model.can_go_on(&ground)?;
         let fastest = ground.velocities.iter().map(|v| norm(*v)).fold(asked, f64::max);
         let mut modes = Vec::with_capacity(contacts.len());
         let mut resting = Vec::new();
@@ -68,8 +69,12 @@ impl<'a> Simulation<'a> {
             modes.push(if is_smooth(contact) {
                 Contact::Smooth
             } else if speed <= REST * fastest {
-                resting.push(index);
-                Contact::Sticks
+                if let Some(led) = model.led(index, (time, fastest), inputs) {
+                    led
+                } else {
+                    resting.push(index);
+                    Contact::Sticks
+                }
             } else {
                 Contact::Slides(velocity.map(|v| v / speed))
             });
@@ -82,19 +87,24 @@ impl<'a> Simulation<'a> {
         grips.resize(contacts.len(), 1.0);
         shares.resize(contacts.len(), [0.0; 3]);
         let overload = ground.overload;
+        // Why there are no accelerations at the start.
+        let mut refusal = None;
         let (now, modes, stepping) = match chosen {
             Some(Ok(Choice { modes, solved })) => {
                 (model.instant(ground, &modes, &solved), modes, false)
             }
-            // Where something rests but no choice was found velocities may still have one.
-            Some(Err(error)) if settings.method != Method::Automatic || resting.is_empty() => {
+            // Where no accelerations were found velocities may still have a solution.
+            Some(Err(error)) if !may_leap(&error, settings, resting.is_empty()) => {
                 return Err(error);
             }
             failed => {
                 let state = ground.state;
                 let first = model.leap(time, FIRST, &state, (&modes, &bristles, &bristles), inputs);
                 let leap = match (first, failed) {
-                    (Ok(leap), _) => leap,
+                    (Ok(leap), failed) => {
+                        refusal = failed.and_then(Result::err);
+                        leap
+                    }
                     (Err(_), Some(Err(error))) | (Err(error), _) => return Err(error),
                 };
                 let modes = leap.modes.clone();
@@ -141,10 +151,25 @@ impl<'a> Simulation<'a> {
         simulation.step = 1e-4 * settings.longest_step.min(1.0);
         if stepping {
             simulation.begin_stepping();
-            return Ok(simulation);
+            // One step leads nowhere if no other follows it: then nothing is solved at the start either.
+            let mut trial = simulation.clone();
+            let goes_on = trial.step_through(time + settings.longest_step, inputs);
+            return match goes_on {
+                Ok(()) => Ok(simulation),
+                Err(error) => Err(refusal.unwrap_or(error)),
+            };
         }
         simulation.hold(inputs)?;
+        model.can_begin(&simulation.now, inputs)?;
         simulation.look_for_others(inputs)?;
         Ok(simulation)
     }
+}
+
+/// Whether the time stepper may begin where accelerations were not found for this reason: where all slide there
+/// are none.
+fn may_leap(error: &ForwardError, settings: Settings, all_slide: bool) -> bool {
+    let friction =
+        matches!(error, ForwardError::NoChoice { .. } | ForwardError::NoAcceleration { .. });
+    settings.method == Method::Automatic && friction && !all_slide
 }

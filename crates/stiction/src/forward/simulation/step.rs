@@ -1,6 +1,7 @@
 //! Steps of the integrator: tried, shortened, ended at the first event, put back onto the loops.
 
 use super::locate::Ending;
+use super::rest::{Approach, PASSED, SLOW};
 use super::stepping::{DENSE, LONGEST_WAIT};
 use super::{Method, REST, Simulation};
 use crate::forward::error::ForwardError;
@@ -29,10 +30,20 @@ impl Simulation<'_> {
         self.look_along();
         let start = self.pack();
         let first = self.derivative_of(&self.now);
+        let approach = self.approach();
+        if let Some(Approach::Arrives { contact, within }) = approach
+            && within < end - time
+        {
+            return self.come_to_rest(contact, within, (&start, &first), inputs);
+        }
+        let nearest = match approach {
+            Some(Approach::Nears { most }) => most,
+            _ => f64::INFINITY,
+        };
         let longest = self.settings.longest_step;
         loop {
             let left = end - time;
-            let mut step = self.step.min(longest).min(left);
+            let mut step = self.step.min(longest).min(nearest).min(left);
             // Not a splinter at the end.
             if left - step < 0.01 * step || left < 1.01 * step {
                 step = left;
@@ -45,6 +56,10 @@ impl Simulation<'_> {
                     let next = step * grow.clamp(0.33, 6.0);
                     let shortened = step < self.step;
                     let after = match self.finish(&start, &first, step, end, inputs) {
+                        Ok(Ending::Passes(short)) => {
+                            self.shrink(short, 0.5, None)?;
+                            continue;
+                        }
                         Ok(after) => after,
                         // At its end there is no acceleration: come nearer, if possible.
                         Err(error) => {
@@ -53,7 +68,9 @@ impl Simulation<'_> {
                         }
                     };
                     self.step = if shortened { next.max(self.step) } else { next };
-                    if matches!(after, Ending::Smooth) && self.is_stiff(step) {
+                    // Beside a stop it is the stop that bounds steps.
+                    let near = step >= 0.5 * nearest;
+                    if matches!(after, Ending::Smooth) && !near && self.is_stiff(step) {
                         self.wait = (2 * self.wait).min(LONGEST_WAIT);
                         self.begin_stepping();
                         return Ok(());
@@ -145,7 +162,10 @@ impl Simulation<'_> {
         let arrived = self.arrive(to, &y, inputs)?;
         let found = self.first_event(time, step, &arrived, inputs)?;
         let Some((mut part, mut ending)) = found else {
+            self.steadily(&y, &arrived, inputs)?;
+            let before = self.now.state.clone();
             self.commit(&y, arrived);
+            self.watch_rank((&before, time), inputs)?;
             return Ok(Ending::Smooth);
         };
         // The step again, to the event.
@@ -169,13 +189,20 @@ impl Simulation<'_> {
         if let Ending::Stops(contact) = ending
             && !self.model.parameters.contacts[contact].shape.has_one_freedom()
         {
-            // A ball or plate passes near rest without stopping, unless it is slow enough.
+            // The way of a ball or plate has turned by a right angle: no stop, unless it is slow enough. But
+            // what has become much slower may have passed one.
             let speed = norm(arrived.contacts[contact].velocity);
-            if speed > 1e3 * self.settings.absolute.max(REST * self.fastest) {
+            if speed > SLOW * self.fastest {
+                if speed < PASSED * norm(self.now.contacts[contact].velocity) {
+                    return Ok(Ending::Passes(part * step));
+                }
                 ending = Ending::Smooth;
             }
         }
+        self.steadily(&y, &arrived, inputs)?;
+        let before = self.now.state.clone();
         self.commit(&y, arrived);
+        self.watch_rank((&before, time), inputs)?;
         Ok(ending)
     }
 

@@ -7,7 +7,7 @@ use crate::forward::error::ForwardError;
 use crate::forward::evaluate::{Account, ContactMoment, Instant};
 use crate::forward::inputs::Inputs;
 use crate::forward::leap::{Leap, Work};
-use crate::forward::masses::potential;
+use crate::forward::masses::{exchange, potential};
 use crate::forward::project::Anchor;
 use crate::forward::rub::{Contact, law_of, norm};
 use crate::kinematics::State;
@@ -282,7 +282,9 @@ impl Simulation<'_> {
         self.bristles.clone_from(&leap.bristles);
         self.modes.clone_from(&leap.modes);
         self.frozen = frozen;
+        let before = self.now.account.potential;
         self.now = self.model.instant_of(time, leap, state, inputs);
+        self.energies.turnover += (self.now.account.potential - before).abs();
         // What stuck before is held where it was, what sticks now where it is.
         let sticks: Vec<usize> =
             (0..self.modes.len()).filter(|&c| self.modes[c] == Contact::Sticks).collect();
@@ -366,6 +368,7 @@ impl Forward {
         let account = Account {
             kinetic: ground.masses.kinetic(&bodies),
             potential: potential(parameters, &bodies),
+            exchange: exchange(parameters, &bodies),
             drives: (0..leap.drives.len()).map(power).collect(),
             loads: ground
                 .loads
@@ -389,8 +392,10 @@ impl Forward {
             account,
             coupling: None,
             redundant: leap.redundant,
+            open_drives: leap.open_drives,
             mobility: leap.mobility,
             distance: leap.distance,
+            gives_way: None,
         }
     }
 }

@@ -1,0 +1,150 @@
+//! Where loops, locks and prescribed motions would stop a motion at once.
+//!
+//! At a dead centre a lock allows rates that it does not allow an instant later: its row of the conditions
+//! vanishes there. What it asks of the accelerations then contradicts the others, and no force that is finite
+//! goes on. Such a start is refused. On the way such a place shows itself where rates are put back onto the
+//! loops after a step: they change by more than the errors of a step.
+
+use super::{Energies, Simulation};
+use crate::forward::Forward;
+use crate::forward::balance::Balance;
+use crate::forward::error::ForwardError;
+use crate::forward::evaluate::{Ground, Instant};
+use crate::forward::inputs::Inputs;
+use crate::forward::rows::Rows;
+use crate::kinematics::State;
+
+/// Rates may change by this part of the fastest where they are put back onto the loops. Errors of steps are
+/// orders of magnitude smaller with any tolerance that steps keep near a singular position.
+const CHANGE: f64 = 1e-5;
+/// The account of energy may be off over a step by this part of what is turned over in it: a step of order
+/// eight whose rates are right to 1e-10 has a thousandth of it. Less than rounding of all energies is no error.
+const WRONG: f64 = 1e-5;
+const ROUNDING: f64 = 1e-10;
+
+impl Forward {
+    /// Whether some accelerations keep loops closed and what is held in place, friction apart.
+    pub(super) fn can_go_on(&self, ground: &Ground) -> Result<(), ForwardError> {
+        let (held, _) = self.held(&ground.targets, &[], &[], &[]);
+        let rows = Rows::new(&self.topology, &self.parameters, &ground.bodies, &held);
+        let scene = self.scene(ground);
+        // What has no mass is told where it is solved.
+        let Ok(balance) = Balance::new(&scene, rows) else { return Ok(()) };
+        let Some((row, by)) = balance.contradiction(&scene) else { return Ok(()) };
+        let translates = balance.rows.rows[row].scale != 1.0;
+        let what = self.condition(row);
+        Err(ForwardError::Blocked { time: ground.time, what, by, translates, at_rest: false })
+    }
+
+    /// Whether accelerations from rest lead on: that they are compatible with all conditions at first order
+    /// does not say that the motion is. Over a short time it is that of rates in their direction.
+    pub(super) fn can_begin(
+        &self,
+        now: &Instant,
+        inputs: &mut dyn Inputs,
+    ) -> Result<(), ForwardError> {
+        let targets = self.targets(now.time, inputs);
+        let led = targets.iter().any(|t| t.rate != 0.0 || t.acceleration != 0.0);
+        let State { rates, accelerations, .. } = &now.state;
+        if led || rates.iter().any(|v| *v != 0.0) || accelerations.iter().all(|a| *a == 0.0) {
+            return Ok(());
+        }
+        let mut state = now.state.clone();
+        state.rates.clone_from(accelerations);
+        let bristles = vec![[0.0; 3]; now.contacts.len()];
+        let ground = self.ground(now.time, state, &bristles, (&[], &[]), inputs);
+        self.can_go_on(&ground).map_err(|error| match error {
+            ForwardError::Blocked { time, what, by, translates, .. } => {
+                ForwardError::Blocked { time, what, by, translates, at_rest: true }
+            }
+            other => other,
+        })
+    }
+
+    /// A row of the conditions in words.
+    fn condition(&self, row: usize) -> String {
+        let topology = &self.topology;
+        let mut first = 0;
+        for cut in &topology.cuts {
+            first += topology.joint_types[cut.joint].constraints().len();
+            if row < first {
+                return format!("the loop through joint `{}`", self.joint_name(cut.joint));
+            }
+        }
+        match self.prescribed.get(row - first) {
+            Some(&actuator) => {
+                let at = topology.actuators[actuator];
+                let name = self.joint_name(at.joint);
+                match topology.joint_types[at.joint].freedoms() {
+                    [_] => format!("joint `{name}`, which is locked or prescribed,"),
+                    all => {
+                        let own = all[at.freedom].name;
+                        format!("joint `{name}.{own}`, which is locked or prescribed,")
+                    }
+                }
+            }
+            None => "a joint that friction holds".to_owned(),
+        }
+    }
+}
+
+impl Simulation<'_> {
+    /// Whether a step ended as steps do, `y` before rates were put back onto the loops: these have not stopped
+    /// it, and the account of energy closes as far as that of a step.
+    ///
+    /// # Errors
+    /// [`ForwardError::Impact`], [`ForwardError::Stiff`]: a shorter step may do.
+    pub(super) fn steadily(
+        &self,
+        y: &[f64],
+        arrived: &Instant,
+        inputs: &mut dyn Inputs,
+    ) -> Result<(), ForwardError> {
+        let (model, time) = (self.model, arrived.time);
+        let allowed = |part: f64| part.max(1e3 * self.settings.relative);
+        let (free, _) = self.unpack(y);
+        let size = |of: &dyn Fn(usize) -> f64| {
+            let each = model.columns.iter().enumerate();
+            each.map(|(k, column)| (of(k) / column).abs()).fold(0.0, f64::max)
+        };
+        let changed = size(&|k| arrived.state.rates[k] - free.rates[k]);
+        let largest = size(&|k| free.rates[k]).max(self.fastest_rate);
+        if changed > allowed(CHANGE) * largest {
+            let targets = model.targets(time, inputs);
+            let (held, _) = model.held(&targets, &[], &[], &[]);
+            let rows = Rows::new(&model.topology, &model.parameters, &arrived.bodies, &held);
+            let n = model.topology.freedoms();
+            let first = model.topology.constraints;
+            let missed = |row: usize| {
+                let entries = &rows.matrix[row * n..(row + 1) * n];
+                let has: f64 = entries.iter().zip(&free.rates).map(|(a, b)| a * b).sum();
+                let wanted = row.checked_sub(first).map_or(0.0, |k| targets[k].rate);
+                rows.rows[row].scale * (has - wanted).abs()
+            };
+            let worst = (0..rows.rows.len()).max_by(|a, b| missed(*a).total_cmp(&missed(*b)));
+            let what = model.condition(worst.unwrap_or(rows.rows.len()));
+            return Err(ForwardError::Impact { time, what, percent: 100.0 * changed / largest });
+        }
+        let Energies { loads, dampers, turnover, .. } = self.energies;
+        let (_, rest) = self.unpack(y);
+        let energies = &rest[3 * self.modes.len()..];
+        let (drives, energies) = energies.split_at(self.energies.drives.len());
+        let put_in = drives.iter().sum::<f64>() - self.energies.drives.iter().sum::<f64>()
+            + (energies[0] - loads);
+        let lost = energies[1] - dampers + energies[3..].iter().sum::<f64>()
+            - self.energies.contacts.iter().sum::<f64>();
+        let (was, is) = (&self.now.account, &arrived.account);
+        let gained = (is.kinetic - was.kinetic) + (is.potential - was.potential);
+        let step = energies[2] - turnover + is.kinetic.max(was.kinetic);
+        let all = is.kinetic + is.potential.abs() + energies[2];
+        if (gained - put_in + lost).abs() > allowed(WRONG) * step + ROUNDING * all {
+            return Err(ForwardError::Stiff {
+                time,
+                step: time - self.now.time,
+                tolerance: self.settings.relative,
+                around: " (the account of energy does not close over it)".to_owned(),
+            });
+        }
+        Ok(())
+    }
+}

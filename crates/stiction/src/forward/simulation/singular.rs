@@ -1,0 +1,121 @@
+//! Passing positions in which the loops lose rank.
+//!
+//! There two ways of moving meet, and rates alone do not say which is gone on with. The rule: the motion goes
+//! on smoothly. That is what steps across such a position do, since coordinates and rates are smooth functions
+//! of time on the way that they are on; no step needs to end there. It is told as an event, since the real
+//! mechanism, with its clearances, may take the other way.
+
+use super::{Event, EventKind, Simulation};
+use crate::forward::Forward;
+use crate::forward::balance::DEPENDENT;
+use crate::forward::error::ForwardError;
+use crate::forward::inputs::Inputs;
+use crate::forward::rows::Rows;
+use crate::kinematics::{Bodies, State, Target};
+use crate::linalg::RowSpace;
+
+/// Conditions that are nearer to dependent than this are looked at closely.
+const NEAR: f64 = 0.2;
+/// Nearer than this at the least: the position was passed, as far as steps of 1e-10 know it.
+const PASSED: f64 = 1e-6;
+/// So much of a step to see whether a distance grows.
+const LITTLE: f64 = 1e-3;
+
+impl Forward {
+    /// The rank of loops and of what is prescribed, and how far they are from losing it.
+    fn rank_at(&self, state: &State<f64>, targets: &[Target<f64>]) -> (usize, f64) {
+        let (topology, parameters) = (&self.topology, &self.parameters);
+        let mut bodies = Bodies::new(topology);
+        bodies.place(topology, parameters, &state.coordinates);
+        bodies.move_with(topology, &state.rates);
+        let (held, _) = self.held(targets, &[], &[], &[]);
+        let rows = Rows::new(topology, parameters, &bodies, &held);
+        let n = topology.freedoms();
+        let mut scaled = rows.matrix.clone();
+        for (row, entries) in rows.rows.iter().zip(scaled.chunks_exact_mut(n.max(1))) {
+            entries.iter_mut().zip(&self.columns).for_each(|(e, c)| *e *= row.scale * c);
+        }
+        let mut space = RowSpace::default();
+        space.decompose(&scaled, rows.rows.len(), n, DEPENDENT);
+        (space.rank(), space.least_part())
+    }
+
+    /// The distance after moving on for a time that may be negative.
+    fn distance_ahead(&self, state: &State<f64>, time: f64, targets: &[Target<f64>]) -> f64 {
+        let mut ahead = state.clone();
+        let by: Vec<f64> = state.rates.iter().map(|rate| time * rate).collect();
+        ahead.advance(&self.topology, &by);
+        self.rank_at(&ahead, targets).1
+    }
+}
+
+impl Simulation<'_> {
+    /// Whether the last step, from `before` at `time`, has passed a position in which loops lose rank.
+    pub(super) fn watch_rank(
+        &mut self,
+        (before, time): (&State<f64>, f64),
+        inputs: &mut dyn Inputs,
+    ) -> Result<(), ForwardError> {
+        let model = self.model;
+        let step = self.now.time - time;
+        if model.topology.constraints == 0 || step <= 0.0 {
+            return Ok(());
+        }
+        let targets = model.targets(self.now.time, inputs);
+        let (rank, distance) = model.rank_at(&self.now.state, &targets);
+        let (rank_before, distance_before) = model.rank_at(before, &targets);
+        if rank != rank_before {
+            // It began in such a position, or ended in one to the last digit.
+            let (at, lost) = if rank < rank_before {
+                (self.now.time, rank_before - rank)
+            } else {
+                (time, rank - rank_before)
+            };
+            self.tell_rank(at, lost);
+            return Ok(());
+        }
+        if distance.min(distance_before) > NEAR {
+            return Ok(());
+        }
+        let little = LITTLE * step;
+        let nears = model.distance_ahead(before, little, &targets) < distance_before;
+        let leaves = model.distance_ahead(&self.now.state, -little, &targets) < distance;
+        if !(nears && leaves) {
+            return Ok(());
+        }
+        // Where it is least, on the curve between.
+        let last = self.derivative_of(&self.now);
+        let mut steps = std::mem::take(&mut self.steps);
+        let prepared = steps.interpolate(time, &last, |t, y| self.derivative(t, y, inputs));
+        self.steps = steps;
+        prepared?;
+        let distance = |part: f64| {
+            let (state, _) = self.unpack(&self.steps.at(part));
+            model.rank_at(&state, &targets).1
+        };
+        let golden = 0.5 * (5_f64.sqrt() - 1.0);
+        let (mut low, mut high) = (0.0, 1.0);
+        let (mut a, mut b) = (1.0 - golden, golden);
+        let (mut at_a, mut at_b) = (distance(a), distance(b));
+        while high - low > 1e-12 {
+            if at_a < at_b {
+                (high, b, at_b) = (b, a, at_a);
+                a = high - golden * (high - low);
+                at_a = distance(a);
+            } else {
+                (low, a, at_a) = (a, b, at_b);
+                b = low + golden * (high - low);
+                at_b = distance(b);
+            }
+        }
+        let part = 0.5 * (low + high);
+        if at_a.min(at_b) < PASSED {
+            self.tell_rank(time + part * step, 1);
+        }
+        Ok(())
+    }
+
+    fn tell_rank(&mut self, time: f64, lost: usize) {
+        self.events.push(Event { time, kind: EventKind::Singular { lost } });
+    }
+}
