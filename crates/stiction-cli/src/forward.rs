@@ -177,7 +177,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
     } else if !options.json && std::io::stderr().is_terminal() {
         tell!("\nTables and plots: add -o DIR");
     }
-    let lost = summary.energy_lost(&outcome.events);
+    let lost = summary.energy_lost(&job.settings, &outcome.events);
     ended(outcome, kept)?;
     match lost {
         None => Ok(()),

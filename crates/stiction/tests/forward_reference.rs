@@ -154,8 +154,8 @@ fn r2_four_bars_pass_singular_positions() {
 #[test]
 fn r2_starts_in_a_singular_position() {
     let model = Forward::new(n_four_bar(2), &[]);
-    // With 2 loops `I = 4`, `G = 7/2`.
-    let pull: f64 = 3.5 / 4.0 * 9.81;
+    // With 2 loops `I = 3`, `G = 7/2`.
+    let pull: f64 = 3.5 / 3.0 * 9.81;
     let up = std::f64::consts::FRAC_PI_2;
     let first = first_joint(model.mechanism());
     let come = model.assemble(&[], &[first], &[at(up, -1.0)]).unwrap();

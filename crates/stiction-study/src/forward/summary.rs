@@ -6,7 +6,7 @@ use super::rows::{Layout, Rows};
 use super::run::{Ending, Outcome};
 use crate::inverse::statistics::Size;
 use serde_json::{Map, Value, json};
-use stiction::forward::{Event, EventKind};
+use stiction::forward::{Event, EventKind, Settings};
 
 /// Gathers a simulation's figures row by row.
 #[derive(Clone, Debug)]
@@ -27,10 +27,11 @@ pub struct Summary {
     energies: Size,
 }
 
-/// The account of energy may be off by these parts of what is turned over: event by event, steps are right to
-/// 1e-10 of rates, whatever their number; the steps of the time stepper are of first order.
-const LOST: f64 = 1e-5;
-const LOST_IN_STEPS: f64 = 1e-2;
+/// The account of energy may be off by so many times the tolerance of steps, as a part of what is turned over: event
+/// by event errors of steps add up, some thousands of them, and singular positions magnify rounding; the time
+/// stepper is of first order, its errors are as the root of its tolerance.
+const LOST: f64 = 1e5;
+const LOST_IN_STEPS: f64 = 3e4;
 
 /// How long a contact sticks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -232,7 +233,7 @@ impl Summary {
                 "error": error,
                 "turnover": turnover,
                 "error_relative": self.energy_error_relative(),
-                "closes": self.energy_lost(&outcome.events).is_none(),
+                "closes": self.energy_lost(&job.settings, &outcome.events).is_none(),
             },
             "method": { "event_driven": by_events, "time_stepping": in_steps },
             "events": self.count_events(&outcome.events),
@@ -268,9 +269,12 @@ impl Summary {
 
     /// What the account of energy loses as a part of what is turned over, where that is more than the method's
     /// errors explain: then something is wrong with the results, and nobody knows what.
-    pub fn energy_lost(&self, events: &[Event]) -> Option<f64> {
+    pub fn energy_lost(&self, settings: &Settings, events: &[Event]) -> Option<f64> {
         let [_, in_steps] = methods(events, self.span());
-        let most = if in_steps > 0.0 { LOST_IN_STEPS } else { LOST };
+        let most = match in_steps > 0.0 {
+            true => LOST_IN_STEPS * settings.time_step_tolerance,
+            false => LOST * settings.relative,
+        };
         // A run that hardly moves turns over rounding.
         let matters = self.energy_error.peak.abs() > 1e3 * self.rounding();
         self.energy_error_relative().filter(|part| *part > most && matters)

@@ -59,7 +59,7 @@ pub fn write_summary(
     write_drives(out, summary)?;
     write_friction(out, summary, outcome)?;
     write_energy(out, summary)?;
-    if let Some(part) = summary.energy_lost(&outcome.events) {
+    if let Some(part) = summary.energy_lost(&job.settings, &outcome.events) {
         writeln!(
             out,
             "CAUTION: the account of energy does not close: {} of what is turned over is lost; these results \

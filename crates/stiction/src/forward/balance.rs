@@ -104,7 +104,7 @@ impl Balance {
         }
         let mut idle = Vec::new();
         let may = |rates: &[f64]| moving(scene, rates).1;
-        let factor = factor(&scene.masses.matrix, &basis, n, &may, &mut idle)
+        let factor = factor(&scene.masses.matrix, &mut basis, n, &may, &mut idle)
             .map_err(|rates| Massless { body: moving(scene, &rates).0 })?;
         let mut balance = Self { rows, space, basis, factor, idle, spread: Spread::default() };
         balance.pushed(scene, None)?;
@@ -334,58 +334,89 @@ fn moving(scene: &Scene<'_>, rates: &[f64]) -> (usize, bool) {
     (fastest, turns && alone)
 }
 
-/// Cholesky's factor of `Z^T M Z`. Motions without inertia that `may` be are put into `idle` and given some: what
-/// does not act on them does not move them then.
+/// Cholesky's factor of `Z^T M Z`, the vectors of `basis` put in an order in which what moves without inertia comes
+/// last: without it small pivots on the way would hide it in rounding. Motions without inertia that `may` be are put
+/// into `idle` and given some: what does not act on them does not move them then.
+///
+/// # Errors
+/// The rates of a motion without inertia that may not be.
 pub(super) fn factor(
     matrix: &[f64],
-    basis: &[f64],
+    basis: &mut [f64],
     n: usize,
     may: &dyn Fn(&[f64]) -> bool,
     idle: &mut Vec<Vec<f64>>,
 ) -> Result<Vec<f64>, Vec<f64>> {
-    let vectors: Vec<&[f64]> = basis.chunks_exact(n.max(1)).collect();
-    let free = vectors.len();
+    let n = n.max(1);
+    let free = basis.len() / n;
     let mut factor = vec![0.0; free * free];
-    let mut largest = 0.0_f64;
-    for (i, z) in vectors.iter().enumerate() {
-        let moved: Vec<f64> = matrix.chunks_exact(n.max(1)).map(|row| dot(row, z)).collect();
-        for (j, other) in vectors.iter().enumerate().skip(i) {
-            factor[j * free + i] = dot(&moved, other);
+    for (i, z) in basis.chunks_exact(n).enumerate() {
+        let moved: Vec<f64> = matrix.chunks_exact(n).map(|row| dot(row, z)).collect();
+        for (j, other) in basis.chunks_exact(n).enumerate().skip(i) {
+            let entry = dot(&moved, other);
+            factor[j * free + i] = entry;
+            factor[i * free + j] = entry;
         }
-        largest = largest.max(factor[i * free + i]);
     }
+    let largest = (0..free).map(|i| factor[i * free + i]).fold(0.0, f64::max);
     for i in 0..free {
-        for j in 0..=i {
-            let sum: f64 = (0..j).map(|k| factor[i * free + k] * factor[j * free + k]).sum();
-            let rest = factor[i * free + j] - sum;
-            if i != j {
-                factor[i * free + j] = rest / factor[j * free + j];
-            } else if rest > NOTHING * largest {
-                factor[i * free + i] = rest.sqrt();
-            } else {
-                // The motion itself: this vector less what the ones before must do along with it.
-                let mut with: Vec<f64> = (0..i).map(|k| factor[i * free + k]).collect();
-                for k in (0..i).rev() {
-                    let after: f64 = (k + 1..i).map(|m| factor[m * free + k] * with[m]).sum();
-                    with[k] = (with[k] - after) / factor[k * free + k];
-                }
-                let mut rates = vectors[i].to_vec();
-                for (vector, amount) in vectors.iter().zip(&with) {
-                    rates.iter_mut().zip(*vector).for_each(|(r, z)| *r -= amount * z);
-                }
-                if !may(&rates) {
-                    return Err(rates);
-                }
-                idle.push(rates);
-                factor[i * free + i] = if largest > 0.0 { largest.sqrt() } else { 1.0 };
+        let heaviest = (i..free).max_by(|a, b| {
+            let rest = |k: &usize| factor[k * free + k];
+            rest(a).total_cmp(&rest(b))
+        });
+        if let Some(other) = heaviest.filter(|k| *k != i) {
+            for k in 0..free {
+                factor.swap(i * free + k, other * free + k);
             }
+            for k in i..free {
+                factor.swap(k * free + i, k * free + other);
+            }
+            for k in 0..n {
+                basis.swap(i * n + k, other * n + k);
+            }
+        }
+        let rest = factor[i * free + i];
+        if rest > NOTHING * largest {
+            let root = rest.sqrt();
+            factor[i * free + i] = root;
+            for j in i + 1..free {
+                factor[j * free + i] /= root;
+            }
+            for j in i + 1..free {
+                let own = factor[j * free + i];
+                for k in i + 1..=j {
+                    let entry = factor[j * free + k] - own * factor[k * free + i];
+                    factor[j * free + k] = entry;
+                    factor[k * free + j] = entry;
+                }
+            }
+            continue;
+        }
+        // The motion itself: this vector less what those before must do along with it.
+        let mut with: Vec<f64> = (0..i).map(|k| factor[i * free + k]).collect();
+        for k in (0..i).rev() {
+            let after: f64 = (k + 1..i).map(|m| factor[m * free + k] * with[m]).sum();
+            with[k] = (with[k] - after) / factor[k * free + k];
+        }
+        let mut rates = basis[i * n..(i + 1) * n].to_vec();
+        for (vector, amount) in basis.chunks_exact(n).zip(&with) {
+            rates.iter_mut().zip(vector).for_each(|(r, z)| *r -= amount * z);
+        }
+        if !may(&rates) {
+            return Err(rates);
+        }
+        idle.push(rates);
+        factor[i * free + i] = if largest > 0.0 { largest.sqrt() } else { 1.0 };
+        for j in i + 1..free {
+            factor[j * free + i] = 0.0;
         }
     }
     Ok(factor)
 }
 
-/// Moments about a spin without inertia below this part of their size are rounding.
-const PUSHED: f64 = 1e-9;
+/// Moments about a spin without inertia below this part of their size are none: inertia below [`NOTHING`] leaves its
+/// axis uncertain by the root of that.
+const PUSHED: f64 = 1e-6;
 /// Bodies slower than this part of the fastest stand.
 const ALONE: f64 = 1e-6;
 

@@ -105,7 +105,7 @@ impl Forward {
         // What moves without inertia has no energy to be least: it stays as it is.
         if free > 0
             && largest > 0.0
-            && let Ok(factored) = factor(&masses.matrix, &basis, n, &|_| false, &mut Vec::new())
+            && let Ok(factored) = factor(&masses.matrix, &mut basis, n, &|_| false, &mut Vec::new())
         {
             let momentum: Vec<f64> = masses
                 .matrix

@@ -249,6 +249,7 @@ impl Forward {
             dropped: 0.0,
             stiff: (0, 0),
             wait: QUIET,
+            nearest: 1.0,
         };
         let Some((&FORMAT, numbers)) = checkpoint.numbers.split_first() else {
             return Err(ForwardError::Checkpoint);

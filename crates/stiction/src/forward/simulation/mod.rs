@@ -67,6 +67,8 @@ pub struct Simulation<'a> {
     stiff: (usize, usize),
     /// How many quiet steps of the time stepper it takes before events are tried again.
     wait: usize,
+    /// How near to dependent the conditions were in the stages of the last step.
+    nearest: f64,
 }
 
 impl Simulation<'_> {

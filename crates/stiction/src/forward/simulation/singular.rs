@@ -11,13 +11,17 @@ use crate::forward::balance::DEPENDENT;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::rows::Rows;
+use crate::forward::rub::dissipated;
 use crate::kinematics::{Bodies, State, Target};
 use crate::linalg::RowSpace;
+use crate::spatial::Wrench;
 
 /// Conditions that are nearer to dependent than this are looked at closely.
 const NEAR: f64 = 0.2;
 /// Nearer than this at the least: the position was passed, as far as steps of 1e-10 know it.
 const PASSED: f64 = 1e-6;
+/// Instants beside a singular start are as far apart as the fastest moves by this, in rad or characteristic lengths.
+const BESIDE: f64 = 1e-3;
 /// So much of a step to see whether a distance grows.
 const LITTLE: f64 = 1e-3;
 
@@ -50,6 +54,72 @@ impl Forward {
 }
 
 impl Simulation<'_> {
+    /// Where it starts in a position in which loops lose rank, and moves: accelerations and reactions are those to
+    /// which the ones beside it tend, on the way that the rates are of. In the position itself the loops do not
+    /// say so much, since a row that vanishes there still has a rate of change.
+    pub(super) fn start_on_one_way(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        let (model, time) = (self.model, self.now.time);
+        if model.topology.constraints == 0 || self.fastest_rate == 0.0 {
+            return Ok(());
+        }
+        let targets = model.targets(time, inputs);
+        let state = self.now.state.clone();
+        let (rank, _) = model.rank_at(&state, &targets);
+        let little = BESIDE / self.fastest_rate;
+        let mut ahead = state.clone();
+        let by: Vec<f64> = state.rates.iter().map(|rate| little * rate).collect();
+        ahead.advance(&model.topology, &by);
+        let (beside, _) = model.rank_at(&ahead, &targets);
+        if beside <= rank {
+            return Ok(());
+        }
+        self.tell_rank(time, beside - rank);
+        let start = self.pack();
+        let coordinates = state.coordinates.len();
+        let mut found = self.now.clone();
+        found.state.accelerations.fill(0.0);
+        found.drives.fill(0.0);
+        found.wrenches.iter_mut().for_each(|w| *w = Wrench::zero());
+        for contact in &mut found.contacts {
+            (contact.load, contact.friction, contact.limit) = (0.0, [0.0; 3], 0.0);
+        }
+        found.bristle_rates.fill([0.0; 3]);
+        // Of third order in how far apart they are.
+        for (k, weight) in [(1.0, 4.0), (2.0, -6.0), (3.0, 4.0), (4.0, -1.0)] {
+            let mut there = state.clone();
+            let by: Vec<f64> = state.rates.iter().map(|rate| k * little * rate).collect();
+            there.advance(&model.topology, &by);
+            let mut y = start.clone();
+            y[..coordinates].copy_from_slice(&there.coordinates);
+            let there = self.arrive(time + k * little, &y, inputs)?;
+            let sum = |to: &mut [f64], from: &[f64]| {
+                to.iter_mut().zip(from).for_each(|(to, from)| *to += weight * from);
+            };
+            sum(&mut found.state.accelerations, &there.state.accelerations);
+            sum(&mut found.drives, &there.drives);
+            for (to, from) in found.wrenches.iter_mut().zip(&there.wrenches) {
+                *to += *from * weight;
+            }
+            for (to, from) in found.contacts.iter_mut().zip(&there.contacts) {
+                to.load += weight * from.load;
+                to.limit += weight * from.limit;
+                sum(&mut to.friction, &from.friction);
+            }
+            for (to, from) in found.bristle_rates.iter_mut().zip(&there.bristle_rates) {
+                sum(to, from);
+            }
+        }
+        let topology = &model.topology;
+        found.bodies.accelerate(topology, &found.state.accelerations);
+        for (index, power) in found.account.drives.iter_mut().enumerate() {
+            let at = topology.actuators[index];
+            *power = found.drives[index] * found.bodies.joint_rates(topology, at.joint)[at.freedom];
+        }
+        found.account.contacts = found.contacts.iter().map(dissipated).collect();
+        self.now = found;
+        Ok(())
+    }
+
     /// Whether the last step, from `before` at `time`, has passed a position in which loops lose rank.
     pub(super) fn watch_rank(
         &mut self,
@@ -65,13 +135,16 @@ impl Simulation<'_> {
         let (rank, distance) = model.rank_at(&self.now.state, &targets);
         let (rank_before, distance_before) = model.rank_at(before, &targets);
         if rank != rank_before {
-            // It began in such a position, or ended in one to the last digit.
+            // It ended in such a position, to the last digit, or began in one at rest.
             let (at, lost) = if rank < rank_before {
                 (self.now.time, rank_before - rank)
             } else {
                 (time, rank - rank_before)
             };
-            self.tell_rank(at, lost);
+            let is_told = |e: &Event| e.time == at && matches!(e.kind, EventKind::Singular { .. });
+            if !self.events.iter().any(is_told) {
+                self.tell_rank(at, lost);
+            }
             return Ok(());
         }
         if distance.min(distance_before) > NEAR {

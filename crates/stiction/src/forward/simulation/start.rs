@@ -144,6 +144,7 @@ impl<'a> Simulation<'a> {
             dropped,
             stiff: (0, 0),
             wait: QUIET,
+            nearest: 1.0,
         };
         let rates = simulation.now.state.rates.iter().zip(&model.columns);
         simulation.fastest_rate = rates.map(|(v, c)| (v / c).abs()).fold(0.0, f64::max);
@@ -161,6 +162,7 @@ impl<'a> Simulation<'a> {
         }
         simulation.hold(inputs)?;
         model.can_begin(&simulation.now, inputs)?;
+        simulation.start_on_one_way(inputs)?;
         simulation.look_for_others(inputs)?;
         Ok(simulation)
     }
