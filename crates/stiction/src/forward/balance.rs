@@ -20,7 +20,7 @@ use super::spread::Spread;
 use crate::kinematics::Bodies;
 use crate::linalg::RowSpace;
 use crate::parameters::Parameters;
-use crate::spatial::{Twist, Wrench};
+use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::{Link, Role, Topology};
 
 /// Rows that add less than this, relative to the largest, depend on the others: the rule of
@@ -157,6 +157,35 @@ impl Balance {
             }
         }
         Ok(())
+    }
+
+    /// Takes from accelerations of the tree what would change the rates of spins without inertia.
+    pub(super) fn keep_spins(&self, scene: &Scene<'_>, accelerations: &mut [f64]) {
+        let Scene { topology, bodies, .. } = *scene;
+        for rates in &self.idle {
+            let (body, _) = moving(scene, rates);
+            let turn = |amounts: &[f64]| {
+                let mut sum = Vec3::zero();
+                let mut next = topology.node_of_body[body].map(|node| &topology.nodes[node]);
+                while let Some(node) = next {
+                    for dof in node.dofs.clone() {
+                        sum += bodies.screws[dof].angular * amounts[dof];
+                    }
+                    next = match node.link {
+                        Link::Joint { .. } => node.parent.map(|parent| &topology.nodes[parent]),
+                        Link::Floating => None,
+                    };
+                }
+                sum
+            };
+            let axis = turn(rates);
+            let square = axis.norm_squared();
+            if square > 0.0 {
+                let has = turn(accelerations) + bodies.bias[body].angular;
+                let amount = has.dot(axis) / square;
+                accelerations.iter_mut().zip(rates).for_each(|(a, rate)| *a -= amount * rate);
+            }
+        }
     }
 
     /// How many freedoms are left.

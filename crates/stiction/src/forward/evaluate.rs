@@ -302,7 +302,8 @@ impl Forward {
         }
         let coupling = Coupling::new(scene, &balance, &rubs, &efforts);
         let strength = measure.then(|| coupling.strength());
-        let coupled = coupling.solve(known).map_err(Unsolved::Lost)?;
+        let mut coupled = coupling.solve(known).map_err(Unsolved::Lost)?;
+        balance.keep_spins(&self.scene(ground), &mut coupled.response.accelerations);
         Ok(Solved { coupled, balance, held, holding, rubs, strength })
     }
 

@@ -109,7 +109,8 @@ impl Simulation<'_> {
         };
         let changed = size(&|k| arrived.state.rates[k] - free.rates[k]);
         let largest = size(&|k| free.rates[k]).max(self.fastest_rate);
-        if changed > allowed(CHANGE) * largest {
+        // Of what is at rest rates are rounding, and so are their changes.
+        if changed > allowed(CHANGE) * largest + 1e3 * self.settings.absolute {
             let targets = model.targets(time, inputs);
             let (held, _) = model.held(&targets, &[], &[], &[]);
             let rows = Rows::new(&model.topology, &model.parameters, &arrived.bodies, &held);

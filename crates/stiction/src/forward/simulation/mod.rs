@@ -69,6 +69,8 @@ pub struct Simulation<'a> {
     wait: usize,
     /// How near to dependent the conditions were in the stages of the last step.
     nearest: f64,
+    /// Steps that were refused since they were far from that.
+    refused: usize,
 }
 
 impl Simulation<'_> {

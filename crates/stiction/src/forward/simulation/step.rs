@@ -17,8 +17,10 @@ const NEAR_SINGULAR: f64 = 0.2;
 /// distance; and what is accepted of it at most, relative.
 const ROUNDING: f64 = 10.0;
 const MOST: f64 = 1e-7;
-/// Only where steps have become so much shorter than the first that was tried: else other stages do.
-const STUCK: f64 = 0.03;
+/// Only where steps were refused so often since the conditions were this far from dependent: mostly others do, whose
+/// stages lie better.
+const REFUSALS: usize = 4;
+const CLOSE: f64 = 0.05;
 
 /// Numbers of Hairer's code of this method: what stability allows, so many steps are many, so few others
 /// in a row end it.
@@ -48,7 +50,9 @@ impl Simulation<'_> {
             _ => f64::INFINITY,
         };
         let longest = self.settings.longest_step;
-        let tried = self.step.min(longest).min(nearest).min(end - time);
+        if self.now.distance > CLOSE {
+            self.refused = 0;
+        }
         loop {
             let left = end - time;
             let mut step = self.step.min(longest).min(nearest).min(left);
@@ -60,7 +64,8 @@ impl Simulation<'_> {
             }
             match self.try_step(&start, &first, step, inputs) {
                 Ok(error)
-                    if error <= 1.0 || (step < STUCK * tried && error <= self.allowed(step)) =>
+                    if error <= 1.0
+                        || (self.refused >= REFUSALS && error <= self.allowed(step)) =>
                 {
                     let grow = if error > 0.0 { 0.9 * error.powf(-0.125) } else { 6.0 };
                     let next = step * grow.clamp(0.33, 6.0);
@@ -88,6 +93,7 @@ impl Simulation<'_> {
                     return self.follow_up(after, inputs);
                 }
                 Ok(error) => {
+                    self.refused += usize::from(self.nearest < CLOSE);
                     let factor = (0.9 * error.powf(-0.125)).clamp(0.1, 0.9);
                     self.shrink(step, if error.is_finite() { factor } else { 0.1 }, None)?;
                 }
