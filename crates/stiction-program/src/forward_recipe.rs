@@ -9,7 +9,7 @@
 //! their places afterwards; the coupling is solved in the graph that is merged already. So bounds of rounding errors, by
 //! which nodes are told apart, do not grow through solutions.
 //!
-//! Equation (P5) of the book's theory.
+//! Equations (P4) and (P5) of the book's theory.
 
 use crate::graph::{Graph, Node};
 use crate::loads::Loads;

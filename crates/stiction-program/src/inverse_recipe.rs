@@ -4,6 +4,8 @@
 //! The kernel tilts the balance by friction that is linear in the reactions, so a step is another solution of a
 //! system as sparse as the frictionless one. A step begins at what cut joints carry, from which all else follows;
 //! many components change nothing, and are not asked for.
+//!
+//! Equation (P3) of the book's theory.
 
 use crate::given::Given;
 use crate::graph::{Graph, Node, Op, needed};
