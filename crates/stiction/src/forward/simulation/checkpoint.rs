@@ -168,7 +168,6 @@ impl<'a> Simulation<'a> {
         tape.count(&mut self.stiff.0);
         tape.count(&mut self.stiff.1);
         tape.count(&mut self.wait);
-        tape.count(&mut self.refused);
         let mut steps = self.stepping.is_some();
         tape.flag(&mut steps);
         let stepping = self.stepping.get_or_insert(Stepping { step: 0.0, quiet: 0, wait: 0 });
@@ -250,8 +249,6 @@ impl Forward {
             dropped: 0.0,
             stiff: (0, 0),
             wait: QUIET,
-            nearest: 1.0,
-            refused: 0,
         };
         let Some((&FORMAT, numbers)) = checkpoint.numbers.split_first() else {
             return Err(ForwardError::Checkpoint);

@@ -67,10 +67,6 @@ pub struct Simulation<'a> {
     stiff: (usize, usize),
     /// How many quiet steps of the time stepper it takes before events are tried again.
     wait: usize,
-    /// How near to dependent the conditions were in the stages of the last step.
-    nearest: f64,
-    /// Steps that were refused since they were far from that.
-    refused: usize,
 }
 
 impl Simulation<'_> {

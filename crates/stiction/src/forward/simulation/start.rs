@@ -144,8 +144,6 @@ impl<'a> Simulation<'a> {
             dropped,
             stiff: (0, 0),
             wait: QUIET,
-            nearest: 1.0,
-            refused: 0,
         };
         let rates = simulation.now.state.rates.iter().zip(&model.columns);
         simulation.fastest_rate = rates.map(|(v, c)| (v / c).abs()).fold(0.0, f64::max);

@@ -13,15 +13,6 @@ use crate::forward::rub::{Contact, norm};
 /// Conditions that are as close to dependent as this: stages of steps are moved onto the loops, too.
 const NEAR_SINGULAR: f64 = 0.2;
 
-/// Rounding of an acceleration beside a singular position is so many times that of a number over the square of the
-/// distance; and what is accepted of it at most, relative.
-const ROUNDING: f64 = 10.0;
-const MOST: f64 = 1e-7;
-/// Only where steps were refused so often since the conditions were this far from dependent: mostly others do, whose
-/// stages lie better.
-const REFUSALS: usize = 4;
-const CLOSE: f64 = 0.05;
-
 /// Numbers of Hairer's code of this method: what stability allows, so many steps are many, so few others
 /// in a row end it.
 const BOUNDED_BY_STABILITY: f64 = 6.1;
@@ -50,9 +41,6 @@ impl Simulation<'_> {
             _ => f64::INFINITY,
         };
         let longest = self.settings.longest_step;
-        if self.now.distance > CLOSE {
-            self.refused = 0;
-        }
         loop {
             let left = end - time;
             let mut step = self.step.min(longest).min(nearest).min(left);
@@ -63,10 +51,7 @@ impl Simulation<'_> {
                 step = 0.5 * left;
             }
             match self.try_step(&start, &first, step, inputs) {
-                Ok(error)
-                    if error <= 1.0
-                        || (self.refused >= REFUSALS && error <= self.allowed(step)) =>
-                {
+                Ok(error) if error <= 1.0 => {
                     let grow = if error > 0.0 { 0.9 * error.powf(-0.125) } else { 6.0 };
                     let next = step * grow.clamp(0.33, 6.0);
                     let shortened = step < self.step;
@@ -93,7 +78,6 @@ impl Simulation<'_> {
                     return self.follow_up(after, inputs);
                 }
                 Ok(error) => {
-                    self.refused += usize::from(self.nearest < CLOSE);
                     let factor = (0.9 * error.powf(-0.125)).clamp(0.1, 0.9);
                     self.shrink(step, if error.is_finite() { factor } else { 0.1 }, None)?;
                 }
@@ -156,7 +140,6 @@ impl Simulation<'_> {
             scales: &scales,
         };
         let time = self.now.time;
-        self.nearest = self.now.distance;
         let result = steps
             .attempt(start, first, (time, step), &tolerance, |t, y| self.derivative(t, y, inputs));
         self.steps = steps;
@@ -332,14 +315,6 @@ impl Simulation<'_> {
         } else {
             self.evaluate(time, y, inputs, false)?
         };
-        self.nearest = self.nearest.min(instant.distance);
         Ok(self.derivative_of(&instant))
-    }
-
-    /// What an error of a step may be, in units of the tolerance: one, but where a stage is so near a singular
-    /// position that its rounding alone is more. A shorter step would only have its stages nearer.
-    fn allowed(&self, step: f64) -> f64 {
-        let rounding = f64::EPSILON / self.nearest.powi(2) * (step * self.fastest_rate).min(1.0);
-        (ROUNDING * rounding).min(MOST) / self.settings.relative
     }
 }
