@@ -19,11 +19,12 @@ impl Memory {
     /// Writes a lane's inputs one after the other.
     #[inline]
     pub(crate) fn writer(&mut self, lane: usize) -> impl FnMut(&[f64]) + '_ {
-        let (lanes, mut next) = (self.lanes, lane);
+        let own = self.slots.get_mut(lane..).unwrap_or_default();
+        let mut left = own.iter_mut().step_by(self.lanes);
         move |values| {
-            for value in values {
-                self.slots[next] = *value;
-                next += lanes;
+            // Values come first: where they end no slot is passed over.
+            for (value, slot) in values.iter().zip(left.by_ref()) {
+                *slot = *value;
             }
         }
     }
