@@ -8,8 +8,9 @@ use common::random::*;
 use common::*;
 use counting::allocations;
 use stiction::dynamics::{FrictionMode, InverseDynamics, Settings, Sharing};
+use stiction::forward::{Contact as Doing, Forward, Inputs, Simulation, View};
 use stiction::joint::JointType::*;
-use stiction::kinematics::Coordinate;
+use stiction::kinematics::{Coordinate, Target};
 use stiction::spatial::Pose;
 
 #[test]
@@ -84,4 +85,60 @@ fn cost_grows_linearly_with_the_legs() {
     let [few, more, many] = [8, 16, 32].map(operations_with_legs);
     let (per_leg, later) = ((more - few) as f64 / 8.0, (many - more) as f64 / 16.0);
     assert!((later / per_leg - 1.0).abs() < 0.1, "{few} {more} {many}");
+}
+
+/// Efforts that swing about those that carry the weight.
+struct Swing {
+    mean: Vec<f64>,
+    amplitude: f64,
+}
+
+impl Inputs for Swing {
+    fn efforts(&mut self, view: &View<'_>, efforts: &mut [f64]) {
+        for (k, (effort, mean)) in efforts.iter_mut().zip(&self.mean).enumerate() {
+            *effort = mean + self.amplitude * (9.0 * view.time + k as f64).sin();
+        }
+    }
+}
+
+#[test]
+fn simulations_allocate_nothing_between_events() {
+    let rub = [
+        friction(0.12, 128.0, Some(0.0125)),
+        friction(0.12, 30.0, None),
+        friction(0.12, 32.0, Some(0.025)),
+    ];
+    let robot = symmetric_3rps(Some(rub));
+    let model = Forward::new(robot.mechanism.clone(), &[]);
+    let still = [0.55, 0.0, 0.0].map(|value| Target { value, rate: 0.0, acceleration: 0.0 });
+    let settings = Settings { friction: FrictionMode::Off, ..Settings::default() };
+    let mechanism = robot.mechanism.clone();
+    let mut solver =
+        InverseDynamics::new(mechanism, &robot.homes, &robot.coordinates, &still, settings)
+            .unwrap();
+    let mean = solver.solve(&[]).unwrap().drives.clone();
+    // Moving fast enough that nothing comes to rest soon, and held by friction with room: at a limit friction would be
+    // shared anew.
+    let moving = [(0.55, 0.5), (0.0, 0.3), (0.0, 0.2)];
+    let moving = moving.map(|(value, rate)| Target { value, rate, acceleration: 0.0 });
+    for (targets, amplitude, sticks) in [(moving, 5.0, false), (still, 0.1, true)] {
+        let state = model.assemble(&robot.homes, &robot.coordinates, &targets).unwrap();
+        let mut swing = Swing { mean: mean.clone(), amplitude };
+        let settings = stiction::forward::Settings::default();
+        let mut simulation = model.start(0.0, state, settings, &mut swing).unwrap();
+        let mut sample = 0;
+        let mut go_on = |simulation: &mut Simulation<'_>| {
+            sample += 1;
+            simulation.advance(0.005 * f64::from(sample), &mut swing).unwrap();
+        };
+        (0..4).for_each(|_| go_on(&mut simulation));
+        let doing = simulation.contacts().to_vec();
+        let is = |what: &Doing| matches!(what, Doing::Sticks) == sticks;
+        assert!(doing.iter().all(is), "{doing:?}");
+        let (events, evaluations) = (simulation.events().len(), simulation.evaluations());
+        let count = allocations(|| (0..4).for_each(|_| go_on(&mut simulation)));
+        assert!(simulation.evaluations() > evaluations + 3);
+        assert_eq!(simulation.events().len(), events, "the stretch has no event");
+        assert_eq!(count, 0, "sticks: {sticks}");
+    }
 }

@@ -67,6 +67,11 @@ impl Course {
         Self { shape: Shape::Monotone(Arc::new(curve)) }
     }
 
+    /// Whether it is the same at all times, as written.
+    pub fn is_constant(&self) -> bool {
+        matches!(self.shape, Shape::Constant(_))
+    }
+
     /// The value at time `t` (s) with its exact first and second time derivative, in SI units.
     ///
     /// A formula that has no finite value there gives what floating-point arithmetic gives;

@@ -286,6 +286,21 @@ impl Inputs for Acting<'_> {
         [sample, recorded].into_iter().flatten().reduce(f64::min)
     }
 
+    fn steady_until(&self, time: f64) -> f64 {
+        let constant = |course: &Course| course.is_constant();
+        let wrenches = &self.job.load.wrenches;
+        let loads = wrenches.iter().all(|w| w.force.iter().chain(&w.moment).all(constant));
+        let efforts = match (self.job.drives, self.period) {
+            // They are kept between the samples of a controller, at which a stretch ends.
+            (_, Some(_)) => true,
+            (Feed::Given(drives), None) => {
+                drives.efforts.iter().all(|(_, course)| constant(course))
+            }
+            (Feed::Inverse, None) => false,
+        };
+        if loads && efforts && !self.is_stopped { f64::INFINITY } else { time }
+    }
+
     fn change(&mut self, view: &View<'_>) {
         if self.next_sample().is_none_or(|next| view.time < next) {
             return;

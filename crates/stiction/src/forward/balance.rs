@@ -14,12 +14,13 @@
 //!
 //! Equations (D1) and (D2) of the book's theory.
 
-use super::masses::Masses;
+use super::masses::{Masses, lift_twist, lift_wrench};
 use super::rows::{Rows, each_freedom};
 use super::spread::Spread;
 use crate::kinematics::Bodies;
 use crate::linalg::RowSpace;
 use crate::parameters::Parameters;
+use crate::scalar::{Lanes, Scalar};
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::{Link, Role, Topology};
 
@@ -49,7 +50,7 @@ pub(super) struct Scene<'a> {
 }
 
 /// What answers an effort: all that is linear in it.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Response {
     /// Of the tree.
     pub(super) accelerations: Vec<f64>,
@@ -57,6 +58,24 @@ pub(super) struct Response {
     pub(super) multipliers: Vec<f64>,
     /// Each joint's complete wrench, predecessor on successor, about the kernel origin.
     pub(super) wrenches: Vec<Wrench<f64>>,
+}
+
+impl Clone for Response {
+    fn clone(&self) -> Self {
+        let Self { accelerations, multipliers, wrenches } = self;
+        Self {
+            accelerations: accelerations.clone(),
+            multipliers: multipliers.clone(),
+            wrenches: wrenches.clone(),
+        }
+    }
+
+    /// Into the room that is there.
+    fn clone_from(&mut self, other: &Self) {
+        self.accelerations.clone_from(&other.accelerations);
+        self.multipliers.clone_from(&other.multipliers);
+        self.wrenches.clone_from(&other.wrenches);
+    }
 }
 
 impl Response {
@@ -72,13 +91,57 @@ impl Response {
     }
 }
 
-/// The decomposed balance at one position under one set of conditions.
+/// Numbers of four responses at once.
+pub(super) type Four = Lanes<f64, 4>;
+
+/// What answers efforts, and room for it.
 #[derive(Clone, Debug)]
+struct Answer<T> {
+    /// What drives the tree's freedoms; then what is left of it.
+    push: Vec<T>,
+    along: Vec<T>,
+    accelerations: Vec<T>,
+    multipliers: Vec<T>,
+    sums: Vec<Twist<T>>,
+    /// What joints must exert on each body.
+    beyond: Vec<Wrench<T>>,
+    wrenches: Vec<Wrench<T>>,
+}
+
+impl<T> Default for Answer<T> {
+    fn default() -> Self {
+        Self {
+            push: Vec::new(),
+            along: Vec::new(),
+            accelerations: Vec::new(),
+            multipliers: Vec::new(),
+            sums: Vec::new(),
+            beyond: Vec::new(),
+            wrenches: Vec::new(),
+        }
+    }
+}
+
+/// Room for one response after the other.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    right: Vec<f64>,
+    one: Answer<f64>,
+    four: Answer<Four>,
+    /// Also for the rule of shares.
+    spread: super::spread::Room,
+}
+
+/// The decomposed balance at one position under one set of conditions.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Balance {
     pub(super) rows: Rows,
     space: RowSpace,
+    scaled: Vec<f64>,
     /// Orthonormal vectors of scaled accelerations that no row resists, unscaled then.
     basis: Vec<f64>,
+    /// The momentum of each of these.
+    moved: Vec<f64>,
     /// The lower triangle of the Cholesky factor of `Z^T M Z`, row by row.
     factor: Vec<f64>,
     /// Spins of single bodies that have no inertia about that axis, as rates of the tree: they keep their rate.
@@ -89,40 +152,61 @@ pub(super) struct Balance {
 
 impl Balance {
     pub(super) fn new(scene: &Scene<'_>, rows: Rows) -> Result<Self, Massless> {
+        let mut balance = Self { rows, ..Self::default() };
+        balance.update(scene, &mut Scratch::default())?;
+        Ok(balance)
+    }
+
+    /// Decomposes anew for its rows, in the room that is there.
+    pub(super) fn update(
+        &mut self,
+        scene: &Scene<'_>,
+        scratch: &mut Scratch,
+    ) -> Result<(), Massless> {
         let n = scene.topology.freedoms();
-        let mut scaled = rows.matrix.clone();
+        let Self { rows, space, scaled, basis, moved, factor, idle, .. } = self;
+        scaled.clone_from(&rows.matrix);
         for (row, entries) in rows.rows.iter().zip(scaled.chunks_exact_mut(n.max(1))) {
             for (entry, column) in entries.iter_mut().zip(scene.columns) {
                 *entry *= row.scale * column;
             }
         }
-        let mut space = RowSpace::default();
-        space.decompose(&scaled, rows.rows.len(), n, DEPENDENT);
-        let mut basis = space.null_space();
+        space.decompose(scaled, rows.rows.len(), n, DEPENDENT);
+        space.null_space_into(basis);
         for vector in basis.chunks_exact_mut(n.max(1)) {
             vector.iter_mut().zip(scene.columns).for_each(|(x, c)| *x *= c);
         }
-        let mut idle = Vec::new();
+        idle.clear();
         let may = |rates: &[f64]| moving(scene, rates).1;
-        let factor = factor(&scene.masses.matrix, &mut basis, n, &may, &mut idle)
+        factorise(&scene.masses.matrix, basis, n, &may, (idle, moved, factor))
             .map_err(|rates| Massless { body: moving(scene, &rates).0 })?;
-        let mut balance = Self { rows, space, basis, factor, idle, spread: Spread::default() };
-        balance.pushed(scene, None)?;
-        let count = scene.topology.joint_types.len();
-        let stresses: Vec<Response> = balance
-            .space
-            .dependencies()
-            .into_iter()
-            .map(|scaled| {
-                let multipliers = balance.unscale(scaled);
-                let still = vec![0.0; n];
-                let wrenches = balance.wrenches(scene, &still, &multipliers, &[], false);
-                debug_assert!(wrenches.len() == count);
-                Response { accelerations: still, multipliers, wrenches }
-            })
-            .collect();
-        balance.spread = Spread::new(scene, &balance.rows, stresses);
-        Ok(balance)
+        self.pushed(scene, None)?;
+        let Self { rows, space, spread, .. } = self;
+        if rows.rows.len() == space.rank() {
+            if !spread.stresses.is_empty() {
+                *spread = Spread::default();
+            }
+            return Ok(());
+        }
+        let dependencies = self.space.dependencies();
+        let mut stresses = Vec::with_capacity(dependencies.len());
+        for mut multipliers in dependencies {
+            multipliers.iter_mut().zip(&self.rows.rows).for_each(|(m, row)| *m *= row.scale);
+            let one = &mut scratch.one;
+            fill(&mut one.accelerations, n, 0.0);
+            fill(&mut one.beyond, scene.bodies.pose.len(), Wrench::zero());
+            one.multipliers.clone_from(&multipliers);
+            self.load_joints(scene, &[], one);
+            let accelerations = vec![0.0; n];
+            stresses.push(Response { accelerations, multipliers, wrenches: one.wrenches.clone() });
+        }
+        self.spread = Spread::new(scene, &self.rows, stresses);
+        Ok(())
+    }
+
+    /// Whether there are spins without inertia.
+    pub(super) fn has_idle(&self) -> bool {
+        !self.idle.is_empty()
     }
 
     /// Whether nothing acts on spins without inertia: neither what acts on the bodies nor a wrench of a joint.
@@ -224,11 +308,6 @@ impl Balance {
         (by > CONTRADICTS * size).then(|| (worst, by / self.rows.rows[worst].scale))
     }
 
-    fn unscale(&self, mut multipliers: Vec<f64>) -> Vec<f64> {
-        multipliers.iter_mut().zip(&self.rows.rows).for_each(|(m, row)| *m *= row.scale);
-        multipliers
-    }
-
     /// The response to wrenches that joints exert beyond their constraints (predecessor on
     /// successor); with all else that acts if `whole`, alone if not.
     pub(super) fn respond(
@@ -237,79 +316,138 @@ impl Balance {
         efforts: &[(usize, Wrench<f64>)],
         whole: bool,
     ) -> Response {
-        let n = scene.topology.freedoms();
-        let bodies = scene.bodies;
-        let mut push = vec![0.0; n];
-        if whole {
-            push.iter_mut().zip(&scene.masses.bias).for_each(|(p, b)| *p = -b);
-        }
-        for &(joint, wrench) in efforts {
-            each_freedom(scene.topology, joint, |dof, sign| {
-                push[dof] += sign * bodies.screws[dof].power(wrench);
-            });
-        }
-        let mut accelerations = vec![0.0; n];
-        if whole {
-            let right: Vec<f64> = self.rows.rows.iter().map(|r| r.right * r.scale).collect();
-            accelerations = self.space.shortest(&right);
-            accelerations.iter_mut().zip(scene.columns).for_each(|(a, c)| *a *= c);
-        }
-        // What is left along the freedoms accelerates them.
-        let multiply = |x: &[f64], y: &mut [f64]| {
-            for (row, y) in scene.masses.matrix.chunks_exact(n.max(1)).zip(y) {
-                *y -= row.iter().zip(x).map(|(m, x)| m * x).sum::<f64>();
-            }
-        };
-        if whole {
-            multiply(&accelerations, &mut push);
-        }
-        let free = self.basis.len() / n.max(1);
-        let mut along: Vec<f64> =
-            self.basis.chunks_exact(n.max(1)).map(|z| dot(z, &push)).collect();
-        solve_factored(&self.factor, &mut along, free);
-        let mut own = vec![0.0; n];
-        for (vector, amount) in self.basis.chunks_exact(n.max(1)).zip(&along) {
-            own.iter_mut().zip(vector).for_each(|(a, z)| *a += amount * z);
-        }
-        multiply(&own, &mut push);
-        accelerations.iter_mut().zip(&own).for_each(|(a, o)| *a += o);
-        // `M a + h - f`, scaled, lies in what the rows span.
-        push.iter_mut().zip(scene.columns).for_each(|(p, c)| *p *= -c);
-        let multipliers = self.unscale(self.space.amounts(&push));
-        let wrenches = self.wrenches(scene, &accelerations, &multipliers, efforts, whole);
-        let mut response = Response { accelerations, multipliers, wrenches };
-        self.spread.apply(scene, &self.rows, whole, &mut response);
+        let mut response = Response::default();
+        self.respond_into(scene, efforts, whole, &mut Scratch::default(), &mut response);
         response
     }
 
-    fn wrenches(
+    /// The same in the room that is there.
+    pub(super) fn respond_into(
         &self,
         scene: &Scene<'_>,
-        accelerations: &[f64],
-        multipliers: &[f64],
         efforts: &[(usize, Wrench<f64>)],
         whole: bool,
-    ) -> Vec<Wrench<f64>> {
+        scratch: &mut Scratch,
+        response: &mut Response,
+    ) {
+        let n = scene.topology.freedoms();
+        let Scratch { right, one, spread, .. } = scratch;
+        fill(&mut one.push, n, 0.0);
+        if whole {
+            one.push.iter_mut().zip(&scene.masses.bias).for_each(|(p, b)| *p = -b);
+            one.beyond.clone_from(&scene.masses.demand);
+            right.clear();
+            right.extend(self.rows.rows.iter().map(|r| r.right * r.scale));
+            self.space.shortest_into(right, &mut one.accelerations);
+            one.accelerations.iter_mut().zip(scene.columns).for_each(|(a, c)| *a *= c);
+            for (row, push) in scene.masses.matrix.chunks_exact(n.max(1)).zip(&mut one.push) {
+                *push -= dot(row, &one.accelerations);
+            }
+        } else {
+            fill(&mut one.beyond, scene.bodies.pose.len(), Wrench::zero());
+            fill(&mut one.accelerations, n, 0.0);
+        }
+        for &(joint, wrench) in efforts {
+            each_freedom(scene.topology, joint, |dof, sign| {
+                one.push[dof] += sign * scene.bodies.screws[dof].power(wrench);
+            });
+        }
+        self.answer(scene, efforts, one);
+        response.accelerations.clone_from(&one.accelerations);
+        response.multipliers.clone_from(&one.multipliers);
+        response.wrenches.clone_from(&one.wrenches);
+        self.spread.apply(scene, &self.rows, whole, spread, response);
+    }
+
+    /// The wrenches of all joints under up to four efforts, each alone; only where nothing is redundant.
+    pub(super) fn respond_to_four<'s>(
+        &self,
+        scene: &Scene<'_>,
+        efforts: &[(usize, Wrench<f64>)],
+        scratch: &'s mut Scratch,
+    ) -> &'s [Wrench<Four>] {
+        debug_assert!(self.spread.stresses.is_empty(), "shares are open");
+        let n = scene.topology.freedoms();
+        let four = &mut scratch.four;
+        fill(&mut four.push, n, Four::zero());
+        fill(&mut four.accelerations, n, Four::zero());
+        fill(&mut four.beyond, scene.bodies.pose.len(), Wrench::zero());
+        let mut lanes = [(0, Wrench::zero()); 4];
+        for (k, (&(joint, effort), lane)) in efforts.iter().zip(&mut lanes).enumerate() {
+            let only = Four::from_fn(|l| if l == k { 1.0 } else { 0.0 });
+            *lane = (joint, lift_wrench::<Four>(effort) * only);
+            each_freedom(scene.topology, joint, |dof, sign| {
+                four.push[dof].0[k] += sign * scene.bodies.screws[dof].power(effort);
+            });
+        }
+        self.answer(scene, &lanes[..efforts.len().min(4)], four);
+        &four.wrenches
+    }
+
+    /// What follows from accelerations that satisfy the rows, from what drives the freedoms beyond them, efforts
+    /// included, and from what joints must exert on each body where nothing accelerates.
+    fn answer<T: Scalar>(
+        &self,
+        scene: &Scene<'_>,
+        efforts: &[(usize, Wrench<T>)],
+        answer: &mut Answer<T>,
+    ) {
+        let n = scene.topology.freedoms();
+        let Answer { push, along, accelerations, multipliers, .. } = answer;
+        // What is left along the freedoms accelerates them.
+        along.clear();
+        along.extend(self.basis.chunks_exact(n.max(1)).map(|z| {
+            let mut sum = T::zero();
+            for (z, p) in z.iter().zip(&*push) {
+                sum += *p * T::from_f64(*z);
+            }
+            sum
+        }));
+        solve_factored(&self.factor, along);
+        let chunks = self.basis.chunks_exact(n.max(1)).zip(self.moved.chunks_exact(n.max(1)));
+        for ((vector, momentum), amount) in chunks.zip(&*along) {
+            for (a, z) in accelerations.iter_mut().zip(vector) {
+                *a += *amount * T::from_f64(*z);
+            }
+            for (p, m) in push.iter_mut().zip(momentum) {
+                *p -= *amount * T::from_f64(*m);
+            }
+        }
+        // `M a + h - f`, scaled, lies in what the rows span.
+        push.iter_mut().zip(scene.columns).for_each(|(p, c)| *p *= T::from_f64(-c));
+        self.space.amounts(push, multipliers);
+        for (multiplier, row) in multipliers.iter_mut().zip(&self.rows.rows) {
+            *multiplier *= T::from_f64(row.scale);
+        }
+        self.load_joints(scene, efforts, answer);
+    }
+
+    /// The wrenches of all joints from accelerations and multipliers, and what they must exert beyond.
+    fn load_joints<T: Scalar>(
+        &self,
+        scene: &Scene<'_>,
+        efforts: &[(usize, Wrench<T>)],
+        answer: &mut Answer<T>,
+    ) {
         let Scene { topology, bodies, masses, .. } = *scene;
-        let mut beyond =
-            if whole { masses.demand.clone() } else { vec![Wrench::zero(); bodies.pose.len()] };
-        let mut sums = vec![Twist::zero(); bodies.pose.len()];
+        let Answer { accelerations, multipliers, sums, beyond, wrenches, .. } = answer;
+        fill(sums, bodies.pose.len(), Twist::zero());
         for node in &topology.nodes {
             let mut sum = match (node.link, node.parent) {
                 (Link::Joint { .. }, Some(parent)) => sums[topology.nodes[parent].body],
                 _ => Twist::zero(),
             };
             for dof in node.dofs.clone() {
-                sum += bodies.screws[dof] * accelerations[dof];
+                sum += lift_twist(bodies.screws[dof]) * accelerations[dof];
             }
             sums[node.body] = sum;
             beyond[node.body] += masses.inertia[node.body].times(sum);
         }
-        let mut wrenches = vec![Wrench::zero(); topology.joint_types.len()];
+        fill(wrenches, topology.joint_types.len(), Wrench::zero());
         let in_cuts = |joint: usize| matches!(topology.role[joint], Role::Cut { .. });
-        for (row, multiplier) in self.rows.rows.iter().zip(multipliers) {
+        for (row, multiplier) in self.rows.rows.iter().zip(&*multipliers) {
             if in_cuts(row.joint) {
-                wrenches[row.joint] += row.covector * *multiplier;
+                wrenches[row.joint] += lift_wrench(row.covector) * *multiplier;
             }
         }
         for &(joint, wrench) in efforts {
@@ -330,8 +468,12 @@ impl Balance {
                 beyond[topology.nodes[parent].body] += wrench;
             }
         }
-        wrenches
     }
+}
+
+fn fill<T: Clone>(list: &mut Vec<T>, count: usize, with: T) {
+    list.clear();
+    list.resize(count, with);
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -376,13 +518,29 @@ pub(super) fn factor(
     may: &dyn Fn(&[f64]) -> bool,
     idle: &mut Vec<Vec<f64>>,
 ) -> Result<Vec<f64>, Vec<f64>> {
+    let mut factor = Vec::new();
+    factorise(matrix, basis, n, may, (idle, &mut Vec::new(), &mut factor))?;
+    Ok(factor)
+}
+
+/// The same in the room that is there; `moved` becomes `M Z`.
+fn factorise(
+    matrix: &[f64],
+    basis: &mut [f64],
+    n: usize,
+    may: &dyn Fn(&[f64]) -> bool,
+    (idle, moved, factor): (&mut Vec<Vec<f64>>, &mut Vec<f64>, &mut Vec<f64>),
+) -> Result<(), Vec<f64>> {
     let n = n.max(1);
     let free = basis.len() / n;
-    let mut factor = vec![0.0; free * free];
-    for (i, z) in basis.chunks_exact(n).enumerate() {
-        let moved: Vec<f64> = matrix.chunks_exact(n).map(|row| dot(row, z)).collect();
+    moved.clear();
+    for z in basis.chunks_exact(n) {
+        moved.extend(matrix.chunks_exact(n).map(|row| dot(row, z)));
+    }
+    fill(factor, free * free, 0.0);
+    for (i, moved) in moved.chunks_exact(n).enumerate() {
         for (j, other) in basis.chunks_exact(n).enumerate().skip(i) {
-            let entry = dot(&moved, other);
+            let entry = dot(moved, other);
             factor[j * free + i] = entry;
             factor[i * free + j] = entry;
         }
@@ -402,6 +560,7 @@ pub(super) fn factor(
             }
             for k in 0..n {
                 basis.swap(i * n + k, other * n + k);
+                moved.swap(i * n + k, other * n + k);
             }
         }
         let rest = factor[i * free + i];
@@ -440,7 +599,7 @@ pub(super) fn factor(
             factor[j * free + i] = 0.0;
         }
     }
-    Ok(factor)
+    Ok(())
 }
 
 /// Moments about a spin without inertia below this part of their size are none: inertia below [`NOTHING`] leaves its
@@ -452,13 +611,20 @@ const ALONE: f64 = 1e-6;
 /// Inertia along a freedom below this part of the largest is rounding.
 const NOTHING: f64 = 1e-14;
 
-pub(super) fn solve_factored(factor: &[f64], right: &mut [f64], free: usize) {
+pub(super) fn solve_factored<T: Scalar>(factor: &[f64], right: &mut [T]) {
+    let free = right.len();
     for i in 0..free {
-        let sum: f64 = (0..i).map(|k| factor[i * free + k] * right[k]).sum();
-        right[i] = (right[i] - sum) / factor[i * free + i];
+        let mut sum = right[i];
+        for k in 0..i {
+            sum -= right[k] * T::from_f64(factor[i * free + k]);
+        }
+        right[i] = sum / T::from_f64(factor[i * free + i]);
     }
     for i in (0..free).rev() {
-        let sum: f64 = (i + 1..free).map(|k| factor[k * free + i] * right[k]).sum();
-        right[i] = (right[i] - sum) / factor[i * free + i];
+        let mut sum = right[i];
+        for k in i + 1..free {
+            sum -= right[k] * T::from_f64(factor[k * free + i]);
+        }
+        right[i] = sum / T::from_f64(factor[i * free + i]);
     }
 }

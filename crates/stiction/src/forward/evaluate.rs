@@ -1,12 +1,12 @@
 //! Everything at one instant: accelerations, reactions, friction, powers.
 
 use super::Forward;
-use super::balance::{Balance, Scene};
-use super::coupling::{Coupled, Coupling, Lost};
+use super::balance::{Balance, Scene, Scratch};
+use super::coupling::{Coupled, Coupling, Lost, Site};
 use super::error::{Competitor, ForwardError};
 use super::inputs::{Inputs, View};
 use super::masses::{Masses, exchange, potential};
-use super::rows::{Held, Rows};
+use super::rows::Held;
 use super::rub::{
     Contact, Rub, bristle_rate, dissipated, law_of, load, norm, rub, surface_velocity, wrench_of,
 };
@@ -94,6 +94,27 @@ pub struct Instant {
 }
 
 impl Instant {
+    /// Room for an instant.
+    pub(super) fn new(model: &Forward) -> Self {
+        let topology = &model.topology;
+        Self {
+            time: 0.0,
+            state: State::new(topology),
+            bodies: Bodies::new(topology),
+            drives: Vec::new(),
+            wrenches: Vec::new(),
+            contacts: Vec::new(),
+            bristle_rates: Vec::new(),
+            account: Account::default(),
+            coupling: None,
+            redundant: 0,
+            mobility: 0,
+            distance: 0.0,
+            open_drives: 0,
+            gives_way: None,
+        }
+    }
+
     /// Force and moment, about the joint's origin (that of J), of each joint's complete wrench.
     pub fn reactions(&self) -> Vec<(Vec3<f64>, Vec3<f64>)> {
         let each = self.wrenches.iter().zip(&self.bodies.frame_j);
@@ -102,6 +123,7 @@ impl Instant {
 }
 
 /// What is the same for all choices of sticking and sliding at one position and velocity.
+#[derive(Clone, Debug)]
 pub(super) struct Ground {
     pub(super) time: f64,
     pub(super) state: State<f64>,
@@ -121,7 +143,28 @@ pub(super) struct Ground {
     pub(super) overload: f64,
 }
 
+impl Ground {
+    /// Room for it.
+    pub(super) fn new(model: &Forward) -> Self {
+        Self {
+            time: 0.0,
+            state: State::new(&model.topology),
+            bodies: Bodies::new(&model.topology),
+            masses: Masses::default(),
+            efforts: Vec::new(),
+            loads: Vec::new(),
+            targets: Vec::new(),
+            velocities: Vec::new(),
+            bristles: Vec::new(),
+            grips: Vec::new(),
+            shares: Vec::new(),
+            overload: 1.0,
+        }
+    }
+}
+
 /// One choice, solved.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Solved {
     pub(super) coupled: Coupled,
     pub(super) balance: Balance,
@@ -130,6 +173,9 @@ pub(super) struct Solved {
     pub(super) holding: Vec<(usize, usize, usize)>,
     pub(super) rubs: Vec<Rub>,
     pub(super) strength: Option<f64>,
+    coupling: Coupling,
+    efforts: Vec<(usize, Wrench<f64>)>,
+    scratch: Scratch,
 }
 
 /// Why a choice has no solution.
@@ -149,47 +195,54 @@ impl Forward {
         (grips, shares): (&[f64], &[[f64; 3]]),
         inputs: &mut dyn Inputs,
     ) -> Ground {
+        let mut ground = Ground { time, state, ..Ground::new(self) };
+        ground.bristles.extend_from_slice(bristles);
+        ground.grips.extend_from_slice(grips);
+        ground.shares.extend_from_slice(shares);
+        self.look(&mut ground, inputs);
+        ground
+    }
+
+    /// The same in the room that is there, where time, state, bristles, grips and shares are.
+    pub(super) fn look(&self, ground: &mut Ground, inputs: &mut dyn Inputs) {
         let (topology, parameters) = (&self.topology, &self.parameters);
-        let mut bodies = Bodies::new(topology);
+        let Ground { time, state, bodies, masses, efforts, loads, targets, velocities, .. } =
+            ground;
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
-        let view =
-            View { time, state: &state, bodies: &bodies, topology, pitch: &parameters.pitch };
-        let mut efforts = vec![0.0; topology.actuators.len()];
-        inputs.efforts(&view, &mut efforts);
-        let mut loads = Vec::new();
-        inputs.loads(&view, &mut loads);
-        let targets = self.targets(time, inputs);
+        let view = View { time: *time, state, bodies, topology, pitch: &parameters.pitch };
+        efforts.clear();
+        efforts.resize(topology.actuators.len(), 0.0);
+        inputs.efforts(&view, efforts);
+        loads.clear();
+        inputs.loads(&view, loads);
+        self.targets_into(*time, inputs, targets);
         for &actuator in &self.prescribed {
             efforts[actuator] = 0.0;
         }
-        let masses = Masses::new(topology, parameters, &mut bodies, &loads);
+        masses.update(topology, parameters, bodies, loads);
+        velocities.clear();
         let contacts = parameters.contacts.iter();
-        let velocities =
-            contacts.map(|c| surface_velocity(topology, parameters, &bodies, c)).collect();
-        let bristles = bristles.to_vec();
-        let (grips, shares) = (grips.to_vec(), shares.to_vec());
-        Ground {
-            time,
-            state,
-            bodies,
-            masses,
-            efforts,
-            loads,
-            targets,
-            velocities,
-            bristles,
-            grips,
-            shares,
-            overload: 1.0,
-        }
+        velocities.extend(contacts.map(|c| surface_velocity(topology, parameters, bodies, c)));
+        ground.overload = 1.0;
     }
 
     pub(super) fn targets(&self, time: f64, inputs: &mut dyn Inputs) -> Vec<Target<f64>> {
-        let zero = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
-        let mut targets = vec![zero; self.prescribed.len()];
-        inputs.targets(time, &mut targets);
+        let mut targets = Vec::new();
+        self.targets_into(time, inputs, &mut targets);
         targets
+    }
+
+    pub(super) fn targets_into(
+        &self,
+        time: f64,
+        inputs: &mut dyn Inputs,
+        targets: &mut Vec<Target<f64>>,
+    ) {
+        let zero = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+        targets.clear();
+        targets.resize(self.prescribed.len(), zero);
+        inputs.targets(time, targets);
     }
 
     pub(super) fn scene<'a>(&'a self, ground: &'a Ground) -> Scene<'a> {
@@ -210,7 +263,22 @@ impl Forward {
         grips: &[f64],
         shares: &[[f64; 3]],
     ) -> (Vec<Held>, Vec<(usize, usize, usize)>) {
-        let mut held = Vec::new();
+        let (mut held, mut holding) = (Vec::new(), Vec::new());
+        self.held_into(targets, modes, (grips, shares), &mut held, &mut holding);
+        (held, holding)
+    }
+
+    /// The same in the room that is there.
+    fn held_into(
+        &self,
+        targets: &[Target<f64>],
+        modes: &[Contact],
+        (grips, shares): (&[f64], &[[f64; 3]]),
+        held: &mut Vec<Held>,
+        holding: &mut Vec<(usize, usize, usize)>,
+    ) {
+        held.clear();
+        holding.clear();
         for (&actuator, target) in self.prescribed.iter().zip(targets) {
             let actuator = self.topology.actuators[actuator];
             held.push(Held {
@@ -222,7 +290,6 @@ impl Forward {
                 share: 0.0,
             });
         }
-        let mut holding = Vec::new();
         for (index, (contact, mode)) in self.parameters.contacts.iter().zip(modes).enumerate() {
             if *mode != Contact::Sticks {
                 continue;
@@ -241,7 +308,6 @@ impl Forward {
                 }
             }
         }
-        (held, holding)
     }
 
     /// Friction of all contacts, and the efforts of drives.
@@ -250,14 +316,28 @@ impl Forward {
         ground: &Ground,
         modes: &[Contact],
     ) -> (Vec<Rub>, Vec<(usize, Wrench<f64>)>) {
+        let (mut rubs, mut efforts) = (Vec::new(), Vec::new());
+        self.acting_into(ground, modes, &mut rubs, &mut efforts);
+        (rubs, efforts)
+    }
+
+    /// The same in the room that is there.
+    fn acting_into(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        rubs: &mut Vec<Rub>,
+        efforts: &mut Vec<(usize, Wrench<f64>)>,
+    ) {
         let (topology, parameters) = (&self.topology, &self.parameters);
-        let rubs = (0..modes.len()).map(|index| {
+        rubs.clear();
+        rubs.extend((0..modes.len()).map(|index| {
             let contact = &parameters.contacts[index];
             let pitch = parameters.pitch[contact.joint];
             let (velocity, deflection) = (ground.velocities[index], ground.bristles[index]);
             rub(contact, pitch, modes[index], velocity, deflection)
-        });
-        let mut efforts = Vec::new();
+        }));
+        efforts.clear();
         for (actuator, effort) in topology.actuators.iter().zip(&ground.efforts) {
             if *effort != 0.0 {
                 let freedom = &topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
@@ -265,7 +345,6 @@ impl Forward {
                 efforts.push((actuator.joint, unit * *effort));
             }
         }
-        (rubs.collect(), efforts)
     }
 
     /// The wrenches of friction on joints, with one newton where the load makes it.
@@ -291,20 +370,54 @@ impl Forward {
         known: Option<&[f64]>,
         measure: bool,
     ) -> Result<Solved, Unsolved> {
+        let mut solved = Solved::default();
+        self.solve_into(ground, modes, known, measure, &mut solved)?;
+        Ok(solved)
+    }
+
+    /// The same in the room that is there.
+    pub(super) fn solve_into(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        known: Option<&[f64]>,
+        measure: bool,
+        solved: &mut Solved,
+    ) -> Result<(), Unsolved> {
         let scene = self.scene(ground);
-        let (held, holding) = self.held(&ground.targets, modes, &ground.grips, &ground.shares);
-        let rows = Rows::new(&self.topology, &self.parameters, &ground.bodies, &held);
-        let balance = Balance::new(&scene, rows).map_err(|m| Unsolved::Massless(m.body))?;
-        let (rubs, efforts) = self.acting(ground, modes);
-        let pushes = efforts.iter().copied().chain(self.rubbing(ground, &rubs));
-        for push in pushes {
-            balance.pushed(&scene, Some(push)).map_err(|m| Unsolved::Massless(m.body))?;
+        let Solved { balance, held, holding, scratch, .. } = solved;
+        let measures = (&ground.grips[..], &ground.shares[..]);
+        self.held_into(&ground.targets, modes, measures, held, holding);
+        balance.rows.update(&self.topology, &self.parameters, &ground.bodies, held);
+        balance.update(&scene, scratch).map_err(|m| Unsolved::Massless(m.body))?;
+        self.couple(ground, modes, known, measure, solved)
+    }
+
+    /// Solves it where conditions and masses are what they were.
+    pub(super) fn couple(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        known: Option<&[f64]>,
+        measure: bool,
+        solved: &mut Solved,
+    ) -> Result<(), Unsolved> {
+        let Solved { coupled, balance, rubs, strength, coupling, efforts, scratch, .. } = solved;
+        self.acting_into(ground, modes, rubs, efforts);
+        if balance.has_idle() {
+            let pushes = efforts.iter().copied().chain(self.rubbing(ground, rubs));
+            for push in pushes {
+                balance
+                    .pushed(&self.scene(ground), Some(push))
+                    .map_err(|m| Unsolved::Massless(m.body))?;
+            }
         }
-        let coupling = Coupling::new(scene, &balance, &rubs, &efforts);
-        let strength = measure.then(|| coupling.strength());
-        let mut coupled = coupling.solve(known).map_err(Unsolved::Lost)?;
+        let site = Site { scene: self.scene(ground), rubs };
+        coupling.update(site, balance, efforts, scratch);
+        *strength = measure.then(|| coupling.strength(site));
+        coupling.solve(site, balance, known, scratch, coupled).map_err(Unsolved::Lost)?;
         balance.keep_spins(&self.scene(ground), &mut coupled.response.accelerations);
-        Ok(Solved { coupled, balance, held, holding, rubs, strength })
+        Ok(())
     }
 
     /// Other solutions of the same choice than the given one, as far as they are found.
@@ -312,15 +425,16 @@ impl Forward {
         &self,
         ground: &Ground,
         modes: &[Contact],
-        solved: &Solved,
+        solved: &mut Solved,
     ) -> Vec<Competitor> {
-        let (rubs, efforts) = self.acting(ground, modes);
-        let coupling = Coupling::new(self.scene(ground), &solved.balance, &rubs, &efforts);
-        let others = coupling.others(&solved.coupled).into_iter().map(|other| Competitor {
-            loads: other.loads,
-            accelerations: other.response.accelerations,
-            contacts: modes.to_vec(),
-        });
+        let Solved { coupled, balance, rubs, coupling, scratch, .. } = solved;
+        let site = Site { scene: self.scene(ground), rubs };
+        let others =
+            coupling.others(site, balance, coupled, scratch).into_iter().map(|other| Competitor {
+                loads: other.loads,
+                accelerations: other.response.accelerations,
+                contacts: modes.to_vec(),
+            });
         others.collect()
     }
 
@@ -331,8 +445,21 @@ impl Forward {
         modes: &[Contact],
         solved: &Solved,
     ) -> Vec<ContactMoment> {
-        let parameters = &self.parameters;
         let mut moments = Vec::with_capacity(modes.len());
+        self.contacts_into(ground, modes, solved, &mut moments);
+        moments
+    }
+
+    /// The same in the room that is there.
+    fn contacts_into(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        solved: &Solved,
+        moments: &mut Vec<ContactMoment>,
+    ) {
+        let parameters = &self.parameters;
+        moments.clear();
         for (index, contact) in parameters.contacts.iter().enumerate() {
             let arms = contact.arms(parameters.pitch[contact.joint]);
             let mut load_now = solved.coupled.loads[index];
@@ -373,16 +500,32 @@ impl Forward {
                 limit,
             });
         }
-        moments
     }
 
     /// Everything of a solved choice.
     pub(super) fn instant(&self, ground: Ground, modes: &[Contact], solved: &Solved) -> Instant {
+        let mut instant = Instant::new(self);
+        self.instant_into(&ground, modes, solved, &mut instant);
+        instant
+    }
+
+    /// The same in the room that is there.
+    pub(super) fn instant_into(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        solved: &Solved,
+        instant: &mut Instant,
+    ) {
         let (topology, parameters) = (&self.topology, &self.parameters);
-        let contacts = self.contacts(&ground, modes, solved);
-        let gives_way = self.gives_way(&ground, solved).map(|(contact, _)| contact);
-        let Ground { time, mut state, mut bodies, masses, efforts, loads, bristles, .. } = ground;
-        state.accelerations.clone_from(&solved.coupled.response.accelerations);
+        let Ground { efforts, loads, masses, .. } = ground;
+        let Instant { state, bodies, drives, wrenches, contacts, bristle_rates, account, .. } =
+            instant;
+        self.contacts_into(ground, modes, solved, contacts);
+        state.clone_from(&ground.state);
+        bodies.clone_from(&ground.bodies);
+        let response = &solved.coupled.response;
+        state.accelerations.clone_from(&response.accelerations);
         for held in &solved.held {
             if let Role::Tree { node } = topology.role[held.joint] {
                 // Not to rounding, but exactly: what is held does not drift.
@@ -391,50 +534,40 @@ impl Forward {
             }
         }
         bodies.accelerate(topology, &state.accelerations);
-        let mut drives = efforts;
+        drives.clone_from(efforts);
         for (k, &actuator) in self.prescribed.iter().enumerate() {
-            drives[actuator] = solved.coupled.response.multipliers[topology.constraints + k];
+            drives[actuator] = response.multipliers[topology.constraints + k];
         }
         let power_of = |actuator: usize| {
             let at = topology.actuators[actuator];
             drives[actuator] * bodies.joint_rates(topology, at.joint)[at.freedom]
         };
         let damper = |spring: &crate::parameters::SpringParameters<f64>| {
-            let rate = Pull::of(spring, &bodies).rate;
+            let rate = Pull::of(spring, bodies).rate;
             spring.damping * rate * rate
         };
-        let account = Account {
-            kinetic: masses.kinetic(&bodies),
-            potential: potential(parameters, &bodies),
-            exchange: exchange(parameters, &bodies),
-            drives: (0..drives.len()).map(power_of).collect(),
-            loads: loads.iter().map(|l| bodies.twist[l.body.0].power(l.wrench(&bodies))).sum(),
-            dampers: parameters.springs.iter().map(damper).sum(),
-            contacts: contacts.iter().map(dissipated).collect(),
-        };
-        let bristle_rates = parameters
-            .contacts
-            .iter()
-            .zip(&contacts)
-            .zip(&bristles)
-            .map(|((contact, moment), z)| bristle_rate(contact, moment.velocity, *z))
-            .collect();
-        Instant {
-            time,
-            state,
-            bodies,
-            drives,
-            wrenches: solved.coupled.response.wrenches.clone(),
-            contacts,
-            bristle_rates,
-            account,
-            coupling: solved.strength,
-            redundant: solved.balance.spread.stresses.len(),
-            open_drives: solved.balance.spread.open_drives(),
-            mobility: solved.balance.mobility(topology.freedoms()),
-            distance: solved.balance.distance(),
-            gives_way,
-        }
+        account.kinetic = masses.kinetic(bodies);
+        account.potential = potential(parameters, bodies);
+        account.exchange = exchange(parameters, bodies);
+        account.drives.clear();
+        account.drives.extend((0..drives.len()).map(power_of));
+        account.loads = loads.iter().map(|l| bodies.twist[l.body.0].power(l.wrench(bodies))).sum();
+        account.dampers = parameters.springs.iter().map(damper).sum();
+        account.contacts.clear();
+        account.contacts.extend(contacts.iter().map(dissipated));
+        bristle_rates.clear();
+        let moments = parameters.contacts.iter().zip(&*contacts).zip(&ground.bristles);
+        bristle_rates.extend(
+            moments.map(|((contact, moment), z)| bristle_rate(contact, moment.velocity, *z)),
+        );
+        wrenches.clone_from(&response.wrenches);
+        instant.time = ground.time;
+        instant.coupling = solved.strength;
+        instant.redundant = solved.balance.spread.stresses.len();
+        instant.open_drives = solved.balance.spread.open_drives();
+        instant.mobility = solved.balance.mobility(topology.freedoms());
+        instant.distance = solved.balance.distance();
+        instant.gives_way = self.gives_way(ground, solved).map(|(contact, _)| contact);
     }
 
     pub(super) fn unsolved(&self, time: f64, unsolved: Unsolved) -> ForwardError {

@@ -116,7 +116,7 @@ impl Forward {
                 .chunks_exact(n)
                 .map(|z| -z.iter().zip(&momentum).map(|(z, p)| z * p).sum::<f64>())
                 .collect();
-            solve_factored(&factored, &mut amounts, free);
+            solve_factored(&factored, &mut amounts);
             for (vector, amount) in basis.chunks_exact(n).zip(&amounts) {
                 found.iter_mut().zip(vector).for_each(|(v, z)| *v += amount * z);
             }

@@ -77,6 +77,12 @@ pub trait Inputs {
         None
     }
 
+    /// Until when, from `time` on, efforts and loads stay as they are while the mechanism stands still, s: before
+    /// that they are not asked for where everything sticks. By default they may change at once.
+    fn steady_until(&self, time: f64) -> f64 {
+        time
+    }
+
     /// Called once at each such time, and at the start, with the state that it may sample.
     fn change(&mut self, view: &View<'_>) {
         let _ = view;
@@ -90,5 +96,9 @@ pub struct ConstantEfforts(pub Vec<f64>);
 impl Inputs for ConstantEfforts {
     fn efforts(&mut self, _view: &View<'_>, efforts: &mut [f64]) {
         efforts.iter_mut().zip(&self.0).for_each(|(effort, constant)| *effort = *constant);
+    }
+
+    fn steady_until(&self, _time: f64) -> f64 {
+        f64::INFINITY
     }
 }

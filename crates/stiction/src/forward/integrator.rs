@@ -15,6 +15,7 @@ pub(super) struct Steps {
     step: f64,
     /// Coefficients of the interpolation, where they were asked for.
     curve: Vec<Vec<f64>>,
+    has_curve: bool,
 }
 
 /// Tolerances: an error counts in units of `absolute * scale + relative * |y|`.
@@ -27,26 +28,28 @@ pub(super) struct Tolerance<'a> {
 
 impl Steps {
     /// Tries a step from `start`, where the derivative is `first`; returns the error in units of the
-    /// tolerance.
+    /// tolerance. `derivative` writes into numbers of the length of the state.
     pub(super) fn attempt<E>(
         &mut self,
         start: &[f64],
         first: &[f64],
         (time, step): (f64, f64),
         tolerance: &Tolerance<'_>,
-        mut derivative: impl FnMut(f64, &[f64]) -> Result<Vec<f64>, E>,
+        mut derivative: impl FnMut(f64, &[f64], &mut Vec<f64>) -> Result<(), E>,
     ) -> Result<f64, E> {
-        self.start = start.to_vec();
+        self.start.clear();
+        self.start.extend_from_slice(start);
         self.step = step;
-        self.curve.clear();
-        self.stages.clear();
-        self.stages.push(first.to_vec());
+        self.has_curve = false;
+        self.stages.resize_with(ALL_STAGES, Vec::new);
+        self.stages[0].clear();
+        self.stages[0].extend_from_slice(first);
         for stage in 1..STAGES {
-            let y = self.point(WEIGHTS[stage]);
-            self.stages.push(derivative(time + NODES[stage] * step, &y)?);
-            self.last = y;
+            self.evaluate(stage, time, &mut derivative)?;
         }
-        self.end = self.point(WEIGHTS[STAGES]);
+        let mut end = std::mem::take(&mut self.end);
+        self.point(WEIGHTS[STAGES], &mut end);
+        self.end = end;
         let (mut fifth, mut third, mut count) = (0.0, 0.0, 0);
         for i in 0..start.len() {
             if tolerance.scales[i].is_infinite() {
@@ -70,6 +73,22 @@ impl Steps {
         Ok(step.abs() * fifth / (below * f64::from(count.max(1))).sqrt())
     }
 
+    /// One stage; where it was is kept in `last`.
+    fn evaluate<E>(
+        &mut self,
+        stage: usize,
+        time: f64,
+        derivative: &mut impl FnMut(f64, &[f64], &mut Vec<f64>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut y = std::mem::take(&mut self.last);
+        self.point(WEIGHTS[stage], &mut y);
+        let mut rates = std::mem::take(&mut self.stages[stage]);
+        let done = derivative(time + NODES[stage] * self.step, &y, &mut rates);
+        self.stages[stage] = rates;
+        self.last = y;
+        done
+    }
+
     /// The step times the rate at which solutions nearby come together, roughly (Hairer, Norsett and Wanner
     /// 1993, section IV.2): beyond some six stability bounds the step, not accuracy. `after` is the
     /// derivative at the end.
@@ -83,13 +102,13 @@ impl Steps {
         if apart > 0.0 { self.step * (change / apart).sqrt() } else { 0.0 }
     }
 
-    fn point(&self, weights: &[(usize, f64)]) -> Vec<f64> {
-        let mut y = self.start.clone();
+    fn point(&self, weights: &[(usize, f64)], y: &mut Vec<f64>) {
+        y.clear();
+        y.extend_from_slice(&self.start);
         for &(k, weight) in weights {
             let amount = weight * self.step;
             y.iter_mut().zip(&self.stages[k]).for_each(|(y, k)| *y += amount * k);
         }
-        y
     }
 
     /// Prepares [`Self::at`]; `last` is the derivative at the end.
@@ -97,40 +116,49 @@ impl Steps {
         &mut self,
         time: f64,
         last: &[f64],
-        mut derivative: impl FnMut(f64, &[f64]) -> Result<Vec<f64>, E>,
+        mut derivative: impl FnMut(f64, &[f64], &mut Vec<f64>) -> Result<(), E>,
     ) -> Result<(), E> {
-        self.stages.truncate(STAGES);
-        self.stages.push(last.to_vec());
+        self.stages[STAGES].clear();
+        self.stages[STAGES].extend_from_slice(last);
+        // What stability is judged by stays.
+        let kept = self.last.clone();
         for stage in STAGES + 1..ALL_STAGES {
-            let y = self.point(WEIGHTS[stage]);
-            self.stages.push(derivative(time + NODES[stage] * self.step, &y)?);
+            self.evaluate(stage, time, &mut derivative)?;
         }
-        let (h, first) = (self.step, &self.stages[0]);
-        let size = self.start.len();
-        let each = |f: &dyn Fn(usize) -> f64| (0..size).map(f).collect::<Vec<f64>>();
-        let change = each(&|i| self.end[i] - self.start[i]);
-        let mut curve = vec![
-            change.clone(),
-            each(&|i| h * first[i] - change[i]),
-            each(&|i| 2.0 * change[i] - h * (first[i] + last[i])),
-        ];
-        for weights in INTERPOLATION {
-            curve.push(each(&|i| {
-                h * weights.iter().map(|&(k, w)| w * self.stages[k][i]).sum::<f64>()
+        self.last = kept;
+        let Self { stages, start, end, step: h, curve, .. } = self;
+        let first = &stages[0];
+        curve.resize_with(3 + INTERPOLATION.len(), Vec::new);
+        for (k, out) in curve.iter_mut().enumerate() {
+            out.clear();
+            out.extend((0..start.len()).map(|i| {
+                let change = end[i] - start[i];
+                match k {
+                    0 => change,
+                    1 => *h * first[i] - change,
+                    2 => 2.0 * change - *h * (first[i] + last[i]),
+                    _ => {
+                        *h * INTERPOLATION[k - 3]
+                            .iter()
+                            .map(|&(k, w)| w * stages[k][i])
+                            .sum::<f64>()
+                    }
+                }
             }));
         }
-        self.curve = curve;
+        self.has_curve = true;
         Ok(())
     }
 
     /// The state at a part of the step, by interpolation.
-    pub(super) fn at(&self, part: f64) -> Vec<f64> {
-        let mut y = vec![0.0; self.start.len()];
+    pub(super) fn at(&self, part: f64, y: &mut Vec<f64>) {
+        debug_assert!(self.has_curve, "the curve is that of this step");
+        y.clear();
+        y.resize(self.start.len(), 0.0);
         for (k, coefficients) in self.curve.iter().rev().enumerate() {
             let factor = if k % 2 == 0 { part } else { 1.0 - part };
             y.iter_mut().zip(coefficients).for_each(|(y, c)| *y = (*y + c) * factor);
         }
         y.iter_mut().zip(&self.start).for_each(|(y, s)| *y += s);
-        y
     }
 }

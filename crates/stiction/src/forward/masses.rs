@@ -3,6 +3,7 @@
 use crate::dynamics::{AppliedLoad, Pull, demand_of_motion};
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
+use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Twist, Vec3, Wrench};
 use crate::topology::{Link, Topology};
 
@@ -37,12 +38,30 @@ impl Inertia {
     }
 
     /// The momentum of a motion, or what an acceleration demands.
-    pub(super) fn times(&self, twist: Twist<f64>) -> Wrench<f64> {
+    #[inline(always)]
+    pub(super) fn times<T: Scalar>(&self, twist: Twist<T>) -> Wrench<T> {
+        let (mass, moment) = (T::from_f64(self.mass), lift(self.moment));
+        let second = Mat3 { columns: self.second.columns.map(lift) };
         Wrench {
-            force: twist.linear * self.mass + twist.angular.cross(self.moment),
-            moment: self.second * twist.angular + self.moment.cross(twist.linear),
+            force: twist.linear * mass + twist.angular.cross(moment),
+            moment: second * twist.angular + moment.cross(twist.linear),
         }
     }
+}
+
+#[inline(always)]
+fn lift<T: Scalar>(v: Vec3<f64>) -> Vec3<T> {
+    Vec3::new(T::from_f64(v.x), T::from_f64(v.y), T::from_f64(v.z))
+}
+
+#[inline(always)]
+pub(super) fn lift_twist<T: Scalar>(twist: Twist<f64>) -> Twist<T> {
+    Twist { angular: lift(twist.angular), linear: lift(twist.linear) }
+}
+
+#[inline(always)]
+pub(super) fn lift_wrench<T: Scalar>(wrench: Wrench<f64>) -> Wrench<T> {
+    Wrench { force: lift(wrench.force), moment: lift(wrench.moment) }
 }
 
 /// Inertia and what drives the tree, at one position and velocity.
@@ -56,6 +75,9 @@ pub(super) struct Masses {
     pub(super) demand: Vec<Wrench<f64>>,
     /// The same on the tree's freedoms.
     pub(super) bias: Vec<f64>,
+    /// Room for what hangs from each body, and what it demands.
+    composite: Vec<Inertia>,
+    beyond: Vec<Wrench<f64>>,
 }
 
 impl Masses {
@@ -66,16 +88,30 @@ impl Masses {
         bodies: &mut Bodies<f64>,
         loads: &[AppliedLoad<f64>],
     ) -> Self {
+        let mut masses = Self::default();
+        masses.update(topology, parameters, bodies, loads);
+        masses
+    }
+
+    /// The same in the room that is there.
+    pub(super) fn update(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        bodies: &mut Bodies<f64>,
+        loads: &[AppliedLoad<f64>],
+    ) {
         let count = bodies.pose.len();
         let n = topology.freedoms();
-        let inertia: Vec<_> = (0..count).map(|b| Inertia::of(parameters, bodies, b)).collect();
+        let Self { inertia, matrix, demand, bias, composite, beyond } = self;
+        inertia.clear();
+        inertia.extend((0..count).map(|b| Inertia::of(parameters, bodies, b)));
         bodies.acceleration.clone_from(&bodies.bias);
-        let mut demand: Vec<_> = (0..count)
-            .map(|body| match body {
-                0 => Wrench::zero(),
-                _ => demand_of_motion(parameters, bodies, body),
-            })
-            .collect();
+        demand.clear();
+        demand.extend((0..count).map(|body| match body {
+            0 => Wrench::zero(),
+            _ => demand_of_motion(parameters, bodies, body),
+        }));
         for load in loads {
             demand[load.body.0] -= load.wrench(bodies);
         }
@@ -85,10 +121,12 @@ impl Masses {
             demand[to] -= pull.wrench;
             demand[from] += pull.wrench;
         }
-        let mut composite = inertia.clone();
-        let mut beyond = demand.clone();
-        let mut matrix = vec![0.0; n * n];
-        let mut bias = vec![0.0; n];
+        composite.clone_from(inertia);
+        beyond.clone_from(demand);
+        matrix.clear();
+        matrix.resize(n * n, 0.0);
+        bias.clear();
+        bias.resize(n, 0.0);
         for node in topology.nodes.iter().rev() {
             let whole = composite[node.body];
             for dof in node.dofs.clone() {
@@ -111,7 +149,6 @@ impl Masses {
                 beyond[parent] += wrench;
             }
         }
-        Self { inertia, matrix, demand, bias }
     }
 
     /// Kinetic energy, J.

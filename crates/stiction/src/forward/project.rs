@@ -26,48 +26,58 @@ pub(super) struct Anchor {
     pub(super) pose: Pose<f64>,
 }
 
-impl Forward {
-    /// The rows of all held freedoms and loops at a state, and the errors of position.
-    fn closure(
-        &self,
-        state: &State<f64>,
-        held: &[Held],
-        errors_of_held: impl Fn(&Bodies<f64>, usize) -> f64,
-    ) -> (Bodies<f64>, Rows, Vec<f64>) {
-        let (topology, parameters) = (&self.topology, &self.parameters);
-        let mut bodies = Bodies::new(topology);
-        bodies.place(topology, parameters, &state.coordinates);
-        bodies.move_with(topology, &state.rates);
-        let rows = Rows::new(topology, parameters, &bodies, held);
-        let mut errors = Vec::with_capacity(rows.rows.len());
-        for cut in &topology.cuts {
-            let (j, k) = (bodies.frame_j[cut.joint], bodies.frame_k[cut.joint]);
-            let joint_type = topology.joint_types[cut.joint];
-            let (misfit, _) = joint_type.misfit(j.inverse() * k, parameters.pitch[cut.joint]);
-            errors.extend(&misfit[..joint_type.constraints().len()]);
+/// Corrections below this part leave a decomposition as good as new, if it is as far as this from being
+/// singular: what it misses is their square.
+const SMALL: f64 = 1e-9;
+const REGULAR: f64 = 0.2;
+
+/// Room for projections.
+#[derive(Clone, Debug)]
+pub(super) struct Projection {
+    bodies: Bodies<f64>,
+    held: Vec<Held>,
+    rows: Rows,
+    errors: Vec<f64>,
+    scaled: Vec<f64>,
+    space: RowSpace,
+    values: Vec<f64>,
+    step: Vec<f64>,
+}
+
+impl Projection {
+    pub(super) fn new(model: &Forward) -> Self {
+        Self {
+            bodies: Bodies::new(&model.topology),
+            held: Vec::new(),
+            rows: Rows::default(),
+            errors: Vec::new(),
+            scaled: Vec::new(),
+            space: RowSpace::default(),
+            values: Vec::new(),
+            step: Vec::new(),
         }
-        errors.extend((0..held.len()).map(|index| errors_of_held(&bodies, index)));
-        (bodies, rows, errors)
     }
 
-    fn space(&self, rows: &Rows) -> RowSpace {
-        let n = self.topology.freedoms();
-        let mut scaled = rows.matrix.clone();
+    fn decompose(&mut self, columns: &[f64]) {
+        let n = columns.len();
+        let Self { rows, scaled, space, .. } = self;
+        scaled.clone_from(&rows.matrix);
         for (row, entries) in rows.rows.iter().zip(scaled.chunks_exact_mut(n.max(1))) {
-            entries.iter_mut().zip(&self.columns).for_each(|(e, c)| *e *= row.scale * c);
+            entries.iter_mut().zip(columns).for_each(|(e, c)| *e *= row.scale * c);
         }
-        let mut space = RowSpace::default();
-        space.decompose(&scaled, rows.rows.len(), n, DEPENDENT);
-        space
+        space.decompose(scaled, rows.rows.len(), n, DEPENDENT);
     }
 
-    fn shortest(&self, rows: &Rows, space: &RowSpace, values: &[f64]) -> Vec<f64> {
-        let scaled: Vec<f64> = values.iter().zip(&rows.rows).map(|(v, r)| v * r.scale).collect();
-        let mut step = space.shortest(&scaled);
-        step.iter_mut().zip(&self.columns).for_each(|(s, c)| *s *= c);
-        step
+    /// The shortest change of the tree on which the rows take the values in `values`.
+    fn shortest(&mut self, columns: &[f64]) {
+        let Self { rows, space, values, step, .. } = self;
+        values.iter_mut().zip(&rows.rows).for_each(|(v, r)| *v *= r.scale);
+        space.shortest_into(values, step);
+        step.iter_mut().zip(columns).for_each(|(s, c)| *s *= c);
     }
+}
 
+impl Forward {
     /// Moves a state to where loops are closed and held freedoms are in place, and takes from its rates
     /// what opens them. `frozen` freedoms of the tree keep their coordinates and have no rates.
     pub(super) fn project(
@@ -78,43 +88,27 @@ impl Forward {
         anchors: &[Anchor],
         frozen: &[bool],
     ) -> Result<(), ForwardError> {
+        self.project_in(time, state, targets, (anchors, frozen), &mut Projection::new(self))
+    }
+
+    /// The same in the room that is there.
+    pub(super) fn project_in(
+        &self,
+        time: f64,
+        state: &mut State<f64>,
+        targets: &[Target<f64>],
+        (anchors, frozen): (&[Anchor], &[bool]),
+        room: &mut Projection,
+    ) -> Result<(), ForwardError> {
         self.normalise(state);
-        let (mut held, _) = self.held(targets, &[], &[], &[]);
-        let anchored =
-            anchors.iter().filter(|a| matches!(self.topology.role[a.joint], Role::Cut { .. }));
-        let anchored: Vec<&Anchor> = anchored.collect();
-        held.extend(anchored.iter().map(|a| Held {
-            joint: a.joint,
-            freedom: a.freedom,
-            acceleration: 0.0,
-            drives: false,
-            grip: 1.0,
-            share: 0.0,
-        }));
-        let error_of =
-            |state: &State<f64>, bodies: &Bodies<f64>, index: usize| match targets.get(index) {
-                Some(target) => {
-                    let Held { joint, freedom, .. } = held[index];
-                    let (topology, role) = (&self.topology, self.topology.role[joint]);
-                    let pitch = &self.parameters.pitch;
-                    let at = (joint, freedom);
-                    let found = joint_coordinate((topology, pitch), state, bodies, at);
-                    let turns = topology.joint_types[joint].freedoms()[freedom].motion
-                        == Motion::Rotation
-                        && matches!(role, Role::Cut { .. });
-                    let apart = found - target.value;
-                    if turns { apart.sin().atan2(apart.cos()) } else { apart }
-                }
-                None => self.displacement(bodies, anchored[index - targets.len()]),
-            };
-        let n = self.topology.freedoms();
+        self.hold_back(targets, anchors, &mut room.held);
         let mut best = f64::INFINITY;
+        let mut decomposed = false;
         for step in 0..=STEPS {
-            let now = state.clone();
-            let (bodies, mut rows, errors) =
-                self.closure(&now, &held, |bodies, index| error_of(&now, bodies, index));
-            self.freeze(&mut rows, frozen);
-            let sizes = errors.iter().zip(&rows.rows).map(|(e, row)| (e * row.scale).abs());
+            self.close(state, targets, anchors, room);
+            freeze(&mut room.rows, frozen);
+            let sizes = room.errors.iter().zip(&room.rows.rows);
+            let sizes = sizes.map(|(e, row)| (e * row.scale).abs());
             let (mut worst, mut at) = (0.0, 0);
             for (row, size) in sizes.enumerate() {
                 if size > worst || size.is_nan() {
@@ -123,53 +117,97 @@ impl Forward {
             }
             let round_off = state.coordinates.iter().fold(0.0_f64, |m, q| m.max(q.abs()));
             let closed = worst <= CLOSED.max(4.0 * f64::EPSILON * round_off);
-            if closed
+            let ends = closed
                 || step == STEPS
                 || (worst < 1e-12 && worst > 0.5 * best)
-                || !worst.is_finite()
-            {
-                if worst >= OPEN || worst.is_nan() {
-                    let joint = self.joint_name(rows.rows[at].joint);
-                    return Err(ForwardError::Open { time, joint, gap: errors[at].abs() });
-                }
-                let space = self.space(&rows);
-                self.project_rates(&rows, &space, state, targets, frozen);
-                let _ = bodies;
+                || !worst.is_finite();
+            if ends && (worst >= OPEN || worst.is_nan()) {
+                let joint = self.joint_name(room.rows.rows[at].joint);
+                return Err(ForwardError::Open { time, joint, gap: room.errors[at].abs() });
+            }
+            if !decomposed {
+                room.decompose(&self.columns);
+            }
+            if ends {
+                self.project_rates(state, targets, frozen, room);
                 return Ok(());
             }
             best = worst;
-            let space = self.space(&rows);
-            let mut step = self.shortest(&rows, &space, &errors);
-            step.iter_mut().for_each(|s| *s = -*s);
-            for (step, frozen) in step.iter_mut().zip(frozen) {
+            room.values.clone_from(&room.errors);
+            room.shortest(&self.columns);
+            room.step.iter_mut().for_each(|s| *s = -*s);
+            let mut largest = 0.0_f64;
+            for ((step, frozen), column) in room.step.iter_mut().zip(frozen).zip(&self.columns) {
                 if *frozen {
                     *step = 0.0;
                 }
+                largest = largest.max((*step / column).abs());
             }
-            debug_assert!(step.len() == n);
-            state.advance(&self.topology, &step);
+            decomposed = largest < SMALL && room.space.least_part() > REGULAR;
+            state.advance(&self.topology, &room.step);
         }
         Ok(())
     }
 
-    fn freeze(&self, rows: &mut Rows, frozen: &[bool]) {
-        let n = self.topology.freedoms();
-        for entries in rows.matrix.chunks_exact_mut(n.max(1)) {
-            for (entry, frozen) in entries.iter_mut().zip(frozen) {
-                if *frozen {
-                    *entry = 0.0;
-                }
-            }
+    /// What projection holds: prescribed actuators, then what is anchored in joints that close loops.
+    fn hold_back(&self, targets: &[Target<f64>], anchors: &[Anchor], held: &mut Vec<Held>) {
+        let of = |joint: usize, freedom: usize| Held {
+            joint,
+            freedom,
+            acceleration: 0.0,
+            drives: false,
+            grip: 1.0,
+            share: 0.0,
+        };
+        held.clear();
+        held.extend(self.prescribed.iter().zip(targets).map(|(&actuator, _)| {
+            let actuator = self.topology.actuators[actuator];
+            of(actuator.joint, actuator.freedom)
+        }));
+        held.extend(self.cut_anchors(anchors).map(|a| of(a.joint, a.freedom)));
+    }
+
+    fn cut_anchors<'a>(&self, anchors: &'a [Anchor]) -> impl Iterator<Item = &'a Anchor> {
+        anchors.iter().filter(|a| matches!(self.topology.role[a.joint], Role::Cut { .. }))
+    }
+
+    /// The rows of all held freedoms and loops at a state, and the errors of position.
+    fn close(
+        &self,
+        state: &State<f64>,
+        targets: &[Target<f64>],
+        anchors: &[Anchor],
+        room: &mut Projection,
+    ) {
+        let (topology, parameters) = (&self.topology, &self.parameters);
+        let Projection { bodies, held, rows, errors, .. } = room;
+        bodies.place(topology, parameters, &state.coordinates);
+        bodies.move_with(topology, &state.rates);
+        rows.update(topology, parameters, bodies, held);
+        errors.clear();
+        for cut in &topology.cuts {
+            let (j, k) = (bodies.frame_j[cut.joint], bodies.frame_k[cut.joint]);
+            let joint_type = topology.joint_types[cut.joint];
+            let (misfit, _) = joint_type.misfit(j.inverse() * k, parameters.pitch[cut.joint]);
+            errors.extend(&misfit[..joint_type.constraints().len()]);
         }
+        for (target, &Held { joint, freedom, .. }) in targets.iter().zip(&*held) {
+            let at = (joint, freedom);
+            let found = joint_coordinate((topology, &parameters.pitch), state, bodies, at);
+            let turns = topology.joint_types[joint].freedoms()[freedom].motion == Motion::Rotation
+                && matches!(topology.role[joint], Role::Cut { .. });
+            let apart = found - target.value;
+            errors.push(if turns { apart.sin().atan2(apart.cos()) } else { apart });
+        }
+        errors.extend(self.cut_anchors(anchors).map(|anchor| self.displacement(bodies, anchor)));
     }
 
     fn project_rates(
         &self,
-        rows: &Rows,
-        space: &RowSpace,
         state: &mut State<f64>,
         targets: &[Target<f64>],
         frozen: &[bool],
+        room: &mut Projection,
     ) {
         let n = self.topology.freedoms();
         for (rate, frozen) in state.rates.iter_mut().zip(frozen) {
@@ -178,16 +216,18 @@ impl Forward {
             }
         }
         let first = self.topology.constraints;
-        let mut values: Vec<f64> = rows
-            .matrix
-            .chunks_exact(n.max(1))
-            .map(|row| -row.iter().zip(&state.rates).map(|(a, b)| a * b).sum::<f64>())
-            .collect();
+        let Projection { rows, values, .. } = room;
+        values.clear();
+        values.extend(
+            rows.matrix
+                .chunks_exact(n.max(1))
+                .map(|row| -row.iter().zip(&state.rates).map(|(a, b)| a * b).sum::<f64>()),
+        );
         for (value, target) in values[first..].iter_mut().zip(targets) {
             *value += target.rate;
         }
-        let step = self.shortest(rows, space, &values);
-        for ((rate, step), frozen) in state.rates.iter_mut().zip(&step).zip(frozen) {
+        room.shortest(&self.columns);
+        for ((rate, step), frozen) in state.rates.iter_mut().zip(&room.step).zip(frozen) {
             if !frozen {
                 *rate += step;
             }
@@ -244,6 +284,16 @@ impl Forward {
                     Link::Joint { .. } => linear,
                 };
                 out[..3].copy_from_slice(&linear.to_array());
+            }
+        }
+    }
+}
+
+fn freeze(rows: &mut Rows, frozen: &[bool]) {
+    for entries in rows.matrix.chunks_exact_mut(frozen.len().max(1)) {
+        for (entry, frozen) in entries.iter_mut().zip(frozen) {
+            if *frozen {
+                *entry = 0.0;
             }
         }
     }

@@ -54,8 +54,22 @@ impl Rows {
         bodies: &Bodies<f64>,
         held: &[Held],
     ) -> Self {
+        let mut rows = Self::default();
+        rows.update(topology, parameters, bodies, held);
+        rows
+    }
+
+    /// The same in the room that is there.
+    pub(super) fn update(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+        held: &[Held],
+    ) {
         let n = topology.freedoms();
-        let mut rows = Vec::with_capacity(topology.constraints + held.len());
+        let Self { rows, matrix } = self;
+        rows.clear();
         for cut in &topology.cuts {
             let joint = cut.joint;
             let (j, k) = (&bodies.frame_j[joint], &bodies.frame_k[joint]);
@@ -93,13 +107,13 @@ impl Rows {
             let share = held.share;
             rows.push(Row { joint, covector, right, drives, grip, share, scale });
         }
-        let mut matrix = vec![0.0; rows.len() * n];
+        matrix.clear();
+        matrix.resize(rows.len() * n, 0.0);
         for (row, entries) in rows.iter().zip(matrix.chunks_exact_mut(n.max(1))) {
             each_freedom(topology, row.joint, |dof, sign| {
                 entries[dof] = sign * bodies.screws[dof].power(row.covector);
             });
         }
-        Self { rows, matrix }
     }
 }
 

@@ -187,22 +187,25 @@ pub(super) fn load(
     state.load
 }
 
-/// By how much the load can change at most with a change of the wrench.
-pub(super) fn most_change(
+/// By how much the load can change at most with each of some changes of the wrench.
+pub(super) fn most_changes(
     parameters: &Parameters<f64>,
     bodies: &Bodies<f64>,
     contact: &ContactParameters<f64>,
     coefficient: f64,
-    change: Wrench<f64>,
-) -> f64 {
+    wrenches: impl Iterator<Item = Wrench<f64>>,
+    changes: &mut Vec<f64>,
+) {
     let mut bare = contact.clone();
     bare.load = bare.load.seminorm();
-    let of = |direction: f64| {
-        let own = OwnFriction { coefficient, viscous: 0.0, direction };
-        load(parameters, bodies, &bare, own, change).value
-    };
-    match contact.shape {
-        ContactShape::Thread => of(1.0).max(of(-1.0)),
-        _ => of(0.0),
-    }
+    changes.extend(wrenches.map(|wrench| {
+        let of = |direction: f64| {
+            let own = OwnFriction { coefficient, viscous: 0.0, direction };
+            load(parameters, bodies, &bare, own, wrench).value
+        };
+        match contact.shape {
+            ContactShape::Thread => of(1.0).max(of(-1.0)),
+            _ => of(0.0),
+        }
+    }));
 }

@@ -9,7 +9,6 @@ use super::balance::{Response, Scene};
 use super::rows::Rows;
 use crate::linalg::Svd;
 use crate::mobility::DETERMINED;
-use crate::spatial::Vec3;
 use nalgebra::{DMatrix, DVector};
 
 /// What is least.
@@ -99,50 +98,90 @@ impl Spread {
         scene: &Scene<'_>,
         rows: &Rows,
         whole: bool,
+        room: &mut Room,
         response: &mut Response,
     ) {
-        for stage in &self.stages {
-            let mut now = weighed(scene, rows, stage.measure, response);
-            if whole && stage.measure == Measure::Grips {
+        let Room { now, along, amounts } = room;
+        for Stage { measure, open, response: answer, rank } in &self.stages {
+            now.clear();
+            weigh(scene, rows, *measure, response, |number| now.push(number));
+            if whole && *measure == Measure::Grips {
                 let held = rows.rows.iter().filter_map(|row| row.grip.map(|g| row.share / g));
-                now -= DVector::from_vec(held.collect());
+                now.iter_mut().zip(held).for_each(|(now, share)| *now -= share);
             }
-            let amounts = &stage.open * -stage.response.solve(&now, stage.rank);
-            for (stress, amount) in self.stresses.iter().zip(amounts.iter()) {
+            // Least squares by the singular vectors.
+            along.clear();
+            along.resize(answer.v.nrows(), 0.0);
+            for k in 0..*rank {
+                let own = answer.u.column(k);
+                let sum: f64 = own.iter().zip(&*now).map(|(u, x)| u * x).sum();
+                let amount = sum / answer.singular_values[k];
+                along.iter_mut().zip(answer.v.column(k).iter()).for_each(|(x, v)| *x += amount * v);
+            }
+            amounts.clear();
+            amounts.resize(open.nrows(), 0.0);
+            for (column, x) in open.column_iter().zip(&*along) {
+                amounts.iter_mut().zip(column.iter()).for_each(|(a, o)| *a -= o * x);
+            }
+            for (stress, amount) in self.stresses.iter().zip(&*amounts) {
                 response.add(stress, *amount);
             }
         }
     }
 }
 
-/// All reactions as numbers whose sum of squares is least.
+/// Room for applying the rule.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Room {
+    now: Vec<f64>,
+    along: Vec<f64>,
+    amounts: Vec<f64>,
+}
+
 fn weighed(scene: &Scene<'_>, rows: &Rows, measure: Measure, response: &Response) -> DVector<f64> {
+    let mut numbers = Vec::new();
+    weigh(scene, rows, measure, response, |number| numbers.push(number));
+    DVector::from_vec(numbers)
+}
+
+/// All reactions as numbers whose sum of squares is least.
+fn weigh(
+    scene: &Scene<'_>,
+    rows: &Rows,
+    measure: Measure,
+    response: &Response,
+    mut put: impl FnMut(f64),
+) {
     let length = scene.parameters.length;
-    if measure == Measure::Grips {
-        let held = rows.rows.iter().zip(&response.multipliers);
-        let numbers = held.filter_map(|(row, m)| row.grip.map(|grip| m / grip));
-        return DVector::from_vec(numbers.collect());
+    let multipliers = rows.rows.iter().zip(&response.multipliers);
+    match measure {
+        Measure::Grips => {
+            multipliers.filter_map(|(row, m)| row.grip.map(|grip| m / grip)).for_each(put);
+        }
+        Measure::Drives => {
+            // Rotary ones over the length: the inverse of what makes their rates comparable.
+            let weight = |is_length: bool| if is_length { 1.0 } else { 1.0 / length };
+            let drives = multipliers.filter(|(row, _)| row.drives);
+            drives.map(|(row, m)| m * weight(row.scale != 1.0)).for_each(put);
+        }
+        Measure::Compliances | Measure::Default => {
+            for (joint, wrench) in response.wrenches.iter().enumerate() {
+                let j = &scene.bodies.frame_j[joint];
+                let (force, moment) =
+                    (wrench.force, wrench.moment_about(j.position) * (1.0 / length));
+                let weights = match (&scene.parameters.compliance, measure) {
+                    (Some(all), Measure::Compliances) => all[joint],
+                    _ => {
+                        force.to_array().into_iter().chain(moment.to_array()).for_each(&mut put);
+                        continue;
+                    }
+                };
+                let square = length * length;
+                for (v, w) in [(force, weights.force), (moment, weights.moment * square)] {
+                    let own = j.rotation.transpose_mul(v).to_array();
+                    own.iter().zip(w.to_array()).for_each(|(v, w)| put(v * w.sqrt()));
+                }
+            }
+        }
     }
-    if measure == Measure::Drives {
-        // Rotary ones over the length: the inverse of what makes their rates comparable.
-        let weight = |is_length: bool| if is_length { 1.0 } else { 1.0 / length };
-        let drives = rows.rows.iter().zip(&response.multipliers).filter(|(row, _)| row.drives);
-        let numbers: Vec<f64> = drives.map(|(row, m)| m * weight(row.scale != 1.0)).collect();
-        return DVector::from_vec(numbers);
-    }
-    let numbers = response.wrenches.iter().enumerate().flat_map(|(joint, wrench)| {
-        let j = &scene.bodies.frame_j[joint];
-        let (force, moment) = (wrench.force, wrench.moment_about(j.position) * (1.0 / length));
-        let weights = match (&scene.parameters.compliance, measure) {
-            (Some(all), Measure::Compliances) => all[joint],
-            _ => return [force.to_array(), moment.to_array()].concat(),
-        };
-        let root = |v: Vec3<f64>, w: Vec3<f64>| {
-            let own = j.rotation.transpose_mul(v).to_array();
-            own.iter().zip(w.to_array()).map(|(v, w)| v * w.sqrt()).collect::<Vec<f64>>()
-        };
-        let square = length * length;
-        [root(force, weights.force), root(moment, weights.moment * square)].concat()
-    });
-    DVector::from_iterator(6 * response.wrenches.len(), numbers)
 }

@@ -77,7 +77,7 @@ fn advance_floating<T: Scalar>(q: &mut [T], step: &[T]) {
 }
 
 /// Poses and motions of all bodies, in world axes about the kernel origin.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Bodies<T> {
     /// For each body its frame, `X_WB`.
     pub pose: Vec<Pose<T>>,
@@ -93,6 +93,32 @@ pub struct Bodies<T> {
     pub frame_k: Vec<Pose<T>>,
     /// For each freedom of the tree its unit twist, parent to child.
     pub(crate) screws: Vec<Twist<T>>,
+}
+
+impl<T: Clone> Clone for Bodies<T> {
+    fn clone(&self) -> Self {
+        let Self { pose, twist, acceleration, bias, frame_j, frame_k, screws } = self;
+        Self {
+            pose: pose.clone(),
+            twist: twist.clone(),
+            acceleration: acceleration.clone(),
+            bias: bias.clone(),
+            frame_j: frame_j.clone(),
+            frame_k: frame_k.clone(),
+            screws: screws.clone(),
+        }
+    }
+
+    /// Into the room that is there: simulations go on without allocation.
+    fn clone_from(&mut self, other: &Self) {
+        self.pose.clone_from(&other.pose);
+        self.twist.clone_from(&other.twist);
+        self.acceleration.clone_from(&other.acceleration);
+        self.bias.clone_from(&other.bias);
+        self.frame_j.clone_from(&other.frame_j);
+        self.frame_k.clone_from(&other.frame_k);
+        self.screws.clone_from(&other.screws);
+    }
 }
 
 impl<T: Scalar> Bodies<T> {

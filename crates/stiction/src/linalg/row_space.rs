@@ -1,5 +1,7 @@
 //! What the rows of a small dense matrix span: shortest solutions, null space, dependent rows.
 
+use crate::scalar::Scalar;
+
 /// A QR decomposition of the transpose with column pivoting: `J^T P = Q R` for the rows of `J`.
 ///
 /// Rows are taken in the order of what they add to those before them; those that add nothing are
@@ -90,21 +92,32 @@ impl RowSpace {
         self.rank.checked_sub(1).map_or(1.0, |last| diagonal(last) / diagonal(0))
     }
 
-    fn apply(&self, step: usize, vector: &mut [f64]) {
+    fn apply<T: Scalar>(&self, step: usize, vector: &mut [T]) {
         let n = self.columns;
         let (head, half) = self.heads[step];
         let tail = &self.work[step * n + step + 1..(step + 1) * n];
-        let (first, rest) = vector[step..].split_first_mut().expect("a step is below the columns");
-        let sum = head * *first + tail.iter().zip(rest.iter()).map(|(a, b)| a * b).sum::<f64>();
-        let amount = sum / half;
-        *first -= amount * head;
-        rest.iter_mut().zip(tail).for_each(|(x, t)| *x -= amount * t);
+        let Some((first, rest)) = vector[step..].split_first_mut() else { return };
+        let mut sum = *first * T::from_f64(head);
+        for (t, x) in tail.iter().zip(&*rest) {
+            sum += *x * T::from_f64(*t);
+        }
+        let amount = sum / T::from_f64(half);
+        *first -= amount * T::from_f64(head);
+        rest.iter_mut().zip(tail).for_each(|(x, t)| *x -= amount * T::from_f64(*t));
     }
 
     /// The shortest vector on which the independent rows take the values `right`.
     pub(crate) fn shortest(&self, right: &[f64]) -> Vec<f64> {
+        let mut vector = Vec::new();
+        self.shortest_into(right, &mut vector);
+        vector
+    }
+
+    /// The same in the room that is there.
+    pub(crate) fn shortest_into(&self, right: &[f64], vector: &mut Vec<f64>) {
         let n = self.columns;
-        let mut vector = vec![0.0; n];
+        vector.clear();
+        vector.resize(n, 0.0);
         // R^T y = right: forward.
         for k in 0..self.rank {
             let mut sum = right[self.order[k]];
@@ -114,50 +127,53 @@ impl RowSpace {
             vector[k] = sum / self.work[k * n + k];
         }
         for step in (0..self.rank).rev() {
-            self.apply(step, &mut vector);
+            self.apply(step, vector);
         }
-        vector
     }
 
     /// An orthonormal basis of the vectors on which all rows vanish, vector by vector.
     pub(crate) fn null_space(&self) -> Vec<f64> {
+        let mut basis = Vec::new();
+        self.null_space_into(&mut basis);
+        basis
+    }
+
+    /// The same in the room that is there.
+    pub(crate) fn null_space_into(&self, basis: &mut Vec<f64>) {
         let n = self.columns;
-        let mut basis = vec![0.0; n * (n - self.rank)];
+        basis.clear();
+        basis.resize(n * (n - self.rank), 0.0);
         for (k, vector) in basis.chunks_exact_mut(n.max(1)).enumerate() {
             vector[self.rank + k] = 1.0;
             for step in (0..self.rank).rev() {
                 self.apply(step, vector);
             }
         }
-        basis
     }
 
     /// The amounts of the rows whose sum is `vector`, as far as it lies in what they span; those of
-    /// dependent rows are zero.
-    pub(crate) fn amounts(&self, vector: &[f64]) -> Vec<f64> {
-        let n = self.columns;
-        let mut turned = vector.to_vec();
+    /// dependent rows are zero. The vector is used up.
+    pub(crate) fn amounts<T: Scalar>(&self, vector: &mut [T], amounts: &mut Vec<T>) {
         for step in 0..self.rank {
-            self.apply(step, &mut turned);
+            self.apply(step, vector);
         }
-        let mut amounts = vec![0.0; self.rows];
-        self.back(&mut turned);
+        amounts.clear();
+        amounts.resize(self.rows, T::zero());
+        self.back(vector);
         for k in 0..self.rank {
-            amounts[self.order[k]] = turned[k];
+            amounts[self.order[k]] = vector[k];
         }
-        debug_assert!(turned.len() == n);
-        amounts
     }
 
     /// `R x = right`, in place in the first entries.
-    fn back(&self, right: &mut [f64]) {
+    fn back<T: Scalar>(&self, right: &mut [T]) {
         let n = self.columns;
         for k in (0..self.rank).rev() {
             let mut sum = right[k];
-            for later in k + 1..self.rank {
-                sum -= self.work[later * n + k] * right[later];
+            for (later, x) in right.iter().enumerate().take(self.rank).skip(k + 1) {
+                sum -= *x * T::from_f64(self.work[later * n + k]);
             }
-            right[k] = sum / self.work[k * n + k];
+            right[k] = sum / T::from_f64(self.work[k * n + k]);
         }
     }
 
@@ -212,7 +228,8 @@ mod tests {
             space.decompose(&matrix, m, n, 1e-10);
             prop_assume!(space.rank() == 3);
             prop_assert_eq!(space.dependencies().len(), 2);
-            for vector in space.null_space().chunks_exact(n) {
+            let basis = space.null_space();
+            for vector in basis.chunks_exact(n) {
                 prop_assert!(times(&matrix, n, vector).iter().all(|x| x.abs() < 1e-13));
                 prop_assert!((vector.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-13);
             }
@@ -222,11 +239,12 @@ mod tests {
             let found = times(&matrix, n, &short);
             // Rows that are nearly dependent magnify rounding.
             prop_assert!(found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-8));
-            for vector in space.null_space().chunks_exact(n) {
+            for vector in basis.chunks_exact(n) {
                 let along: f64 = vector.iter().zip(&short).map(|(a, b)| a * b).sum();
                 prop_assert!(along.abs() < 1e-8);
             }
-            let amounts = space.amounts(&short);
+            let mut amounts = Vec::new();
+            space.amounts(&mut short.clone(), &mut amounts);
             for column in 0..n {
                 let sum: f64 = (0..m).map(|row| amounts[row] * matrix[row * n + column]).sum();
                 prop_assert!((sum - short[column]).abs() < 1e-6 * (1.0 + short[column].abs()));

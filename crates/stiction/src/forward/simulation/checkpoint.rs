@@ -1,6 +1,7 @@
 //! All that a simulation is at one instant, as plain numbers.
 
 use super::stepping::{QUIET, Stepping};
+use super::work::Work;
 use super::{Event, Settings, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::evaluate::Instant;
@@ -249,6 +250,8 @@ impl Forward {
             dropped: 0.0,
             stiff: (0, 0),
             wait: QUIET,
+            room: Box::new(Work::new(self)),
+            lists: Vec::new(),
         };
         let Some((&FORMAT, numbers)) = checkpoint.numbers.split_first() else {
             return Err(ForwardError::Checkpoint);

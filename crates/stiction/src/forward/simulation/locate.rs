@@ -1,5 +1,6 @@
 //! The first event within a step.
 
+use super::packing::parts;
 use super::{REST, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::evaluate::Instant;
@@ -7,7 +8,10 @@ use crate::forward::inputs::Inputs;
 use crate::forward::rub::{Contact, norm};
 
 /// How far beyond its limit friction is where a contact lets go: more than the search forgives.
-const LET_GO: f64 = 1e-9;
+pub(super) const LET_GO: f64 = 1e-9;
+/// Where no contact that sticks has less than this part of its limit left at any stage of a step, none lets go in
+/// it: stages are less accurate than steps, but not by that much.
+const FAR_FROM_LIMIT: f64 = 0.01;
 
 /// What a step ended with.
 pub(super) enum Ending {
@@ -77,14 +81,19 @@ impl Simulation<'_> {
                 Contact::Smooth | Contact::AtLimit(_) => {}
             }
         }
-        if suspects.is_empty() && !holds {
+        // Stages of the step lie all along it.
+        holds &= self.room.margin.min(self.least_margin(arrived)) < FAR_FROM_LIMIT;
+        if suspects.is_empty() && !holds && led.is_none() {
             return Ok(None);
         }
         // The curve between.
-        let last = self.derivative_of(arrived);
+        let mut last = self.list();
+        self.derivative_into(arrived, &mut last);
         let mut steps = std::mem::take(&mut self.steps);
-        let prepared = steps.interpolate(time, &last, |t, y| self.derivative(t, y, inputs));
+        let prepared =
+            steps.interpolate(time, &last, |t, y, rates| self.derivative(t, y, rates, inputs));
         self.steps = steps;
+        self.lists.push(last);
         prepared?;
         let mut first: Option<(f64, Ending)> = led.map(|part| (part, Ending::LetsGo));
         for contact in suspects {
@@ -112,13 +121,14 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<Option<f64>, ForwardError> {
         const PIECES: usize = 16;
-        let speed = |part: f64| {
-            let y = self.steps.at(part);
-            let (state, _) = self.unpack(&y);
+        let mut y = Vec::new();
+        let mut bodies = crate::kinematics::Bodies::new(&self.model.topology);
+        let mut speed = |part: f64| {
+            self.steps.at(part, &mut y);
+            let (coordinates, rates, _) = parts(&self.now, &y);
             let (topology, parameters) = (&self.model.topology, &self.model.parameters);
-            let mut bodies = crate::kinematics::Bodies::new(topology);
-            bodies.place(topology, parameters, &state.coordinates);
-            bodies.move_with(topology, &state.rates);
+            bodies.place(topology, parameters, coordinates);
+            bodies.move_with(topology, rates);
             let content = &parameters.contacts[contact];
             let velocity =
                 crate::forward::rub::surface_velocity(topology, parameters, &bodies, content);
@@ -146,6 +156,20 @@ impl Simulation<'_> {
         Ok(Some(root((before, at_before), (part, value), speed)))
     }
 
+    /// The least part of its limit that any contact which sticks has left; negative where one is beyond.
+    pub(super) fn least_margin(&self, at: &Instant) -> f64 {
+        if at.gives_way.is_some() {
+            return -1.0;
+        }
+        let sticks = at.contacts.iter().filter(|c| c.contact == Contact::Sticks);
+        let relative = sticks.map(|c| {
+            let has = norm(c.friction);
+            let size = c.limit.max(has).max(f64::MIN_POSITIVE);
+            (c.limit * self.overload * (1.0 + LET_GO) - has) / size
+        });
+        relative.fold(f64::INFINITY, f64::min)
+    }
+
     /// The part of the step, up to `until`, at which friction that holds is beyond its limit.
     pub(super) fn let_go_within(
         &mut self,
@@ -155,56 +179,69 @@ impl Simulation<'_> {
         arrived: &Instant,
         inputs: &mut dyn Inputs,
     ) -> Result<Option<f64>, ForwardError> {
-        let overload = self.overload;
-        let least = |at: &Instant| {
-            if at.gives_way.is_some() {
-                return -1.0;
-            }
-            let sticks = at.contacts.iter().filter(|c| c.contact == Contact::Sticks);
-            let relative = sticks.map(|c| {
-                let has = norm(c.friction);
-                let size = c.limit.max(has).max(f64::MIN_POSITIVE);
-                (c.limit * overload * (1.0 + LET_GO) - has) / size
-            });
-            relative.fold(f64::INFINITY, f64::min)
-        };
-        let mut before = (0.0, least(&self.now).max(f64::MIN_POSITIVE));
+        let mut y = self.list();
+        let mut low = (0.0, self.least_margin(&self.now).max(f64::MIN_POSITIVE));
+        let mut found = None;
         for piece in 1..=4 {
             let part = until * f64::from(piece) / 4.0;
-            let value = if part == 1.0 {
-                least(arrived)
-            } else {
-                let y = self.steps.at(part);
-                least(&self.evaluate(time + part * step, &y, inputs, false)?)
+            let value = match part == 1.0 {
+                true => self.least_margin(arrived),
+                false => self.margin_within((time, step), part, &mut y, inputs)?,
             };
             if value < 0.0 {
-                let (mut low, mut high) = (before, (part, value));
-                // Illinois: an end that stays counts half.
-                for _ in 0..60 {
-                    if (high.0 - low.0) * step <= 4.0 * f64::EPSILON * (time + step).abs()
-                        || high.0 - low.0 < 1e-12
-                    {
-                        break;
-                    }
-                    let mut middle = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-                    let margin = 0.01 * (high.0 - low.0);
-                    middle = middle.clamp(low.0 + margin, high.0 - margin);
-                    let y = self.steps.at(middle);
-                    let value = least(&self.evaluate(time + middle * step, &y, inputs, false)?);
-                    if value < 0.0 {
-                        high = (middle, value);
-                        low.1 *= 0.5;
-                    } else {
-                        low = (middle, value);
-                        high.1 *= 0.5;
-                    }
-                }
-                return Ok(Some(high.0));
+                let fine = (4.0 * f64::EPSILON * (time + step).abs() / step).max(1e-12);
+                let margin = |part| self.margin_within((time, step), part, &mut y, inputs);
+                found = Some(crossing(low, (part, value), fine, margin)?);
+                break;
             }
-            before = (part, value);
+            low = (part, value);
         }
-        Ok(None)
+        self.lists.push(y);
+        Ok(found)
     }
+
+    /// The least margin at a part of the step.
+    fn margin_within(
+        &mut self,
+        (time, step): (f64, f64),
+        part: f64,
+        y: &mut Vec<f64>,
+        inputs: &mut dyn Inputs,
+    ) -> Result<f64, ForwardError> {
+        self.steps.at(part, y);
+        let at = self.evaluate(time + part * step, y, inputs, false)?;
+        let margin = self.least_margin(&at);
+        self.room.spare(at);
+        Ok(margin)
+    }
+}
+
+/// Where a function that is positive at `low` and negative at `high` falls below zero, by Illinois's rule: the end
+/// beyond of an interval as short as `fine`.
+pub(super) fn crossing(
+    mut low: (f64, f64),
+    mut high: (f64, f64),
+    fine: f64,
+    mut f: impl FnMut(f64) -> Result<f64, ForwardError>,
+) -> Result<f64, ForwardError> {
+    for _ in 0..60 {
+        if high.0 - low.0 <= fine {
+            break;
+        }
+        let mut middle = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+        let margin = 0.01 * (high.0 - low.0);
+        middle = middle.clamp(low.0 + margin, high.0 - margin);
+        let value = f(middle)?;
+        // An end that stays counts half.
+        if value < 0.0 {
+            high = (middle, value);
+            low.1 *= 0.5;
+        } else {
+            low = (middle, value);
+            high.1 *= 0.5;
+        }
+    }
+    Ok(high.0)
 }
 
 /// Whether the cubic with these values and slopes at 0 and 1 falls below zero between.
@@ -219,9 +256,10 @@ fn dips((v0, a0): (f64, f64), (v1, a1): (f64, f64)) -> bool {
 }
 
 /// Where a function falls through zero, by Illinois's rule.
-fn root(mut low: (f64, f64), mut high: (f64, f64), f: impl Fn(f64) -> f64) -> f64 {
+fn root(mut low: (f64, f64), mut high: (f64, f64), mut f: impl FnMut(f64) -> f64) -> f64 {
     for _ in 0..100 {
-        if high.0 - low.0 <= 4.0 * f64::EPSILON {
+        // The step that ends there is corrected anyway.
+        if high.0 - low.0 <= 1e-12 {
             break;
         }
         let mut middle = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);

@@ -5,6 +5,7 @@ mod checkpoint;
 mod decide;
 mod energies;
 mod event;
+mod heed;
 mod hold;
 mod led;
 mod locate;
@@ -16,6 +17,8 @@ mod singular;
 mod start;
 mod step;
 mod stepping;
+mod wait;
+mod work;
 
 pub use checkpoint::Checkpoint;
 pub use energies::Energies;
@@ -29,6 +32,7 @@ use super::integrator::Steps;
 use super::project::Anchor;
 use crate::forward::evaluate::Instant;
 use crate::forward::rub::Contact;
+use work::Work;
 
 /// Contacts slower than this part of the fastest rest.
 const REST: f64 = 1e-10;
@@ -67,6 +71,9 @@ pub struct Simulation<'a> {
     stiff: (usize, usize),
     /// How many quiet steps of the time stepper it takes before events are tried again.
     wait: usize,
+    room: Box<Work>,
+    /// Lists of numbers that nobody needs any more.
+    lists: Vec<Vec<f64>>,
 }
 
 impl Simulation<'_> {
@@ -113,7 +120,7 @@ impl Simulation<'_> {
                 let pitch = &self.model.parameters.pitch;
                 inputs.change(&View { time: end, state, bodies, topology, pitch });
                 if self.stepping.is_none() {
-                    match self.reconsider(inputs, None) {
+                    match self.heed_change(inputs) {
                         Err(error) if self.may_step(&error) => self.begin_stepping(),
                         other => other?,
                     }

@@ -27,10 +27,10 @@ impl Simulation<'_> {
             inputs,
         );
         let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
-        let solved = model
+        let mut solved = model
             .solve(&ground, &self.modes, Some(&loads), false)
             .map_err(|u| model.unsolved(time, u))?;
-        let others = model.others(&ground, &self.modes, &solved);
+        let others = model.others(&ground, &self.modes, &mut solved);
         let Some(other) = others.first() else { return Ok(()) };
         let differs = |c: &usize| (other.loads[*c] - loads[*c]).abs();
         let most = (0..loads.len()).max_by(|a, b| differs(a).total_cmp(&differs(b)));

@@ -6,32 +6,36 @@ use crate::kinematics::State;
 
 impl Simulation<'_> {
     pub(super) fn pack(&self) -> Vec<f64> {
+        let mut y = Vec::new();
+        self.pack_into(&mut y);
+        y
+    }
+
+    /// The same in the room that is there.
+    pub(super) fn pack_into(&self, y: &mut Vec<f64>) {
         let state = &self.now.state;
-        let mut y = state.coordinates.clone();
+        y.clear();
+        y.extend_from_slice(&state.coordinates);
         y.extend_from_slice(&state.rates);
         y.extend(self.bristles.iter().flatten());
         let energies = &self.energies;
         y.extend_from_slice(&energies.drives);
         y.extend([energies.loads, energies.dampers, energies.turnover]);
         y.extend_from_slice(&energies.contacts);
-        y
     }
 
     pub(super) fn unpack<'y>(&self, y: &'y [f64]) -> (State<f64>, &'y [f64]) {
-        let coordinates = self.now.state.coordinates.len();
-        let rates = self.now.state.rates.len();
-        let state = State {
-            coordinates: y[..coordinates].to_vec(),
-            rates: y[coordinates..coordinates + rates].to_vec(),
-            accelerations: vec![0.0; rates],
-        };
-        (state, &y[coordinates + rates..])
+        let (coordinates, rates, rest) = parts(&self.now, y);
+        let accelerations = vec![0.0; rates.len()];
+        let (coordinates, rates) = (coordinates.to_vec(), rates.to_vec());
+        (State { coordinates, rates, accelerations }, rest)
     }
 
-    pub(super) fn derivative_of(&self, at: &Instant) -> Vec<f64> {
+    pub(super) fn derivative_into(&self, at: &Instant, rates: &mut Vec<f64>) {
         let state = &at.state;
-        let mut rates = vec![0.0; state.coordinates.len()];
-        self.model.coordinate_rates(&state.coordinates, &state.rates, &mut rates);
+        rates.clear();
+        rates.resize(state.coordinates.len(), 0.0);
+        self.model.coordinate_rates(&state.coordinates, &state.rates, rates);
         rates.extend_from_slice(&state.accelerations);
         rates.extend(at.bristle_rates.iter().flatten());
         let account = &at.account;
@@ -42,7 +46,11 @@ impl Simulation<'_> {
         let others = [account.loads, account.dampers, account.exchange];
         rates.push(powers.chain(others.map(f64::abs)).sum::<f64>());
         rates.extend_from_slice(&account.contacts);
-        rates
+    }
+
+    /// Room for a list of numbers.
+    pub(super) fn list(&mut self) -> Vec<f64> {
+        self.lists.pop().unwrap_or_default()
     }
 
     /// Errors of coordinates and rates count, lengths in characteristic lengths; bristles by their own
@@ -66,4 +74,11 @@ impl Simulation<'_> {
         scales.extend(std::iter::repeat_n(f64::INFINITY, energies));
         scales
     }
+}
+
+/// Coordinates, rates, and what follows them, in a list of numbers.
+pub(super) fn parts<'y>(at: &Instant, y: &'y [f64]) -> (&'y [f64], &'y [f64], &'y [f64]) {
+    let (coordinates, rest) = y.split_at(at.state.coordinates.len());
+    let (rates, rest) = rest.split_at(at.state.rates.len());
+    (coordinates, rates, rest)
 }

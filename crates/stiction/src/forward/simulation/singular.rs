@@ -157,13 +157,15 @@ impl Simulation<'_> {
             return Ok(());
         }
         // Where it is least, on the curve between.
-        let last = self.derivative_of(&self.now);
+        let mut last = self.list();
+        self.derivative_into(&self.now, &mut last);
         let mut steps = std::mem::take(&mut self.steps);
-        let prepared = steps.interpolate(time, &last, |t, y| self.derivative(t, y, inputs));
+        let prepared = steps.interpolate(time, &last, |t, y, rates| self.derivative(t, y, rates, inputs));
         self.steps = steps;
         prepared?;
-        let distance = |part: f64| {
-            let (state, _) = self.unpack(&self.steps.at(part));
+        let mut distance = |part: f64| {
+            self.steps.at(part, &mut last);
+            let (state, _) = self.unpack(&last);
             model.rank_at(&state, &targets).1
         };
         let golden = 0.5 * (5_f64.sqrt() - 1.0);

@@ -1,6 +1,7 @@
 //! Where a simulation begins.
 
 use super::stepping::{FIRST, QUIET};
+use super::work::Work;
 use super::{Energies, Method, REST, Settings, Simulation};
 use crate::forward::Forward;
 use crate::forward::error::ForwardError;
@@ -144,6 +145,8 @@ impl<'a> Simulation<'a> {
             dropped,
             stiff: (0, 0),
             wait: QUIET,
+            room: Box::new(Work::new(model)),
+            lists: Vec::new(),
         };
         let rates = simulation.now.state.rates.iter().zip(&model.columns);
         simulation.fastest_rate = rates.map(|(v, c)| (v / c).abs()).fold(0.0, f64::max);

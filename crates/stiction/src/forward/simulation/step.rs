@@ -1,8 +1,10 @@
 //! Steps of the integrator: tried, shortened, ended at the first event, put back onto the loops.
 
 use super::locate::Ending;
+use super::packing::parts;
 use super::rest::{Approach, PASSED, SLOW};
 use super::stepping::{DENSE, LONGEST_WAIT};
+use super::work::Work;
 use super::{Method, REST, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::evaluate::Instant;
@@ -19,6 +21,10 @@ const BOUNDED_BY_STABILITY: f64 = 6.1;
 const STIFF: usize = 15;
 const CALM: usize = 6;
 
+/// Where the end of a step is off an event by less than this part of it, it is moved there along the derivative: the
+/// square of that is below rounding.
+const NUDGE: f64 = 1e-7;
+
 impl Simulation<'_> {
     /// One step, and what happens at its end.
     pub(super) fn advance_once(
@@ -26,15 +32,32 @@ impl Simulation<'_> {
         end: f64,
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
-        let time = self.now.time;
+        if self.is_still() {
+            return self.wait_through(end, inputs);
+        }
         self.look_along();
-        let start = self.pack();
-        let first = self.derivative_of(&self.now);
+        let (mut start, mut first) = (self.list(), self.list());
+        self.pack_into(&mut start);
+        self.derivative_into(&self.now, &mut first);
+        let done = self.advance_from(&start, &first, end, inputs);
+        self.lists.extend([start, first]);
+        self.room.loads.clear();
+        done
+    }
+
+    fn advance_from(
+        &mut self,
+        start: &[f64],
+        first: &[f64],
+        end: f64,
+        inputs: &mut dyn Inputs,
+    ) -> Result<(), ForwardError> {
+        let time = self.now.time;
         let approach = self.approach();
         if let Some(Approach::Arrives { contact, within }) = approach
             && within < end - time
         {
-            return self.come_to_rest(contact, within, (&start, &first), inputs);
+            return self.come_to_rest(contact, within, (start, first), inputs);
         }
         let nearest = match approach {
             Some(Approach::Nears { most }) => most,
@@ -50,12 +73,12 @@ impl Simulation<'_> {
             } else if left < 2.0 * step {
                 step = 0.5 * left;
             }
-            match self.try_step(&start, &first, step, inputs) {
+            match self.try_step(start, first, step, inputs) {
                 Ok(error) if error <= 1.0 => {
                     let grow = if error > 0.0 { 0.9 * error.powf(-0.125) } else { 6.0 };
                     let next = step * grow.clamp(0.33, 6.0);
                     let shortened = step < self.step;
-                    let after = match self.finish(&start, &first, step, end, inputs) {
+                    let after = match self.finish(start, first, step, end, inputs) {
                         Ok(Ending::Passes(short)) => {
                             self.shrink(short, 0.5, None)?;
                             continue;
@@ -89,8 +112,14 @@ impl Simulation<'_> {
     /// Whether stability has bounded many short steps in a row: friction turns what is light (a rod between
     /// balls) into the direction of sliding within no time. The time stepper is implicit.
     fn is_stiff(&mut self, step: f64) -> bool {
-        let after = self.derivative_of(&self.now);
-        if step < DENSE && self.steps.stiffness(&after, &self.scales) > BOUNDED_BY_STABILITY {
+        let mut bounded = step < DENSE;
+        if bounded {
+            let mut after = self.list();
+            self.derivative_into(&self.now, &mut after);
+            bounded = self.steps.stiffness(&after, &self.scales) > BOUNDED_BY_STABILITY;
+            self.lists.push(after);
+        }
+        if bounded {
             (self.stiff.0, self.stiff.1) = (self.stiff.0 + 1, 0);
         } else {
             self.stiff.1 += 1;
@@ -140,8 +169,10 @@ impl Simulation<'_> {
             scales: &scales,
         };
         let time = self.now.time;
-        let result = steps
-            .attempt(start, first, (time, step), &tolerance, |t, y| self.derivative(t, y, inputs));
+        self.look_near();
+        let result = steps.attempt(start, first, (time, step), &tolerance, |t, y, rates| {
+            self.derivative(t, y, rates, inputs)
+        });
         self.steps = steps;
         self.scales = scales;
         result
@@ -158,24 +189,35 @@ impl Simulation<'_> {
     ) -> Result<Ending, ForwardError> {
         let time = self.now.time;
         let to = if step == end - time { end } else { time + step };
-        let y = self.steps.end.clone();
+        let mut y = self.list();
+        y.clone_from(&self.steps.end);
         let arrived = self.arrive(to, &y, inputs)?;
         let found = self.first_event(time, step, &arrived, inputs)?;
         let Some((mut part, mut ending)) = found else {
             self.steadily(&y, &arrived, inputs)?;
             let before = self.now.state.clone();
             self.commit(&y, arrived);
+            self.lists.push(y);
             self.watch_rank((&before, time), inputs)?;
             return Ok(Ending::Smooth);
         };
         // The step again, to the event.
         let mut arrived = arrived;
-        let mut y = y;
+        let mut nudge = None;
         for _ in 0..4 {
             let short = part * step;
-            let error = self.try_step(start, first, short, inputs)?;
-            y = self.steps.end.clone();
-            arrived = self.arrive(time + short, &y, inputs)?;
+            let mut error = 0.0;
+            if let Some(change) = nudge {
+                let mut rates = self.list();
+                self.derivative_into(&arrived, &mut rates);
+                y.iter_mut().zip(&rates).for_each(|(y, rate)| *y += change * rate);
+                self.lists.push(rates);
+            } else {
+                error = self.try_step(start, first, short, inputs)?;
+                y.clone_from(&self.steps.end);
+            }
+            let next = self.arrive(time + short, &y, inputs)?;
+            self.room.spare(std::mem::replace(&mut arrived, next));
             let Ending::Stops(contact) = ending else { break };
             let (value, slope) = self.closing_speed(&arrived, contact);
             let change = -value / slope;
@@ -185,6 +227,7 @@ impl Simulation<'_> {
                 break;
             }
             part += change / step;
+            nudge = (size < NUDGE * short).then_some(change);
         }
         if let Ending::Stops(contact) = ending
             && !self.model.parameters.contacts[contact].shape.has_one_freedom()
@@ -202,6 +245,7 @@ impl Simulation<'_> {
         self.steadily(&y, &arrived, inputs)?;
         let before = self.now.state.clone();
         self.commit(&y, arrived);
+        self.lists.push(y);
         self.watch_rank((&before, time), inputs)?;
         Ok(ending)
     }
@@ -222,7 +266,7 @@ impl Simulation<'_> {
     }
 
     pub(super) fn commit(&mut self, y: &[f64], arrived: Instant) {
-        let (_, rest) = self.unpack(y);
+        let (_, _, rest) = parts(&self.now, y);
         let count = self.modes.len();
         let (bristles, energies) = rest.split_at(3 * count);
         for (to, from) in self.bristles.iter_mut().zip(bristles.chunks_exact(3)) {
@@ -240,7 +284,13 @@ impl Simulation<'_> {
         for (rate, column) in arrived.state.rates.iter().zip(&self.model.columns) {
             self.fastest_rate = self.fastest_rate.max((rate / column).abs());
         }
-        self.now = arrived;
+        self.become_now(arrived);
+    }
+
+    pub(super) fn become_now(&mut self, instant: Instant) {
+        let before = std::mem::replace(&mut self.now, instant);
+        self.room.spare(before);
+        self.room.loads.clear();
     }
 
     /// The instant at the end of a step, loops closed.
@@ -260,14 +310,43 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
         measure: bool,
     ) -> Result<Instant, ForwardError> {
-        let mut y = y.to_vec();
-        let (mut state, _) = self.unpack(&y);
-        let targets = self.model.targets(time, inputs);
-        self.model.project(time, &mut state, &targets, &self.anchors, &self.frozen)?;
-        let coordinates = state.coordinates.len();
-        y[..coordinates].copy_from_slice(&state.coordinates);
-        y[coordinates..coordinates + state.rates.len()].copy_from_slice(&state.rates);
-        self.evaluate(time, &y, inputs, measure)
+        let mut moved = std::mem::take(&mut self.room.y);
+        moved.clear();
+        moved.extend_from_slice(y);
+        let done = self.onto_the_loops(time, &mut moved, inputs);
+        let arrived = done.and_then(|()| self.evaluate(time, &moved, inputs, measure));
+        self.room.y = moved;
+        arrived
+    }
+
+    /// Moves coordinates and rates to where loops are closed.
+    fn onto_the_loops(
+        &mut self,
+        time: f64,
+        y: &mut [f64],
+        inputs: &mut dyn Inputs,
+    ) -> Result<(), ForwardError> {
+        let model = self.model;
+        let Work { ground, projection, .. } = &mut *self.room;
+        let state = &mut ground.state;
+        let (coordinates, rest) = y.split_at_mut(state.coordinates.len());
+        let rates = &mut rest[..state.rates.len()];
+        state.coordinates.copy_from_slice(coordinates);
+        state.rates.copy_from_slice(rates);
+        model.targets_into(time, inputs, &mut ground.targets);
+        let held = (&self.anchors[..], &self.frozen[..]);
+        model.project_in(time, state, &ground.targets, held, projection)?;
+        coordinates.copy_from_slice(&state.coordinates);
+        rates.copy_from_slice(&state.rates);
+        Ok(())
+    }
+
+    /// Newton's method for the loads begins near the present ones.
+    pub(super) fn look_near(&mut self) {
+        let loads = &mut self.room.loads;
+        loads.clear();
+        loads.extend(self.now.contacts.iter().map(|contact| contact.load));
+        self.room.margin = f64::INFINITY;
     }
 
     pub(super) fn evaluate(
@@ -279,19 +358,29 @@ impl Simulation<'_> {
     ) -> Result<Instant, ForwardError> {
         self.evaluations += 1;
         let model = self.model;
-        let (state, rest) = self.unpack(y);
-        let numbers = state.coordinates.iter().chain(&state.rates);
-        if !numbers.clone().all(|x| x.is_finite()) {
+        if self.room.loads.is_empty() {
+            self.look_near();
+        }
+        self.room.conditions_hold = false;
+        let mut instant = self.room.instant(model);
+        let (coordinates, rates, rest) = parts(&self.now, y);
+        if !coordinates.iter().chain(rates).all(|x| x.is_finite()) {
             return Err(ForwardError::NotFinite { time, what: "a coordinate or a rate" });
         }
-        let bristles: Vec<[f64; 3]> =
-            rest.chunks_exact(3).take(self.modes.len()).map(|z| [z[0], z[1], z[2]]).collect();
-        let ground = model.ground(time, state, &bristles, (&self.grips, &self.shares), inputs);
-        let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
-        let solved = model
-            .solve(&ground, &self.modes, Some(&loads), measure)
+        let Work { ground, solved, loads, .. } = &mut *self.room;
+        ground.time = time;
+        ground.state.coordinates.copy_from_slice(coordinates);
+        ground.state.rates.copy_from_slice(rates);
+        let bristles = rest.chunks_exact(3).take(self.modes.len());
+        ground.bristles.clear();
+        ground.bristles.extend(bristles.map(|z| [z[0], z[1], z[2]]));
+        ground.grips.clone_from(&self.grips);
+        ground.shares.clone_from(&self.shares);
+        model.look(ground, inputs);
+        model
+            .solve_into(ground, &self.modes, Some(loads), measure, solved)
             .map_err(|u| model.unsolved(time, u))?;
-        let mut instant = model.instant(ground, &self.modes, &solved);
+        model.instant_into(ground, &self.modes, solved, &mut instant);
         for (acceleration, frozen) in instant.state.accelerations.iter_mut().zip(&self.frozen) {
             if *frozen {
                 *acceleration = 0.0;
@@ -307,14 +396,20 @@ impl Simulation<'_> {
         &mut self,
         time: f64,
         y: &[f64],
+        rates: &mut Vec<f64>,
         inputs: &mut dyn Inputs,
-    ) -> Result<Vec<f64>, ForwardError> {
+    ) -> Result<(), ForwardError> {
         // Off the loops' manifold accelerations have poles near singular positions, on it they have none.
         let instant = if self.now.distance < NEAR_SINGULAR {
             self.arrive_with(time, y, inputs, false)?
         } else {
             self.evaluate(time, y, inputs, false)?
         };
-        Ok(self.derivative_of(&instant))
+        self.derivative_into(&instant, rates);
+        self.room.margin = self.room.margin.min(self.least_margin(&instant));
+        let Work { loads, solved, .. } = &mut *self.room;
+        loads.clone_from(&solved.coupled.loads);
+        self.room.spare(instant);
+        Ok(())
     }
 }

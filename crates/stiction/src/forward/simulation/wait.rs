@@ -1,0 +1,95 @@
+//! Where everything sticks nothing is integrated: time passes until friction no longer holds.
+
+use super::Simulation;
+use super::locate::{Ending, crossing};
+use super::work::Work;
+use crate::forward::error::ForwardError;
+use crate::forward::evaluate::Instant;
+use crate::forward::inputs::Inputs;
+
+/// Friction that holds is looked at so many times within the longest step.
+const LOOKS: f64 = 4.0;
+
+impl Simulation<'_> {
+    /// Whether nothing moves and nothing is to be moved.
+    pub(super) fn is_still(&self) -> bool {
+        self.model.prescribed.is_empty()
+            && !self.frozen.is_empty()
+            && self.frozen.iter().all(|frozen| *frozen)
+    }
+
+    /// Time passes, up to the moment at which a contact lets go.
+    pub(super) fn wait_through(
+        &mut self,
+        end: f64,
+        inputs: &mut dyn Inputs,
+    ) -> Result<(), ForwardError> {
+        let time = self.now.time;
+        if inputs.steady_until(time) >= end {
+            // What acts stays as it is, and with it all the rest.
+            self.now.time = end;
+            return Ok(());
+        }
+        let count = ((end - time) * LOOKS / self.settings.longest_step).ceil().max(1.0);
+        let piece = (end - time) / count;
+        let mut y = self.list();
+        self.pack_into(&mut y);
+        let mut before = (time, self.least_margin(&self.now).max(f64::MIN_POSITIVE));
+        let mut done = 0.0;
+        let mut ending = Ending::Smooth;
+        while done < count && matches!(ending, Ending::Smooth) {
+            done += 1.0;
+            let mut at = if done == count { end } else { time + done * piece };
+            let others = self.settings.look_for_others && done == count;
+            let mut instant = self.watch(at, &y, others, inputs)?;
+            let margin = self.least_margin(&instant);
+            if margin < 0.0 {
+                let fine = (4.0 * f64::EPSILON * at.abs()).max(1e-12 * (at - before.0));
+                at = crossing(before, (at, margin), fine, |at| {
+                    let instant = self.watch(at, &y, false, inputs)?;
+                    let margin = self.least_margin(&instant);
+                    self.room.spare(instant);
+                    Ok(margin)
+                })?;
+                self.room.spare(instant);
+                instant = self.watch(at, &y, self.settings.look_for_others, inputs)?;
+                ending = Ending::LetsGo;
+            }
+            before = (at, margin);
+            self.become_now(instant);
+        }
+        self.lists.push(y);
+        self.step = self.step.max(piece.min(self.settings.longest_step));
+        self.follow_up(ending, inputs)
+    }
+
+    /// Everything at another time, where nothing has moved since the last time.
+    pub(super) fn watch(
+        &mut self,
+        time: f64,
+        y: &[f64],
+        measure: bool,
+        inputs: &mut dyn Inputs,
+    ) -> Result<Instant, ForwardError> {
+        if !self.room.conditions_hold {
+            let instant = self.evaluate(time, y, inputs, measure)?;
+            self.room.conditions_hold = true;
+            return Ok(instant);
+        }
+        self.evaluations += 1;
+        let model = self.model;
+        if self.room.loads.is_empty() {
+            self.look_near();
+        }
+        let mut instant = self.room.instant(model);
+        let Work { ground, solved, loads, .. } = &mut *self.room;
+        ground.time = time;
+        model.look(ground, inputs);
+        model
+            .couple(ground, &self.modes, Some(loads), measure, solved)
+            .map_err(|u| model.unsolved(time, u))?;
+        model.instant_into(ground, &self.modes, solved, &mut instant);
+        instant.state.accelerations.fill(0.0);
+        Ok(instant)
+    }
+}

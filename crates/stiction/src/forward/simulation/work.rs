@@ -1,0 +1,48 @@
+//! Room that evaluations use again and again.
+
+use crate::forward::Forward;
+use crate::forward::evaluate::{Ground, Instant, Solved};
+use crate::forward::project::Projection;
+
+/// Room that evaluations use again and again. Nothing in it is part of a simulation's state.
+#[derive(Clone, Debug)]
+pub(super) struct Work {
+    pub(super) ground: Ground,
+    pub(super) solved: Solved,
+    pub(super) projection: Projection,
+    /// Loads nearby, where Newton's method starts.
+    pub(super) loads: Vec<f64>,
+    /// Whether conditions are decomposed where the mechanism stands still.
+    pub(super) conditions_hold: bool,
+    /// The least part of its limit that any contact which sticks had left at the stages of a step.
+    pub(super) margin: f64,
+    /// Coordinates and rates that are moved onto the loops, and all that goes with them.
+    pub(super) y: Vec<f64>,
+    /// Instants that nobody needs any more.
+    spare: Vec<Instant>,
+}
+
+impl Work {
+    pub(super) fn new(model: &Forward) -> Self {
+        Self {
+            ground: Ground::new(model),
+            solved: Solved::default(),
+            projection: Projection::new(model),
+            loads: Vec::new(),
+            conditions_hold: false,
+            margin: f64::INFINITY,
+            y: Vec::new(),
+            spare: Vec::new(),
+        }
+    }
+
+    /// Room for an instant.
+    pub(super) fn instant(&mut self, model: &Forward) -> Instant {
+        self.spare.pop().unwrap_or_else(|| Instant::new(model))
+    }
+
+    /// Takes it back.
+    pub(super) fn spare(&mut self, instant: Instant) {
+        self.spare.push(instant);
+    }
+}
