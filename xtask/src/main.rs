@@ -1,6 +1,7 @@
 //! The project's own automation: `cargo xtask test`, `cargo xtask validate`, `cargo xtask book`,
-//! `cargo xtask peers`, `cargo xtask counts`.
+//! `cargo xtask peers`, `cargo xtask counts`, `cargo xtask audit`.
 
+mod audit;
 mod counts;
 mod peers;
 mod python;
@@ -24,6 +25,8 @@ usage: cargo xtask COMMAND
              --write         the tables of docs/src/speed.md
   counts     instructions of the kernels, by Callgrind, against those that are written down
              --write         write them down
+  audit      dependencies, oldest compiler and versions, features, memory, fuzzing: now and then
+             STEP...         only these
 ";
 
 fn main() -> ExitCode {
@@ -35,6 +38,7 @@ fn main() -> ExitCode {
         },
         Some("book") => book(),
         Some("counts") => counts::counts(env::args().skip(2)),
+        Some("audit") => audit::audit(env::args().skip(2)),
         Some("peers") => peers::peers(env::args().skip(2)),
         Some("help" | "--help" | "-h") => {
             print!("{USAGE}");

@@ -40,7 +40,7 @@ pub(crate) enum Command {
 
 #[derive(Args, Debug)]
 pub(crate) struct Inverse {
-    /// A model file, or the name of a built-in model (`stiction models`)
+    /// A model file, `-` for standard input, or the name of a built-in model (`stiction models`)
     pub(crate) model: Option<String>,
     /// A motion: its name in the model, a CSV file, or assignments like
     /// "platform.x = 5 mm*sin(2*pi*t); duration = 2 s"
@@ -75,8 +75,8 @@ pub(crate) struct Inverse {
 
 #[derive(Args, Debug)]
 pub(crate) struct Forward {
-    /// A model file, or the name of a built-in model (`stiction models`) [default:
-    /// zhang2018-regular]
+    /// A model file, `-` for standard input, or the name of a built-in model (`stiction models`)
+    /// [default: zhang2018-regular]
     pub(crate) model: Option<String>,
     /// The motion that it starts on and follows: its name in the model, a CSV file, or assignments;
     /// see `stiction inverse --help`
@@ -153,8 +153,8 @@ pub(crate) enum Switch {
 
 #[derive(Args, Debug)]
 pub(crate) struct Check {
-    /// A model file, or the name of a built-in model (`stiction models`) [default:
-    /// zhang2018-regular]
+    /// A model file, `-` for standard input, or the name of a built-in model (`stiction models`)
+    /// [default: zhang2018-regular]
     pub(crate) model: Option<String>,
     /// The motion along which to look: its name in the model, a CSV file, or assignments; see
     /// `stiction inverse --help`
@@ -174,8 +174,8 @@ pub(crate) struct Check {
 
 #[derive(Args, Debug)]
 pub(crate) struct Breakaway {
-    /// A model file, or the name of a built-in model (`stiction models`) [default:
-    /// zhang2018-regular]
+    /// A model file, `-` for standard input, or the name of a built-in model (`stiction models`)
+    /// [default: zhang2018-regular]
     pub(crate) model: Option<String>,
     /// The motion on whose way the position is: its name in the model, a CSV file, or assignments
     /// like "A = 60 deg; duration = 0 s"; see `stiction inverse --help`
@@ -208,7 +208,7 @@ pub(crate) struct Study {
 
 #[derive(Args, Debug)]
 pub(crate) struct Convert {
-    /// A model file, or the name of a built-in model (`stiction models`)
+    /// A model file, `-` for standard input, or the name of a built-in model (`stiction models`)
     pub(crate) model: String,
     /// The format
     #[arg(long, value_name = "FORMAT")]

@@ -34,6 +34,7 @@ fn carry_out(options: &Check) -> Result<(), Failure> {
         step: options.step,
         friction_margin: false,
     };
+    let interrupted = listen_for_interrupt();
     // A folder that cannot be written is told before anything is computed.
     let mut outputs = options.output.as_deref().map(Outputs::new).transpose()?;
     let files = match &mut outputs {
@@ -44,7 +45,6 @@ fn carry_out(options: &Check) -> Result<(), Failure> {
             outputs.begin("mechanism.svg")?,
         ]),
     };
-    let interrupted = listen_for_interrupt();
     let mut progress = Progress::new();
     let findings = examine(&job, |phase, done, of| {
         progress.tell(phase, done, of);

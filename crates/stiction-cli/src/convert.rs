@@ -66,6 +66,9 @@ fn write(path: &Path, text: &str, model: &str) -> Result<(), Failure> {
     if path.is_dir() || path.as_os_str().to_string_lossy().ends_with('/') {
         return Err(failure("it is a folder".into()));
     }
+    if path.is_symlink() && !path.exists() {
+        return Err(failure("it is a link that leads nowhere".into()));
+    }
     // A link keeps leading to what it led to.
     let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     if Path::new(model).canonicalize().is_ok_and(|own| own == target) {

@@ -98,7 +98,7 @@ impl Failure {
             What::Diagnostics(diagnostics) => {
                 let colour =
                     std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-                eprint!("{}", diagnostics.render(colour));
+                tell!("{}", diagnostics.render(colour).trim_end_matches('\n'));
             }
             What::Message { message, help, .. } => {
                 tell!("error: {message}");

@@ -49,6 +49,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
     }
     let count = job.instants().map_err(|error| failure_of(Error::Instants(error)))?.count();
     let layout = Layout::new(&job.model.mechanism, job.follows());
+    let interrupted = listen_for_interrupt();
     let mut outputs = options.output.as_deref().map(Outputs::new).transpose()?;
     let mut journal = Journal::new(&job, options.checkpoint)?;
     let kept = match &outputs {
@@ -64,10 +65,10 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
             let Some(files) = begin(outputs, kept.as_ref())? else { return Ok(()) };
             Some(match &kept {
                 None => Tables::new(&layout, files)
-                    .map_err(|error| outputs.trouble("the tables", error))?,
+                    .map_err(|error| outputs.trouble_with_tables(error))?,
                 Some(kept) => {
                     let mut tables = Tables::onward(files);
-                    tables.flush().map_err(|error| outputs.trouble("the tables", error))?;
+                    tables.flush().map_err(|error| outputs.trouble_with_tables(error))?;
                     let receive = |rows: &Rows| {
                         summary.add(rows);
                         scribe.follow(rows);
@@ -88,7 +89,6 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
     };
     let mut rows = Rows::default();
 
-    let interrupted = listen_for_interrupt();
     let mut progress = Progress::new();
     let tables_cell = RefCell::new(&mut tables);
     let outcome = job.run(
@@ -119,7 +119,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
     );
     progress.clear();
     let outcome = outcome.map_err(|error| match (error, &outputs) {
-        (Error::Receiver(error), Some(outputs)) => outputs.trouble("the tables", error),
+        (Error::Receiver(error), Some(outputs)) => outputs.trouble_with_tables(error),
         (error, _) => failure_of(error),
     })?;
 
@@ -136,7 +136,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
     }
     let mut kept = None;
     if let (Some(mut outputs), Some(tables), Some(curves)) = (outputs, tables, curves) {
-        let files = tables.finish().map_err(|error| outputs.trouble("the tables", error))?;
+        let files = tables.finish().map_err(|error| outputs.trouble_with_tables(error))?;
         for (name, file) in FILES.into_iter().zip(files) {
             outputs.end(name, file, &[])?;
         }
@@ -251,7 +251,9 @@ pub(crate) fn failure_of(error: Error) -> Failure {
         Error::NotFinite(diagnostic) => {
             failure_of_motion(stiction_study::inverse::Error::NotFinite(diagnostic))
         }
-        Error::Instants(_) => Failure::input(words).help("give another one with --step"),
+        Error::Instants(_) => {
+            Failure::input(words).help("give another one with --step, or another end with --until")
+        }
         Error::Controller(error @ (AssemblyError::Open { .. } | AssemblyError::Gap(_))) => {
             Failure::input(format!(
                 "the controller needs actuators that determine the motion, as many as there are freedoms: {error}"

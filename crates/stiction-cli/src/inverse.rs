@@ -58,6 +58,7 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
     }
 
     let count = job.instants().map_err(|error| failure_of(Error::Instants(error)))?.count();
+    let interrupted = listen_for_interrupt();
     let mut outputs = options.output.as_deref().map(Outputs::new).transpose()?;
     let mut tables = match &mut outputs {
         None => None,
@@ -68,7 +69,7 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
                 outputs.begin("friction.csv")?,
             ];
             let tables = Tables::new(&job.model.mechanism, files);
-            Some(tables.map_err(|error| outputs.trouble("the tables", error))?)
+            Some(tables.map_err(|error| outputs.trouble_with_tables(error))?)
         }
     };
     let mut bodies = match &mut outputs {
@@ -88,7 +89,6 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
     let mut summary = Summary::new(&job);
     let mut curves = outputs.is_some().then(|| Curves::new(&job, count));
 
-    let interrupted = listen_for_interrupt();
     let mut progress = Progress::new();
     let threads = options.threads.or_else(|| std::thread::available_parallelism().ok());
     let outcome = job.run_on(
@@ -116,7 +116,7 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
     );
     progress.clear();
     let verdict = outcome.map_err(|error| match (error, &outputs) {
-        (Error::Receiver(error), Some(outputs)) => outputs.trouble("the tables", error),
+        (Error::Receiver(error), Some(outputs)) => outputs.trouble_with_tables(error),
         (error, _) => failure_of(error),
     })?;
 
@@ -182,12 +182,17 @@ pub(crate) fn warn(warnings: &Diagnostics) {
     }
 }
 
-/// A flag that Ctrl-C sets, so that what was begun is cleaned up.
+/// A flag that Ctrl-C sets, or whoever else asks the program to end, so that what was begun is cleaned up.
+/// Who asks twice does not want to wait for that.
 pub(crate) fn listen_for_interrupt() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let set = Arc::clone(&flag);
     // Without a handler Ctrl-C still stops the program, only less tidily.
-    let _ = ctrlc::set_handler(move || set.store(true, Ordering::Relaxed));
+    let _ = ctrlc::set_handler(move || {
+        if set.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
     flag
 }
 

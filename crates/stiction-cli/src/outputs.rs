@@ -1,9 +1,12 @@
 //! Files that appear complete or not at all.
 
 use crate::failure::Failure;
+use std::cell::Cell;
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 /// Files being written into a folder, each under a name of its own until all are complete. What is
 /// not completed is removed; what stood there before stays until then.
@@ -11,14 +14,16 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Outputs {
     folder: PathBuf,
     pending: Vec<(PathBuf, PathBuf)>,
-    /// Whether the folder was not there before.
-    is_new: bool,
+    /// The folders that were not there before, the innermost first.
+    made: Vec<PathBuf>,
+    begun: SystemTime,
+    /// Whether what is not complete stays, since a file says how to go on from there.
+    kept: Cell<bool>,
 }
 
 impl Outputs {
     /// Makes the folder if need be.
     pub(crate) fn new(folder: &Path) -> Result<Self, Failure> {
-        let is_new = !folder.exists();
         // What stands where a folder is wanted, itself or above.
         let blocks = |at: &&Path| at.exists() && !at.is_dir();
         if let Some(file) = folder.ancestors().find(blocks) {
@@ -28,11 +33,22 @@ impl Outputs {
             ))
             .help("give the name of a folder, which may be new"));
         }
-        fs::create_dir_all(folder).map_err(|error| {
-            Failure::input(format!("cannot make the folder {}: {error}", folder.display()))
+        let trouble = |why: String| {
+            Failure::input(format!("cannot make the folder {}: {why}", folder.display()))
                 .help("give another folder with -o")
-        })?;
-        Ok(Self { folder: folder.to_owned(), pending: Vec::new(), is_new })
+        };
+        let is_missing = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
+        let made = folder.ancestors().take_while(is_missing).map(Path::to_owned).collect();
+        let outputs = Self {
+            folder: folder.to_owned(),
+            pending: Vec::new(),
+            made,
+            begun: SystemTime::now(),
+            kept: Cell::new(false),
+        };
+        // Should only some of them be made, they go with `outputs`.
+        fs::create_dir_all(folder).map_err(|error| trouble(error.to_string()))?;
+        Ok(outputs)
     }
 
     /// Begins a file.
@@ -79,9 +95,16 @@ impl Outputs {
     /// Writes a whole file at once, whatever becomes of the others.
     pub(crate) fn write_now(&self, name: &str, content: &[u8]) -> Result<(), Failure> {
         let partial = self.folder.join(format!(".{name}.partial"));
-        fs::write(&partial, content)
-            .and_then(|()| fs::rename(&partial, self.folder.join(name)))
-            .map_err(|error| self.trouble(name, error))
+        let written = File::create(&partial).and_then(|mut file| {
+            file.write_all(content)?;
+            // Otherwise a power cut may leave the name without the content.
+            file.sync_all()?;
+            fs::rename(&partial, self.folder.join(name))
+        });
+        written.map_err(|error| {
+            let _ = fs::remove_file(&partial);
+            self.trouble(name, error)
+        })
     }
 
     /// A file of the folder, if it is there.
@@ -128,6 +151,16 @@ impl Outputs {
         });
     }
 
+    /// What is not complete stays where it is from now on, also if it never will be.
+    pub(crate) fn keep(&self) {
+        self.kept.set(true);
+    }
+
+    /// Whether what is not complete stays.
+    pub(crate) fn is_kept(&self) -> bool {
+        self.kept.get()
+    }
+
     /// Gives all files their names; returns these. Those of `possible` that were not written this
     /// time would be taken for results of this run, and are removed.
     pub(crate) fn complete(mut self, possible: &[&str]) -> Result<Vec<PathBuf>, Failure> {
@@ -137,6 +170,7 @@ impl Outputs {
                     .help("give another folder with -o")
             })?;
         }
+        self.tidy();
         for name in possible {
             let stale = self.folder.join(name);
             if self.pending.iter().all(|(_, complete)| *complete != stale) {
@@ -147,22 +181,71 @@ impl Outputs {
         Ok(std::mem::take(&mut self.pending).into_iter().map(|(_, complete)| complete).collect())
     }
 
+    /// Removes what runs that were killed have left of the same files.
+    fn tidy(&self) {
+        let is_older = |path: &Path| {
+            let changed = fs::metadata(path).and_then(|about| about.modified());
+            changed.is_ok_and(|changed| changed < self.begun)
+        };
+        for entry in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            let Some(name) = name.to_str() else { continue };
+            let Some(whole) = of_partial(name) else { continue };
+            let is_own = self.pending.iter().any(|(_, own)| own.ends_with(whole));
+            if is_own && is_older(&entry.path()) {
+                // Whoever may not do that is not disturbed by it either.
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+
     /// A failure about one of the files.
-    pub(crate) fn trouble(&self, name: &str, error: impl std::fmt::Display) -> Failure {
-        Failure::input(format!("cannot write {}: {error}", self.folder.join(name).display()))
-            .help("nothing was changed in the folder; give another one with -o")
+    pub(crate) fn trouble(&self, name: &str, error: impl Display) -> Failure {
+        self.trouble_with(&self.folder.join(name).display(), error)
+    }
+
+    /// A failure about the tables, whichever of them it was.
+    pub(crate) fn trouble_with_tables(&self, error: impl Display) -> Failure {
+        self.trouble_with(&format_args!("the tables in {}", self.folder.display()), error)
+    }
+
+    fn trouble_with(&self, what: &dyn Display, error: impl Display) -> Failure {
+        let failure = Failure::input(format!("cannot write {what}: {error}"));
+        failure.help(match self.is_kept() {
+            true => "what was done until then is kept: the same with --resume goes on from there",
+            false => "nothing was changed in the folder; give another one with -o",
+        })
     }
 }
 
 impl Drop for Outputs {
     fn drop(&mut self) {
-        for (partial, _) in &self.pending {
+        for (partial, _) in self.pending.iter().filter(|_| !self.is_kept()) {
             // It may be gone already; there is nobody to tell.
             let _ = fs::remove_file(partial);
         }
-        if self.is_new {
-            // Only one that is still empty goes.
-            let _ = fs::remove_dir(&self.folder);
+        for folder in &self.made {
+            // Only those that are still empty go.
+            let _ = fs::remove_dir(folder);
+        }
+    }
+}
+
+/// The name of the file of which this is the name while it is not complete, if it is one.
+fn of_partial(name: &str) -> Option<&str> {
+    let (whole, id) = name.strip_prefix('.')?.strip_suffix(".partial")?.rsplit_once('.')?;
+    id.bytes().all(|byte| byte.is_ascii_digit()).then_some(whole)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_what_is_not_complete() {
+        assert_eq!(of_partial(".inverse.csv.123.partial"), Some("inverse.csv"));
+        for other in ["inverse.csv", ".checkpoint.json.partial", ".a.12.part", "a.12.partial", ""] {
+            assert_eq!(of_partial(other), None, "{other}");
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use std::fs;
+use std::io::Read;
 use std::path::Path;
 use stiction_model::{Control, Drives, LoadCase, Model, Motion, Source, gallery};
 
@@ -16,6 +17,9 @@ const LARGEST: u64 = 1 << 30;
 
 /// Finds a model by the name of a file or of one in the gallery.
 pub(crate) fn find(name: &str) -> Result<Found, Failure> {
+    if name == "-" {
+        return standard_input();
+    }
     let path = Path::new(name);
     let looks_like_file = path.extension().is_some() || path.components().count() > 1;
     if !looks_like_file && let Some(text) = gallery::get(name) {
@@ -33,6 +37,17 @@ pub(crate) fn find(name: &str) -> Result<Found, Failure> {
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let files = |file: &str| read_text(&folder.join(file));
     let model = stiction_model::read(&Source::new(name, text), &files)?;
+    Ok(Found { model })
+}
+
+/// The model that comes through a pipe. Files that it names are looked for where the user is.
+fn standard_input() -> Result<Found, Failure> {
+    let text = bounded(std::io::stdin().lock(), LARGEST).map_err(|why| {
+        Failure::input(format!("cannot read the model from standard input: {why}"))
+            .help("give a model file, or a name from `stiction models`")
+    })?;
+    let files = |file: &str| read_text(Path::new(file));
+    let model = stiction_model::read(&Source::new("standard input", text), &files)?;
     Ok(Found { model })
 }
 
@@ -64,22 +79,51 @@ pub(crate) fn near_command(name: &str) -> Option<&'static str> {
 
 /// The text of a file, or why there is none.
 fn read_text(path: &Path) -> Result<String, String> {
-    let describe = |error: std::io::Error| match error.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
-        std::io::ErrorKind::PermissionDenied => "you may not read it".to_owned(),
-        _ => error.to_string(),
-    };
-    let about = fs::metadata(path).map_err(describe)?;
+    let about = fs::metadata(path).map_err(|error| describe(&error))?;
     if about.is_dir() {
         return Err("it is a folder".to_owned());
     }
     if about.len() > LARGEST {
         return Err(format!("it has {:.1} GB, the most is 1 GB", about.len() as f64 / 1e9));
     }
-    let bytes = fs::read(path).map_err(describe)?;
-    String::from_utf8(bytes).map_err(|error| {
-        format!("it is not text in UTF-8 (byte {} is not)", error.utf8_error().valid_up_to() + 1)
-    })
+    bounded(fs::File::open(path).map_err(|error| describe(&error))?, LARGEST)
+}
+
+/// What comes out of a file, a pipe or a device, if it is text and ends.
+fn bounded(from: impl Read, most: u64) -> Result<String, String> {
+    let mut bytes = Vec::new();
+    from.take(most + 1).read_to_end(&mut bytes).map_err(|error| describe(&error))?;
+    if bytes.len() as u64 > most {
+        return Err(format!("more than {:.1} GB comes out of it, the most", most as f64 / 1e9));
+    }
+    String::from_utf8(bytes)
+        .map_err(|error| not_text(error.as_bytes(), error.utf8_error().valid_up_to()))
+}
+
+fn describe(error: &std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        std::io::ErrorKind::PermissionDenied => "you may not read it".to_owned(),
+        _ => error.to_string(),
+    }
+}
+
+/// Why bytes are no text, of which those before `at` are.
+fn not_text(bytes: &[u8], at: usize) -> String {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return "it is text in UTF-16; save it in UTF-8".to_owned();
+    }
+    let before = &bytes[..at];
+    if before.contains(&0) || bytes[at..].iter().take(1000).any(|byte| *byte == 0) {
+        return format!("it is not a text file (byte {} is not)", at + 1);
+    }
+    let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
+    format!(
+        "it is not text in UTF-8: in line {line} byte {} is 0x{:02x}; if it is in an older encoding such as \
+         Latin-1, save it in UTF-8",
+        at + 1,
+        bytes[at]
+    )
 }
 
 impl Found {
@@ -174,5 +218,29 @@ fn nothing_chosen<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Failu
             .help(format!("add one to the model as [{what}s.NAME], or give one: --{what} \"...\""))
     } else {
         failure.help(format!("give one with --{what}: {}", names.join(", ")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A device may have no end.
+    #[test]
+    fn what_does_not_end_is_refused() {
+        let why = bounded(std::io::repeat(b'x'), 100_000_000).unwrap_err();
+        assert_eq!(why, "more than 0.1 GB comes out of it, the most");
+        assert_eq!(bounded(&b"abc"[..], 3).as_deref(), Ok("abc"));
+        assert!(bounded(&b"abcd"[..], 3).is_err());
+    }
+
+    #[test]
+    fn what_is_no_text_is_told_with_its_place() {
+        let why = |bytes: &[u8]| bounded(bytes, 1000).unwrap_err();
+        assert!(why(b"a = 1\nb = 2 # \xe9 \nc").contains("line 2 byte 15 is 0xe9"));
+        assert!(why(b"\x7fELF\x02\0\0\xff").contains("not a text file (byte 8"));
+        for utf16 in [&b"\xff\xfea\0"[..], b"\xfe\xff\0a"] {
+            assert!(why(utf16).contains("UTF-16"));
+        }
     }
 }

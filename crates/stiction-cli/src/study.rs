@@ -28,6 +28,7 @@ fn carry_out(options: &Study) -> Result<(), Failure> {
     if STUDIES.iter().all(|(known, _)| known != name) {
         return Err(unknown(name));
     }
+    let interrupted = listen_for_interrupt();
     // A folder that cannot be written is told before anything is computed. Programs that read the
     // report from standard output get files only if they ask for them.
     let folder = options
@@ -35,7 +36,7 @@ fn carry_out(options: &Study) -> Result<(), Failure> {
         .clone()
         .or_else(|| (!options.json).then(|| PathBuf::from(format!("study-{name}"))));
     let mut outputs = folder.as_deref().map(Outputs::new).transpose()?;
-    let interrupted = listen_for_interrupt();
+    let page = outputs.as_mut().map(|outputs| outputs.begin(PAGE)).transpose()?;
     let mut progress = Progress::new();
     let report = zhang2018::study(|what, done, of| {
         progress.tell_step(what, done, of);
@@ -57,10 +58,11 @@ fn carry_out(options: &Study) -> Result<(), Failure> {
         let _ = report.write_findings(&mut text);
         print(&text)?;
     }
-    if let (Some(outputs), Some(folder)) = (outputs.take(), folder) {
+    if let (Some(outputs), Some(page), Some(folder)) = (outputs, page, folder) {
+        outputs.end(PAGE, page, report.html().as_bytes())?;
         let count = write(outputs, &report, &earlier_files(&folder))?;
         if !options.json {
-            let page = folder.join("report.html");
+            let page = folder.join(PAGE);
             tell!(
                 "\nwrote {} and {count} more files: the same in Markdown and JSON, pictures, and all numbers as CSV",
                 page.display()
@@ -70,10 +72,12 @@ fn carry_out(options: &Study) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes all files of a report but the first, `report.html`, of which it gives no count.
+/// The page of a report.
+const PAGE: &str = "report.html";
+
+/// Writes all files of a report but the page, which is there, and gives their number.
 /// Of `earlier` files those that this report does not have are removed.
 fn write(mut outputs: Outputs, report: &Report, earlier: &[String]) -> Result<usize, Failure> {
-    outputs.write("report.html", report.html().as_bytes())?;
     outputs.write("report.md", report.markdown().as_bytes())?;
     let files: Vec<(String, String)> =
         report.tables().into_iter().chain(report.pictures()).collect();

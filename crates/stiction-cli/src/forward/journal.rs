@@ -28,10 +28,12 @@ pub(super) struct Kept {
 
 impl Journal {
     pub(super) fn new(job: &Job<'_>, every: f64) -> Result<Self, Failure> {
-        let every = Duration::try_from_secs_f64(every).map_err(|_| {
-            Failure::input(format!("--checkpoint is {every} s"))
-                .help("give a time that is not negative")
-        })?;
+        if every.is_nan() || every < 0.0 {
+            return Err(Failure::input(format!("--checkpoint is {every} s"))
+                .help("give a time that is not negative"));
+        }
+        // What is too long for a clock is never.
+        let every = Duration::try_from_secs_f64(every).unwrap_or(Duration::MAX);
         Ok(Self { every, last: Instant::now(), fingerprint: job.fingerprint() })
     }
 
@@ -58,6 +60,7 @@ impl Journal {
             "mark": mark.json(),
         });
         outputs.write_now(CHECKPOINT, format!("{content:#}\n").as_bytes())?;
+        outputs.keep();
         self.last = Instant::now();
         Ok(())
     }

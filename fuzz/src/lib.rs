@@ -1,0 +1,4 @@
+//! What the fuzz targets try, and how they make models.
+
+pub mod making;
+pub mod trials;

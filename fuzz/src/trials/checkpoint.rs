@@ -1,0 +1,104 @@
+//! `checkpoint.json`: what an earlier run left, perhaps damaged.
+
+use super::texts::{files, model_of};
+use serde_json::Value;
+use std::cell::Cell;
+use stiction::forward::Settings;
+use stiction_model::{Drives, LoadCase, Model, Source};
+use stiction_study::forward::{
+    Feed, Job, Layout, Mark, Rows, Scribe, Start, Summary, Tables, write_events, write_summary,
+};
+
+/// A block on a slope: it sticks and slides, and its motion is that of one number.
+const BLOCK: &str = r#"
+gravity = [4, 0, -9]
+[bodies.block]
+mass = 1
+com = [0, 0, 0]
+inertia = [1e-3, 1e-3, 1e-3]
+[joints.A]
+type = "P"
+from = "ground"
+to = "block"
+axis = "x"
+actuated = true
+friction = { mu = 0.1, mu_static = 0.5 }
+[motions.m]
+duration = 1
+A = "0.1*t"
+"#;
+
+fn job<'a>(model: &'a Model, drives: &'a Drives, load: &'a LoadCase) -> Job<'a> {
+    Job {
+        model,
+        motion: model.motion("m"),
+        motion_name: "m".to_owned(),
+        load,
+        load_name: "none".to_owned(),
+        drives: Feed::Given(drives),
+        drives_name: "given".to_owned(),
+        control: None,
+        control_name: "none".to_owned(),
+        prescribed: Vec::new(),
+        locked: Vec::new(),
+        start: Start::Moving,
+        from: 0.0,
+        until: 0.2,
+        step: 0.05,
+        settings: Settings::default(),
+        friction: true,
+    }
+}
+
+/// Goes on from a mark, and gives the mark of its last sample but one.
+fn go_on(mark: Option<&Mark>) -> Option<Value> {
+    let model = model_of(BLOCK).expect("the block is fine");
+    let given = Source::new("--drives", "A = 30 N*sin(20*t)");
+    let drives = model.parse_drives(&given, &files).expect("the drives are fine");
+    let load = LoadCase::default();
+    let job = job(&model, &drives, &load);
+    let layout = Layout::new(&model.mechanism, job.follows());
+    let mut summary = Summary::new(&layout);
+    let mut scribe = Scribe::new(&model.mechanism);
+    let mut rows = Rows::default();
+    let mut tables = Tables::new(&layout, [(); 6].map(|()| Vec::<u8>::new())).expect("memory");
+    let mut left = None;
+    let asked = Cell::new(0);
+    let outcome = job.run(
+        |sample| {
+            scribe.write(&layout, sample, &mut rows);
+            summary.add(&rows);
+            tables.add(&layout, &rows).map_err(|error| error.to_string())
+        },
+        |done, of, mark| {
+            if done + 1 == of {
+                left = Some(mark().json());
+            }
+            Ok(())
+        },
+        &|| asked.replace(asked.get() + 1) > 20_000,
+        mark,
+    );
+    let outcome = outcome.ok()?;
+    for (name, file) in Tables::<Vec<u8>>::FILES.into_iter().zip(tables.finish().expect("memory")) {
+        super::finite::table(name, &file);
+    }
+    // What it tells of events that came from the mark.
+    write_events(Vec::new(), &summary, &outcome.events).expect("memory");
+    let mut text = String::new();
+    write_summary(&mut text, &job, &summary, &outcome).expect("a string takes it");
+    let _ = summary.json(&job, &outcome);
+    left
+}
+
+/// A mark as it is written: a seed.
+pub fn whole() -> String {
+    format!("{:#}", go_on(None).expect("the block moves"))
+}
+
+/// The part `mark` of a checkpoint.
+pub fn checkpoint(text: &str) {
+    let Ok(value) = serde_json::from_str::<Value>(text) else { return };
+    let Some(mark) = Mark::from_json(&value) else { return };
+    go_on(Some(&mark));
+}

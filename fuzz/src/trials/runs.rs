@@ -1,0 +1,255 @@
+//! Models that are carried out: whatever is accepted has an answer in numbers, or a reason why not.
+
+use super::finite;
+use super::texts::model_of;
+use std::time::{Duration, Instant};
+use stiction::dynamics::FrictionMode;
+use stiction::forward::Settings;
+use stiction_model::{Control, Drives, LoadCase, Model, Motion, Source};
+use stiction_study::exchange::{Home, json_text, mjcf};
+use stiction_study::{breakaway, check, forward, inverse};
+
+/// Samples of a run.
+const SAMPLES: f64 = 3.0;
+/// A motion that takes longer is stopped; where even that does not help is a finding.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// Longer than this a simulation is not carried on, s.
+const SPAN: f64 = 0.05;
+
+/// The motion and the load that the program would take.
+fn asked(model: &Model) -> Option<(Motion, LoadCase)> {
+    let motion = match &model.default_motion {
+        Some(name) => model.motion(name)?,
+        None => &model.motions.first()?.1,
+    };
+    let load = match &model.default_load {
+        Some(name) => model.load(name),
+        None => model.loads.first().map(|(_, load)| load),
+    };
+    Some((motion.clone(), load.cloned().unwrap_or_default()))
+}
+
+/// A model file, with all that the program does with one.
+pub fn mechanism(text: &str) {
+    let Some(model) = model_of(text) else { return };
+    let Some((motion, load)) = asked(&model) else { return };
+    let step = if motion.duration > 0.0 { motion.duration / SAMPLES } else { 1.0 };
+    let job = |friction| inverse::Job {
+        model: &model,
+        motion: &motion,
+        motion_name: "motion".to_owned(),
+        load: &load,
+        load_name: "load".to_owned(),
+        friction,
+        step: Some(step),
+        friction_margin: false,
+    };
+    checked(&job(FrictionMode::Off));
+    converted(&job(FrictionMode::Off));
+    for friction in [FrictionMode::Off, FrictionMode::OnePass] {
+        inverse(&job(friction));
+    }
+    inverse(&inverse::Job { friction_margin: true, ..job(FrictionMode::Converged) });
+    stopped(&job(FrictionMode::Converged));
+    simulated(&model, &motion, &load);
+}
+
+fn patient() -> impl FnMut(inverse::Phase, usize, usize) -> bool {
+    let begun = Instant::now();
+    move |_, _, _| begun.elapsed() < PATIENCE
+}
+
+fn checked(job: &inverse::Job<'_>) {
+    let findings = match check::examine(job, patient()) {
+        Ok(findings) => findings,
+        Err(error) => return finite::text("a reason", &error.to_string()),
+    };
+    let mut text = String::new();
+    check::write_report(&mut text, job, &findings).expect("a string takes it");
+    finite::text("check", &text);
+    const EMPTY: &[&str] = &["leg", "weakest", "everywhere", "governance", "left"];
+    finite::json("check", &findings.json(job), EMPTY);
+    if let Ok(page) = check::draw_page(job, &findings) {
+        finite::picture("mechanism.svg", &page.picture);
+    }
+}
+
+fn converted(job: &inverse::Job<'_>) {
+    let Ok(home) = Home::of(job) else { return };
+    let json = serde_json::from_str(&json_text(&home)).expect("it is JSON");
+    const EMPTY: &[&str] = &["compliance", "backward", "coordinate", "bristles"];
+    finite::json("convert", &json, EMPTY);
+    match mjcf(&home) {
+        Ok(converted) => finite::picture("mjcf", &converted.text),
+        Err(unfit) => assert!(!unfit.to_string().is_empty() && !unfit.help().is_empty()),
+    }
+}
+
+fn inverse(job: &inverse::Job<'_>) {
+    let mechanism = &job.model.mechanism;
+    let mut tables = inverse::Tables::new(mechanism, [vec![], vec![], vec![]]).expect("memory");
+    let mut bodies = inverse::BodyTable::new(mechanism, vec![]).expect("memory");
+    let mut shares =
+        job.has_shares().then(|| inverse::ShareTable::new(job, vec![]).expect("memory"));
+    let mut summary = inverse::Summary::new(job);
+    let mut curves = inverse::Curves::new(job, 4);
+    let outcome = job.run(
+        |sample| {
+            tables.add(sample).map_err(|error| error.to_string())?;
+            bodies.add(sample).map_err(|error| error.to_string())?;
+            if let Some(shares) = &mut shares {
+                shares.add(sample).map_err(|error| error.to_string())?;
+            }
+            summary.add(sample);
+            curves.add(sample);
+            Ok(())
+        },
+        patient(),
+    );
+    let verdict = match outcome {
+        Ok(verdict) => verdict,
+        Err(error) => return finite::text("a reason", &error.to_string()),
+    };
+    for (name, table) in [
+        ("inverse.csv", tables.inverse.finish()),
+        ("reactions.csv", tables.reactions.finish()),
+        ("friction.csv", tables.friction.finish()),
+        ("bodies.csv", bodies.finish()),
+    ] {
+        finite::table(name, &table.expect("memory"));
+    }
+    if let Some(shares) = shares {
+        finite::table("shares.csv", &shares.finish().expect("memory"));
+    }
+    finite::json("summary", &summary.json(job, &verdict), SUMMARY_EMPTY);
+    let mut text = String::new();
+    inverse::write_summary(&mut text, job, &summary, &verdict).expect("a string takes it");
+    finite::text("summary", &text);
+    for (name, figure) in curves.figures() {
+        finite::picture(name, &figure.svg());
+    }
+}
+
+/// What may be missing in the summary: what does not apply, or has no limit, and says so beside it.
+const SUMMARY_EMPTY: &[&str] = &[
+    "interpolation",
+    "efficiency",
+    "dissipated_part",
+    "weighting",
+    "friction_coupling",
+    "friction_unique_up_to",
+    "other_solutions",
+    "friction_margin",
+    "factor",
+    "singular",
+    "widest_interval",
+    "drive_outer_low",
+    "drive_outer_high",
+    "interval_certified_within",
+];
+
+fn stopped(job: &inverse::Job<'_>) {
+    let Ok(findings) = breakaway::look(job, None) else { return };
+    let mut text = String::new();
+    breakaway::write_report(&mut text, job, &findings).expect("a string takes it");
+    assert!(!text.contains("NaN"), "{text}");
+    let _ = findings.json(job).to_string();
+}
+
+fn simulated(model: &Model, motion: &Motion, load: &LoadCase) {
+    let files = |_: &str| Err("none".to_owned());
+    let control = |text: &str| model.parse_control(&Source::new("--controller", text), &files).ok();
+    let actuators = model.mechanism.actuators().count();
+    // Nothing but its own weight; a controller; a motion that is forced.
+    for (control, prescribed, friction) in [
+        (None, Vec::new(), true),
+        (control("computed-torque+friction"), Vec::new(), true),
+        (control("pd"), Vec::new(), false),
+        (None, (0..actuators).collect(), true),
+    ] {
+        simulate(model, motion, load, control.as_ref(), prescribed, friction);
+    }
+}
+
+fn simulate(
+    model: &Model,
+    motion: &Motion,
+    load: &LoadCase,
+    control: Option<&Control>,
+    prescribed: Vec<usize>,
+    friction: bool,
+) {
+    let model = forward::arrange(model, friction, &[]);
+    let drives = Drives::default();
+    let span = if motion.duration > 0.0 { motion.duration.min(SPAN) } else { SPAN };
+    let job = forward::Job {
+        model: &model,
+        motion: Some(motion),
+        motion_name: "motion".to_owned(),
+        load,
+        load_name: "load".to_owned(),
+        drives: forward::Feed::Given(&drives),
+        drives_name: "none".to_owned(),
+        control,
+        control_name: "controller".to_owned(),
+        prescribed,
+        locked: Vec::new(),
+        start: forward::Start::Moving,
+        from: motion.start,
+        until: motion.start + span,
+        step: span / SAMPLES,
+        settings: Settings::default(),
+        friction,
+    };
+    let layout = forward::Layout::new(&model.mechanism, job.follows());
+    let mut summary = forward::Summary::new(&layout);
+    let mut scribe = forward::Scribe::new(&model.mechanism);
+    let mut rows = forward::Rows::default();
+    let mut curves = forward::Curves::new(&job, &layout, 4);
+    let mut tables =
+        forward::Tables::new(&layout, [(); 6].map(|()| Vec::<u8>::new())).expect("memory");
+    let begun = Instant::now();
+    let outcome = job.run(
+        |sample| {
+            scribe.write(&layout, sample, &mut rows);
+            summary.add(&rows);
+            curves.add(&rows);
+            tables.add(&layout, &rows).map_err(|error| error.to_string())
+        },
+        |_, _, _| Ok(()),
+        &|| begun.elapsed() > PATIENCE,
+        None,
+    );
+    let outcome = match outcome {
+        Ok(outcome) => outcome,
+        Err(error) => return finite::text("a reason", &error.to_string()),
+    };
+    let files = tables.finish().expect("memory");
+    for (name, file) in forward::Tables::<Vec<u8>>::FILES.into_iter().zip(&files) {
+        finite::table(name, file);
+    }
+    let mut events = Vec::new();
+    forward::write_events(&mut events, &summary, &outcome.events).expect("memory");
+    let mut text = String::new();
+    forward::write_summary(&mut text, &job, &summary, &outcome).expect("a string takes it");
+    finite::text("summary", &text);
+    const EMPTY: &[&str] = &[
+        "controller",
+        "ended_because",
+        "error",
+        "error_unit",
+        "position_at_end",
+        "rate_at_end",
+        "work",
+        "dissipated",
+        "sticks",
+        "stops",
+        "error_relative",
+        "motion",
+        "coupling",
+    ];
+    finite::json("forward", &summary.json(&job, &outcome), EMPTY);
+    for (name, figure) in curves.figures(&summary, &outcome.events) {
+        finite::picture(name, &figure.svg());
+    }
+}

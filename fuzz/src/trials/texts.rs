@@ -1,0 +1,164 @@
+//! Texts that are read and not run: model files, units, expressions, recordings, options.
+
+use stiction_model::{Course, Diagnostics, Model, Motion, Source, gallery, read};
+
+/// Messages in all ways in which they are given out.
+fn render(diagnostics: &Diagnostics) {
+    let plain = diagnostics.render(false);
+    assert!(diagnostics.is_empty() || !plain.trim().is_empty(), "a message without words");
+    let _ = diagnostics.render(true);
+    let _ = diagnostics.to_json().to_string();
+}
+
+/// A value or, where it is refused, its messages in all ways.
+fn accepted<T>(result: Result<T, Diagnostics>) -> Option<T> {
+    match result {
+        Ok(value) => Some(value),
+        Err(diagnostics) => {
+            assert!(diagnostics.has_errors(), "refused without an error");
+            render(&diagnostics);
+            None
+        }
+    }
+}
+
+/// Files that any text may name.
+pub(crate) fn files(_: &str) -> Result<String, String> {
+    Ok("time [s], A, leg1.P\n0, 1, 0.6\n0.5, 1.1, 0.61\n1, 2, 0.62\n".to_owned())
+}
+
+/// The model that a text describes, if it does; its warnings are rendered.
+pub(crate) fn model_of(text: &str) -> Option<Model> {
+    let model = accepted(read(&Source::new("model.toml", text), &files))?;
+    render(&model.warnings);
+    Some(model)
+}
+
+fn known(name: &str) -> Model {
+    let text = gallery::get(name).unwrap_or_else(|| panic!("no {name}"));
+    model_of(text).unwrap_or_else(|| panic!("{name} is refused"))
+}
+
+/// Has a value, or says why not.
+fn has_value(course: &Course, t: f64) {
+    let target = course.at(t);
+    let finite =
+        target.value.is_finite() && target.rate.is_finite() && target.acceleration.is_finite();
+    match course.fault_at(t) {
+        Some(fault) => render(&fault.into()),
+        None => assert!(finite, "no fault at t = {t}, but {target:?}"),
+    }
+}
+
+fn has_values(motion: &Motion) {
+    assert!(motion.start.is_finite(), "start {}", motion.start);
+    assert!(motion.duration.is_finite() && motion.duration >= 0.0, "{}", motion.duration);
+    for part in [0.0, 0.3, 1.0] {
+        let t = motion.start + part * motion.duration;
+        for (_, course) in &motion.coordinates {
+            has_value(course, t);
+        }
+    }
+}
+
+/// A model file.
+pub fn model(text: &str) {
+    let Some(model) = model_of(text) else { return };
+    for (_, motion) in &model.motions {
+        has_values(motion);
+    }
+    for (_, load) in &model.loads {
+        for wrench in &load.wrenches {
+            wrench.force.iter().chain(&wrench.moment).for_each(|course| has_value(course, 0.25));
+        }
+    }
+}
+
+/// A unit behind a number, where each of many dimensions is expected.
+pub fn unit(text: &str) {
+    let quoted = text.replace(['\\', '"', '\n', '\r'], " ");
+    model(&format!(
+        "gravity = [\"1 {quoted}\", 0, 0]\ncharacteristic_length = \"1 {quoted}\"\n[parameters]\np = \"1 {quoted}\"\n\
+         [bodies.a]\nmass = \"1 {quoted}\"\ncom = [\"1 {quoted}\", 0, 0]\ninertia = [\"1 {quoted}\", 1, 1]\n\
+         [joints.A]\ntype = \"H\"\nfrom = \"ground\"\nto = \"a\"\naxis = \"z\"\npitch = \"1 {quoted}\"\n\
+         start = \"1 {quoted}\"\nfriction = {{ mu = \"1 {quoted}\", viscous = \"1 {quoted}\", radius = \"1 {quoted}\", \
+         preload = \"1 {quoted}\", stribeck_velocity = \"1 {quoted}\", mu_static = 2 }}\n\
+         [springs.s]\nfrom = \"ground\"\nto = \"a\"\nstiffness = \"1 {quoted}\"\nfree_length = 1\ndamping = \"1 {quoted}\"\n"
+    ));
+    options(&format!("platform.z = 1 {text}; platform.rx = 2 {text}; duration = 1 {text}"));
+}
+
+/// An expression: of a motion, of a load, and in a model file.
+pub fn expression(text: &str) {
+    let robot = known("3rps");
+    let motion = format!("platform.z = {text}; platform.rx = {text}; duration = 1");
+    if let Some(motion) = accepted(robot.parse_motion(&Source::new("--motion", motion), &files)) {
+        has_values(&motion);
+    }
+    let load = format!("platform.fz = {text}");
+    if let Some(load) = accepted(robot.parse_load(&Source::new("--load", load), &files)) {
+        for wrench in &load.wrenches {
+            wrench.force.iter().for_each(|course| has_value(course, 0.25));
+        }
+    }
+    let quoted = text.replace(['\\', '"', '\n', '\r'], " ");
+    let one = "[bodies.a]\n[joints.A]\ntype = \"R\"\nfrom = \"ground\"\nto = \"a\"\naxis = \"z\"\n";
+    model(&format!(
+        "gravity = [\"{quoted}\", 0, 0]\n[parameters]\np = \"{quoted}\"\nq = \"p + {quoted}\"\n{one}\
+         [motions.m]\nA = \"{quoted}\"\n[loads.l]\na.fx = \"{quoted}\"\n"
+    ));
+}
+
+/// Samples of a motion and of drives as CSV.
+pub fn recording(text: &str) {
+    let robot = known("3rps");
+    if let Some(motion) = accepted(robot.read_motion(&Source::new("motion.csv", text), &files)) {
+        has_values(&motion);
+        if let Some(samples) = &motion.samples {
+            assert!(samples.iter().all(|t| t.is_finite()), "a time that is not finite");
+            assert!(samples.windows(2).all(|two| two[0] < two[1]), "times that do not increase");
+        }
+    }
+    let own = |_: &str| Ok(text.to_owned());
+    if let Some(drives) = accepted(robot.parse_drives(&Source::new("--drives", "d.csv"), &own)) {
+        drives.efforts.iter().for_each(|(_, course)| has_value(course, 0.3));
+    }
+}
+
+/// What stands behind `--motion`, `--from` and `--load`; and the same texts as TOML files.
+pub fn options(text: &str) {
+    let robot = known("3rps");
+    let own = |_: &str| Ok(text.to_owned());
+    for source in [Source::new("--motion", text), Source::new("--motion", "m.toml")] {
+        let files: &dyn Fn(&str) -> _ = if source.text == text { &files } else { &own };
+        if let Some(motion) = accepted(robot.parse_motion(&source, files)) {
+            has_values(&motion);
+        }
+    }
+    for source in [Source::new("--load", text), Source::new("--load", "l.toml")] {
+        if let Some(load) = accepted(robot.parse_load(&source, &own)) {
+            for wrench in &load.wrenches {
+                assert!(wrench.point.to_array().iter().all(|x| x.is_finite()));
+                wrench.force.iter().chain(&wrench.moment).for_each(|c| has_value(c, 0.25));
+            }
+        }
+    }
+}
+
+/// What stands behind `--drives` and `--controller`; and the same texts as TOML files.
+pub fn drives(text: &str) {
+    let robot = known("3rps");
+    let own = |_: &str| Ok(text.to_owned());
+    for source in [Source::new("--drives", text), Source::new("--drives", "d.toml")] {
+        if let Some(drives) = accepted(robot.parse_drives(&source, &own)) {
+            drives.efforts.iter().for_each(|(_, course)| has_value(course, 0.25));
+        }
+    }
+    for source in [Source::new("--controller", text), Source::new("--controller", "c.toml")] {
+        if let Some(control) = accepted(robot.parse_control(&source, &own)) {
+            let numbers = [control.period, control.bandwidth, control.damping];
+            assert!(numbers.iter().all(|x| x.is_finite()), "{control:?}");
+            assert!(control.period > 0.0, "{control:?}");
+        }
+    }
+}

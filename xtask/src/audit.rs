@@ -1,0 +1,263 @@
+//! `cargo xtask audit`: what does not change from day to day and takes longer than one likes to wait: licences and
+//! known defects of dependencies, their oldest versions, the oldest compiler, builds without optional features, memory.
+//!
+//! Every step needs something that not everybody has. A step that cannot be done is told as such, and fails nothing:
+//! what was done is counted at the end.
+
+use crate::{cargo, succeeds};
+use serde_json::Value;
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
+
+/// How a step ended.
+enum Ended {
+    Passed,
+    Failed,
+    /// With what is missing.
+    Left(String),
+}
+
+type Step = (&'static str, &'static str, fn() -> Ended);
+
+const STEPS: [Step; 7] = [
+    ("features", "builds with and without optional features", features),
+    ("oldest-compiler", "the oldest compiler that is promised", oldest_compiler),
+    ("oldest-versions", "the oldest versions of dependencies that are promised", oldest_versions),
+    (
+        "dependencies",
+        "licences, sources and known defects of dependencies (cargo-deny)",
+        dependencies,
+    ),
+    (
+        "memory",
+        "the unsafe code under Valgrind: it sees what recorded machine code touches",
+        memory,
+    ),
+    ("sanitizer", "the unsafe code under the address sanitizer", sanitizer),
+    ("fuzz", "every fuzz target for a minute (cargo-fuzz)", fuzz),
+];
+
+pub(crate) fn audit(arguments: impl Iterator<Item = String>) -> ExitCode {
+    let names: Vec<String> = arguments.collect();
+    if let Some(odd) = names.iter().find(|name| STEPS.iter().all(|(known, ..)| known != name)) {
+        eprintln!("unknown step `{odd}`; there are:");
+        STEPS.iter().for_each(|(name, what, _)| eprintln!("  {name:<16} {what}"));
+        return ExitCode::from(2);
+    }
+    let asked =
+        STEPS.iter().filter(|(name, ..)| names.is_empty() || names.iter().any(|n| n == name));
+    let mut told = Vec::new();
+    let mut good = true;
+    for (name, what, step) in asked {
+        eprintln!("\n== {name}: {what}");
+        let word = match step() {
+            Ended::Passed => "passed".to_owned(),
+            Ended::Left(why) => format!("not done: {why}"),
+            Ended::Failed => {
+                good = false;
+                "FAILED".to_owned()
+            }
+        };
+        eprintln!("== {name}: {word}");
+        told.push((name, word));
+    }
+    println!();
+    told.iter().for_each(|(name, word)| println!("{name:<16} {word}"));
+    if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn ended(good: bool) -> Ended {
+    if good { Ended::Passed } else { Ended::Failed }
+}
+
+/// Whether a program starts.
+fn is_there(command: &mut Command) -> bool {
+    let status = command.stdout(Stdio::null()).stderr(Stdio::null()).status();
+    status.is_ok_and(|status| status.success())
+}
+
+/// Cargo of another toolchain. The one that runs this would be taken for that otherwise.
+fn cargo_of(toolchain: &str, arguments: &[&str]) -> Command {
+    let mut command = Command::new("cargo");
+    command.arg(format!("+{toolchain}")).args(arguments);
+    for variable in ["CARGO", "RUSTC", "RUSTDOC", "RUSTUP_TOOLCHAIN"] {
+        command.env_remove(variable);
+    }
+    command
+}
+
+fn has_toolchain(toolchain: &str) -> bool {
+    is_there(&mut cargo_of(toolchain, &["--version"]))
+}
+
+/// The packages of this workspace, or of it and all that it needs.
+fn packages(all: bool) -> Option<Vec<Value>> {
+    let scope: &[&str] = if all { &[] } else { &["--no-deps"] };
+    let output =
+        cargo(&["metadata", "--format-version=1", "--locked"]).args(scope).output().ok()?;
+    let value: Value = serde_json::from_slice(&output.stdout).ok()?;
+    value["packages"].as_array().cloned()
+}
+
+/// Every package on its own: others turn features on.
+fn features() -> Ended {
+    let Some(packages) = packages(false) else { return Ended::Failed };
+    let good = packages.iter().filter_map(|package| package["name"].as_str()).all(|name| {
+        ["--no-default-features", "--all-features"].iter().all(|features| {
+            eprintln!("   {name} {features}");
+            succeeds(&mut cargo(&["check", "--quiet", "--all-targets", "-p", name, features]))
+        })
+    });
+    ended(good)
+}
+
+fn number(version: &str) -> Vec<u32> {
+    version.split('.').map_while(|part| part.parse().ok()).collect()
+}
+
+/// Dependencies say from which compiler on they can be built; of our own code, with that compiler if it is
+/// there, and with the lint that knows since when the functions of the standard library exist.
+fn oldest_compiler() -> Ended {
+    let Some(packages) = packages(true) else { return Ended::Failed };
+    let of = |package: &Value| package["rust_version"].as_str().map(str::to_owned);
+    let ours = packages.iter().find(|package| package["name"] == "stiction").and_then(of);
+    let Some(ours) = ours else { return Ended::Failed };
+    let newer: Vec<String> = packages
+        .iter()
+        .filter(|package| of(package).is_some_and(|own| number(&own) > number(&ours)))
+        .map(|package| format!("{} {}", package["name"], package["version"]))
+        .collect();
+    if !newer.is_empty() {
+        eprintln!("   promised is {ours}, but these need more: {}", newer.join(", "));
+        return Ended::Failed;
+    }
+    if has_toolchain(&ours) {
+        let arguments =
+            ["check", "--workspace", "--locked", "--target-dir", "target/audit/oldest-compiler"];
+        return ended(succeeds(&mut cargo_of(&ours, &arguments)));
+    }
+    let lint = ["clippy", "--workspace", "--", "-D", "clippy::incompatible_msrv"];
+    if !succeeds(&mut cargo(&lint)) {
+        return Ended::Failed;
+    }
+    Ended::Left(format!(
+        "there is no toolchain {ours}; all dependencies say that it is enough for them, and clippy knows of no newer \
+         function"
+    ))
+}
+
+/// In a copy, since the versions are written into `Cargo.lock`.
+fn oldest_versions() -> Ended {
+    if !has_toolchain("nightly") {
+        return Ended::Left("only a nightly compiler's cargo chooses them".to_owned());
+    }
+    let copy = Path::new("target/audit/oldest-versions");
+    let _ = fs::remove_dir_all(copy);
+    let listed = Command::new("git")
+        .args(["ls-files", "--cached", "--others", "--exclude-standard"])
+        .output();
+    let Ok(listed) = listed else { return Ended::Left("there is no git".to_owned()) };
+    for name in String::from_utf8_lossy(&listed.stdout).lines() {
+        let (from, to) = (Path::new(name), copy.join(name));
+        let folder = to.parent().unwrap_or(copy);
+        // What was deleted and not yet committed is listed, too.
+        if from.is_file() && (fs::create_dir_all(folder).is_err() || fs::copy(from, &to).is_err()) {
+            eprintln!("   cannot copy {name}");
+            return Ended::Failed;
+        }
+    }
+    let run = |arguments: &[&str]| succeeds(cargo_of("nightly", arguments).current_dir(copy));
+    ended(
+        run(&["update", "-Z", "direct-minimal-versions"])
+            && run(&[
+                "check",
+                "--workspace",
+                "--all-targets",
+                "--target-dir",
+                "../oldest-versions-target",
+            ]),
+    )
+}
+
+fn dependencies() -> Ended {
+    if !is_there(&mut cargo(&["deny", "--version"])) {
+        return Ended::Left("cargo install cargo-deny --locked".to_owned());
+    }
+    ended(
+        succeeds(&mut cargo(&["deny", "check", "licenses", "bans", "sources"]))
+            && succeeds(&mut cargo(&["deny", "check", "advisories"])),
+    )
+}
+
+/// The unit tests of the crate that has the unsafe code, built by `command`.
+fn unit_tests(command: &mut Command) -> Option<PathBuf> {
+    let output = command.stderr(Stdio::inherit()).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    let messages = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let mut tests = messages.filter(|message| message["target"]["name"] == "stiction_program");
+    tests.find_map(|message| message["executable"].as_str().map(PathBuf::from))
+}
+
+fn memory() -> Ended {
+    if !is_there(Command::new("valgrind").arg("--version")) {
+        return Ended::Left("there is no valgrind".to_owned());
+    }
+    let build = ["test", "-p", "stiction-program", "--lib", "--no-run", "--message-format=json"];
+    let Some(tests) = unit_tests(&mut cargo(&build)) else { return Ended::Failed };
+    let mut command = Command::new("valgrind");
+    command.args(["--error-exitcode=1", "--quiet", "--smc-check=all"]).arg(tests).arg("machine");
+    ended(succeeds(&mut command))
+}
+
+fn sanitizer() -> Ended {
+    if !has_toolchain("nightly") {
+        return Ended::Left("only a nightly compiler has it".to_owned());
+    }
+    let host = Command::new("rustc").arg("-vV").output().ok();
+    let host = host.and_then(|output| {
+        let text = String::from_utf8(output.stdout).ok()?;
+        text.lines().find_map(|line| line.strip_prefix("host: ").map(str::to_owned))
+    });
+    let Some(host) = host else { return Ended::Failed };
+    let mut test =
+        cargo_of("nightly", &["test", "-p", "stiction-program", "--tests", "--target", &host]);
+    test.args(["--target-dir", "target/audit/sanitizer"]).env("RUSTFLAGS", "-Zsanitizer=address");
+    ended(succeeds(&mut test))
+}
+
+fn fuzz() -> Ended {
+    if !has_toolchain("nightly") || !is_there(&mut cargo_of("nightly", &["fuzz", "--version"])) {
+        return Ended::Left(
+            "rustup toolchain install nightly; cargo install cargo-fuzz".to_owned(),
+        );
+    }
+    let output = cargo_of("nightly", &["fuzz", "list"]).output();
+    let list = output.map(|output| String::from_utf8_lossy(&output.stdout).into_owned());
+    let list = list.unwrap_or_default();
+    let seconds = env::var("SECONDS_PER_TARGET").unwrap_or_else(|_| "60".to_owned());
+    let time = format!("-max_total_time={seconds}");
+    let mut names = list.lines().peekable();
+    let any = names.peek().is_some();
+    ended(
+        any && names.all(|name| {
+            let own = format!("fuzz/corpus/{name}");
+            let seeds = format!("fuzz/seeds/{name}");
+            let made = fs::create_dir_all(&own).is_ok() && fs::create_dir_all(&seeds).is_ok();
+            let run = [
+                "fuzz",
+                "run",
+                "--sanitizer",
+                "none",
+                name,
+                &own,
+                &seeds,
+                "--",
+                &time,
+                "-timeout=60",
+            ];
+            made && succeeds(&mut cargo_of("nightly", &run))
+        }),
+    )
+}
