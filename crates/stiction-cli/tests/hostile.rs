@@ -73,7 +73,7 @@ fn what_comes_to_nothing_leaves_nothing() {
     folder.stiction(&["inverse", "zhang2018", "-o", "new/deeper/deepest"]).fails(1, &["singular"]);
     assert_eq!(folder.files(), Vec::<String>::new());
     folder.write("file", "hello");
-    folder.stiction(&["check", "-o", "file"]).fails(2, &["there is a file of that name"]);
+    folder.stiction(&["check", "-o", "file"]).fails(2, &["-o wants a folder, but file is a file"]);
     folder.stiction(&["check", "-o", "file/in"]).fails(2, &["cannot make the folder file/in"]);
     assert_eq!(folder.read("file"), "hello");
 }
@@ -137,7 +137,17 @@ fn after_a_full_disk_a_simulation_goes_on() {
     let parted = Folder::new("hostile-disk-parted");
     with_little_room(&parted, 200, &run)
         .fails(2, &["cannot write the tables", "kept: the same with --resume goes on from there"]);
-    parted.stiction(&[&run[..], &["--resume"]].concat()).succeeds();
+    // A digit that is another one is not gone on from.
+    let kept = parted.read("checkpoint.json");
+    let (before, digits) = kept.split_once("\"simulation\": \"2.0 0.").unwrap();
+    let first = digits.chars().next().unwrap();
+    let other = if first == '1' { '2' } else { '1' };
+    let damaged = format!("{before}\"simulation\": \"2.0 0.{other}{}", &digits[1..]);
+    parted.write("checkpoint.json", &damaged);
+    let resume = [&run[..], &["--resume"]].concat();
+    parted.stiction(&resume).fails(2, &["checkpoint.json is damaged", "without --resume"]);
+    parted.write("checkpoint.json", &kept);
+    parted.stiction(&resume).succeeds();
     assert_eq!(parted.files(), whole.files());
     assert_eq!(parted.read("forward.csv"), whole.read("forward.csv"));
 }

@@ -80,6 +80,10 @@ fn go_on(mark: Option<&Mark>) -> Option<Value> {
         mark,
     );
     let outcome = outcome.ok()?;
+    if rows.forward.is_empty() {
+        // The program has the rows of the samples before, and reads them first.
+        return None;
+    }
     for (name, file) in Tables::<Vec<u8>>::FILES.into_iter().zip(tables.finish().expect("memory")) {
         super::finite::table(name, &file);
     }

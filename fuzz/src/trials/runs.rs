@@ -67,7 +67,17 @@ fn checked(job: &inverse::Job<'_>) {
     let mut text = String::new();
     check::write_report(&mut text, job, &findings).expect("a string takes it");
     finite::text("check", &text);
-    const EMPTY: &[&str] = &["leg", "weakest", "everywhere", "governance", "left"];
+    const EMPTY: &[&str] = &[
+        "leg",
+        "weakest",
+        "everywhere",
+        "governance",
+        "left",
+        "smallest_kept",
+        "largest_dropped",
+        "distance",
+        "greatest_elsewhere",
+    ];
     finite::json("check", &findings.json(job), EMPTY);
     if let Ok(page) = check::draw_page(job, &findings) {
         finite::picture("mechanism.svg", &page.picture);
@@ -77,7 +87,7 @@ fn checked(job: &inverse::Job<'_>) {
 fn converted(job: &inverse::Job<'_>) {
     let Ok(home) = Home::of(job) else { return };
     let json = serde_json::from_str(&json_text(&home)).expect("it is JSON");
-    const EMPTY: &[&str] = &["compliance", "backward", "coordinate", "bristles"];
+    const EMPTY: &[&str] = &["friction", "compliance", "coordinate"];
     finite::json("convert", &json, EMPTY);
     match mjcf(&home) {
         Ok(converted) => finite::picture("mjcf", &converted.text),
@@ -134,6 +144,8 @@ fn inverse(job: &inverse::Job<'_>) {
 const SUMMARY_EMPTY: &[&str] = &[
     "interpolation",
     "efficiency",
+    "friction_effect",
+    "friction_shares",
     "dissipated_part",
     "weighting",
     "friction_coupling",

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::fs::File;
 use std::io::BufWriter;
 use std::time::{Duration, Instant};
-use stiction_study::forward::{Job, Mark};
+use stiction_study::forward::{Job, Mark, checksum};
 
 /// The file.
 pub(super) const CHECKPOINT: &str = "checkpoint.json";
@@ -53,11 +53,13 @@ impl Journal {
             .zip(files)
             .map(|(name, (at, bytes))| json!({ "name": name, "at": at, "bytes": bytes }))
             .collect();
+        let mark = mark.json();
         let content = json!({
             "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
             "fingerprint": format!("{:016x}", self.fingerprint),
+            "checksum": checksum_of(&Value::Array(tables.clone()), &mark),
             "tables": tables,
-            "mark": mark.json(),
+            "mark": mark,
         });
         outputs.write_now(CHECKPOINT, format!("{content:#}\n").as_bytes())?;
         outputs.keep();
@@ -86,6 +88,10 @@ impl Journal {
             ))
             .help("give the same options, or begin anew without --resume"));
         }
+        // A digit that is another one would be a simulation that is another one.
+        if value["checksum"] != json!(checksum_of(&value["tables"], &value["mark"])) {
+            return Err(wrong("is damaged"));
+        }
         let mark = Mark::from_json(&value["mark"]).ok_or_else(|| {
             wrong("is damaged: its `mark`, the state of the simulation, is not complete")
         })?;
@@ -100,6 +106,10 @@ impl Journal {
             wrong("is damaged: its `tables`, which say what of each file counts, are not complete")
         })? })
     }
+}
+
+fn checksum_of(tables: &Value, mark: &Value) -> String {
+    format!("{:016x}", checksum(&format!("{tables}{mark}")))
 }
 
 /// Where the tables are that are being written, and how long.

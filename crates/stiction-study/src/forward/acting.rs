@@ -26,6 +26,9 @@ enum Way<'a> {
     Stays(f64),
 }
 
+/// More samples than this have not been taken: the number is none of ours.
+const COUNTABLE: f64 = 1e15;
+
 /// The inputs of a simulation.
 pub(super) struct Acting<'a> {
     forward: &'a Forward,
@@ -153,6 +156,9 @@ impl<'a> Acting<'a> {
         let (first, rest) = numbers.split_first()?;
         let (kept, rest) = rest.split_at_checked(count)?;
         let (turns, rest) = rest.split_at_checked(count)?;
+        if !(0.0..=COUNTABLE).contains(first) {
+            return None;
+        }
         self.samples = *first as usize;
         self.kept.copy_from_slice(kept);
         self.turns.last_mut().copy_from_slice(turns);

@@ -1,10 +1,11 @@
 //! A simulation that was stopped, as text.
 
 use super::job::{Feed, Job};
+use super::rows::freedoms_of;
 use super::run::Mark;
 use serde_json::{Value, json};
 use stiction::forward::{Competitor, Event, EventKind, Method};
-use stiction::mechanism::JointId;
+use stiction::mechanism::{JointId, Mechanism};
 
 impl Mark {
     /// As JSON; numbers as text, to the last bit.
@@ -27,6 +28,30 @@ impl Mark {
             joints: numbers(&value["joints"])?,
             events: value["events"].as_array()?.iter().map(event).collect::<Option<_>>()?,
         })
+    }
+
+    /// Whether all that it speaks of is there in a mechanism, and all its numbers are such.
+    pub(super) fn fits(&self, mechanism: &Mechanism) -> bool {
+        let joints = mechanism.joints();
+        let contacts: usize = joints.iter().map(|joint| joint.friction.len()).sum();
+        let has_joint = |joint: &JointId| joint.0 < joints.len();
+        let events = self.events.iter().all(|event| {
+            event.time.is_finite()
+                && match &event.kind {
+                    EventKind::Sticks { contact, joint }
+                    | EventKind::Slides { contact, joint, .. } => {
+                        *contact < contacts && has_joint(joint)
+                    }
+                    EventKind::NotUnique { joint, .. } | EventKind::Jump { joint, .. } => {
+                        has_joint(joint)
+                    }
+                    EventKind::SharesNotUnique { .. } | EventKind::Method { .. } => true,
+                }
+        });
+        let numbers = self.joints.iter().chain(&self.inputs);
+        events
+            && self.joints.len() == freedoms_of(mechanism).len()
+            && numbers.into_iter().all(|number| number.is_finite())
     }
 }
 
@@ -52,11 +77,15 @@ impl Job<'_> {
             self.settings,
             self.model.homes,
         );
-        // FNV-1a, 64 bits.
-        all.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-        })
+        checksum(&all)
     }
+}
+
+/// A number that tells texts apart that differ by accident: FNV-1a, 64 bits.
+pub fn checksum(text: &str) -> u64 {
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
 }
 
 /// Numbers between spaces, in the shortest way that reads back as the same.

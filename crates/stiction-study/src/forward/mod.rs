@@ -16,6 +16,7 @@ mod terminal;
 
 pub use figures::Curves;
 pub use job::{Feed, Job, Start, arrange};
+pub use mark::checksum;
 pub use rows::{Layout, Rows, Scribe};
 pub use run::{Ending, Error, Mark, Outcome, Sample};
 pub use summary::Summary;

@@ -180,6 +180,9 @@ impl Job<'_> {
         let started = match mark {
             None => forward.start(self.from, state, self.settings, &mut acting),
             Some(mark) => {
+                if !mark.fits(&self.model.mechanism) {
+                    return Err(Error::Mark);
+                }
                 // Events before it are the mark's.
                 let numbers = mark.simulation.clone();
                 let point = Checkpoint { numbers, events: Vec::new() };
@@ -214,9 +217,6 @@ impl Job<'_> {
         let (mut done, mut last) = (0, self.from);
         let mut before = Vec::new();
         if let Some(mark) = mark {
-            if mark.joints.len() != freedoms.len() {
-                return Err(Error::Mark);
-            }
             (done, last) = (mark.samples, simulation.instant().time);
             turns.last_mut().copy_from_slice(&mark.joints);
             before.clone_from(&mark.events);

@@ -25,9 +25,13 @@ pub struct Checkpoint {
 /// The first number: what follows is in this order.
 const FORMAT: f64 = 3.0;
 
+/// No count comes near it; what is beyond is no count of ours, and could not be counted on from.
+const COUNTABLE: f64 = 1e15;
+
 /// Numbers in and out by the same calls, so that both have the same order.
 enum Tape<'a> {
     Out(&'a mut Vec<f64>),
+    /// What is left of them, and whether one was missing or no count where there is one.
     In(std::slice::Iter<'a, f64>, bool),
 }
 
@@ -35,9 +39,9 @@ impl Tape<'_> {
     fn number(&mut self, x: &mut f64) {
         match self {
             Self::Out(numbers) => numbers.push(*x),
-            Self::In(rest, short) => match rest.next() {
+            Self::In(rest, wrong) => match rest.next() {
                 Some(number) => *x = *number,
-                None => *short = true,
+                None => *wrong = true,
             },
         }
     }
@@ -49,6 +53,9 @@ impl Tape<'_> {
     fn count(&mut self, x: &mut usize) {
         let mut number = *x as f64;
         self.number(&mut number);
+        if let Self::In(_, wrong) = self {
+            *wrong |= !(0.0..=COUNTABLE).contains(&number);
+        }
         *x = number as usize;
     }
 
@@ -258,13 +265,13 @@ impl Forward {
         };
         let mut tape = Tape::In(numbers.iter(), false);
         simulation.pass(&mut tape);
-        let Tape::In(rest, short) = tape else { return Err(ForwardError::Checkpoint) };
+        let Tape::In(rest, wrong) = tape else { return Err(ForwardError::Checkpoint) };
         let joints_fit = simulation.anchors.iter().all(|anchor| {
             let joint_type = topology.joint_types.get(anchor.joint);
             joint_type.is_some_and(|joint_type| anchor.freedom < joint_type.freedoms().len())
         });
         let sound = numbers.iter().all(|x| x.is_finite());
-        if short || rest.len() > 0 || !sound || !joints_fit {
+        if wrong || rest.len() > 0 || !sound || !joints_fit {
             return Err(ForwardError::Checkpoint);
         }
         let Instant { state, bodies, .. } = &mut simulation.now;
