@@ -126,6 +126,64 @@ fn large_texts_are_read_or_refused_quickly() {
     takes_less_than(second, &format!("gravity = [\"{}1\", 0, 0]", "1 + ".repeat(400_000)));
 }
 
+/// Expressions may be nested as deeply as anybody likes: they are read or refused, on a stack of two megabytes as
+/// threads have it.
+#[test]
+fn deep_expressions() {
+    let deep = |open: &str, close: &str| {
+        [200, 10_000, 100_000].map(|n| format!("{}1{}", open.repeat(n), close.repeat(n)))
+    };
+    let robot = attempt(gallery::get("3rps").unwrap()).unwrap();
+    let none = |_: &str| Err("none".to_owned());
+    for (open, close) in [
+        ("(", ")"),
+        ("-", ""),
+        ("sin(", ")"),
+        ("2^", ""),
+        ("1/", ""),
+        ("max(1, ", ")"),
+        ("(", ""),
+        ("", ")"),
+        ("[", "]"),
+        ("1 m^", ""),
+        ("+(-", ")"),
+        ("", " m"),
+        ("", "*m"),
+        ("", "^2"),
+    ] {
+        for text in deep(open, close) {
+            takes_less_than(Duration::from_secs(10), &format!("gravity = [\"{text}\", 0, 0]"));
+            takes_less_than(Duration::from_secs(10), &format!("[parameters]\na = \"{text}\""));
+            for given in [format!("platform.z = {text}"), format!("platform.z = 1 {text}")] {
+                let given = Source::new("--motion", given);
+                match robot.parse_motion(&given, &none) {
+                    Ok(motion) => motion.at(0.3).for_each(|target| {
+                        assert!(!target.value.is_nan(), "{open}1{close}");
+                    }),
+                    Err(diagnostics) => assert!(!diagnostics.to_string().is_empty()),
+                }
+            }
+            let head = format!("time [{text}], platform.z [{text}], d({text})\n0,1,2\n1,2,3\n");
+            let _ = robot.read_motion(&Source::new("motion.csv", head), &none);
+        }
+    }
+}
+
+/// Numbers of legs cannot be written down as such, so that a short file makes a small robot; and names that refer to
+/// each other many times are computed once.
+#[test]
+fn short_texts_stay_small() {
+    let doubling: String =
+        (1..200).map(|k| format!("p{k} = \"p{} + p{}\"\n", k - 1, k - 1)).collect();
+    takes_less_than(Duration::from_secs(10), &format!("[parameters]\np0 = 1e-30\n{doubling}"));
+    let legs = "[legs]\nchain = \"R P* S\"\nto = \"a\"\nangles = 1000000000\n";
+    takes_less_than(Duration::from_secs(10), legs);
+    let long = format!("[legs]\nchain = \"{}\"\nto = \"a\"\nangles = [0]\n", "R ".repeat(20_000));
+    takes_less_than(Duration::from_secs(20), &long);
+    let repeated = format!("{}{}{}", long, "[bodies.a]\n", "[joints.A]\n");
+    takes_less_than(Duration::from_secs(20), &repeated);
+}
+
 fn mutated(text: &str, edits: &[(usize, usize, String)]) -> String {
     let mut text = text.to_owned();
     for (at, length, new) in edits {

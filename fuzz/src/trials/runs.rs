@@ -12,7 +12,7 @@ use stiction_study::{breakaway, check, forward, inverse};
 /// Samples of a run.
 const SAMPLES: f64 = 3.0;
 /// A motion that takes longer is stopped; where even that does not help is a finding.
-const PATIENCE: Duration = Duration::from_secs(5);
+const PATIENCE: Duration = Duration::from_secs(1);
 /// Longer than this a simulation is not carried on, s.
 const SPAN: f64 = 0.05;
 

@@ -1,5 +1,6 @@
 //! Texts that are read and not run: model files, units, expressions, recordings, options.
 
+use std::sync::OnceLock;
 use stiction_model::{Course, Diagnostics, Model, Motion, Source, gallery, read};
 
 /// Messages in all ways in which they are given out.
@@ -34,9 +35,13 @@ pub(crate) fn model_of(text: &str) -> Option<Model> {
     Some(model)
 }
 
-fn known(name: &str) -> Model {
-    let text = gallery::get(name).unwrap_or_else(|| panic!("no {name}"));
-    model_of(text).unwrap_or_else(|| panic!("{name} is refused"))
+/// A robot to which motions, loads and drives may belong; read once.
+fn robot() -> &'static Model {
+    static ROBOT: OnceLock<Model> = OnceLock::new();
+    ROBOT.get_or_init(|| {
+        let text = gallery::get("3rps").expect("it is in the gallery");
+        model_of(text).expect("the gallery is right")
+    })
 }
 
 /// Has a value, or says why not.
@@ -90,7 +95,7 @@ pub fn unit(text: &str) {
 
 /// An expression: of a motion, of a load, and in a model file.
 pub fn expression(text: &str) {
-    let robot = known("3rps");
+    let robot = robot();
     let motion = format!("platform.z = {text}; platform.rx = {text}; duration = 1");
     if let Some(motion) = accepted(robot.parse_motion(&Source::new("--motion", motion), &files)) {
         has_values(&motion);
@@ -111,7 +116,7 @@ pub fn expression(text: &str) {
 
 /// Samples of a motion and of drives as CSV.
 pub fn recording(text: &str) {
-    let robot = known("3rps");
+    let robot = robot();
     if let Some(motion) = accepted(robot.read_motion(&Source::new("motion.csv", text), &files)) {
         has_values(&motion);
         if let Some(samples) = &motion.samples {
@@ -127,7 +132,7 @@ pub fn recording(text: &str) {
 
 /// What stands behind `--motion`, `--from` and `--load`; and the same texts as TOML files.
 pub fn options(text: &str) {
-    let robot = known("3rps");
+    let robot = robot();
     let own = |_: &str| Ok(text.to_owned());
     for source in [Source::new("--motion", text), Source::new("--motion", "m.toml")] {
         let files: &dyn Fn(&str) -> _ = if source.text == text { &files } else { &own };
@@ -147,7 +152,7 @@ pub fn options(text: &str) {
 
 /// What stands behind `--drives` and `--controller`; and the same texts as TOML files.
 pub fn drives(text: &str) {
-    let robot = known("3rps");
+    let robot = robot();
     let own = |_: &str| Ok(text.to_owned());
     for source in [Source::new("--drives", text), Source::new("--drives", "d.toml")] {
         if let Some(drives) = accepted(robot.parse_drives(&source, &own)) {
