@@ -31,16 +31,13 @@ pub struct BodyMotion<T> {
 const MOTION: usize = 19;
 
 impl<T: Scalar> BodyMotion<T> {
-    /// All numbers in their order, few at a time: so they are copied without a stop in between.
-    #[inline]
-    fn visit(&self, put: &mut impl FnMut(&[T])) {
-        let Quaternion { w, v } = self.orientation;
-        put(&self.position.to_array());
-        put(&[w, v.x, v.y, v.z]);
-        put(&self.velocity.to_array());
-        put(&self.angular_velocity.to_array());
-        put(&self.acceleration.to_array());
-        put(&self.angular_acceleration.to_array());
+    fn to_array(self) -> [T; MOTION] {
+        let Self { position: p, orientation: Quaternion { w, v: q }, velocity: v, .. } = self;
+        let (u, a, b) = (self.angular_velocity, self.acceleration, self.angular_acceleration);
+        [
+            p.x, p.y, p.z, w, q.x, q.y, q.z, v.x, v.y, v.z, u.x, u.y, u.z, a.x, a.y, a.z, b.x, b.y,
+            b.z,
+        ]
     }
 
     fn read(next: &mut impl FnMut() -> T) -> Self {
@@ -120,7 +117,7 @@ impl Given {
         mut put: impl FnMut(&[f64]),
     ) {
         for motion in motions {
-            motion.visit(&mut put);
+            put(&motion.to_array());
         }
         for place in &self.free {
             // What is not told is no number, and nothing holds with it.

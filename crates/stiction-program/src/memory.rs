@@ -19,12 +19,11 @@ impl Memory {
     /// Writes a lane's inputs one after the other.
     #[inline]
     pub(crate) fn writer(&mut self, lane: usize) -> impl FnMut(&[f64]) + '_ {
-        let own = self.slots.get_mut(lane..).unwrap_or_default();
-        let mut left = own.iter_mut().step_by(self.lanes);
+        let (lanes, mut next) = (self.lanes, lane);
         move |values| {
-            // Values come first: where they end no slot is passed over.
-            for (value, slot) in values.iter().zip(left.by_ref()) {
-                *slot = *value;
+            for value in values {
+                self.slots[next] = *value;
+                next += lanes;
             }
         }
     }
