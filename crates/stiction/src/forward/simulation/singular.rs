@@ -160,7 +160,8 @@ impl Simulation<'_> {
         let mut last = self.list();
         self.derivative_into(&self.now, &mut last);
         let mut steps = std::mem::take(&mut self.steps);
-        let prepared = steps.interpolate(time, &last, |t, y, rates| self.derivative(t, y, rates, inputs));
+        let prepared =
+            steps.interpolate(time, &last, |t, y, rates| self.derivative(t, y, rates, inputs));
         self.steps = steps;
         prepared?;
         let mut distance = |part: f64| {
