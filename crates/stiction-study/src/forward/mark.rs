@@ -45,7 +45,9 @@ impl Mark {
                     EventKind::NotUnique { joint, .. } | EventKind::Jump { joint, .. } => {
                         has_joint(joint)
                     }
-                    EventKind::SharesNotUnique { .. } | EventKind::Method { .. } => true,
+                    EventKind::SharesNotUnique { .. }
+                    | EventKind::Singular { .. }
+                    | EventKind::Method { .. } => true,
                 }
         });
         let numbers = self.joints.iter().chain(&self.inputs);
