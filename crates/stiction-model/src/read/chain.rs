@@ -38,6 +38,9 @@ impl JointLink {
 const EXAMPLE: &str = "write the joints and the bodies between them in turn, \"R cylinder P* rod S\", or \
      the joints alone, \"R P* S\"; * means actuated";
 
+/// No leg has nearly as many joints and bodies; a text of two megabytes might, and would be read for hours.
+const MOST_WORDS: usize = 1000;
+
 /// A word of the chain and where it stands in the chain's text.
 type Word<'a> = (&'a str, Span);
 
@@ -126,6 +129,12 @@ impl Chain {
         };
         let words = words(&text.content);
         let text = Text { context, value, text };
+        if let Some((_, beyond)) = words.get(MOST_WORDS) {
+            let message =
+                format!("a chain of {} joints and bodies; the most is {MOST_WORDS}", words.len());
+            text.complain(beyond, message, "too many from here on");
+            return None;
+        }
         let mut chain = if is_bare(&words) {
             Self::of_joints(&text, &words, between)?
         } else {
