@@ -34,7 +34,7 @@ fn a_folder_that_cannot_be_is_told() {
     let folder = Folder::new("check-file");
     folder.write("taken", "a file");
     let said = folder.stiction(&["check", "four-bar", "-o", "taken"]);
-    said.fails(2, &["cannot make the folder taken", "give another folder with -o"]);
+    said.fails(2, &["-o wants a folder, but taken is a file", "which may be new"]);
     assert_eq!(said.out, "");
     assert_eq!((folder.read("taken").as_str(), folder.files().len()), ("a file", 1));
 

@@ -68,7 +68,9 @@ pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict>
     let length = case.mechanism.characteristic_length();
     let weights = case.mechanism.bodies().iter().map(|b| b.mass * case.mechanism.gravity().norm());
     let loads = case.loads.iter().map(|load| load.force.norm() + load.moment.norm() / length);
-    if solved.numbers().largest > 1e3 * weights.chain(loads).sum::<f64>() {
+    let reactions = solved.forces.reactions.iter();
+    let largest = reactions.map(|(f, m)| f.norm().max(m.norm() / length)).fold(0.0, f64::max);
+    if largest > 1e3 * weights.chain(loads).sum::<f64>() {
         return Err(Verdict::Apart("forces out of all proportion"));
     }
     Ok(solved)

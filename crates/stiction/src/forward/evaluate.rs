@@ -269,7 +269,7 @@ impl Forward {
     }
 
     /// The same in the room that is there.
-    fn held_into(
+    pub(super) fn held_into(
         &self,
         targets: &[Target<f64>],
         modes: &[Contact],

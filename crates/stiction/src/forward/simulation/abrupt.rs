@@ -5,6 +5,7 @@
 //! goes on. Such a start is refused. On the way such a place shows itself where rates are put back onto the
 //! loops after a step: they change by more than the errors of a step.
 
+use super::packing::parts;
 use super::{Energies, Simulation};
 use crate::forward::Forward;
 use crate::forward::balance::Balance;
@@ -102,13 +103,13 @@ impl Simulation<'_> {
     ) -> Result<(), ForwardError> {
         let (model, time) = (self.model, arrived.time);
         let allowed = |part: f64| part.max(1e3 * self.settings.relative);
-        let (free, _) = self.unpack(y);
+        let (_, free, rest) = parts(&self.now, y);
         let size = |of: &dyn Fn(usize) -> f64| {
             let each = model.columns.iter().enumerate();
             each.map(|(k, column)| (of(k) / column).abs()).fold(0.0, f64::max)
         };
-        let changed = size(&|k| arrived.state.rates[k] - free.rates[k]);
-        let largest = size(&|k| free.rates[k]).max(self.fastest_rate);
+        let changed = size(&|k| arrived.state.rates[k] - free[k]);
+        let largest = size(&|k| free[k]).max(self.fastest_rate);
         // Of what is at rest rates are rounding, and so are their changes.
         if changed > allowed(CHANGE) * largest + 1e3 * self.settings.absolute {
             let targets = model.targets(time, inputs);
@@ -118,7 +119,7 @@ impl Simulation<'_> {
             let first = model.topology.constraints;
             let missed = |row: usize| {
                 let entries = &rows.matrix[row * n..(row + 1) * n];
-                let has: f64 = entries.iter().zip(&free.rates).map(|(a, b)| a * b).sum();
+                let has: f64 = entries.iter().zip(free).map(|(a, b)| a * b).sum();
                 let wanted = row.checked_sub(first).map_or(0.0, |k| targets[k].rate);
                 rows.rows[row].scale * (has - wanted).abs()
             };
@@ -127,7 +128,6 @@ impl Simulation<'_> {
             return Err(ForwardError::Impact { time, what, percent: 100.0 * changed / largest });
         }
         let Energies { loads, dampers, turnover, .. } = self.energies;
-        let (_, rest) = self.unpack(y);
         let energies = &rest[3 * self.modes.len()..];
         let (drives, energies) = energies.split_at(self.energies.drives.len());
         let put_in = drives.iter().sum::<f64>() - self.energies.drives.iter().sum::<f64>()

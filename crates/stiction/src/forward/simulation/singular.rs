@@ -5,12 +5,13 @@
 //! of time on the way that they are on; no step needs to end there. It is told as an event, since the real
 //! mechanism, with its clearances, may take the other way.
 
+use super::work::Work;
 use super::{Event, EventKind, Simulation};
 use crate::forward::Forward;
 use crate::forward::balance::DEPENDENT;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
-use crate::forward::rows::Rows;
+use crate::forward::rows::{Held, Rows};
 use crate::forward::rub::dissipated;
 use crate::kinematics::{Bodies, State, Target};
 use crate::linalg::RowSpace;
@@ -25,23 +26,56 @@ const BESIDE: f64 = 1e-3;
 /// So much of a step to see whether a distance grows.
 const LITTLE: f64 = 1e-3;
 
+/// Room for ranks at positions.
+#[derive(Clone, Debug)]
+pub(in crate::forward) struct Ranks {
+    bodies: Bodies<f64>,
+    held: Vec<Held>,
+    holding: Vec<(usize, usize, usize)>,
+    rows: Rows,
+    scaled: Vec<f64>,
+    space: RowSpace,
+    /// What is prescribed.
+    targets: Vec<Target<f64>>,
+}
+
+impl Ranks {
+    pub(in crate::forward) fn new(model: &Forward) -> Self {
+        Self {
+            bodies: Bodies::new(&model.topology),
+            held: Vec::new(),
+            holding: Vec::new(),
+            rows: Rows::default(),
+            scaled: Vec::new(),
+            space: RowSpace::default(),
+            targets: Vec::new(),
+        }
+    }
+
+    /// The rank of loops and of what is prescribed, and how far they are from losing it.
+    fn at(&mut self, model: &Forward, state: &State<f64>) -> (usize, f64) {
+        let (topology, parameters) = (&model.topology, &model.parameters);
+        let Self { bodies, held, holding, rows, scaled, space, targets } = self;
+        bodies.place(topology, parameters, &state.coordinates);
+        bodies.move_with(topology, &state.rates);
+        model.held_into(targets, &[], (&[], &[]), held, holding);
+        rows.update(topology, parameters, bodies, held);
+        let n = topology.freedoms();
+        scaled.clone_from(&rows.matrix);
+        for (row, entries) in rows.rows.iter().zip(scaled.chunks_exact_mut(n.max(1))) {
+            entries.iter_mut().zip(&model.columns).for_each(|(e, c)| *e *= row.scale * c);
+        }
+        space.decompose(scaled, rows.rows.len(), n, DEPENDENT);
+        (space.rank(), space.least_part())
+    }
+}
+
 impl Forward {
     /// The rank of loops and of what is prescribed, and how far they are from losing it.
     fn rank_at(&self, state: &State<f64>, targets: &[Target<f64>]) -> (usize, f64) {
-        let (topology, parameters) = (&self.topology, &self.parameters);
-        let mut bodies = Bodies::new(topology);
-        bodies.place(topology, parameters, &state.coordinates);
-        bodies.move_with(topology, &state.rates);
-        let (held, _) = self.held(targets, &[], &[], &[]);
-        let rows = Rows::new(topology, parameters, &bodies, &held);
-        let n = topology.freedoms();
-        let mut scaled = rows.matrix.clone();
-        for (row, entries) in rows.rows.iter().zip(scaled.chunks_exact_mut(n.max(1))) {
-            entries.iter_mut().zip(&self.columns).for_each(|(e, c)| *e *= row.scale * c);
-        }
-        let mut space = RowSpace::default();
-        space.decompose(&scaled, rows.rows.len(), n, DEPENDENT);
-        (space.rank(), space.least_part())
+        let mut ranks = Ranks::new(self);
+        ranks.targets.extend_from_slice(targets);
+        ranks.at(self, state)
     }
 
     /// The distance after moving on for a time that may be negative.
@@ -120,10 +154,10 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Whether the last step, from `before` at `time`, has passed a position in which loops lose rank.
+    /// Whether the last step, from [`Work::before`] at `time`, has passed a position in which loops lose rank.
     pub(super) fn watch_rank(
         &mut self,
-        (before, time): (&State<f64>, f64),
+        time: f64,
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let model = self.model;
@@ -131,9 +165,10 @@ impl Simulation<'_> {
         if model.topology.constraints == 0 || step <= 0.0 {
             return Ok(());
         }
-        let targets = model.targets(self.now.time, inputs);
-        let (rank, distance) = model.rank_at(&self.now.state, &targets);
-        let (rank_before, distance_before) = model.rank_at(before, &targets);
+        let Work { ranks, before, .. } = &mut *self.room;
+        model.targets_into(self.now.time, inputs, &mut ranks.targets);
+        let (rank, distance) = ranks.at(model, &self.now.state);
+        let (rank_before, distance_before) = ranks.at(model, before);
         if rank != rank_before {
             // It ended in such a position, to the last digit, or began in one at rest.
             let (at, lost) = if rank < rank_before {
@@ -150,8 +185,9 @@ impl Simulation<'_> {
         if distance.min(distance_before) > NEAR {
             return Ok(());
         }
+        let (before, targets) = (before.clone(), ranks.targets.clone());
         let little = LITTLE * step;
-        let nears = model.distance_ahead(before, little, &targets) < distance_before;
+        let nears = model.distance_ahead(&before, little, &targets) < distance_before;
         let leaves = model.distance_ahead(&self.now.state, -little, &targets) < distance;
         if !(nears && leaves) {
             return Ok(());

@@ -195,10 +195,10 @@ impl Simulation<'_> {
         let found = self.first_event(time, step, &arrived, inputs)?;
         let Some((mut part, mut ending)) = found else {
             self.steadily(&y, &arrived, inputs)?;
-            let before = self.now.state.clone();
+            self.room.before.clone_from(&self.now.state);
             self.commit(&y, arrived);
             self.lists.push(y);
-            self.watch_rank((&before, time), inputs)?;
+            self.watch_rank(time, inputs)?;
             return Ok(Ending::Smooth);
         };
         // The step again, to the event.
@@ -243,10 +243,10 @@ impl Simulation<'_> {
             }
         }
         self.steadily(&y, &arrived, inputs)?;
-        let before = self.now.state.clone();
+        self.room.before.clone_from(&self.now.state);
         self.commit(&y, arrived);
         self.lists.push(y);
-        self.watch_rank((&before, time), inputs)?;
+        self.watch_rank(time, inputs)?;
         Ok(ending)
     }
 

@@ -1,8 +1,10 @@
 //! Room that evaluations use again and again.
 
+use super::singular::Ranks;
 use crate::forward::Forward;
 use crate::forward::evaluate::{Ground, Instant, Solved};
 use crate::forward::project::Projection;
+use crate::kinematics::State;
 
 /// Room that evaluations use again and again. Nothing in it is part of a simulation's state.
 #[derive(Clone, Debug)]
@@ -18,6 +20,9 @@ pub(super) struct Work {
     pub(super) margin: f64,
     /// Coordinates and rates that are moved onto the loops, and all that goes with them.
     pub(super) y: Vec<f64>,
+    /// Where the last step began.
+    pub(super) before: State<f64>,
+    pub(super) ranks: Ranks,
     /// Instants that nobody needs any more.
     spare: Vec<Instant>,
 }
@@ -32,6 +37,8 @@ impl Work {
             conditions_hold: false,
             margin: f64::INFINITY,
             y: Vec::new(),
+            before: State::new(&model.topology),
+            ranks: Ranks::new(model),
             spare: Vec::new(),
         }
     }
