@@ -38,7 +38,8 @@ fn a_folder_that_cannot_be_is_told() {
     assert_eq!(said.out, "");
     assert_eq!((folder.read("taken").as_str(), folder.files().len()), ("a file", 1));
 
-    folder.stiction(&["check", "four-bar", "-o", "taken/inner"]).fails(2, &["cannot make"]);
+    let inner = folder.stiction(&["check", "four-bar", "-o", "taken/inner"]);
+    inner.fails(2, &["taken is a file"]);
 }
 
 #[test]
