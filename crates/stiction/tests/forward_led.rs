@@ -56,7 +56,8 @@ fn a_slide_that_is_led_from_rest_rubs_at_once() {
             smooth(t - 0.37)
         }
     };
-    let ways: [(&dyn Fn(f64) -> Target<f64>, f64, f64); 3] =
+    type Way<'a> = &'a dyn Fn(f64) -> Target<f64>;
+    let ways: [(Way<'_>, f64, f64); 3] =
         [(&even, 1.0, 0.0), (&smooth, -1.0, 0.0), (&waits, -1.0, 0.37)];
     for (way, sense, begins) in ways {
         let mut leads = Leads(way);

@@ -58,7 +58,7 @@ fn read() -> (BTreeMap<String, String>, Vec<Row>) {
                 let cells: Vec<&str> = line.trim_matches('|').split('|').collect();
                 assert_eq!(cells.len(), 3, "{page}: {line}");
                 let tests = quoted(cells[2]);
-                assert!(tests.len() % 2 == 0 && !tests.is_empty(), "{page}: {line}");
+                assert!(tests.len().is_multiple_of(2) && !tests.is_empty(), "{page}: {line}");
                 rows.push(Row {
                     page: page.clone(),
                     equations: marks(cells[0]),
