@@ -3,7 +3,8 @@
 //! Straight-line code needs no more than to look ahead: whoever is needed last makes room (Belady 1966).
 
 use crate::code::{Code, Fused, Source, Step};
-use crate::encode::{ADD, Assembler, Base, DIV, MUL, Order, Place, SUB, Target, Width};
+use crate::encode::{ADD, Assembler, Base, DIV, MUL, Order, Place, SUB, Target};
+use std::collections::HashMap;
 
 /// Constants that code needs beside its own.
 const ZERO: usize = 0;
@@ -19,7 +20,7 @@ const SOON: u32 = 12;
 /// Machine code and its data.
 pub(crate) struct Assembled {
     pub(crate) bytes: Vec<u8>,
-    /// Numbers, each as often as there are lanes, and at least twice.
+    /// Numbers, each as often as instructions read it.
     pub(crate) constants: Vec<f64>,
     /// Numbers of scratch.
     pub(crate) scratch: usize,
@@ -27,29 +28,34 @@ pub(crate) struct Assembled {
 
 /// Compiles code for registers of a width.
 pub(crate) fn assemble(code: &Code, target: Target) -> Assembled {
-    let width = target.width;
-    let stride = width.lanes().max(2);
     let numbers = [0.0, -0.0].into_iter().chain(code.constants.iter().copied());
-    let constants = numbers.flat_map(|x| std::iter::repeat_n(x, stride)).collect();
+    let copies = copies(target);
+    let constants = numbers.flat_map(|x| std::iter::repeat_n(x, copies)).collect();
     let mut allocator = Allocator::new(code, target);
     for (k, step) in code.steps.iter().enumerate() {
         allocator.step(k, *step);
     }
     allocator.rest();
     allocator.assembler.finish();
-    let scratch = allocator.spilled * width.lanes();
+    let scratch = allocator.spilled * target.width.lanes();
     Assembled { bytes: allocator.assembler.bytes, constants, scratch }
+}
+
+/// How often each constant stands in memory. What changes signs reads two numbers even for one.
+fn copies(target: Target) -> usize {
+    if target.is_single(Base::Constants) { 1 } else { target.width.lanes().max(2) }
 }
 
 struct Allocator<'a> {
     code: &'a Code,
-    width: Width,
+    target: Target,
     assembler: Assembler,
     /// For each step where it is used, the last use first.
     uses: Vec<Vec<u32>>,
-    /// The same for constants and slots.
+    /// The same for constants, slots and what is common to all lanes.
     constant_uses: Vec<Vec<u32>>,
-    slot_uses: std::collections::HashMap<u32, Vec<u32>>,
+    slot_uses: HashMap<u32, Vec<u32>>,
+    common_uses: HashMap<u32, Vec<u32>>,
     /// What is in each register.
     holds: Vec<Option<Source>>,
     register_of_step: Vec<Option<u8>>,
@@ -68,13 +74,15 @@ impl<'a> Allocator<'a> {
         let count = code.steps.len();
         let mut uses = vec![Vec::new(); count];
         let mut constant_uses = vec![Vec::new(); code.constants.len()];
-        let mut slot_uses: std::collections::HashMap<u32, Vec<u32>> = Default::default();
+        let mut slot_uses: HashMap<u32, Vec<u32>> = HashMap::new();
+        let mut common_uses: HashMap<u32, Vec<u32>> = HashMap::new();
         for (k, step) in code.steps.iter().enumerate().rev() {
             for operand in step.operands() {
                 let list = match operand {
                     Source::Step(step) => &mut uses[step as usize],
                     Source::Constant(place) => &mut constant_uses[place as usize],
                     Source::Slot(slot) => slot_uses.entry(slot).or_default(),
+                    Source::Common(place) => common_uses.entry(place).or_default(),
                 };
                 list.push(k as u32);
             }
@@ -87,11 +95,12 @@ impl<'a> Allocator<'a> {
         }
         Self {
             code,
-            width: target.width,
+            target,
             assembler: Assembler::new(target),
             uses,
             constant_uses,
             slot_uses,
+            common_uses,
             holds: vec![None; target.registers()],
             register_of_step: vec![None; count],
             spill_of_step: vec![None; count],
@@ -108,6 +117,7 @@ impl<'a> Allocator<'a> {
             Source::Step(step) => &mut self.uses[step as usize],
             Source::Constant(place) => &mut self.constant_uses[place as usize],
             Source::Slot(slot) => self.slot_uses.entry(slot).or_default(),
+            Source::Common(place) => self.common_uses.entry(place).or_default(),
         }
     }
 
@@ -123,15 +133,19 @@ impl<'a> Allocator<'a> {
     }
 
     fn address(&self, base: Base, place: usize, stride: usize) -> Place {
-        let start = if base == Base::Slots { Target::BASE_SLOT } else { 0 };
+        let start = match base {
+            Base::Slots | Base::Common => Target::BASE_SLOT,
+            Base::Constants | Base::Spills => 0,
+        };
         let place = place as i32 - start as i32;
         Place::Memory(base, place * (stride * size_of::<f64>()) as i32)
     }
 
     /// Where it is in memory.
     fn memory_of(&self, source: Source) -> Place {
-        let lanes = self.width.lanes();
+        let lanes = self.target.width.lanes();
         match source {
+            Source::Common(place) => self.address(Base::Common, place as usize, 1),
             Source::Slot(slot) => self.address(Base::Slots, slot as usize, lanes),
             Source::Constant(place) => self.constant(OWN + place as usize),
             Source::Step(step) if let Some(slot) = self.slot_of_step[step as usize] => {
@@ -145,7 +159,7 @@ impl<'a> Allocator<'a> {
     }
 
     fn constant(&self, place: usize) -> Place {
-        self.address(Base::Constants, place, self.width.lanes().max(2))
+        self.address(Base::Constants, place, copies(self.target))
     }
 
     /// A register that may be written: one that is free, or one that is not `pinned`.
@@ -225,7 +239,8 @@ impl<'a> Allocator<'a> {
             let uses = self.uses_of(source);
             uses.iter().rev().find(|k| **k > now).copied()
         };
-        if self.register_of(source).is_some() || again.is_some_and(|k| k - now <= SOON) {
+        let must = matches!(source, Source::Common(_)) && !self.target.spreads_anywhere();
+        if must || self.register_of(source).is_some() || again.is_some_and(|k| k - now <= SOON) {
             return Place::Register(self.in_register(source, pinned));
         }
         self.memory_of(source)

@@ -82,12 +82,7 @@ impl InverseProgram {
         let mut reactions = vec![[0.0; 6]; joint_count];
         let mut left = 0;
         for first in (0..states.len()).step_by(lanes) {
-            for lane in 0..lanes {
-                // Lanes that are left over do the last state once more.
-                let StateOfMotion { bodies, coordinates, targets, loads } =
-                    states[(first + lane).min(states.len() - 1)];
-                self.set_bodies(&mut memory, lane, bodies, coordinates, targets, loads);
-            }
+            self.set_lanes(&mut memory, &states[first..states.len().min(first + lanes)]);
             self.run(&mut memory, &mut settled);
             for (lane, state) in (first..states.len()).take(lanes).enumerate() {
                 if settled[lane] {

@@ -11,6 +11,8 @@ pub(crate) enum Source {
     Slot(u32),
     /// One of the code's constants.
     Constant(u32),
+    /// A number that all lanes share, in memory of its own that is only read.
+    Common(u32),
     /// What an earlier step made.
     Step(u32),
 }
@@ -115,10 +117,11 @@ impl Part {
     }
 }
 
-/// Gives slots to nodes.
+/// Gives slots to nodes, and knows which are common to all lanes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Slots {
     of_node: HashMap<Node, u32>,
+    common: HashMap<Node, u32>,
     count: u32,
 }
 
@@ -150,8 +153,19 @@ impl Slots {
         self.of_node.insert(node, slot);
     }
 
+    /// All lanes find the node in this place of what is common to them.
+    pub(crate) fn put_common(&mut self, node: Node, place: u32) {
+        self.common.insert(node, place);
+    }
+
     pub(crate) fn of(&self, node: Node) -> Option<u32> {
         self.of_node.get(&node).copied()
+    }
+
+    /// Where a node is before any code has run.
+    fn known(&self, node: Node) -> Option<Source> {
+        let common = || self.common.get(&node).map(|place| Source::Common(*place));
+        self.of(node).map(Source::Slot).or_else(common)
     }
 
     fn made(&mut self, node: Node) -> u32 {
@@ -214,12 +228,12 @@ fn is_reciprocal(ops: &[Op], node: Node) -> bool {
 /// Compiles what `results` need and is not in a slot yet, and puts them into slots; products and sums are
 /// one step if `fuse`.
 pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: bool) -> Vec<Part> {
-    // What is in a slot needs nothing.
+    // What is known needs nothing.
     let open: Vec<Node> = results.iter().copied().filter(|n| slots.of(*n).is_none()).collect();
     let cut: Vec<Op> = ops
         .iter()
         .enumerate()
-        .map(|(k, op)| if slots.of(k as Node).is_some() { Op::Input(u32::MAX) } else { *op })
+        .map(|(k, op)| if slots.known(k as Node).is_some() { Op::Input(u32::MAX) } else { *op })
         .collect();
     let needed = needed(&cut, &open);
     // How many calls come one after the other before a node.
@@ -256,6 +270,12 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
             if level[k] != now || slots.of(node).is_some() && !matches!(op, Op::Call(..)) {
                 continue;
             }
+            if let Some(source @ Source::Common(_)) = slots.known(node) {
+                if crosses[k] {
+                    code.stores.push((source, slots.made(node)));
+                }
+                continue;
+            }
             if let Op::Call(function, a, b) = *op {
                 let arguments = [a, b].map(|node| slots.made(node));
                 calls.push(Call { function, arguments, result: slots.made(node) });
@@ -269,9 +289,9 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
                     });
                     return Source::Constant(place);
                 }
-                match (steps.get(&node), slots.of(node)) {
-                    (Some(step), _) => Source::Step(*step),
-                    (None, slot) => Source::Slot(slot.unwrap_or(0)),
+                match steps.get(&node) {
+                    Some(step) => Source::Step(*step),
+                    None => slots.known(node).unwrap_or(Source::Slot(0)),
                 }
             };
             let mut of = |node: Node| source(node, &mut code, &mut constants);
@@ -334,12 +354,28 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
 }
 
 impl Code {
-    /// Runs it for `L` states side by side: each slot holds `L` numbers. `values` is scratch with room for
-    /// all steps.
-    pub(crate) fn interpret<const L: usize>(&self, slots: &mut [f64], values: &mut [f64]) {
+    /// How many of the numbers that are common to all lanes it needs.
+    pub(crate) fn common(&self) -> usize {
+        let operands = self.steps.iter().flat_map(|step| step.operands());
+        let all = operands.chain(self.stores.iter().map(|(source, _)| *source));
+        let places = all.filter_map(|source| match source {
+            Source::Common(place) => Some(place as usize + 1),
+            _ => None,
+        });
+        places.max().unwrap_or(0)
+    }
+
+    /// Runs it for `L` states side by side: each slot holds `L` numbers, each of `common` is for all of them.
+    /// `values` is scratch with room for all steps.
+    pub(crate) fn interpret<const L: usize>(
+        &self,
+        slots: &mut [f64],
+        common: &[f64],
+        values: &mut [f64],
+    ) {
         let (values, _) = values.as_chunks_mut::<L>();
         for (k, step) in self.steps.iter().enumerate() {
-            let of = |source: Source| self.read::<L>(source, slots, values);
+            let of = |source: Source| self.read::<L>(source, slots, common, values);
             let (a, b) = match *step {
                 Step::Add(a, b) | Step::Sub(a, b) | Step::Mul(a, b) | Step::Div(a, b) => {
                     (of(a), of(b))
@@ -367,13 +403,20 @@ impl Code {
             };
         }
         for &(source, slot) in &self.stores {
-            let value = self.read::<L>(source, slots, values);
+            let value = self.read::<L>(source, slots, common, values);
             slots[slot as usize * L..][..L].copy_from_slice(&value);
         }
     }
 
-    fn read<const L: usize>(&self, source: Source, slots: &[f64], values: &[[f64; L]]) -> [f64; L] {
+    fn read<const L: usize>(
+        &self,
+        source: Source,
+        slots: &[f64],
+        common: &[f64],
+        values: &[[f64; L]],
+    ) -> [f64; L] {
         match source {
+            Source::Common(place) => [common[place as usize]; L],
             Source::Slot(slot) => core::array::from_fn(|l| slots[slot as usize * L + l]),
             Source::Constant(place) => [self.constants[place as usize]; L],
             Source::Step(place) => values[place as usize],

@@ -10,7 +10,7 @@ use crate::recipe::{Counts, Recipe};
 use crate::run::{Runner, natural_lanes};
 use crate::samples::{Sample, samples};
 use crate::stages::early;
-use crate::tree::numbers_of;
+use crate::tree::put_tree;
 use stiction::dynamics::{AppliedLoad, InverseDynamics};
 use stiction::kinematics::{State, Target};
 
@@ -27,9 +27,7 @@ pub struct DerivativeProgram {
     /// What does not depend on directions, one state at a time.
     first: Runner,
     first_slots: usize,
-    /// Slots of the first that the second reads, in the order of its own first slots.
-    handed: Vec<u32>,
-    /// All directions side by side.
+    /// All directions side by side. It reads slots of the first.
     second: Runner,
     second_slots: usize,
     slopes: Vec<u32>,
@@ -92,12 +90,11 @@ impl DerivativeProgram {
         let mut slots = Slots::of_inputs(ops, 0..given);
         let mut wide = Slots::of_inputs(ops, given..given + quantities.len());
         let mut first = early(ops, &recorded.drives, |input| input >= given);
-        let handed_nodes = first.clone();
+        let shared = first.clone();
         first.push(recorded.guard);
         let parts = compile(ops, &first, &mut slots, fuse);
-        for node in &handed_nodes {
-            let slot = wide.reserve(1);
-            wide.put(*node, slot);
+        for node in shared {
+            wide.put_common(node, slots.of(node).unwrap_or(0));
         }
         let wide_parts = compile(ops, &recorded.drives, &mut wide, fuse);
         let lanes = natural_lanes();
@@ -107,7 +104,6 @@ impl DerivativeProgram {
             second: Runner::new(&wide_parts, lanes, wide.count(), machine),
             first_slots: slots.count(),
             second_slots: wide.count(),
-            handed: handed_nodes.iter().map(|node| slots.of(*node).unwrap_or(0)).collect(),
             slopes: recorded.drives.iter().map(|node| wide.of(*node).unwrap_or(0)).collect(),
             guard: slots.of(recorded.guard).unwrap_or(0),
             operations: [count(&parts), count(&wide_parts)],
@@ -159,24 +155,16 @@ impl DerivativeProgram {
         targets: &[Target<f64>],
         loads: &[AppliedLoad<f64>],
     ) -> bool {
-        let DerivativeMemory { inverse, first, second } = memory;
+        let DerivativeMemory { inverse, first, .. } = memory;
         self.inverse.set(inverse, 0, state, targets, loads);
         let mut settled = [false];
         self.inverse.run(inverse, &mut settled);
         let inputs = self.counts.inputs();
-        for (slot, value) in first.slots.iter_mut().zip(numbers_of(state, targets, loads)) {
-            *slot = value;
-        }
+        put_tree(state, targets, loads, first.writer(0));
         for contact in 0..self.counts.contacts {
             first.slots[inputs + contact] = self.inverse.contact(inverse, 0, contact)[0];
         }
         self.first.run(&mut first.slots, &mut first.scratch);
-        let own = &mut second.slots[self.quantities.len() * self.lanes..];
-        match self.lanes {
-            8 => hand::<8>(&first.slots, &self.handed, own),
-            4 => hand::<4>(&first.slots, &self.handed, own),
-            _ => hand::<1>(&first.slots, &self.handed, own),
-        }
         settled[0] && first.slots[self.guard as usize] > 0.0
     }
 
@@ -190,8 +178,8 @@ impl DerivativeProgram {
     /// Finds the slopes of all drives along the directions that are set, at the state of the last
     /// [`Self::run`].
     pub fn differentiate(&self, memory: &mut DerivativeMemory) {
-        let Memory { slots, scratch, .. } = &mut memory.second;
-        self.second.run(slots, scratch);
+        let DerivativeMemory { first, second, .. } = memory;
+        self.second.run_with(&mut second.slots, &first.slots, &mut second.scratch);
     }
 
     /// The forces of the last [`Self::run`], lane 0 of [`Self::inverse`].
@@ -225,10 +213,3 @@ impl DerivativeProgram {
     }
 }
 
-/// Numbers of one state into all lanes.
-fn hand<const L: usize>(from: &[f64], places: &[u32], to: &mut [f64]) {
-    let (lanes, _) = to.as_chunks_mut::<L>();
-    for (place, lanes) in places.iter().zip(lanes) {
-        *lanes = [from[*place as usize]; L];
-    }
-}

@@ -39,6 +39,20 @@ impl Target {
         if self.extended { 32 } else { 16 }
     }
 
+    /// Whether a number stands in this memory once, not once for each lane.
+    pub(crate) fn is_single(self, base: Base) -> bool {
+        match base {
+            Base::Common => true,
+            Base::Constants => self.extended && self.width != Width::One,
+            Base::Slots | Base::Spills => false,
+        }
+    }
+
+    /// Whether instructions other than loads read such numbers.
+    pub(crate) fn spreads_anywhere(self) -> bool {
+        self.extended || self.width == Width::One
+    }
+
     /// Short addresses reach as far below the base as above it: it is so many slots on.
     pub(crate) const BASE_SLOT: usize = 128;
 }
@@ -49,15 +63,18 @@ pub(crate) enum Base {
     Slots,
     Constants,
     Spills,
+    /// Numbers that all lanes share.
+    Common,
 }
 
 impl Base {
-    /// rdi, rsi, rdx: the first three arguments of a function (System V).
+    /// rdi, rsi, rdx, rcx: the first four arguments of a function (System V).
     const fn number(self) -> u8 {
         match self {
             Self::Slots => 7,
             Self::Constants => 6,
             Self::Spills => 2,
+            Self::Common => 1,
         }
     }
 }
@@ -78,6 +95,7 @@ const SQRT: u8 = 0x51;
 const XOR: u8 = 0x57;
 const COPY: u8 = 0x28;
 const LOAD: u8 = 0x10;
+const BROADCAST: u8 = 0x19;
 const STORE: u8 = 0x11;
 const COMPARE: u8 = 0xC2;
 const BLEND: u8 = 0x4B;
@@ -192,9 +210,11 @@ impl Assembler {
         self.emit(Instruction { prefix: P66, whole: true, ..self.of_map(XOR) }, to, a, b);
     }
 
-    /// `to = [from]`.
+    /// `to = [from]`, into all lanes if that is one number for all.
     pub(crate) fn load(&mut self, to: u8, from: Place) {
-        self.emit(self.of_map(LOAD), to, 0, from);
+        let load = self.of_map(LOAD);
+        let broadcast = Instruction { map: MAP_0F38, opcode: BROADCAST, ..load };
+        self.emit(if self.spreads(from) { broadcast } else { load }, to, 0, from);
     }
 
     /// `[to] = from`.
@@ -243,7 +263,8 @@ impl Assembler {
             Place::Register(last) => high(last),
             // Addresses in units of the operand's size are short for longer.
             Place::Memory(_, offset) => {
-                i8::try_from(offset).is_err() && self.in_units(what, offset).is_some()
+                let is_shorter = i8::try_from(offset).is_err() && self.in_units(what, rm).is_some();
+                is_shorter || self.spreads(rm) && what.opcode != BROADCAST
             }
         };
         if self.target.extended
@@ -292,19 +313,30 @@ impl Assembler {
             Width::Four => 1,
             Width::Eight => 2,
         };
-        let last = length << 5 | inverted(second >> 4, 3) | u8::from(what.masked);
+        let spreads = u8::from(self.spreads(rm) && what.opcode != BROADCAST);
+        let last = length << 5 | spreads << 4 | inverted(second >> 4, 3) | u8::from(what.masked);
         self.bytes.extend([0x62, first, middle, last, what.opcode]);
         let field = (reg & 7) << 3 | low & 7;
         match rm {
             Place::Register(_) => self.bytes.push(0xC0 | field),
-            Place::Memory(_, offset) => self.address(field, offset, self.in_units(what, offset)),
+            Place::Memory(_, offset) => self.address(field, offset, self.in_units(what, rm)),
         }
         self.bytes.extend(what.immediate);
     }
 
+    /// Whether one number in memory is for all lanes. Before AVX-512 it can only be loaded.
+    fn spreads(&self, place: Place) -> bool {
+        match place {
+            Place::Memory(base, _) => !self.is_scalar() && self.target.is_single(base),
+            Place::Register(_) => false,
+        }
+    }
+
     /// An address as a small number of operands.
-    fn in_units(&self, what: Instruction, offset: i32) -> Option<i8> {
+    fn in_units(&self, what: Instruction, place: Place) -> Option<i8> {
+        let Place::Memory(_, offset) = place else { return None };
         let unit = match self.target.width {
+            _ if self.spreads(place) => 8,
             Width::One if what.whole => 16,
             width => 8 * width.lanes() as i32,
         };
@@ -387,6 +419,19 @@ mod tests {
         assert_eq!(
             bytes(Width::Eight, true, &|a| a.arithmetic(SUB, 20, 17, Place::Register(31))),
             [0x62, 0x81, 0xF5, 0x40, 0x5C, 0xE7]
+        );
+        // vsubpd zmm20, zmm17, [rsi+0x40]{1to8}, vbroadcastsd zmm3, [rcx-8], vbroadcastsd ymm3, [rcx+0x100]
+        assert_eq!(
+            bytes(Width::Eight, true, &|a| {
+                a.arithmetic(SUB, 20, 17, Place::Memory(Base::Constants, 0x40));
+            }),
+            [0x62, 0xE1, 0xF5, 0x50, 0x5C, 0x66, 0x08]
+        );
+        let load = |offset| move |a: &mut Assembler| a.load(3, Place::Memory(Base::Common, offset));
+        assert_eq!(bytes(Width::Eight, true, &load(-8)), [0x62, 0xF2, 0xFD, 0x48, 0x19, 0x59, 0xFF]);
+        assert_eq!(
+            bytes(Width::Four, false, &load(0x100)),
+            [0xC4, 0xE2, 0x7D, 0x19, 0x99, 0, 1, 0, 0]
         );
         assert_eq!(
             bytes(Width::Eight, true, &|a| a.arithmetic(SUB, 20, 17, slot(-0x80))),

@@ -1,6 +1,7 @@
 //! What a program is given: motions of floating bodies, coordinates that have no closed form, prescribed
 //! values, loads.
 
+use crate::batch::StateOfMotion;
 use crate::samples::Sample;
 use stiction::dynamics::{AppliedLoad, InverseDynamics};
 use stiction::kinematics::{Legs, State, Target};
@@ -57,6 +58,25 @@ impl<T: Scalar> BodyMotion<T> {
 fn vector<T>(next: &mut impl FnMut() -> T) -> Vec3<T> {
     let [x, y, z] = [next(), next(), next()];
     Vec3 { x, y, z }
+}
+
+pub(crate) fn load_to_array(AppliedLoad { force: f, moment: m, .. }: &AppliedLoad<f64>) -> [f64; 6] {
+    [f.x, f.y, f.z, m.x, m.y, m.z]
+}
+
+pub(crate) fn target_to_array(target: &Target<f64>) -> [f64; 3] {
+    [target.value, target.rate, target.acceleration]
+}
+
+/// Puts rows of numbers into the next slots, one lane each.
+#[inline]
+fn put<'a, const N: usize, const L: usize>(
+    slots: &mut impl Iterator<Item = &'a mut [f64; L]>,
+    rows: [[f64; N]; L],
+) {
+    for (k, slot) in (0..N).zip(slots) {
+        *slot = core::array::from_fn(|lane| rows[lane][k]);
+    }
 }
 
 /// The order of a program's inputs.
@@ -123,11 +143,37 @@ impl Given {
             // What is not told is no number, and nothing holds with it.
             put(&[coordinates.get(*place).copied().unwrap_or(f64::NAN)]);
         }
-        for AppliedLoad { force: f, moment: m, .. } in loads {
-            put(&[f.x, f.y, f.z, m.x, m.y, m.z]);
+        for load in loads {
+            put(&load_to_array(load));
         }
         for target in targets {
-            put(&[target.value, target.rate, target.acceleration]);
+            put(&target_to_array(target));
+        }
+    }
+
+    /// The same numbers of as many states as there are lanes, those of all states side by side: written
+    /// one state after the other they would be that many times as many pieces of memory.
+    #[inline]
+    pub(crate) fn write_lanes<const L: usize>(
+        &self,
+        states: [&StateOfMotion<'_>; L],
+        reads_targets: bool,
+        slots: &mut [[f64; L]],
+    ) {
+        let mut slots = slots.iter_mut();
+        for body in 0..self.topology.floating().count() {
+            put(&mut slots, states.map(|state| state.bodies[body].to_array()));
+        }
+        for place in &self.free {
+            // What is not told is no number, and nothing holds with it.
+            let told = |state: &StateOfMotion<'_>| state.coordinates.get(*place).copied();
+            put(&mut slots, states.map(|state| [told(state).unwrap_or(f64::NAN)]));
+        }
+        for load in 0..states[0].loads.len() {
+            put(&mut slots, states.map(|state| load_to_array(&state.loads[load])));
+        }
+        for target in 0..if reads_targets { states[0].targets.len() } else { 0 } {
+            put(&mut slots, states.map(|state| target_to_array(&state.targets[target])));
         }
     }
 

@@ -4,6 +4,7 @@
 //! Newton's method: friction is made linear in the reactions, where they were found before, and the balance
 //! solved with it; it is repeated. The third finds all forces from the last step's unknowns.
 
+use crate::batch::StateOfMotion;
 use crate::code::{Slots, compile};
 use crate::compiled::Compiled;
 use crate::given::{BodyMotion, Given};
@@ -249,6 +250,27 @@ impl InverseProgram {
     ) {
         let (targets, put) = (self.read_of(targets), memory.writer(lane));
         self.given.visit(motions.iter().copied(), coordinates, targets, loads, put);
+    }
+
+    /// Sets all lanes at once, as [`Self::set_bodies`] does one; lanes that are left over get the last state.
+    /// Without any nothing is set.
+    ///
+    /// # Panics
+    /// If a state has fewer motions than there are [`Self::bodies`], or fewer loads or prescribed values
+    /// than the first.
+    pub fn set_lanes(&self, memory: &mut Memory, states: &[StateOfMotion<'_>]) {
+        match memory.lanes {
+            1 => self.set_all::<1>(memory, states),
+            4 => self.set_all::<4>(memory, states),
+            _ => self.set_all::<MOST_LANES>(memory, states),
+        }
+    }
+
+    fn set_all<const L: usize>(&self, memory: &mut Memory, states: &[StateOfMotion<'_>]) {
+        let Some(last) = states.last() else { return };
+        let states = core::array::from_fn(|lane| states.get(lane).unwrap_or(last));
+        let (slots, _) = memory.slots.as_chunks_mut::<L>();
+        self.given.write_lanes(states, self.reads_targets, slots);
     }
 
     /// Where motions of bodies say all, nobody reads what is prescribed.

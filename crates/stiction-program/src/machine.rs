@@ -1,7 +1,7 @@
 //! Code that the processor runs itself.
 //!
 //! The only unsafe code of the project: memory is made executable and called. What is called was written
-//! by `allocate`, touches nothing but the three pieces of memory that it is handed, as long as
+//! by `allocate`, touches nothing but the four pieces of memory that it is handed, as long as
 //! they are as large as the code says, and returns.
 #![allow(unsafe_code)]
 
@@ -11,7 +11,7 @@ use crate::code::Code;
 use crate::encode::{Target, Width};
 use memmap2::{Mmap, MmapMut};
 
-type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *mut f64);
+type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *mut f64, *const f64);
 
 /// A piece of code in machine instructions for one width.
 #[derive(Debug)]
@@ -19,9 +19,10 @@ pub(crate) struct Machine {
     memory: Mmap,
     constants: Aligned,
     lanes: usize,
-    /// Numbers of slots and of scratch that it touches.
+    /// Numbers of slots, of scratch and of what is common to all lanes that it touches.
     slots: usize,
     scratch: usize,
+    common: usize,
 }
 
 /// The widest registers that this processor has; none if code cannot be made for it.
@@ -80,6 +81,7 @@ impl Machine {
             lanes,
             slots,
             scratch,
+            common: code.common(),
         })
     }
 
@@ -90,16 +92,19 @@ impl Machine {
 
     /// Runs it. Slots are as many as it was made for, times the lanes; scratch is as it says.
     #[inline]
-    pub(crate) fn run(&self, slots: &mut [f64], scratch: &mut [f64]) {
+    pub(crate) fn run(&self, slots: &mut [f64], common: &[f64], scratch: &mut [f64]) {
         assert!(slots.len() >= self.slots && scratch.len() >= self.scratch);
+        assert!(common.len() >= self.common);
         // SAFETY: the memory holds a whole function of this signature, written by `assemble` for a
         // processor that has its instructions (`new` asked). It reads and writes slots below
-        // `self.slots`, reads `constants`, reads and writes scratch below `self.scratch`, all of
-        // which are there, and changes no other register than a caller of "sysv64" expects.
+        // `self.slots`, reads `constants` and what is common below `self.common`, reads and writes scratch
+        // below `self.scratch`, all of which are there, and changes no other register than a caller of
+        // "sysv64" expects.
         unsafe {
             let entry: Entry = std::mem::transmute(self.memory.as_ptr());
             let base = slots.as_mut_ptr().wrapping_add(Target::BASE_SLOT * self.lanes);
-            entry(base, self.constants.as_ptr(), scratch.as_mut_ptr());
+            let common = common.as_ptr().wrapping_add(Target::BASE_SLOT);
+            entry(base, self.constants.as_ptr(), scratch.as_mut_ptr(), common);
         }
     }
 }
@@ -110,6 +115,9 @@ mod tests {
     use crate::code::{Fused, Source, Step};
     use stiction::random::Random;
 
+    /// Numbers that are common to all lanes: more than short addresses reach.
+    const COMMON: usize = 300;
+
     /// Random code on ten slots, with a given number of steps.
     fn random_code(random: &mut Random, count: usize) -> Code {
         let mut code = Code { constants: vec![0.5, -1.25, 3.0], ..Code::default() };
@@ -117,7 +125,8 @@ mod tests {
         for k in 0..count {
             let mut source = || match pick(8) {
                 0 => Source::Constant(pick(3) as u32),
-                1 | 2 => Source::Slot(pick(10) as u32),
+                1 => Source::Slot(pick(10) as u32),
+                2 => Source::Common(pick(COMMON) as u32),
                 _ if k == 0 => Source::Slot(0),
                 // Near ones and far ones.
                 3..6 => Source::Step((k - 1 - pick(k.min(5))) as u32),
@@ -146,6 +155,7 @@ mod tests {
             }
         }
         code.stores.push((Source::Constant(1), 10 + code.stores.len() as u32));
+        code.stores.push((Source::Common(COMMON as u32 - 1), 10 + code.stores.len() as u32));
         code
     }
 
@@ -173,7 +183,8 @@ mod tests {
                 let mut wide = [vec![MARK; slots + 2 * ROOM], vec![MARK; scratch + 2 * ROOM]];
                 let [a, b] = &mut wide;
                 a[ROOM..ROOM + slots].fill(1.5);
-                machine.run(&mut a[ROOM..ROOM + slots], &mut b[ROOM..ROOM + scratch]);
+                let common = vec![0.5; COMMON].into_boxed_slice();
+                machine.run(&mut a[ROOM..ROOM + slots], &common, &mut b[ROOM..ROOM + scratch]);
                 for around in &wide {
                     let (before, rest) = around.split_at(ROOM);
                     let after = &rest[rest.len() - ROOM..];
@@ -182,7 +193,7 @@ mod tests {
                 }
                 let mut slots = vec![1.5; slots].into_boxed_slice();
                 let mut scratch = vec![0.0; scratch].into_boxed_slice();
-                machine.run(&mut slots, &mut scratch);
+                machine.run(&mut slots, &common, &mut scratch);
             }
         }
     }
@@ -205,14 +216,15 @@ mod tests {
                 let start: Vec<f64> =
                     (0..count * lanes).map(|_| (random.number() * 2.0).abs() + 0.1).collect();
                 let (mut interpreted, mut run) = (start.clone(), start);
+                let common: Vec<f64> = (0..COMMON).map(|_| random.number() + 1.5).collect();
                 let mut values = vec![0.0; code.steps.len() * lanes];
                 match lanes {
-                    1 => code.interpret::<1>(&mut interpreted, &mut values),
-                    4 => code.interpret::<4>(&mut interpreted, &mut values),
-                    _ => code.interpret::<8>(&mut interpreted, &mut values),
+                    1 => code.interpret::<1>(&mut interpreted, &common, &mut values),
+                    4 => code.interpret::<4>(&mut interpreted, &common, &mut values),
+                    _ => code.interpret::<8>(&mut interpreted, &common, &mut values),
                 }
                 let mut scratch = vec![0.0; machine.scratch()];
-                machine.run(&mut run, &mut scratch);
+                machine.run(&mut run, &common, &mut scratch);
                 for (k, (a, b)) in interpreted.iter().zip(&run).enumerate() {
                     let same = a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan();
                     assert!(same, "case {case}, {target:?}, slot {}: {a} {b}", k / lanes);

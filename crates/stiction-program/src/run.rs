@@ -74,13 +74,19 @@ impl Runner {
     /// Runs all parts in their order.
     #[inline]
     pub(crate) fn run(&self, slots: &mut [f64], scratch: &mut [f64]) {
+        self.run_with(slots, &[], scratch);
+    }
+
+    /// The same with numbers that are common to all lanes.
+    #[inline]
+    pub(crate) fn run_with(&self, slots: &mut [f64], common: &[f64], scratch: &mut [f64]) {
         for piece in &self.pieces {
             match piece {
-                Piece::Machine(machine) => machine.run(slots, scratch),
+                Piece::Machine(machine) => machine.run(slots, common, scratch),
                 Piece::Interpreted(code) => match self.lanes {
-                    1 => code.interpret::<1>(slots, scratch),
-                    4 => code.interpret::<4>(slots, scratch),
-                    _ => code.interpret::<MOST_LANES>(slots, scratch),
+                    1 => code.interpret::<1>(slots, common, scratch),
+                    4 => code.interpret::<4>(slots, common, scratch),
+                    _ => code.interpret::<MOST_LANES>(slots, common, scratch),
                 },
                 Piece::Calls(calls) => {
                     for call in calls {

@@ -175,7 +175,7 @@ mod tests {
         let slots = 8 + code.stores.len();
         let run = |code: &Code| {
             let mut slots: Vec<f64> = (0..slots).map(|k| 0.3 + 0.01 * k as f64).collect();
-            code.interpret::<1>(&mut slots, &mut vec![0.0; code.steps.len()]);
+            code.interpret::<1>(&mut slots, &[], &mut vec![0.0; code.steps.len()]);
             slots
         };
         let scheduled = code.scheduled();

@@ -1,6 +1,7 @@
 //! Inputs of programs that are given the whole state of the tree: coordinates, rates, accelerations, then
 //! prescribed values and loads.
 
+use crate::given::{load_to_array, target_to_array};
 use crate::recipe::Counts;
 use crate::samples::Sample;
 use stiction::dynamics::AppliedLoad;
@@ -13,22 +14,30 @@ impl Counts {
     }
 }
 
-/// All numbers in the order of inputs.
-pub(crate) fn numbers_of<'a>(
-    state: &'a State<f64>,
-    targets: &'a [Target<f64>],
-    loads: &'a [AppliedLoad<f64>],
-) -> impl Iterator<Item = f64> + 'a {
-    let State { coordinates, rates, accelerations } = state;
-    let tree = coordinates.iter().chain(rates).chain(accelerations).copied();
-    let targets = targets.iter().flat_map(|t| [t.value, t.rate, t.acceleration]);
-    let wrench = |load: &AppliedLoad<f64>| [load.force.to_array(), load.moment.to_array()];
-    tree.chain(targets).chain(loads.iter().flat_map(wrench).flatten())
+/// Puts all numbers in the order of inputs, a piece at a time.
+#[inline]
+pub(crate) fn put_tree(
+    state: &State<f64>,
+    targets: &[Target<f64>],
+    loads: &[AppliedLoad<f64>],
+    mut put: impl FnMut(&[f64]),
+) {
+    put(&state.coordinates);
+    put(&state.rates);
+    put(&state.accelerations);
+    for target in targets {
+        put(&target_to_array(target));
+    }
+    for load in loads {
+        put(&load_to_array(load));
+    }
 }
 
 impl Sample {
     /// All its numbers.
     pub(crate) fn of_tree(&self) -> Vec<f64> {
-        numbers_of(&self.state, &self.targets, &self.loads).collect()
+        let mut all = Vec::new();
+        put_tree(&self.state, &self.targets, &self.loads, |numbers| all.extend(numbers));
+        all
     }
 }

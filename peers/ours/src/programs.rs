@@ -8,10 +8,12 @@ use crate::expected::{Difference, Expected, Forces};
 use crate::robot::Robot;
 use crate::subject::Subject;
 use std::hint::black_box;
-use stiction_program::{BodyMotion, ForwardProgram, InverseProgram, Memory};
+use stiction_program::{BodyMotion, ForwardProgram, InverseProgram, Memory, StateOfMotion};
 
 /// Positions along the motion at which a program is recorded.
 const COURSE: usize = 10;
+/// No processor takes more states at once.
+const MOST_LANES: usize = 8;
 
 /// Everything that is timed; nothing if the robot has no program.
 pub(crate) fn subjects<'a>(robot: &'a Robot, expected: &'a Expected) -> Vec<Subject<'a>> {
@@ -80,13 +82,17 @@ impl<'a> Runs<'a> {
     #[inline(never)]
     fn step(&mut self) -> usize {
         let step = self.next;
-        for (lane, &sample) in self.order[step].iter().enumerate() {
-            let Self { robot, program, memory, .. } = self;
-            let motions = black_box(&self.motions[sample]);
-            let (state, targets) = (&robot.positions[sample], &robot.targets[sample]);
-            let loads = &robot.loads[sample];
-            program.set_bodies(memory, lane, motions, &state.coordinates, targets, loads);
-        }
+        let (samples, robot) = (&self.order[step], self.robot);
+        let states: [_; MOST_LANES] = std::array::from_fn(|lane| {
+            let sample = samples[lane.min(samples.len() - 1)];
+            StateOfMotion {
+                bodies: black_box(&self.motions[sample]),
+                coordinates: &robot.positions[sample].coordinates,
+                targets: &robot.targets[sample],
+                loads: &robot.loads[sample],
+            }
+        });
+        self.program.set_lanes(&mut self.memory, &states[..samples.len()]);
         if self.friction {
             self.program.run(&mut self.memory, &mut self.settled);
         } else {
