@@ -1,29 +1,25 @@
 //! What is recorded for derivatives of driving forces.
 //!
-//! Drives `D(x, p)` and loads `L(x, p)` are found at given loads `p` of all contacts, which make the friction; at
-//! the solution `p = L(x, p)`. So `(1 - L_p) dp = L_x dx` and `dD = D_x dx + D_p dp`: the coupling is not
-//! differentiated step by step but solved once more. `D_x dx` and `L_x dx` are slopes of what is recorded, through
-//! one Newton step of the position; `L_p` and `D_p` are what unit frictions do.
+//! Forces are where a Newton step of the coupling ends at its own beginning. There the step does not depend
+//! on where it begins, to first order: that is why Newton's method converges as it does. So drives change as
+//! those after one step from fixed reactions do, and the coupling is not differentiated iteration by iteration.
+//! The same holds for the position, which one Newton step closes.
 //!
 //! Equation (P6) of the book's theory.
 
 use crate::graph::{Graph, Node, Op};
-use crate::loads::Loads;
 use crate::meaning::{Merged, merge};
 use crate::motions::run;
 use crate::quantity::Quantity;
 use crate::recipe::{Counts, Recipe};
-use crate::recorded::{Recorded, go_on, record_groups};
+use crate::recorded::{Recorded, record_groups};
 use crate::slopes::slopes;
-use crate::small::{Factors, diagonal};
 use crate::stages::{holds, with_inputs_replaced};
-use crate::wrench::local;
-use stiction::dynamics::{AppliedLoad, Sharing};
-use stiction::friction::Load;
+use crate::wrench::components;
+use stiction::dynamics::AppliedLoad;
 use stiction::kinematics::Target;
 use stiction::parameters::Parameters;
 use stiction::random::Random;
-use stiction::scalar::Scalar;
 use stiction::spatial::{Vec3, Wrench};
 
 /// Newton steps that close the loops of changed dimensions.
@@ -31,8 +27,8 @@ const CLOSING_STEPS: usize = 12;
 /// By what part quantities of the mechanism differ from sample to sample.
 const SPREAD: f64 = 0.02;
 
-/// The graph of a program of derivatives. Inputs are those of an inverse program, the loads of all contacts,
-/// and the slopes of all quantities.
+/// The graph of a program of derivatives. Inputs are those of an inverse program, the reactions of joints with
+/// contacts as six numbers each, and the slopes of all quantities.
 pub(crate) struct RecordedSlopes {
     pub(crate) graph: Graph,
     /// Slopes of all drives.
@@ -50,7 +46,9 @@ impl Recipe<'_> {
         samples: &[Vec<f64>],
     ) -> Option<RecordedSlopes> {
         let counts = self.counts(0);
-        let [first_load, first_slope] = [counts.inputs(), counts.inputs() + counts.contacts];
+        let rubbing = self.rubbing();
+        let first_reaction = counts.inputs();
+        let first_slope = first_reaction + 6 * rubbing.len();
         let first_number = first_slope + quantities.len();
         let mut numbers = Vec::new();
         let mut parameters = self.solver.parameters().clone();
@@ -63,30 +61,50 @@ impl Recipe<'_> {
                 }
             }
         }
-        let given = [first_load, first_number];
-        let inputs = first_number + numbers.len();
-        let (mut graph, [drives, loads, gradients, responses, coefficients]) =
-            record_groups(inputs, |inputs| self.follow_slopes(&counts, &numbers, given, inputs));
+        let first_held = first_number + numbers.len();
+        let inputs = first_held + 6 * rubbing.len();
+        let (mut graph, [drives, carried]) = record_groups(inputs, |inputs| {
+            let (inputs, held) = inputs.split_at(first_held);
+            let (inputs, numbered) = inputs.split_at(first_number);
+            let parameters = self.numbered(&numbers, numbered);
+            let (tree, reactions) = inputs[..first_slope].split_at(first_reaction);
+            self.follow_slopes(&counts, &parameters, tree, [reactions, held])
+        });
         let slope_of_input = self.slopes_of_inputs(&counts, quantities, first_slope, &mut graph);
         let slope = slopes(&mut graph, &slope_of_input);
         let zero = graph.number(0.0);
-        let slopes_of = |nodes: &[Node]| -> Vec<Node> {
-            nodes.iter().map(|node| slope[*node as usize].unwrap_or(zero)).collect()
-        };
-        let (drives, loads) = (slopes_of(&drives), slopes_of(&loads));
-        let samples = self.varied(&numbers, samples, [counts.contacts, quantities.len()])?;
+        let slopes_of = |node: &Node| slope[*node as usize].unwrap_or(zero);
+        let drives: Vec<Node> = drives.iter().map(slopes_of).collect();
+        // What was held while slopes were found is what joints carry.
+        let (graph, new_of) = with_inputs_replaced(&graph, first_held, &carried);
+        let drives: Vec<Node> = drives.iter().map(|node| new_of[*node as usize]).collect();
+        let samples = self.varied(&numbers, samples, [rubbing.len(), quantities.len()])?;
         let Merged { graph: mut merged, new_of, guards } = merge(&graph, &samples);
-        let all = [drives, loads, gradients, responses, coefficients];
-        let guard = holds(&graph, &all.concat(), &guards, &mut merged);
+        let guard = holds(&graph, &drives, &guards, &mut merged);
         // What was varied to be told apart is constant.
         let constants: Vec<Node> =
             numbers.iter().map(|(_, number)| merged.number(*number)).collect();
         let (graph, newer_of) = with_inputs_replaced(&merged, first_number, &constants);
-        let system: Vec<Node> =
-            all.concat().iter().map(|node| newer_of[new_of[*node as usize] as usize]).collect();
-        let guard = newer_of[guard as usize];
-        let (graph, drives) = go_on(graph, &system, |system| total(&counts, system));
-        Some(RecordedSlopes { graph, drives, guard })
+        let newer = |node: &Node| newer_of[new_of[*node as usize] as usize];
+        let drives = drives.iter().map(newer).collect();
+        Some(RecordedSlopes { graph, drives, guard: newer_of[guard as usize] })
+    }
+
+    /// The joints that have contacts: their reactions make friction.
+    pub(crate) fn rubbing(&self) -> Vec<usize> {
+        let contacts_at = &self.solver.parameters().contacts_at;
+        (0..contacts_at.len()).filter(|joint| !contacts_at[*joint].is_empty()).collect()
+    }
+
+    /// The numbers of the mechanism, some of them inputs.
+    fn numbered(&self, numbers: &[(Quantity, f64)], inputs: &[Recorded]) -> Parameters<Recorded> {
+        let mut parameters = Parameters::new(self.solver.mechanism());
+        for ((quantity, _), input) in numbers.iter().zip(inputs) {
+            if let Some(number) = quantity.of_mechanism(&mut parameters) {
+                *number = *input;
+            }
+        }
+        parameters
     }
 
     /// The slope of each input: those of prescribed values and of the mechanism's numbers are inputs.
@@ -113,7 +131,7 @@ impl Recipe<'_> {
         slopes
     }
 
-    /// Samples with the numbers of the mechanism varied, loops closed, and with any loads and slopes.
+    /// Samples with the numbers of the mechanism varied, loops closed, and with any reactions and slopes.
     fn varied(
         &self,
         numbers: &[(Quantity, f64)],
@@ -148,7 +166,10 @@ impl Recipe<'_> {
             row.extend(&state.rates);
             row.extend(&state.accelerations);
             row.extend(&sample[row.len()..]);
-            row.extend((0..extra[0]).map(|_| 50.0 + 40.0 * random.number()));
+            for _ in 0..extra[0] {
+                row.extend((0..3).map(|_| 50.0 * random.number()));
+                row.extend((0..3).map(|_| 50.0 * length * random.number()));
+            }
             row.extend((0..extra[1]).map(|_| random.number()));
             row.extend(values);
             Some(row)
@@ -156,23 +177,16 @@ impl Recipe<'_> {
         samples.iter().map(each).collect()
     }
 
-    /// Drives and loads of all contacts under the frictions that belong to given loads; for each two contacts how
-    /// the friction of the second changes the load of the first; how the friction of each changes each drive; and
-    /// coefficients of friction.
+    /// Drives after a step from the wrenches at joints with contacts as they are held, about the kernel origin;
+    /// and these wrenches, from reactions about the joints' origins.
     fn follow_slopes(
         &self,
         counts: &Counts,
-        numbers: &[(Quantity, f64)],
-        [first_load, first_number]: [usize; 2],
-        inputs: &[Recorded],
-    ) -> [Vec<Recorded>; 5] {
-        let mut parameters = Parameters::<Recorded>::new(self.solver.mechanism());
-        for ((quantity, _), input) in numbers.iter().zip(&inputs[first_number..]) {
-            if let Some(number) = quantity.of_mechanism(&mut parameters) {
-                *number = *input;
-            }
-        }
-        let (coordinates, rest) = inputs.split_at(counts.coordinates);
+        parameters: &Parameters<Recorded>,
+        tree: &[Recorded],
+        [reactions, held]: [&[Recorded]; 2],
+    ) -> [Vec<Recorded>; 2] {
+        let (coordinates, rest) = tree.split_at(counts.coordinates);
         // Rates and accelerations are given first, and stay; here they are found once more, with their slopes.
         let rest = &rest[2 * counts.freedoms..];
         let targets: Vec<Target<Recorded>> = rest
@@ -180,81 +194,33 @@ impl Recipe<'_> {
             .take(counts.targets)
             .map(|t| Target { value: t[0], rate: t[1], acceleration: t[2] })
             .collect();
-        let wrenches = rest[3 * counts.targets..].chunks(6);
+        let loads = rest[3 * counts.targets..].chunks(6).map(wrench);
         let loads: Vec<AppliedLoad<Recorded>> = self
             .loads
             .iter()
-            .zip(wrenches)
-            .map(|(load, w)| AppliedLoad {
-                force: Vec3::new(w[0], w[1], w[2]),
-                moment: Vec3::new(w[3], w[4], w[5]),
-                ..load.lift()
-            })
+            .zip(loads)
+            .map(|(load, w)| AppliedLoad { force: w.force, moment: w.moment, ..load.lift() })
             .collect();
-        let presses = &inputs[first_load..][..counts.contacts];
-        let coupled: Vec<usize> = (0..counts.contacts).collect();
         let like = self.solver.assembly().state();
         let given = (&targets[..], &loads[..]);
-        let mut ran = run(self.kernel, &parameters, like, coordinates, given, 1);
-        let setup = self.kernel.setup();
+        let mut ran = run(self.kernel, parameters, like, coordinates, given, 1);
         let bodies = &ran.kinematics.bodies;
-        let responses = Sharing::new(&setup).responses(&setup, &parameters, bodies, &ran.inverse);
-        let states = ran.inverse.contacts().to_vec();
-        let joints = parameters.contacts.iter().map(|contact| contact.joint);
-        let added = joints.clone().map(|joint| {
-            let j = &bodies.frame_j[joint];
-            responses.iter().map(|response| local(j, response.wrenches[joint])).collect()
-        });
-        let loads = Loads {
-            parameters: &parameters,
-            bodies,
-            states: &states,
-            coupled: &coupled,
-            without: Vec::new(),
-            added: added.collect(),
-        };
-        ran.inverse.solve_with(&setup, &parameters, bodies, &loads.forces(presses));
-        let found: Vec<Load<Recorded>> = joints
-            .enumerate()
-            .map(|(contact, joint)| {
-                let wrench = ran.inverse.joint_wrenches()[joint];
-                loads.load(contact, local(&bodies.frame_j[joint], wrench))
-            })
-            .collect();
-        let of_row = |(load, added): (&Load<Recorded>, &Vec<Wrench<Recorded>>)| {
-            added.iter().map(|added| load.gradient.power(*added)).collect::<Vec<_>>()
-        };
-        let gradients = found.iter().zip(&loads.added).flat_map(of_row).collect();
-        [
-            ran.inverse.drives().to_vec(),
-            found.iter().map(|load| load.value).collect(),
-            gradients,
-            responses.into_iter().flat_map(|response| response.drives).collect(),
-            states.iter().map(|state| state.resistance().0).collect(),
-        ]
+        let mut wrenches = vec![Wrench::zero(); counts.joints];
+        let mut carried = Vec::new();
+        let both = reactions.chunks(6).zip(held.chunks(6));
+        for (joint, (reaction, held)) in self.rubbing().into_iter().zip(both) {
+            let Wrench { force, moment } = wrench(reaction);
+            let moment = moment + bodies.frame_j[joint].position.cross(force);
+            carried.extend(components(Wrench { force, moment }));
+            wrenches[joint] = wrench(held);
+        }
+        ran.inverse.step_at(&self.kernel.setup(), parameters, bodies, &wrenches);
+        [ran.inverse.drives().to_vec(), carried]
     }
 }
 
-/// Slopes of the drives with loads that follow, from those at constant loads.
-fn total(counts: &Counts, system: &[Recorded]) -> Vec<Recorded> {
-    let count = counts.contacts;
-    let (drives, rest) = system.split_at(counts.drives);
-    let (loads, rest) = rest.split_at(count);
-    let (gradients, rest) = rest.split_at(count * count);
-    let (responses, coefficients) = rest.split_at(count * counts.drives);
-    let entry = |row: usize, column: usize| {
-        let own = Recorded::from_f64(if row == column { 1.0 } else { 0.0 });
-        own - gradients[row * count + column] * coefficients[column]
-    };
-    let matrix: Vec<Vec<Recorded>> =
-        (0..count).map(|row| (0..count).map(|column| entry(row, column)).collect()).collect();
-    let change = Factors::new(&matrix, diagonal(count)).solve(loads);
-    let mut total = drives.to_vec();
-    for (contact, change) in change.iter().enumerate() {
-        let friction = coefficients[contact] * *change;
-        for (drive, total) in total.iter_mut().enumerate() {
-            *total += responses[contact * counts.drives + drive] * friction;
-        }
-    }
-    total
+/// Force, then moment.
+fn wrench(numbers: &[Recorded]) -> Wrench<Recorded> {
+    let part = |first: usize| Vec3::new(numbers[first], numbers[first + 1], numbers[first + 2]);
+    Wrench { force: part(0), moment: part(3) }
 }

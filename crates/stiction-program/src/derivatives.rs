@@ -22,7 +22,8 @@ use stiction::kinematics::{State, Target};
 #[derive(Debug)]
 pub struct DerivativeProgram {
     inverse: InverseProgram,
-    counts: Counts,
+    /// The joints whose reactions the first is given.
+    rubbing: Vec<usize>,
     quantities: Vec<Quantity>,
     /// What does not depend on directions, one state at a time.
     first: Runner,
@@ -74,19 +75,20 @@ impl DerivativeProgram {
         let samples: Vec<Vec<f64>> =
             samples(solver, course, loads)?.iter().map(Sample::of_tree).collect();
         let recorded = recipe.record_slopes(quantities, &samples)?;
-        Some(Self::compile(inverse, recipe.counts(0), quantities, &recorded, machine))
+        let given = (recipe.counts(0), recipe.rubbing());
+        Some(Self::compile(inverse, given, quantities, &recorded, machine))
     }
 
     fn compile(
         inverse: InverseProgram,
-        counts: Counts,
+        (counts, rubbing): (Counts, Vec<usize>),
         quantities: &[Quantity],
         recorded: &RecordedSlopes,
         machine: bool,
     ) -> Self {
         let ops = recorded.graph.ops();
         let fuse = machine && fuses();
-        let given = counts.inputs() + counts.contacts;
+        let given = counts.inputs() + 6 * rubbing.len();
         let mut slots = Slots::of_inputs(ops, 0..given);
         let mut wide = Slots::of_inputs(ops, given..given + quantities.len());
         let mut first = early(ops, &recorded.drives, |input| input >= given);
@@ -109,7 +111,7 @@ impl DerivativeProgram {
             operations: [count(&parts), count(&wide_parts)],
             quantities: quantities.to_vec(),
             inverse,
-            counts,
+            rubbing,
             lanes,
         }
     }
@@ -159,11 +161,12 @@ impl DerivativeProgram {
         self.inverse.set(inverse, 0, state, targets, loads);
         let mut settled = [false];
         self.inverse.run(inverse, &mut settled);
-        let inputs = self.counts.inputs();
-        put_tree(state, targets, loads, first.writer(0));
-        for contact in 0..self.counts.contacts {
-            first.slots[inputs + contact] = self.inverse.contact(inverse, 0, contact)[0];
+        let mut put = first.writer(0);
+        put_tree(state, targets, loads, &mut put);
+        for &joint in &self.rubbing {
+            put(&self.inverse.reaction(inverse, 0, joint));
         }
+        drop(put);
         self.first.run(&mut first.slots, &mut first.scratch);
         settled[0] && first.slots[self.guard as usize] > 0.0
     }
@@ -212,4 +215,3 @@ impl DerivativeProgram {
         }
     }
 }
-

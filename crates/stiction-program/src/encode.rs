@@ -428,7 +428,10 @@ mod tests {
             [0x62, 0xE1, 0xF5, 0x50, 0x5C, 0x66, 0x08]
         );
         let load = |offset| move |a: &mut Assembler| a.load(3, Place::Memory(Base::Common, offset));
-        assert_eq!(bytes(Width::Eight, true, &load(-8)), [0x62, 0xF2, 0xFD, 0x48, 0x19, 0x59, 0xFF]);
+        assert_eq!(
+            bytes(Width::Eight, true, &load(-8)),
+            [0x62, 0xF2, 0xFD, 0x48, 0x19, 0x59, 0xFF]
+        );
         assert_eq!(
             bytes(Width::Four, false, &load(0x100)),
             [0xC4, 0xE2, 0x7D, 0x19, 0x99, 0, 1, 0, 0]

@@ -60,7 +60,9 @@ fn vector<T>(next: &mut impl FnMut() -> T) -> Vec3<T> {
     Vec3 { x, y, z }
 }
 
-pub(crate) fn load_to_array(AppliedLoad { force: f, moment: m, .. }: &AppliedLoad<f64>) -> [f64; 6] {
+pub(crate) fn load_to_array(
+    AppliedLoad { force: f, moment: m, .. }: &AppliedLoad<f64>,
+) -> [f64; 6] {
     [f.x, f.y, f.z, m.x, m.y, m.z]
 }
 

@@ -19,12 +19,17 @@ impl Memory {
     /// Writes a lane's inputs one after the other.
     #[inline]
     pub(crate) fn writer(&mut self, lane: usize) -> impl FnMut(&[f64]) + '_ {
-        let (lanes, mut next) = (self.lanes, lane);
+        let (lanes, slots) = (self.lanes, &mut *self.slots);
+        let mut next = lane;
         move |values| {
-            for value in values {
-                self.slots[next] = *value;
-                next += lanes;
+            if lanes == 1 {
+                slots[next..][..values.len()].copy_from_slice(values);
+            } else {
+                for (slot, value) in slots[next..].iter_mut().step_by(lanes).zip(values) {
+                    *slot = *value;
+                }
             }
+            next += lanes * values.len();
         }
     }
 

@@ -321,6 +321,20 @@ impl<T: Scalar> Inverse<T> {
         self.finish_friction(setup.topology, parameters, bodies);
     }
 
+    /// The same where joints carry these wrenches, predecessor on successor about the kernel origin; those of
+    /// joints without contacts do not matter.
+    pub fn step_at(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        wrenches: &[Wrench<T>],
+    ) {
+        self.press_with(parameters, bodies, wrenches);
+        self.step(setup, parameters, bodies);
+        self.finish_friction(setup.topology, parameters, bodies);
+    }
+
     /// The reciprocal pivots of the balance as it was solved last, in an order that is always the same.
     pub fn reciprocal_pivots(&self, setup: &Setup<'_>) -> Vec<T> {
         self.balance.reciprocal_pivots(&setup.balance.program)
