@@ -2,38 +2,28 @@
 //!
 //! Equation (F9) of the book's theory.
 
-use super::bounds;
-use super::careful;
+mod planning;
+mod solve;
+
 use super::contacts::ContactState;
 use super::coupling::CouplingRoom;
-use super::error::InverseError;
 use super::forces::Forces;
 use super::inverse::{FrictionMode, Inverse, Settings, Setup};
 use super::kernel::Kernel;
-use super::load::AppliedLoad;
 use super::newton_euler::NewtonEuler;
 use super::plan::{BalancePlan, NotPlanned};
-use super::power::Power;
-use super::rest::{self, Rest};
 use super::shares::{Shares, Sharing};
-use super::spring::Pull;
 use super::structure::Weighting;
-use super::wedge::{self, Lock};
-use crate::friction::ContactShape;
 use crate::kinematics::{
     Assembly, AssemblyError, Bodies, Coordinate, Kinematics, Target, actuator_rate, body_twists,
 };
 use crate::linalg::Elimination;
 use crate::mechanism::{BodyId, JointId, Mechanism};
-use crate::mobility::{DETERMINED, IdleAxis, Statics, Uncarried};
+use crate::mobility::{DETERMINED, IdleAxis, Statics};
 use crate::parameters::{ContactParameters, Parameters};
-use crate::spatial::{Mat3, Pose};
+use crate::spatial::Pose;
 use crate::topology::{Topology, TreeRule};
 use nalgebra::DMatrix;
-
-/// Forces are given out only where the power balance holds to this part of what is turned over.
-/// Round-off is some 1e-15; positions near singular ones magnify it.
-const BALANCED: f64 = 1e-9;
 
 /// Moves a mechanism and computes all its forces.
 ///
@@ -395,261 +385,6 @@ impl InverseDynamics {
         }
         determined
     }
-
-    /// All forces at the present position under loads.
-    ///
-    /// # Errors
-    /// See [`InverseError`].
-    pub fn solve(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
-        self.check_springs()?;
-        self.check_overlaps()?;
-        if !self.by_kernel(loads) {
-            // The order of elimination suits another position, or this one is special.
-            self.replan();
-            if !self.by_kernel(loads) && !self.is_balanced_without_friction(loads) {
-                return self.solve_carefully(loads);
-            }
-        }
-        match self.finish(loads) {
-            Ok(()) if self.forces.imbalance(self.parameters.length) <= BALANCED => Ok(&self.forces),
-            Err(locked @ InverseError::Locked { .. }) => Err(locked),
-            _ => self.solve_carefully(loads),
-        }
-    }
-
-    /// Springs whose ends coincide have no direction to pull in.
-    fn check_springs(&self) -> Result<(), InverseError> {
-        let (bodies, length) = (self.bodies(), self.parameters.length);
-        let is_lost = |spring| !Pull::of(spring, bodies).has_direction(spring, length);
-        match self.parameters.springs.iter().position(is_lost) {
-            None => Ok(()),
-            Some(k) => Err(InverseError::SpringWithoutDirection {
-                spring: self.mechanism.springs()[k].name.clone(),
-            }),
-        }
-    }
-
-    /// Whether every rod is still in its cylinder.
-    fn check_overlaps(&self) -> Result<(), InverseError> {
-        let bodies = self.bodies();
-        for contact in &self.parameters.contacts {
-            let (j, k) = (&bodies.frame_j[contact.joint], &bodies.frame_k[contact.joint]);
-            let slide = (k.position - j.position).dot(j.rotation.columns[2]);
-            if let Some(overlap) = contact.load.overlap(slide)
-                && overlap <= 0.0
-                && self.settings.friction != FrictionMode::Off
-            {
-                let joint = self.mechanism.joints()[contact.joint].name.clone();
-                return Err(InverseError::NoOverlap { joint, beyond: -overlap });
-            }
-        }
-        Ok(())
-    }
-
-    /// Whether it is friction that spoils the balance: it may lock the mechanism just here.
-    fn is_balanced_without_friction(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
-        if self.settings.friction != FrictionMode::Converged {
-            return false;
-        }
-        self.settings.friction = FrictionMode::Off;
-        let balanced = self.by_kernel(loads);
-        self.settings.friction = FrictionMode::Converged;
-        self.by_kernel(loads);
-        balanced
-    }
-
-    /// Plans the balance at the present position.
-    fn replan(&mut self) {
-        self.plans += 1;
-        self.steady_idle_spins();
-        let spins = self.spin_responses();
-        let bodies = &self.assembly.kinematics().bodies;
-        self.plan = BalancePlan::new(&self.topology, &self.parameters, bodies, &spins);
-        self.sharing = None;
-        self.inverse = match &self.plan {
-            Err(_) => None,
-            Ok(balance) => {
-                let (topology, parameters) = (&self.topology, &self.parameters);
-                let (prescription, motion, _) = self.assembly.parts();
-                let setup = Setup { topology, prescription, motion, balance };
-                Some(Inverse::new(&setup, parameters))
-            }
-        };
-    }
-
-    /// Gives bodies that spin idly, and have no inertia about the axis of that spin, some. By
-    /// convention nothing turns about it, so no result changes; but without it the acceleration
-    /// would be anything, or, with friction at the body, infinite: this is the limit of little
-    /// inertia.
-    fn steady_idle_spins(&mut self) {
-        let length = self.parameters.length;
-        for spin in self.assembly.prescription().spins() {
-            let body = spin.body.0;
-            let inertia = &mut self.parameters.inertia[body];
-            let size = inertia.trace() + self.parameters.mass[body] * length * length;
-            if spin.axis.dot(*inertia * spin.axis) <= 1e-12 * size {
-                let fictitious = if size > 0.0 { size } else { length * length };
-                let [x, y, z] = (spin.axis * fictitious).to_array();
-                let about_axis = Mat3::from_columns(spin.axis * x, spin.axis * y, spin.axis * z);
-                *inertia = *inertia + about_axis;
-            }
-        }
-    }
-
-    fn spin_responses(&mut self) -> Vec<Vec<f64>> {
-        let freedoms = self.topology.freedoms();
-        let (prescription, motion, kinematics) = self.assembly.parts();
-        (0..prescription.spins().len())
-            .map(|spin| {
-                let mut response = vec![0.0; freedoms];
-                kinematics.response_to_spin(prescription, motion, spin, &mut response);
-                response
-            })
-            .collect()
-    }
-
-    /// Solves by the kernel; false where there is no plan or its numbers cannot be trusted.
-    fn by_kernel(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
-        let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else { return false };
-        let topology = &self.topology;
-        self.assembly.forget_spins(topology);
-        let (prescription, motion, kinematics) = self.assembly.parts();
-        let setup = Setup { topology, prescription, motion, balance };
-        inverse.solve(&setup, &self.parameters, kinematics, loads, &self.settings);
-        inverse.is_balanced(&setup, &self.parameters)
-    }
-
-    /// Takes over what the kernel found, after the checks of friction.
-    fn finish(&mut self, loads: &[AppliedLoad<f64>]) -> Result<(), InverseError> {
-        let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else {
-            return Err(InverseError::Unsettled);
-        };
-        let (topology, parameters) = (&self.topology, &self.parameters);
-        let settings = &self.settings;
-        let (prescription, motion, kinematics) = self.assembly.parts();
-        let setup = Setup { topology, prescription, motion, balance };
-        let is_coupled = settings.friction == FrictionMode::Converged
-            && inverse.contacts().iter().any(|contact| contact.sliding > 0.0);
-        let strength = match is_coupled {
-            true => self.room.strength(inverse, &setup, parameters, &kinematics.bodies),
-            false => 0.0,
-        };
-        self.strength = strength;
-        let is_unique = strength < 1.0;
-        let settled =
-            inverse.friction_settled(settings) || (is_unique && inverse.friction_stagnated());
-        if !settled || !is_unique || !inverse.is_balanced(&setup, parameters) {
-            // There may be other solutions, or none: follow the one that is connected with no friction.
-            // It is found, or lost where friction locks.
-            let followed = wedge::follow_friction(
-                inverse, &setup, parameters, kinematics, loads, settings, 1.0,
-            );
-            if let Err(lock) = followed {
-                // Where there certainly is one, what was lost is digits. (A thread's load contains its
-                // own friction, and has no limit where that locks it.)
-                let is_thread =
-                    |contact: &ContactParameters<f64>| contact.shape == ContactShape::Thread;
-                let exists = is_unique && !parameters.contacts.iter().any(is_thread);
-                return Err(match exists {
-                    true => InverseError::Unsettled,
-                    false => locked(&self.mechanism, parameters, lock),
-                });
-            }
-        }
-        self.forces_by_kernel = true;
-        let forces = &mut self.forces;
-        forces.read(&kinematics.bodies, inverse);
-        let position = bounds::Position { setup, parameters, kinematics, loads, settings };
-        bounds::bound_drives(forces, inverse, position);
-        let dissipated = forces.contacts.iter().map(|c| c.power);
-        let bodies = &kinematics.bodies;
-        forces.power = Power::new(topology, parameters, bodies, &forces.drives, dissipated, loads);
-        Ok(())
-    }
-
-    /// The same by dense decompositions, friction by a plain fixed point: slow, for special
-    /// positions, and as an oracle. It leaves the intervals of contacts at rest at zero width, and
-    /// says so in [`Forces::bounded`].
-    ///
-    /// # Errors
-    /// See [`InverseError`].
-    pub fn solve_carefully(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
-        self.check_springs()?;
-        self.check_overlaps()?;
-        let statics = self.statics();
-        let spins = self.spin_responses();
-        let bodies = &self.assembly.kinematics().bodies;
-        let accelerations = &self.assembly.state().accelerations;
-        let solution = careful::solve(
-            &careful::Position {
-                mechanism: &self.mechanism,
-                topology: &self.topology,
-                parameters: &self.parameters,
-                statics: &statics,
-                bodies,
-            },
-            accelerations,
-            &spins,
-            loads,
-            &self.settings,
-        )
-        .map_err(|uncarried| self.in_words(&uncarried))?;
-        if !solution.settled {
-            return Err(InverseError::Unsettled);
-        }
-        if let Some(lock) = solution.lock {
-            return Err(locked(&self.mechanism, &self.parameters, lock));
-        }
-        let has_friction = self.settings.friction != FrictionMode::Off;
-        self.forces.take(bodies, &solution, has_friction);
-        self.forces_by_kernel = false;
-        self.shares.clone_from(&solution.shares);
-        self.forces.power = Power::new(
-            &self.topology,
-            &self.parameters,
-            &solution.bodies,
-            &self.forces.drives,
-            self.forces.contacts.iter().map(|c| c.power),
-            loads,
-        );
-        let residual = self.forces.imbalance(self.parameters.length);
-        if residual <= BALANCED {
-            Ok(&self.forces)
-        } else {
-            Err(InverseError::Inaccurate { residual })
-        }
-    }
-
-    /// Stops the mechanism where it is, all rates and accelerations zero, and looks at what static
-    /// friction does there. [`Self::forces`] are then those at rest.
-    ///
-    /// # Errors
-    /// See [`InverseError`]; [`InverseError::Unsettled`] where the position is singular, or
-    /// constraints and actuators are both redundant.
-    pub fn rest(&mut self, loads: &[AppliedLoad<f64>]) -> Result<Rest, InverseError> {
-        self.assembly.stop(&self.topology, &self.parameters);
-        self.solve(loads)?;
-        if !self.forces.bounded {
-            return Err(InverseError::Unsettled);
-        }
-        let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else {
-            return Err(InverseError::Unsettled);
-        };
-        let (topology, parameters, settings) = (&self.topology, &self.parameters, &self.settings);
-        let (prescription, motion, kinematics) = self.assembly.parts();
-        let setup = Setup { topology, prescription, motion, balance };
-        let position = bounds::Position { setup, parameters, kinematics, loads, settings };
-        let mut rest = rest::examine(inverse, position);
-        rest.take_intervals(&self.forces);
-        Ok(rest)
-    }
-
-    /// An uncarried load with names and places.
-    fn in_words(&self, uncarried: &Uncarried) -> InverseError {
-        let (body, motion) = uncarried.motion.in_words(&self.mechanism, self.parameters.origin);
-        let unit = if uncarried.motion.turns { "N m" } else { "N" };
-        InverseError::CannotCarry { body, motion, missing: uncarried.missing.abs(), unit }
-    }
 }
 
 /// The sign of the permutation by which `coordinates` are the actuators; none if they are not.
@@ -674,13 +409,4 @@ fn order_of_actuators(topology: &Topology, coordinates: &[Coordinate]) -> Option
         }
     }
     Some(sign)
-}
-
-/// Where the solution is lost, with the joint's name.
-fn locked(mechanism: &Mechanism, parameters: &Parameters<f64>, lock: Lock) -> InverseError {
-    let joint = parameters.contacts[lock.contact].joint;
-    InverseError::Locked {
-        joint: mechanism.joints()[joint].name.clone(),
-        percent: 100.0 * lock.part,
-    }
 }

@@ -2,17 +2,21 @@
 //!
 //! Equation (K5) of the book's theory.
 
-use super::bodies::{Bodies, State, write_floating};
+mod guess;
+mod planning;
+mod search;
+
+pub(super) use guess::guess;
+
+use super::bodies::{Bodies, State};
 use super::coordinate::{Coordinate, Target};
-use super::error::{AssemblyError, Gap};
-use super::freedom::{self, OpenMotion};
-use super::system::{Kinematics, Prescription, column_scales};
-use crate::linalg::{Elimination, Svd};
+use super::error::AssemblyError;
+use super::system::{Kinematics, Prescription};
+use crate::linalg::Elimination;
 use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
-use crate::topology::{Link, Topology};
-use nalgebra::{DMatrix, DVector};
+use crate::topology::Topology;
 
 /// Loops count as closed, and prescribed values as met, below this: m over the characteristic
 /// length, and rad. Round-off of a chain of poses is some 1e-16.
@@ -23,10 +27,6 @@ const CLOSED_AT_WORST: f64 = 1e-12;
 const NEAR: f64 = 1e-7;
 /// Newton steps before the careful method is asked.
 const NEWTON_STEPS: usize = 12;
-/// Pivots of the scaled system below this ask for a look at its singular values.
-const SUSPICIOUS_PIVOT: f64 = 1e-3;
-/// Steps of the careful method.
-const CAREFUL_STEPS: usize = 500;
 /// A step of the motion is halved at most so many times to follow it.
 const HALVINGS: u32 = 12;
 
@@ -419,201 +419,6 @@ impl Assembly {
             self.kinematics.errors().iter().zip(&self.row_scales).map(|(e, s)| (e * s).abs());
         errors.fold(0.0, |max, e| if e.is_nan() { f64::INFINITY } else { e.max(max) })
     }
-
-    /// Chooses the elimination at the present, assembled position; finds idle spins.
-    fn plan(
-        &mut self,
-        topology: &Topology,
-        parameters: &Parameters<f64>,
-    ) -> Result<(), AssemblyError> {
-        self.plans += 1;
-        let before = (self.prescription.clone(), self.row_scales.clone(), self.kinematics.clone());
-        let planned = self.plan_anew(topology, parameters);
-        if planned.is_err() {
-            // What was planned for other positions stays good there.
-            (self.prescription, self.row_scales, self.kinematics) = before;
-        }
-        planned
-    }
-
-    fn plan_anew(
-        &mut self,
-        topology: &Topology,
-        parameters: &Parameters<f64>,
-    ) -> Result<(), AssemblyError> {
-        let coordinates = self.prescription.coordinates().to_vec();
-        self.prescription = Prescription::new(topology, &coordinates, &[]);
-        self.row_scales = self.prescription.row_scales(parameters.length);
-        if self.try_plan(topology, parameters) {
-            return Ok(());
-        }
-        let found = freedom::open_motions(
-            topology,
-            parameters,
-            &self.kinematics.bodies,
-            &self.scaled_jacobian(topology, parameters),
-            &column_scales(topology, parameters.length),
-        );
-        let open = match found {
-            OpenMotion::Spins(spins) => {
-                self.prescription = Prescription::new(topology, &coordinates, &spins);
-                self.row_scales = self.prescription.row_scales(parameters.length);
-                if self.try_plan(topology, parameters) {
-                    return Ok(());
-                }
-                Vec::new()
-            }
-            OpenMotion::Freedoms(open) => open,
-        };
-        let open = open.into_iter().map(|motion| motion.named(&self.body_names)).collect();
-        Err(AssemblyError::Open { open })
-    }
-
-    fn try_plan(&mut self, topology: &Topology, parameters: &Parameters<f64>) -> bool {
-        self.kinematics = Kinematics::new(topology, &self.prescription, &self.program);
-        let (prescription, state) = (&self.prescription, &self.state);
-        self.kinematics.place(topology, parameters, prescription, state, &self.targets);
-        self.kinematics.linearise(topology, prescription);
-        let Ok(plan) = self.prescription.plan(topology, &self.kinematics, parameters.length) else {
-            return false;
-        };
-        // A small pivot need not mean a small singular value, but no small one means none.
-        if plan.smallest_pivot < SUSPICIOUS_PIVOT {
-            let svd = Svd::new(&self.scaled_jacobian(topology, parameters));
-            if svd.rank_of_order_one(freedom::OPEN) < topology.freedoms() {
-                return false;
-            }
-        }
-        self.program = plan.compile();
-        self.kinematics = Kinematics::new(topology, &self.prescription, &self.program);
-        true
-    }
-
-    fn scaled_jacobian(&self, topology: &Topology, parameters: &Parameters<f64>) -> DMatrix<f64> {
-        let columns = column_scales(topology, parameters.length);
-        self.kinematics.scaled_matrix(&self.prescription, &self.row_scales, &columns)
-    }
-
-    /// Levenberg and Marquardt's method on all rows: slow, but it needs neither a plan nor a good
-    /// guess, and redundant rows do not trouble it.
-    fn search(
-        &mut self,
-        topology: &Topology,
-        parameters: &Parameters<f64>,
-    ) -> Result<(), AssemblyError> {
-        // A motion that cannot be followed shows best as a gap in the loops.
-        const PRESCRIBED_WEIGHT: f64 = 100.0;
-        if self.kinematics.errors().len() != self.prescription.row_count() {
-            self.kinematics = Kinematics::new(topology, &self.prescription, &self.program);
-        }
-        let columns = column_scales(topology, parameters.length);
-        let mut weights = self.prescription.row_scales(parameters.length);
-        let closures = topology.constraints;
-        weights[closures..].iter_mut().for_each(|w| *w *= PRESCRIBED_WEIGHT);
-        let residual = |kinematics: &Kinematics<f64>| {
-            DVector::from_iterator(
-                weights.len(),
-                kinematics.errors().iter().zip(&weights).map(|(e, w)| e * w),
-            )
-        };
-
-        let (prescription, state) = (&self.prescription, &self.state);
-        self.kinematics.place(topology, parameters, prescription, state, &self.targets);
-        let mut errors = residual(&self.kinematics);
-        let mut damping = 1e-3;
-        for _ in 0..CAREFUL_STEPS {
-            if errors.amax() < NEAR {
-                break;
-            }
-            self.kinematics.linearise(topology, &self.prescription);
-            let jacobian = self.kinematics.scaled_matrix(&self.prescription, &weights, &columns);
-            let gradient = jacobian.tr_mul(&errors);
-            let normal = jacobian.tr_mul(&jacobian);
-            let mut improved = false;
-            while damping < 1e12 {
-                let mut damped = normal.clone();
-                for i in 0..damped.nrows() {
-                    damped[(i, i)] += damping;
-                }
-                let Some(factor) = damped.cholesky() else {
-                    damping *= 10.0;
-                    continue;
-                };
-                let step = -factor.solve(&gradient);
-                let step: Vec<f64> = step.iter().zip(&columns).map(|(s, c)| s * c).collect();
-                self.predicted.clone_from(&self.state);
-                self.state.advance(topology, &step);
-                let (prescription, state) = (&self.prescription, &self.state);
-                self.kinematics.place(topology, parameters, prescription, state, &self.targets);
-                let trial = residual(&self.kinematics);
-                if trial.norm_squared() < errors.norm_squared() {
-                    improved = trial.norm() < errors.norm() * (1.0 - 1e-12);
-                    errors = trial;
-                    damping = (damping * 0.2).max(1e-15);
-                    break;
-                }
-                self.state.clone_from(&self.predicted);
-                damping *= 5.0;
-            }
-            if !improved {
-                break;
-            }
-        }
-        let (prescription, state) = (&self.prescription, &self.state);
-        self.kinematics.place(topology, parameters, prescription, state, &self.targets);
-        if errors.amax() < 1e-6 {
-            Ok(())
-        } else {
-            Err(AssemblyError::Gap(self.gap(topology, parameters)))
-        }
-    }
-
-    /// How many coordinates are prescribed and how many freedoms there are, if these are fewer.
-    fn over_prescribed(
-        &mut self,
-        topology: &Topology,
-        parameters: &Parameters<f64>,
-    ) -> Option<(usize, usize)> {
-        self.kinematics.linearise(topology, &self.prescription);
-        let rows = self.prescription.row_scales(parameters.length);
-        let (closures, freedoms) = (topology.constraints, topology.freedoms());
-        let columns = column_scales(topology, parameters.length);
-        let all = self.kinematics.scaled_matrix(&self.prescription, &rows, &columns);
-        let scaled = all.rows(0, closures).into_owned();
-        let rank =
-            if closures == 0 { 0 } else { Svd::new(&scaled).rank_of_order_one(freedom::OPEN) };
-        let (prescribed, mobility) = (self.prescription.coordinates().len(), freedoms - rank);
-        (prescribed > mobility).then_some((prescribed, mobility))
-    }
-
-    /// The gap at the present state.
-    fn gap(&mut self, topology: &Topology, parameters: &Parameters<f64>) -> Gap {
-        let prescribed = self.over_prescribed(topology, parameters);
-        let errors = self.kinematics.errors();
-        let mut worst = Gap { prescribed, ..Gap::default() };
-        let mut row = 0;
-        for cut in &topology.cuts {
-            let (mut length, mut angle) = (0.0_f64, 0.0_f64);
-            for constraint in topology.joint_types[cut.joint].constraints() {
-                let error = errors[row];
-                if constraint.is_moment() {
-                    angle = angle.hypot(error);
-                } else {
-                    length = length.hypot(error);
-                }
-                row += 1;
-            }
-            if worst.joint.is_none() || length > worst.length {
-                let joint = Some(self.joint_names[cut.joint].clone());
-                worst = Gap { joint, length, angle, ..worst };
-            }
-        }
-        for (error, is_angle) in errors.iter().zip(self.prescription.are_angles()).skip(row) {
-            let missed = if is_angle { &mut worst.missed_angle } else { &mut worst.missed_length };
-            *missed = missed.max(error.abs());
-        }
-        worst
-    }
 }
 
 /// What a prescription leaves open at a position that it reached is due to that position.
@@ -660,49 +465,4 @@ fn check_angle_ranges(
         }
     }
     Ok(())
-}
-
-/// A first state from start coordinates and guessed poses.
-pub(super) fn guess(
-    mechanism: &Mechanism,
-    topology: &Topology,
-    parameters: &Parameters<f64>,
-    homes: &[(BodyId, Pose<f64>)],
-) -> State<f64> {
-    // Poses outwards from the ground along any joints, at their start coordinates.
-    let mut pose = vec![None; mechanism.bodies().len()];
-    pose[BodyId::GROUND.0] = Some(parameters.ground);
-    for &(body, home) in homes {
-        pose[body.0] = Some(parameters.ground * home);
-    }
-    loop {
-        let mut grew = false;
-        for joint in mechanism.joints() {
-            let step = || {
-                let across = joint.joint_type.pose(&joint.start, joint.pitch);
-                joint.frame_j * across * joint.frame_k.inverse()
-            };
-            let (predecessor, successor) = (joint.predecessor.0, joint.successor.0);
-            match (pose[predecessor], pose[successor]) {
-                (Some(known), None) => pose[successor] = Some(known * step()),
-                (None, Some(known)) => pose[predecessor] = Some(known * step().inverse()),
-                _ => continue,
-            }
-            grew = true;
-        }
-        if !grew {
-            break;
-        }
-    }
-    let mut state = State::new(topology);
-    for node in &topology.nodes {
-        let q = &mut state.coordinates[node.coordinates.clone()];
-        match node.link {
-            Link::Joint { joint, .. } => q.copy_from_slice(&mechanism.joints()[joint].start),
-            Link::Floating => {
-                write_floating(pose[node.body].unwrap_or(Pose::identity()), q);
-            }
-        }
-    }
-    state
 }

@@ -1,0 +1,128 @@
+//! What motion, loads and springs demand of the joints, and what columns of cut joints are.
+//!
+//! Equation (B4) of the book's theory.
+
+use super::super::load::{AppliedLoad, demand_of_motion};
+use super::super::spring::Pull;
+use super::super::structure::BalanceStructure;
+use super::Balance;
+use crate::kinematics::Bodies;
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
+use crate::spatial::{Twist, Wrench};
+use crate::topology::{Link, Topology};
+
+impl<T: Scalar> Balance<T> {
+    /// Takes over the motion, the loads and the pull of springs; nothing of friction.
+    pub(in crate::dynamics) fn load(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        loads: &[AppliedLoad<T>],
+    ) {
+        for (demand, node) in self.demand.iter_mut().zip(&topology.nodes) {
+            *demand = demand_of_motion(parameters, bodies, node.body);
+        }
+        for load in loads {
+            if let Some(node) = topology.node_of_body[load.body.0] {
+                self.demand[node] -= load.wrench(bodies);
+            }
+        }
+        self.load_springs(topology, parameters, bodies);
+        accumulate(topology, &mut self.demand);
+        for cut in &topology.cuts {
+            let joint_type = topology.joint_types[cut.joint];
+            let (j, k) = (&bodies.frame_j[cut.joint], &bodies.frame_k[cut.joint]);
+            let pitch = parameters.pitch[cut.joint];
+            for (column, constraint) in cut.constraints.clone().zip(joint_type.constraints()) {
+                self.columns[column] = constraint.wrench(j, k, pitch);
+            }
+            for index in cut.actuators.clone() {
+                let actuator = topology.actuators[topology.cut_actuators[index]];
+                let freedom = &joint_type.freedoms()[actuator.freedom];
+                self.columns[topology.constraints + index] = freedom.effort(j, k);
+            }
+        }
+    }
+
+    /// What springs take off the demand of the joints. Not inlined: most mechanisms have none, and
+    /// compilers take minutes over what kernels of nested scalars inline.
+    #[inline(never)]
+    fn load_springs(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+    ) {
+        for spring in &parameters.springs {
+            let wrench = Pull::of(spring, bodies).wrench;
+            let [from, to] = spring.ends.map(|body| topology.node_of_body[body]);
+            if let Some(node) = to {
+                self.demand[node] -= wrench;
+            }
+            if let Some(node) = from {
+                self.demand[node] += wrench;
+            }
+        }
+    }
+
+    /// What unit accelerations of one idle spin demand: `accelerations` are those of the tree.
+    pub(in crate::dynamics) fn load_spin(
+        &mut self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        spin: usize,
+        accelerations: &[T],
+    ) {
+        // Nodes are in the order of the tree: parents before children.
+        let nodes = &structure.spin_nodes[spin];
+        for (place, &node) in nodes.iter().enumerate() {
+            let twist = spin_twist(topology, bodies, node, accelerations);
+            let body = topology.nodes[node].body;
+            let pose = bodies.pose[body];
+            let com = pose.apply(parameters.com[body]);
+            let force = twist.velocity_at(com) * parameters.mass[body];
+            let turning = pose.rotation.transpose_mul(twist.angular);
+            let moment = pose.rotation * (parameters.inertia[body] * turning);
+            self.spin_demand[spin][place] = Wrench { force, moment: moment + com.cross(force) };
+        }
+        for place in (0..nodes.len()).rev() {
+            let parent = topology.nodes[nodes[place]].parent;
+            if let Some(above) = parent.and_then(|p| nodes.binary_search(&p).ok()) {
+                let demand = self.spin_demand[spin][place];
+                self.spin_demand[spin][above] += demand;
+            }
+        }
+    }
+}
+
+/// Adds the wrenches of children to those of their parents.
+fn accumulate<T: Scalar>(topology: &Topology, wrenches: &mut [Wrench<T>]) {
+    for (index, node) in topology.nodes.iter().enumerate().rev() {
+        if let (Link::Joint { .. }, Some(parent)) = (node.link, node.parent) {
+            let wrench = wrenches[index];
+            wrenches[parent] += wrench;
+        }
+    }
+}
+
+/// The acceleration of a node's body in the response to a spin.
+fn spin_twist<T: Scalar>(
+    topology: &Topology,
+    bodies: &Bodies<T>,
+    node: usize,
+    accelerations: &[T],
+) -> Twist<T> {
+    let mut twist = Twist::zero();
+    let mut next = Some(node);
+    while let Some(node) = next {
+        for dof in topology.nodes[node].dofs.clone() {
+            twist += bodies.screws[dof] * accelerations[dof];
+        }
+        next = topology.nodes[node].parent;
+    }
+    twist
+}

@@ -1,0 +1,281 @@
+//! The kernel that solves the balance for all reactions, given motion and linearised friction.
+//!
+//! Equation (B6) of the book's theory.
+
+mod loading;
+mod system;
+mod tilt;
+
+use super::inverse::Setup;
+use super::plan::BalancePlan;
+use super::structure::BalanceStructure;
+use crate::kinematics::Bodies;
+use crate::linalg::Elimination;
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
+use crate::spatial::{Twist, Wrench};
+use crate::topology::{Link, Role, Topology};
+
+/// The balance and the scratch to solve it.
+#[derive(Clone, Debug)]
+pub(crate) struct Balance<T> {
+    /// For each node what its body and all bodies beyond demand of the joints.
+    demand: Vec<Wrench<T>>,
+    /// For each spin and each of its nodes: what a unit acceleration of the spin adds to the demand.
+    spin_demand: Vec<Vec<Wrench<T>>>,
+    /// Unit wrenches of the columns, plain and tilted by friction.
+    columns: Vec<Wrench<T>>,
+    tilted: Vec<Wrench<T>>,
+    /// For each freedom of the tree its equation: `row.power(wrench) = constant`.
+    rows: Vec<Twist<T>>,
+    constants: Vec<T>,
+    /// For each cut the part of its wrench that friction makes without the columns.
+    cut_constants: Vec<Wrench<T>>,
+    /// The wrench at each node's link, parent on child, and at each cut, predecessor on successor.
+    node_wrenches: Vec<Wrench<T>>,
+    cut_wrenches: Vec<Wrench<T>>,
+    entries: Vec<T>,
+    factors: Vec<T>,
+    right: Vec<T>,
+    correction: Vec<T>,
+    pub(super) unknowns: Vec<T>,
+    /// The complete wrench at each joint, predecessor on successor.
+    pub(super) joint_wrenches: Vec<Wrench<T>>,
+}
+
+impl<T: Scalar> Balance<T> {
+    pub(super) fn new(
+        topology: &Topology,
+        structure: &BalanceStructure,
+        program: &Elimination,
+    ) -> Self {
+        let zeros = |n| vec![T::zero(); n];
+        let wrenches = |n| vec![Wrench::zero(); n];
+        Self {
+            demand: wrenches(topology.nodes.len()),
+            spin_demand: structure.spin_nodes.iter().map(|nodes| wrenches(nodes.len())).collect(),
+            columns: wrenches(structure.wrench_columns),
+            tilted: wrenches(structure.wrench_columns),
+            rows: vec![Twist::zero(); topology.freedoms()],
+            constants: zeros(topology.freedoms()),
+            cut_constants: wrenches(topology.cuts.len()),
+            node_wrenches: wrenches(topology.nodes.len()),
+            cut_wrenches: wrenches(topology.cuts.len()),
+            entries: zeros(structure.entries.len()),
+            factors: zeros(program.values()),
+            right: zeros(structure.rows()),
+            correction: zeros(structure.size()),
+            unknowns: zeros(structure.size()),
+            joint_wrenches: wrenches(topology.joint_types.len()),
+        }
+    }
+
+    /// Whether there is the same room for everything.
+    pub(super) fn fits(&self, other: &Self) -> bool {
+        self.entries.len() == other.entries.len()
+            && self.factors.len() == other.factors.len()
+            && self.right.len() == other.right.len()
+            && self.unknowns.len() == other.unknowns.len()
+            && self.columns.len() == other.columns.len()
+            && self.spin_demand.len() == other.spin_demand.len()
+            && self.spin_demand.iter().zip(&other.spin_demand).all(|(a, b)| a.len() == b.len())
+    }
+
+    /// Solves the balance with friction as it was made linear; `passes` beyond the first refine.
+    /// Returns the product of the signs of the pivots.
+    pub(super) fn solve(
+        &mut self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        program: &Elimination,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        passes: usize,
+    ) -> T {
+        self.assemble(topology, structure, parameters, bodies);
+        let sign = program.factor(&self.entries, &mut self.factors);
+        self.solve_factored(topology, structure, program, parameters, bodies, passes);
+        sign
+    }
+
+    /// The reciprocal pivots of the last factorisation.
+    pub(super) fn reciprocal_pivots(&self, program: &Elimination) -> Vec<T> {
+        program.pivots().map(|slot| self.factors[slot]).collect()
+    }
+
+    /// What all wrenches follow from, under the same demand: those at the cuts, and accelerations of idle spins.
+    pub(super) fn carried(&self, structure: &BalanceStructure) -> (Vec<Wrench<T>>, Vec<T>) {
+        (
+            self.cut_wrenches.clone(),
+            self.unknowns[structure.wrench_columns..][..self.spin_demand.len()].to_vec(),
+        )
+    }
+
+    /// Sets all wrenches to those that follow from the ones at the cuts and from accelerations of idle spins.
+    pub(super) fn carry(
+        &mut self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        cuts: &[Wrench<T>],
+        spins: &[T],
+    ) {
+        self.node_wrenches.copy_from_slice(&self.demand);
+        self.cut_wrenches.fill(Wrench::zero());
+        for (cut, wrench) in cuts.iter().enumerate() {
+            self.add_at_cut(topology, cut, *wrench);
+        }
+        for ((nodes, demand), spin) in structure.spin_nodes.iter().zip(&self.spin_demand).zip(spins)
+        {
+            for (&node, &demand) in nodes.iter().zip(demand) {
+                self.node_wrenches[node] += demand * *spin;
+            }
+        }
+        self.collect(topology);
+    }
+
+    /// The same with the matrix as it was factored last.
+    fn solve_factored(
+        &mut self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        program: &Elimination,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        passes: usize,
+    ) {
+        self.unknowns.fill(T::zero());
+        self.node_wrenches.copy_from_slice(&self.demand);
+        self.cut_wrenches.fill(Wrench::zero());
+        for cut in 0..topology.cuts.len() {
+            self.add_at_cut(topology, cut, self.cut_constants[cut]);
+        }
+        for _ in 0..passes {
+            self.measure(topology, structure, parameters, bodies);
+            program.solve(&self.factors, &mut self.right, &mut self.correction);
+            self.correct(topology, structure);
+        }
+        self.collect(topology);
+    }
+
+    /// Becomes the frictionless balance of the same position as `other`, demanding nothing, and
+    /// factors it.
+    pub(super) fn rest_like(
+        &mut self,
+        other: &Self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+    ) {
+        let BalancePlan { structure, program } = setup.balance;
+        self.demand.fill(Wrench::zero());
+        self.columns.copy_from_slice(&other.columns);
+        for (demand, others) in self.spin_demand.iter_mut().zip(&other.spin_demand) {
+            demand.copy_from_slice(others);
+        }
+        self.rows.copy_from_slice(&bodies.screws);
+        self.tilted.copy_from_slice(&self.columns);
+        self.assemble(setup.topology, structure, parameters, bodies);
+        program.factor(&self.entries, &mut self.factors);
+    }
+
+    /// What the actuators must do: the joint's effort on their freedoms, less friction's.
+    pub(super) fn read_drives(
+        &self,
+        topology: &Topology,
+        bodies: &Bodies<T>,
+        friction_efforts: &[T],
+        drives: &mut [T],
+    ) {
+        for (dof, content) in topology.dofs.iter().enumerate() {
+            let (Some(actuator), Link::Joint { joint, reversed }) =
+                (content.actuator, topology.nodes[content.node].link)
+            else {
+                continue;
+            };
+            let effort = bodies.screws[dof].power(self.joint_wrenches[joint]);
+            let effort = if reversed { -effort } else { effort };
+            drives[actuator] = effort - friction_efforts[dof];
+        }
+        for (index, &actuator) in topology.cut_actuators.iter().enumerate() {
+            drives[actuator] = self.unknowns[topology.constraints + index];
+        }
+    }
+
+    /// A wrench more at a cut joint, and what it takes off the joints of the tree.
+    fn add_at_cut(&mut self, topology: &Topology, cut: usize, wrench: Wrench<T>) {
+        self.cut_wrenches[cut] += wrench;
+        for &(node, sign) in &topology.cuts[cut].path {
+            if sign > 0.0 {
+                self.node_wrenches[node] -= wrench;
+            } else {
+                self.node_wrenches[node] += wrench;
+            }
+        }
+    }
+
+    /// Adds the correction to the unknowns and to all wrenches.
+    fn correct(&mut self, topology: &Topology, structure: &BalanceStructure) {
+        for (unknown, correction) in self.unknowns.iter_mut().zip(&self.correction) {
+            *unknown += *correction;
+        }
+        for (cut, columns) in structure.columns_of.iter().enumerate() {
+            let mut change = Wrench::zero();
+            for &column in columns {
+                change += self.tilted[column] * self.correction[column];
+            }
+            self.add_at_cut(topology, cut, change);
+        }
+        for (spin, nodes) in structure.spin_nodes.iter().enumerate() {
+            let change = self.correction[structure.wrench_columns + spin];
+            for (&node, &demand) in nodes.iter().zip(&self.spin_demand[spin]) {
+                self.node_wrenches[node] += demand * change;
+            }
+        }
+    }
+
+    /// The complete wrench at every joint.
+    fn collect(&mut self, topology: &Topology) {
+        for (joint, role) in topology.role.iter().enumerate() {
+            self.joint_wrenches[joint] = match *role {
+                Role::Cut { cut } => self.cut_wrenches[cut],
+                Role::Tree { node } => match topology.nodes[node].link {
+                    Link::Joint { reversed: true, .. } => -self.node_wrenches[node],
+                    _ => self.node_wrenches[node],
+                },
+            };
+        }
+    }
+}
+
+impl Balance<f64> {
+    /// The entries of the matrix, after [`Self::assemble`].
+    pub(super) fn into_entries(self) -> Vec<f64> {
+        self.entries
+    }
+
+    /// The drives that belong to given unknowns and to no demand at all, without friction.
+    pub(super) fn drives_of(
+        &mut self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        bodies: &Bodies<f64>,
+        unknowns: &[f64],
+    ) -> Vec<f64> {
+        self.tilted.copy_from_slice(&self.columns);
+        self.node_wrenches.fill(Wrench::zero());
+        self.cut_wrenches.fill(Wrench::zero());
+        self.unknowns.fill(0.0);
+        self.correction[..unknowns.len()].copy_from_slice(unknowns);
+        self.correct(topology, structure);
+        let mut drives = vec![0.0; topology.actuators.len()];
+        for (dof, content) in topology.dofs.iter().enumerate() {
+            if let Some(actuator) = content.actuator {
+                drives[actuator] = bodies.screws[dof].power(self.node_wrenches[content.node]);
+            }
+        }
+        for (index, &actuator) in topology.cut_actuators.iter().enumerate() {
+            drives[actuator] = self.unknowns[topology.constraints + index];
+        }
+        drives
+    }
+}

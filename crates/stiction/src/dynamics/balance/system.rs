@@ -1,0 +1,235 @@
+//! The matrix of the balance and what is left of its equations; where there are more unknowns than equations, with the
+//! weighting that decides.
+//!
+//! Equations (B5) and (B8) of the book's theory.
+
+use super::super::structure::{BalanceStructure, WeighedKind, Weighting};
+use super::Balance;
+use crate::joint::Motion;
+use crate::kinematics::Bodies;
+use crate::parameters::{Parameters, Weights};
+use crate::scalar::Scalar;
+use crate::spatial::{Pose, Wrench};
+use crate::topology::{Link, Topology};
+
+impl<T: Scalar> Balance<T> {
+    /// The matrix, in the order of [`BalanceStructure::pattern`].
+    pub(in crate::dynamics) fn assemble(
+        &mut self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+    ) {
+        let bordered = structure.weighting != Weighting::Determined;
+        let mut at = 0;
+        let mut push = |value: T| {
+            self.entries[at] = value;
+            at += 1;
+        };
+        let is_passive = |dof: &usize| topology.dofs[*dof].actuator.is_none();
+        for (cut, columns) in topology.cuts.iter().zip(&structure.columns_of) {
+            for &(node, sign) in &cut.path {
+                let sign = T::from_f64(sign);
+                for dof in topology.nodes[node].dofs.clone().filter(is_passive) {
+                    for &column in columns {
+                        push(self.rows[dof].power(self.tilted[column]) * sign);
+                        if bordered {
+                            push(bodies.screws[dof].power(self.columns[column]) * sign);
+                        }
+                    }
+                }
+            }
+        }
+        for (nodes, demands) in structure.spin_nodes.iter().zip(&self.spin_demand) {
+            for (&node, &demand) in nodes.iter().zip(demands) {
+                for dof in topology.nodes[node].dofs.clone().filter(is_passive) {
+                    push(-self.rows[dof].power(demand));
+                    if bordered {
+                        push(-bodies.screws[dof].power(demand));
+                    }
+                }
+            }
+        }
+        for weighed in &structure.weighed {
+            match weighed.what {
+                WeighedKind::CutDrive { column } => push(drive_weight(
+                    topology,
+                    parameters,
+                    topology.cut_actuators[column - topology.constraints],
+                )),
+                WeighedKind::Drive { dof } => {
+                    let weight = topology.dofs[dof]
+                        .actuator
+                        .map_or(T::zero(), |a| drive_weight(topology, parameters, a));
+                    for &(a, sign_a) in &weighed.cuts {
+                        for &k in &structure.columns_of[a] {
+                            let left = bodies.screws[dof].power(self.columns[k]) * weight;
+                            for &(b, sign_b) in &weighed.cuts {
+                                let left = left * T::from_f64(sign_a * sign_b);
+                                for &l in &structure.columns_of[b] {
+                                    push(left * self.rows[dof].power(self.tilted[l]));
+                                }
+                            }
+                        }
+                    }
+                }
+                WeighedKind::Node(_) | WeighedKind::Cut(_) => {
+                    let product = Product::at(topology, parameters, bodies, weighed.what);
+                    for &(a, sign_a) in &weighed.cuts {
+                        for &k in &structure.columns_of[a] {
+                            for &(b, sign_b) in &weighed.cuts {
+                                let sign = T::from_f64(sign_a * sign_b);
+                                for &l in &structure.columns_of[b] {
+                                    push(product.of(self.columns[k], self.tilted[l]) * sign);
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// The right-hand side: what the present wrenches leave of every equation.
+    pub(super) fn measure(
+        &mut self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+    ) {
+        self.right.fill(T::zero());
+        let first = structure.first_balance_row();
+        for (right, &dof) in self.right[first..].iter_mut().zip(&structure.passive) {
+            let wrench = self.node_wrenches[topology.dofs[dof].node];
+            *right = self.rows[dof].power(wrench) - self.constants[dof];
+        }
+        if structure.weighting == Weighting::Determined {
+            return;
+        }
+        // Multipliers act through the transposed balance, whose entries follow the balance's own.
+        for (entry, value) in structure.entries.iter().zip(&self.entries) {
+            if structure.multipliers().contains(&entry.column) {
+                self.right[entry.row] -= *value * self.unknowns[entry.column];
+            }
+        }
+        for weighed in &structure.weighed {
+            match weighed.what {
+                WeighedKind::CutDrive { column } => {
+                    let actuator = topology.cut_actuators[column - topology.constraints];
+                    let weight = drive_weight(topology, parameters, actuator);
+                    self.right[column] -= weight * self.unknowns[column];
+                }
+                WeighedKind::Drive { dof } => {
+                    let weight = topology.dofs[dof]
+                        .actuator
+                        .map_or(T::zero(), |a| drive_weight(topology, parameters, a));
+                    let wrench = self.node_wrenches[topology.dofs[dof].node];
+                    let drive = (self.rows[dof].power(wrench) - self.constants[dof]) * weight;
+                    for &(cut, sign) in &weighed.cuts {
+                        let drive = drive * T::from_f64(sign);
+                        for &column in &structure.columns_of[cut] {
+                            let change = bodies.screws[dof].power(self.columns[column]);
+                            self.right[column] -= change * drive;
+                        }
+                    }
+                }
+                WeighedKind::Node(_) | WeighedKind::Cut(_) => {
+                    let wrench = match weighed.what {
+                        WeighedKind::Node(node) => self.node_wrenches[node],
+                        WeighedKind::Cut(cut) => self.cut_wrenches[cut],
+                        _ => Wrench::zero(),
+                    };
+                    let product = Product::at(topology, parameters, bodies, weighed.what);
+                    for &(cut, sign) in &weighed.cuts {
+                        for &column in &structure.columns_of[cut] {
+                            let product = product.of(self.columns[column], wrench);
+                            self.right[column] -= product * T::from_f64(sign);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// How well the equations of the tree's undriven freedoms hold: the largest residual, the
+    /// largest demand of a body with all beyond, and the largest wrench at a joint; moments divided
+    /// by the characteristic length.
+    pub(in crate::dynamics) fn size_of_residual(
+        &self,
+        topology: &Topology,
+        structure: &BalanceStructure,
+        parameters: &Parameters<T>,
+    ) -> (f64, f64, f64) {
+        let length = parameters.length.largest();
+        let mut residual: f64 = 0.0;
+        for &dof in &structure.passive {
+            let content = &topology.dofs[dof];
+            let wrench = self.node_wrenches[content.node];
+            let error = (self.rows[dof].power(wrench) - self.constants[dof]).largest();
+            let error = if topology.dof_translates(content) { error } else { error / length };
+            residual = if error.is_nan() { f64::INFINITY } else { residual.max(error) };
+        }
+        let size = |wrench: &Wrench<T>| {
+            let force = wrench.force.to_array().map(T::largest);
+            let moment = wrench.moment.to_array().map(|m| m.largest() / length);
+            force
+                .into_iter()
+                .chain(moment)
+                .fold(0.0, |max, c| if c > max || c.is_nan() { c } else { max })
+        };
+        let largest = |wrenches: &[Wrench<T>]| wrenches.iter().map(size).fold(0.0, f64::max);
+        (residual, largest(&self.demand), largest(&self.joint_wrenches))
+    }
+}
+
+/// Efforts of rotary actuators count divided by the characteristic length.
+fn drive_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, actuator: usize) -> T {
+    let actuator = topology.actuators[actuator];
+    let freedom = &topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
+    match freedom.motion {
+        Motion::Translation => T::one(),
+        Motion::Rotation | Motion::Screw => (parameters.length * parameters.length).recip(),
+    }
+}
+
+/// The product in which reactions are least, at one joint: see [`Weighting::LeastReactions`] and
+/// [`Weighting::LeastEnergy`].
+struct Product<'a, T> {
+    frame_j: Pose<T>,
+    length: T,
+    declared: Option<&'a Weights<T>>,
+}
+
+impl<'a, T: Scalar> Product<'a, T> {
+    fn at(
+        topology: &Topology,
+        parameters: &'a Parameters<T>,
+        bodies: &Bodies<T>,
+        what: WeighedKind,
+    ) -> Self {
+        let joint = match what {
+            WeighedKind::Cut(cut) => Some(topology.cuts[cut].joint),
+            WeighedKind::Node(node) => match topology.nodes[node].link {
+                Link::Joint { joint, .. } => Some(joint),
+                Link::Floating => None,
+            },
+            WeighedKind::Drive { .. } | WeighedKind::CutDrive { .. } => None,
+        };
+        Self {
+            frame_j: joint.map_or(Pose::identity(), |joint| bodies.frame_j[joint]),
+            length: parameters.length,
+            declared: joint.and_then(|joint| parameters.compliance.as_ref()?.get(joint)),
+        }
+    }
+
+    fn of(&self, a: Wrench<T>, b: Wrench<T>) -> T {
+        if let Some(weights) = self.declared {
+            return weights.product(&self.frame_j, a, b);
+        }
+        let point = self.frame_j.position;
+        let moments = a.moment_about(point).dot(b.moment_about(point));
+        a.force.dot(b.force) + moments / (self.length * self.length)
+    }
+}

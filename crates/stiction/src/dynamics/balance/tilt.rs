@@ -1,0 +1,128 @@
+//! Rows and columns of the balance, tilted by friction that is linear in the reactions.
+//!
+//! Equation (F5) of the book's theory.
+
+use super::super::contacts::{ContactState, Contacts, Coupling, wrench_against};
+use super::super::inverse::Setup;
+use super::super::plan::BalancePlan;
+use super::Balance;
+use crate::kinematics::Bodies;
+use crate::parameters::{ContactParameters, Parameters};
+use crate::scalar::Scalar;
+use crate::spatial::{Twist, Wrench};
+use crate::topology::{Link, Role, Topology};
+
+impl<T: Scalar> Balance<T> {
+    /// Tilts rows and columns by friction. Needs the wrenches that the contacts were pressed with.
+    pub(in crate::dynamics) fn rub(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        contacts: &Contacts<T>,
+        coupling: Coupling,
+    ) {
+        self.rows.copy_from_slice(&bodies.screws);
+        self.tilted.copy_from_slice(&self.columns);
+        self.constants.fill(T::zero());
+        self.cut_constants.fill(Wrench::zero());
+        if coupling == Coupling::None {
+            return;
+        }
+        for (contact, state) in parameters.contacts.iter().zip(&contacts.states) {
+            let Role::Tree { node } = topology.role[contact.joint] else { continue };
+            let (constant, slope) = state.linear(coupling, self.joint_wrenches[contact.joint]);
+            let first = topology.nodes[node].dofs.start;
+            let reversed = matches!(topology.nodes[node].link, Link::Joint { reversed: true, .. });
+            for (&against, freedom) in state.against.iter().zip(contact.shape.freedoms()) {
+                // `slope` acts on the predecessor's wrench, rows on the parent's.
+                let tilt = slope * against;
+                if reversed {
+                    self.rows[first + freedom] += tilt;
+                } else {
+                    self.rows[first + freedom] -= tilt;
+                }
+                self.constants[first + freedom] += against * constant;
+            }
+        }
+        for cut in 0..topology.cuts.len() {
+            self.rub_cut(topology, parameters, bodies, contacts, coupling, cut);
+        }
+    }
+
+    /// A cut joint's wrench is `columns + sum of q (constant + slope.power(wrench))`, with `q` the
+    /// efforts of each contact's friction: solved here for the wrench.
+    fn rub_cut(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        contacts: &Contacts<T>,
+        coupling: Coupling,
+        cut: usize,
+    ) {
+        let joint = topology.cuts[cut].joint;
+        // No joint type has more than two contacts.
+        let mut q = [Wrench::zero(); 2];
+        let mut n = [Twist::zero(); 2];
+        let mut constant = Wrench::zero();
+        let range = parameters.contacts_at[joint].clone();
+        if range.is_empty() {
+            return;
+        }
+        for (place, index) in range.take(2).enumerate() {
+            let (contact, state) = (&parameters.contacts[index], &contacts.states[index]);
+            let (force, slope) = state.linear(coupling, self.joint_wrenches[joint]);
+            q[place] = wrench_against(topology, contact, state, bodies);
+            n[place] = slope;
+            constant += q[place] * force;
+        }
+        // (I - G) y = n(u), wrench = u + q y, with G_ab = n_a(q_b).
+        let (g00, g01) = (n[0].power(q[0]), n[0].power(q[1]));
+        let (g10, g11) = (n[1].power(q[0]), n[1].power(q[1]));
+        let (a, d) = (T::one() - g00, T::one() - g11);
+        let over = (a * d - g01 * g10).recip();
+        let absorb = |u: Wrench<T>| {
+            let (b0, b1) = (n[0].power(u), n[1].power(u));
+            let y0 = (d * b0 + g01 * b1) * over;
+            let y1 = (a * b1 + g10 * b0) * over;
+            u + q[0] * y0 + q[1] * y1
+        };
+        for column in topology.cuts[cut].columns(topology.constraints) {
+            self.tilted[column] = absorb(self.columns[column]);
+        }
+        self.cut_constants[cut] = absorb(constant);
+    }
+
+    /// The balance of [`Self::rest_like`] with nothing but one contact's friction, as it is now;
+    /// writes what the drives must do against it.
+    pub(in crate::dynamics) fn rub_alone(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        contact: &ContactParameters<T>,
+        state: &ContactState<T>,
+        drives: &mut [T],
+    ) {
+        let topology = setup.topology;
+        self.constants.fill(T::zero());
+        self.cut_constants.fill(Wrench::zero());
+        match topology.role[contact.joint] {
+            Role::Tree { node } => {
+                let first = topology.nodes[node].dofs.start;
+                for (&against, freedom) in state.against.iter().zip(contact.shape.freedoms()) {
+                    self.constants[first + freedom] = against * state.friction();
+                }
+            }
+            Role::Cut { cut } => {
+                let wrench = wrench_against(topology, contact, state, bodies);
+                self.cut_constants[cut] = wrench * state.friction();
+            }
+        }
+        let BalancePlan { structure, program } = setup.balance;
+        let passes = setup.balance.passes();
+        self.solve_factored(topology, structure, program, parameters, bodies, passes);
+        self.read_drives(topology, bodies, &self.constants, drives);
+    }
+}

@@ -1,0 +1,237 @@
+//! From a position to forces: by the kernel where its numbers can be trusted, else with care.
+
+use super::super::bounds;
+use super::super::careful;
+use super::super::error::InverseError;
+use super::super::forces::Forces;
+use super::super::inverse::{FrictionMode, Setup};
+use super::super::load::AppliedLoad;
+use super::super::power::Power;
+use super::super::rest::{self, Rest};
+use super::super::spring::Pull;
+use super::super::wedge::{self, Lock};
+use super::InverseDynamics;
+use crate::friction::ContactShape;
+use crate::mechanism::Mechanism;
+use crate::mobility::Uncarried;
+use crate::parameters::{ContactParameters, Parameters};
+
+/// Forces are given out only where the power balance holds to this part of what is turned over.
+/// Round-off is some 1e-15; positions near singular ones magnify it.
+const BALANCED: f64 = 1e-9;
+
+impl InverseDynamics {
+    /// All forces at the present position under loads.
+    ///
+    /// # Errors
+    /// See [`InverseError`].
+    pub fn solve(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
+        self.check_springs()?;
+        self.check_overlaps()?;
+        if !self.by_kernel(loads) {
+            // The order of elimination suits another position, or this one is special.
+            self.replan();
+            if !self.by_kernel(loads) && !self.is_balanced_without_friction(loads) {
+                return self.solve_carefully(loads);
+            }
+        }
+        match self.finish(loads) {
+            Ok(()) if self.forces.imbalance(self.parameters.length) <= BALANCED => Ok(&self.forces),
+            Err(locked @ InverseError::Locked { .. }) => Err(locked),
+            _ => self.solve_carefully(loads),
+        }
+    }
+
+    /// Springs whose ends coincide have no direction to pull in.
+    fn check_springs(&self) -> Result<(), InverseError> {
+        let (bodies, length) = (self.bodies(), self.parameters.length);
+        let is_lost = |spring| !Pull::of(spring, bodies).has_direction(spring, length);
+        match self.parameters.springs.iter().position(is_lost) {
+            None => Ok(()),
+            Some(k) => Err(InverseError::SpringWithoutDirection {
+                spring: self.mechanism.springs()[k].name.clone(),
+            }),
+        }
+    }
+
+    /// Whether every rod is still in its cylinder.
+    fn check_overlaps(&self) -> Result<(), InverseError> {
+        let bodies = self.bodies();
+        for contact in &self.parameters.contacts {
+            let (j, k) = (&bodies.frame_j[contact.joint], &bodies.frame_k[contact.joint]);
+            let slide = (k.position - j.position).dot(j.rotation.columns[2]);
+            if let Some(overlap) = contact.load.overlap(slide)
+                && overlap <= 0.0
+                && self.settings.friction != FrictionMode::Off
+            {
+                let joint = self.mechanism.joints()[contact.joint].name.clone();
+                return Err(InverseError::NoOverlap { joint, beyond: -overlap });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether it is friction that spoils the balance: it may lock the mechanism just here.
+    fn is_balanced_without_friction(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
+        if self.settings.friction != FrictionMode::Converged {
+            return false;
+        }
+        self.settings.friction = FrictionMode::Off;
+        let balanced = self.by_kernel(loads);
+        self.settings.friction = FrictionMode::Converged;
+        self.by_kernel(loads);
+        balanced
+    }
+
+    /// Solves by the kernel; false where there is no plan or its numbers cannot be trusted.
+    fn by_kernel(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
+        let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else { return false };
+        let topology = &self.topology;
+        self.assembly.forget_spins(topology);
+        let (prescription, motion, kinematics) = self.assembly.parts();
+        let setup = Setup { topology, prescription, motion, balance };
+        inverse.solve(&setup, &self.parameters, kinematics, loads, &self.settings);
+        inverse.is_balanced(&setup, &self.parameters)
+    }
+
+    /// Takes over what the kernel found, after the checks of friction.
+    fn finish(&mut self, loads: &[AppliedLoad<f64>]) -> Result<(), InverseError> {
+        let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else {
+            return Err(InverseError::Unsettled);
+        };
+        let (topology, parameters) = (&self.topology, &self.parameters);
+        let settings = &self.settings;
+        let (prescription, motion, kinematics) = self.assembly.parts();
+        let setup = Setup { topology, prescription, motion, balance };
+        let is_coupled = settings.friction == FrictionMode::Converged
+            && inverse.contacts().iter().any(|contact| contact.sliding > 0.0);
+        let strength = match is_coupled {
+            true => self.room.strength(inverse, &setup, parameters, &kinematics.bodies),
+            false => 0.0,
+        };
+        self.strength = strength;
+        let is_unique = strength < 1.0;
+        let settled =
+            inverse.friction_settled(settings) || (is_unique && inverse.friction_stagnated());
+        if !settled || !is_unique || !inverse.is_balanced(&setup, parameters) {
+            // There may be other solutions, or none: follow the one that is connected with no friction.
+            // It is found, or lost where friction locks.
+            let followed = wedge::follow_friction(
+                inverse, &setup, parameters, kinematics, loads, settings, 1.0,
+            );
+            if let Err(lock) = followed {
+                // Where there certainly is one, what was lost is digits. (A thread's load contains its
+                // own friction, and has no limit where that locks it.)
+                let is_thread =
+                    |contact: &ContactParameters<f64>| contact.shape == ContactShape::Thread;
+                let exists = is_unique && !parameters.contacts.iter().any(is_thread);
+                return Err(match exists {
+                    true => InverseError::Unsettled,
+                    false => locked(&self.mechanism, parameters, lock),
+                });
+            }
+        }
+        self.forces_by_kernel = true;
+        let forces = &mut self.forces;
+        forces.read(&kinematics.bodies, inverse);
+        let position = bounds::Position { setup, parameters, kinematics, loads, settings };
+        bounds::bound_drives(forces, inverse, position);
+        let dissipated = forces.contacts.iter().map(|c| c.power);
+        let bodies = &kinematics.bodies;
+        forces.power = Power::new(topology, parameters, bodies, &forces.drives, dissipated, loads);
+        Ok(())
+    }
+
+    /// The same by dense decompositions, friction by a plain fixed point: slow, for special
+    /// positions, and as an oracle. It leaves the intervals of contacts at rest at zero width, and
+    /// says so in [`Forces::bounded`].
+    ///
+    /// # Errors
+    /// See [`InverseError`].
+    pub fn solve_carefully(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
+        self.check_springs()?;
+        self.check_overlaps()?;
+        let statics = self.statics();
+        let spins = self.spin_responses();
+        let bodies = &self.assembly.kinematics().bodies;
+        let accelerations = &self.assembly.state().accelerations;
+        let solution = careful::solve(
+            &careful::Position {
+                mechanism: &self.mechanism,
+                topology: &self.topology,
+                parameters: &self.parameters,
+                statics: &statics,
+                bodies,
+            },
+            accelerations,
+            &spins,
+            loads,
+            &self.settings,
+        )
+        .map_err(|uncarried| self.in_words(&uncarried))?;
+        if !solution.settled {
+            return Err(InverseError::Unsettled);
+        }
+        if let Some(lock) = solution.lock {
+            return Err(locked(&self.mechanism, &self.parameters, lock));
+        }
+        let has_friction = self.settings.friction != FrictionMode::Off;
+        self.forces.take(bodies, &solution, has_friction);
+        self.forces_by_kernel = false;
+        self.shares.clone_from(&solution.shares);
+        self.forces.power = Power::new(
+            &self.topology,
+            &self.parameters,
+            &solution.bodies,
+            &self.forces.drives,
+            self.forces.contacts.iter().map(|c| c.power),
+            loads,
+        );
+        let residual = self.forces.imbalance(self.parameters.length);
+        if residual <= BALANCED {
+            Ok(&self.forces)
+        } else {
+            Err(InverseError::Inaccurate { residual })
+        }
+    }
+
+    /// Stops the mechanism where it is, all rates and accelerations zero, and looks at what static
+    /// friction does there. [`Self::forces`] are then those at rest.
+    ///
+    /// # Errors
+    /// See [`InverseError`]; [`InverseError::Unsettled`] where the position is singular, or
+    /// constraints and actuators are both redundant.
+    pub fn rest(&mut self, loads: &[AppliedLoad<f64>]) -> Result<Rest, InverseError> {
+        self.assembly.stop(&self.topology, &self.parameters);
+        self.solve(loads)?;
+        if !self.forces.bounded {
+            return Err(InverseError::Unsettled);
+        }
+        let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else {
+            return Err(InverseError::Unsettled);
+        };
+        let (topology, parameters, settings) = (&self.topology, &self.parameters, &self.settings);
+        let (prescription, motion, kinematics) = self.assembly.parts();
+        let setup = Setup { topology, prescription, motion, balance };
+        let position = bounds::Position { setup, parameters, kinematics, loads, settings };
+        let mut rest = rest::examine(inverse, position);
+        rest.take_intervals(&self.forces);
+        Ok(rest)
+    }
+
+    /// An uncarried load with names and places.
+    fn in_words(&self, uncarried: &Uncarried) -> InverseError {
+        let (body, motion) = uncarried.motion.in_words(&self.mechanism, self.parameters.origin);
+        let unit = if uncarried.motion.turns { "N m" } else { "N" };
+        InverseError::CannotCarry { body, motion, missing: uncarried.missing.abs(), unit }
+    }
+}
+
+/// Where the solution is lost, with the joint's name.
+fn locked(mechanism: &Mechanism, parameters: &Parameters<f64>, lock: Lock) -> InverseError {
+    let joint = parameters.contacts[lock.contact].joint;
+    InverseError::Locked {
+        joint: mechanism.joints()[joint].name.clone(),
+        percent: 100.0 * lock.part,
+    }
+}
