@@ -2,8 +2,7 @@
 
 mod program;
 
-use program::Folder;
-use serde_json::Value;
+use program::{Folder, column, json};
 
 const FILES: [&str; 8] = [
     "bodies.csv",
@@ -15,19 +14,6 @@ const FILES: [&str; 8] = [
     "reactions.csv",
     "summary.json",
 ];
-
-fn json(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
-}
-
-/// The numbers of a column by its whole name.
-fn column(table: &str, name: &str) -> Vec<f64> {
-    let mut lines = table.lines();
-    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let place = header.iter().position(|cell| *cell == name);
-    let place = place.unwrap_or_else(|| panic!("no column {name} in {header:?}"));
-    lines.map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect()
-}
 
 /// 2 kg on a slope of 30 degrees: without a drive it slides if mu < tan 30 deg = 0.57735.
 fn slope(mu: f64) -> String {

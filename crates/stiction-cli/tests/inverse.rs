@@ -2,24 +2,11 @@
 
 mod program;
 
-use program::Folder;
+use program::{Folder, column, json};
 use serde_json::Value;
 
 const TABLES: [&str; 5] =
     ["bodies.csv", "friction.csv", "inverse.csv", "reactions.csv", "summary.json"];
-
-fn json(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
-}
-
-/// The numbers of a column by its whole name.
-fn column(table: &str, name: &str) -> Vec<f64> {
-    let mut lines = table.lines();
-    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
-    let place = header.iter().position(|cell| *cell == name);
-    let place = place.unwrap_or_else(|| panic!("no column {name} in {header:?}"));
-    lines.map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect()
-}
 
 #[test]
 fn without_arguments_it_runs_the_built_in_robot_and_says_why_this_one() {

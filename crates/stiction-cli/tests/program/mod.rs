@@ -78,3 +78,17 @@ impl Said {
         &self.out
     }
 }
+
+/// A JSON text as values.
+pub(crate) fn json(text: &str) -> serde_json::Value {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+/// The numbers of a column by its whole name.
+pub(crate) fn column(table: &str, name: &str) -> Vec<f64> {
+    let mut lines = table.lines();
+    let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let place = header.iter().position(|cell| *cell == name);
+    let place = place.unwrap_or_else(|| panic!("no column {name} in {header:?}"));
+    lines.map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect()
+}

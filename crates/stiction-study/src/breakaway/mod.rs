@@ -30,7 +30,7 @@ pub struct Findings {
 #[non_exhaustive]
 pub enum BreakawayError {
     /// The motion does not go there.
-    #[error("the motion lasts from {start} s to {end} s: there is no position at t = {time} s")]
+    #[error("the motion lasts from {start} s to {end} s: there is no position at t = {time:?} s")]
     NoSuchTime {
         /// What was asked for, s.
         time: f64,

@@ -11,6 +11,8 @@ use stiction::dynamics::{Bounds, Holding, Verdict};
 const LISTED: usize = 6;
 /// Numbers closer than this are told as one.
 const SAME: f64 = 1e-6;
+/// Nobody asks what more than so many times the friction would do, and beyond it bounds are rounding.
+const BEYOND: f64 = 1e6;
 
 /// Writes the findings as plain text.
 ///
@@ -145,7 +147,7 @@ fn write_unpowered(out: &mut impl Write, holding: &Holding) -> fmt::Result {
             } else {
                 format!(
                     "; static coefficients up to {} times as great would not hold it",
-                    number(not_enough)
+                    number(not_enough.min(BEYOND))
                 )
             },
         ),
