@@ -1,4 +1,4 @@
-//! What is recorded for derivatives of driving forces.
+//! What is recorded for derivatives of driving forces, beside inverse dynamics.
 //!
 //! Forces are where a Newton step of the coupling ends at its own beginning. There the step does not depend
 //! on where it begins, to first order: that is why Newton's method converges as it does. So drives change as
@@ -8,214 +8,165 @@
 //! Equation (P6) of the book's theory.
 
 use crate::graph::{Graph, Node, Op};
-use crate::meaning::{Merged, merge};
+use crate::inverse_recipe::Followed;
 use crate::motions::run;
 use crate::quantity::Quantity;
-use crate::recipe::{Counts, Recipe};
-use crate::recorded::{Recorded, record_groups};
+use crate::recipe::Recipe;
+use crate::recorded::Recorded;
 use crate::slopes::slopes;
-use crate::stages::{holds, with_inputs_replaced};
+use crate::stages::with_inputs_replaced;
 use crate::wrench::components;
-use stiction::dynamics::AppliedLoad;
+use core::ops::Range;
 use stiction::kinematics::Target;
 use stiction::parameters::Parameters;
 use stiction::random::Random;
 use stiction::spatial::{Vec3, Wrench};
 
-/// Newton steps that close the loops of changed dimensions.
-const CLOSING_STEPS: usize = 12;
-/// By what part quantities of the mechanism differ from sample to sample.
-const SPREAD: f64 = 0.02;
-
-/// The graph of a program of derivatives. Inputs are those of an inverse program, the reactions of joints with
-/// contacts as six numbers each, and the slopes of all quantities.
-pub(crate) struct RecordedSlopes {
-    pub(crate) graph: Graph,
-    /// Slopes of all drives.
-    pub(crate) drives: Vec<Node>,
-    /// Positive where what is taken for granted holds.
-    pub(crate) guard: Node,
+/// Derivatives that are asked for, and where their inputs stand behind those of inverse dynamics: the reactions of
+/// joints with contacts as six numbers each, the slopes of all quantities; and, while it is recorded, numbers of
+/// the mechanism and wrenches that are held.
+pub(crate) struct Asked<'a> {
+    quantities: &'a [Quantity],
+    /// Quantities that are numbers of the mechanism, and these.
+    numbers: Vec<(Quantity, f64)>,
+    /// The joints with contacts: their reactions make friction.
+    rubbing: Vec<usize>,
+    first_target: usize,
+    first: usize,
 }
 
-impl Recipe<'_> {
-    /// Records slopes along directions of these quantities; none if one of them does not exist, or if
-    /// loops do not close with dimensions that are slightly different.
-    pub(crate) fn record_slopes(
-        &self,
-        quantities: &[Quantity],
-        samples: &[Vec<f64>],
-    ) -> Option<RecordedSlopes> {
-        let counts = self.counts(0);
-        let rubbing = self.rubbing();
-        let first_reaction = counts.inputs();
-        let first_slope = first_reaction + 6 * rubbing.len();
-        let first_number = first_slope + quantities.len();
+impl<'a> Asked<'a> {
+    /// With the first of the prescribed values among the inputs, and the first input of its own; none if a quantity does
+    /// not exist.
+    pub(crate) fn new(
+        recipe: &Recipe<'_>,
+        quantities: &'a [Quantity],
+        first_target: usize,
+        first: usize,
+    ) -> Option<Self> {
         let mut numbers = Vec::new();
-        let mut parameters = self.solver.parameters().clone();
+        let mut parameters = recipe.solver.parameters().clone();
         let none = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+        let mut targets = vec![none; recipe.counts(0).targets];
         for quantity in quantities {
             match quantity.of_mechanism(&mut parameters) {
                 Some(number) => numbers.push((*quantity, *number)),
                 None => {
-                    quantity.of_motion(&mut vec![none; counts.targets])?;
+                    quantity.of_motion(&mut targets)?;
                 }
             }
         }
-        let first_held = first_number + numbers.len();
-        let inputs = first_held + 6 * rubbing.len();
-        let (mut graph, [drives, carried]) = record_groups(inputs, |inputs| {
-            let (inputs, held) = inputs.split_at(first_held);
-            let (inputs, numbered) = inputs.split_at(first_number);
-            let parameters = self.numbered(&numbers, numbered);
-            let (tree, reactions) = inputs[..first_slope].split_at(first_reaction);
-            self.follow_slopes(&counts, &parameters, tree, [reactions, held])
-        });
-        let slope_of_input = self.slopes_of_inputs(&counts, quantities, first_slope, &mut graph);
-        let slope = slopes(&mut graph, &slope_of_input);
-        let zero = graph.number(0.0);
-        let slopes_of = |node: &Node| slope[*node as usize].unwrap_or(zero);
-        let drives: Vec<Node> = drives.iter().map(slopes_of).collect();
-        // What was held while slopes were found is what joints carry.
-        let (graph, new_of) = with_inputs_replaced(&graph, first_held, &carried);
-        let drives: Vec<Node> = drives.iter().map(|node| new_of[*node as usize]).collect();
-        let samples = self.varied(&numbers, samples, [rubbing.len(), quantities.len()])?;
-        let Merged { graph: mut merged, new_of, guards } = merge(&graph, &samples);
-        let guard = holds(&graph, &drives, &guards, &mut merged);
-        // What was varied to be told apart is constant.
-        let constants: Vec<Node> =
-            numbers.iter().map(|(_, number)| merged.number(*number)).collect();
-        let (graph, newer_of) = with_inputs_replaced(&merged, first_number, &constants);
-        let newer = |node: &Node| newer_of[new_of[*node as usize] as usize];
-        let drives = drives.iter().map(newer).collect();
-        Some(RecordedSlopes { graph, drives, guard: newer_of[guard as usize] })
+        let rubbing = if quantities.is_empty() { Vec::new() } else { recipe.rubbing() };
+        Some(Self { quantities, numbers, rubbing, first_target, first })
     }
 
-    /// The joints that have contacts: their reactions make friction.
-    pub(crate) fn rubbing(&self) -> Vec<usize> {
-        let contacts_at = &self.solver.parameters().contacts_at;
-        (0..contacts_at.len()).filter(|joint| !contacts_at[*joint].is_empty()).collect()
+    /// The slopes among the inputs.
+    pub(crate) fn slopes(&self) -> Range<usize> {
+        let first = self.first + 6 * self.rubbing.len();
+        first..first + self.quantities.len()
     }
 
-    /// The numbers of the mechanism, some of them inputs.
-    fn numbered(&self, numbers: &[(Quantity, f64)], inputs: &[Recorded]) -> Parameters<Recorded> {
-        let mut parameters = Parameters::new(self.solver.mechanism());
-        for ((quantity, _), input) in numbers.iter().zip(inputs) {
+    fn first_held(&self) -> usize {
+        self.slopes().end + self.numbers.len()
+    }
+
+    /// All inputs while it is recorded.
+    pub(crate) fn inputs(&self) -> usize {
+        self.first_held() + 6 * self.rubbing.len()
+    }
+
+    /// Any reactions and slopes, `length` being that of lever arms.
+    pub(crate) fn any(&self, length: f64, random: &mut Random) -> Vec<f64> {
+        let mut numbers = Vec::new();
+        for _ in &self.rubbing {
+            numbers.extend((0..3).map(|_| 50.0 * random.number()));
+            numbers.extend((0..3).map(|_| 50.0 * length * random.number()));
+        }
+        numbers.extend(self.quantities.iter().map(|_| random.number()));
+        numbers
+    }
+
+    /// Drives after a step from the wrenches at joints with contacts as they are held, about the kernel origin;
+    /// and these wrenches, from reactions about the joints' origins. Position and motion are those that were
+    /// followed, found once more as they depend on what is prescribed and on numbers of the mechanism.
+    pub(crate) fn follow(
+        &self,
+        recipe: &Recipe<'_>,
+        followed: &Followed,
+        inputs: &[Recorded],
+    ) -> [Vec<Recorded>; 2] {
+        if self.quantities.is_empty() {
+            return [Vec::new(), Vec::new()];
+        }
+        let mut parameters = Parameters::new(recipe.solver.mechanism());
+        for ((quantity, _), input) in self.numbers.iter().zip(&inputs[self.slopes().end..]) {
             if let Some(number) = quantity.of_mechanism(&mut parameters) {
                 *number = *input;
             }
         }
-        parameters
+        let Followed { coordinates, targets, loads } = followed;
+        let like = recipe.solver.assembly().state();
+        let given = (&targets[..], &loads[..]);
+        let mut ran = run(recipe.kernel, &parameters, like, coordinates, given, 1);
+        let bodies = &ran.kinematics.bodies;
+        let mut wrenches = vec![Wrench::zero(); recipe.counts(0).joints];
+        let mut carried = Vec::new();
+        let reactions = inputs[self.first..].chunks(6);
+        let both = reactions.zip(inputs[self.first_held()..].chunks(6));
+        for (&joint, (reaction, held)) in self.rubbing.iter().zip(both) {
+            let Wrench { force, moment } = wrench(reaction);
+            let moment = moment + bodies.frame_j[joint].position.cross(force);
+            carried.extend(components(Wrench { force, moment }));
+            wrenches[joint] = wrench(held);
+        }
+        ran.inverse.step_at(&recipe.kernel.setup(), &parameters, bodies, &wrenches);
+        [ran.inverse.drives().to_vec(), carried]
+    }
+
+    /// The graph with slopes of `drives`, in which what was held is what joints carry and the mechanism's numbers are
+    /// constants; the new node for each of the old; and the slopes.
+    pub(crate) fn differentiated(
+        &self,
+        mut graph: Graph,
+        drives: &[Node],
+        carried: &[Node],
+    ) -> (Graph, Vec<Node>, Vec<Node>) {
+        let of_inputs = self.slopes_of_inputs(&mut graph);
+        let slope = slopes(&mut graph, &of_inputs);
+        let zero = graph.number(0.0);
+        let constants: Vec<Node> = self.numbers.iter().map(|(_, x)| graph.number(*x)).collect();
+        let (graph, of_first) = with_inputs_replaced(&graph, self.first_held(), carried);
+        let constants: Vec<Node> = constants.iter().map(|node| of_first[*node as usize]).collect();
+        let (graph, of_second) = with_inputs_replaced(&graph, self.slopes().end, &constants);
+        let new = |node: &Node| of_second[*node as usize];
+        let new_of: Vec<Node> = of_first.iter().map(new).collect();
+        let slopes = drives.iter().map(|node| slope[*node as usize].unwrap_or(zero));
+        let slopes = slopes.map(|node| new_of[node as usize]).collect();
+        (graph, new_of, slopes)
     }
 
     /// The slope of each input: those of prescribed values and of the mechanism's numbers are inputs.
-    fn slopes_of_inputs(
-        &self,
-        counts: &Counts,
-        quantities: &[Quantity],
-        first_slope: usize,
-        graph: &mut Graph,
-    ) -> Vec<Option<Node>> {
-        let first_number = first_slope + quantities.len();
-        let mut slopes = vec![None; first_number];
-        let first_target = counts.coordinates + 2 * counts.freedoms;
-        for (k, quantity) in quantities.iter().enumerate() {
-            let slope = Some(graph.add(Op::Input((first_slope + k) as u32)));
+    fn slopes_of_inputs(&self, graph: &mut Graph) -> Vec<Option<Node>> {
+        let mut slopes = vec![None; self.slopes().end];
+        for (place, quantity) in self.slopes().zip(self.quantities) {
+            let slope = Some(graph.add(Op::Input(place as u32)));
             match *quantity {
-                Quantity::Value(at) => slopes[first_target + 3 * at] = slope,
-                Quantity::Rate(at) => slopes[first_target + 3 * at + 1] = slope,
-                Quantity::Acceleration(at) => slopes[first_target + 3 * at + 2] = slope,
+                Quantity::Value(at) => slopes[self.first_target + 3 * at] = slope,
+                Quantity::Rate(at) => slopes[self.first_target + 3 * at + 1] = slope,
+                Quantity::Acceleration(at) => slopes[self.first_target + 3 * at + 2] = slope,
                 // Numbers come in the same order.
                 _ => slopes.push(slope),
             }
         }
         slopes
     }
+}
 
-    /// Samples with the numbers of the mechanism varied, loops closed, and with any reactions and slopes.
-    fn varied(
-        &self,
-        numbers: &[(Quantity, f64)],
-        samples: &[Vec<f64>],
-        extra: [usize; 2],
-    ) -> Option<Vec<Vec<f64>>> {
-        let mut random = Random::new(8);
-        let like = self.solver.assembly().state();
-        let length = self.solver.mechanism().characteristic_length();
-        let each = |sample: &Vec<f64>| {
-            let mut parameters = self.solver.parameters().clone();
-            let mut values = Vec::new();
-            for (quantity, number) in numbers {
-                // What is zero is varied as lengths are.
-                let size = if *number == 0.0 { length } else { *number };
-                let value = number + SPREAD * size * random.number();
-                *quantity.of_mechanism(&mut parameters)? = value;
-                values.push(value);
-            }
-            let (_, targets, loads) = self.unpacked(sample);
-            let coordinates = &sample[..like.coordinates.len()];
-            let steps = if numbers.is_empty() { 0 } else { CLOSING_STEPS };
-            let given = (&targets[..], &loads[..]);
-            let ran = run(self.kernel, &parameters, like, coordinates, given, steps);
-            // Rounding of some steps; otherwise the loops are open.
-            let error = ran.kinematics.largest_error();
-            if error.is_nan() || error > 1e-12 * length.max(1.0) {
-                return None;
-            }
-            let state = &ran.state;
-            let mut row = state.coordinates.clone();
-            row.extend(&state.rates);
-            row.extend(&state.accelerations);
-            row.extend(&sample[row.len()..]);
-            for _ in 0..extra[0] {
-                row.extend((0..3).map(|_| 50.0 * random.number()));
-                row.extend((0..3).map(|_| 50.0 * length * random.number()));
-            }
-            row.extend((0..extra[1]).map(|_| random.number()));
-            row.extend(values);
-            Some(row)
-        };
-        samples.iter().map(each).collect()
-    }
-
-    /// Drives after a step from the wrenches at joints with contacts as they are held, about the kernel origin;
-    /// and these wrenches, from reactions about the joints' origins.
-    fn follow_slopes(
-        &self,
-        counts: &Counts,
-        parameters: &Parameters<Recorded>,
-        tree: &[Recorded],
-        [reactions, held]: [&[Recorded]; 2],
-    ) -> [Vec<Recorded>; 2] {
-        let (coordinates, rest) = tree.split_at(counts.coordinates);
-        // Rates and accelerations are given first, and stay; here they are found once more, with their slopes.
-        let rest = &rest[2 * counts.freedoms..];
-        let targets: Vec<Target<Recorded>> = rest
-            .chunks(3)
-            .take(counts.targets)
-            .map(|t| Target { value: t[0], rate: t[1], acceleration: t[2] })
-            .collect();
-        let loads = rest[3 * counts.targets..].chunks(6).map(wrench);
-        let loads: Vec<AppliedLoad<Recorded>> = self
-            .loads
-            .iter()
-            .zip(loads)
-            .map(|(load, w)| AppliedLoad { force: w.force, moment: w.moment, ..load.lift() })
-            .collect();
-        let like = self.solver.assembly().state();
-        let given = (&targets[..], &loads[..]);
-        let mut ran = run(self.kernel, parameters, like, coordinates, given, 1);
-        let bodies = &ran.kinematics.bodies;
-        let mut wrenches = vec![Wrench::zero(); counts.joints];
-        let mut carried = Vec::new();
-        let both = reactions.chunks(6).zip(held.chunks(6));
-        for (joint, (reaction, held)) in self.rubbing().into_iter().zip(both) {
-            let Wrench { force, moment } = wrench(reaction);
-            let moment = moment + bodies.frame_j[joint].position.cross(force);
-            carried.extend(components(Wrench { force, moment }));
-            wrenches[joint] = wrench(held);
-        }
-        ran.inverse.step_at(&self.kernel.setup(), parameters, bodies, &wrenches);
-        [ran.inverse.drives().to_vec(), carried]
+impl Recipe<'_> {
+    /// The joints that have contacts.
+    pub(crate) fn rubbing(&self) -> Vec<usize> {
+        let contacts_at = &self.solver.parameters().contacts_at;
+        (0..contacts_at.len()).filter(|joint| !contacts_at[*joint].is_empty()).collect()
     }
 }
 

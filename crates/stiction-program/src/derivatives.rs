@@ -1,16 +1,10 @@
 //! Exact derivatives of driving forces, as a program beside that of inverse dynamics.
 
-use crate::code::{Part, Slots, compile};
-use crate::derivative_recipe::RecordedSlopes;
-use crate::inverse::InverseProgram;
-use crate::machine::fuses;
+use crate::inverse::{Beside, InverseProgram};
 use crate::memory::Memory;
 use crate::quantity::Quantity;
-use crate::recipe::{Counts, Recipe};
-use crate::run::{Runner, natural_lanes};
-use crate::samples::{Sample, samples};
-use crate::stages::early;
-use crate::tree::put_tree;
+use crate::recipe::Recipe;
+use crate::run::natural_lanes;
 use stiction::dynamics::{AppliedLoad, InverseDynamics};
 use stiction::kinematics::{State, Target};
 
@@ -22,18 +16,10 @@ use stiction::kinematics::{State, Target};
 #[derive(Debug)]
 pub struct DerivativeProgram {
     inverse: InverseProgram,
-    /// The joints whose reactions the first is given.
+    beside: Beside,
+    /// The joints with contacts, whose reactions are handed on.
     rubbing: Vec<usize>,
     quantities: Vec<Quantity>,
-    /// What does not depend on directions, one state at a time.
-    first: Runner,
-    first_slots: usize,
-    /// All directions side by side. It reads slots of the first.
-    second: Runner,
-    second_slots: usize,
-    slopes: Vec<u32>,
-    guard: u32,
-    operations: [usize; 2],
     lanes: usize,
 }
 
@@ -41,8 +27,7 @@ pub struct DerivativeProgram {
 #[derive(Clone, Debug)]
 pub struct DerivativeMemory {
     inverse: Memory,
-    first: Memory,
-    second: Memory,
+    directions: Memory,
 }
 
 impl DerivativeProgram {
@@ -69,51 +54,11 @@ impl DerivativeProgram {
         if quantities.is_empty() {
             return None;
         }
-        let inverse = InverseProgram::record_with(solver, course, loads, machine)?;
-        let kernel = solver.kernel()?;
-        let recipe = Recipe { kernel: &kernel, solver, loads };
-        let samples: Vec<Vec<f64>> =
-            samples(solver, course, loads)?.iter().map(Sample::of_tree).collect();
-        let recorded = recipe.record_slopes(quantities, &samples)?;
-        let given = (recipe.counts(0), recipe.rubbing());
-        Some(Self::compile(inverse, given, quantities, &recorded, machine))
-    }
-
-    fn compile(
-        inverse: InverseProgram,
-        (counts, rubbing): (Counts, Vec<usize>),
-        quantities: &[Quantity],
-        recorded: &RecordedSlopes,
-        machine: bool,
-    ) -> Self {
-        let ops = recorded.graph.ops();
-        let fuse = machine && fuses();
-        let given = counts.inputs() + 6 * rubbing.len();
-        let mut slots = Slots::of_inputs(ops, 0..given);
-        let mut wide = Slots::of_inputs(ops, given..given + quantities.len());
-        let mut first = early(ops, &recorded.drives, |input| input >= given);
-        let shared = first.clone();
-        first.push(recorded.guard);
-        let parts = compile(ops, &first, &mut slots, fuse);
-        for node in shared {
-            wide.put_common(node, slots.of(node).unwrap_or(0));
-        }
-        let wide_parts = compile(ops, &recorded.drives, &mut wide, fuse);
-        let lanes = natural_lanes();
-        let count = |parts: &[Part]| parts.iter().map(Part::operations).sum();
-        Self {
-            first: Runner::new(&parts, 1, slots.count(), machine),
-            second: Runner::new(&wide_parts, lanes, wide.count(), machine),
-            first_slots: slots.count(),
-            second_slots: wide.count(),
-            slopes: recorded.drives.iter().map(|node| wide.of(*node).unwrap_or(0)).collect(),
-            guard: slots.of(recorded.guard).unwrap_or(0),
-            operations: [count(&parts), count(&wide_parts)],
-            quantities: quantities.to_vec(),
-            inverse,
-            rubbing,
-            lanes,
-        }
+        let (inverse, beside) =
+            InverseProgram::record_beside(solver, course, loads, quantities, machine)?;
+        let rubbing = Recipe { kernel: &solver.kernel()?, solver, loads }.rubbing();
+        let (quantities, lanes) = (quantities.to_vec(), natural_lanes());
+        Some(Self { inverse, beside, rubbing, quantities, lanes })
     }
 
     /// The program of inverse dynamics that it contains.
@@ -134,17 +79,16 @@ impl DerivativeProgram {
     /// Arithmetic operations beside those of [`InverseProgram::operations`]: once for a state, and for as many
     /// directions at once as there are lanes.
     pub fn operations(&self) -> [usize; 2] {
-        self.operations
+        self.beside.operations
     }
 
     /// Room for runs.
     pub fn memory(&self) -> DerivativeMemory {
-        let of = |lanes, slots, runner: &Runner| Memory::new(lanes, slots, runner.scratch());
-        DerivativeMemory {
-            inverse: self.inverse.memory(1),
-            first: of(1, self.first_slots, &self.first),
-            second: of(self.lanes, self.second_slots, &self.second),
-        }
+        let Beside { preparation, directions, slots, .. } = &self.beside;
+        let mut inverse = self.inverse.memory(1);
+        inverse.provide(preparation.scratch());
+        let directions = Memory::new(self.lanes, *slots, directions.scratch());
+        DerivativeMemory { inverse, directions }
     }
 
     /// Finds all forces at a state of motion, with friction, and prepares derivatives there. The state must close
@@ -157,32 +101,32 @@ impl DerivativeProgram {
         targets: &[Target<f64>],
         loads: &[AppliedLoad<f64>],
     ) -> bool {
-        let DerivativeMemory { inverse, first, .. } = memory;
+        let inverse = &mut memory.inverse;
         self.inverse.set(inverse, 0, state, targets, loads);
         let mut settled = [false];
         self.inverse.run(inverse, &mut settled);
-        let mut put = first.writer(0);
-        put_tree(state, targets, loads, &mut put);
-        for &joint in &self.rubbing {
-            put(&self.inverse.reaction(inverse, 0, joint));
+        let first = self.beside.end_of_reactions - 6 * self.rubbing.len();
+        for (place, &joint) in (first..).step_by(6).zip(&self.rubbing) {
+            let reaction = self.inverse.reaction(inverse, 0, joint);
+            inverse.slots[place..][..6].copy_from_slice(&reaction);
         }
-        drop(put);
-        self.first.run(&mut first.slots, &mut first.scratch);
-        settled[0] && first.slots[self.guard as usize] > 0.0
+        self.beside.preparation.run(&mut inverse.slots, &mut inverse.scratch);
+        settled[0] && inverse.slots[self.beside.guard as usize] > 0.0
     }
 
     /// Sets a direction, one for each lane: the slope of each quantity along it.
     pub fn set_direction(&self, memory: &mut DerivativeMemory, lane: usize, slopes: &[f64]) {
         for (k, slope) in slopes.iter().enumerate().take(self.quantities.len()) {
-            memory.second.slots[k * self.lanes + lane] = *slope;
+            memory.directions.slots[k * self.lanes + lane] = *slope;
         }
     }
 
     /// Finds the slopes of all drives along the directions that are set, at the state of the last
     /// [`Self::run`].
     pub fn differentiate(&self, memory: &mut DerivativeMemory) {
-        let DerivativeMemory { first, second, .. } = memory;
-        self.second.run_with(&mut second.slots, &first.slots, &mut second.scratch);
+        let DerivativeMemory { inverse, directions } = memory;
+        let Memory { slots, scratch, .. } = directions;
+        self.beside.directions.run_with(slots, &inverse.slots, scratch);
     }
 
     /// The forces of the last [`Self::run`], lane 0 of [`Self::inverse`].
@@ -192,7 +136,7 @@ impl DerivativeProgram {
 
     /// The slope of a drive along a direction, N or N m for each unit of the direction.
     pub fn slope(&self, memory: &DerivativeMemory, lane: usize, drive: usize) -> f64 {
-        memory.second.read(self.slopes[drive], lane)
+        memory.directions.read(self.beside.slopes[drive], lane)
     }
 
     /// All partial derivatives at the state of the last [`Self::run`]: for each drive those by all quantities,
@@ -200,7 +144,7 @@ impl DerivativeProgram {
     pub fn jacobian(&self, memory: &mut DerivativeMemory, jacobian: &mut [f64]) {
         let count = self.quantities.len();
         for first in (0..count).step_by(self.lanes) {
-            let directions = &mut memory.second.slots[..count * self.lanes];
+            let directions = &mut memory.directions.slots[..count * self.lanes];
             directions.fill(0.0);
             let now = first..count.min(first + self.lanes);
             for quantity in now.clone() {

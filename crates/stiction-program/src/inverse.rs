@@ -5,15 +5,16 @@
 //! solved with it; it is repeated. The third finds all forces from the last step's unknowns.
 
 use crate::batch::StateOfMotion;
-use crate::code::{Slots, compile};
+use crate::code::{Part, Slots, compile};
 use crate::compiled::Compiled;
 use crate::given::{BodyMotion, Given};
 use crate::graph::{Node, Op, needed};
 use crate::inverse_recipe::InverseStages;
 use crate::machine::fuses;
 use crate::memory::Memory;
+use crate::quantity::Quantity;
 use crate::recipe::{Counts, Recipe};
-use crate::run::{MOST_LANES, Runner};
+use crate::run::{MOST_LANES, Runner, natural_lanes};
 use crate::samples::{Sample, samples, seeded_samples};
 use crate::stages::{early, handed};
 use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
@@ -41,6 +42,23 @@ pub struct InverseProgram {
     counts: Counts,
     places: Places,
     code: Compiled<4>,
+}
+
+/// What finds slopes beside a program, in whose slots it begins.
+#[derive(Debug)]
+pub(crate) struct Beside {
+    /// What does not depend on directions, one state at a time.
+    pub(crate) preparation: Runner,
+    /// All directions side by side, with slots of their own.
+    pub(crate) directions: Runner,
+    pub(crate) slots: usize,
+    pub(crate) operations: [usize; 2],
+    /// Slots of the results, among those of directions.
+    pub(crate) slopes: Vec<u32>,
+    /// Where it is positive what is taken for granted holds.
+    pub(crate) guard: u32,
+    /// Reactions of joints with contacts end before this slot.
+    pub(crate) end_of_reactions: usize,
 }
 
 /// The slots of the results.
@@ -88,6 +106,18 @@ impl InverseProgram {
         loads: &[AppliedLoad<f64>],
         machine: bool,
     ) -> Option<Self> {
+        let made = Self::record_beside(solver, course, loads, &[], machine)?;
+        Some(made.0)
+    }
+
+    /// The same with what finds slopes of all drives by these quantities, at the state that was run last.
+    pub(crate) fn record_beside(
+        solver: &InverseDynamics,
+        course: &[Vec<Target<f64>>],
+        loads: &[AppliedLoad<f64>],
+        quantities: &[Quantity],
+        machine: bool,
+    ) -> Option<(Self, Beside)> {
         let kernel = solver.kernel()?;
         solver.weighting()?;
         let samples = samples(solver, course, loads)?;
@@ -96,10 +126,10 @@ impl InverseProgram {
         let given = Given::new(solver, &positions, loads.len());
         let samples: Vec<Vec<f64>> = samples.iter().map(|sample| given.row(sample)).collect();
         let recipe = Recipe { kernel: &kernel, solver, loads };
-        let recorded = recipe.record_inverse(&given, &samples);
-        let program = Self::compile(recipe.counts(0), &recorded, given, machine);
+        let recorded = recipe.record_inverse(&given, &samples, quantities)?;
+        let made = Self::compile(recipe.counts(0), &recorded, given, machine);
         let others = seeded_samples(9, solver, course, loads)?;
-        program.agrees_with(solver, &others).then_some(program)
+        made.0.agrees_with(solver, &others).then_some(made)
     }
 
     /// Whether it gives the forces of the solver that it was recorded from, where both give any, at other
@@ -136,19 +166,23 @@ impl InverseProgram {
         })
     }
 
-    fn compile(counts: Counts, recorded: &InverseStages, given: Given, machine: bool) -> Self {
+    fn compile(
+        counts: Counts,
+        recorded: &InverseStages,
+        given: Given,
+        machine: bool,
+    ) -> (Self, Beside) {
         let ops = recorded.graph.ops();
         let fuse = machine && fuses();
         let inputs = given.count();
-        let last_input = recorded.from.iter().max().map_or(inputs, |last| *last as usize + 1);
-        let mut slots = Slots::of_inputs(ops, 0..last_input);
+        let mut slots = Slots::of_inputs(ops, 0..recorded.slope_inputs.start);
         let with = |nodes: &[Node], guard: Node| [nodes, &[guard]].concat();
         let ideal = with(&recorded.ideal, recorded.guards[0]);
         let last = with(&recorded.rest, recorded.guards[1]);
         let step = [&recorded.next[..], &recorded.control].concat();
         let prescribed = given.first_prescribed() as u32..given.count() as u32;
         let reads = |(op, needed): (&Op, bool)| matches!(op, Op::Input(place) if needed && prescribed.contains(place));
-        let all = [&ideal[..], &recorded.begin, &step, &last].concat();
+        let all = [&ideal[..], &recorded.begin, &step, &last, &recorded.slopes].concat();
         let reads_targets = ops.iter().zip(needed(ops, &all)).any(reads);
         let mut stages = [const { Vec::new() }; 4];
         // The frictionless program is one of its own: it leaves nothing behind for others.
@@ -159,12 +193,23 @@ impl InverseProgram {
         slots.reserve(own.count() - slots.count());
         // Each stage makes its own results, and what later ones need of what is known then.
         let is_late = |input| input >= inputs;
-        let mut first = early(ops, &[&step[..], &last].concat(), is_late);
+        let shared = early(ops, &recorded.slopes, |input| recorded.slope_inputs.contains(&input));
+        let prepared = match recorded.slopes[..] {
+            [] => Vec::new(),
+            _ => with(&shared, recorded.guards[2]),
+        };
+        let mut first = early(ops, &[&step[..], &last, &prepared].concat(), is_late);
         first.extend(&recorded.begin);
         stages[1] = compile(ops, &first, &mut slots, fuse);
         let second = [&step[..], &handed(ops, &step, &last, is_late)].concat();
         stages[2] = compile(ops, &second, &mut slots, fuse);
         stages[3] = compile(ops, &last, &mut slots, fuse);
+        let preparation = compile(ops, &prepared, &mut slots, fuse);
+        let mut wide = Slots::of_inputs(ops, recorded.slope_inputs.clone());
+        for node in shared {
+            wide.put_common(node, slots.of(node).unwrap_or(0));
+        }
+        let directions = compile(ops, &recorded.slopes, &mut wide, fuse);
         let place = |node: &Node| slots.of(*node).unwrap_or(0);
         let all = |nodes: &[Node]| -> Vec<u32> { nodes.iter().map(place).collect() };
         let mut rest = recorded.rest.as_slice();
@@ -189,7 +234,17 @@ impl InverseProgram {
             frictions: take(counts.contacts),
         };
         let code = Compiled::new(&stages, slots.count(), machine);
-        Self { given, reads_targets, counts, places, code }
+        let operations = |parts: &[Part]| parts.iter().map(Part::operations).sum();
+        let beside = Beside {
+            operations: [operations(&preparation), operations(&directions)],
+            preparation: Runner::new(&preparation, 1, slots.count(), machine),
+            directions: Runner::new(&directions, natural_lanes(), wide.count(), machine),
+            slots: wide.count(),
+            slopes: recorded.slopes.iter().map(|node| wide.of(*node).unwrap_or(0)).collect(),
+            guard: place(&recorded.guards[2]),
+            end_of_reactions: recorded.slope_inputs.start,
+        };
+        (Self { given, reads_targets, counts, places, code }, beside)
     }
 
     /// How many states the wide code takes at once on this processor.

@@ -7,13 +7,16 @@
 //!
 //! Equation (P3) of the book's theory.
 
+use crate::derivative_recipe::Asked;
 use crate::given::Given;
 use crate::graph::{Graph, Node, Op, needed};
 use crate::meaning::{Merged, merge};
+use crate::quantity::Quantity;
 use crate::recipe::Recipe;
 use crate::recorded::{Recorded, go_on, record_groups};
 use crate::stages::holds;
 use crate::wrench::{components, reaction};
+use core::ops::Range;
 use stiction::dynamics::{AppliedLoad, FrictionMode, Inverse, Settings};
 use stiction::kinematics::Target;
 use stiction::parameters::Parameters;
@@ -22,7 +25,7 @@ use stiction::scalar::Scalar;
 use stiction::spatial::{Vec3, Wrench};
 
 /// The stages as results of one graph. Inputs are what is given, then what a step begins with: the components of
-/// each cut joint's wrench, and accelerations of idle spins.
+/// each cut joint's wrench, and accelerations of idle spins; then what derivatives are given, see [`Asked`].
 pub(crate) struct InverseStages {
     pub(crate) graph: Graph,
     /// Drives and reactions without friction.
@@ -38,19 +41,46 @@ pub(crate) struct InverseStages {
     pub(crate) control: [Node; 3],
     /// After a step drives, reactions, loads, velocities, frictions.
     pub(crate) rest: Vec<Node>,
-    /// Positive where what is taken for granted holds: without friction, with friction.
-    pub(crate) guards: [Node; 2],
+    /// Slopes of all drives, if they were asked for; and the inputs that make them.
+    pub(crate) slopes: Vec<Node>,
+    pub(crate) slope_inputs: Range<usize>,
+    /// Positive where what is taken for granted holds: without friction, with friction, of slopes.
+    pub(crate) guards: [Node; 3],
+}
+
+/// What inverse dynamics was recorded from.
+pub(crate) struct Followed {
+    pub(crate) coordinates: Vec<Recorded>,
+    pub(crate) targets: Vec<Target<Recorded>>,
+    pub(crate) loads: Vec<AppliedLoad<Recorded>>,
 }
 
 impl Recipe<'_> {
-    /// Records all stages, and merges what means the same.
-    pub(crate) fn record_inverse(&self, given: &Given, samples: &[Vec<f64>]) -> InverseStages {
+    /// Records all stages, and slopes by these quantities; and merges what means the same. None if a quantity does not
+    /// exist.
+    pub(crate) fn record_inverse(
+        &self,
+        given: &Given,
+        samples: &[Vec<f64>],
+        quantities: &[Quantity],
+    ) -> Option<InverseStages> {
         let setup = self.kernel.setup();
         let (cuts, spins) = Inverse::<f64>::new(&setup, self.solver.parameters()).carried(&setup);
         let (cuts, spins) = (cuts.len(), spins.len());
         let first = given.count();
-        let inputs = first + 6 * cuts + spins;
-        let (graph, groups) = record_groups(inputs, |inputs| self.follow(given, inputs));
+        let asked =
+            Asked::new(self, quantities, given.first_prescribed(), first + 6 * cuts + spins)?;
+        let (graph, [ideal, begin, next, plain, tilted, rest, drives, carried]) =
+            record_groups(asked.inputs(), |inputs| {
+                let ([ideal, begin, next, plain, tilted, rest], followed) =
+                    self.follow(given, inputs);
+                let [drives, carried] = asked.follow(self, &followed, inputs);
+                [ideal, begin, next, plain, tilted, rest, drives, carried]
+            });
+        let (graph, of_recorded, slopes) = asked.differentiated(graph, &drives, &carried);
+        let groups = [ideal, begin, next, plain, tilted, rest].map(|nodes| -> Vec<Node> {
+            nodes.iter().map(|node| of_recorded[*node as usize]).collect()
+        });
         // What a step begins with are inputs of their own: any will do.
         let mut random = Random::new(2);
         let length = self.solver.mechanism().characteristic_length();
@@ -58,16 +88,19 @@ impl Recipe<'_> {
         let samples: Vec<Vec<f64>> = samples
             .iter()
             .map(|sample| {
-                let wrenches = (0..inputs - first).map(|k| 50.0 * unit(k) * random.number());
-                sample.iter().copied().chain(wrenches).collect()
+                let mut sample = sample.clone();
+                sample.extend((0..6 * cuts + spins).map(|k| 50.0 * unit(k) * random.number()));
+                sample.extend(asked.any(length, &mut random));
+                sample
             })
             .collect();
         let Merged { graph: mut merged, new_of, guards } = merge(&graph, &samples);
-        let guards = [&groups[0], &groups[1..].concat()]
+        let guards = [&groups[0], &groups[1..].concat(), &slopes]
             .map(|stage| holds(&graph, stage, &guards, &mut merged));
         let new = |nodes: &Vec<Node>| -> Vec<Node> {
             nodes.iter().map(|node| new_of[*node as usize]).collect()
         };
+        let slopes = new(&slopes);
         let [ideal, begin, next, plain, tilted, rest] = groups.each_ref().map(new);
         let matter = matter(merged.ops(), first, &next, &rest);
         let of = |nodes: &[Node]| -> Vec<Node> { matter.iter().map(|k| nodes[*k]).collect() };
@@ -103,12 +136,24 @@ impl Recipe<'_> {
             vec![change, size, determinant]
         });
         let control = [control[0], control[1], control[2]];
-        InverseStages { graph, ideal, from, begin, next, control, rest, guards }
+        let slope_inputs = asked.slopes();
+        Some(InverseStages {
+            graph,
+            ideal,
+            from,
+            begin,
+            next,
+            control,
+            rest,
+            slopes,
+            slope_inputs,
+            guards,
+        })
     }
 
     /// Drives and reactions without friction; what the first step begins with; what the next begins with after a
-    /// step from the inputs; reciprocal pivots without friction and in the step; and the rest.
-    fn follow(&self, given: &Given, inputs: &[Recorded]) -> [Vec<Recorded>; 6] {
+    /// step from the inputs; reciprocal pivots without friction and in the step; and the rest. Beside that from what.
+    fn follow(&self, given: &Given, inputs: &[Recorded]) -> ([Vec<Recorded>; 6], Followed) {
         let mechanism = self.solver.mechanism();
         // Numbers of the mechanism are constants: they are folded into the program.
         let parameters = Parameters::<Recorded>::new(mechanism);
@@ -118,6 +163,7 @@ impl Recipe<'_> {
         // Rates and accelerations are found once more, from the targets, by more operations than it takes to
         // see that they are the same: what comes first stays.
         given.read(mechanism, &mut workspace.state, &mut next);
+        let coordinates = workspace.state.coordinates.clone();
         let mut vector = || Vec3::new(next(), next(), next());
         let loads: Vec<AppliedLoad<Recorded>> = self
             .loads
@@ -161,7 +207,7 @@ impl Recipe<'_> {
         rest.extend(states.iter().map(|state| state.load()));
         rest.extend(states.iter().map(|state| state.velocity));
         rest.extend(states.iter().map(|state| state.friction()));
-        [ideal, begin, after, plain, tilted, rest]
+        ([ideal, begin, after, plain, tilted, rest], Followed { coordinates, targets, loads })
     }
 }
 

@@ -16,6 +16,13 @@ impl Memory {
         Self { lanes, slots: Aligned::zeros(slots * lanes), scratch: Aligned::zeros(scratch) }
     }
 
+    /// Sees to it that there is so much scratch.
+    pub(crate) fn provide(&mut self, scratch: usize) {
+        if self.scratch.len() < scratch {
+            self.scratch = Aligned::zeros(scratch);
+        }
+    }
+
     /// Writes a lane's inputs one after the other.
     #[inline]
     pub(crate) fn writer(&mut self, lane: usize) -> impl FnMut(&[f64]) + '_ {
