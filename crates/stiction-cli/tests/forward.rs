@@ -265,6 +265,95 @@ fn angles_count_on_from_where_they_are() {
         .succeeds();
 }
 
+/// Turns between two rows count, where they are and where they are wanted: 20 rad/s, a row a second.
+#[test]
+fn turns_between_rows_count() {
+    let folder = Folder::new("forward-spin");
+    let model = r#"
+        gravity = [0, 0, 0]
+        [bodies.wheel]
+        mass = 1
+        com = [0, 0, 0]
+        inertia = [0.1, 0.1, 0.1]
+        [joints.axle]
+        type = "R"
+        from = "ground"
+        to = "wheel"
+        axis = "z"
+        actuated = true
+        [motions.spin]
+        duration = 5
+        axle = "20 rad/s*t"
+        "#;
+    folder.write("wheel.toml", model);
+    let controller = "type = pd; kp = 0.01; kd = 0.05; period = 0.5 s";
+    let spin = ["forward", "wheel.toml", "--step", "1", "-o", ".", "--controller", controller];
+    folder.stiction(&spin).succeeds();
+    let table = folder.read("forward.csv");
+    for name in ["axle.position [rad]", "axle.wanted [rad]"] {
+        let angles = column(&table, name);
+        assert_eq!(angles.len(), 6);
+        for (second, angle) in angles.iter().enumerate() {
+            assert!((angle - 20.0 * second as f64).abs() < 1e-10, "{name}: {angles:?}");
+        }
+    }
+}
+
+/// A cart is moved as prescribed, the pendulum on it is free: nothing says how the whole moves, and nothing has to.
+/// Leaning back by atan(a/g) it rests on the cart, and the drive of the cart is that of all the mass.
+#[test]
+fn what_is_not_prescribed_is_free() {
+    let folder = Folder::new("forward-cart");
+    let model = r#"
+        gravity = [0, "-10 m/s^2", 0]
+        [bodies.cart]
+        mass = 3
+        com = [0, 0, 0]
+        inertia = [1, 1, 1]
+        [bodies.bob]
+        mass = 1
+        com = [0, -0.5, 0]
+        inertia = [0.02, 0.02, 0.02]
+        [joints.rail]
+        type = "P"
+        from = "ground"
+        to = "cart"
+        axis = "x"
+        actuated = true
+        [joints.pivot]
+        type = "R"
+        from = "cart"
+        to = "bob"
+        axis = "z"
+        actuated = true
+        friction = { mu = 0.2, radius = "20 mm" }
+        [motions.push]
+        duration = 2
+        rail = "1.5 m/s^2*t^2"
+        "#;
+    folder.write("cart.toml", model);
+    let run =
+        ["forward", "cart.toml", "--prescribe", "rail", "--from", "pivot = -atan(0.3)", "-o", "."];
+    folder.stiction(&run).succeeds();
+    let table = folder.read("forward.csv");
+    let angles = column(&table, "pivot.position [rad]");
+    assert!(angles.iter().all(|angle| (angle + 0.3f64.atan()).abs() < 1e-12), "{angles:?}");
+    assert!(column(&table, "rail.drive [N]").iter().all(|drive| (drive - 12.0).abs() < 1e-9));
+    let (at, wanted) = (column(&table, "rail.position [m]"), column(&table, "rail.wanted [m]"));
+    assert!(at.iter().zip(wanted).all(|(at, wanted)| (at - wanted).abs() < 1e-12));
+    // The pivot follows nothing.
+    assert!(!table.contains("pivot.wanted"));
+    // Nor does a controller ask for more, if it has gains.
+    let alone = model.replace("axis = \"z\"\n        actuated = true", "axis = \"z\"");
+    assert!(alone.len() < model.len());
+    folder.write("alone.toml", &alone);
+    let gains = ["forward", "alone.toml", "--controller", "type = pd; kp = 1e4; kd = 400"];
+    folder.stiction(&gains).succeeds();
+    folder.stiction(&["forward", "alone.toml"]).fails(2, &["leaves one freedom open"]);
+    // Neither does a motion that nobody follows.
+    folder.stiction(&["forward", "cart.toml", "--drives", "none", "--until", "0.1"]).succeeds();
+}
+
 #[test]
 fn the_start_may_be_partial() {
     let folder = Folder::new("forward-start");
