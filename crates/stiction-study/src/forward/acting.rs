@@ -284,6 +284,28 @@ impl Inputs for Acting<'_> {
         if loads && efforts && !self.is_stopped { f64::INFINITY } else { time }
     }
 
+    fn seen_until(&self, time: f64) -> f64 {
+        let wrenches = &self.job.load.wrenches;
+        let loads = wrenches.iter().flat_map(|w| w.force.iter().chain(&w.moment));
+        let efforts: &[(usize, Course)] = match (self.job.drives, self.period) {
+            (Feed::Given(drives), None) => &drives.efforts,
+            // They are kept between samples.
+            _ => &[],
+        };
+        let own = self.ways.iter().filter_map(|way| match way {
+            Way::Course(course) => Some(*course),
+            Way::Guide(_) | Way::Stays(_) => None,
+        });
+        let motion = self.leader.as_ref().and(self.job.motion);
+        let whole = motion.iter().flat_map(|motion| &motion.coordinates);
+        loads
+            .chain(efforts.iter().map(|(_, course)| course))
+            .chain(whole.map(|(_, course)| course))
+            .chain(own)
+            .map(|course| course.seen_until(time))
+            .fold(f64::INFINITY, f64::min)
+    }
+
     fn change(&mut self, view: &View<'_>) {
         if self.next_sample().is_none_or(|next| view.time < next) {
             return;

@@ -87,6 +87,13 @@ pub trait Inputs {
         time
     }
 
+    /// Up to when, from `time` on, looks at a few instants tell what acts, s. No step goes further; what is shorter
+    /// than a step, and over between two looks, would be missed.
+    fn seen_until(&self, time: f64) -> f64 {
+        let _ = time;
+        f64::INFINITY
+    }
+
     /// Called once at each such time, and at the start, with the state that it may sample.
     fn change(&mut self, view: &View<'_>) {
         let _ = view;

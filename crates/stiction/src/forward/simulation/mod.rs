@@ -134,6 +134,12 @@ impl Simulation<'_> {
         Ok(())
     }
 
+    /// How long a step may be at most, so that it sees what acts.
+    fn longest_step(&self, time: f64, inputs: &dyn Inputs) -> f64 {
+        let seen = inputs.seen_until(time) - time;
+        self.settings.longest_step.min(seen).max(self.settings.shortest_step)
+    }
+
     /// One step, by whichever method goes.
     fn go_on(&mut self, end: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if self.stepping.is_some() {

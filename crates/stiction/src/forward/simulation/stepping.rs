@@ -183,7 +183,7 @@ impl Simulation<'_> {
         let from = self.now.state.clone();
         let (modes, bristles) = (self.modes.clone(), self.bristles.clone());
         let shortest = self.settings.shortest_step.max(16.0 * f64::EPSILON * time.abs());
-        let longest = self.settings.longest_step;
+        let longest = self.longest_step(time, inputs);
         loop {
             let left = end - time;
             let mut step = stepping.step.min(longest).min(left);
