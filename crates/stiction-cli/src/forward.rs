@@ -48,7 +48,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
         tell!("note: the model declares no friction in any joint\n");
     }
     let count = job.instants().map_err(|error| failure_of(Error::Instants(error)))?.count();
-    let layout = Layout::new(&job.model.mechanism, job.follows());
+    let layout = Layout::new(&job.model.mechanism, job.followers());
     let interrupted = listen_for_interrupt();
     let mut outputs = options.output.as_deref().map(Outputs::new).transpose()?;
     let mut journal = Journal::new(&job, options.checkpoint)?;

@@ -64,7 +64,7 @@ impl Given {
             settings: Settings::default(),
             friction: true,
         };
-        let layout = Layout::new(&self.model.mechanism, true);
+        let layout = Layout::new(&self.model.mechanism, vec![true]);
         let mut scribe = Scribe::new(&self.model.mechanism);
         let mut rows = Rows::default();
         let mut all = Vec::new();

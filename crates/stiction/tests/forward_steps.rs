@@ -6,7 +6,7 @@ use common::*;
 use stiction::forward::{
     ConstantEfforts, Contact as Doing, EventKind, Forward, Method, Settings, Simulation,
 };
-use stiction::friction::{Combine, Contact, Law, LoadMap};
+use stiction::friction::{Combine, Contact, Curve, Law, LoadMap};
 use stiction::joint::JointType;
 use stiction::kinematics::{State, Target};
 use stiction::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder, SpringSpec};
@@ -22,7 +22,7 @@ fn jumps(simulation: &Simulation<'_>) -> usize {
 }
 
 /// The mass of reference R6: 1 kg on a table, friction 0.981 N, a spring of 100 N/m.
-fn mass_and_spring() -> Mechanism {
+fn mass_and_spring(contact: Contact) -> Mechanism {
     let x = along(Vec3::zero(), Vec3::unit(0));
     MechanismBuilder::new("mass")
         .gravity(v(0.0, -9.81, 0.0))
@@ -30,7 +30,7 @@ fn mass_and_spring() -> Mechanism {
         .joint(
             JointSpec::new("table", JointType::Prismatic, "ground", "block")
                 .frames(x, x)
-                .friction(friction(0.1, 0.0, None)),
+                .friction(contact),
         )
         .spring(
             SpringSpec::new("spring", "ground", "block")
@@ -45,7 +45,7 @@ fn mass_and_spring() -> Mechanism {
 /// the step, which is as the root of the tolerance.
 #[test]
 fn r6_stops_where_it_must_and_stays() {
-    let model = Forward::new(mass_and_spring(), &[]);
+    let model = Forward::new(mass_and_spring(friction(0.1, 0.0, None)), &[]);
     let mut errors = Vec::new();
     for tolerance in [1e-6, 1e-8] {
         let mut inputs = ConstantEfforts(vec![]);
@@ -71,6 +71,30 @@ fn r6_stops_where_it_must_and_stays() {
         // spring's force is taken in the middle of a step.
         assert!((dissipated - 0.4998195).abs() < 2e3 * tolerance.sqrt() * 1e-2);
     }
+    assert!(errors[0] < 5e-4 && errors[1] < 0.3 * errors[0], "{errors:?}");
+}
+
+/// The same with 0.3 at rest: at its fourth turning point, 0.1 - 8 * 0.00981 m, the spring pulls with 2.15 N, more than
+/// friction has while it slides and less than the 2.94 N that it has at rest. There it stays.
+#[test]
+fn friction_at_rest_holds_what_turns_back() {
+    let mut contact = friction(0.1, 0.0, None);
+    contact.law.curve = Curve::Breakaway { coefficient: 0.3 };
+    let model = Forward::new(mass_and_spring(contact), &[]);
+    let mut errors = Vec::new();
+    for tolerance in [1e-6, 1e-8] {
+        let mut inputs = ConstantEfforts(vec![]);
+        let mut state = State::new(model.topology());
+        state.coordinates[0] = 0.1;
+        let mut simulation = model.start(0.0, state, in_steps(tolerance), &mut inputs).unwrap();
+        simulation.advance(2.0, &mut inputs).unwrap();
+        assert_eq!(simulation.contacts()[0], Doing::Sticks);
+        let turns = simulation.events().iter();
+        let turns = turns.filter(|e| matches!(e.kind, EventKind::Slides { .. })).count();
+        assert_eq!(turns, 3, "{:?}", simulation.events());
+        errors.push((simulation.instant().state.coordinates[0] - (0.1 - 8.0 * 0.00981)).abs());
+    }
+    // As in R6.
     assert!(errors[0] < 5e-4 && errors[1] < 0.3 * errors[0], "{errors:?}");
 }
 

@@ -57,7 +57,7 @@ fn go_on(mark: Option<&Mark>) -> Option<Value> {
     let drives = model.parse_drives(&given, &files).expect("the drives are fine");
     let load = LoadCase::default();
     let job = job(&model, &drives, &load);
-    let layout = Layout::new(&model.mechanism, job.follows());
+    let layout = Layout::new(&model.mechanism, job.followers());
     let mut summary = Summary::new(&layout);
     let mut scribe = Scribe::new(&model.mechanism);
     let mut rows = Rows::default();

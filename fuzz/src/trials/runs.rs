@@ -213,7 +213,7 @@ fn simulate(
         settings: Settings::default(),
         friction,
     };
-    let layout = forward::Layout::new(&model.mechanism, job.follows());
+    let layout = forward::Layout::new(&model.mechanism, job.followers());
     let mut summary = forward::Summary::new(&layout);
     let mut scribe = forward::Scribe::new(&model.mechanism);
     let mut rows = forward::Rows::default();

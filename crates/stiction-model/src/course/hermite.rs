@@ -101,6 +101,11 @@ impl Spline {
         self.knots.iter().all(|k| (k.value + k.rate + k.acceleration).is_finite())
     }
 
+    /// When its samples are, s.
+    pub(crate) fn times(&self) -> &[f64] {
+        &self.times
+    }
+
     /// The value at `t`, exactly that of the sample where there is one.
     pub(crate) fn at(&self, t: f64) -> Target<f64> {
         let last = self.times.len().saturating_sub(2);

@@ -89,6 +89,21 @@ impl Course {
         }
     }
 
+    /// The time up to which, from `t` (s) on, looks at a few instants tell what it does, s: it says so before ramps
+    /// and kinks, within the turns of a sine and where it peaks, and at samples.
+    pub fn seen_until(&self, t: f64) -> f64 {
+        let next = |times: &[f64]| {
+            let after = times.partition_point(|&time| time <= t);
+            times.get(after).copied().unwrap_or(f64::INFINITY)
+        };
+        match &self.shape {
+            Shape::Constant(_) => f64::INFINITY,
+            Shape::Formula(written) => written.formula.seen_until(t),
+            Shape::Spline(spline) => next(spline.times()),
+            Shape::Monotone(curve) => next(curve.times()),
+        }
+    }
+
     /// The value, if it does not change in time.
     pub fn as_constant(&self) -> Option<f64> {
         match self.shape {

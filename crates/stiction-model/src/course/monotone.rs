@@ -45,6 +45,11 @@ impl Monotone {
         Self { times: Arc::clone(times), values, slopes }
     }
 
+    /// When its samples are, s.
+    pub(crate) fn times(&self) -> &[f64] {
+        &self.times
+    }
+
     /// The value at `t`, exactly that of the sample where there is one.
     pub(crate) fn at(&self, t: f64) -> Target<f64> {
         let still = |value: f64| Target { value, rate: 0.0, acceleration: 0.0 };

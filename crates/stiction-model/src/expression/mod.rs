@@ -7,6 +7,7 @@ mod check;
 pub(crate) mod dimension;
 mod function;
 pub(crate) mod jet;
+mod pace;
 mod parse;
 mod run;
 #[cfg(test)]

@@ -82,6 +82,14 @@ impl Formula {
         fault
     }
 
+    /// Shows every operation with its arguments at time `t`.
+    pub(super) fn watch(&self, t: f64, see: &mut dyn FnMut(Op, &[Jet])) {
+        self.run(t, &mut |op, arguments, _, _| {
+            see(op, arguments);
+            true
+        });
+    }
+
     /// Runs until `watch`, shown every operation with its arguments and result, says no.
     fn run(&self, t: f64, watch: &mut Watch<'_>) -> Jet {
         let mut stack: Vec<Jet> = Vec::with_capacity(8);

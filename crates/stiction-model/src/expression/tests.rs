@@ -115,6 +115,14 @@ fn depth_is_limited_and_length_is_not() {
     assert_eq!(value(&signs).unwrap().value, -1.0);
 }
 
+/// A formula of time that is a plain number.
+pub(super) fn formula(text: &str) -> Formula {
+    match in_time(text, &scope(), Measure::Number) {
+        Ok(TimeFormula::Changing(formula)) => formula,
+        other => panic!("{text}: {other:?}"),
+    }
+}
+
 /// `t` may be taken as a number or as a time, and the values are the same.
 #[test]
 fn time_reads_both_ways() {

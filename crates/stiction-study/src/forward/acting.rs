@@ -1,12 +1,13 @@
 //! Everything that acts on the mechanism from outside.
 
-use super::controller::{Controller, Told, Turns, by_actuators, translations};
+use super::controller::{Controller, Told, by_actuators};
 use super::guide::Guide;
 use super::job::{Feed, Job};
 use super::run::Error;
+use super::wanted::{Wanted, own_course};
 use stiction::dynamics::AppliedLoad;
 use stiction::forward::{Forward, Inputs, View};
-use stiction::kinematics::{Bodies, Coordinate, State, Target};
+use stiction::kinematics::{Bodies, State, Target};
 use stiction_model::Course;
 
 /// Time between updates of the drives of inverse dynamics where there is no controller, s.
@@ -36,10 +37,8 @@ pub(super) struct Acting<'a> {
     ways: Vec<Way<'a>>,
     /// Where prescribed actuators are.
     leader: Option<Guide<'a>>,
-    /// Where controllers want actuators to be.
-    guide: Option<Guide<'a>>,
-    wanted: Vec<Target<f64>>,
-    turns: Turns,
+    /// Where actuators that follow the motion are to be.
+    wanted: Wanted<'a>,
     controller: Option<Controller<'a>>,
     /// Efforts between two samples.
     kept: Vec<f64>,
@@ -75,7 +74,6 @@ impl<'a> Acting<'a> {
         bodies.move_with(forward.topology(), &state.rates);
         bodies.accelerate(forward.topology(), &state.accelerations);
         let actuators: Vec<_> = forward.mechanism().actuators().collect();
-        let guide = Guide::new(job)?;
         let ways: Vec<Way<'a>> = prescribed(job)
             .into_iter()
             .map(|actuator| {
@@ -83,13 +81,11 @@ impl<'a> Acting<'a> {
                 if job.locked.contains(&actuator) {
                     return Way::Stays(forward.joint_coordinate(state, &bodies, joint, freedom));
                 }
-                let own = Coordinate::Joint { joint, freedom };
-                let courses = job.motion.iter().flat_map(|motion| &motion.coordinates);
-                let mut own_course = courses.filter(|(coordinate, _)| *coordinate == own);
-                own_course.next().map_or(Way::Guide(actuator), |(_, course)| Way::Course(course))
+                own_course(job, forward, actuator).map_or(Way::Guide(actuator), Way::Course)
             })
             .collect();
-        let leader = guide.clone().filter(|_| ways.iter().any(|w| matches!(w, Way::Guide(_))));
+        let is_led = ways.iter().any(|way| matches!(way, Way::Guide(_)));
+        let leader = if is_led { Guide::new(job)? } else { None };
         let controller = match job.control {
             Some(control) => Some(Controller::new(job, control, forward, (state, &bodies))?),
             None => None,
@@ -99,22 +95,18 @@ impl<'a> Acting<'a> {
             None if matches!(job.drives, Feed::Inverse) => Some(UPDATE),
             None => None,
         };
-        let zero = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
-        // Where it is wanted counts on from where it is.
-        let mut turns = Turns::new(translations(forward).iter().map(|t| !t).collect());
-        for (last, (joint, freedom)) in turns.last_mut().iter_mut().zip(&actuators) {
-            *last = forward.joint_coordinate(state, &bodies, *joint, *freedom);
-        }
+        let starts = actuators
+            .iter()
+            .map(|(joint, freedom)| forward.joint_coordinate(state, &bodies, *joint, *freedom));
+        let wanted = Wanted::new(job, forward, &starts.collect::<Vec<_>>())?;
         Ok(Self {
             forward,
             job,
             ways,
             leader,
-            guide: guide.filter(|_| job.follows()),
             stopped,
             is_stopped: false,
-            wanted: vec![zero; actuators.len()],
-            turns,
+            wanted,
             controller,
             kept: vec![0.0; actuators.len()],
             samples: 0,
@@ -141,7 +133,7 @@ impl<'a> Acting<'a> {
     pub(super) fn memory(&self) -> Vec<f64> {
         let mut numbers = vec![self.samples as f64];
         numbers.extend_from_slice(&self.kept);
-        numbers.extend_from_slice(self.turns.last());
+        numbers.extend(self.wanted.memory());
         numbers.extend(self.controller.iter().flat_map(Controller::memory));
         numbers
     }
@@ -155,15 +147,14 @@ impl<'a> Acting<'a> {
         let count = self.kept.len();
         let (first, rest) = numbers.split_first()?;
         let (kept, rest) = rest.split_at_checked(count)?;
-        let (turns, rest) = rest.split_at_checked(count)?;
+        let rest = self.wanted.remember(rest)?;
         if !(0.0..=COUNTABLE).contains(first) {
             return None;
         }
         self.samples = *first as usize;
         self.kept.copy_from_slice(kept);
-        self.turns.last_mut().copy_from_slice(turns);
         if let Some(controller) = &mut self.controller {
-            if rest.len() != count && rest.len() != 2 * count {
+            if !rest.is_empty() && rest.len() != count {
                 return None;
             }
             let model = by_actuators(self.job.model, self.forward, (state, bodies)).ok();
@@ -174,21 +165,13 @@ impl<'a> Acting<'a> {
 
     /// Follows the motion without being asked for anything.
     pub(super) fn walk(&mut self, time: f64) -> Result<(), Error> {
-        for guide in [&mut self.guide, &mut self.leader].into_iter().flatten() {
-            guide.go_to(time)?;
-        }
-        Ok(())
+        self.wanted.walk(time)?;
+        self.leader.as_mut().map_or(Ok(()), |leader| leader.go_to(time))
     }
 
-    /// Where actuators are wanted, if something follows the motion.
-    pub(super) fn wanted_at(&mut self, time: f64) -> Result<Option<&[Target<f64>]>, Error> {
-        let Some(guide) = &mut self.guide else { return Ok(None) };
-        guide.go_to(time)?;
-        guide.actuators(self.forward, &mut self.wanted);
-        for (index, wanted) in self.wanted.iter_mut().enumerate() {
-            wanted.value = self.turns.follow(index, wanted.value);
-        }
-        Ok(Some(&self.wanted))
+    /// Where actuators are wanted; zeros for those that follow nothing.
+    pub(super) fn wanted_at(&mut self, time: f64) -> Result<&[Target<f64>], Error> {
+        self.wanted.at(self.forward, time)
     }
 
     fn given_at(&self, time: f64, efforts: &mut [f64]) {
@@ -203,13 +186,13 @@ impl<'a> Acting<'a> {
         let (time, forward) = (view.time, self.forward);
         let mut feed = vec![0.0; self.kept.len()];
         let mut friction = vec![0.0; self.kept.len()];
-        self.wanted_at(time)?;
+        let wanted = self.wanted.at(forward, time)?.to_vec();
         let with_friction = self
             .job
             .control
             .is_some_and(|control| control.friction == stiction_model::FrictionFeed::Reference);
-        if let Some(guide) = &mut self.guide
-            && (with_friction || matches!(self.job.drives, Feed::Inverse))
+        if (with_friction || matches!(self.job.drives, Feed::Inverse))
+            && let Some(guide) = self.wanted.guide()
         {
             let (with, without) = guide.drives()?;
             for (index, (with, without)) in with.iter().zip(without).enumerate() {
@@ -224,17 +207,11 @@ impl<'a> Acting<'a> {
             self.kept = feed;
             return Ok(());
         };
-        let actual: Vec<(f64, f64)> = forward
-            .mechanism()
-            .actuators()
-            .enumerate()
-            .map(|(index, (joint, freedom))| {
-                let value = forward.joint_coordinate(view.state, view.bodies, joint, freedom);
-                (value, view.actuator_rate(index))
-            })
+        let actual: Vec<(f64, f64)> = (0..self.kept.len())
+            .map(|index| (view.actuator_coordinate(index), view.actuator_rate(index)))
             .collect();
         let loads: Vec<AppliedLoad<f64>> = self.job.load.at(time).collect();
-        let (wanted, feed, friction) = (&self.wanted, &feed, &friction);
+        let (wanted, feed, friction) = (&wanted, &feed, &friction);
         let told = Told { time, actual: &actual, wanted, feed, friction, loads: &loads };
         self.kept = controller.sample(&told)?;
         Ok(())
@@ -305,6 +282,28 @@ impl Inputs for Acting<'_> {
             (Feed::Inverse, None) => false,
         };
         if loads && efforts && !self.is_stopped { f64::INFINITY } else { time }
+    }
+
+    fn seen_until(&self, time: f64) -> f64 {
+        let wrenches = &self.job.load.wrenches;
+        let loads = wrenches.iter().flat_map(|w| w.force.iter().chain(&w.moment));
+        let efforts: &[(usize, Course)] = match (self.job.drives, self.period) {
+            (Feed::Given(drives), None) => &drives.efforts,
+            // They are kept between samples.
+            _ => &[],
+        };
+        let own = self.ways.iter().filter_map(|way| match way {
+            Way::Course(course) => Some(*course),
+            Way::Guide(_) | Way::Stays(_) => None,
+        });
+        let motion = self.leader.as_ref().and(self.job.motion);
+        let whole = motion.iter().flat_map(|motion| &motion.coordinates);
+        loads
+            .chain(efforts.iter().map(|(_, course)| course))
+            .chain(whole.map(|(_, course)| course))
+            .chain(own)
+            .map(|course| course.seen_until(time))
+            .fold(f64::INFINITY, f64::min)
     }
 
     fn change(&mut self, view: &View<'_>) {

@@ -2,43 +2,10 @@
 
 use super::job::Job;
 use super::run::Error;
-use std::f64::consts::TAU;
 use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction::forward::Forward;
-use stiction::joint::Motion;
 use stiction::kinematics::{Bodies, Coordinate, State, Target};
 use stiction_model::{Control, ControlType, FrictionFeed, Model};
-
-/// Counts angles on over half turns.
-#[derive(Clone, Debug)]
-pub(super) struct Turns {
-    rotates: Vec<bool>,
-    last: Vec<f64>,
-}
-
-impl Turns {
-    pub(super) fn new(rotates: Vec<bool>) -> Self {
-        Self { last: vec![0.0; rotates.len()], rotates }
-    }
-
-    /// The last values.
-    pub(super) fn last(&self) -> &[f64] {
-        &self.last
-    }
-
-    /// The last values, from which it counts on.
-    pub(super) fn last_mut(&mut self) -> &mut [f64] {
-        &mut self.last
-    }
-
-    /// The value, whole turns from what is given, that is nearest to the last.
-    pub(super) fn follow(&mut self, index: usize, value: f64) -> f64 {
-        let last = self.last[index];
-        let turns = if self.rotates[index] { ((last - value) / TAU).round() } else { 0.0 };
-        self.last[index] = value + TAU * turns;
-        self.last[index]
-    }
-}
 
 /// A controller at work.
 #[derive(Clone, Debug)]
@@ -48,7 +15,6 @@ pub(super) struct Controller<'a> {
     gains: Vec<(f64, f64)>,
     /// Inverse dynamics by the actuators' coordinates.
     model: Option<InverseDynamics>,
-    measured: Turns,
     /// The positions that were measured last.
     before: Option<Vec<f64>>,
 }
@@ -56,7 +22,7 @@ pub(super) struct Controller<'a> {
 /// What a controller is told at a sample.
 pub(super) struct Told<'a> {
     pub(super) time: f64,
-    /// Positions and rates of all actuators as they are.
+    /// Positions and rates of all actuators as they are, angles counted on over full turns.
     pub(super) actual: &'a [(f64, f64)],
     /// Where they should be.
     pub(super) wanted: &'a [Target<f64>],
@@ -76,8 +42,6 @@ impl<'a> Controller<'a> {
         forward: &Forward,
         (state, bodies): (&State<f64>, &Bodies<f64>),
     ) -> Result<Self, Error> {
-        let translates = translations(forward);
-        let measured = Turns::new(translates.iter().map(|t| !t).collect());
         let wants_gains =
             |c: &stiction_model::Channel| c.proportional.is_none() || c.derivative.is_none();
         let pd = control.control == ControlType::Pd;
@@ -88,7 +52,7 @@ impl<'a> Controller<'a> {
         };
         let (omega, zeta) = (control.bandwidth, control.damping);
         let mut gains = vec![(omega * omega, 2.0 * zeta * omega); control.channels.len()];
-        let mut controller = Self { control, gains: Vec::new(), model, measured, before: None };
+        let mut controller = Self { control, gains: Vec::new(), model, before: None };
         if pd {
             let masses = controller.masses()?;
             for ((gains, channel), mass) in gains.iter_mut().zip(&control.channels).zip(masses) {
@@ -107,16 +71,12 @@ impl<'a> Controller<'a> {
 
     /// What it remembers, as numbers.
     pub(super) fn memory(&self) -> Vec<f64> {
-        let mut numbers = self.measured.last().to_vec();
-        numbers.extend(self.before.iter().flatten());
-        numbers
+        self.before.iter().flatten().copied().collect()
     }
 
     /// Remembers again; `model` is its own model where the mechanism is now.
     pub(super) fn remember(&mut self, numbers: &[f64], model: Option<InverseDynamics>) {
-        let (measured, before) = numbers.split_at(self.gains.len().min(numbers.len()));
-        self.measured.last_mut().copy_from_slice(measured);
-        self.before = (before.len() == self.gains.len()).then(|| before.to_vec());
+        self.before = (numbers.len() == self.gains.len()).then(|| numbers.to_vec());
         if let (Some(own), Some(mut model)) = (&mut self.model, model) {
             if self.control.friction == FrictionFeed::Measured {
                 model.settings_mut().friction = FrictionMode::Converged;
@@ -158,17 +118,11 @@ impl<'a> Controller<'a> {
     pub(super) fn sample(&mut self, told: &Told<'_>) -> Result<Vec<f64>, Error> {
         let control = self.control;
         let Told { time, actual, wanted, feed, friction, loads } = told;
-        let first = self.before.is_none();
         let mut positions = Vec::with_capacity(actual.len());
         let mut rates = Vec::with_capacity(actual.len());
         for (index, (value, rate)) in actual.iter().enumerate() {
-            if first {
-                // Counted from where it is wanted.
-                self.measured.last_mut()[index] = wanted[index].value;
-            }
-            let value = self.measured.follow(index, *value);
             let step = control.channels[index].resolution;
-            let value = if step > 0.0 { (value / step).round() * step } else { value };
+            let value = if step > 0.0 { (value / step).round() * step } else { *value };
             rates.push(match &self.before {
                 Some(before) if control.differences => (value - before[index]) / control.period,
                 None if control.differences => 0.0,
@@ -209,16 +163,6 @@ impl<'a> Controller<'a> {
         self.before = Some(positions);
         Ok(efforts)
     }
-}
-
-/// For each actuator whether it translates.
-pub(super) fn translations(forward: &Forward) -> Vec<bool> {
-    let mechanism = forward.mechanism();
-    let each = mechanism.actuators().map(|(joint, freedom)| {
-        let freedoms = mechanism.joints()[joint.0].joint_type.freedoms();
-        freedoms[freedom].motion == Motion::Translation
-    });
-    each.collect()
 }
 
 /// Inverse dynamics of the mechanism where it is now, prescribed by its actuators; without friction, unless

@@ -108,7 +108,7 @@ impl Curves {
             dashed,
         };
         let layout = &self.layout;
-        let follows = layout.wanted && !self.wanted.is_empty();
+        let follows = layout.wanted.contains(&true);
         let mut figures = Vec::new();
 
         let mut panels = Vec::new();
@@ -116,9 +116,9 @@ impl Curves {
         for (&freedom, trace) in self.drawn.iter().zip(self.positions).take(PANELS) {
             let freedom = &layout.freedoms[freedom];
             let mut lines = vec![line("position", trace, 0, false)];
-            if follows {
-                lines.extend(wanted.next().map(|wanted| line("wanted", wanted, 1, true)));
-            }
+            let wanted =
+                wanted.next().filter(|_| freedom.actuator.is_some_and(|a| layout.wanted[a]));
+            lines.extend(wanted.map(|wanted| line("wanted", wanted, 1, true)));
             let y_label = format!("{} [{}]", freedom.name, freedom.units()[0]);
             panels.push(Panel { y_label, lines });
         }
@@ -127,8 +127,9 @@ impl Curves {
             figures.push(("motion", Figure { title, x_label: x_label.clone(), panels }));
         }
         if follows {
-            let errors = self.errors.into_iter().zip(&layout.freedom_of_actuator).take(PANELS);
-            let panels = errors.map(|(trace, &freedom)| {
+            let errors = self.errors.into_iter().zip(&layout.freedom_of_actuator);
+            let errors = errors.zip(&layout.wanted).filter(|(_, wanted)| **wanted).take(PANELS);
+            let panels = errors.map(|((trace, &freedom), _)| {
                 let freedom = &layout.freedoms[freedom];
                 let y_label = format!("{} [m{}]", freedom.name, freedom.units()[0]);
                 Panel { y_label, lines: vec![line("error", trace, 1, false)] }

@@ -73,6 +73,13 @@ impl Job<'_> {
         let feeds = matches!(self.drives, Feed::Inverse);
         self.control.is_some() || feeds || !self.prescribed.is_empty()
     }
+
+    /// For each actuator whether something has it follow the motion.
+    pub fn followers(&self) -> Vec<bool> {
+        let all = self.control.is_some() || matches!(self.drives, Feed::Inverse);
+        let count = self.model.mechanism.actuators().count();
+        (0..count).map(|actuator| all || self.prescribed.contains(&actuator)).collect()
+    }
 }
 
 /// The model as it is simulated: with or without friction, and with locks, which are actuators, on these

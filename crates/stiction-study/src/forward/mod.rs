@@ -13,6 +13,7 @@ mod start;
 mod summary;
 mod tables;
 mod terminal;
+mod wanted;
 
 pub use figures::Curves;
 pub use job::{Feed, Job, Start, arrange};

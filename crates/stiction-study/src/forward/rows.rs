@@ -58,8 +58,8 @@ impl Freedom {
 pub struct Layout {
     pub(crate) names: Names,
     pub(crate) freedoms: Vec<Freedom>,
-    /// Whether something follows a motion.
-    pub(crate) wanted: bool,
+    /// For each actuator whether it follows a motion.
+    pub(crate) wanted: Vec<bool>,
     /// For each contact whether its sliding has one direction, and so a sign.
     pub(crate) signed: Vec<bool>,
     /// For each actuator its freedom.
@@ -92,8 +92,8 @@ const CONTACT: [&str; 6] =
     ["speed [m/s]", "load [N]", "friction [N]", "limit [N]", "power [W]", "sticks"];
 
 impl Layout {
-    /// The columns of a mechanism; `wanted` says whether something follows a motion.
-    pub fn new(mechanism: &Mechanism, wanted: bool) -> Self {
+    /// The columns of a mechanism; `wanted` says of each actuator whether it follows a motion.
+    pub fn new(mechanism: &Mechanism, wanted: Vec<bool>) -> Self {
         let freedoms = freedoms_of(mechanism);
         let place = |actuator: usize| freedoms.iter().position(|f| f.actuator == Some(actuator));
         let freedom_of_actuator: Vec<usize> =
@@ -129,7 +129,7 @@ impl Layout {
             if let Some(actuator) = freedom.actuator {
                 let (name, unit) = &self.names.drives[actuator];
                 header.push(format!("{name}.drive [{unit}]"));
-                if self.wanted {
+                if self.wanted[actuator] {
                     header.push(format!("{}.wanted [{}]", freedom.name, units[0]));
                 }
             }
@@ -186,8 +186,7 @@ impl Layout {
 
     /// Where in a row of `forward.csv` a freedom's numbers begin.
     fn place(&self, freedom: usize) -> usize {
-        let width =
-            |f: &Freedom| 3 + if f.actuator.is_some() { 1 + usize::from(self.wanted) } else { 0 };
+        let width = |f: &Freedom| 3 + f.actuator.map_or(0, |a| 1 + usize::from(self.wanted[a]));
         self.freedoms[..freedom].iter().map(width).sum()
     }
 
@@ -200,7 +199,7 @@ impl Layout {
     /// The effort of an actuator, and where it is wanted.
     pub(crate) fn drive_in(&self, row: &[f64], actuator: usize) -> (f64, Option<f64>) {
         let at = self.place(self.freedom_of_actuator[actuator]) + 3;
-        (row[at], self.wanted.then(|| row[at + 1]))
+        (row[at], self.wanted[actuator].then(|| row[at + 1]))
     }
 }
 
@@ -245,7 +244,7 @@ impl Scribe {
             row.extend([motion.value, motion.rate, motion.acceleration]);
             if let Some(actuator) = freedom.actuator {
                 row.push(now.drives[actuator]);
-                row.extend(sample.wanted.map(|wanted| wanted[actuator].value));
+                row.extend(layout.wanted[actuator].then(|| sample.wanted[actuator].value));
             }
         }
         row.push(sample.closure);

@@ -1,7 +1,7 @@
 //! A simulation carried out.
 
 use super::acting::{Acting, prescribed};
-use super::controller::{Turns, by_actuators};
+use super::controller::by_actuators;
 use super::job::{Feed, Job};
 use super::rows::freedoms_of;
 use super::start;
@@ -26,8 +26,8 @@ pub struct Sample<'a> {
     pub energy_error: f64,
     /// How all scalar freedoms of joints move; angles counted on over full turns.
     pub joints: &'a [Target<f64>],
-    /// Where actuators are wanted, if something follows the motion.
-    pub wanted: Option<&'a [Target<f64>]>,
+    /// Where actuators are wanted; zeros for those that follow nothing.
+    pub wanted: &'a [Target<f64>],
     /// The loads from outside.
     pub loads: &'a [AppliedLoad<f64>],
     /// The largest loop-closure error, m (angles times the characteristic length).
@@ -43,8 +43,6 @@ pub struct Mark {
     pub simulation: Vec<f64>,
     /// What controllers and other inputs remember.
     pub inputs: Vec<f64>,
-    /// Coordinates of joints, angles counted on over full turns.
-    pub joints: Vec<f64>,
     /// What happened so far.
     pub events: Vec<Event>,
 }
@@ -210,7 +208,6 @@ impl Job<'_> {
         let rates_changed = simulation.dropped() > CHANGED;
         let invertible = by_actuators(self.model, &forward, (&now.state, &now.bodies)).is_ok();
         let freedoms = freedoms_of(&self.model.mechanism);
-        let mut turns = Turns::new(freedoms.iter().map(|freedom| !freedom.translates).collect());
         let mut joints = Vec::with_capacity(freedoms.len());
         let mut wanted = Vec::new();
         let mut ending = Ending::Reached;
@@ -218,13 +215,12 @@ impl Job<'_> {
         let mut before = Vec::new();
         if let Some(mark) = mark {
             (done, last) = (mark.samples, simulation.instant().time);
-            turns.last_mut().copy_from_slice(&mark.joints);
             before.clone_from(&mark.events);
         }
         // Without events, and how many of these there were.
         let mut kept: Option<(Mark, usize)> = None;
         let (mut redundant, mut open_drives) = (0, 0);
-        for (k, time) in instants.iter().enumerate().skip(done) {
+        for time in instants.iter().skip(done) {
             acting.go_to(time);
             let advanced = self
                 .check(time)
@@ -232,13 +228,10 @@ impl Job<'_> {
                     let moved = simulation.advance(time, &mut acting);
                     moved.map_err(Error::Forward)
                 })
-                .and_then(|()| match acting.wanted_at(time)? {
-                    None => Ok(()),
-                    Some(now) => {
-                        wanted.clear();
-                        wanted.extend_from_slice(now);
-                        Ok(())
-                    }
+                .and_then(|()| {
+                    wanted.clear();
+                    wanted.extend_from_slice(acting.wanted_at(time)?);
+                    Ok(())
                 });
             if acting.is_stopped || (stopped() && done > 0) {
                 ending = Ending::Interrupted;
@@ -254,15 +247,7 @@ impl Job<'_> {
             }
             let now = simulation.instant();
             joints.clear();
-            for (index, freedom) in freedoms.iter().enumerate() {
-                let (joint, own) = (freedom.joint, freedom.index);
-                let mut motion = forward.joint_motion(&now.state, &now.bodies, joint, own);
-                if k == 0 {
-                    turns.last_mut()[index] = motion.value;
-                }
-                motion.value = turns.follow(index, motion.value);
-                joints.push(motion);
-            }
+            joints.extend(freedoms.iter().map(|f| simulation.joint_motion(f.joint, f.index)));
             let loads: Vec<AppliedLoad<f64>> = self.load.at(time).collect();
             let sample = Sample {
                 forward: &forward,
@@ -270,7 +255,7 @@ impl Job<'_> {
                 energies: simulation.energies(),
                 energy_error: simulation.energy_error(),
                 joints: &joints,
-                wanted: (!wanted.is_empty()).then_some(wanted.as_slice()),
+                wanted: &wanted,
                 loads: &loads,
                 closure: forward.closure_error(&now.bodies),
             };
@@ -283,7 +268,6 @@ impl Job<'_> {
                 samples: done,
                 simulation: simulation.checkpoint().numbers,
                 inputs: acting.memory(),
-                joints: turns.last().to_vec(),
                 events: Vec::new(),
             };
             let make = || {

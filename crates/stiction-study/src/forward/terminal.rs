@@ -78,7 +78,7 @@ fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     }
     let names = &layout.names.drives;
     let wide = width(names.iter().map(|(name, _)| name.as_str()), 13);
-    let follows = layout.wanted;
+    let follows = layout.wanted.contains(&true);
     write!(out, "{:wide$}  {:>23}  {:>13}  {:>13}", "", "effort", "position", "rate")?;
     writeln!(
         out,
@@ -109,11 +109,13 @@ fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
             format!("{position} {place}"),
             format!("{rate} {speed}"),
         )?;
-        if follows {
+        if layout.wanted[k] {
             let error = &summary.errors[k];
             let small = if place == "m" { ("mm", 1e3) } else { ("mrad", 1e3) };
             let amount = |x: f64| format!("{} {}", number(x * small.1), small.0);
             write!(out, "  {:>12} {:>12}", amount(error.peak), amount(error.rms()))?;
+        } else if follows {
+            write!(out, "  {:>12} {:>12}", "-", "-")?;
         }
         writeln!(out, "  {unit}")?;
     }

@@ -210,7 +210,8 @@ impl Forward {
             ground;
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
-        let view = View { time: *time, state, bodies, topology, pitch: &parameters.pitch };
+        let pitch = &parameters.pitch;
+        let view = View { time: *time, state, bodies, topology, pitch, angles: &[] };
         efforts.clear();
         efforts.resize(topology.actuators.len(), 0.0);
         inputs.efforts(&view, efforts);

@@ -1,8 +1,9 @@
 //! What acts on a mechanism from outside, as functions of time and state.
 
+use super::simulation::Angle;
 use crate::dynamics::AppliedLoad;
 use crate::kinematics::{Bodies, State, Target};
-use crate::topology::{Link, Role, Topology};
+use crate::topology::Topology;
 
 /// What inputs may look at.
 #[derive(Clone, Copy)]
@@ -16,6 +17,8 @@ pub struct View<'a> {
     pub(super) topology: &'a Topology,
     /// Of each joint, m/rad; zero but for helical ones.
     pub(super) pitch: &'a [f64],
+    /// Counted on; none within a step.
+    pub(super) angles: &'a [Angle],
 }
 
 impl View<'_> {
@@ -25,11 +28,15 @@ impl View<'_> {
         self.bodies.joint_rates(self.topology, actuator.joint)[actuator.freedom]
     }
 
-    /// The coordinate of an actuator, rad or m; angles of joints that close a loop lie within half a
-    /// turn, but those of helical ones, which their advance tells.
+    /// The coordinate of an actuator, rad or m. In [`Inputs::change`] angles are counted on over full turns
+    /// since the start; elsewhere those of joints that close a loop lie within half a turn, but those of
+    /// helical ones, which their advance tells.
     pub fn actuator_coordinate(&self, actuator: usize) -> f64 {
         let actuator = self.topology.actuators[actuator];
         let at = (actuator.joint, actuator.freedom);
+        if let Some(angle) = self.angles.iter().find(|angle| (angle.joint, angle.freedom) == at) {
+            return angle.value;
+        }
         joint_coordinate((self.topology, self.pitch), self.state, self.bodies, at)
     }
 }
@@ -41,13 +48,10 @@ pub(super) fn joint_coordinate(
     bodies: &Bodies<f64>,
     (joint, freedom): (usize, usize),
 ) -> f64 {
-    if let Role::Tree { node } = topology.role[joint] {
-        let node = &topology.nodes[node];
-        if matches!(node.link, Link::Joint { .. })
-            && topology.joint_types[joint].has_scalar_coordinates()
-        {
-            return state.coordinates[node.coordinates.start + freedom];
-        }
+    if topology.joint_types[joint].has_scalar_coordinates()
+        && let Some(node) = topology.node_of(joint)
+    {
+        return state.coordinates[node.coordinates.start + freedom];
     }
     let relative = bodies.frame_j[joint].inverse() * bodies.frame_k[joint];
     let nearest = topology.joint_types[joint].nearest(relative, pitch[joint]).1;
@@ -81,6 +85,13 @@ pub trait Inputs {
     /// that they are not asked for where everything sticks. By default they may change at once.
     fn steady_until(&self, time: f64) -> f64 {
         time
+    }
+
+    /// Up to when, from `time` on, looks at a few instants tell what acts, s. No step goes further; what is shorter
+    /// than a step, and over between two looks, would be missed.
+    fn seen_until(&self, time: f64) -> f64 {
+        let _ = time;
+        f64::INFINITY
     }
 
     /// Called once at each such time, and at the start, with the state that it may sample.

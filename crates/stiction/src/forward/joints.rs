@@ -3,7 +3,6 @@
 use super::Forward;
 use crate::kinematics::{Bodies, State, Target};
 use crate::mechanism::JointId;
-use crate::topology::{Link, Node, Role};
 
 impl Forward {
     /// The coordinate of a joint's freedom, rad or m, where the tree and the bodies are like this. Angles
@@ -21,10 +20,8 @@ impl Forward {
         if !joint_type.has_scalar_coordinates() {
             return 0.0;
         }
-        if let Role::Tree { node } = topology.role[joint]
-            && let Node { link: Link::Joint { .. }, coordinates, .. } = &topology.nodes[node]
-        {
-            let own = &state.coordinates[coordinates.clone()];
+        if let Some(node) = topology.node_of(joint) {
+            let own = &state.coordinates[node.coordinates.clone()];
             return own.get(freedom).copied().unwrap_or(0.0);
         }
         let relative = bodies.frame_j[joint].inverse() * bodies.frame_k[joint];

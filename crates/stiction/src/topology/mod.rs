@@ -241,6 +241,14 @@ impl Topology {
         signed(of_successor, 1.0).chain(signed(of_predecessor, -1.0)).collect()
     }
 
+    /// The node that a joint places; none if it closes a loop.
+    pub(crate) fn node_of(&self, joint: usize) -> Option<&Node> {
+        match self.role[joint] {
+            Role::Tree { node } => self.nodes.get(node),
+            Role::Cut { .. } => None,
+        }
+    }
+
     /// The nodes from a body up to the root of its tree.
     pub(crate) fn ancestors(&self, body: usize) -> Vec<usize> {
         let mut nodes = Vec::new();

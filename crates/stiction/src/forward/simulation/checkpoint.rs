@@ -23,7 +23,7 @@ pub struct Checkpoint {
 }
 
 /// The first number: what follows is in this order.
-const FORMAT: f64 = 3.0;
+const FORMAT: f64 = 4.0;
 
 /// No count comes near it; what is beyond is no count of ours, and could not be counted on from.
 const COUNTABLE: f64 = 1e15;
@@ -161,6 +161,9 @@ impl<'a> Simulation<'a> {
         tape.numbers(&mut self.grips);
         tape.numbers(self.shares.iter_mut().flatten());
         tape.number(&mut self.overload);
+        for angle in &mut self.angles {
+            tape.numbers([&mut angle.value, &mut angle.rate, &mut angle.time]);
+        }
         let energies = &mut self.energies;
         tape.numbers(energies.drives.iter_mut().chain(&mut energies.contacts));
         tape.numbers([&mut energies.loads, &mut energies.dampers, &mut energies.turnover]);
@@ -229,6 +232,7 @@ impl Forward {
             distance: 0.0,
             gives_way: None,
         };
+        let angles = self.angles(0.0, &now.state, &now.bodies);
         let mut simulation = Simulation {
             model: self,
             settings,
@@ -240,6 +244,7 @@ impl Forward {
             grips: vec![1.0; contacts],
             shares: vec![[0.0; 3]; contacts],
             overload: 1.0,
+            angles,
             energies: Energies { drives, contacts: each, ..Energies::default() },
             energy_at_start: 0.0,
             fastest: 0.0,

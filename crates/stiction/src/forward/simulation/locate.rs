@@ -13,6 +13,14 @@ pub(super) const LET_GO: f64 = 1e-9;
 /// it: stages are less accurate than steps, but not by that much.
 const FAR_FROM_LIMIT: f64 = 0.01;
 
+/// Between looks at friction that holds its part of the limit may dip by less than this: an eighth of a turn of a
+/// sine about its peak, or a kink.
+const DEEPEST_DIP: f64 = 0.3;
+/// The slope at a look is that of so much of the way to the next.
+const BESIDE: f64 = 1e-4;
+/// The least value of a dip is found to 0.618^30 = 5e-7 of the way, and so to its square where it is smooth.
+const DIP_SECTIONS: usize = 30;
+
 /// What a step ended with.
 pub(super) enum Ending {
     /// Nothing happened.
@@ -188,10 +196,10 @@ impl Simulation<'_> {
                 true => self.least_margin(arrived),
                 false => self.margin_within((time, step), part, &mut y, inputs)?,
             };
-            if value < 0.0 {
-                let fine = (4.0 * f64::EPSILON * (time + step).abs() / step).max(1e-12);
-                let margin = |part| self.margin_within((time, step), part, &mut y, inputs);
-                found = Some(crossing(low, (part, value), fine, margin)?);
+            let fine = (4.0 * f64::EPSILON * (time + step).abs() / step).max(1e-12);
+            let margin = |part| self.margin_within((time, step), part, &mut y, inputs);
+            found = falls_below(low, (part, value), fine, margin)?;
+            if found.is_some() {
                 break;
             }
             low = (part, value);
@@ -214,6 +222,55 @@ impl Simulation<'_> {
         self.room.spare(at);
         Ok(margin)
     }
+}
+
+/// Where a function that is positive at `low` first falls below zero up to `high`, if it does: the end beyond of an
+/// interval as short as `fine`. A dip between the two is found where the function bends one way.
+pub(super) fn falls_below(
+    low: (f64, f64),
+    high: (f64, f64),
+    fine: f64,
+    mut f: impl FnMut(f64) -> Result<f64, ForwardError>,
+) -> Result<Option<f64>, ForwardError> {
+    if high.1 < 0.0 {
+        return Ok(Some(crossing(low, high, fine, f)?));
+    }
+    let length = high.0 - low.0;
+    // At its limit from the start it does not dip: it goes or it stays.
+    if low.1 < LET_GO || low.1.min(high.1) > DEEPEST_DIP {
+        return Ok(None);
+    }
+    let beside = BESIDE * length;
+    let (mut left, mut right) = (low.0 + beside, high.0 - beside);
+    let (falls, rises) = ((f(left)? - low.1) / beside, (high.1 - f(right)?) / beside);
+    if falls >= 0.0 || rises <= 0.0 {
+        return Ok(None);
+    }
+    // A function that bends one way is not below its tangents, nor where these meet.
+    let meeting = (high.1 - low.1 - rises * length) / (falls - rises);
+    if low.1 + falls * meeting > 0.0 {
+        return Ok(None);
+    }
+    // The least value, by the golden section.
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    let inner = |left: f64, right: f64| right - GOLDEN * (right - left);
+    let mut middle = inner(left, right);
+    let mut least = f(middle)?;
+    for _ in 0..DIP_SECTIONS {
+        if least < 0.0 {
+            return Ok(Some(crossing(low, (middle, least), fine, f)?));
+        }
+        let other = left + right - middle;
+        let value = f(other)?;
+        let (near, far) = if value < least { (other, middle) } else { (middle, other) };
+        if far < near {
+            left = far
+        } else {
+            right = far
+        }
+        (middle, least) = (near, least.min(value));
+    }
+    Ok(None)
 }
 
 /// Where a function that is positive at `low` and negative at `high` falls below zero, by Illinois's rule: the end
@@ -279,4 +336,28 @@ fn root(mut low: (f64, f64), mut high: (f64, f64), mut f: impl FnMut(f64) -> f64
         }
     }
     0.5 * (low.0 + high.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where it falls below zero first, between looks at 0 and 1.
+    fn first(f: impl Fn(f64) -> f64) -> Option<f64> {
+        falls_below((0.0, f(0.0)), (1.0, f(1.0)), 1e-13, |x| Ok(f(x))).unwrap()
+    }
+
+    #[test]
+    fn a_dip_between_two_looks_is_found() {
+        // A parabola that is negative from 0.3 to 0.4 and one that is so by a hair about 0.7; a kink.
+        let roots = |a: f64, b: f64| move |x: f64| 0.5 * (x - a) * (x - b);
+        assert!((first(roots(0.3, 0.4)).unwrap() - 0.3).abs() < 1e-12);
+        assert!((first(roots(0.6999, 0.7001)).unwrap() - 0.6999).abs() < 1e-12);
+        assert!((first(|x: f64| 0.2 * (x - 0.61).abs() - 0.002).unwrap() - 0.6).abs() < 1e-12);
+        // It touches nothing, it falls all along, it rises all along.
+        assert_eq!(first(|x: f64| 0.2 * (x - 0.6).powi(2) + 1e-6), None);
+        assert_eq!(first(|x: f64| 0.2 - 0.1 * x), None);
+        assert_eq!(first(|x: f64| 0.1 + 0.1 * x), None);
+        assert!((first(|x: f64| 0.2 - x).unwrap() - 0.2).abs() < 1e-12);
+    }
 }

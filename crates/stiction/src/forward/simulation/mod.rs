@@ -17,6 +17,7 @@ mod singular;
 mod start;
 mod step;
 mod stepping;
+mod turns;
 mod wait;
 mod work;
 
@@ -24,10 +25,11 @@ pub use checkpoint::Checkpoint;
 pub use energies::Energies;
 pub use event::{Event, EventKind};
 pub use settings::{Method, Settings};
+pub(super) use turns::Angle;
 
 use super::Forward;
 use super::error::ForwardError;
-use super::inputs::{Inputs, View};
+use super::inputs::Inputs;
 use super::integrator::Steps;
 use super::project::Anchor;
 use crate::forward::evaluate::Instant;
@@ -50,6 +52,8 @@ pub struct Simulation<'a> {
     grips: Vec<f64>,
     shares: Vec<[f64; 3]>,
     overload: f64,
+    /// Of joints that close a loop.
+    angles: Vec<Angle>,
     energies: Energies,
     energy_at_start: f64,
     fastest: f64,
@@ -113,21 +117,27 @@ impl Simulation<'_> {
             let end = change.unwrap_or(until);
             while self.now.time < end {
                 self.go_on(end, inputs)?;
+                self.count_turns();
             }
             if change.is_some() {
-                let (state, bodies) = (&self.now.state, &self.now.bodies);
-                let topology = &self.model.topology;
-                let pitch = &self.model.parameters.pitch;
-                inputs.change(&View { time: end, state, bodies, topology, pitch });
+                inputs.change(&self.view());
                 if self.stepping.is_none() {
                     match self.heed_change(inputs) {
                         Err(error) if self.may_step(&error) => self.begin_stepping(),
                         other => other?,
                     }
+                    // Rates may be others.
+                    self.count_turns();
                 }
             }
         }
         Ok(())
+    }
+
+    /// How long a step may be at most, so that it sees what acts.
+    fn longest_step(&self, time: f64, inputs: &dyn Inputs) -> f64 {
+        let seen = inputs.seen_until(time) - time;
+        self.settings.longest_step.min(seen).max(self.settings.shortest_step)
     }
 
     /// One step, by whichever method goes.

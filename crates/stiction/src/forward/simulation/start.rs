@@ -58,7 +58,15 @@ impl<'a> Simulation<'a> {
         let changed = size(&|k| wished[k] - state.rates[k]);
         let dropped = if largest > 0.0 { changed / largest } else { 0.0 };
         let (topology, pitch) = (&model.topology, &model.parameters.pitch[..]);
-        inputs.change(&View { time, state: &state, bodies: &bodies, topology, pitch });
+        let angles = model.angles(time, &state, &bodies);
+        inputs.change(&View {
+            time,
+            state: &state,
+            bodies: &bodies,
+            topology,
+            pitch,
+            angles: &angles,
+        });
         let mut ground = model.ground(time, state, &bristles, (&[], &[]), inputs);
         model.can_go_on(&ground)?;
         let fastest = ground.velocities.iter().map(|v| norm(*v)).fold(asked, f64::max);
@@ -129,6 +137,7 @@ impl<'a> Simulation<'a> {
             grips,
             shares,
             overload,
+            angles,
             energies,
             fastest,
             fastest_rate: 0.0,

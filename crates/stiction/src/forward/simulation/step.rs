@@ -63,7 +63,7 @@ impl Simulation<'_> {
             Some(Approach::Nears { most }) => most,
             _ => f64::INFINITY,
         };
-        let longest = self.settings.longest_step;
+        let longest = self.longest_step(time, inputs);
         loop {
             let left = end - time;
             let mut step = self.step.min(longest).min(nearest).min(left);

@@ -114,7 +114,20 @@ impl Simulation<'_> {
     ) -> Result<Landed, ForwardError> {
         self.evaluations += 1;
         let model = self.model;
-        let leap = model.leap(time, step, from, (modes, bristles, near), inputs)?;
+        let mut leap = model.leap(time, step, from, (modes, bristles, near), inputs)?;
+        if let Some(stands) = self.stands_while_it_turns(modes, &leap) {
+            let near = &leap.frictions;
+            let held = model.leap(time, step, from, (&stands, bristles, near), inputs);
+            let stays = |leap: &Leap| {
+                let each = modes.iter().zip(&stands).zip(&leap.modes);
+                each.into_iter().any(|((a, b), after)| a != b && *after == Contact::Sticks)
+            };
+            if let Ok(held) = held
+                && stays(&held)
+            {
+                leap = held;
+            }
+        }
         let mut state = leap.state.clone();
         let targets = model.targets(time + step, inputs);
         let (anchors, mut frozen) = self.places_of(modes, &leap.modes);
@@ -138,6 +151,24 @@ impl Simulation<'_> {
             return Err(ForwardError::NotFinite { time, what: "a coordinate or a rate" });
         }
         Ok(Landed { leap, state, anchors, frozen })
+    }
+
+    /// What contacts do if those that turn back within a step are thought to stand: for an instant they do, and if
+    /// friction at rest holds them there they stay. None where friction at rest is no more than in sliding.
+    fn stands_while_it_turns(&self, modes: &[Contact], leap: &Leap) -> Option<Vec<Contact>> {
+        let mut stands = modes.to_vec();
+        for (contact, mode) in stands.iter_mut().enumerate() {
+            let (Contact::Slides(before), Contact::Slides(after)) = (*mode, leap.modes[contact])
+            else {
+                continue;
+            };
+            let turns = before.iter().zip(after).map(|(a, b)| a * b).sum::<f64>() < 0.0;
+            let law = law_of(&self.model.parameters.contacts[contact], after[0]);
+            if turns && law.at_rest() > law.coefficient(norm(leap.velocities[contact])) {
+                *mode = Contact::Sticks;
+            }
+        }
+        (stands != modes).then_some(stands)
     }
 
     /// Frozen freedoms where they were.
@@ -183,7 +214,7 @@ impl Simulation<'_> {
         let from = self.now.state.clone();
         let (modes, bristles) = (self.modes.clone(), self.bristles.clone());
         let shortest = self.settings.shortest_step.max(16.0 * f64::EPSILON * time.abs());
-        let longest = self.settings.longest_step;
+        let longest = self.longest_step(time, inputs);
         loop {
             let left = end - time;
             let mut step = stepping.step.min(longest).min(left);

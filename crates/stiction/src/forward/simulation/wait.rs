@@ -1,7 +1,7 @@
 //! Where everything sticks nothing is integrated: time passes until friction no longer holds.
 
 use super::Simulation;
-use super::locate::{Ending, crossing};
+use super::locate::{Ending, falls_below};
 use super::work::Work;
 use crate::forward::error::ForwardError;
 use crate::forward::evaluate::Instant;
@@ -35,22 +35,25 @@ impl Simulation<'_> {
         let mut y = self.list();
         self.pack_into(&mut y);
         let mut before = (time, self.least_margin(&self.now).max(f64::MIN_POSITIVE));
-        let mut done = 0.0;
         let mut ending = Ending::Smooth;
-        while done < count && matches!(ending, Ending::Smooth) {
-            done += 1.0;
-            let mut at = if done == count { end } else { time + done * piece };
-            let others = self.settings.look_for_others && done == count;
+        while before.0 < end && matches!(ending, Ending::Smooth) {
+            let most = piece.min(self.longest_step(before.0, inputs));
+            let mut at = before.0 + most;
+            if end - at < 0.01 * most {
+                at = end;
+            }
+            let others = self.settings.look_for_others && at == end;
             let mut instant = self.watch(at, &y, others, inputs)?;
             let margin = self.least_margin(&instant);
-            if margin < 0.0 {
-                let fine = (4.0 * f64::EPSILON * at.abs()).max(1e-12 * (at - before.0));
-                at = crossing(before, (at, margin), fine, |at| {
-                    let instant = self.watch(at, &y, false, inputs)?;
-                    let margin = self.least_margin(&instant);
-                    self.room.spare(instant);
-                    Ok(margin)
-                })?;
+            let fine = (4.0 * f64::EPSILON * at.abs()).max(1e-12 * (at - before.0));
+            let lets_go = falls_below(before, (at, margin), fine, |at| {
+                let instant = self.watch(at, &y, false, inputs)?;
+                let margin = self.least_margin(&instant);
+                self.room.spare(instant);
+                Ok(margin)
+            })?;
+            if let Some(lets_go) = lets_go {
+                at = lets_go;
                 self.room.spare(instant);
                 instant = self.watch(at, &y, self.settings.look_for_others, inputs)?;
                 ending = Ending::LetsGo;

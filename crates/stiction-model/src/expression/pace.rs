@@ -1,0 +1,151 @@
+//! How soon a formula does something that looks now and then would miss: turns of a sine, ramps, kinks, peaks.
+//!
+//! Whoever steps through time sees a formula at a few instants only. Each operation's arguments say, with their
+//! derivatives, when it does next what it is known for.
+
+use super::function::Function;
+use super::jet::Jet;
+use super::parse::Op;
+use super::run::Formula;
+use std::f64::consts::FRAC_PI_4;
+
+/// An exponential of less is nothing beside what else there is: e^-50 is 2e-22.
+const NOTHING: f64 = -50.0;
+/// Sigmoids do not change beyond: 1 - tanh 20 is 8e-18.
+const FLAT: f64 = 20.0;
+/// A ramp is looked at so many times.
+const LOOKS: f64 = 4.0;
+/// What happens within so much of the time itself, or of a second, has happened.
+const NOW: f64 = 1e-13;
+
+impl Formula {
+    /// The time up to which, from `t` on, looks at a few instants tell what the formula does, s.
+    pub(crate) fn seen_until(&self, t: f64) -> f64 {
+        let mut soonest = f64::INFINITY;
+        let now = NOW * t.abs().max(1.0);
+        self.watch(t, &mut |op, arguments| {
+            let within = within(op, arguments, now);
+            if within > now {
+                soonest = soonest.min(within);
+            }
+        });
+        t + soonest
+    }
+}
+
+/// How long an operation's result is seen, s; not more than `now` where nothing is known of it.
+fn within(op: Op, arguments: &[Jet], now: f64) -> f64 {
+    let argument = |k: usize| arguments.get(k).copied().unwrap_or(Jet::constant(0.0));
+    let a = argument(0);
+    match op {
+        // Poles lie where a divisor vanishes.
+        Op::Divide => 0.5 * until_zero(argument(1)),
+        Op::Power if argument(1).value < 0.0 => 0.5 * until_zero(a),
+        Op::Call(function, _) => match function {
+            Function::Sin | Function::Cos | Function::Tan => until_changed_by(a, FRAC_PI_4),
+            Function::Exp | Function::Sinh | Function::Cosh => {
+                let size = if function == Function::Exp { a } else { a.abs() };
+                until_steep(size, size.value - NOTHING)
+            }
+            Function::Tanh | Function::Atan | Function::Atan2 => {
+                let a = if function == Function::Atan2 { a / argument(1) } else { a };
+                until_steep(-a.abs(), FLAT - a.value.abs())
+            }
+            Function::Smooth => {
+                let along = (a - argument(1)) / (argument(2) - argument(1));
+                let from = until_zero(along);
+                let to = until_zero(along - Jet::constant(1.0));
+                let ends = [from, to].into_iter().filter(|end| *end > now);
+                let next = ends.fold(f64::INFINITY, f64::min);
+                let ramp = (0.0..1.0).contains(&along.value);
+                if ramp { next.min(until_changed_by(along, LOOKS.recip())) } else { next }
+            }
+            Function::Abs => until_zero(a),
+            Function::Min | Function::Max => {
+                let chosen = Function::apply(function, arguments);
+                let meetings = arguments.iter().map(|other| until_zero(chosen - *other));
+                let meetings = meetings.filter(|meeting| *meeting > now);
+                meetings.fold(f64::INFINITY, f64::min)
+            }
+            _ => f64::INFINITY,
+        },
+        _ => f64::INFINITY,
+    }
+}
+
+/// Until a number that goes towards zero is there if it goes on as it does, s; infinite where it does not.
+fn until_zero(x: Jet) -> f64 {
+    let until = -x.value / x.first;
+    if until > 0.0 { until } else { f64::INFINITY }
+}
+
+/// Until a number has changed by so much, by its rate and by its acceleration alone, s.
+fn until_changed_by(x: Jet, change: f64) -> f64 {
+    (change / x.first.abs()).min((2.0 * change / x.second.abs()).sqrt())
+}
+
+/// Where `size` is so far `above` the least that matters: until it has changed by one; below it until it matters.
+fn until_steep(size: Jet, above: f64) -> f64 {
+    if above >= 0.0 {
+        return until_changed_by(size, 1.0);
+    }
+    let by_rate = if size.first > 0.0 { -above / size.first } else { f64::INFINITY };
+    let by_acceleration =
+        if size.second > 0.0 { (-2.0 * above / size.second).sqrt() } else { f64::INFINITY };
+    // Until it changes by as much as all that is missing, or by one: what comes near comes slowly enough to be met.
+    by_rate.min(by_acceleration).max(until_changed_by(size, 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::expression::tests::formula;
+
+    /// From look to look, the greatest value that is seen up to `end`, and how many looks that takes.
+    fn most(text: &str, end: f64) -> (f64, usize) {
+        let formula = formula(text);
+        let (mut t, mut most, mut looks) = (0.0, 0.0_f64, 0);
+        while t < end {
+            most = most.max(formula.at(t).value.abs());
+            let next = formula.seen_until(t).min(end);
+            assert!(next > t, "{text} at {t}");
+            (t, looks) = (next, looks + 1);
+            assert!(looks < 10_000, "{text} at {t}");
+        }
+        (most, looks)
+    }
+
+    /// Each is zero but for what is over within 2 ms of 10 s, and reaches 1 there.
+    #[test]
+    fn what_is_short_is_seen() {
+        for text in [
+            "smooth(t, 7, 7.001) - smooth(t, 7.001, 7.002)",
+            "max(0, 1 - abs(t - 7)/0.001)",
+            "exp(-((t - 7)/0.0003)^2)",
+            "0.5*(tanh((t - 7)/0.0001) - tanh((t - 7.001)/0.0001))",
+            "1/(1 + ((t - 7)/0.0001)^2)",
+        ] {
+            let (most, looks) = most(text, 10.0);
+            assert!(most > 0.7, "{text}: {most}");
+            // Looks in a row as short as what is seen would be 5000.
+            assert!(looks < 300, "{text}: {looks}");
+        }
+    }
+
+    /// Eight looks a turn, however fast it has become.
+    #[test]
+    fn turns_are_seen() {
+        for (text, turns) in [("sin(2*pi*50*t)", 500.0), ("cos(2*pi*10*t^2)", 1000.0)] {
+            let (most, looks) = most(text, 10.0);
+            assert!(most > 0.9, "{text}: {most}");
+            let looks = looks as f64 / turns;
+            assert!((7.9..12.0).contains(&looks), "{text}: {looks}");
+        }
+    }
+
+    #[test]
+    fn what_is_smooth_for_ever_is_never_missed() {
+        for text in ["2*t + 1", "t^2", "smooth(t, -2, -1)", "abs(t + 1)"] {
+            assert_eq!(formula(text).seen_until(0.5), f64::INFINITY, "{text}");
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! Full turns of joints that close a loop: where bodies are tells an angle but for these.
+
+use super::Simulation;
+use crate::forward::Forward;
+use crate::forward::inputs::View;
+use crate::joint::Motion;
+use crate::kinematics::{Bodies, State, Target};
+use crate::mechanism::JointId;
+use std::f64::consts::TAU;
+
+/// An angle that is counted on over full turns.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::forward) struct Angle {
+    pub(in crate::forward) joint: usize,
+    pub(in crate::forward) freedom: usize,
+    /// rad.
+    pub(in crate::forward) value: f64,
+    /// rad/s.
+    pub(super) rate: f64,
+    /// When it was so, s.
+    pub(super) time: f64,
+}
+
+impl Forward {
+    /// The angles that are counted, as they are within half a turn.
+    pub(super) fn angles(&self, time: f64, state: &State<f64>, bodies: &Bodies<f64>) -> Vec<Angle> {
+        let topology = &self.topology;
+        let mut angles = Vec::new();
+        for (joint, joint_type) in topology.joint_types.iter().enumerate() {
+            if !joint_type.has_scalar_coordinates() || topology.node_of(joint).is_some() {
+                continue;
+            }
+            for (freedom, own) in joint_type.freedoms().iter().enumerate() {
+                if own.motion != Motion::Translation {
+                    let Target { value, rate, .. } =
+                        self.joint_motion(state, bodies, JointId(joint), freedom);
+                    angles.push(Angle { joint, freedom, value, rate, time });
+                }
+            }
+        }
+        angles
+    }
+}
+
+impl Simulation<'_> {
+    /// How a joint's freedom moves at present, see [`Forward::joint_motion`]; angles are counted on over full
+    /// turns since the start.
+    pub fn joint_motion(&self, joint: JointId, freedom: usize) -> Target<f64> {
+        let now = &self.now;
+        let mut motion = self.model.joint_motion(&now.state, &now.bodies, joint, freedom);
+        let own = |angle: &&Angle| (angle.joint, angle.freedom) == (joint.0, freedom);
+        if let Some(angle) = self.angles.iter().find(own) {
+            motion.value = angle.value;
+        }
+        motion
+    }
+
+    /// What inputs may look at between steps.
+    pub(super) fn view(&self) -> View<'_> {
+        let now = &self.now;
+        View {
+            time: now.time,
+            state: &now.state,
+            bodies: &now.bodies,
+            topology: &self.model.topology,
+            pitch: &self.model.parameters.pitch,
+            angles: &self.angles,
+        }
+    }
+
+    /// Counts on after each step: of all angles that look the same it is the one nearest to what the mean rate
+    /// leads to. Steps are so short that rates hardly bend within one, and half a turn is far.
+    pub(super) fn count_turns(&mut self) {
+        let (model, now) = (self.model, &self.now);
+        for angle in &mut self.angles {
+            let joint = JointId(angle.joint);
+            let motion = model.joint_motion(&now.state, &now.bodies, joint, angle.freedom);
+            let passed = now.time - angle.time;
+            let expected = angle.value + 0.5 * passed * (angle.rate + motion.rate);
+            angle.value = motion.value + TAU * ((expected - motion.value) / TAU).round();
+            angle.rate = motion.rate;
+            angle.time = now.time;
+        }
+    }
+}
