@@ -1,9 +1,11 @@
 //! Finding and reading models, motions and loads.
 
 use crate::failure::Failure;
+use crate::stored::StoredFile;
 use std::fs;
 use std::io::Read;
 use std::path::Path;
+use std::sync::Arc;
 use stiction_model::{
     Contents, Control, Drives, LoadCase, Model, Motion, Source, gallery, not_text,
 };
@@ -14,8 +16,11 @@ pub(crate) struct Found {
     pub(crate) model: Model,
 }
 
-/// The largest file that is read as a model, a motion or a load.
+/// The largest file that is read as a whole: as a model or a load, or through a pipe.
 const LARGEST: u64 = 1 << 30;
+/// Recordings longer than this, bytes, are read piece by piece; kept as a whole they take some five times
+/// as much memory.
+const LONG: u64 = 8 << 20;
 
 /// Finds a model by the name of a file or of one in the gallery.
 pub(crate) fn find(name: &str) -> Result<Found, Failure> {
@@ -85,6 +90,13 @@ fn beside(file: &str) -> Result<Contents, String> {
 
 /// What is in a file that a model or an option names, or why that cannot be read.
 fn contents(path: &Path) -> Result<Contents, String> {
+    let about = fs::metadata(path).map_err(|error| describe(&error))?;
+    let is_table = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    // What comes through a pipe cannot be read again.
+    if about.is_file() && about.len() > LONG && !is_table {
+        let stored = StoredFile::open(path, about.len()).map_err(|error| describe(&error))?;
+        return Ok(Contents::Stored(Arc::new(stored)));
+    }
     read_text(path).map(Contents::Whole)
 }
 
@@ -111,7 +123,7 @@ fn bounded(from: impl Read, most: u64) -> Result<String, String> {
         .map_err(|error| not_text(error.as_bytes(), error.utf8_error().valid_up_to(), (0, 0)))
 }
 
-fn describe(error: &std::io::Error) -> String {
+pub(crate) fn describe(error: &std::io::Error) -> String {
     match error.kind() {
         std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
         std::io::ErrorKind::PermissionDenied => "you may not read it".to_owned(),
