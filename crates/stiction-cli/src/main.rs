@@ -24,6 +24,7 @@ mod models;
 mod outputs;
 mod progress;
 mod sources;
+mod stored;
 mod study;
 
 use arguments::{Arguments, Command};

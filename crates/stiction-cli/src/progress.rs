@@ -13,7 +13,7 @@ const LINE_EVERY: Duration = Duration::from_secs(10);
 pub(crate) struct Progress {
     begun: Instant,
     told: Instant,
-    bar: Option<(&'static str, ProgressBar)>,
+    bar: Option<(String, ProgressBar)>,
     watched: bool,
     /// The step of something that is no motion that was told last.
     step: Option<usize>,
@@ -38,33 +38,44 @@ impl Progress {
 
     /// The same for what has a name.
     pub(crate) fn tell_samples(&mut self, phase: &'static str, done: usize, of: usize) {
+        self.tell_amount(phase, (done as u64, of as u64), "samples");
+    }
+
+    /// How much of a file has been read, bytes.
+    pub(crate) fn tell_bytes(&mut self, file: &str, done: u64, of: u64) {
+        const MEGA: u64 = 1_000_000;
+        self.tell_amount(&format!("reading {file}"), (done / MEGA, of.div_ceil(MEGA)), "MB");
+    }
+
+    fn tell_amount(&mut self, phase: &str, (done, of): (u64, u64), unit: &str) {
         if self.begun.elapsed() < PATIENCE {
             return;
         }
         if self.watched {
-            self.draw(phase, done, of);
+            self.draw(phase, (done, of), unit);
         } else if self.told.elapsed() > LINE_EVERY || self.told == self.begun {
             self.told = Instant::now();
-            tell!("{phase}: {done} of {of} samples");
+            tell!("{phase}: {done} of {of} {unit}");
         }
     }
 
-    fn draw(&mut self, phase: &'static str, done: usize, of: usize) {
-        let is_current = self.bar.as_ref().is_some_and(|(drawn, _)| *drawn == phase);
+    fn draw(&mut self, phase: &str, (done, of): (u64, u64), unit: &str) {
+        let is_current = self.bar.as_ref().is_some_and(|(drawn, _)| drawn == phase);
         if !is_current {
             self.clear();
-            let bar = ProgressBar::with_draw_target(Some(of as u64), ProgressDrawTarget::stderr());
-            let style = "{msg} [{bar:30}] {human_pos} of {human_len} samples, {eta} left";
+            let bar = ProgressBar::with_draw_target(Some(of), ProgressDrawTarget::stderr());
+            let style =
+                format!("{{msg}} [{{bar:30}}] {{human_pos}} of {{human_len}} {unit}, {{eta}} left");
             bar.set_style(
-                ProgressStyle::with_template(style)
+                ProgressStyle::with_template(&style)
                     .unwrap_or_else(|_| ProgressStyle::default_bar())
                     .progress_chars("=> "),
             );
-            bar.set_message(phase);
-            self.bar = Some((phase, bar));
+            bar.set_message(phase.to_owned());
+            self.bar = Some((phase.to_owned(), bar));
         }
         if let Some((_, bar)) = &self.bar {
-            bar.set_position(done as u64);
+            bar.set_position(done);
         }
     }
 
@@ -81,6 +92,13 @@ impl Progress {
         if let Some((_, bar)) = self.bar.take() {
             bar.finish_and_clear();
         }
+    }
+}
+
+/// Whatever ends a job, its bar goes.
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.clear();
     }
 }
 

@@ -1,10 +1,14 @@
 //! Finding and reading models, motions and loads.
 
 use crate::failure::Failure;
+use crate::stored::StoredFile;
 use std::fs;
 use std::io::Read;
 use std::path::Path;
-use stiction_model::{Control, Drives, LoadCase, Model, Motion, Source, gallery};
+use std::sync::Arc;
+use stiction_model::{
+    Contents, Control, Drives, LoadCase, Model, Motion, Source, gallery, not_text,
+};
 
 /// A model that was found.
 #[derive(Debug)]
@@ -12,8 +16,11 @@ pub(crate) struct Found {
     pub(crate) model: Model,
 }
 
-/// The largest file that is read as a model, a motion or a load.
+/// The largest file that is read as a whole: as a model or a load, or through a pipe.
 const LARGEST: u64 = 1 << 30;
+/// Recordings longer than this, bytes, are read piece by piece; kept as a whole they take some five times
+/// as much memory.
+const LONG: u64 = 8 << 20;
 
 /// Finds a model by the name of a file or of one in the gallery.
 pub(crate) fn find(name: &str) -> Result<Found, Failure> {
@@ -35,7 +42,7 @@ pub(crate) fn find(name: &str) -> Result<Found, Failure> {
             .help("give a model file, or a name from `stiction models`")
     })?;
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-    let files = |file: &str| read_text(&folder.join(file));
+    let files = |file: &str| contents(&folder.join(file));
     let model = stiction_model::read(&Source::new(name, text), &files)?;
     Ok(Found { model })
 }
@@ -46,8 +53,7 @@ fn standard_input() -> Result<Found, Failure> {
         Failure::input(format!("cannot read the model from standard input: {why}"))
             .help("give a model file, or a name from `stiction models`")
     })?;
-    let files = |file: &str| read_text(Path::new(file));
-    let model = stiction_model::read(&Source::new("standard input", text), &files)?;
+    let model = stiction_model::read(&Source::new("standard input", text), &beside)?;
     Ok(Found { model })
 }
 
@@ -77,6 +83,23 @@ pub(crate) fn near_command(name: &str) -> Option<&'static str> {
         .find(|command| strsim::damerau_levenshtein(command, name) <= 2)
 }
 
+/// What is in a file that is looked for where the user is.
+fn beside(file: &str) -> Result<Contents, String> {
+    contents(Path::new(file))
+}
+
+/// What is in a file that a model or an option names, or why that cannot be read.
+fn contents(path: &Path) -> Result<Contents, String> {
+    let about = fs::metadata(path).map_err(|error| describe(&error))?;
+    let is_table = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    // What comes through a pipe cannot be read again.
+    if about.is_file() && about.len() > LONG && !is_table {
+        let stored = StoredFile::open(path, about.len()).map_err(|error| describe(&error))?;
+        return Ok(Contents::Stored(Arc::new(stored)));
+    }
+    read_text(path).map(Contents::Whole)
+}
+
 /// The text of a file, or why there is none.
 fn read_text(path: &Path) -> Result<String, String> {
     let about = fs::metadata(path).map_err(|error| describe(&error))?;
@@ -97,33 +120,15 @@ fn bounded(from: impl Read, most: u64) -> Result<String, String> {
         return Err(format!("more than {:.1} GB comes out of it, the most", most as f64 / 1e9));
     }
     String::from_utf8(bytes)
-        .map_err(|error| not_text(error.as_bytes(), error.utf8_error().valid_up_to()))
+        .map_err(|error| not_text(error.as_bytes(), error.utf8_error().valid_up_to(), (0, 0)))
 }
 
-fn describe(error: &std::io::Error) -> String {
+pub(crate) fn describe(error: &std::io::Error) -> String {
     match error.kind() {
         std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
         std::io::ErrorKind::PermissionDenied => "you may not read it".to_owned(),
         _ => error.to_string(),
     }
-}
-
-/// Why bytes are no text, of which those before `at` are.
-fn not_text(bytes: &[u8], at: usize) -> String {
-    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return "it is text in UTF-16; save it in UTF-8".to_owned();
-    }
-    let before = &bytes[..at];
-    if before.contains(&0) || bytes[at..].iter().take(1000).any(|byte| *byte == 0) {
-        return format!("it is not a text file (byte {} is not)", at + 1);
-    }
-    let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
-    format!(
-        "it is not text in UTF-8: in line {line} byte {} is 0x{:02x}; if it is in an older encoding such as \
-         Latin-1, save it in UTF-8",
-        at + 1,
-        bytes[at]
-    )
 }
 
 impl Found {
@@ -133,9 +138,7 @@ impl Found {
         let known = || model.motions.iter().map(|(name, _)| name.as_str());
         match given {
             Some(text) => {
-                // Files named on the command line are looked for where the user is.
-                let files = |file: &str| read_text(Path::new(file));
-                let motion = model.parse_motion(&Source::new("--motion", text), &files)?;
+                let motion = model.parse_motion(&Source::new("--motion", text), &beside)?;
                 Ok((motion, label(text)))
             }
             None => {
@@ -163,20 +166,17 @@ impl Found {
 
     /// A motion of which only the first instant counts.
     pub(crate) fn state(&self, text: &str) -> Result<Motion, Failure> {
-        let files = |file: &str| read_text(Path::new(file));
-        Ok(self.model.parse_motion(&Source::new("--from", text), &files)?)
+        Ok(self.model.parse_motion(&Source::new("--from", text), &beside)?)
     }
 
     /// Efforts, with their name.
     pub(crate) fn drives(&self, text: &str) -> Result<(Drives, String), Failure> {
-        let files = |file: &str| read_text(Path::new(file));
-        Ok((self.model.parse_drives(&Source::new("--drives", text), &files)?, label(text)))
+        Ok((self.model.parse_drives(&Source::new("--drives", text), &beside)?, label(text)))
     }
 
     /// A controller, with its name.
     pub(crate) fn controller(&self, text: &str) -> Result<(Control, String), Failure> {
-        let files = |file: &str| read_text(Path::new(file));
-        Ok((self.model.parse_control(&Source::new("--controller", text), &files)?, label(text)))
+        Ok((self.model.parse_control(&Source::new("--controller", text), &beside)?, label(text)))
     }
 
     /// The load that the user asks for, or the model's default, or none, with its name.
@@ -184,8 +184,7 @@ impl Found {
         let model = &self.model;
         match given {
             Some(text) => {
-                let files = |file: &str| read_text(Path::new(file));
-                let load = model.parse_load(&Source::new("--load", text), &files)?;
+                let load = model.parse_load(&Source::new("--load", text), &beside)?;
                 Ok((load, label(text)))
             }
             None => match &model.default_load {
@@ -232,15 +231,5 @@ mod tests {
         assert_eq!(why, "more than 0.1 GB comes out of it, the most");
         assert_eq!(bounded(&b"abc"[..], 3).as_deref(), Ok("abc"));
         assert!(bounded(&b"abcd"[..], 3).is_err());
-    }
-
-    #[test]
-    fn what_is_no_text_is_told_with_its_place() {
-        let why = |bytes: &[u8]| bounded(bytes, 1000).unwrap_err();
-        assert!(why(b"a = 1\nb = 2 # \xe9 \nc").contains("line 2 byte 15 is 0xe9"));
-        assert!(why(b"\x7fELF\x02\0\0\xff").contains("not a text file (byte 8"));
-        for utf16 in [&b"\xff\xfea\0"[..], b"\xfe\xff\0a"] {
-            assert!(why(utf16).contains("UTF-16"));
-        }
     }
 }

@@ -2,8 +2,9 @@
 
 mod program;
 
-use program::{Folder, column, json};
+use program::{Folder, Said, column, json};
 use serde_json::Value;
+use std::process::{Command, Stdio};
 
 const TABLES: [&str; 5] =
     ["bodies.csv", "friction.csv", "inverse.csv", "reactions.csv", "summary.json"];
@@ -288,4 +289,54 @@ fn models_are_listed_and_printed() {
     let list = json(folder.stiction(&["models", "--json"]).succeeds());
     assert!(list.to_string().contains("slider-crank"));
     json(folder.stiction(&["schema"]).succeeds());
+}
+
+/// A recording of many bytes, most of them comments.
+fn long_recording(rows: usize) -> String {
+    let comment = "# ".to_owned() + &"-".repeat(1000);
+    let mut text = String::from("time [s],A [deg]\n");
+    for k in 0..rows {
+        let t = k as f64 * 0.01;
+        text += &format!("{t},{}\n{comment}\n", 60.0 + 0.125 * t);
+    }
+    text
+}
+
+/// A pipe cannot be read again.
+#[cfg(unix)]
+#[test]
+fn a_long_recording_is_the_same_in_pieces() {
+    let folder = Folder::new("long-recording");
+    let text = long_recording(9000);
+    assert!(text.len() > 8 << 20, "it is read as a whole");
+    folder.write("turn.csv", &text);
+    let arguments =
+        |motion| ["inverse", "four-bar", "--motion", motion, "--step", "0.1", "-o", "."];
+    folder.stiction(&arguments("turn.csv")).succeeds();
+    let pieces = folder.read("inverse.csv");
+    assert_eq!(pieces.lines().count(), 1 + 900);
+    let mut child = Command::new(env!("CARGO_BIN_EXE_stiction"))
+        .current_dir(&folder.0)
+        .args(arguments("/dev/stdin"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::io::Write::write_all(&mut child.stdin.take().unwrap(), text.as_bytes()).unwrap();
+    Said::from(child.wait_with_output().unwrap()).succeeds();
+    assert!(folder.read("inverse.csv") == pieces, "tables differ");
+}
+
+#[test]
+fn a_defect_at_the_end_of_a_long_recording_has_its_place() {
+    let folder = Folder::new("long-defect");
+    folder.write("turn.csv", &(long_recording(9000) + "0.5,3\n"));
+    let said = folder.stiction(&["inverse", "four-bar", "--motion", "turn.csv"]);
+    said.fails(2, &["turn.csv:18002:1", "time does not increase", "not later than the row above"]);
+    let mut bytes = long_recording(9000).into_bytes();
+    bytes.extend_from_slice(b"2,\xe9\n");
+    std::fs::write(folder.0.join("turn.csv"), bytes).unwrap();
+    let said = folder.stiction(&["inverse", "four-bar", "--motion", "turn.csv"]);
+    said.fails(2, &["--motion", "the file cannot be read: it is not text in UTF-8: in line 18002"]);
 }

@@ -117,6 +117,7 @@
 //!
 //! [`json_schema`] describes all keys for editors; the models of the [`gallery`] are examples.
 
+mod contents;
 mod course;
 mod diagnostic;
 mod document;
@@ -126,8 +127,11 @@ pub mod gallery;
 mod measure;
 mod model;
 mod read;
+mod recorded;
+mod samples;
 mod source;
 
+pub use contents::{Contents, Store, not_text};
 pub use course::Course;
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use fields::json_schema;
@@ -136,4 +140,5 @@ pub use model::{
     Motion,
 };
 pub use read::read;
+pub use samples::SampleTimes;
 pub use source::{Place, Source};

@@ -3,6 +3,7 @@
 use crate::course::Course;
 use crate::diagnostic::Diagnostics;
 use crate::read::Parameters;
+use crate::samples::SampleTimes;
 use stiction::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
 use stiction::kinematics::{Coordinate, Target};
 use stiction::mechanism::{BodyId, JointId, Mechanism};
@@ -61,7 +62,7 @@ pub struct Motion {
     /// Time between samples of the result, s, if the motion says so.
     pub step: Option<f64>,
     /// The instants of the samples from which it comes, s, strictly increasing.
-    pub samples: Option<Vec<f64>>,
+    pub samples: Option<SampleTimes>,
     /// The prescribed coordinates, each with its course in rad or m.
     pub coordinates: Vec<(Coordinate, Course)>,
     /// How the gaps between samples are filled, in words.
@@ -83,7 +84,7 @@ pub struct Drives {
     /// Efforts by the actuator's index ([`Mechanism::actuators`]), N or N m; the others exert none.
     pub efforts: Vec<(usize, Course)>,
     /// The instants of the samples from which they come, s, strictly increasing.
-    pub samples: Option<Vec<f64>>,
+    pub samples: Option<SampleTimes>,
     /// How the gaps between samples are filled, in words.
     pub interpolation: Option<String>,
 }

@@ -11,14 +11,33 @@ pub(crate) type Span = Range<usize>;
 pub struct Source {
     /// File name, or something like `--motion`.
     pub name: String,
-    /// The whole text.
+    /// The text; of a text that is read piece by piece, one piece of whole lines.
     pub text: String,
+    /// Where the piece begins.
+    begin: Begin,
+}
+
+/// What comes before a piece of a text.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Begin {
+    pub(crate) bytes: u64,
+    pub(crate) lines: usize,
 }
 
 impl Source {
     /// A text under a name.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
-        Self { name: name.into(), text: text.into() }
+        Self { name: name.into(), text: text.into(), begin: Begin::default() }
+    }
+
+    /// A piece of whole lines of a text.
+    pub(crate) fn piece(name: impl Into<String>, text: String, begin: Begin) -> Self {
+        Self { name: name.into(), text, begin }
+    }
+
+    /// What comes before it.
+    pub(crate) fn begin(&self) -> Begin {
+        self.begin
     }
 }
 
@@ -38,17 +57,17 @@ impl Place {
 
     /// Whether it stands for the text as a whole.
     pub(crate) fn is_whole(&self) -> bool {
-        self.span == (0..0)
+        self.span == (0..0) && self.source.begin.bytes == 0
     }
 
     /// Line and column of the first character; both count from 1, columns in characters.
     pub fn line_column(&self) -> (usize, usize) {
-        line_column(&self.source.text, self.span.start)
+        self.source.line_column(self.span.start)
     }
 
     /// Line and column just behind the last character.
     pub fn end_line_column(&self) -> (usize, usize) {
-        line_column(&self.source.text, self.span.end.max(self.span.start))
+        self.source.line_column(self.span.end.max(self.span.start))
     }
 }
 
@@ -61,12 +80,14 @@ pub(crate) fn boundary(text: &str, at: usize) -> usize {
     at
 }
 
-fn line_column(text: &str, at: usize) -> (usize, usize) {
-    let before = text.get(..boundary(text, at)).unwrap_or_default();
-    let line = before.bytes().filter(|&b| b == b'\n').count() + 1;
-    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
-    let column = before.get(start..).unwrap_or_default().trim_start_matches('\u{feff}');
-    (line, column.chars().count() + 1)
+impl Source {
+    fn line_column(&self, at: usize) -> (usize, usize) {
+        let before = self.text.get(..boundary(&self.text, at)).unwrap_or_default();
+        let line = before.bytes().filter(|&b| b == b'\n').count() + 1;
+        let start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        let column = before.get(start..).unwrap_or_default().trim_start_matches('\u{feff}');
+        (self.begin.lines + line, column.chars().count() + 1)
+    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use stiction::dynamics::LoadAxes;
 use stiction::kinematics::{AngleOrder, Coordinate, Target};
 use stiction::mechanism::{BodyId, JointId};
 use stiction::spatial::Vec3;
-use stiction_model::{Model, Motion, Source, read};
+use stiction_model::{Contents, Model, Motion, Source, read};
 
 const ROBOT: &str = r#"
 gravity = [0, 0, 0]
@@ -33,13 +33,13 @@ fn model(text: &str) -> Model {
 fn model_with(text: &str, files: &[(&str, &str)]) -> Model {
     let fetch = |name: &str| {
         let file = files.iter().find(|(known, _)| *known == name);
-        file.map(|(_, text)| (*text).to_owned()).ok_or_else(|| "no such file".to_owned())
+        file.map(|(_, text)| Contents::from(*text)).ok_or_else(|| "no such file".to_owned())
     };
     read(&Source::new("robot.toml", format!("{ROBOT}{text}")), &fetch)
         .unwrap_or_else(|diagnostics| panic!("{diagnostics}"))
 }
 
-fn no_files(_: &str) -> Result<String, String> {
+fn no_files(_: &str) -> Result<Contents, String> {
     Err("no files".to_owned())
 }
 
@@ -132,7 +132,8 @@ fn recordings_are_met_at_the_samples_and_between() {
     );
     let motion = model.motion("recorded").unwrap();
     assert_eq!((motion.start, motion.duration, motion.step), (0.0, 0.3, Some(0.001)));
-    assert_eq!(motion.samples.as_deref(), Some(&[0.0, 0.1, 0.2, 0.3][..]));
+    let samples: Vec<f64> = motion.samples.iter().flat_map(|samples| samples.iter()).collect();
+    assert_eq!(samples, [0.0, 0.1, 0.2, 0.3]);
     let order = AngleOrder::from_name("zyx").unwrap();
     assert_eq!(coordinates(motion)[2], Coordinate::Angle { body: PLATFORM, order, index: 0 });
     insta::assert_snapshot!(motion.interpolation.as_ref().unwrap());
@@ -158,8 +159,8 @@ fn motions_from_a_line() {
     let model = model("[motions.still]\nplatform.x = 0\n");
     let parse = |text: &str| {
         let files = |name: &str| match name {
-            "a.csv" => Ok(RECORDING.to_owned()),
-            "a.toml" => Ok("leg1.P = \"stroke\"\nduration = \"3 s\"".to_owned()),
+            "a.csv" => Ok(RECORDING.into()),
+            "a.toml" => Ok("leg1.P = \"stroke\"\nduration = \"3 s\"".into()),
             _ => Err("no such file".to_owned()),
         };
         model.parse_motion(&Source::new("--motion", text), &files)

@@ -6,7 +6,7 @@ use stiction_model::{Diagnostics, Model, Source, gallery, read};
 
 /// Reads and, whatever comes of it, renders the messages in all ways.
 fn attempt(text: &str) -> Result<Model, Diagnostics> {
-    let files = |_: &str| Ok("time, A\n0, 1\n1, 2\n".to_owned());
+    let files = |_: &str| Ok("time, A\n0, 1\n1, 2\n".into());
     let result = read(&Source::new("model.toml", text), &files);
     let diagnostics = match &result {
         Ok(model) => &model.warnings,

@@ -4,8 +4,6 @@
 use crate::given::{load_to_array, target_to_array};
 use crate::recipe::Counts;
 use crate::samples::Sample;
-use stiction::dynamics::AppliedLoad;
-use stiction::kinematics::{State, Target};
 
 impl Counts {
     /// Inputs but for those of a program's own.
@@ -14,30 +12,13 @@ impl Counts {
     }
 }
 
-/// Puts all numbers in the order of inputs, a piece at a time.
-#[inline]
-pub(crate) fn put_tree(
-    state: &State<f64>,
-    targets: &[Target<f64>],
-    loads: &[AppliedLoad<f64>],
-    mut put: impl FnMut(&[f64]),
-) {
-    put(&state.coordinates);
-    put(&state.rates);
-    put(&state.accelerations);
-    for target in targets {
-        put(&target_to_array(target));
-    }
-    for load in loads {
-        put(&load_to_array(load));
-    }
-}
-
 impl Sample {
     /// All its numbers.
     pub(crate) fn of_tree(&self) -> Vec<f64> {
-        let mut all = Vec::new();
-        put_tree(&self.state, &self.targets, &self.loads, |numbers| all.extend(numbers));
+        let Self { state, targets, loads } = self;
+        let mut all = [&state.coordinates[..], &state.rates, &state.accelerations].concat();
+        all.extend(targets.iter().flat_map(target_to_array));
+        all.extend(loads.iter().flat_map(load_to_array));
         all
     }
 }

@@ -1,6 +1,6 @@
 //! The instants at which a motion is sampled.
 
-use stiction_model::Motion;
+use stiction_model::{Motion, SampleTimes};
 use thiserror::Error;
 
 /// Time between samples where neither the motion nor the user says another, s.
@@ -17,13 +17,9 @@ pub struct Instants {
 #[derive(Clone, Debug, PartialEq)]
 enum Kind {
     /// `count` instants from `start`; the last is `start + span`; and one more after these, if `rest` says so.
-    Even {
-        start: f64,
-        span: f64,
-        count: usize,
-        rest: Option<f64>,
-    },
-    Listed(Vec<f64>),
+    Even { start: f64, span: f64, count: usize, rest: Option<f64> },
+    /// Those of a recording.
+    Recorded(SampleTimes),
 }
 
 /// Why there are no instants.
@@ -57,7 +53,7 @@ impl Instants {
     pub fn of(motion: &Motion, step: Option<f64>) -> Result<Self, InstantsError> {
         let step = step.or(motion.step);
         if let (None, Some(samples)) = (step, &motion.samples) {
-            return Ok(Self { kind: Kind::Listed(samples.clone()) });
+            return Ok(Self { kind: Kind::Recorded(samples.clone()) });
         }
         let step = step.unwrap_or(USUAL_STEP);
         if !(step > 0.0 && step.is_finite()) {
@@ -103,11 +99,12 @@ impl Instants {
     pub fn count(&self) -> usize {
         match &self.kind {
             Kind::Even { count, rest, .. } => *count + usize::from(rest.is_some()),
-            Kind::Listed(list) => list.len(),
+            Kind::Recorded(samples) => samples.count(),
         }
     }
 
-    /// Instant `k`, s; the last for any `k` beyond.
+    /// Instant `k`, s; the last for any `k` beyond. It is NaN if the motion is a recording that cannot be read
+    /// any more; whoever evaluates the motion there is told why.
     pub fn at(&self, k: usize) -> f64 {
         match &self.kind {
             Kind::Even { rest: Some(end), count, .. } if k >= *count => *end,
@@ -116,7 +113,7 @@ impl Instants {
                 let last = count.saturating_sub(1).max(1);
                 start + span * k.min(last) as f64 / last as f64
             }
-            Kind::Listed(list) => list.get(k).or(list.last()).copied().unwrap_or(0.0),
+            Kind::Recorded(samples) => samples.at(k),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Texts that are read and not run: model files, units, expressions, recordings, options.
 
 use std::sync::OnceLock;
-use stiction_model::{Course, Diagnostics, Model, Motion, Source, gallery, read};
+use stiction_model::{Contents, Course, Diagnostics, Model, Motion, Source, gallery, read};
 
 /// Messages in all ways in which they are given out.
 fn render(diagnostics: &Diagnostics) {
@@ -24,8 +24,8 @@ fn accepted<T>(result: Result<T, Diagnostics>) -> Option<T> {
 }
 
 /// Files that any text may name.
-pub(crate) fn files(_: &str) -> Result<String, String> {
-    Ok("time [s], A, leg1.P\n0, 1, 0.6\n0.5, 1.1, 0.61\n1, 2, 0.62\n".to_owned())
+pub(crate) fn files(_: &str) -> Result<Contents, String> {
+    Ok("time [s], A, leg1.P\n0, 1, 0.6\n0.5, 1.1, 0.61\n1, 2, 0.62\n".into())
 }
 
 /// The model that a text describes, if it does; its warnings are rendered.
@@ -121,10 +121,11 @@ pub fn recording(text: &str) {
         has_values(&motion);
         if let Some(samples) = &motion.samples {
             assert!(samples.iter().all(|t| t.is_finite()), "a time that is not finite");
-            assert!(samples.windows(2).all(|two| two[0] < two[1]), "times that do not increase");
+            let later = samples.iter().skip(1);
+            assert!(samples.iter().zip(later).all(|(a, b)| a < b), "times that do not increase");
         }
     }
-    let own = |_: &str| Ok(text.to_owned());
+    let own = |_: &str| Ok(text.into());
     if let Some(drives) = accepted(robot.parse_drives(&Source::new("--drives", "d.csv"), &own)) {
         drives.efforts.iter().for_each(|(_, course)| has_value(course, 0.3));
     }
@@ -133,7 +134,7 @@ pub fn recording(text: &str) {
 /// What stands behind `--motion`, `--from` and `--load`; and the same texts as TOML files.
 pub fn options(text: &str) {
     let robot = robot();
-    let own = |_: &str| Ok(text.to_owned());
+    let own = |_: &str| Ok(text.into());
     for source in [Source::new("--motion", text), Source::new("--motion", "m.toml")] {
         let files: &dyn Fn(&str) -> _ = if source.text == text { &files } else { &own };
         if let Some(motion) = accepted(robot.parse_motion(&source, files)) {
@@ -153,7 +154,7 @@ pub fn options(text: &str) {
 /// What stands behind `--drives` and `--controller`; and the same texts as TOML files.
 pub fn drives(text: &str) {
     let robot = robot();
-    let own = |_: &str| Ok(text.to_owned());
+    let own = |_: &str| Ok(text.into());
     for source in [Source::new("--drives", text), Source::new("--drives", "d.toml")] {
         if let Some(drives) = accepted(robot.parse_drives(&source, &own)) {
             drives.efforts.iter().for_each(|(_, course)| has_value(course, 0.25));

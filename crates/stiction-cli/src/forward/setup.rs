@@ -151,7 +151,9 @@ impl Setup {
                 .help("add one to the model as [motions.NAME], or give one: --motion \"...\""));
         }
         let recorded = match &self.drives.0 {
-            Efforts::Given(drives) => drives.samples.as_ref().and_then(|s| s.last()).copied(),
+            Efforts::Given(drives) => {
+                drives.samples.as_ref().and_then(|samples| samples.ends()).map(|(_, last)| last)
+            }
             Efforts::Inverse => None,
         };
         match (motion, recorded) {
@@ -240,7 +242,11 @@ fn refuse_idle(
 
 /// Recorded drives say nothing of times outside their samples.
 fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result<(), Failure> {
-    let Some([first, .., last]) = drives.samples.as_deref() else { return Ok(()) };
+    // One sample holds for ever.
+    let Some(samples) = drives.samples.as_ref().filter(|samples| samples.count() > 1) else {
+        return Ok(());
+    };
+    let Some((first, last)) = samples.ends() else { return Ok(()) };
     // Samples that are apart by rounding of decimal numbers are the same.
     let close = 1e-9 * (last - first);
     if from < first - close {

@@ -5,41 +5,41 @@
 
 use super::banded::Banded;
 use super::quintic;
-use super::windows::by_windows;
+use super::windows::{by_windows, is_long};
+use std::ops::Range;
 use std::sync::Arc;
 use stiction::kinematics::Target;
 
-/// What the samples give for one coordinate.
-#[derive(Clone, Debug)]
-pub(crate) enum Samples {
-    /// Values.
-    Values(Vec<f64>),
+/// What is given of a coordinate at each sample.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Given {
+    Values,
     /// Values and rates.
-    Rates(Vec<f64>, Vec<f64>),
+    Rates,
     /// Values, rates and accelerations.
-    Accelerations(Vec<f64>, Vec<f64>, Vec<f64>),
+    Accelerations,
 }
 
-impl Samples {
+impl Given {
     /// How the gaps are filled, in words.
-    pub(crate) fn describe(&self, count: usize) -> String {
+    pub(crate) fn describe(self, count: usize) -> String {
         match (self, count) {
-            (Self::Values(_), 0..=6) => format!(
+            (Self::Values, 0..=6) => format!(
                 "positions only: the polynomial of degree {} through all samples",
                 count.saturating_sub(1)
             ),
-            (Self::Values(_), _) => "positions only: quintic spline, continuous up to the fourth \
+            (Self::Values, _) => "positions only: quintic spline, continuous up to the fourth \
                  derivative; ends without a condition of their own (not-a-knot: the fifth derivative \
                  is continuous at the two samples next to each end)"
                 .to_owned(),
-            (Self::Rates(..), 0..=3) => format!(
+            (Self::Rates, 0..=3) => format!(
                 "positions and velocities: the polynomial of degree {} through all samples",
                 (2 * count).saturating_sub(1)
             ),
-            (Self::Rates(..), _) => "positions and velocities: quintic Hermite spline, continuous \
+            (Self::Rates, _) => "positions and velocities: quintic Hermite spline, continuous \
                  up to the third derivative (at the sample next to each end up to the fourth)"
                 .to_owned(),
-            (Self::Accelerations(..), _) => {
+            (Self::Accelerations, _) => {
                 "positions, velocities and accelerations: quintic between neighbouring samples, \
                  continuous up to the acceleration"
                     .to_owned()
@@ -48,52 +48,104 @@ impl Samples {
     }
 }
 
+/// The samples of one coordinate.
+#[derive(Clone, Debug)]
+pub(crate) struct Samples {
+    values: Vec<f64>,
+    rates: Option<Vec<f64>>,
+    accelerations: Option<Vec<f64>>,
+}
+
+impl Samples {
+    /// Values, rates and accelerations in this order, as far as they are given.
+    pub(crate) fn new(columns: impl IntoIterator<Item = Vec<f64>>) -> Self {
+        let mut columns = columns.into_iter();
+        Self {
+            values: columns.next().unwrap_or_default(),
+            rates: columns.next(),
+            accelerations: columns.next(),
+        }
+    }
+
+    fn given(&self) -> Given {
+        match (&self.rates, &self.accelerations) {
+            (None, _) => Given::Values,
+            (Some(_), None) => Given::Rates,
+            (Some(_), Some(_)) => Given::Accelerations,
+        }
+    }
+
+    fn part(&self, window: &Range<usize>) -> Self {
+        let part = |list: &Vec<f64>| list.get(window.clone()).unwrap_or_default().to_vec();
+        Self {
+            values: part(&self.values),
+            rates: self.rates.as_ref().map(part),
+            accelerations: self.accelerations.as_ref().map(part),
+        }
+    }
+
+    /// Value, rate and acceleration at every sample, from the equations of all of them.
+    pub(crate) fn knots(self, times: &[f64]) -> Vec<Target<f64>> {
+        let few = |degree_of_freedom: usize| degree_of_freedom * times.len() <= 6;
+        let target = |(value, (rate, acceleration))| Target { value, rate, acceleration };
+        let Self { values, rates, accelerations } = self;
+        let (rates, accelerations) = match (rates, accelerations) {
+            (Some(rates), Some(accelerations)) => (rates, accelerations),
+            (Some(rates), None) => {
+                let accelerations = if few(2) {
+                    let known = |i: usize| (values.get(i).copied(), rates.get(i).copied());
+                    times.iter().map(|&t| newton(times, known, t).1).collect()
+                } else {
+                    accelerations_for_rates(times, &values, &rates)
+                };
+                (rates, accelerations)
+            }
+            (None, _) if few(1) => {
+                let known = |i: usize| (values.get(i).copied(), None);
+                times.iter().map(|&t| newton(times, known, t)).unzip()
+            }
+            (None, _) => quintic::rates_and_accelerations(times, &values),
+        };
+        values.into_iter().zip(rates.into_iter().zip(accelerations)).map(target).collect()
+    }
+}
+
 /// A function that is a quintic between neighbouring samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Spline {
     times: Arc<[f64]>,
     knots: Vec<Target<f64>>,
+    /// Whether its windows did not agree.
+    is_stiff: bool,
 }
 
 impl Spline {
     /// The spline through `samples` at strictly increasing `times`, two at least.
     pub(crate) fn new(times: &Arc<[f64]>, samples: Samples) -> Self {
-        let few = |degree_of_freedom: usize| degree_of_freedom * times.len() <= 6;
-        let target = |(value, (rate, acceleration))| Target { value, rate, acceleration };
-        let (values, rates, accelerations) = match samples {
-            Samples::Accelerations(values, rates, accelerations) => (values, rates, accelerations),
-            Samples::Rates(values, rates) => {
-                let accelerations = if few(2) {
-                    let known = |i: usize| (values.get(i).copied(), rates.get(i).copied());
-                    times.iter().map(|&t| newton(times, known, t).1).collect()
-                } else {
-                    let by_parts = by_windows(times, &values, |window| {
-                        let part =
-                            |list: &[f64]| list.get(window.clone()).unwrap_or_default().to_vec();
-                        let (times, values, rates) = (part(times), part(&values), part(&rates));
-                        let accelerations = accelerations_for_rates(&times, &values, &rates);
-                        (rates, accelerations)
-                    });
-                    match by_parts {
-                        Some((_, accelerations)) => accelerations,
-                        None => accelerations_for_rates(times, &values, &rates),
-                    }
-                };
-                (values, rates, accelerations)
-            }
-            Samples::Values(values) => {
-                let (rates, accelerations) = if few(1) {
-                    let known = |i: usize| (values.get(i).copied(), None);
-                    times.iter().map(|&t| newton(times, known, t)).unzip()
-                } else {
-                    quintic::rates_and_accelerations(times, &values)
-                };
-                (values, rates, accelerations)
+        let part =
+            |list: &[f64], window: Range<usize>| list.get(window).unwrap_or_default().to_vec();
+        let (parted, is_stiff) = match samples.given() {
+            Given::Accelerations => (None, false),
+            Given::Values | Given::Rates => {
+                let parted = by_windows(times, &samples.values, |window| {
+                    samples.part(&window).knots(&part(times, window))
+                });
+                let is_stiff = parted.is_none() && is_long(times.len());
+                (parted, is_stiff)
             }
         };
-        let knots =
-            values.into_iter().zip(rates.into_iter().zip(accelerations)).map(target).collect();
-        Self { times: Arc::clone(times), knots }
+        let knots = parted.unwrap_or_else(|| samples.knots(times));
+        Self { times: Arc::clone(times), knots, is_stiff }
+    }
+
+    /// The spline with these values, rates and accelerations.
+    pub(crate) fn of_knots(times: &Arc<[f64]>, knots: Vec<Target<f64>>) -> Self {
+        Self { times: Arc::clone(times), knots, is_stiff: false }
+    }
+
+    /// Whether it is long and had to be solved at once all the same.
+    pub(crate) fn is_stiff(&self) -> bool {
+        self.is_stiff
     }
 
     /// Whether all that was computed is finite.

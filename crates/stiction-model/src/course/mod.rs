@@ -1,16 +1,19 @@
 //! Functions of time.
 
 mod banded;
+mod curve;
 mod hermite;
 mod monotone;
 mod quintic;
 mod windows;
 
-pub(crate) use hermite::{Samples, Spline};
-pub(crate) use monotone::Monotone;
+pub(crate) use curve::{Curve, Fill};
+pub(crate) use hermite::Given;
+pub(crate) use windows::{Window, agrees, is_long};
 
 use crate::diagnostic::Diagnostic;
 use crate::expression::Formula;
+use crate::recorded::Recorded;
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 use stiction::kinematics::Target;
@@ -28,8 +31,9 @@ pub struct Course {
 enum Shape {
     Constant(f64),
     Formula(Arc<Written>),
-    Spline(Arc<Spline>),
-    Monotone(Arc<Monotone>),
+    Curve(Arc<Curve>),
+    /// One of the curves of a recording that is read piece by piece.
+    Recorded(Arc<Recorded>, usize),
 }
 
 /// A formula and where it stands.
@@ -59,12 +63,12 @@ impl Course {
         Self { shape: Shape::Formula(Arc::new(written)) }
     }
 
-    pub(crate) fn spline(spline: Spline) -> Self {
-        Self { shape: Shape::Spline(Arc::new(spline)) }
+    pub(crate) fn curve(curve: Curve) -> Self {
+        Self { shape: Shape::Curve(Arc::new(curve)) }
     }
 
-    pub(crate) fn monotone(curve: Monotone) -> Self {
-        Self { shape: Shape::Monotone(Arc::new(curve)) }
+    pub(crate) fn recorded(recording: &Arc<Recorded>, curve: usize) -> Self {
+        Self { shape: Shape::Recorded(Arc::clone(recording), curve) }
     }
 
     /// Whether it is the same at all times, as written.
@@ -74,9 +78,9 @@ impl Course {
 
     /// The value at time `t` (s) with its exact first and second time derivative, in SI units.
     ///
-    /// A formula that has no finite value there gives what floating-point arithmetic gives;
-    /// [`Course::fault_at`] then says why. A spline continues with its first and last piece outside
-    /// of its samples.
+    /// A formula that has no finite value there gives what floating-point arithmetic gives, a recording
+    /// that cannot be read any more gives NaN; [`Course::fault_at`] then says why. A spline continues
+    /// with its first and last piece outside of its samples.
     pub fn at(&self, t: f64) -> Target<f64> {
         match &self.shape {
             Shape::Constant(value) => Target { value: *value, rate: 0.0, acceleration: 0.0 },
@@ -84,23 +88,19 @@ impl Course {
                 let jet = written.formula.at(t);
                 Target { value: jet.value, rate: jet.first, acceleration: jet.second }
             }
-            Shape::Spline(spline) => spline.at(t),
-            Shape::Monotone(curve) => curve.at(t),
+            Shape::Curve(curve) => curve.at(t),
+            Shape::Recorded(recording, curve) => recording.at(*curve, t),
         }
     }
 
     /// The time up to which, from `t` (s) on, looks at a few instants tell what it does, s: it says so before ramps
     /// and kinks, within the turns of a sine and where it peaks, and at samples.
     pub fn seen_until(&self, t: f64) -> f64 {
-        let next = |times: &[f64]| {
-            let after = times.partition_point(|&time| time <= t);
-            times.get(after).copied().unwrap_or(f64::INFINITY)
-        };
         match &self.shape {
             Shape::Constant(_) => f64::INFINITY,
             Shape::Formula(written) => written.formula.seen_until(t),
-            Shape::Spline(spline) => next(spline.times()),
-            Shape::Monotone(curve) => next(curve.times()),
+            Shape::Curve(curve) => curve.after(t).unwrap_or(f64::INFINITY),
+            Shape::Recorded(recording, _) => recording.after(t).unwrap_or(f64::INFINITY),
         }
     }
 
@@ -114,7 +114,11 @@ impl Course {
 
     /// Why the value or one of its derivatives is not finite at time `t` (s), if it is not.
     pub fn fault_at(&self, t: f64) -> Option<Diagnostic> {
-        let Shape::Formula(written) = &self.shape else { return None };
+        let written = match &self.shape {
+            Shape::Constant(_) | Shape::Curve(_) => return None,
+            Shape::Recorded(recording, _) => return recording.fault_at(t),
+            Shape::Formula(written) => written,
+        };
         let fault = written.formula.fault_at(t)?;
         let span = match written.start {
             Some(start) => start + fault.span.start..start + fault.span.end,

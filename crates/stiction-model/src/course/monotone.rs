@@ -7,42 +7,48 @@
 use std::sync::Arc;
 use stiction::kinematics::Target;
 
+/// How the gaps are filled, in words.
+pub(crate) const WORDS: &str = "cubic between neighbouring samples, without overshoot (Fritsch and Butland); constant beyond them";
+
+/// Values and slopes at all samples. A slope depends on the samples beside it alone.
+pub(crate) fn knots(times: &[f64], values: &[f64]) -> Vec<Target<f64>> {
+    let chords: Vec<(f64, f64)> = times
+        .windows(2)
+        .zip(values.windows(2))
+        .map(|(t, v)| (t[1] - t[0], (v[1] - v[0]) / (t[1] - t[0])))
+        .collect();
+    let still = |&value: &f64| Target { value, rate: 0.0, acceleration: 0.0 };
+    let mut knots: Vec<Target<f64>> = values.iter().map(still).collect();
+    for (knot, pair) in knots.iter_mut().skip(1).zip(chords.windows(2)) {
+        let ((h0, s0), (h1, s1)) = (pair[0], pair[1]);
+        if s0 * s1 > 0.0 {
+            let (w0, w1) = (h0 + 2.0 * h1, 2.0 * h0 + h1);
+            knot.rate = (w0 + w1) / (w1 / s0 + w0 / s1);
+        }
+    }
+    // At the ends those of the first and the last chord, which keeps straight lines straight.
+    if let (Some(first), Some((_, chord))) = (knots.first_mut(), chords.first()) {
+        first.rate = *chord;
+    }
+    if let (Some(last), Some((_, chord))) = (knots.last_mut(), chords.last()) {
+        last.rate = *chord;
+    }
+    knots
+}
+
 /// A function through samples that rises and falls only where they do; constant before the first and after
 /// the last.
 #[derive(Clone, Debug)]
 pub(crate) struct Monotone {
     times: Arc<[f64]>,
-    values: Vec<f64>,
-    slopes: Vec<f64>,
+    /// Values and slopes.
+    knots: Vec<Target<f64>>,
 }
 
 impl Monotone {
-    /// How the gaps are filled, in words.
-    pub(crate) const WORDS: &'static str = "cubic between neighbouring samples, without overshoot (Fritsch and Butland); constant beyond them";
-
-    /// The function through `values` at strictly increasing `times`.
-    pub(crate) fn new(times: &Arc<[f64]>, values: Vec<f64>) -> Self {
-        let chords: Vec<(f64, f64)> = times
-            .windows(2)
-            .zip(values.windows(2))
-            .map(|(t, v)| (t[1] - t[0], (v[1] - v[0]) / (t[1] - t[0])))
-            .collect();
-        let mut slopes = vec![0.0; values.len()];
-        for (slope, pair) in slopes.iter_mut().skip(1).zip(chords.windows(2)) {
-            let ((h0, s0), (h1, s1)) = (pair[0], pair[1]);
-            if s0 * s1 > 0.0 {
-                let (w0, w1) = (h0 + 2.0 * h1, 2.0 * h0 + h1);
-                *slope = (w0 + w1) / (w1 / s0 + w0 / s1);
-            }
-        }
-        // At the ends those of the first and the last chord, which keeps straight lines straight.
-        if let (Some(first), Some((_, chord))) = (slopes.first_mut(), chords.first()) {
-            *first = *chord;
-        }
-        if let (Some(last), Some((_, chord))) = (slopes.last_mut(), chords.last()) {
-            *last = *chord;
-        }
-        Self { times: Arc::clone(times), values, slopes }
+    /// The function with these values and slopes at strictly increasing `times`, see [`knots`].
+    pub(crate) fn of_knots(times: &Arc<[f64]>, knots: Vec<Target<f64>>) -> Self {
+        Self { times: Arc::clone(times), knots }
     }
 
     /// When its samples are, s.
@@ -55,14 +61,14 @@ impl Monotone {
         let still = |value: f64| Target { value, rate: 0.0, acceleration: 0.0 };
         let after = self.times.partition_point(|&time| time <= t);
         let ends = after.checked_sub(1).and_then(|i| {
-            let knot =
-                |i: usize| Some((*self.times.get(i)?, *self.values.get(i)?, *self.slopes.get(i)?));
+            let knot = |i: usize| Some((*self.times.get(i)?, *self.knots.get(i)?));
             Some((knot(i)?, knot(after)?))
         });
-        let Some(((t0, v0, d0), (t1, v1, d1))) = ends else {
-            let beyond = if after == 0 { self.values.first() } else { self.values.last() };
-            return still(beyond.copied().unwrap_or(0.0));
+        let Some(((t0, begin), (t1, end))) = ends else {
+            let beyond = if after == 0 { self.knots.first() } else { self.knots.last() };
+            return still(beyond.map_or(0.0, |knot| knot.value));
         };
+        let (v0, d0, v1, d1) = (begin.value, begin.rate, end.value, end.rate);
         let h = t1 - t0;
         let u = (t - t0) / h;
         let chord = (v1 - v0) / h;
@@ -79,12 +85,16 @@ impl Monotone {
 mod tests {
     use super::*;
 
+    fn curve(times: &Arc<[f64]>, values: &[f64]) -> Monotone {
+        Monotone::of_knots(times, knots(times, values))
+    }
+
     /// A jump between two samples, as of friction at a reversal, stays between them.
     #[test]
     fn a_jump_does_not_ring() {
         let times: Arc<[f64]> = (0..20).map(|k| f64::from(k) * 0.1).collect();
         let values: Vec<f64> = (0..20).map(|k| if k < 10 { -3.0 } else { 5.0 }).collect();
-        let curve = Monotone::new(&times, values);
+        let curve = curve(&times, &values);
         for k in 0..=400 {
             let t = f64::from(k) * 0.005;
             let value = curve.at(t).value;
@@ -105,7 +115,8 @@ mod tests {
     fn smooth_curves_are_met() {
         let error = |n: i32| {
             let times: Arc<[f64]> = (0..=n).map(|k| f64::from(k) / f64::from(n)).collect();
-            let curve = Monotone::new(&times, times.iter().map(|t| t.exp()).collect());
+            let values: Vec<f64> = times.iter().map(|t| t.exp()).collect();
+            let curve = curve(&times, &values);
             let at = |k: i32| f64::from(k) / 999.0;
             (0..1000).map(|k| (curve.at(at(k)).value - at(k).exp()).abs()).fold(0.0, f64::max)
         };
@@ -116,11 +127,11 @@ mod tests {
     #[test]
     fn samples_are_met_exactly_and_kept_beyond() {
         let times: Arc<[f64]> = [0.0, 0.3, 1.0].into();
-        let curve = Monotone::new(&times, vec![1.0, -2.0, 7.0]);
+        let curve = curve(&times, &[1.0, -2.0, 7.0]);
         for (t, value) in [(-5.0, 1.0), (0.0, 1.0), (0.3, -2.0), (1.0, 7.0), (9.0, 7.0)] {
             assert_eq!(curve.at(t).value, value);
         }
         let one: Arc<[f64]> = [0.5].into();
-        assert_eq!(Monotone::new(&one, vec![4.0]).at(0.0).value, 4.0);
+        assert_eq!(self::curve(&one, &[4.0]).at(0.0).value, 4.0);
     }
 }

@@ -5,7 +5,6 @@
 //! needs no pivoting; a million samples take linear time.
 
 use super::banded::Banded;
-use super::windows::by_windows;
 
 const ORDER: usize = 6;
 /// B-splines that differ from zero at a sample lie within this many columns of the diagonal.
@@ -13,15 +12,6 @@ const BAND: usize = 4;
 
 /// Rates and accelerations at all samples, seven at least.
 pub(super) fn rates_and_accelerations(times: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let found = by_windows(times, values, |window| {
-        let part = |list: &[f64]| list.get(window.clone()).unwrap_or_default().to_vec();
-        whole(&part(times), &part(values))
-    });
-    found.unwrap_or_else(|| whole(times, values))
-}
-
-/// The same for all samples at once.
-pub(super) fn whole(times: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let n = values.len().min(times.len());
     let knots = Knots { times, count: n };
     let mut matrix = Banded::new(n, BAND);
@@ -152,14 +142,7 @@ mod tests {
         let list = |pick: fn(Target<f64>) -> f64| times.iter().map(|&t| pick(f(t))).collect();
         let (values, rates, accelerations) =
             (list(|k| k.value), list(|k| k.rate), list(|k| k.acceleration));
-        Spline::new(
-            times,
-            match kind {
-                0 => Samples::Values(values),
-                1 => Samples::Rates(values, rates),
-                _ => Samples::Accelerations(values, rates, accelerations),
-            },
-        )
+        Spline::new(times, Samples::new([values, rates, accelerations].into_iter().take(kind + 1)))
     }
 
     /// All kinds reproduce quintics, as soon as the samples determine one, and polynomials of lower

@@ -8,49 +8,98 @@
 //! need not be kept for more. Steps that vary wildly may carry further; that shows where windows meet.
 
 use std::ops::Range;
+use stiction::kinematics::Target;
 
 /// Samples that a window is asked for.
 const ASKED: usize = 4096;
 /// Samples that it knows beyond these on both sides. Neighbours overlap by twice as many.
 const MARGIN: usize = 96;
+/// So many samples are worth more than one window.
+const LONG: usize = 2 * ASKED;
 /// How many roundings of a value neighbours may differ by in a rate times the step, or in an acceleration times
 /// its square, where they meet. Both are differences of the values around, magnified some ten times by
 /// solving; a few unequal steps make that a hundred.
 const ROUNDINGS: f64 = 256.0;
 
-/// Rates and accelerations at all samples, found by `solve` for windows of them; none where there are too few
-/// samples to be worth it, or where windows do not agree.
+/// One of the windows through which a recording is seen.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Window {
+    /// The samples that it is asked for.
+    pub(crate) asked: Range<usize>,
+    /// Those that it knows.
+    pub(crate) known: Range<usize>,
+}
+
+impl Window {
+    /// The window whose first sample is `begin`, of `count`. Whether there are more than so many does not
+    /// matter if [`is_long`] says so of those from `begin` on.
+    pub(crate) fn at(begin: usize, count: usize) -> Self {
+        // The last window takes what would be too little for another.
+        let end = if is_long(count - begin) { begin + ASKED } else { count };
+        Self { asked: begin..end, known: begin.saturating_sub(MARGIN)..(end + MARGIN).min(count) }
+    }
+
+    /// The first sample that a window is asked for, by the window's number.
+    pub(crate) fn begin(index: usize) -> usize {
+        index * ASKED
+    }
+
+    /// The number of the window that is asked for a sample, if there are so many windows.
+    pub(crate) fn of(sample: usize, windows: usize) -> usize {
+        (sample / ASKED).min(windows.saturating_sub(1))
+    }
+
+    /// How many of the known samples come before those that are asked for.
+    pub(crate) fn skip(&self) -> usize {
+        self.asked.start - self.known.start
+    }
+}
+
+/// Whether so many samples are seen through more than one window.
+pub(crate) fn is_long(count: usize) -> bool {
+    count >= LONG
+}
+
+/// Value, rate and acceleration at all samples, found by `solve` for windows of them; none where there are too
+/// few samples to be worth it, or where windows do not agree.
 pub(super) fn by_windows(
     times: &[f64],
     values: &[f64],
-    mut solve: impl FnMut(Range<usize>) -> (Vec<f64>, Vec<f64>),
-) -> Option<(Vec<f64>, Vec<f64>)> {
+    mut solve: impl FnMut(Range<usize>) -> Vec<Target<f64>>,
+) -> Option<Vec<Target<f64>>> {
     let count = times.len();
-    if count < 2 * ASKED {
+    if !is_long(count) {
         return None;
     }
-    let (mut rates, mut accelerations) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    let mut begin = 0;
-    while begin < count {
-        // The last window takes what would be too little for another.
-        let end = if count - begin < 2 * ASKED { count } else { begin + ASKED };
-        let window = begin.saturating_sub(MARGIN)..(end + MARGIN).min(count);
-        let (own_rates, own_accelerations) = solve(window.clone());
-        let skip = begin - window.start;
-        if let (Some(&rate), Some(&acceleration)) = (rates.last(), accelerations.last()) {
-            // The last sample of the window before, which this one knows as well.
-            let before = skip.checked_sub(1)?;
-            let change =
-                [own_rates.get(before)? - rate, own_accelerations.get(before)? - acceleration];
-            if !is_rounding(change, times.get(begin - 2..=begin)?, values.get(window)?) {
+    let mut knots: Vec<Target<f64>> = Vec::with_capacity(count);
+    while knots.len() < count {
+        let window = Window::at(knots.len(), count);
+        let own = solve(window.known.clone());
+        if let Some(last) = knots.last() {
+            let (times, values) =
+                (times.get(window.known.clone())?, values.get(window.known.clone())?);
+            if !agrees(last, &own, window.skip(), times, values) {
                 return None;
             }
         }
-        rates.extend(own_rates.get(skip..skip + end - begin)?);
-        accelerations.extend(own_accelerations.get(skip..skip + end - begin)?);
-        begin = end;
+        knots.extend(own.get(window.skip()..window.skip() + window.asked.len())?);
     }
-    Some((rates, accelerations))
+    Some(knots)
+}
+
+/// Whether a window's knots agree with `last`, the last one that the window before was asked for. Times and
+/// values are the window's own, and `skip` of its samples belong to the window before.
+pub(crate) fn agrees(
+    last: &Target<f64>,
+    knots: &[Target<f64>],
+    skip: usize,
+    times: &[f64],
+    values: &[f64],
+) -> bool {
+    let again = skip.checked_sub(1).and_then(|before| knots.get(before));
+    let around = skip.checked_sub(2).and_then(|first| times.get(first..=skip));
+    let (Some(again), Some(around)) = (again, around) else { return false };
+    is_rounding([again.rate - last.rate, again.acceleration - last.acceleration], around, values)
 }
 
 /// Whether changes of a rate and an acceleration amid three samples are no more than the rounding of values
@@ -69,7 +118,7 @@ fn is_rounding([rate, acceleration]: [f64; 2], times: &[f64], values: &[f64]) ->
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Samples, Spline};
+    use super::super::hermite::{Samples, Spline};
     use super::*;
     use std::sync::Arc;
 
@@ -99,16 +148,18 @@ mod tests {
             let found = by_windows(&times, &values, |window| {
                 solved += 1;
                 let part = |list: &[f64]| list[window.clone()].to_vec();
-                super::super::quintic::whole(&part(&times), &part(&values))
+                Samples::new([part(&values)]).knots(&part(&times))
             });
             assert_eq!(solved, 3, "windows");
-            let (rates, accelerations) = found.unwrap();
-            let whole = super::super::quintic::whole(&times, &values);
+            let found = found.unwrap();
+            let whole = Samples::new([values]).knots(&times);
             // Values are of order one; roundings of them are magnified some ten times in solving.
             for k in 0..times.len() {
                 let (h, unit) = (1e-3, 40.0 * f64::EPSILON);
-                assert!((rates[k] - whole.0[k]).abs() * h < unit, "{k}");
-                assert!((accelerations[k] - whole.1[k]).abs() * h * h < 10.0 * unit, "{k}");
+                let rate = found[k].rate - whole[k].rate;
+                let acceleration = found[k].acceleration - whole[k].acceleration;
+                assert!(rate.abs() * h < unit, "{k}");
+                assert!(acceleration.abs() * h * h < 10.0 * unit, "{k}");
             }
         }
     }
@@ -119,7 +170,7 @@ mod tests {
         let times = times(2 * ASKED + 5, |k| 1e-3 * [1.0, 0.4, 1.2, 0.7][k % 4]);
         let values: Vec<f64> = (0..times.len()).map(rough).collect();
         let rates: Vec<f64> = (0..times.len()).map(|k| 1e3 * rough(k + 7)).collect();
-        let spline = Spline::new(&times, Samples::Rates(values.clone(), rates.clone()));
+        let spline = Spline::new(&times, Samples::new([values.clone(), rates.clone()]));
         let all = super::super::hermite::accelerations_for_rates(&times, &values, &rates);
         let largest = all.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
         for (t, expected) in times.iter().zip(&all) {
@@ -137,8 +188,8 @@ mod tests {
         let mut part = 0.0;
         let found = by_windows(&times, &values, |window| {
             part += 1e-6;
-            let list: Vec<f64> = window.map(|k| rough(k) + part).collect();
-            (list.clone(), list)
+            let knot = |x| Target { value: x, rate: x, acceleration: x };
+            window.map(|k| knot(rough(k) + part)).collect()
         });
         assert!(found.is_none());
         let found = by_windows(&times[..100], &values[..100], |_| unreachable!());

@@ -126,7 +126,8 @@ fn excerpt<'a>(
     let from = from + skipped;
     let shown = shown.get(skipped..).unwrap_or_default();
     let before = text.get(..from).unwrap_or_default();
-    let line_start = before.bytes().filter(|&b| b == b'\n').count() + 1;
+    let above = mark.place.source.begin().lines;
+    let line_start = above + before.bytes().filter(|&b| b == b'\n').count() + 1;
     let annotation = |(mark, line): &(&Mark<'a>, Line)| -> Annotation<'a> {
         let start = line.mark.start.saturating_sub(from);
         let end = line.mark.end.saturating_sub(from).max(start);

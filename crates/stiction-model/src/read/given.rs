@@ -5,7 +5,9 @@ use super::context::Context;
 use super::motion::{self, Files};
 use super::names::Names;
 use super::path::Orders;
-use super::{control, drives, load, recording, statement};
+use super::recording::{self, Tape};
+use super::{control, drives, load, statement};
+use crate::contents::Contents;
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
 use crate::document::{self, Document, Table};
 use crate::model::{Control, Drives, LoadCase, Model, Motion};
@@ -41,7 +43,7 @@ impl Model {
     pub fn parse_motion(
         &self,
         given: &Source,
-        files: &dyn Fn(&str) -> Result<String, String>,
+        files: &dyn Fn(&str) -> Result<Contents, String>,
     ) -> Result<Motion, Diagnostics> {
         let source = Arc::new(given.clone());
         match kind(&given.text) {
@@ -49,7 +51,7 @@ impl Model {
                 Some(motion) => Ok(motion.clone()),
                 None => Err(unknown(&source, "motion", name, self.motions.iter().map(|(n, _)| n))),
             },
-            Given::File(name) => self.motion_of(&Arc::new(file(&source, name, files)?), files),
+            Given::File(name) => self.motion_file(&source, name, files),
             Given::Assignments => self.assigned(&source, |context, names, table| {
                 motion::read(context, names, table, files)
             }),
@@ -64,21 +66,54 @@ impl Model {
     pub fn read_motion(
         &self,
         source: &Source,
-        files: &dyn Fn(&str) -> Result<String, String>,
+        files: &dyn Fn(&str) -> Result<Contents, String>,
     ) -> Result<Motion, Diagnostics> {
-        self.motion_of(&Arc::new(source.clone()), files)
+        let source = Arc::new(source.clone());
+        if is_toml(&source.name) {
+            return self.motion_table(&source, files);
+        }
+        self.recording(&source, &Tape::Whole(Arc::clone(&source)), |tape, context, names| {
+            recording::read(tape, names, &Orders::new(), context)
+        })
     }
 
-    /// The same without a copy of the text, which may be long.
-    fn motion_of(&self, source: &Arc<Source>, files: Files<'_>) -> Result<Motion, Diagnostics> {
-        if source.name.to_lowercase().ends_with(".toml") {
-            return self.document(source, |context, names, table| {
-                motion::read(context, names, table, files)
-            });
+    fn motion_file(
+        &self,
+        source: &Arc<Source>,
+        name: &str,
+        files: Files<'_>,
+    ) -> Result<Motion, Diagnostics> {
+        if is_toml(name) {
+            return self.motion_table(&Arc::new(file(source, name, files)?), files);
         }
-        self.reading(source, &[], |context, names| {
-            recording::read(source, names, &Orders::new(), context)
+        let contents = files(name).map_err(|reason| unreadable(source, &reason))?;
+        self.recording(source, &Tape::new(name, contents), |tape, context, names| {
+            recording::read(tape, names, &Orders::new(), context)
         })
+    }
+
+    fn motion_table(&self, source: &Arc<Source>, files: Files<'_>) -> Result<Motion, Diagnostics> {
+        self.document(source, |context, names, table| motion::read(context, names, table, files))
+    }
+
+    /// Reads a recording that `source` asks for.
+    fn recording<T>(
+        &self,
+        source: &Arc<Source>,
+        tape: &Tape,
+        read: impl FnOnce(&Tape, &Context<'_>, &Names) -> Result<Option<T>, String>,
+    ) -> Result<T, Diagnostics> {
+        let mut failed = None;
+        let result = self.reading(source, &[], |context, names| {
+            read(tape, context, names).unwrap_or_else(|reason| {
+                failed = Some(reason);
+                None
+            })
+        });
+        match failed {
+            Some(reason) => Err(unreadable(source, &reason)),
+            None => result,
+        }
     }
 
     /// The load that `given` asks for: the name of one of the model's loads, `none`, a TOML file, or
@@ -89,7 +124,7 @@ impl Model {
     pub fn parse_load(
         &self,
         given: &Source,
-        files: &dyn Fn(&str) -> Result<String, String>,
+        files: &dyn Fn(&str) -> Result<Contents, String>,
     ) -> Result<LoadCase, Diagnostics> {
         let source = Arc::new(given.clone());
         match kind(&given.text) {
@@ -121,7 +156,7 @@ impl Model {
     pub fn parse_drives(
         &self,
         given: &Source,
-        files: &dyn Fn(&str) -> Result<String, String>,
+        files: &dyn Fn(&str) -> Result<Contents, String>,
     ) -> Result<Drives, Diagnostics> {
         let source = Arc::new(given.clone());
         let actuators = Actuators::of(&self.mechanism);
@@ -129,14 +164,15 @@ impl Model {
             Given::Name("none") => Ok(Drives::default()),
             Given::Name(name) => Err(drives::unknown(&source, name)),
             Given::File(name) => {
-                let source = Arc::new(file(&source, name, files)?);
-                if source.name.to_lowercase().ends_with(".toml") {
+                if is_toml(name) {
+                    let source = Arc::new(file(&source, name, files)?);
                     return self.document(&source, |context, _, table| {
                         Some(drives::read(context, &actuators, table))
                     });
                 }
-                self.reading(&source, &[], |context, _| {
-                    recording::read_drives(&source, &actuators, context)
+                let contents = files(name).map_err(|reason| unreadable(&source, &reason))?;
+                self.recording(&source, &Tape::new(name, contents), |tape, context, _| {
+                    recording::read_drives(tape, &actuators, context)
                 })
             }
             Given::Assignments => self.assigned(&source, |context, _, table| {
@@ -153,7 +189,7 @@ impl Model {
     pub fn parse_control(
         &self,
         given: &Source,
-        files: &dyn Fn(&str) -> Result<String, String>,
+        files: &dyn Fn(&str) -> Result<Contents, String>,
     ) -> Result<Control, Diagnostics> {
         let source = Arc::new(given.clone());
         let actuators = Actuators::of(&self.mechanism);
@@ -221,15 +257,22 @@ impl Model {
     }
 }
 
+fn is_toml(name: &str) -> bool {
+    name.to_lowercase().ends_with(".toml")
+}
+
+/// The text of a file that `source` asks for and that is no recording.
 fn file(source: &Arc<Source>, name: &str, files: Files<'_>) -> Result<Source, Diagnostics> {
-    match files(name) {
+    match files(name).and_then(Contents::whole) {
         Ok(text) => Ok(Source::new(name, text)),
-        Err(reason) => {
-            let message = format!("the file cannot be read: {reason}");
-            let place = Place::new(source, 0..source.text.len());
-            Err(Diagnostic::error("file", message).at(place, "this file").into())
-        }
+        Err(reason) => Err(unreadable(source, &reason)),
     }
+}
+
+fn unreadable(source: &Arc<Source>, reason: &str) -> Diagnostics {
+    let message = format!("the file cannot be read: {reason}");
+    let place = Place::new(source, 0..source.text.len());
+    Diagnostic::error("file", message).at(place, "this file").into()
 }
 
 fn unknown<'a>(

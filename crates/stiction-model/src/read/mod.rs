@@ -24,6 +24,7 @@ mod statement;
 
 pub(crate) use parameters::Parameters;
 
+use crate::contents::Contents;
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::document::{self, Document, Table, Value};
 use crate::fields::Field;
@@ -44,14 +45,14 @@ use stiction::mechanism::{BodyId, GROUND_NAME, JointId, Mechanism, MechanismBuil
 
 /// Reads a model.
 ///
-/// `files` gives the text of a file that a motion names, by its name as it stands there (relative to
+/// `files` gives the contents of a file that a motion names, by its name as it stands there (relative to
 /// the model's own file), or a reason why not.
 ///
 /// # Errors
 /// Everything that is wrong with the text, each at its place.
 pub fn read(
     source: &Source,
-    files: &dyn Fn(&str) -> Result<String, String>,
+    files: &dyn Fn(&str) -> Result<Contents, String>,
 ) -> Result<Model, Diagnostics> {
     let source = Arc::new(source.clone());
     let mut out = Diagnostics::new();

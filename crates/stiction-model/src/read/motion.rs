@@ -3,19 +3,19 @@
 use super::context::{Context, Record, of_the_top};
 use super::names::Names;
 use super::path::{Leaf, Meaning, Orders, Trouble, coordinate, leaves, resolve};
-use super::recording;
+use super::recording::{self, Tape};
+use crate::contents::Contents;
 use crate::course::Course;
 use crate::diagnostic::{Diagnostic, number};
 use crate::document::{Table, Value};
 use crate::fields::tables::{MOTION, ORDERS};
 use crate::measure::Measure;
 use crate::model::Motion;
-use crate::source::{Source, Span};
-use std::sync::Arc;
+use crate::source::Span;
 use stiction::kinematics::{AngleOrder, Coordinate};
 
-/// How files that a text names are read: the name as it is written to the file's text.
-pub(crate) type Files<'a> = &'a dyn Fn(&str) -> Result<String, String>;
+/// How files that a text names are read: the name as it is written to what is in the file.
+pub(crate) type Files<'a> = &'a dyn Fn(&str) -> Result<Contents, String>;
 
 /// Time between samples where nothing else is said, s.
 pub(crate) const STEP: f64 = 0.01;
@@ -226,8 +226,12 @@ impl Reader<'_> {
         files: Files<'_>,
     ) -> Option<Motion> {
         let name = self.context.text(value, "the name of a CSV file between quotes")?;
-        let text = match files(name) {
-            Ok(text) => text,
+        let motion = files(name).and_then(|contents| {
+            let tape = Tape::new(name, contents);
+            recording::read(&tape, self.names, &self.orders, self.context)
+        });
+        match motion {
+            Ok(motion) => motion.map(|motion| Motion { title, step, ..motion }),
             Err(reason) => {
                 self.context.push(
                     Diagnostic::error("file", format!("the file cannot be read: {reason}"))
@@ -237,12 +241,9 @@ impl Reader<'_> {
                              the model",
                         ),
                 );
-                return None;
+                None
             }
-        };
-        let source = Arc::new(Source::new(name, text));
-        let motion = recording::read(&source, self.names, &self.orders, self.context);
-        motion.map(|motion| Motion { title, step, ..motion })
+        }
     }
 }
 

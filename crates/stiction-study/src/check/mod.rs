@@ -165,6 +165,8 @@ pub fn examine(
             return Err(Error::Interrupted);
         }
     }
+    // Where singular positions were looked for between samples, a recording may have failed.
+    job.check_motion(before)?;
     let undetermined = determined
         .iter()
         .enumerate()

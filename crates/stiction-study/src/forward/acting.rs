@@ -261,9 +261,9 @@ impl Inputs for Acting<'_> {
         let sample = self.next_sample().filter(|next| *next > time);
         let recorded = match (self.job.drives, self.period) {
             // A controller takes them at its own samples.
-            (Feed::Given(drives), None) => drives.samples.as_ref().and_then(|samples| {
-                samples.get(samples.partition_point(|sample| *sample <= time)).copied()
-            }),
+            (Feed::Given(drives), None) => {
+                drives.samples.as_ref().and_then(|samples| samples.after(time))
+            }
             _ => None,
         };
         [sample, recorded].into_iter().flatten().reduce(f64::min)

@@ -201,7 +201,7 @@ impl Job<'_> {
         }
         let mut simulation = match (started, acting.failed.take()) {
             (_, Some(error)) => return Err(error),
-            (Err(error), None) => return Err(Error::Forward(error)),
+            (Err(error), None) => return Err(self.explain(Error::Forward(error), self.from)),
             (Ok(simulation), None) => simulation,
         };
         let now = simulation.instant();
@@ -242,7 +242,7 @@ impl Job<'_> {
                 break;
             }
             if let Err(error) = advanced {
-                ending = Ending::Failed(Box::new(error));
+                ending = Ending::Failed(Box::new(self.explain(error, time)));
                 break;
             }
             let now = simulation.instant();
@@ -311,5 +311,16 @@ impl Job<'_> {
             }
         }
         Ok(())
+    }
+
+    /// What is behind an error on the way to an instant: a recording that could not be read any more, or a
+    /// motion without a value. Else the error itself.
+    fn explain(&self, error: Error, time: f64) -> Error {
+        let mut courses = self.motion.iter().flat_map(|motion| &motion.coordinates);
+        let fault = courses.find_map(|(_, course)| course.fault_at(time));
+        match fault {
+            Some(fault) => Error::NotFinite(Box::new(fault)),
+            None => self.check(time).err().unwrap_or(error),
+        }
     }
 }

@@ -153,13 +153,16 @@ impl<W: Work> Walk<'_, W> {
         piece: &mut W::Piece,
     ) -> Result<bool, Error> {
         let count = self.instants.count();
+        let mut time = self.instants.at(range.start);
+        self.job.check_motion(time)?;
         for sample in range {
-            let time = self.instants.at(sample);
             self.work.look(piece, solver, sample, time)?;
             if sample + 1 == count {
                 return Ok(false);
             }
-            self.job.follow(solver, time, self.instants.at(sample + 1))?;
+            let next = self.instants.at(sample + 1);
+            self.job.follow(solver, time, next)?;
+            time = next;
         }
         Ok(true)
     }

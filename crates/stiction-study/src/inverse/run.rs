@@ -298,9 +298,12 @@ impl Job<'_> {
         to: f64,
     ) -> Result<(), Error> {
         self.check_motion(to)?;
-        solver
-            .follow(from, to, |t, targets| self.targets_at(t, targets))
-            .map_err(|error| Error::Assembly { time: to, error })
+        let followed = solver.follow(from, to, |t, targets| self.targets_at(t, targets));
+        followed.or_else(|error| {
+            // A recording may have failed on the way.
+            self.check_motion(to)?;
+            Err(Error::Assembly { time: to, error })
+        })
     }
 
     fn targets_at(&self, time: f64, targets: &mut [Target<f64>]) {
@@ -309,7 +312,8 @@ impl Job<'_> {
         }
     }
 
-    fn check_motion(&self, time: f64) -> Result<(), Error> {
+    /// Why the motion has no value at an instant, if it has none.
+    pub(crate) fn check_motion(&self, time: f64) -> Result<(), Error> {
         for (_, course) in &self.motion.coordinates {
             if let Some(fault) = course.fault_at(time) {
                 return Err(Error::NotFinite(Box::new(fault)));

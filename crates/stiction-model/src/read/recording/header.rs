@@ -3,12 +3,12 @@
 use super::super::actuators::Actuators;
 use super::super::names::Names;
 use super::super::path::{Meaning, Orders, coordinate, resolve};
-use super::Messages;
-use super::rows::{Line, cells};
+use super::messages::Messages;
 use crate::diagnostic::quoted;
 use crate::expression::unit::Scale;
 use crate::expression::{Dimension, unit_of};
 use crate::measure::Measure;
+use crate::recorded::lines::{Line, cells};
 use crate::source::Span;
 use stiction::kinematics::Coordinate;
 
@@ -52,7 +52,7 @@ impl Header {
         line: Line,
         names: &Names,
         orders: &Orders,
-        messages: &mut Messages<'_>,
+        messages: &mut Messages,
     ) -> Self {
         let whole = text.get(line.clone()).unwrap_or_default();
         if whole.contains(';') && !whole.contains(',') {
@@ -78,7 +78,7 @@ impl Header {
         header
     }
 
-    fn check(&self, line: Line, messages: &mut Messages<'_>) {
+    fn check(&self, line: Line, messages: &mut Messages) {
         let unknown = self.columns.iter().any(|column| column.role == Role::Unknown);
         if self.time.is_none() {
             let help = Some("name the column of instants `time [s]`".to_owned());
@@ -111,7 +111,7 @@ impl Header {
         text: &str,
         line: Line,
         actuators: &Actuators,
-        messages: &mut Messages<'_>,
+        messages: &mut Messages,
     ) -> Self {
         let label = |cell: &Span| {
             let content = text.get(cell.clone()).unwrap_or_default();
@@ -175,7 +175,7 @@ fn read_column(
     cell: Span,
     names: &Names,
     orders: &Orders,
-    messages: &mut Messages<'_>,
+    messages: &mut Messages,
 ) -> Column {
     let content = text.get(cell.clone()).unwrap_or_default();
     let (label, unit) = match content.split_once('[') {
@@ -255,7 +255,7 @@ fn read_unit(
     at: usize,
     measure: Measure,
     order: u8,
-    messages: &mut Messages<'_>,
+    messages: &mut Messages,
 ) -> Option<Scale> {
     let Some(inner) = unit.trim_end().strip_suffix(']') else {
         let message = "this bracket is never closed".to_owned();

@@ -1,99 +1,85 @@
 //! The rows of a recording.
 
 use super::super::context::LARGEST;
-use super::Messages;
 use super::header::{Header, Role};
+use super::messages::Messages;
 use crate::diagnostic::{number, quoted};
+use crate::recorded::lines::{Line, cells};
 use crate::source::Span;
 
-/// The bytes of a line.
-pub(super) type Line = Span;
-
-/// All lines that are neither empty nor comments, without their ends.
-pub(super) fn lines(text: &str) -> impl Iterator<Item = Line> + '_ {
-    let mut at = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
-    std::iter::from_fn(move || {
-        while at < text.len() {
-            let rest = text.get(at..).unwrap_or_default();
-            let length = rest.find('\n').unwrap_or(rest.len());
-            let line = at..at + length;
-            at += length + 1;
-            let content = text.get(line.clone()).unwrap_or_default().trim();
-            if !content.is_empty() && !content.starts_with('#') {
-                return Some(line);
-            }
-        }
-        None
-    })
+/// Reads the rows of a recording one after another, and says what is wrong with them.
+pub(super) struct Rows {
+    header: Header,
+    /// The row above, in SI units.
+    row: Vec<f64>,
+    is_first: bool,
+    last_time: Option<f64>,
+    /// Columns that were told to begin anew.
+    wrapped: Vec<String>,
 }
 
-/// The cells of a line, without white space and quotes around them.
-pub(super) fn cells(text: &str, line: Line) -> impl Iterator<Item = Span> + '_ {
-    let mut at = line.start;
-    text.get(line).unwrap_or_default().split(',').map(move |cell| {
-        let start = at + cell.len() - cell.trim_start().len();
-        at += cell.len() + 1;
-        let cell = cell.trim();
-        match cell.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) {
-            Some(inner) => start + 1..start + 1 + inner.len(),
-            None => start..start + cell.len(),
-        }
-    })
-}
-
-/// The columns of numbers in SI units.
-pub(super) fn read(
-    text: &str,
-    lines: impl Iterator<Item = Line>,
-    header: &Header,
-    messages: &mut Messages<'_>,
-) -> Vec<Vec<f64>> {
-    let width = header.columns.len();
-    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); width];
-    if width == 0 {
-        return columns;
+impl Rows {
+    pub(super) fn new(header: Header) -> Self {
+        let row = vec![0.0; header.columns.len()];
+        Self { header, row, is_first: true, last_time: None, wrapped: Vec::new() }
     }
-    let mut last_time: Option<f64> = None;
-    let mut wrapped: Vec<String> = Vec::new();
-    for line in lines {
+
+    pub(super) fn header(&self) -> &Header {
+        &self.header
+    }
+
+    pub(super) fn into_header(self) -> Header {
+        self.header
+    }
+
+    /// The row that was read last, in SI units.
+    pub(super) fn row(&self) -> &[f64] {
+        &self.row
+    }
+
+    /// Reads a row; false if it has not as many numbers as the header.
+    pub(super) fn read(&mut self, text: &str, line: Line, messages: &mut Messages) -> bool {
+        let width = self.header.columns.len();
+        // What the columns are could not be understood, which has been said.
+        if width == 0 {
+            return false;
+        }
         let count = cells(text, line.clone()).count();
         if count != width {
             let message = format!("this row has {}, the header has {width}", numbers(count));
             messages.push("ragged", message, line, "the row");
-            continue;
+            return false;
         }
-        for (index, cell) in cells(text, line.clone()).enumerate() {
-            let (Some(column), Some(values)) = (header.columns.get(index), columns.get_mut(index))
-            else {
-                continue;
-            };
+        let places = self.header.columns.iter().zip(&mut self.row);
+        for ((column, last), cell) in places.zip(cells(text, line)) {
             let value = match column.role {
                 // Whatever is in it, nobody will use it.
                 Role::Unknown => 0.0,
                 _ => read_number(text, &cell, messages).map_or(f64::NAN, |x| column.scale.apply(x)),
             };
             if column.role == Role::Time {
-                check_time(value, last_time, &cell, messages);
-                last_time = if value.is_nan() { last_time } else { Some(value) };
+                check_time(value, self.last_time, &cell, messages);
+                self.last_time = if value.is_nan() { self.last_time } else { Some(value) };
             }
-            if let (true, Some(&last)) = (column.is_angle, values.last()) {
-                check_turn(value - last, &column.name, &cell, &mut wrapped, messages);
+            if column.is_angle && !self.is_first {
+                check_turn(value - *last, &column.name, &cell, &mut self.wrapped, messages);
             }
             if value.abs() > LARGEST {
                 let message = format!("{} is too large", number(value));
                 messages.push("range", message, cell, "too large to compute with");
             }
-            values.push(value);
+            *last = value;
         }
+        self.is_first = false;
+        true
     }
-    columns
 }
 
 fn numbers(count: usize) -> String {
     if count == 1 { "1 column".to_owned() } else { format!("{count} columns") }
 }
 
-fn read_number(text: &str, cell: &Span, messages: &mut Messages<'_>) -> Option<f64> {
+fn read_number(text: &str, cell: &Span, messages: &mut Messages) -> Option<f64> {
     let content = text.get(cell.clone()).unwrap_or_default();
     match content.parse::<f64>() {
         Ok(x) if x.is_finite() => Some(x),
@@ -127,7 +113,7 @@ fn check_turn(
     name: &str,
     cell: &Span,
     wrapped: &mut Vec<String>,
-    messages: &mut Messages<'_>,
+    messages: &mut Messages,
 ) {
     if change.abs() <= std::f64::consts::PI || wrapped.iter().any(|known| known == name) {
         return;
@@ -144,7 +130,7 @@ fn check_turn(
     messages.push_help("wrapped", message, cell.clone(), label, Some(help.to_owned()));
 }
 
-fn check_time(time: f64, last: Option<f64>, cell: &Span, messages: &mut Messages<'_>) {
+fn check_time(time: f64, last: Option<f64>, cell: &Span, messages: &mut Messages) {
     if let Some(last) = last
         && time <= last
     {

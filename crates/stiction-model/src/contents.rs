@@ -1,0 +1,90 @@
+//! What is in a file: a text as a whole, or a place where it can be read again and again.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+/// What is in a file.
+#[derive(Clone, Debug)]
+pub enum Contents {
+    /// The whole text.
+    Whole(String),
+    /// Text in UTF-8 that is read piece by piece, whenever a piece is needed. Only recordings may be
+    /// handed like this; little of them is in memory at any time, however long they are.
+    Stored(Arc<dyn Store>),
+}
+
+impl From<String> for Contents {
+    fn from(text: String) -> Self {
+        Self::Whole(text)
+    }
+}
+
+impl From<&str> for Contents {
+    fn from(text: &str) -> Self {
+        Self::Whole(text.to_owned())
+    }
+}
+
+impl Contents {
+    /// The whole text of what is no recording.
+    pub(crate) fn whole(self) -> Result<String, String> {
+        match self {
+            Self::Whole(text) => Ok(text),
+            Self::Stored(_) => {
+                Err("it is too long; only recordings (CSV) may be this long".to_owned())
+            }
+        }
+    }
+}
+
+/// Bytes that can be read anywhere, any number of times: a file, usually.
+///
+/// A recording is read from its begin to its end once, and parts of it later, on whatever thread
+/// needs them. Parts must then be as they were; if they are not, that is found and told.
+pub trait Store: Debug + Send + Sync {
+    /// Reads bytes from `offset` on into `buffer`, and says how many; none only at the end.
+    ///
+    /// # Errors
+    /// Why they cannot be read, in words that follow "the file cannot be read: ".
+    fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<usize, String>;
+}
+
+/// Why bytes are no text in UTF-8; `at` is the first that is not. What `bytes` begin with is the
+/// text's byte `offset`, behind so many lines.
+pub fn not_text(bytes: &[u8], at: usize, (offset, lines): (u64, usize)) -> String {
+    let is_begin = offset == 0;
+    if is_begin && (bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff])) {
+        return "it is text in UTF-16; save it in UTF-8".to_owned();
+    }
+    let (before, rest) = bytes.split_at_checked(at).unwrap_or((bytes, &[]));
+    let place = offset + before.len() as u64 + 1;
+    if before.contains(&0) || rest.iter().take(1000).any(|byte| *byte == 0) {
+        return format!("it is not a text file (byte {place} is not)");
+    }
+    let line = 1 + lines + before.iter().filter(|byte| **byte == b'\n').count();
+    format!(
+        "it is not text in UTF-8: in line {line} byte {place} is 0x{:02x}; if it is in an older encoding such as \
+         Latin-1, save it in UTF-8",
+        rest.first().copied().unwrap_or_default()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_text_is_told_with_its_place() {
+        let why = |bytes: &[u8]| {
+            let error = std::str::from_utf8(bytes).unwrap_err();
+            not_text(bytes, error.valid_up_to(), (0, 0))
+        };
+        assert!(why(b"a = 1\nb = 2 # \xe9 \nc").contains("line 2 byte 15 is 0xe9"));
+        assert!(why(b"\x7fELF\x02\0\0\xff").contains("not a text file (byte 8"));
+        for utf16 in [&b"\xff\xfea\0"[..], b"\xfe\xff\0a"] {
+            assert!(why(utf16).contains("UTF-16"));
+        }
+        let later = not_text(b"ab\n\xff\xfe", 3, (1000, 20));
+        assert!(later.contains("line 22 byte 1004 is 0xff"), "{later}");
+    }
+}

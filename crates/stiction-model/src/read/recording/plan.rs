@@ -1,0 +1,49 @@
+//! Which columns of a recording make which curves.
+
+use super::header::{Header, Role};
+use crate::course::{Fill, Given};
+use crate::expression::unit::Scale;
+use crate::recorded::Layout;
+
+/// The curves of a recording.
+pub(super) struct Plan {
+    pub(super) layout: Layout,
+    /// For each curve the column of its values.
+    pub(super) columns: Vec<usize>,
+}
+
+impl Plan {
+    /// The curves that a header without defects names.
+    pub(super) fn of(header: &Header) -> Self {
+        let place = |role: Role| header.columns.iter().position(|column| column.role == role);
+        let (mut fills, mut columns) = (Vec::new(), Vec::new());
+        // The columns that are kept, in this order.
+        let mut kept: Vec<usize> = header.time.into_iter().collect();
+        for (index, column) in header.columns.iter().enumerate() {
+            let (fill, derivatives) = match column.role {
+                Role::Coordinate { coordinate, order: 0 } => {
+                    let part = |order| place(Role::Coordinate { coordinate, order });
+                    let parts: Vec<usize> = [1, 2].into_iter().map_while(part).collect();
+                    let given = match parts.as_slice() {
+                        [] => Given::Values,
+                        [_] => Given::Rates,
+                        _ => Given::Accelerations,
+                    };
+                    (Fill::Spline(given), parts)
+                }
+                Role::Effort(_) => (Fill::Monotone, Vec::new()),
+                _ => continue,
+            };
+            fills.push(fill);
+            columns.push(index);
+            kept.push(index);
+            kept.extend(derivatives);
+        }
+        let scaled = |(index, column): (usize, &super::header::Column)| -> (Option<usize>, Scale) {
+            (kept.iter().position(|&known| known == index), column.scale)
+        };
+        let layout =
+            Layout { columns: header.columns.iter().enumerate().map(scaled).collect(), fills };
+        Self { layout, columns }
+    }
+}

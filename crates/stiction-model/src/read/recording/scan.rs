@@ -1,0 +1,75 @@
+//! A recording from its first line to its last.
+
+use super::header::Header;
+use super::messages::Messages;
+use super::rows::Rows;
+use crate::diagnostic::Diagnostics;
+use crate::recorded::lines::{Line, cells, lines};
+use crate::source::{Begin, Source};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// What is said about a recording, whatever became of it.
+pub(super) struct Scan {
+    /// What the columns are, if that could be understood, and the page on which it stands.
+    pub(super) header: Option<(Header, Arc<Source>)>,
+    /// The messages; the page is the last.
+    pub(super) messages: Messages,
+}
+
+/// Reads all pages. `head` reads the line that names the columns; `take` gets the rows in SI units, each
+/// with the place of its line in the file, as long as nothing is wrong; `example` is a column's name.
+pub(super) fn scan(
+    pages: impl Iterator<Item = Result<Arc<Source>, String>>,
+    example: &str,
+    head: impl Fn(&str, Line, &mut Messages) -> Header,
+    mut take: impl FnMut(&Header, &[f64], Range<u64>),
+) -> Result<Scan, String> {
+    let mut messages = Messages::new(Arc::new(Source::new("", "")));
+    let mut open: Option<(Rows, Arc<Source>)> = None;
+    for page in pages {
+        let page = page?;
+        messages.page = Arc::clone(&page);
+        let text = page.text.as_str();
+        if let Some(at) = text.find('\0') {
+            // Whatever else was said: nothing of it is meant as text.
+            messages.out = Diagnostics::new();
+            let message = "this is not a text file".to_owned();
+            messages.push("syntax", message, at..at + 1, "a zero byte");
+            return Ok(Scan { header: None, messages });
+        }
+        let mut lines = lines(&page);
+        if open.is_none() {
+            let Some(first) = lines.next() else { continue };
+            if is_numbers(text, &first) {
+                let help = format!("name the columns above them: time [s], {example}, …");
+                let message = "the columns have no names".to_owned();
+                messages.push_help("syntax", message, first, "numbers already", Some(help));
+                return Ok(Scan { header: None, messages });
+            }
+            open = Some((Rows::new(head(text, first, &mut messages)), Arc::clone(&page)));
+        }
+        let Some((rows, _)) = &mut open else { continue };
+        for line in lines {
+            let Begin { bytes, .. } = page.begin();
+            let place = bytes + line.start as u64..bytes + line.end as u64;
+            let was_read = rows.read(text, line, &mut messages);
+            if was_read && !messages.out.has_errors() {
+                take(rows.header(), rows.row(), place);
+            }
+        }
+    }
+    if open.is_none() {
+        let help = format!("the first line names the columns: time [s], {example}, …");
+        let message = "the file is empty".to_owned();
+        // There is no line to point at.
+        messages.page = Arc::new(Source::new(messages.page.name.as_str(), ""));
+        messages.push_help("syntax", message, 0..0, "", Some(help));
+    }
+    Ok(Scan { header: open.map(|(rows, page)| (rows.into_header(), page)), messages })
+}
+
+fn is_numbers(text: &str, line: &Line) -> bool {
+    cells(text, line.clone())
+        .all(|cell| text.get(cell).is_some_and(|cell| cell.parse::<f64>().is_ok()))
+}

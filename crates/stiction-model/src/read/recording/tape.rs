@@ -1,0 +1,40 @@
+//! What a recording is read from.
+
+use crate::contents::{Contents, Store};
+use crate::recorded::Pages;
+use crate::source::Source;
+use std::sync::Arc;
+
+/// A text that is in memory, or one that is read piece by piece.
+pub(crate) enum Tape {
+    Whole(Arc<Source>),
+    Stored { store: Arc<dyn Store>, name: String },
+}
+
+impl Tape {
+    pub(crate) fn new(name: &str, contents: Contents) -> Self {
+        match contents {
+            Contents::Whole(text) => Self::Whole(Arc::new(Source::new(name, text))),
+            Contents::Stored(store) => Self::Stored { store, name: name.to_owned() },
+        }
+    }
+
+    /// The text from its begin to its end; a text in memory is one page.
+    pub(super) fn pages(&self) -> Box<dyn Iterator<Item = Result<Arc<Source>, String>> + '_> {
+        match self {
+            Self::Whole(source) => Box::new(std::iter::once(Ok(Arc::clone(source)))),
+            Self::Stored { store, name } => Box::new(Pages::new(store.as_ref(), name)),
+        }
+    }
+
+    /// The same in memory.
+    pub(super) fn in_memory(&self) -> Result<Self, String> {
+        let (mut name, mut text) = (String::new(), String::new());
+        for page in self.pages() {
+            let page = page?;
+            name.clone_from(&page.name);
+            text.push_str(&page.text);
+        }
+        Ok(Self::Whole(Arc::new(Source::new(name, text))))
+    }
+}

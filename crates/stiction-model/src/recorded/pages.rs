@@ -1,0 +1,83 @@
+//! A stored text as pages of whole lines, from its begin to its end.
+
+use crate::contents::{Store, not_text};
+use crate::source::{Begin, Source};
+use std::sync::Arc;
+
+/// So many bytes are read at once.
+const PAGE: usize = 1 << 18;
+/// A recording has one sample in a line: where no line ends for so many bytes, it is none.
+const LONGEST_LINE: usize = 1 << 20;
+
+/// The pages of a text; one, which is empty, if there is nothing in it.
+pub(crate) struct Pages<'a> {
+    store: &'a dyn Store,
+    name: &'a str,
+    /// Where the next page begins.
+    begin: Begin,
+    /// What was read of it.
+    rest: Vec<u8>,
+    has_ended: bool,
+}
+
+impl<'a> Pages<'a> {
+    pub(crate) fn new(store: &'a dyn Store, name: &'a str) -> Self {
+        Self { store, name, begin: Begin::default(), rest: Vec::new(), has_ended: false }
+    }
+
+    /// Reads on to the end of a line, and takes all lines out.
+    fn read(&mut self) -> Result<Vec<u8>, String> {
+        loop {
+            let known = self.rest.len();
+            self.rest.resize(known + PAGE, 0);
+            let offset = self.begin.bytes + known as u64;
+            let room = self.rest.get_mut(known..).unwrap_or_default();
+            let count = self.store.read_at(offset, room)?.min(PAGE);
+            self.rest.truncate(known + count);
+            if count == 0 {
+                self.has_ended = true;
+                return Ok(std::mem::take(&mut self.rest));
+            }
+            let fresh = self.rest.get(known..).unwrap_or_default();
+            if let Some(newline) = fresh.iter().rposition(|byte| *byte == b'\n') {
+                let rest = self.rest.split_off(known + newline + 1);
+                return Ok(std::mem::replace(&mut self.rest, rest));
+            }
+            if self.rest.len() > LONGEST_LINE {
+                let line = self.begin.lines + 1;
+                return Err(format!(
+                    "line {line} has more than {LONGEST_LINE} bytes; a recording has one sample in a line"
+                ));
+            }
+        }
+    }
+}
+
+impl Iterator for Pages<'_> {
+    type Item = Result<Arc<Source>, String>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.has_ended {
+            return None;
+        }
+        let begin = self.begin;
+        let bytes = match self.read() {
+            Ok(bytes) if bytes.is_empty() && begin.bytes > 0 => return None,
+            Ok(bytes) => bytes,
+            Err(why) => {
+                self.has_ended = true;
+                return Some(Err(why));
+            }
+        };
+        self.begin = Begin {
+            bytes: begin.bytes + bytes.len() as u64,
+            lines: begin.lines + bytes.iter().filter(|byte| **byte == b'\n').count(),
+        };
+        let page = String::from_utf8(bytes).map_err(|error| {
+            let at = error.utf8_error().valid_up_to();
+            not_text(error.as_bytes(), at, (begin.bytes, begin.lines))
+        });
+        self.has_ended |= page.is_err();
+        Some(page.map(|text| Arc::new(Source::piece(self.name, text, begin))))
+    }
+}
