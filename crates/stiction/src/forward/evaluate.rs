@@ -94,6 +94,16 @@ pub struct Instant {
 }
 
 impl Instant {
+    /// What is no number in it, if anything is.
+    pub(super) fn unfinite(&self) -> Option<&'static str> {
+        if !self.state.accelerations.iter().all(|a| a.is_finite()) {
+            return Some("an acceleration");
+        }
+        // Magnitudes are told, too: squares must not be infinite.
+        let is_finite = |w: &Wrench<f64>| (w.force.norm() + w.moment.norm()).is_finite();
+        (!self.wrenches.iter().all(is_finite)).then_some("a reaction")
+    }
+
     /// Room for an instant.
     pub(super) fn new(model: &Forward) -> Self {
         let topology = &model.topology;

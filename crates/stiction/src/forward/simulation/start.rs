@@ -120,6 +120,9 @@ impl<'a> Simulation<'a> {
                 (model.instant_of(time, leap, state, inputs), modes, true)
             }
         };
+        if let Some(what) = now.unfinite() {
+            return Err(ForwardError::NotFinite { time, what });
+        }
         let energies = Energies {
             drives: vec![0.0; model.topology.actuators.len()],
             contacts: vec![0.0; contacts.len()],

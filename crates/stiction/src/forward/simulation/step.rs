@@ -386,10 +386,10 @@ impl Simulation<'_> {
                 *acceleration = 0.0;
             }
         }
-        if !instant.state.accelerations.iter().all(|a| a.is_finite()) {
-            return Err(ForwardError::NotFinite { time, what: "an acceleration" });
+        match instant.unfinite() {
+            Some(what) => Err(ForwardError::NotFinite { time, what }),
+            None => Ok(instant),
         }
-        Ok(instant)
     }
 
     pub(super) fn derivative(
