@@ -14,8 +14,24 @@ use stiction::spatial::{Pose, Vec3};
 use stiction_model::gallery;
 use stiction_program::{DerivativeProgram, Quantity};
 
-const ROBOTS: [(&str, Option<&str>); 4] =
-    [("3rps", None), ("zhang2018-regular", Some("L1")), ("gough", None), ("3upu", None)];
+/// All of the gallery that programs can be recorded from. Andrews' crank goes round: it turns further than poses
+/// tell.
+const ROBOTS: [(&str, Option<&str>); 14] = [
+    ("3rps", None),
+    ("zhang2018-regular", Some("L1")),
+    ("gough", None),
+    ("3upu", None),
+    ("delta", None),
+    ("four-bar", None),
+    ("bricard", None),
+    ("five-bar", None),
+    ("slider-crank", None),
+    ("spherical-3rrr", None),
+    ("andrews", None),
+    ("6sps", None),
+    ("4ups-upu", None),
+    ("3rrr", None),
+];
 
 fn of_motion(robot: &Robot) -> Vec<Quantity> {
     let count = robot.course[0].len();
@@ -147,10 +163,43 @@ fn slopes_are_those_of_dual_numbers() {
                         assert!((value - wanted.value).abs() < 1e-11 * value.abs().max(1.0));
                         let slope = program.slope(&memory, lane, drive);
                         let difference = (slope - wanted.slope[0]).abs() / largest;
-                        // Rounding behind condition numbers of some hundred, squared in derivatives.
-                        assert!(difference < 1e-11, "{name}: {difference:e}");
+                        // Rounding behind condition numbers of some hundred, squared in derivatives. Thin rods
+                        // that spin idly make those of the Delta robot larger.
+                        let most = if name == "delta" { 1e-9 } else { 1e-11 };
+                        assert!(difference < most, "{name}: {difference:e}");
                     }
                 }
+            }
+        }
+    }
+}
+
+/// What changes little, like a coefficient of viscous friction, is not lost beside what changes much.
+#[test]
+fn each_slope_alone_is_that_of_dual_numbers() {
+    for name in ["delta", "spherical-3rrr"] {
+        let mut robot = Robot::new(name, None);
+        let quantities = [of_motion(&robot), of_mechanism(&robot)].concat();
+        let (course, loads) = (&robot.course, &robot.loads);
+        let program = DerivativeProgram::record(&robot.solver, course, loads, &quantities).unwrap();
+        let mut memory = program.memory();
+        let targets = robot.course[0].clone();
+        robot.solver.move_to(&targets).unwrap();
+        let state = robot.solver.assembly().state().clone();
+        assert!(program.run(&mut memory, &state, &targets, &robot.loads));
+        let count = robot.solver.mechanism().actuators().count();
+        let mut jacobian = vec![f64::NAN; count * quantities.len()];
+        program.jacobian(&mut memory, &mut jacobian);
+        for (k, quantity) in quantities.iter().enumerate() {
+            let mut direction = vec![0.0; quantities.len()];
+            direction[k] = 1.0;
+            let wanted = by_duals(&robot, &targets, &quantities, &direction);
+            let largest = wanted.iter().fold(0.0_f64, |max, d| max.max(d.slope[0].abs()));
+            for (drive, wanted) in wanted.iter().enumerate() {
+                let (found, wanted) = (jacobian[drive * quantities.len() + k], wanted.slope[0]);
+                // Slopes that are zero are rounding of large ones.
+                let most = 1e-9 * largest + 1e-8;
+                assert!((found - wanted).abs() < most, "{name} {quantity:?}: {found} {wanted}");
             }
         }
     }
@@ -200,7 +249,7 @@ fn derivatives_by_the_motion_are_differences() {
             }
             let state = robot.solver.assembly().state().clone();
             // Efforts of any motion may be such that friction locks it.
-            if compared > 20 || !program.run(&mut memory, &state, &targets, &robot.loads) {
+            if compared >= 30 || !program.run(&mut memory, &state, &targets, &robot.loads) {
                 continue;
             }
             let senses = senses_of(&robot);
