@@ -1,7 +1,7 @@
 //! Whether a program of forward dynamics is what it was recorded from.
 //!
 //! Nodes that are told apart by their values, with bounds of rounding errors, may be taken for the same where
-//! these bounds have grown large. So a program is tried before it is given out: the general kernel, run at
+//! these bounds have grown large and they differ by little. So a program is tried before it is given out: the general kernel, run at
 //! the accelerations and frictions that the program finds, must come back to the efforts, reactions
 //! and loads that belong to them.
 

@@ -20,6 +20,7 @@ use core::ops::Range;
 use stiction::kinematics::Target;
 use stiction::parameters::Parameters;
 use stiction::random::Random;
+use stiction::scalar::Scalar;
 use stiction::spatial::{Vec3, Wrench};
 
 /// Derivatives that are asked for, and where their inputs stand behind those of inverse dynamics: the reactions of
@@ -106,6 +107,14 @@ impl<'a> Asked<'a> {
         }
         let Followed { coordinates, targets, loads } = followed;
         let like = recipe.solver.assembly().state();
+        // A coordinate that was found from poses is one within a turn, what is prescribed goes on over whole turns. The
+        // position is corrected by what is between them, which must be nothing but a slope.
+        let angles = recipe.solver.assembly().prescription().tree_angles(recipe.solver.topology());
+        let targets = targets.iter().zip(angles).map(|(target, angle)| match angle {
+            Some(place) => Target { value: nearest(target.value, coordinates[place]), ..*target },
+            None => *target,
+        });
+        let targets: Vec<Target<Recorded>> = targets.collect();
         let given = (&targets[..], &loads[..]);
         let mut ran = run(recipe.kernel, &parameters, like, coordinates, given, 1);
         let bodies = &ran.kinematics.bodies;
@@ -168,6 +177,12 @@ impl Recipe<'_> {
         let contacts_at = &self.solver.parameters().contacts_at;
         (0..contacts_at.len()).filter(|joint| !contacts_at[*joint].is_empty()).collect()
     }
+}
+
+/// An angle less the whole turns by which it differs from another.
+fn nearest(angle: Recorded, other: Recorded) -> Recorded {
+    let (sine, cosine) = (angle - other).sin_cos();
+    other + sine.atan2(cosine)
 }
 
 /// Force, then moment.

@@ -2,7 +2,7 @@
 //!
 //! Equation (P2) of the book's theory.
 
-use crate::graph::{Graph, Node, Op};
+use crate::graph::{Function, Graph, Node, Op};
 use std::collections::HashMap;
 
 /// A value and a bound of the rounding error in it.
@@ -17,13 +17,19 @@ const EPSILON: f64 = f64::EPSILON / 2.0;
 /// Values that differ by so many error bounds are different. Bounds are of first order.
 const APART: f64 = 64.0;
 
+/// Bounds grow from operation to operation, whatever the errors do, and at last say nothing. So values that differ by
+/// more than this part are different, too, whatever their bounds.
+const CLOSE: f64 = 1e-9;
+
 impl Value {
     fn new(x: f64, error: f64) -> Self {
         Self { x, error: error + x.abs() * EPSILON }
     }
 
     fn is(self, other: Self, sign: f64) -> bool {
-        (self.x - sign * other.x).abs() <= APART * (self.error + other.error)
+        let apart = (self.x - sign * other.x).abs();
+        apart <= APART * (self.error + other.error)
+            && apart <= CLOSE * self.x.abs().max(other.x.abs())
     }
 }
 
@@ -79,6 +85,16 @@ fn value_of(
             let by_other = (function.of(a.x, b.x + other) - x).abs() / other;
             Value::new(x, by_first * a.error + by_other * b.error)
         }
+    }
+}
+
+/// What a result is small beside that is nothing but rounding: the terms of a sum that cancel, the one of a sine.
+/// Nothing else comes to nothing by rounding.
+fn size_of(op: Op, of: impl Fn(Node) -> Value) -> f64 {
+    match op {
+        Op::Add(a, b) | Op::Sub(a, b) => of(a).x.abs().max(of(b).x.abs()),
+        Op::Call(Function::Sin | Function::Cos, ..) => 1.0,
+        _ => 0.0,
     }
 }
 
@@ -166,6 +182,12 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
         let first = own[0];
         let is_finite = own.iter().all(|value| value.x.is_finite() && value.error.is_finite());
         let is_given = matches!(op, Op::Input(_) | Op::Constant(_));
+        let is_zero = || {
+            own.iter().enumerate().all(|(sample, value)| {
+                let size = size_of(*op, |node| values[node as usize][sample]);
+                value.x.abs() <= (APART * value.error).min(CLOSE * size)
+            })
+        };
         let mut known = None;
         if let Op::Select { of, yes, no } = *op
             && !goes_both_ways(of)
@@ -176,9 +198,8 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
                 guards.push(Guard { selection: k as Node, condition, is_positive });
             }
             known = Some(new_of[if is_positive { yes } else { no } as usize]);
-        } else if is_finite && !is_given && own.iter().all(|value| value.is(first, 1.0)) {
-            let is_zero = own.iter().all(|value| value.x.abs() <= APART * value.error);
-            let number = if is_zero { 0.0 } else { first.x };
+        } else if is_finite && !is_given && (is_zero() || own.iter().all(|v| v.is(first, 1.0))) {
+            let number = if is_zero() { 0.0 } else { first.x };
             known = Some(merged.number(number));
             own.fill(Value::new(number, 0.0));
         } else if is_finite && !matches!(op, Op::Constant(_)) {
@@ -225,4 +246,35 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
 /// Numbers whose magnitudes differ by rounding alone are in the same bucket or in neighbours.
 fn bucket(x: f64) -> i64 {
     (x.abs().max(1e-300).ln() * 1e9).round() as i64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recorded::record;
+    use stiction::random::Random;
+    use stiction::scalar::Scalar;
+
+    /// In a long recurrence bounds grow beyond all values, though errors do not: values stay different.
+    #[test]
+    fn what_differs_is_not_the_same_for_wide_bounds() {
+        const LONG: usize = 100;
+        let (graph, nodes) = record(2, |inputs| {
+            let mut all = inputs.to_vec();
+            for k in 0..LONG {
+                let next = all[k + 1] * crate::recorded::Recorded::from_f64(1.8) - all[k];
+                all.push(next);
+            }
+            all
+        });
+        let mut random = Random::new(3);
+        let samples: Vec<Vec<f64>> =
+            (0..40).map(|_| vec![random.number(), random.number()]).collect();
+        let Merged { graph: merged, new_of, .. } = merge(&graph, &samples);
+        let mut found: Vec<Node> = nodes.iter().map(|node| new_of[*node as usize]).collect();
+        assert!(found.iter().all(|node| merged.constant(*node).is_none()));
+        found.sort_unstable();
+        found.dedup();
+        assert_eq!(found.len(), LONG + 2);
+    }
 }

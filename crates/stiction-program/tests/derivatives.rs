@@ -14,8 +14,24 @@ use stiction::spatial::{Pose, Vec3};
 use stiction_model::gallery;
 use stiction_program::{DerivativeProgram, Quantity};
 
-const ROBOTS: [(&str, Option<&str>); 4] =
-    [("3rps", None), ("zhang2018-regular", Some("L1")), ("gough", None), ("3upu", None)];
+/// All of the gallery that programs can be recorded from. Andrews' crank goes round: it turns further than poses
+/// tell.
+const ROBOTS: [(&str, Option<&str>); 14] = [
+    ("3rps", None),
+    ("zhang2018-regular", Some("L1")),
+    ("gough", None),
+    ("3upu", None),
+    ("delta", None),
+    ("four-bar", None),
+    ("bricard", None),
+    ("five-bar", None),
+    ("slider-crank", None),
+    ("spherical-3rrr", None),
+    ("andrews", None),
+    ("6sps", None),
+    ("4ups-upu", None),
+    ("3rrr", None),
+];
 
 fn of_motion(robot: &Robot) -> Vec<Quantity> {
     let count = robot.course[0].len();
@@ -147,12 +163,89 @@ fn slopes_are_those_of_dual_numbers() {
                         assert!((value - wanted.value).abs() < 1e-11 * value.abs().max(1.0));
                         let slope = program.slope(&memory, lane, drive);
                         let difference = (slope - wanted.slope[0]).abs() / largest;
-                        // Rounding behind condition numbers of some hundred, squared in derivatives.
-                        assert!(difference < 1e-11, "{name}: {difference:e}");
+                        // Rounding behind condition numbers of some hundred, squared in derivatives. Thin rods
+                        // that spin idly make those of the Delta robot larger.
+                        let most = if name == "delta" { 1e-9 } else { 1e-11 };
+                        assert!(difference < most, "{name}: {difference:e}");
                     }
                 }
             }
         }
+    }
+}
+
+/// Compares each slope alone with dual numbers, at this part of the course.
+fn assert_slopes(name: &str, robot: &mut Robot, positions: std::ops::Range<usize>) {
+    let quantities = [of_motion(robot), of_mechanism(robot)].concat();
+    let (course, loads) = (&robot.course, &robot.loads);
+    let program = DerivativeProgram::record(&robot.solver, course, loads, &quantities).unwrap();
+    let mut memory = program.memory();
+    let mut compared = 0;
+    for targets in robot.course.clone().drain(positions) {
+        robot.solver.move_to(&targets).unwrap();
+        let state = robot.solver.assembly().state().clone();
+        // A speed may be one in a row of a table from which no sample was.
+        if !program.run(&mut memory, &state, &targets, &robot.loads) {
+            continue;
+        }
+        compared += 1;
+        let count = robot.solver.mechanism().actuators().count();
+        let mut jacobian = vec![f64::NAN; count * quantities.len()];
+        program.jacobian(&mut memory, &mut jacobian);
+        for (k, quantity) in quantities.iter().enumerate() {
+            let mut direction = vec![0.0; quantities.len()];
+            direction[k] = 1.0;
+            let wanted = by_duals(robot, &targets, &quantities, &direction);
+            let largest = wanted.iter().fold(0.0_f64, |max, d| max.max(d.slope[0].abs()));
+            for (drive, wanted) in wanted.iter().enumerate() {
+                let (found, wanted) = (jacobian[drive * quantities.len() + k], wanted.slope[0]);
+                // Slopes that are zero are rounding of large ones.
+                let most = 1e-9 * largest + 1e-8;
+                assert!((found - wanted).abs() < most, "{name} {quantity:?}: {found} {wanted}");
+            }
+        }
+    }
+    assert!(compared > 0, "{name}");
+}
+
+/// What changes little, like a coefficient of viscous friction, is not lost beside what changes much.
+#[test]
+fn each_slope_alone_is_that_of_dual_numbers() {
+    for name in ["delta", "spherical-3rrr"] {
+        assert_slopes(name, &mut Robot::new(name, None), 0..1);
+    }
+}
+
+/// Whatever a contact's friction and its load depend on, and with more actuators than freedoms.
+#[test]
+fn slopes_hold_for_all_kinds_of_friction() {
+    let text = gallery::get("3rps").unwrap();
+    let (of_guides, of_pins) = (
+        "friction = { mu = 0.12, viscous = \"0.02 N s/m\" }\n\n[legs.joints.S]",
+        "radius = \"12.5 mm\" }",
+    );
+    assert!(text.contains(of_guides) && text.contains(of_pins));
+    for keys in [
+        "mu = 0.08, mu_static = 0.2, stribeck_velocity = \"0.05 m/s\"",
+        "mu = 0.08, mu_static = 0.2, stribeck_velocity = \"0.05 m/s\", stribeck_exponent = 1.5",
+        "table = [[\"0 m/s\", 0.2], [\"0.05 m/s\", 0.1], [\"1 m/s\", 0.15]]",
+        "mu = 0.1, regularised = \"tanh\", regularisation_velocity = \"0.01 m/s\"",
+        "mu = 0.1, backward = { mu = 0.2 }",
+        "mu = 0.1, bending_span = \"100 mm\", combine = \"pads\"",
+        "mu = 0.1, bending_span = \"100 mm\", combine = \"root-sum-square\", preload = \"10 N\"",
+        "mu = 0.1, bending_span = \"100 mm\", smoothing = \"1 N\", supports = \"to\"",
+        "mu = 0.1, gland = \"300 mm\", piston = \"-300 mm\"",
+        "mu = 0.1",
+    ] {
+        let guides = of_guides.replace("mu = 0.12", keys);
+        let mut text = text.replace(of_guides, &guides);
+        if keys == "mu = 0.1" {
+            text = text.replace(of_pins, &format!("{of_pins}\nactuated = true"));
+        }
+        let mut robot = Robot::of(&model("3rps", &text), None);
+        let actuators = robot.solver.mechanism().actuators().count();
+        assert_eq!(actuators, if keys == "mu = 0.1" { 6 } else { 3 });
+        assert_slopes(keys, &mut robot, 0..5);
     }
 }
 
@@ -200,7 +293,7 @@ fn derivatives_by_the_motion_are_differences() {
             }
             let state = robot.solver.assembly().state().clone();
             // Efforts of any motion may be such that friction locks it.
-            if compared > 20 || !program.run(&mut memory, &state, &targets, &robot.loads) {
+            if compared >= 30 || !program.run(&mut memory, &state, &targets, &robot.loads) {
                 continue;
             }
             let senses = senses_of(&robot);

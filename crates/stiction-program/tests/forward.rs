@@ -127,8 +127,8 @@ fn anyhow(course: &[Target<f64>], random: &mut Random, length: f64) -> Vec<Targe
 fn what_inverse_dynamics_asks_for_comes() {
     for (name, load) in ROBOTS {
         let given = Robot::new(name, load);
-        let others = (name != "4ups-upu").then(|| by_actuators(&given));
-        for mut robot in others.into_iter().chain([given]) {
+        // By its actuators the elimination of 4ups-upu lets bounds of rounding errors grow beyond all values.
+        for mut robot in [by_actuators(&given), given] {
             for machine in [false, true] {
                 let (compared, worst) = return_from_inverse(&mut robot, machine);
                 // Rounding behind condition numbers of some hundred.
@@ -285,7 +285,7 @@ fn programs_are_what_forward_dynamics_says() {
     }
 }
 
-/// Refused is what inverse programs refuse, and what rounding does not let be told apart.
+/// Refused is where accelerations do not follow from efforts, or where there are more drives than coordinates.
 #[test]
 fn what_has_no_program_is_refused() {
     for name in ["four-bar", "delta", "bricard"] {
@@ -293,10 +293,6 @@ fn what_has_no_program_is_refused() {
         let program = ForwardProgram::record(&robot.solver, &robot.course, &robot.loads);
         assert!(program.is_none(), "{name}");
     }
-    // By its actuators the elimination of this one lets bounds of rounding errors grow until nodes that mean
-    // different things are taken for the same.
-    let robot = by_actuators(&Robot::new("4ups-upu", None));
-    assert!(ForwardProgram::record(&robot.solver, &robot.course, &robot.loads).is_none());
 }
 
 /// Accelerations and reactions of a robot with three legs take some three thousand operations without friction.

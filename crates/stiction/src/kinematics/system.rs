@@ -94,6 +94,15 @@ impl Prescription {
         &self.coordinates
     }
 
+    /// For each of them the place among the tree's coordinates, if it is an angle of a joint there. Such an angle goes on
+    /// over whole turns, which poses do not tell.
+    pub fn tree_angles<'a>(
+        &'a self,
+        topology: &'a Topology,
+    ) -> impl Iterator<Item = Option<usize>> + 'a {
+        self.coordinates.iter().map(|coordinate| measure::tree_angle(topology, *coordinate))
+    }
+
     /// The spins that are held.
     pub fn spins(&self) -> &[Spin] {
         &self.spins
