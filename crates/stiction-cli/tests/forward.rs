@@ -532,7 +532,7 @@ fn what_has_no_solution_at_the_start_writes_no_row() {
     let folder = Folder::new("forward-jammed");
     let hold = ["forward", "gough", "--hold", "leg1.U,leg2.U.second", "--drives", "none"];
     let run = [&hold[..], &["--until", "0.02", "-o", "."]].concat();
-    folder.stiction(&run).fails(1, &["at t = 0.000000 s", "no acceleration", "leg2.S"]);
+    folder.stiction(&run).fails(1, &["at t = 0 s", "no acceleration", "leg2.S"]);
     assert!(!folder.files().iter().any(|name| name == "forward.csv"), "{:?}", folder.files());
 }
 

@@ -27,7 +27,7 @@ pub enum ForwardError {
     Assembly(#[from] AssemblyError),
     /// Rigid bodies with Coulomb friction have no acceleration here (Painleve's paradox).
     #[error(
-        "at t = {time:.6} s the rigid model with this friction has no acceleration: {at} \
+        "at t = {time} s the rigid model with this friction has no acceleration: {at} \
          the loads grow without bound, first in joint `{joint}` ({kind}",
         at = if *percent < LEAST { "with any friction, however little,".to_owned() }
             else { format!("at {percent:.1} % of the given coefficients") },
@@ -47,7 +47,7 @@ pub enum ForwardError {
     },
     /// No choice of which contacts stick and which slide satisfies all laws.
     #[error(
-        "at t = {time:.6} s no choice of sticking and sliding joints satisfies all friction laws; joint \
+        "at t = {time} s no choice of sticking and sliding joints satisfies all friction laws; joint \
          `{joint}` is the one that neither holds nor slides (Painleve's paradox at rest); less friction \
          or a regularised law there lets it go on"
     )]
@@ -59,7 +59,7 @@ pub enum ForwardError {
     },
     /// Something can move that weighs nothing.
     #[error(
-        "at t = {time:.6} s body `{body}` can move without any inertia, so its acceleration is not defined; \
+        "at t = {time} s body `{body}` can move without any inertia, so its acceleration is not defined; \
          give it mass and moments of inertia, or hold that motion"
     )]
     Massless {
@@ -70,7 +70,7 @@ pub enum ForwardError {
     },
     /// The loops cannot be closed again.
     #[error(
-        "at t = {time:.6} s the loops cannot be closed: joint `{joint}` stays open by {gap:.2e} (m or rad); \
+        "at t = {time} s the loops cannot be closed: joint `{joint}` stays open by {gap:.2e} (m or rad); \
          the position is singular, or what is prescribed is out of reach"
     )]
     Open {
@@ -83,7 +83,7 @@ pub enum ForwardError {
     },
     /// The steps have become too small.
     #[error(
-        "at t = {time:.6} s steps of {step:.1e} s are still too long for the tolerance {tolerance:.0e}: \
+        "at t = {time} s steps of {step:.1e} s are still too long for the tolerance {tolerance:.0e}: \
          something changes infinitely fast there{around}; allow a larger tolerance, or look at the forces \
          at that time"
     )]
@@ -133,7 +133,7 @@ pub enum ForwardError {
     },
     /// Loops, locks and what is prescribed would have to stop a motion at once.
     #[error(
-        "at t = {time:.6} s velocities would have to jump by {percent:.2} % of the fastest so that {what} \
+        "at t = {time} s velocities would have to jump by {percent:.2} % of the fastest so that {what} \
          holds: an impact, which rigid bodies do not describe; let it move, prescribe another motion, or \
          keep away from dead centres and singular positions"
     )]
@@ -151,7 +151,7 @@ pub enum ForwardError {
     )]
     Checkpoint,
     /// Numbers have become infinite.
-    #[error("at t = {time:.6} s {what} is not a finite number; check the inputs at that time")]
+    #[error("at t = {time} s {what} is not a finite number; check the inputs at that time")]
     NotFinite {
         /// s.
         time: f64,
@@ -163,13 +163,13 @@ pub enum ForwardError {
 fn blocked(time: f64, what: &str, by: f64, translates: bool, at_rest: bool) -> String {
     if at_rest {
         return format!(
-            "at t = {time:.6} s the forces push in a direction in which {what} gives way at first but not \
+            "at t = {time} s the forces push in a direction in which {what} gives way at first but not \
              beyond (a dead centre, or a position where two ways of moving meet): no finite force holds that"
         );
     }
     let units = if translates { "m/s^2" } else { "rad/s^2" };
     format!(
-        "{what} allows these rates at t = {time:.6} s but not beyond: they would accelerate it by {by:.3e} \
+        "{what} allows these rates at t = {time} s but not beyond: they would accelerate it by {by:.3e} \
          {units} that nothing can undo (a dead centre, or a position where two ways of moving meet)"
     )
 }

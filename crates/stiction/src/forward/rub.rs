@@ -115,6 +115,8 @@ pub(super) fn rub(
     let along = dot(velocity, direction);
     let law = law_of(contact, direction[0]);
     let resistance = match mode {
+        // Where nothing holds it any more it begins to slide within a step.
+        Contact::AtLimit(_) if along > 0.0 && law.slides_as_at_its_limit() => law.sliding(along),
         Contact::AtLimit(_) => {
             crate::friction::Resistance { coefficient: law.at_rest(), viscous: 0.0 }
         }

@@ -12,7 +12,7 @@ use super::error::ForwardError;
 use super::evaluate::{Ground, Solved, Unsolved};
 use super::guess::Guess;
 use super::rows::each_freedom;
-use super::rub::{Contact, norm, wrench_of};
+use super::rub::{Contact, law_of, norm, wrench_of};
 use std::collections::HashSet;
 
 /// Friction may exceed its limit by this part: rounding of reactions.
@@ -257,6 +257,9 @@ impl Forward {
             }
             solved = again;
         }
+        if let Some(less) = self.weaken(ground, trial, resting) {
+            solved = less;
+        }
         let worst = self.beyond(ground, trial, &solved, resting);
         Ok(match worst {
             None => Verdict::Stands(Box::new(solved)),
@@ -266,6 +269,38 @@ impl Forward {
                 Verdict::Change(contact, Contact::AtLimit(friction.map(|f| f / size)))
             }
         })
+    }
+
+    /// What lets go where its load grows steadily does so without acceleration. If it rubs less in sliding than at
+    /// rest it has one all the same: friction at the limit is that of the instant before. Those contacts slide from
+    /// here on; none where others hold them.
+    fn weaken(&self, ground: &Ground, trial: &mut [Contact], resting: &[usize]) -> Option<Solved> {
+        let mut weak = resting.to_vec();
+        weak.retain(|&c| match trial[c] {
+            Contact::AtLimit(d) => {
+                !law_of(&self.parameters.contacts[c], d[0]).slides_as_at_its_limit()
+            }
+            _ => false,
+        });
+        while !weak.is_empty() {
+            let mut slides = trial.to_vec();
+            for &contact in &weak {
+                if let Contact::AtLimit(direction) = trial[contact] {
+                    slides[contact] = Contact::Slides(direction);
+                }
+            }
+            let (solved, turned) = self.turn(ground, &mut slides, resting).ok()?;
+            let count = weak.len();
+            weak.retain(|&c| turned != Some(c) && self.begins(ground, &solved, c).is_some());
+            if weak.len() < count {
+                continue;
+            }
+            if turned.is_none() {
+                trial.copy_from_slice(&slides);
+            }
+            return turned.is_none().then_some(solved);
+        }
+        None
     }
 
     /// The contact that is farthest beyond its limit though it sticks, and its friction. Or one that cannot be
@@ -417,16 +452,21 @@ impl Forward {
 
     /// The acceleration of a contact's surface, m/s^2, where it is more than rounding.
     fn begins(&self, ground: &Ground, solved: &Solved, contact: usize) -> Option<[f64; 3]> {
-        let parameters = &self.parameters;
-        let content = &parameters.contacts[contact];
         let accelerations = &solved.coupled.response.accelerations;
         let begins = self.surface_acceleration(ground, accelerations, contact);
+        (norm(begins) > self.rounding_of_beginnings(accelerations, contact)).then_some(begins)
+    }
+
+    /// Accelerations of a contact's surface up to this, m/s^2, are rounding.
+    pub(super) fn rounding_of_beginnings(&self, accelerations: &[f64], contact: usize) -> f64 {
+        let parameters = &self.parameters;
+        let content = &parameters.contacts[contact];
         let largest = accelerations
             .iter()
             .zip(&self.columns)
             .fold(parameters.gravity.norm() / parameters.length, |m, (a, c)| m.max((a / c).abs()));
         let arm = content.arms(parameters.pitch[content.joint])[0].min(parameters.length);
-        (norm(begins) > STILL * largest * arm).then_some(begins)
+        STILL * largest * arm
     }
 
     /// The acceleration of a contact's surface, m/s^2.

@@ -147,6 +147,11 @@ impl<T: Scalar> Law<T> {
 }
 
 impl Law {
+    /// Whether the least sliding speed changes nothing about the greatest force before it slides.
+    pub(crate) fn slides_as_at_its_limit(&self) -> bool {
+        self.coefficient(0.0) == self.at_rest()
+    }
+
     /// The same law as constants of another scalar.
     pub fn lift<T: Scalar>(&self) -> Law<T> {
         let lift = T::from_f64;

@@ -15,24 +15,48 @@ use crate::mechanism::JointId;
 const EVENTS_AT_ONCE: usize = 200;
 
 impl Simulation<'_> {
+    /// What follows the end of a step that began at some time.
     pub(super) fn follow_up(
         &mut self,
         ending: Ending,
+        since: f64,
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
+        let leaves = self.leaves_its_limit(since);
         match ending {
             Ending::Smooth => {
                 self.stalled = 0;
                 self.look_for_others(inputs)?;
-                let slid = self.modes.iter().zip(&self.now.contacts).any(|(mode, moment)| {
-                    matches!(mode, Contact::AtLimit(_))
-                        && norm(moment.velocity) > REST * self.fastest
-                });
-                if slid { self.reconsider(inputs, None) } else { Ok(()) }
+                if leaves { self.reconsider(inputs, None) } else { Ok(()) }
             }
             Ending::Stops(contact) => self.reconsider(inputs, Some(contact)),
             Ending::LetsGo | Ending::Passes(_) => self.reconsider(inputs, None),
         }
+    }
+
+    /// Whether a contact that was at its limit in the last step moves or begins to. It slides since that step began:
+    /// there its friction came to the limit, or that of what held it.
+    fn leaves_its_limit(&mut self, since: f64) -> bool {
+        let mut leaves = false;
+        for contact in 0..self.modes.len() {
+            let Contact::AtLimit(direction) = self.modes[contact] else { continue };
+            let along = |v: [f64; 3]| v.iter().zip(direction).map(|(v, d)| v * d).sum::<f64>();
+            let velocity = self.now.contacts[contact].velocity;
+            let moves = norm(velocity) > REST * self.fastest;
+            let begins = self.surface_acceleration(&self.now, contact);
+            let accelerations = &self.now.state.accelerations;
+            let rounding = self.model.rounding_of_beginnings(accelerations, contact);
+            leaves |= moves || norm(begins) > rounding;
+            if moves && along(velocity) > 0.0 || !moves && along(begins) > rounding {
+                let joint = JointId(self.model.parameters.contacts[contact].joint);
+                let kind = EventKind::Slides { contact, joint, direction };
+                // Loops may have lost rank since.
+                let place = self.events.partition_point(|event| event.time <= since);
+                self.events.insert(place, Event { time: since, kind });
+                self.modes[contact] = Contact::Slides(direction);
+            }
+        }
+        leaves
     }
 
     /// Decides anew what sticks and what slides among all that is at rest, `stopped` among them.

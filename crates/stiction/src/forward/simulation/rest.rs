@@ -79,8 +79,9 @@ impl Simulation<'_> {
     ) -> Result<(), ForwardError> {
         // Rates fall evenly; of all else, energies among it, what the square of this time adds is nothing.
         let y: Vec<f64> = start.iter().zip(first).map(|(y, rate)| y + within * rate).collect();
-        let arrived = self.arrive(self.now.time + within, &y, inputs)?;
+        let time = self.now.time;
+        let arrived = self.arrive(time + within, &y, inputs)?;
         self.commit(&y, arrived);
-        self.follow_up(Ending::Stops(contact), inputs)
+        self.follow_up(Ending::Stops(contact), time, inputs)
     }
 }

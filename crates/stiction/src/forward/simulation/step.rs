@@ -98,7 +98,7 @@ impl Simulation<'_> {
                         self.begin_stepping();
                         return Ok(());
                     }
-                    return self.follow_up(after, inputs);
+                    return self.follow_up(after, time, inputs);
                 }
                 Ok(error) => {
                     let factor = (0.9 * error.powf(-0.125)).clamp(0.1, 0.9);

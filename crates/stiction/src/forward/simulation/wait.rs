@@ -63,7 +63,7 @@ impl Simulation<'_> {
         }
         self.lists.push(y);
         self.step = self.step.max(piece.min(self.settings.longest_step));
-        self.follow_up(ending, inputs)
+        self.follow_up(ending, time, inputs)
     }
 
     /// Everything at another time, where nothing has moved since the last time.
