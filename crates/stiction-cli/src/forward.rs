@@ -301,6 +301,9 @@ fn failure_of_forward(error: &ForwardError, bad_input: bool) -> Failure {
         ForwardError::Stiff { time, step, tolerance, .. } => Failure::no_answer(message)
             .help("a larger --tolerance, or a smoother law of friction")
             .details(json!({ "time": time, "step": step, "tolerance": tolerance })),
+        ForwardError::Runaway { time, body, speed } => Failure::no_answer(message)
+            .help("is a controller unstable? less gain or more samples may help; else look at efforts and loads at that time")
+            .details(json!({ "time": time, "body": body, "speed": speed })),
         ForwardError::NotFinite { time, .. } => Failure::no_answer(message)
             .help("look at the efforts and loads at that time")
             .details(json!({ "time": time })),

@@ -141,10 +141,11 @@ fn after_a_full_disk_a_simulation_goes_on() {
         .fails(2, &["cannot write the tables", "kept: the same with --resume goes on from there"]);
     // A digit that is another one is not gone on from.
     let kept = parted.read("checkpoint.json");
-    let (before, digits) = kept.split_once("\"simulation\": \"3.0 0.").unwrap();
-    let first = digits.chars().next().unwrap();
-    let other = if first == '1' { '2' } else { '1' };
-    let damaged = format!("{before}\"simulation\": \"3.0 0.{other}{}", &digits[1..]);
+    // The first number is the format, and tells that it is another one.
+    let numbers = kept.find("\"simulation\"").unwrap();
+    let digit = numbers + kept[numbers..].find(" 0.").unwrap() + 3;
+    let other = if kept[digit..].starts_with('1') { '2' } else { '1' };
+    let damaged = format!("{}{other}{}", &kept[..digit], &kept[digit + 1..]);
     parted.write("checkpoint.json", &damaged);
     let resume = [&run[..], &["--resume"]].concat();
     parted.stiction(&resume).fails(2, &["checkpoint.json is damaged", "without --resume"]);

@@ -212,6 +212,23 @@ fn defects_have_the_same_places() {
     assert_same_complaint(&with_row(&good.replace("[rad]", "[deg]"), 9000, "9, 1000, 1"));
 }
 
+/// What is no number is not told to be an angle that begins anew, too.
+#[test]
+fn what_is_no_number_is_told_once() {
+    let good = recording(10, [0, 0], |_| 1e-3);
+    let whole = |text: String| motion(Contents::from(text));
+    assert!(good.starts_with("time") && whole(good.clone()).is_ok(), "{good}");
+    let header = good.lines().next().unwrap();
+    let (angle, _) = header.split(',').enumerate().find(|(_, cell)| cell.contains("rad")).unwrap();
+    for wrong in ["x", "nan", ""] {
+        let row = good.lines().nth(5).unwrap();
+        let mut cells: Vec<&str> = row.split(',').collect();
+        cells[angle] = wrong;
+        let Err(found) = whole(good.replace(row, &cells.join(","))) else { panic!("{wrong}") };
+        assert_eq!(found.len(), 1, "{found:?}");
+    }
+}
+
 #[test]
 fn what_is_no_recording_is_told_as_before() {
     let rows = recording(9000, [0, 0], uneven);

@@ -150,6 +150,18 @@ pub enum ForwardError {
         "the checkpoint is not one of a simulation of this mechanism by this version; start anew"
     )]
     Checkpoint,
+    /// Something drives the mechanism beyond where its equations hold.
+    #[error(
+        "at t = {time} s body `{body}` is faster than light ({speed:.1e} m/s): what acts on it grows without bound"
+    )]
+    Runaway {
+        /// s.
+        time: f64,
+        /// The fastest body.
+        body: String,
+        /// Of its centre of mass, or of what turns with it at the characteristic length, m/s.
+        speed: f64,
+    },
     /// Numbers have become infinite.
     #[error("at t = {time} s {what} is not a finite number; check the inputs at that time")]
     NotFinite {

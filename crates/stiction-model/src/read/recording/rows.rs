@@ -115,7 +115,9 @@ fn check_turn(
     wrapped: &mut Vec<String>,
     messages: &mut Messages,
 ) {
-    if change.abs() <= std::f64::consts::PI || wrapped.iter().any(|known| known == name) {
+    // What is no number has been told already.
+    let is_wrapped = change.abs() > std::f64::consts::PI;
+    if !is_wrapped || wrapped.iter().any(|known| known == name) {
         return;
     }
     wrapped.push(name.to_owned());

@@ -12,6 +12,7 @@ mod locate;
 mod others;
 mod packing;
 mod rest;
+mod runaway;
 mod settings;
 mod singular;
 mod start;
@@ -118,6 +119,7 @@ impl Simulation<'_> {
             while self.now.time < end {
                 self.go_on(end, inputs)?;
                 self.count_turns();
+                self.check_speeds()?;
             }
             if change.is_some() {
                 inputs.change(&self.view());
