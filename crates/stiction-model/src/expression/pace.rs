@@ -60,11 +60,10 @@ fn within(op: Op, arguments: &[Jet], now: f64) -> f64 {
                 let ramp = (0.0..1.0).contains(&along.value);
                 if ramp { next.min(until_changed_by(along, LOOKS.recip())) } else { next }
             }
-            Function::Abs => until_zero(a),
+            Function::Abs => until_met(a, now),
             Function::Min | Function::Max => {
                 let chosen = Function::apply(function, arguments);
-                let meetings = arguments.iter().map(|other| until_zero(chosen - *other));
-                let meetings = meetings.filter(|meeting| *meeting > now);
+                let meetings = arguments.iter().map(|other| until_met(chosen - *other, now));
                 meetings.fold(f64::INFINITY, f64::min)
             }
             _ => f64::INFINITY,
@@ -77,6 +76,17 @@ fn within(op: Op, arguments: &[Jet], now: f64) -> f64 {
 fn until_zero(x: Jet) -> f64 {
     let until = -x.value / x.first;
     if until > 0.0 { until } else { f64::INFINITY }
+}
+
+/// Until a number is zero, by its rate and by its acceleration, or turns back: it may be beyond zero for no longer than
+/// between two zeros, where it is zero at both. What happens `now` has happened.
+fn until_met(x: Jet, now: f64) -> f64 {
+    let root = (x.first * x.first - 2.0 * x.value * x.second).sqrt();
+    // Of both roots the one without a difference first.
+    let sum = x.first + root.copysign(x.first);
+    let roots = [-2.0 * x.value / sum, -sum / x.second];
+    let all = [until_zero(x), roots[0], roots[1], -x.first / x.second];
+    all.into_iter().filter(|within| *within > now).fold(f64::INFINITY, f64::min)
 }
 
 /// Until a number has changed by so much, by its rate and by its acceleration alone, s.
@@ -123,6 +133,9 @@ mod tests {
             "exp(-((t - 7)/0.0003)^2)",
             "0.5*(tanh((t - 7)/0.0001) - tanh((t - 7.001)/0.0001))",
             "1/(1 + ((t - 7)/0.0001)^2)",
+            // 2 ms around the peak of a slow wave; it reaches 1 there.
+            "max(0, cos(0.9*(t - 7)) - cos(0.0009))/(1 - cos(0.0009))",
+            "(abs(cos(0.9*(t - 7)) - cos(0.0009)) + cos(0.9*(t - 7)) - cos(0.0009))/(2 - 2*cos(0.0009))",
         ] {
             let (most, looks) = most(text, 10.0);
             assert!(most > 0.7, "{text}: {most}");
