@@ -6,6 +6,7 @@ use crate::forward::error::ForwardError;
 use crate::forward::evaluate::Instant;
 use crate::forward::inputs::Inputs;
 use crate::forward::rub::{Contact, norm};
+use std::convert::Infallible;
 
 /// How far beyond its limit friction is where a contact lets go: more than the search forgives.
 pub(super) const LET_GO: f64 = 1e-9;
@@ -105,7 +106,7 @@ impl Simulation<'_> {
         prepared?;
         let mut first: Option<(f64, Ending)> = led.map(|part| (part, Ending::LetsGo));
         for contact in suspects {
-            if let Some(part) = self.stop_within(time, step, contact, inputs)?
+            if let Some(part) = self.stop_within(contact)
                 && first.as_ref().is_none_or(|(before, _)| part < *before)
             {
                 first = Some((part, Ending::Stops(contact)));
@@ -121,13 +122,7 @@ impl Simulation<'_> {
     }
 
     /// The part of the step at which a contact's velocity falls through zero.
-    pub(super) fn stop_within(
-        &mut self,
-        time: f64,
-        step: f64,
-        contact: usize,
-        inputs: &mut dyn Inputs,
-    ) -> Result<Option<f64>, ForwardError> {
+    fn stop_within(&self, contact: usize) -> Option<f64> {
         const PIECES: usize = 16;
         let mut y = Vec::new();
         let mut bodies = crate::kinematics::Bodies::new(&self.model.topology);
@@ -143,7 +138,6 @@ impl Simulation<'_> {
             let Contact::Slides(direction) = self.modes[contact] else { return 1.0 };
             velocity.iter().zip(direction).map(|(v, d)| v * d).sum()
         };
-        let _ = (time, step, inputs);
         let mut below = None;
         let mut before = 0.0;
         for piece in 1..=PIECES {
@@ -155,13 +149,16 @@ impl Simulation<'_> {
             }
             before = part;
         }
-        let Some((part, value)) = below else { return Ok(None) };
+        let (part, value) = below?;
         let at_before = speed(before);
         if before == 0.0 && at_before <= 0.0 {
             // It leaves rest backwards at once: rounding of what was just decided.
-            return Ok((value.abs() > REST * self.fastest).then_some(0.5 * part));
+            return (value.abs() > REST * self.fastest).then_some(0.5 * part);
         }
-        Ok(Some(root((before, at_before), (part, value), speed)))
+        // The step that ends there is corrected anyway.
+        let speed = |part| Ok::<f64, Infallible>(speed(part));
+        let Ok(part) = crossing((before, at_before), (part, value), 1e-12, speed);
+        Some(part)
     }
 
     /// The least part of its limit that any contact which sticks has left; negative where one is beyond.
@@ -275,12 +272,12 @@ pub(super) fn falls_below(
 
 /// Where a function that is positive at `low` and negative at `high` falls below zero, by Illinois's rule: the end
 /// beyond of an interval as short as `fine`.
-pub(super) fn crossing(
+pub(super) fn crossing<E>(
     mut low: (f64, f64),
     mut high: (f64, f64),
     fine: f64,
-    mut f: impl FnMut(f64) -> Result<f64, ForwardError>,
-) -> Result<f64, ForwardError> {
+    mut f: impl FnMut(f64) -> Result<f64, E>,
+) -> Result<f64, E> {
     for _ in 0..60 {
         if high.0 - low.0 <= fine {
             break;
@@ -310,32 +307,6 @@ fn dips((v0, a0): (f64, f64), (v1, a1): (f64, f64)) -> bool {
             - a1 * x * x * y;
         value < 0.0
     })
-}
-
-/// Where a function falls through zero, by Illinois's rule.
-fn root(mut low: (f64, f64), mut high: (f64, f64), mut f: impl FnMut(f64) -> f64) -> f64 {
-    for _ in 0..100 {
-        // The step that ends there is corrected anyway.
-        if high.0 - low.0 <= 1e-12 {
-            break;
-        }
-        let mut middle = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-        if !(middle > low.0 && middle < high.0) {
-            middle = 0.5 * (low.0 + high.0);
-        }
-        let value = f(middle);
-        if value == 0.0 {
-            return middle;
-        }
-        if value < 0.0 {
-            high = (middle, value);
-            low.1 *= 0.5;
-        } else {
-            low = (middle, value);
-            high.1 *= 0.5;
-        }
-    }
-    0.5 * (low.0 + high.0)
 }
 
 #[cfg(test)]
