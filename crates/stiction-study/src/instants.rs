@@ -33,7 +33,8 @@ pub enum InstantsError {
     ),
     /// The step is so small that nobody can mean it.
     #[error(
-        "a step of {step:?} s makes {count:.1e} samples of this motion; the most is {MOST:.0e}"
+        "a step of {step:?} s makes {count} samples of this motion; the most is {MOST:.0e}",
+        count = if count.is_finite() { format!("{count:.1e}") } else { "countless".to_owned() }
     )]
     TooMany {
         /// The step, s.
