@@ -28,15 +28,12 @@ impl Memory {
     pub(crate) fn writer(&mut self, lane: usize) -> impl FnMut(&[f64]) + '_ {
         let (lanes, slots) = (self.lanes, &mut *self.slots);
         let mut next = lane;
+        // One by one: programs read single numbers soon after, and would wait for wider pieces that overlap.
         move |values| {
-            if lanes == 1 {
-                slots[next..][..values.len()].copy_from_slice(values);
-            } else {
-                for (slot, value) in slots[next..].iter_mut().step_by(lanes).zip(values) {
-                    *slot = *value;
-                }
+            for value in values {
+                slots[next] = *value;
+                next += lanes;
             }
-            next += lanes * values.len();
         }
     }
 

@@ -83,16 +83,19 @@ impl<'a> Runs<'a> {
     fn step(&mut self) -> usize {
         let step = self.next;
         let (samples, robot) = (&self.order[step], self.robot);
-        let states: [_; MOST_LANES] = std::array::from_fn(|lane| {
-            let sample = samples[lane.min(samples.len() - 1)];
-            StateOfMotion {
-                bodies: black_box(&self.motions[sample]),
-                coordinates: &robot.positions[sample].coordinates,
-                targets: &robot.targets[sample],
-                loads: &robot.loads[sample],
-            }
-        });
-        self.program.set_lanes(&mut self.memory, &states[..samples.len()]);
+        let state = |sample: usize| StateOfMotion {
+            bodies: black_box(&self.motions[sample]),
+            coordinates: &robot.positions[sample].coordinates,
+            targets: &robot.targets[sample],
+            loads: &robot.loads[sample],
+        };
+        if let [sample] = samples[..] {
+            self.program.set_lanes(&mut self.memory, &[state(sample)]);
+        } else {
+            let states: [_; MOST_LANES] =
+                std::array::from_fn(|lane| state(samples[lane.min(samples.len() - 1)]));
+            self.program.set_lanes(&mut self.memory, &states[..samples.len()]);
+        }
         if self.friction {
             self.program.run(&mut self.memory, &mut self.settled);
         } else {
