@@ -654,24 +654,11 @@ fn what_was_computed_before_it_jams_is_kept() {
 /// Begins a run in a folder and waits until some rows are written.
 #[cfg(unix)]
 fn begin(folder: &Folder, arguments: &[&str]) -> std::process::Child {
-    use std::process::{Command, Stdio};
-    let child = Command::new(env!("CARGO_BIN_EXE_stiction"))
-        .current_dir(&folder.0)
-        .args(arguments)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let begun = std::time::Instant::now();
     let written = || {
         let sizes = std::fs::read_dir(&folder.0).unwrap().filter_map(|e| e.ok()?.metadata().ok());
         sizes.map(|m| m.len()).max().unwrap_or(0)
     };
-    while written() < 100_000 {
-        assert!(begun.elapsed().as_secs() < 60, "nothing is written");
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
-    child
+    folder.begin(arguments, || written() >= 100_000)
 }
 
 #[cfg(unix)]

@@ -6,12 +6,6 @@ mod program;
 use program::{Folder, Said};
 use std::process::{Command, Stdio};
 
-fn command(folder: &Folder, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
-    command.current_dir(&folder.0).env("NO_COLOR", "1").args(arguments);
-    command
-}
-
 #[test]
 fn encodings_are_told_with_a_way_out() {
     let folder = Folder::new("hostile-encodings");
@@ -29,16 +23,7 @@ fn encodings_are_told_with_a_way_out() {
 fn a_model_may_come_through_a_pipe() {
     let folder = Folder::new("hostile-pipe");
     let text = folder.stiction(&["models", "slider-crank"]).succeeds().to_owned();
-    let give = |text: &str| {
-        let mut child = command(&folder, &["convert", "-", "--to", "json"])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        std::io::Write::write_all(&mut child.stdin.take().unwrap(), text.as_bytes()).unwrap();
-        Said::from(child.wait_with_output().unwrap())
-    };
+    let give = |text: &str| folder.stiction_given(&["convert", "-", "--to", "json"], text);
     let through = give(&text).succeeds().to_owned();
     let named = folder.stiction(&["convert", "slider-crank", "--to", "json"]).succeeds().to_owned();
     assert_eq!(through.replace("standard input", "slider-crank"), named);
@@ -54,13 +39,13 @@ fn nobody_takes_what_is_said() {
     let full = || std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
     for arguments in [&["check", "wrong.toml"][..], &["check", "missing.toml"], &["check", "--odd"]]
     {
-        let status = command(&folder, arguments).stderr(full()).status().unwrap();
+        let status = folder.command(arguments).stderr(full()).status().unwrap();
         assert_eq!(status.code(), Some(2), "{arguments:?}");
     }
-    let status = command(&folder, &["inverse", "slider-crank"]).stderr(full()).output().unwrap();
+    let status = folder.command(&["inverse", "slider-crank"]).stderr(full()).output().unwrap();
     assert_eq!(status.status.code(), Some(0));
     for arguments in [&["models"][..], &["schema"], &["inverse", "slider-crank", "-o", "out"]] {
-        let output = command(&folder, arguments).stdout(full()).stderr(Stdio::piped()).output();
+        let output = folder.command(arguments).stdout(full()).stderr(Stdio::piped()).output();
         let said = Said::from(output.unwrap());
         said.fails(2, &["cannot write to standard output"]);
     }
@@ -158,15 +143,7 @@ fn after_a_full_disk_a_simulation_goes_on() {
 /// Begins a run and waits until it writes.
 #[cfg(unix)]
 fn begin(folder: &Folder, arguments: &[&str]) -> std::process::Child {
-    let child =
-        command(folder, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let begun = std::time::Instant::now();
-    let has_begun = || folder.files().iter().any(|name| name.ends_with(".partial"));
-    while !has_begun() {
-        assert!(begun.elapsed().as_secs() < 60, "nothing is written");
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
-    child
+    folder.begin(arguments, || folder.files().iter().any(|name| name.ends_with(".partial")))
 }
 
 /// Whoever asks it to end gets an end without half files; what a killed run leaves goes with the next one.

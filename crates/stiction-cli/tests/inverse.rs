@@ -2,9 +2,8 @@
 
 mod program;
 
-use program::{Folder, Said, column, json};
+use program::{Folder, column, json};
 use serde_json::Value;
-use std::process::{Command, Stdio};
 
 const TABLES: [&str; 5] =
     ["bodies.csv", "friction.csv", "inverse.csv", "reactions.csv", "summary.json"];
@@ -315,16 +314,7 @@ fn a_long_recording_is_the_same_in_pieces() {
     folder.stiction(&arguments("turn.csv")).succeeds();
     let pieces = folder.read("inverse.csv");
     assert_eq!(pieces.lines().count(), 1 + 900);
-    let mut child = Command::new(env!("CARGO_BIN_EXE_stiction"))
-        .current_dir(&folder.0)
-        .args(arguments("/dev/stdin"))
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    std::io::Write::write_all(&mut child.stdin.take().unwrap(), text.as_bytes()).unwrap();
-    Said::from(child.wait_with_output().unwrap()).succeeds();
+    folder.stiction_given(&arguments("/dev/stdin"), &text).succeeds();
     assert!(folder.read("inverse.csv") == pieces, "tables differ");
 }
 

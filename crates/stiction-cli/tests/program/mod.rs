@@ -2,8 +2,10 @@
 #![allow(dead_code, reason = "each test uses its part")]
 
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 /// An empty folder of its own for a test.
 pub(crate) struct Folder(pub(crate) PathBuf);
@@ -35,10 +37,37 @@ impl Folder {
 
     /// Runs `stiction` in this folder.
     pub(crate) fn stiction<S: AsRef<str>>(&self, arguments: &[S]) -> Said {
+        Said::from(self.command(arguments).output().unwrap())
+    }
+
+    /// The same with a text on its standard input.
+    pub(crate) fn stiction_given<S: AsRef<str>>(&self, arguments: &[S], text: &str) -> Said {
+        let mut child = self.spawned(self.command(arguments).stdin(Stdio::piped()));
+        child.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
+        Said::from(child.wait_with_output().unwrap())
+    }
+
+    /// `stiction` in this folder, to be run.
+    pub(crate) fn command<S: AsRef<str>>(&self, arguments: &[S]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
         command.current_dir(&self.0).env("NO_COLOR", "1");
         command.args(arguments.iter().map(AsRef::as_ref));
-        Said::from(command.output().unwrap())
+        command
+    }
+
+    /// Begins a run and waits until it can be seen in the folder.
+    pub(crate) fn begin(&self, arguments: &[&str], has_begun: impl Fn() -> bool) -> Child {
+        let child = self.spawned(&mut self.command(arguments));
+        let begun = Instant::now();
+        while !has_begun() {
+            assert!(begun.elapsed().as_secs() < 60, "nothing is written");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        child
+    }
+
+    fn spawned(&self, command: &mut Command) -> Child {
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
     }
 }
 
