@@ -8,10 +8,11 @@
 use crate::forward::ForwardProgram;
 use crate::motions::run;
 use crate::recipe::Recipe;
+use crate::wrench::from_components;
 use stiction::dynamics::AppliedLoad;
 use stiction::kinematics::{State, Target};
 use stiction::random::Random;
-use stiction::spatial::Vec3;
+use stiction::spatial::Wrench;
 
 /// What rounding may leave of efforts, loads, forces and moments, each as a part of the largest of its kind.
 const ROUNDING: f64 = 1e-11;
@@ -33,10 +34,9 @@ impl Recipe<'_> {
             accelerations: accelerations.to_vec(),
         };
         let target = |t: &[f64]| Target { value: t[0], rate: t[1], acceleration: t[2] };
-        let loads = self.loads.iter().zip(loads.chunks(6)).map(|(load, w)| AppliedLoad {
-            force: Vec3::new(w[0], w[1], w[2]),
-            moment: Vec3::new(w[3], w[4], w[5]),
-            ..*load
+        let loads = self.loads.iter().zip(loads.chunks(6)).map(|(load, numbers)| {
+            let Wrench { force, moment } = from_components(numbers);
+            AppliedLoad { force, moment, ..*load }
         });
         (state, targets.chunks(3).map(target).collect(), loads.collect())
     }

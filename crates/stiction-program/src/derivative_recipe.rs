@@ -15,13 +15,13 @@ use crate::recipe::Recipe;
 use crate::recorded::Recorded;
 use crate::slopes::slopes;
 use crate::stages::with_inputs_replaced;
-use crate::wrench::components;
+use crate::wrench::{components, from_components};
 use core::ops::Range;
 use stiction::kinematics::Target;
 use stiction::parameters::Parameters;
 use stiction::random::Random;
 use stiction::scalar::Scalar;
-use stiction::spatial::{Vec3, Wrench};
+use stiction::spatial::Wrench;
 
 /// Derivatives that are asked for, and where their inputs stand behind those of inverse dynamics: the reactions of
 /// joints with contacts as six numbers each, the slopes of all quantities; and, while it is recorded, numbers of
@@ -57,7 +57,9 @@ impl<'a> Asked<'a> {
                 }
             }
         }
-        let rubbing = if quantities.is_empty() { Vec::new() } else { recipe.rubbing() };
+        let has_contacts = |joint: &usize| !parameters.contacts_at[*joint].is_empty();
+        let joints = if quantities.is_empty() { 0 } else { parameters.contacts_at.len() };
+        let rubbing = (0..joints).filter(has_contacts).collect();
         Some(Self { quantities, numbers, rubbing, first_target, first })
     }
 
@@ -65,6 +67,11 @@ impl<'a> Asked<'a> {
     pub(crate) fn slopes(&self) -> Range<usize> {
         let first = self.first + 6 * self.rubbing.len();
         first..first + self.quantities.len()
+    }
+
+    /// For each joint with contacts the first input of its reaction.
+    pub(crate) fn reactions(&self) -> Vec<(usize, usize)> {
+        self.rubbing.iter().copied().zip((self.first..).step_by(6)).collect()
     }
 
     fn first_held(&self) -> usize {
@@ -123,10 +130,10 @@ impl<'a> Asked<'a> {
         let reactions = inputs[self.first..].chunks(6);
         let both = reactions.zip(inputs[self.first_held()..].chunks(6));
         for (&joint, (reaction, held)) in self.rubbing.iter().zip(both) {
-            let Wrench { force, moment } = wrench(reaction);
+            let Wrench { force, moment } = from_components(reaction);
             let moment = moment + bodies.frame_j[joint].position.cross(force);
             carried.extend(components(Wrench { force, moment }));
-            wrenches[joint] = wrench(held);
+            wrenches[joint] = from_components(held);
         }
         ran.inverse.step_at(&recipe.kernel.setup(), &parameters, bodies, &wrenches);
         [ran.inverse.drives().to_vec(), carried]
@@ -140,6 +147,10 @@ impl<'a> Asked<'a> {
         drives: &[Node],
         carried: &[Node],
     ) -> (Graph, Vec<Node>, Vec<Node>) {
+        if self.quantities.is_empty() {
+            let all = (0..graph.ops().len() as Node).collect();
+            return (graph, all, Vec::new());
+        }
         let of_inputs = self.slopes_of_inputs(&mut graph);
         let slope = slopes(&mut graph, &of_inputs);
         let zero = graph.number(0.0);
@@ -171,22 +182,8 @@ impl<'a> Asked<'a> {
     }
 }
 
-impl Recipe<'_> {
-    /// The joints that have contacts.
-    pub(crate) fn rubbing(&self) -> Vec<usize> {
-        let contacts_at = &self.solver.parameters().contacts_at;
-        (0..contacts_at.len()).filter(|joint| !contacts_at[*joint].is_empty()).collect()
-    }
-}
-
 /// An angle less the whole turns by which it differs from another.
 fn nearest(angle: Recorded, other: Recorded) -> Recorded {
     let (sine, cosine) = (angle - other).sin_cos();
     other + sine.atan2(cosine)
-}
-
-/// Force, then moment.
-fn wrench(numbers: &[Recorded]) -> Wrench<Recorded> {
-    let part = |first: usize| Vec3::new(numbers[first], numbers[first + 1], numbers[first + 2]);
-    Wrench { force: part(0), moment: part(3) }
 }

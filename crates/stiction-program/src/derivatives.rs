@@ -3,7 +3,6 @@
 use crate::inverse::{Beside, InverseProgram};
 use crate::memory::Memory;
 use crate::quantity::Quantity;
-use crate::recipe::Recipe;
 use crate::run::natural_lanes;
 use stiction::dynamics::{AppliedLoad, InverseDynamics};
 use stiction::kinematics::{State, Target};
@@ -17,8 +16,6 @@ use stiction::kinematics::{State, Target};
 pub struct DerivativeProgram {
     inverse: InverseProgram,
     beside: Beside,
-    /// The joints with contacts, whose reactions are handed on.
-    rubbing: Vec<usize>,
     quantities: Vec<Quantity>,
     lanes: usize,
 }
@@ -56,9 +53,8 @@ impl DerivativeProgram {
         }
         let (inverse, beside) =
             InverseProgram::record_beside(solver, course, loads, quantities, machine)?;
-        let rubbing = Recipe { kernel: &solver.kernel()?, solver, loads }.rubbing();
         let (quantities, lanes) = (quantities.to_vec(), natural_lanes());
-        Some(Self { inverse, beside, rubbing, quantities, lanes })
+        Some(Self { inverse, beside, quantities, lanes })
     }
 
     /// The program of inverse dynamics that it contains.
@@ -105,10 +101,9 @@ impl DerivativeProgram {
         self.inverse.set(inverse, 0, state, targets, loads);
         let mut settled = [false];
         self.inverse.run(inverse, &mut settled);
-        let first = self.beside.end_of_reactions - 6 * self.rubbing.len();
-        for (place, &joint) in (first..).step_by(6).zip(&self.rubbing) {
+        for &(joint, slot) in &self.beside.reactions {
             let reaction = self.inverse.reaction(inverse, 0, joint);
-            inverse.slots[place..][..6].copy_from_slice(&reaction);
+            inverse.slots[slot..][..6].copy_from_slice(&reaction);
         }
         self.beside.preparation.run(&mut inverse.slots, &mut inverse.scratch);
         settled[0] && inverse.slots[self.beside.guard as usize] > 0.0

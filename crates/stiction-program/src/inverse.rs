@@ -57,8 +57,8 @@ pub(crate) struct Beside {
     pub(crate) slopes: Vec<u32>,
     /// Where it is positive what is taken for granted holds.
     pub(crate) guard: u32,
-    /// Reactions of joints with contacts end before this slot.
-    pub(crate) end_of_reactions: usize,
+    /// For each joint with contacts the first slot of its reaction, which is to be handed on.
+    pub(crate) reactions: Vec<(usize, usize)>,
 }
 
 /// The slots of the results.
@@ -242,7 +242,7 @@ impl InverseProgram {
             slots: wide.count(),
             slopes: recorded.slopes.iter().map(|node| wide.of(*node).unwrap_or(0)).collect(),
             guard: place(&recorded.guards[2]),
-            end_of_reactions: recorded.slope_inputs.start,
+            reactions: recorded.reactions.clone(),
         };
         (Self { given, reads_targets, counts, places, code }, beside)
     }

@@ -44,6 +44,8 @@ pub(crate) struct InverseStages {
     /// Slopes of all drives, if they were asked for; and the inputs that make them.
     pub(crate) slopes: Vec<Node>,
     pub(crate) slope_inputs: Range<usize>,
+    /// What they are given: for each joint with contacts the first input of its reaction.
+    pub(crate) reactions: Vec<(usize, usize)>,
     /// Positive where what is taken for granted holds: without friction, with friction, of slopes.
     pub(crate) guards: [Node; 3],
 }
@@ -136,7 +138,7 @@ impl Recipe<'_> {
             vec![change, size, determinant]
         });
         let control = [control[0], control[1], control[2]];
-        let slope_inputs = asked.slopes();
+        let (slope_inputs, reactions) = (asked.slopes(), asked.reactions());
         Some(InverseStages {
             graph,
             ideal,
@@ -147,6 +149,7 @@ impl Recipe<'_> {
             rest,
             slopes,
             slope_inputs,
+            reactions,
             guards,
         })
     }

@@ -3,12 +3,19 @@
 use stiction::dynamics::Inverse;
 use stiction::kinematics::Bodies;
 use stiction::scalar::Scalar;
-use stiction::spatial::{Pose, Wrench};
+use stiction::spatial::{Pose, Vec3, Wrench};
 
 /// Components of a wrench: force, then moment.
 pub(crate) fn components<T: Copy>(wrench: Wrench<T>) -> [T; 6] {
     let Wrench { force: f, moment: m } = wrench;
     [f.x, f.y, f.z, m.x, m.y, m.z]
+}
+
+/// The wrench with these components.
+pub(crate) fn from_components<T: Copy>(numbers: &[T]) -> Wrench<T> {
+    let part =
+        |first: usize| Vec3 { x: numbers[first], y: numbers[first + 1], z: numbers[first + 2] };
+    Wrench { force: part(0), moment: part(3) }
 }
 
 /// A wrench in another frame.
