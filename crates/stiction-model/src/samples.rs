@@ -3,6 +3,11 @@
 use crate::recorded::Recorded;
 use std::sync::Arc;
 
+/// The first of increasing instants after `t`; nothing after the last.
+pub(crate) fn first_after(times: &[f64], t: f64) -> Option<f64> {
+    times.get(times.partition_point(|&time| time <= t)).copied()
+}
+
 /// The instants of a recording's samples, s, strictly increasing.
 #[derive(Clone, Debug)]
 pub struct SampleTimes(Kind);
@@ -46,7 +51,7 @@ impl SampleTimes {
     /// The first after `t`, s; nothing after the last.
     pub fn after(&self, t: f64) -> Option<f64> {
         match &self.0 {
-            Kind::Listed(list) => list.get(list.partition_point(|&time| time <= t)).copied(),
+            Kind::Listed(list) => first_after(list, t),
             Kind::Recorded(recording) => recording.after(t),
         }
     }

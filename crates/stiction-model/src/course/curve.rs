@@ -2,6 +2,7 @@
 
 use super::hermite::{Given, Samples, Spline};
 use super::monotone::{self, Monotone};
+use crate::samples::first_after;
 use std::sync::Arc;
 use stiction::kinematics::Target;
 
@@ -93,7 +94,7 @@ impl Curve {
             Self::Spline(spline) => spline.times(),
             Self::Monotone(monotone) => monotone.times(),
         };
-        times.get(times.partition_point(|&time| time <= t)).copied()
+        first_after(times, t)
     }
 
     /// The value at `t`, exactly that of the sample where there is one.

@@ -19,6 +19,7 @@ pub(crate) use survey::{Found, Survey};
 use crate::contents::Store;
 use crate::course::Window;
 use crate::diagnostic::Diagnostic;
+use crate::samples::first_after;
 use crate::source::{Place, Source};
 use piece::Piece;
 use std::ops::Range;
@@ -113,10 +114,7 @@ impl Recorded {
 
     /// The first instant of a sample after `t`, s; nothing after the last.
     pub(crate) fn after(&self, t: f64) -> Option<f64> {
-        let look = |piece: &Piece| {
-            piece.times.get(piece.times.partition_point(|&time| time <= t)).copied()
-        };
-        self.with(self.window_at(t), look).flatten()
+        self.with(self.window_at(t), |piece| first_after(&piece.times, t)).flatten()
     }
 
     /// Why there is no value at `t`, or was none elsewhere, if the recording cannot be read any more.

@@ -100,7 +100,7 @@ impl Instant {
             return Some("an acceleration");
         }
         // Magnitudes are told, too: squares must not be infinite.
-        let is_finite = |w: &Wrench<f64>| (w.force.norm() + w.moment.norm()).is_finite();
+        let is_finite = |w: &Wrench<f64>| [w.force, w.moment].iter().all(|v| v.dot(*v).is_finite());
         (!self.wrenches.iter().all(is_finite)).then_some("a reaction")
     }
 

@@ -63,10 +63,10 @@ pub(super) fn difference(topology: &Topology, coordinate: Coordinate) -> Differe
 /// The place among the tree's coordinates of one that is an angle of a joint there.
 pub(super) fn tree_angle(topology: &Topology, coordinate: Coordinate) -> Option<usize> {
     let Coordinate::Joint { joint, freedom } = coordinate else { return None };
-    let Role::Tree { node } = topology.role[joint.0] else { return None };
+    let node = topology.node_of(joint.0)?;
     let unit = topology.joint_types[joint.0].freedoms()[freedom].motion;
     let turns = unit == crate::joint::Motion::Rotation;
-    turns.then(|| topology.nodes[node].coordinates.start + freedom)
+    turns.then(|| node.coordinates.start + freedom)
 }
 
 /// `found - wanted` in the sense of `difference`.
