@@ -1,5 +1,6 @@
 //! `cargo xtask audit`: what does not change from day to day and takes longer than one likes to wait: licences and
-//! known defects of dependencies, their oldest versions, the oldest compiler, builds without optional features, memory.
+//! known defects of dependencies, their oldest versions, the oldest compiler, builds without optional features, memory,
+//! other processors.
 //!
 //! Every step needs something that not everybody has. A step that cannot be done is told as such, and fails nothing:
 //! what was done is counted at the end.
@@ -21,7 +22,7 @@ enum Ended {
 
 type Step = (&'static str, &'static str, fn() -> Ended);
 
-const STEPS: [Step; 7] = [
+const STEPS: [Step; 8] = [
     ("features", "builds with and without optional features", features),
     ("oldest-compiler", "the oldest compiler that is promised", oldest_compiler),
     ("oldest-versions", "the oldest versions of dependencies that are promised", oldest_versions),
@@ -36,6 +37,7 @@ const STEPS: [Step; 7] = [
         memory,
     ),
     ("sanitizer", "the unsafe code under the address sanitizer", sanitizer),
+    ("arm", "programs in machine code of AArch64, emulated (QEMU)", arm),
     ("fuzz", "every fuzz target for a minute (cargo-fuzz)", fuzz),
 ];
 
@@ -229,6 +231,27 @@ fn sanitizer() -> Ended {
     let mut test =
         cargo_of("nightly", &["test", "-p", "stiction-program", "--tests", "--target", &host]);
     test.args(["--target-dir", "target/audit/sanitizer"]).env("RUSTFLAGS", "-Zsanitizer=address");
+    ended(succeeds(&mut test))
+}
+
+/// The tests of recorded programs on another processor, as Rust's own linker makes them.
+fn arm() -> Ended {
+    const TARGET: &str = "aarch64-unknown-linux-musl";
+    let library =
+        Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]).output();
+    let library = library.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned());
+    if !library.is_ok_and(|library| Path::new(&library).is_dir()) {
+        return Ended::Left(format!("rustup target add {TARGET}"));
+    }
+    let mut emulators = ["qemu-aarch64", "qemu-aarch64-static"].into_iter();
+    let Some(emulator) = emulators.find(|name| is_there(Command::new(name).arg("--version")))
+    else {
+        return Ended::Left("there is no qemu-aarch64".to_owned());
+    };
+    let mut test =
+        cargo(&["test", "--release", "-p", "stiction-program", "--tests", "--target", TARGET]);
+    test.env("CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL_LINKER", "rust-lld")
+        .env("CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL_RUNNER", emulator);
     ended(succeeds(&mut test))
 }
 

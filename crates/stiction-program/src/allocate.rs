@@ -3,7 +3,7 @@
 //! Straight-line code needs no more than to look ahead: whoever is needed last makes room (Belady 1966).
 
 use crate::code::{Code, Fused, Source, Step};
-use crate::encode::{ADD, Assembler, Base, DIV, MUL, Order, Place, SUB, Target};
+use crate::encode::{Base, Emit, Operation, Order, Place, Target, begin};
 use std::collections::HashMap;
 
 /// Constants that code needs beside its own.
@@ -36,9 +36,8 @@ pub(crate) fn assemble(code: &Code, target: Target) -> Assembled {
         allocator.step(k, *step);
     }
     allocator.rest();
-    allocator.assembler.finish();
     let scratch = allocator.spilled * target.width.lanes();
-    Assembled { bytes: allocator.assembler.bytes, constants, scratch }
+    Assembled { bytes: allocator.assembler.finish(), constants, scratch }
 }
 
 /// How often each constant stands in memory. What changes signs reads two numbers even for one.
@@ -49,7 +48,7 @@ fn copies(target: Target) -> usize {
 struct Allocator<'a> {
     code: &'a Code,
     target: Target,
-    assembler: Assembler,
+    assembler: Box<dyn Emit>,
     /// For each step where it is used, the last use first.
     uses: Vec<Vec<u32>>,
     /// The same for constants, slots and what is common to all lanes.
@@ -96,7 +95,7 @@ impl<'a> Allocator<'a> {
         Self {
             code,
             target,
-            assembler: Assembler::new(target),
+            assembler: begin(target),
             uses,
             constant_uses,
             slot_uses,
@@ -134,7 +133,7 @@ impl<'a> Allocator<'a> {
 
     fn address(&self, base: Base, place: usize, stride: usize) -> Place {
         let start = match base {
-            Base::Slots | Base::Common => Target::BASE_SLOT,
+            Base::Slots | Base::Common => self.target.base_slot(),
             Base::Constants | Base::Spills => 0,
         };
         let place = place as i32 - start as i32;
@@ -239,11 +238,12 @@ impl<'a> Allocator<'a> {
             let uses = self.uses_of(source);
             uses.iter().rev().find(|k| **k > now).copied()
         };
-        let must = matches!(source, Source::Common(_)) && !self.target.spreads_anywhere();
+        let memory = self.memory_of(source);
+        let must = matches!(memory, Place::Memory(base, _) if !self.target.reads(base));
         if must || self.register_of(source).is_some() || again.is_some_and(|k| k - now <= SOON) {
             return Place::Register(self.in_register(source, pinned));
         }
-        self.memory_of(source)
+        memory
     }
 
     /// Forgets one use of each operand at a step, and frees the registers of those that have no more.
@@ -270,16 +270,16 @@ impl<'a> Allocator<'a> {
     fn step(&mut self, k: usize, step: Step) {
         let now = k as u32;
         let to = match step {
-            Step::Add(a, b) => self.binary(now, step, ADD, a, b, true),
-            Step::Mul(a, b) => self.binary(now, step, MUL, a, b, true),
-            Step::Sub(a, b) => self.binary(now, step, SUB, a, b, false),
-            Step::Div(a, b) => self.binary(now, step, DIV, a, b, false),
+            Step::Add(a, b) => self.binary(now, step, Operation::Add, a, b, true),
+            Step::Mul(a, b) => self.binary(now, step, Operation::Mul, a, b, true),
+            Step::Sub(a, b) => self.binary(now, step, Operation::Sub, a, b, false),
+            Step::Div(a, b) => self.binary(now, step, Operation::Div, a, b, false),
             Step::Neg(a) => {
                 let from = self.in_register(a, &[]);
                 self.used(now, step);
                 let to = self.room(&[from]);
                 let sign = self.constant(SIGN);
-                self.assembler.xor(to, from, sign);
+                self.assembler.negate(to, from, sign);
                 to
             }
             Step::Sqrt(a) => {
@@ -295,12 +295,12 @@ impl<'a> Allocator<'a> {
                 let of = self.in_register(of, &[]);
                 let yes = self.in_register(yes, &[of]);
                 let no = self.in_register(no, &[of, yes]);
-                let mask = self.room(&[of, yes, no]);
-                // The mask holds nothing that is kept, but must not be the target before its time.
+                // Before any of them may be forgotten: it is written while they are still read.
+                let to = self.room(&[of, yes, no]);
                 let zero = self.constant(ZERO);
                 self.used(now, step);
-                self.assembler.select(mask, of, zero, [yes, no], mask);
-                mask
+                self.assembler.select(to, of, zero, yes, no);
+                to
             }
         };
         self.free_spills.append(&mut self.retired_spills);
@@ -320,7 +320,7 @@ impl<'a> Allocator<'a> {
         &mut self,
         now: u32,
         step: Step,
-        opcode: u8,
+        operation: Operation,
         a: Source,
         b: Source,
         commutes: bool,
@@ -335,7 +335,7 @@ impl<'a> Allocator<'a> {
             pinned[1] = register;
         }
         let to = self.room(&pinned);
-        self.assembler.arithmetic(opcode, to, first, second);
+        self.assembler.arithmetic(operation, to, first, second);
         to
     }
 
@@ -346,7 +346,8 @@ impl<'a> Allocator<'a> {
         };
         let addend = self.register_of(c);
         let is_last = ends(self, c).is_some();
-        let free = [(a, b), (b, a)].into_iter().find(|(a, _)| ends(self, *a).is_some());
+        let factors = if self.target.overwrites_factors() { &[(a, b), (b, a)][..] } else { &[] };
+        let free = factors.iter().copied().find(|(a, _)| ends(self, *a).is_some());
         if let (Some(addend), Some((own, other)), false) = (addend, free, is_last || a == b) {
             let to = self.in_register(own, &[addend]);
             let other = self.anywhere(other, now, &[addend, to]);

@@ -316,6 +316,7 @@ impl InverseProgram {
     pub fn set_lanes(&self, memory: &mut Memory, states: &[StateOfMotion<'_>]) {
         match memory.lanes {
             1 => self.set_all::<1>(memory, states),
+            2 => self.set_all::<2>(memory, states),
             4 => self.set_all::<4>(memory, states),
             _ => self.set_all::<MOST_LANES>(memory, states),
         }
@@ -354,6 +355,7 @@ impl InverseProgram {
         let runners = self.code.runners(memory.lanes);
         match memory.lanes {
             1 => self.run_lanes::<1>(runners, memory, settled),
+            2 => self.run_lanes::<2>(runners, memory, settled),
             4 => self.run_lanes::<4>(runners, memory, settled),
             _ => self.run_lanes::<MOST_LANES>(runners, memory, settled),
         }

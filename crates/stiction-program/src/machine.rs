@@ -8,10 +8,16 @@
 use crate::aligned::Aligned;
 use crate::allocate::assemble;
 use crate::code::Code;
-use crate::encode::{Target, Width};
+use crate::encode::{Set, Target, Width};
+#[cfg(all(target_arch = "aarch64", target_os = "linux"))]
+use core::arch::asm;
 use memmap2::{Mmap, MmapMut};
 
+/// As the instructions of each set find their four addresses.
+#[cfg(target_arch = "x86_64")]
 type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *mut f64, *const f64);
+#[cfg(not(target_arch = "x86_64"))]
+type Entry = unsafe extern "C" fn(*mut f64, *const f64, *mut f64, *const f64);
 
 /// A piece of code in machine instructions for one width.
 #[derive(Debug)]
@@ -19,14 +25,16 @@ pub(crate) struct Machine {
     memory: Mmap,
     constants: Aligned,
     lanes: usize,
+    /// The slot that it is handed the address of, and the place in what is common to all lanes.
+    first: usize,
     /// Numbers of slots, of scratch and of what is common to all lanes that it touches.
     slots: usize,
     scratch: usize,
     common: usize,
 }
 
-/// The widest registers that this processor has; none if code cannot be made for it.
-pub(crate) fn widest() -> Option<Width> {
+/// The instructions that this processor has; none if code cannot be made for it.
+pub(crate) fn instructions() -> Option<Set> {
     #[cfg(target_arch = "x86_64")]
     {
         let has = [
@@ -35,52 +43,93 @@ pub(crate) fn widest() -> Option<Width> {
             is_x86_feature_detected!("avx512vl"),
         ];
         if has == [true; 3] {
-            return Some(Width::Eight);
+            return Some(Set::Avx512);
         }
         if is_x86_feature_detected!("avx") {
-            return Some(Width::Four);
+            return Some(Set::Avx);
         }
     }
+    // Elsewhere caches are told of new code in other ways.
+    #[cfg(all(target_arch = "aarch64", target_os = "linux"))]
+    {
+        return Some(Set::Neon);
+    }
+    #[allow(unreachable_code)]
     None
+}
+
+/// Whether code for it can be run here.
+fn runs(target: Target) -> bool {
+    let here = match instructions() {
+        Some(Set::Avx512) => &[Set::Avx, Set::Avx512][..],
+        Some(Set::Avx) => &[Set::Avx],
+        Some(Set::Neon) => &[Set::Neon],
+        None => &[],
+    };
+    here.contains(&target.set) && target.set.widths().contains(&target.width)
 }
 
 /// Whether this processor adds to products in one instruction.
 pub(crate) fn fuses() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    {
-        widest().is_some() && is_x86_feature_detected!("fma")
+    match instructions() {
+        #[cfg(target_arch = "x86_64")]
+        Some(Set::Avx | Set::Avx512) => is_x86_feature_detected!("fma"),
+        Some(set) => set == Set::Neon,
+        None => false,
     }
-    #[cfg(not(target_arch = "x86_64"))]
+}
+
+/// Sees to it that the processor finds new instructions where it may have looked before: on AArch64 its caches for
+/// instructions do not follow memory.
+///
+/// Source: Arm Architecture Reference Manual for A-profile, section B2.4.4.
+fn publish(code: &[u8]) {
+    #[cfg(all(target_arch = "aarch64", target_os = "linux"))]
     {
-        false
+        let (start, end) = (code.as_ptr() as usize, code.as_ptr_range().end as usize);
+        // SAFETY: reads a register that all may read and tells caches of memory that is there; changes nothing.
+        unsafe {
+            let kind: u64;
+            asm!("mrs {}, ctr_el0", out(reg) kind, options(nomem, nostack, preserves_flags));
+            // Lines, in bytes: both numbers count words, as powers of two.
+            let (data, instructions) = (4 << (kind >> 16 & 15), 4 << (kind & 15));
+            for line in (start..end).step_by(data) {
+                asm!("dc cvau, {}", in(reg) line, options(nostack, preserves_flags));
+            }
+            asm!("dsb ish", options(nostack, preserves_flags));
+            for line in (start..end).step_by(instructions) {
+                asm!("ic ivau, {}", in(reg) line, options(nostack, preserves_flags));
+            }
+            asm!("dsb ish", "isb", options(nostack, preserves_flags));
+        }
     }
+    #[cfg(not(all(target_arch = "aarch64", target_os = "linux")))]
+    let _ = code;
 }
 
 impl Machine {
     /// Makes code executable; none where this system does not allow it.
     pub(crate) fn new(code: &Code, width: Width, slots: usize) -> Option<Self> {
-        let extended = widest()? == Width::Eight;
-        Self::for_target(code, Target { width, extended }, slots)
+        Self::for_target(code, Target { width, set: instructions()? }, slots)
     }
 
     fn for_target(code: &Code, target: Target, slots: usize) -> Option<Self> {
-        let Target { width, extended } = target;
-        let most = widest()?;
-        if width.lanes() > most.lanes() || extended && most != Width::Eight {
+        if !runs(target) {
             return None;
         }
         let assembled = assemble(code, target);
         let mut memory = MmapMut::map_anon(assembled.bytes.len()).ok()?;
         memory.copy_from_slice(&assembled.bytes);
         let memory = memory.make_exec().ok()?;
-        let slots = slots * width.lanes();
-        let (lanes, scratch) = (width.lanes(), assembled.scratch);
+        publish(&memory);
+        let lanes = target.width.lanes();
         Some(Self {
             memory,
             constants: Aligned::from(&*assembled.constants),
+            first: target.base_slot(),
             lanes,
-            slots,
-            scratch,
+            slots: slots * lanes,
+            scratch: assembled.scratch,
             common: code.common(),
         })
     }
@@ -98,12 +147,12 @@ impl Machine {
         // SAFETY: the memory holds a whole function of this signature, written by `assemble` for a
         // processor that has its instructions (`new` asked). It reads and writes slots below
         // `self.slots`, reads `constants` and what is common below `self.common`, reads and writes scratch
-        // below `self.scratch`, all of which are there, and changes no other register than a caller of
-        // "sysv64" expects.
+        // below `self.scratch`, all of which are there, and changes no other register than its caller
+        // expects.
         unsafe {
             let entry: Entry = std::mem::transmute(self.memory.as_ptr());
-            let base = slots.as_mut_ptr().wrapping_add(Target::BASE_SLOT * self.lanes);
-            let common = common.as_ptr().wrapping_add(Target::BASE_SLOT);
+            let base = slots.as_mut_ptr().wrapping_add(self.first * self.lanes);
+            let common = common.as_ptr().wrapping_add(self.first);
             entry(base, self.constants.as_ptr(), scratch.as_mut_ptr(), common);
         }
     }
@@ -159,11 +208,12 @@ mod tests {
         code
     }
 
+    /// What can be run here.
     fn targets() -> impl Iterator<Item = Target> {
-        [Width::One, Width::Four, Width::Eight]
+        [Set::Avx, Set::Avx512, Set::Neon]
             .into_iter()
-            .flat_map(|width| [false, true].map(|extended| Target { width, extended }))
-            .filter(|target| target.extended || target.width != Width::Eight)
+            .flat_map(|set| set.widths().iter().map(move |width| Target { width: *width, set }))
+            .filter(|target| runs(*target))
     }
 
     /// Slots and scratch lie between numbers that must stay, and then in pieces of memory of just their size:
@@ -178,7 +228,7 @@ mod tests {
             let code = random_code(&mut random, 1 + 2 * case);
             let count = 10 + code.stores.len();
             for target in targets() {
-                let Some(machine) = Machine::for_target(&code, target, count) else { continue };
+                let machine = Machine::for_target(&code, target, count).unwrap();
                 let (slots, scratch) = (count * target.width.lanes(), machine.scratch());
                 let mut wide = [vec![MARK; slots + 2 * ROOM], vec![MARK; scratch + 2 * ROOM]];
                 let [a, b] = &mut wide;
@@ -201,18 +251,13 @@ mod tests {
     /// Machine code gives what the interpreter gives, bit by bit, for all widths, short and long.
     #[test]
     fn machine_code_is_what_is_interpreted() {
-        let Some(widest) = widest() else { return };
         let mut random = Random::new(7);
         for case in 0..300 {
             let code = random_code(&mut random, 1 + case % 120);
             let count = 10 + code.stores.len();
             for target in targets() {
-                let width = target.width;
-                let lanes = width.lanes();
-                let Some(machine) = Machine::for_target(&code, target, count) else {
-                    assert!(lanes > widest.lanes() || target.extended);
-                    continue;
-                };
+                let lanes = target.width.lanes();
+                let machine = Machine::for_target(&code, target, count).unwrap();
                 let start: Vec<f64> =
                     (0..count * lanes).map(|_| (random.number() * 2.0).abs() + 0.1).collect();
                 let (mut interpreted, mut run) = (start.clone(), start);
@@ -220,6 +265,7 @@ mod tests {
                 let mut values = vec![0.0; code.steps.len() * lanes];
                 match lanes {
                     1 => code.interpret::<1>(&mut interpreted, &common, &mut values),
+                    2 => code.interpret::<2>(&mut interpreted, &common, &mut values),
                     4 => code.interpret::<4>(&mut interpreted, &common, &mut values),
                     _ => code.interpret::<8>(&mut interpreted, &common, &mut values),
                 }

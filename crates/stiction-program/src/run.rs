@@ -1,8 +1,8 @@
 //! Parts of a program, ready to run for a number of states side by side.
 
 use crate::code::{Call, Code, Part};
-use crate::encode::Width;
-use crate::machine::{Machine, widest};
+use crate::encode::{Set, Width};
+use crate::machine::{Machine, instructions};
 
 /// Something that runs on slots.
 #[derive(Debug)]
@@ -26,14 +26,15 @@ pub(crate) const MOST_LANES: usize = 8;
 
 /// As many lanes as this processor has, or eight where code is interpreted.
 pub(crate) fn natural_lanes() -> usize {
-    widest().map_or(MOST_LANES, Width::lanes)
+    instructions().map_or(MOST_LANES, |set| Set::widest(set).lanes())
 }
 
 impl Runner {
-    /// For one lane, four or eight; `machine` says whether machine code is wanted.
+    /// For one lane, two, four or eight; `machine` says whether machine code is wanted.
     pub(crate) fn new(parts: &[Part], lanes: usize, slots: usize, machine: bool) -> Self {
         let width = match lanes {
             1 => Width::One,
+            2 => Width::Two,
             4 => Width::Four,
             _ => Width::Eight,
         };
@@ -85,6 +86,7 @@ impl Runner {
                 Piece::Machine(machine) => machine.run(slots, common, scratch),
                 Piece::Interpreted(code) => match self.lanes {
                     1 => code.interpret::<1>(slots, common, scratch),
+                    2 => code.interpret::<2>(slots, common, scratch),
                     4 => code.interpret::<4>(slots, common, scratch),
                     _ => code.interpret::<MOST_LANES>(slots, common, scratch),
                 },

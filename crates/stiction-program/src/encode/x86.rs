@@ -3,94 +3,18 @@
 //! Source: Intel 64 and IA-32 Architectures Software Developer's Manual, volume 2, sections 2.3 (VEX) and
 //! 2.7 (EVEX).
 
+use super::{Base, Emit, Operation, Order, Place, Set, Target, Width};
 use crate::code::Fused;
 
-/// How wide registers are and how many there are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Width {
-    /// One number (AVX).
-    One,
-    /// Four (AVX).
-    Four,
-    /// Eight (AVX-512).
-    Eight,
-}
-
-impl Width {
-    pub(crate) const fn lanes(self) -> usize {
-        match self {
-            Self::One => 1,
-            Self::Four => 4,
-            Self::Eight => 8,
-        }
-    }
-}
-
-/// What code is made for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Target {
-    pub(crate) width: Width,
-    /// Whether AVX-512 (F, DQ, VL) is there: more registers, masks, short addresses for all widths.
-    pub(crate) extended: bool,
-}
-
-impl Target {
-    pub(crate) const fn registers(self) -> usize {
-        if self.extended { 32 } else { 16 }
-    }
-
-    /// Whether a number stands in this memory once, not once for each lane.
-    pub(crate) fn is_single(self, base: Base) -> bool {
-        match base {
-            Base::Common => true,
-            Base::Constants => self.extended && self.width != Width::One,
-            Base::Slots | Base::Spills => false,
-        }
-    }
-
-    /// Whether instructions other than loads read such numbers.
-    pub(crate) fn spreads_anywhere(self) -> bool {
-        self.extended || self.width == Width::One
-    }
-
-    /// Short addresses reach as far below the base as above it: it is so many slots on.
-    pub(crate) const BASE_SLOT: usize = 128;
-}
-
-/// A general register that holds an address.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Base {
-    Slots,
-    Constants,
-    Spills,
-    /// Numbers that all lanes share.
-    Common,
-}
-
-impl Base {
-    /// rdi, rsi, rdx, rcx: the first four arguments of a function (System V).
-    const fn number(self) -> u8 {
-        match self {
-            Self::Slots => 7,
-            Self::Constants => 6,
-            Self::Spills => 2,
-            Self::Common => 1,
-        }
-    }
-}
-
-/// An operand: a vector register or memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Place {
-    Register(u8),
-    Memory(Base, i32),
-}
-
 /// Instructions of three operands: opcodes of the map 0F.
-pub(crate) const ADD: u8 = 0x58;
-pub(crate) const MUL: u8 = 0x59;
-pub(crate) const SUB: u8 = 0x5C;
-pub(crate) const DIV: u8 = 0x5E;
+const fn opcode(operation: Operation) -> u8 {
+    match operation {
+        Operation::Add => 0x58,
+        Operation::Mul => 0x59,
+        Operation::Sub => 0x5C,
+        Operation::Div => 0x5E,
+    }
+}
 const SQRT: u8 = 0x51;
 const XOR: u8 = 0x57;
 const COPY: u8 = 0x28;
@@ -112,8 +36,10 @@ const MAP_0F3A: u8 = 3;
 
 /// Writes instructions.
 pub(crate) struct Assembler {
-    pub(crate) bytes: Vec<u8>,
+    bytes: Vec<u8>,
     target: Target,
+    /// Whether AVX-512 (F, DQ, VL) is there: more registers, masks, short addresses for all widths.
+    extended: bool,
 }
 
 /// What an instruction is, without its operands.
@@ -131,18 +57,19 @@ struct Instruction {
     whole: bool,
 }
 
-/// Where the operands of a fused instruction `product + sum` stand: the target is read, too.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Order {
-    /// `to = to * last + second`.
-    TimesLast,
-    /// `to = second * last + to`.
-    Plus,
+/// rdi, rsi, rdx, rcx: the first four arguments of a function (System V).
+const fn register(base: Base) -> u8 {
+    match base {
+        Base::Slots => 7,
+        Base::Constants => 6,
+        Base::Spills => 2,
+        Base::Common => 1,
+    }
 }
 
 impl Assembler {
-    pub(crate) fn new(target: Target) -> Self {
-        Self { bytes: Vec::new(), target }
+    pub(super) fn new(target: Target) -> Self {
+        Self { bytes: Vec::new(), target, extended: target.set == Set::Avx512 }
     }
 
     fn is_scalar(&self) -> bool {
@@ -163,99 +90,6 @@ impl Assembler {
         }
     }
 
-    /// `to = a OP b`.
-    pub(crate) fn arithmetic(&mut self, opcode: u8, to: u8, a: u8, b: Place) {
-        self.emit(self.of_map(opcode), to, a, b);
-    }
-
-    /// One rounding for product and sum; `to` is one of the operands.
-    pub(crate) fn fused(&mut self, kind: Fused, order: Order, to: u8, second: u8, last: Place) {
-        let order = match order {
-            Order::TimesLast => 0x90,
-            Order::Plus => 0xB0,
-        };
-        let kind = match kind {
-            Fused::Add => 0x8,
-            Fused::Sub => 0xA,
-            Fused::From => 0xC,
-        };
-        let scalar = u8::from(self.is_scalar());
-        let instruction = Instruction {
-            prefix: P66,
-            map: MAP_0F38,
-            opcode: order | kind | scalar,
-            immediate: None,
-            masked: false,
-            wide: true,
-            whole: false,
-        };
-        self.emit(instruction, to, second, last);
-    }
-
-    /// `to = from`, registers.
-    pub(crate) fn copy(&mut self, to: u8, from: u8) {
-        // All of it, whatever the width: that is what processors do by renaming.
-        let whole = Instruction { prefix: P66, whole: true, ..self.of_map(COPY) };
-        self.emit(whole, to, 0, Place::Register(from));
-    }
-
-    pub(crate) fn sqrt(&mut self, to: u8, of: Place) {
-        // Of one number the upper half comes from the second operand: that of the target will do.
-        let upper = if self.is_scalar() { to } else { 0 };
-        self.emit(self.of_map(SQRT), to, upper, of);
-    }
-
-    /// `to = a XOR b`, all bits.
-    pub(crate) fn xor(&mut self, to: u8, a: u8, b: Place) {
-        self.emit(Instruction { prefix: P66, whole: true, ..self.of_map(XOR) }, to, a, b);
-    }
-
-    /// `to = [from]`, into all lanes if that is one number for all.
-    pub(crate) fn load(&mut self, to: u8, from: Place) {
-        let load = self.of_map(LOAD);
-        let broadcast = Instruction { map: MAP_0F38, opcode: BROADCAST, ..load };
-        self.emit(if self.spreads(from) { broadcast } else { load }, to, 0, from);
-    }
-
-    /// `[to] = from`.
-    pub(crate) fn store(&mut self, to: Place, from: u8) {
-        self.emit(self.of_map(STORE), from, 0, to);
-    }
-
-    /// `to = of > zero ? yes : no`; `mask` is a register that may be overwritten.
-    pub(crate) fn select(&mut self, to: u8, of: u8, zero: Place, [yes, no]: [u8; 2], mask: u8) {
-        let compare = Instruction { immediate: Some(GREATER), ..self.of_map(COMPARE) };
-        let yes = Place::Register(yes);
-        let whole = Instruction { prefix: P66, whole: true, wide: false, ..compare };
-        if self.target.extended {
-            // Into the mask register k1, then by it.
-            self.emit_extended(compare, 1, of, zero);
-            let blend = Instruction {
-                map: MAP_0F38,
-                opcode: BLEND_BY_MASK,
-                immediate: None,
-                masked: true,
-                ..whole
-            };
-            self.emit_extended(blend, to, no, yes);
-        } else {
-            self.emit(compare, mask, of, zero);
-            let immediate = Some(mask << 4);
-            self.emit(
-                Instruction { map: MAP_0F3A, opcode: BLEND, immediate, ..whole },
-                to,
-                no,
-                yes,
-            );
-        }
-    }
-
-    /// Returns to the caller, who may have code without VEX.
-    pub(crate) fn finish(&mut self) {
-        const VZEROUPPER_RET: [u8; 4] = [0xC5, 0xF8, 0x77, 0xC3];
-        self.bytes.extend(VZEROUPPER_RET);
-    }
-
     /// `reg` is the operand in the field of that name, `second` that in the prefix, `rm` the last.
     fn emit(&mut self, what: Instruction, reg: u8, second: u8, rm: Place) {
         let high = |register: u8| register >= 16;
@@ -267,7 +101,7 @@ impl Assembler {
                 is_shorter || self.spreads(rm) && what.opcode != BROADCAST
             }
         };
-        if self.target.extended
+        if self.extended
             && (needs || high(reg) || high(second) || self.target.width == Width::Eight)
         {
             self.emit_extended(what, reg, second, rm);
@@ -275,7 +109,7 @@ impl Assembler {
         }
         let (base, is_register) = match rm {
             Place::Register(r) => (r, true),
-            Place::Memory(base, _) => (base.number(), false),
+            Place::Memory(base, _) => (register(base), false),
         };
         let long = u8::from(self.target.width == Width::Four) << 2;
         let rest = (!second & 15) << 3 | long | what.prefix;
@@ -300,7 +134,7 @@ impl Assembler {
     fn emit_extended(&mut self, what: Instruction, reg: u8, second: u8, rm: Place) {
         let (low, high) = match rm {
             Place::Register(r) => (r, r >> 4),
-            Place::Memory(base, _) => (base.number(), 0),
+            Place::Memory(base, _) => (register(base), 0),
         };
         let first = inverted(reg >> 3, 7)
             | inverted(high, 6)
@@ -309,7 +143,7 @@ impl Assembler {
             | what.map;
         let middle = 1 << 7 | (!second & 15) << 3 | 1 << 2 | what.prefix;
         let length = match self.target.width {
-            Width::One => 0,
+            Width::One | Width::Two => 0,
             Width::Four => 1,
             Width::Eight => 2,
         };
@@ -354,6 +188,96 @@ impl Assembler {
     }
 }
 
+impl Emit for Assembler {
+    fn arithmetic(&mut self, operation: Operation, to: u8, a: u8, b: Place) {
+        self.emit(self.of_map(opcode(operation)), to, a, b);
+    }
+
+    fn fused(&mut self, kind: Fused, order: Order, to: u8, second: u8, last: Place) {
+        let order = match order {
+            Order::TimesLast => 0x90,
+            Order::Plus => 0xB0,
+        };
+        let kind = match kind {
+            Fused::Add => 0x8,
+            Fused::Sub => 0xA,
+            Fused::From => 0xC,
+        };
+        let scalar = u8::from(self.is_scalar());
+        let instruction = Instruction {
+            prefix: P66,
+            map: MAP_0F38,
+            opcode: order | kind | scalar,
+            immediate: None,
+            masked: false,
+            wide: true,
+            whole: false,
+        };
+        self.emit(instruction, to, second, last);
+    }
+
+    fn copy(&mut self, to: u8, from: u8) {
+        // All of it, whatever the width: that is what processors do by renaming.
+        let whole = Instruction { prefix: P66, whole: true, ..self.of_map(COPY) };
+        self.emit(whole, to, 0, Place::Register(from));
+    }
+
+    fn sqrt(&mut self, to: u8, of: Place) {
+        // Of one number the upper half comes from the second operand: that of the target will do.
+        let upper = if self.is_scalar() { to } else { 0 };
+        self.emit(self.of_map(SQRT), to, upper, of);
+    }
+
+    fn negate(&mut self, to: u8, from: u8, sign: Place) {
+        self.emit(Instruction { prefix: P66, whole: true, ..self.of_map(XOR) }, to, from, sign);
+    }
+
+    fn load(&mut self, to: u8, from: Place) {
+        let load = self.of_map(LOAD);
+        let broadcast = Instruction { map: MAP_0F38, opcode: BROADCAST, ..load };
+        self.emit(if self.spreads(from) { broadcast } else { load }, to, 0, from);
+    }
+
+    fn store(&mut self, to: Place, from: u8) {
+        self.emit(self.of_map(STORE), from, 0, to);
+    }
+
+    fn select(&mut self, to: u8, of: u8, zero: Place, yes: u8, no: u8) {
+        let compare = Instruction { immediate: Some(GREATER), ..self.of_map(COMPARE) };
+        let yes = Place::Register(yes);
+        let whole = Instruction { prefix: P66, whole: true, wide: false, ..compare };
+        if self.extended {
+            // Into the mask register k1, then by it.
+            self.emit_extended(compare, 1, of, zero);
+            let blend = Instruction {
+                map: MAP_0F38,
+                opcode: BLEND_BY_MASK,
+                immediate: None,
+                masked: true,
+                ..whole
+            };
+            self.emit_extended(blend, to, no, yes);
+        } else {
+            // The target holds the mask before.
+            self.emit(compare, to, of, zero);
+            let immediate = Some(to << 4);
+            self.emit(
+                Instruction { map: MAP_0F3A, opcode: BLEND, immediate, ..whole },
+                to,
+                no,
+                yes,
+            );
+        }
+    }
+
+    fn finish(mut self: Box<Self>) -> Vec<u8> {
+        // The caller may have code without VEX.
+        const VZEROUPPER_RET: [u8; 4] = [0xC5, 0xF8, 0x77, 0xC3];
+        self.bytes.extend(VZEROUPPER_RET);
+        self.bytes
+    }
+}
+
 /// Bits of register numbers that do not fit into three are kept inverted.
 fn inverted(bit: u8, place: u8) -> u8 {
     (bit & 1 ^ 1) << place
@@ -367,33 +291,39 @@ mod tests {
     #[test]
     fn instructions_are_those_of_the_manual() {
         let bytes = |width, extended, f: &dyn Fn(&mut Assembler)| {
-            let mut assembler = Assembler::new(Target { width, extended });
+            let set = if extended { Set::Avx512 } else { Set::Avx };
+            let mut assembler = Assembler::new(Target { width, set });
             f(&mut assembler);
             assembler.bytes
         };
         let slot = |offset| Place::Memory(Base::Slots, offset);
         // vaddsd xmm1, xmm9, [rdi+0x10]
         assert_eq!(
-            bytes(Width::One, false, &|a| a.arithmetic(ADD, 1, 9, slot(0x10))),
+            bytes(Width::One, false, &|a| a.arithmetic(Operation::Add, 1, 9, slot(0x10))),
             [0xC5, 0xB3, 0x58, 0x4F, 0x10]
         );
         // vaddsd xmm1, xmm9, [rdi+0x1000]
         assert_eq!(
-            bytes(Width::One, false, &|a| a.arithmetic(ADD, 1, 9, slot(0x1000))),
+            bytes(Width::One, false, &|a| a.arithmetic(Operation::Add, 1, 9, slot(0x1000))),
             [0xC5, 0xB3, 0x58, 0x8F, 0, 0x10, 0, 0]
         );
         // vaddsd xmm1, xmm9, [rdi+0x100] and vaddsd xmm1, xmm19, xmm2
         assert_eq!(
-            bytes(Width::One, true, &|a| a.arithmetic(ADD, 1, 9, slot(0x100))),
+            bytes(Width::One, true, &|a| a.arithmetic(Operation::Add, 1, 9, slot(0x100))),
             [0x62, 0xF1, 0xB7, 0x08, 0x58, 0x4F, 0x20]
         );
         assert_eq!(
-            bytes(Width::One, true, &|a| a.arithmetic(ADD, 1, 19, Place::Register(2))),
+            bytes(Width::One, true, &|a| a.arithmetic(Operation::Add, 1, 19, Place::Register(2))),
             [0x62, 0xF1, 0xE7, 0x00, 0x58, 0xCA]
         );
         // vmulpd ymm12, ymm3, ymm11
         assert_eq!(
-            bytes(Width::Four, false, &|a| a.arithmetic(MUL, 12, 3, Place::Register(11))),
+            bytes(Width::Four, false, &|a| a.arithmetic(
+                Operation::Mul,
+                12,
+                3,
+                Place::Register(11)
+            )),
             [0xC4, 0x41, 0x65, 0x59, 0xE3]
         );
         // vfmadd132sd xmm1, xmm9, [rdi+0x10]
@@ -417,13 +347,18 @@ mod tests {
         assert_eq!(bytes(Width::One, false, &|a| a.copy(3, 12)), [0xC4, 0xC1, 0x79, 0x28, 0xDC]);
         // vsubpd zmm20, zmm17, zmm31 and vsubpd zmm20, zmm17, [rdi-0x80]
         assert_eq!(
-            bytes(Width::Eight, true, &|a| a.arithmetic(SUB, 20, 17, Place::Register(31))),
+            bytes(Width::Eight, true, &|a| a.arithmetic(
+                Operation::Sub,
+                20,
+                17,
+                Place::Register(31)
+            )),
             [0x62, 0x81, 0xF5, 0x40, 0x5C, 0xE7]
         );
         // vsubpd zmm20, zmm17, [rsi+0x40]{1to8}, vbroadcastsd zmm3, [rcx-8], vbroadcastsd ymm3, [rcx+0x100]
         assert_eq!(
             bytes(Width::Eight, true, &|a| {
-                a.arithmetic(SUB, 20, 17, Place::Memory(Base::Constants, 0x40));
+                a.arithmetic(Operation::Sub, 20, 17, Place::Memory(Base::Constants, 0x40));
             }),
             [0x62, 0xE1, 0xF5, 0x50, 0x5C, 0x66, 0x08]
         );
@@ -437,7 +372,7 @@ mod tests {
             [0xC4, 0xE2, 0x7D, 0x19, 0x99, 0, 1, 0, 0]
         );
         assert_eq!(
-            bytes(Width::Eight, true, &|a| a.arithmetic(SUB, 20, 17, slot(-0x80))),
+            bytes(Width::Eight, true, &|a| a.arithmetic(Operation::Sub, 20, 17, slot(-0x80))),
             [0x62, 0xE1, 0xF5, 0x40, 0x5C, 0x67, 0xFE]
         );
     }
