@@ -22,7 +22,7 @@ enum Ended {
 
 type Step = (&'static str, &'static str, fn() -> Ended);
 
-const STEPS: [Step; 8] = [
+const STEPS: [Step; 9] = [
     ("features", "builds with and without optional features", features),
     ("oldest-compiler", "the oldest compiler that is promised", oldest_compiler),
     ("oldest-versions", "the oldest versions of dependencies that are promised", oldest_versions),
@@ -37,6 +37,7 @@ const STEPS: [Step; 8] = [
         memory,
     ),
     ("sanitizer", "the unsafe code under the address sanitizer", sanitizer),
+    ("miri", "what is around the unsafe code under Miri, which runs no machine code", miri),
     ("arm", "programs in machine code of AArch64, emulated (QEMU)", arm),
     ("fuzz", "every fuzz target for a minute (cargo-fuzz)", fuzz),
 ];
@@ -232,6 +233,16 @@ fn sanitizer() -> Ended {
         cargo_of("nightly", &["test", "-p", "stiction-program", "--tests", "--target", &host]);
     test.args(["--target-dir", "target/audit/sanitizer"]).env("RUSTFLAGS", "-Zsanitizer=address");
     ended(succeeds(&mut test))
+}
+
+/// Programs are interpreted there.
+fn miri() -> Ended {
+    if !has_toolchain("nightly") || !is_there(&mut cargo_of("nightly", &["miri", "--version"])) {
+        return Ended::Left("rustup component add --toolchain nightly miri".to_owned());
+    }
+    let test =
+        ["miri", "test", "-p", "stiction-program", "--lib", "--target-dir", "target/audit/miri"];
+    ended(succeeds(&mut cargo_of("nightly", &test)))
 }
 
 /// The tests of recorded programs on another processor, as Rust's own linker makes them.
