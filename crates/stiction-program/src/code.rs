@@ -328,7 +328,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
                     }
                     continue;
                 }
-                Op::Input(_) | Op::Call(..) => continue,
+                Op::Input(_) | Op::Call(..) | Op::Held(_) => continue,
             };
             code.steps.push(step);
             let place = code.steps.len() as u32 - 1;

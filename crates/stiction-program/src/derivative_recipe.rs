@@ -5,7 +5,7 @@
 //! those after one step from fixed reactions do, and the coupling is not differentiated iteration by iteration.
 //! The same holds for the position, which one Newton step closes.
 //!
-//! Equation (P6) of the book's theory.
+//! Equations (P6) and (P7) of the book's theory.
 
 use crate::graph::{Graph, Node, Op};
 use crate::inverse_recipe::Followed;
@@ -15,7 +15,7 @@ use crate::recipe::Recipe;
 use crate::recorded::Recorded;
 use crate::slopes::slopes;
 use crate::stages::with_inputs_replaced;
-use crate::wrench::{components, from_components};
+use crate::wrench::from_components;
 use core::ops::Range;
 use stiction::kinematics::Target;
 use stiction::parameters::Parameters;
@@ -25,7 +25,7 @@ use stiction::spatial::Wrench;
 
 /// Derivatives that are asked for, and where their inputs stand behind those of inverse dynamics: the reactions of
 /// joints with contacts as six numbers each, the slopes of all quantities; and, while it is recorded, numbers of
-/// the mechanism and wrenches that are held.
+/// the mechanism.
 pub(crate) struct Asked<'a> {
     quantities: &'a [Quantity],
     /// Quantities that are numbers of the mechanism, and these.
@@ -74,13 +74,9 @@ impl<'a> Asked<'a> {
         self.rubbing.iter().copied().zip((self.first..).step_by(6)).collect()
     }
 
-    fn first_held(&self) -> usize {
-        self.slopes().end + self.numbers.len()
-    }
-
     /// All inputs while it is recorded.
     pub(crate) fn inputs(&self) -> usize {
-        self.first_held() + 6 * self.rubbing.len()
+        self.slopes().end + self.numbers.len()
     }
 
     /// Any reactions and slopes, `length` being that of lever arms.
@@ -94,17 +90,16 @@ impl<'a> Asked<'a> {
         numbers
     }
 
-    /// Drives after a step from the wrenches at joints with contacts as they are held, about the kernel origin;
-    /// and these wrenches, from reactions about the joints' origins. Position and motion are those that were
+    /// Drives after a step from the wrenches at joints with contacts, which are held. Position and motion are those that were
     /// followed, found once more as they depend on what is prescribed and on numbers of the mechanism.
     pub(crate) fn follow(
         &self,
         recipe: &Recipe<'_>,
         followed: &Followed,
         inputs: &[Recorded],
-    ) -> [Vec<Recorded>; 2] {
+    ) -> Vec<Recorded> {
         if self.quantities.is_empty() {
-            return [Vec::new(), Vec::new()];
+            return Vec::new();
         }
         let mut parameters = Parameters::new(recipe.solver.mechanism());
         for ((quantity, _), input) in self.numbers.iter().zip(&inputs[self.slopes().end..]) {
@@ -126,42 +121,32 @@ impl<'a> Asked<'a> {
         let mut ran = run(recipe.kernel, &parameters, like, coordinates, given, 1);
         let bodies = &ran.kinematics.bodies;
         let mut wrenches = vec![Wrench::zero(); recipe.counts(0).joints];
-        let mut carried = Vec::new();
-        let reactions = inputs[self.first..].chunks(6);
-        let both = reactions.zip(inputs[self.first_held()..].chunks(6));
-        for (&joint, (reaction, held)) in self.rubbing.iter().zip(both) {
+        for (&joint, reaction) in self.rubbing.iter().zip(inputs[self.first..].chunks(6)) {
             let Wrench { force, moment } = from_components(reaction);
             let moment = moment + bodies.frame_j[joint].position.cross(force);
-            carried.extend(components(Wrench { force, moment }));
-            wrenches[joint] = from_components(held);
+            wrenches[joint] = Wrench { force, moment }.held();
         }
         ran.inverse.step_at(&recipe.kernel.setup(), &parameters, bodies, &wrenches);
-        [ran.inverse.drives().to_vec(), carried]
+        ran.inverse.drives().to_vec()
     }
 
-    /// The graph with slopes of `drives`, in which what was held is what joints carry and the mechanism's numbers are
-    /// constants; the new node for each of the old; and the slopes.
+    /// The graph with slopes of `drives`, in which nothing is held any more and the mechanism's numbers are constants;
+    /// the new node for each of the old; and the slopes.
     pub(crate) fn differentiated(
         &self,
         mut graph: Graph,
         drives: &[Node],
-        carried: &[Node],
     ) -> (Graph, Vec<Node>, Vec<Node>) {
-        if self.quantities.is_empty() {
-            let all = (0..graph.ops().len() as Node).collect();
-            return (graph, all, Vec::new());
-        }
         let of_inputs = self.slopes_of_inputs(&mut graph);
         let slope = slopes(&mut graph, &of_inputs);
         let zero = graph.number(0.0);
         let constants: Vec<Node> = self.numbers.iter().map(|(_, x)| graph.number(*x)).collect();
-        let (graph, of_first) = with_inputs_replaced(&graph, self.first_held(), carried);
-        let constants: Vec<Node> = constants.iter().map(|node| of_first[*node as usize]).collect();
-        let (graph, of_second) = with_inputs_replaced(&graph, self.slopes().end, &constants);
-        let new = |node: &Node| of_second[*node as usize];
-        let new_of: Vec<Node> = of_first.iter().map(new).collect();
+        let (graph, of_first) = with_inputs_replaced(&graph, self.slopes().end, &constants);
+        let (graph, of_second) = graph.released();
+        let new = |node: Node| of_second[of_first[node as usize] as usize];
         let slopes = drives.iter().map(|node| slope[*node as usize].unwrap_or(zero));
-        let slopes = slopes.map(|node| new_of[node as usize]).collect();
+        let slopes = slopes.map(new).collect();
+        let new_of = (0..of_first.len() as Node).map(new).collect();
         (graph, new_of, slopes)
     }
 

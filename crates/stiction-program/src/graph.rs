@@ -26,6 +26,8 @@ pub(crate) enum Op {
     },
     /// What no machine does in one instruction.
     Call(Function, Node, Node),
+    /// The same number, as a constant to who differentiates. There are none after that, see [`Graph::released`].
+    Held(Node),
 }
 
 /// Functions that are computed by calls. Those of one argument have it twice.
@@ -56,7 +58,7 @@ impl Op {
     pub(crate) fn operands(self) -> impl Iterator<Item = Node> {
         let all = match self {
             Self::Constant(_) | Self::Input(_) => [None; 3],
-            Self::Neg(a) | Self::Sqrt(a) => [Some(a), None, None],
+            Self::Neg(a) | Self::Sqrt(a) | Self::Held(a) => [Some(a), None, None],
             Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => {
                 [Some(a), Some(b), None]
             }
@@ -76,6 +78,7 @@ impl Op {
             Self::Mul(a, b) => Self::Mul(to(a), to(b)),
             Self::Div(a, b) => Self::Div(to(a), to(b)),
             Self::Neg(a) => Self::Neg(to(a)),
+            Self::Held(a) => Self::Held(to(a)),
             Self::Sqrt(a) => Self::Sqrt(to(a)),
             Self::Select { of, yes, no } => Self::Select { of: to(of), yes: to(yes), no: to(no) },
             Self::Call(function, a, b) => Self::Call(function, to(a), to(b)),
@@ -93,6 +96,19 @@ pub(crate) struct Graph {
 impl Graph {
     pub(crate) fn ops(&self) -> &[Op] {
         &self.ops
+    }
+
+    /// The graph in which nothing is held any more, and the new node for each of the old.
+    pub(crate) fn released(&self) -> (Self, Vec<Node>) {
+        let mut new = Self::default();
+        let mut new_of = Vec::with_capacity(self.ops.len());
+        for op in &self.ops {
+            new_of.push(match *op {
+                Op::Held(node) => new_of[node as usize],
+                op => new.add(op.map(|operand| new_of[operand as usize])),
+            });
+        }
+        (new, new_of)
     }
 
     /// The node of an operation, simplified where numbers or signs allow it.
@@ -119,7 +135,8 @@ impl Graph {
                 None if yes == no => yes,
                 None => self.place(op),
             },
-            Op::Constant(_) | Op::Input(_) => self.place(op),
+            Op::Held(a) if self.constant(a).is_some() => a,
+            Op::Constant(_) | Op::Input(_) | Op::Held(_) => self.place(op),
         }
     }
 

@@ -13,7 +13,7 @@ use crate::graph::{Graph, Node, Op, needed};
 use crate::meaning::{Merged, merge};
 use crate::quantity::Quantity;
 use crate::recipe::Recipe;
-use crate::recorded::{Recorded, go_on, record_groups};
+use crate::recorded::{Recorded, go_on, record_held_groups};
 use crate::stages::holds;
 use crate::wrench::{components, reaction};
 use core::ops::Range;
@@ -72,14 +72,14 @@ impl Recipe<'_> {
         let first = given.count();
         let asked =
             Asked::new(self, quantities, given.first_prescribed(), first + 6 * cuts + spins)?;
-        let (graph, [ideal, begin, next, plain, tilted, rest, drives, carried]) =
-            record_groups(asked.inputs(), |inputs| {
+        let (graph, [ideal, begin, next, plain, tilted, rest, drives]) =
+            record_held_groups(asked.inputs(), |inputs| {
                 let ([ideal, begin, next, plain, tilted, rest], followed) =
                     self.follow(given, inputs);
-                let [drives, carried] = asked.follow(self, &followed, inputs);
-                [ideal, begin, next, plain, tilted, rest, drives, carried]
+                let drives = asked.follow(self, &followed, inputs);
+                [ideal, begin, next, plain, tilted, rest, drives]
             });
-        let (graph, of_recorded, slopes) = asked.differentiated(graph, &drives, &carried);
+        let (graph, of_recorded, slopes) = asked.differentiated(graph, &drives);
         let groups = [ideal, begin, next, plain, tilted, rest].map(|nodes| -> Vec<Node> {
             nodes.iter().map(|node| of_recorded[*node as usize]).collect()
         });

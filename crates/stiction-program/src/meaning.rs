@@ -61,6 +61,7 @@ fn value_of(
             let x = a.x / b.x;
             Value::new(x, (a.error + x.abs() * b.error) / b.x.abs())
         }
+        Op::Held(a) => of(a),
         Op::Neg(a) => Value { x: -of(a).x, error: of(a).error },
         Op::Sqrt(a) => {
             // Of what is negative in a branch that does not come, of something at least.

@@ -25,8 +25,18 @@ pub(crate) fn record(
     (GRAPH.replace(before), outputs)
 }
 
-/// The same with results in groups.
+/// The same with results in groups, and nothing held any more.
 pub(crate) fn record_groups<const N: usize>(
+    inputs: usize,
+    f: impl FnOnce(&[Recorded]) -> [Vec<Recorded>; N],
+) -> (Graph, [Vec<Node>; N]) {
+    let (graph, groups) = record_held_groups(inputs, f);
+    let (graph, new_of) = graph.released();
+    (graph, groups.map(|nodes| nodes.iter().map(|node| new_of[*node as usize]).collect()))
+}
+
+/// The same with what is held, for who differentiates: see [`Graph::released`].
+pub(crate) fn record_held_groups<const N: usize>(
     inputs: usize,
     f: impl FnOnce(&[Recorded]) -> [Vec<Recorded>; N],
 ) -> (Graph, [Vec<Node>; N]) {
@@ -110,6 +120,12 @@ impl MulAssign for Recorded {
 }
 
 impl Scalar for Recorded {
+    const HAS_SLOPE: bool = true;
+
+    fn held(self) -> Self {
+        put(Op::Held(self.0))
+    }
+
     fn from_f64(value: f64) -> Self {
         GRAPH.with_borrow_mut(|graph| Self(graph.number(value)))
     }

@@ -14,7 +14,7 @@ pub(crate) fn slopes(graph: &mut Graph, given: &[Option<Node>]) -> Vec<Option<No
         let of = |node: Node| slopes[node as usize];
         let own = k as Node;
         let slope = match *op {
-            Op::Constant(_) => None,
+            Op::Constant(_) | Op::Held(_) => None,
             Op::Input(place) => given.get(place as usize).copied().flatten(),
             Op::Add(a, b) => match (of(a), of(b)) {
                 (Some(da), Some(db)) => Some(graph.add(Op::Add(da, db))),
@@ -130,6 +130,7 @@ mod tests {
             (-y).if_positive(x, y * root).ln(),
             T::one() / (x - T::from_f64(3.0)) - root,
             (x - T::from_f64(9.0)).abs(),
+            x.held() * y,
         ]
     }
 
@@ -151,6 +152,7 @@ mod tests {
                 Op::Mul(a, b) => of(a) * of(b),
                 Op::Div(a, b) => of(a) / of(b),
                 Op::Neg(a) => -of(a),
+                Op::Held(a) => of(a),
                 Op::Sqrt(a) => of(a).sqrt(),
                 Op::Select { of: c, yes, no } => of(if of(c) > 0.0 { yes } else { no }),
                 Op::Call(function, a, b) => function.of(of(a), of(b)),

@@ -175,8 +175,10 @@ impl<T: Scalar> ContactState<T> {
             Coupling::None => (T::zero(), Twist::zero()),
             Coupling::Frozen => (self.friction(), Twist::zero()),
             Coupling::Linear => {
-                let base = self.load.value - self.load.gradient.power(wrench);
-                (self.resistance.force(base), self.load.gradient * coefficient)
+                // At the solution the wrench is the one that the load was computed from.
+                let gradient = self.load.gradient.held();
+                let base = self.load.value - gradient.power(wrench);
+                (self.resistance.force(base), gradient * coefficient)
             }
         }
     }

@@ -184,6 +184,8 @@ pub struct Kinematics<T> {
     pub(super) entries: Vec<T>,
     factors: Vec<T>,
     right: Vec<T>,
+    /// The right-hand side before it was solved for, where there are derivatives.
+    right_before: Vec<T>,
     step: Vec<T>,
     closures: usize,
 }
@@ -199,6 +201,7 @@ impl<T: Scalar> Kinematics<T> {
             entries: zeros(prescription.entries.len()),
             factors: zeros(program.values()),
             right: zeros(prescription.rows.len()),
+            right_before: zeros(if T::HAS_SLOPE { prescription.rows.len() } else { 0 }),
             step: zeros(topology.freedoms()),
             closures: prescription.closures,
         }
@@ -305,7 +308,7 @@ impl<T: Scalar> Kinematics<T> {
     ) {
         self.place(topology, parameters, prescription, state, targets);
         self.linearise(topology, prescription);
-        program.factor(&self.entries, &mut self.factors);
+        self.factor(program);
         for (right, error) in self.right.iter_mut().zip(&self.errors) {
             *right = -*error;
         }
@@ -326,15 +329,41 @@ impl<T: Scalar> Kinematics<T> {
     ) {
         self.place(topology, parameters, prescription, state, targets);
         self.linearise(topology, prescription);
-        program.factor(&self.entries, &mut self.factors);
+        self.factor(program);
 
         self.right_of_rates(prescription, targets);
-        program.solve(&self.factors, &mut self.right, &mut state.rates);
+        self.solve(prescription, program, &mut state.rates);
         self.bodies.move_with(topology, &state.rates);
 
         self.right_of_accelerations(topology, parameters, prescription, targets);
-        program.solve(&self.factors, &mut self.right, &mut state.accelerations);
+        self.solve(prescription, program, &mut state.accelerations);
         self.bodies.accelerate(topology, &state.accelerations);
+    }
+
+    /// Factors are held: whoever solves with them takes a step from where errors vanish, or sees to derivatives.
+    fn factor(&mut self, program: &Elimination) {
+        program.factor(&self.entries, &mut self.factors);
+        self.factors.iter_mut().for_each(|factor| *factor = factor.held());
+    }
+
+    /// Solves for the right-hand side. Derivatives are those of what the solution, held, leaves of the equations:
+    /// equation (P7) of the book's theory.
+    fn solve(&mut self, prescription: &Prescription, program: &Elimination, solution: &mut [T]) {
+        if T::HAS_SLOPE {
+            self.right_before.copy_from_slice(&self.right);
+        }
+        program.solve(&self.factors, &mut self.right, solution);
+        if T::HAS_SLOPE {
+            solution.iter_mut().for_each(|value| *value = value.held());
+            self.right.copy_from_slice(&self.right_before);
+            for (entry, value) in prescription.entries.iter().zip(&self.entries) {
+                self.right[entry.row] -= *value * solution[entry.column];
+            }
+            program.solve(&self.factors, &mut self.right, &mut self.step);
+            for (value, step) in solution.iter_mut().zip(&self.step) {
+                *value += *step;
+            }
+        }
     }
 
     /// Right-hand side for the tree's rates: those that are prescribed.
@@ -432,7 +461,7 @@ impl<T: Scalar> Kinematics<T> {
     ) {
         self.right.fill(T::zero());
         self.right[self.closures + coordinate] = T::one();
-        program.solve(&self.factors, &mut self.right, rates);
+        self.solve(prescription, program, rates);
         debug_assert!(coordinate < prescription.coordinates.len());
     }
 
@@ -447,7 +476,7 @@ impl<T: Scalar> Kinematics<T> {
     ) {
         self.right.fill(T::zero());
         self.right[prescription.rows.len() - prescription.spins.len() + spin] = T::one();
-        program.solve(&self.factors, &mut self.right, accelerations);
+        self.solve(prescription, program, accelerations);
     }
 }
 

@@ -103,6 +103,11 @@ macro_rules! by_operator {
 by_operator!(AddAssign::add_assign by +, SubAssign::sub_assign by -, MulAssign::mul_assign by *);
 
 impl<T: Scalar, const D: usize> Scalar for Dual<T, D> {
+    const HAS_SLOPE: bool = true;
+    #[inline(always)]
+    fn held(self) -> Self {
+        Self::constant(self.value)
+    }
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
         Self::constant(T::from_f64(value))
@@ -166,6 +171,7 @@ mod tests {
             (x.ln(), 1.0 / 0.7),
             ((-x).abs(), 1.0),
             ((x * x).norm_of_square(), 1.0),
+            (x.held() * x, 0.7),
         ];
         for (i, (dual, expected)) in cases.into_iter().enumerate() {
             assert!((dual.slope[0] - expected).abs() < 1e-15, "case {i}: {}", dual.slope[0]);

@@ -56,6 +56,19 @@ pub trait Scalar:
     /// *between* kernel calls, never inside one.
     fn largest(self) -> f64;
 
+    /// Whether it has derivatives, for which linear systems are solved once more, see [`Self::held`].
+    const HAS_SLOPE: bool = false;
+
+    /// The same number, in every lane, with zero derivative.
+    ///
+    /// Kernels hold what a solution depends on to second order only. A Newton step from where a system is solved
+    /// needs no derivative of its matrix, and what is left of the equations there has all derivatives that matter:
+    /// equation (P7) of the book's theory.
+    #[inline(always)]
+    fn held(self) -> Self {
+        self
+    }
+
     /// Zero.
     #[inline(always)]
     fn zero() -> Self {

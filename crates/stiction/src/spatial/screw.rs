@@ -98,6 +98,14 @@ impl<T: Scalar> Wrench<T> {
 
 macro_rules! vector_space {
     ($name:ident { $a:ident, $b:ident }) => {
+        impl<T: Scalar> $name<T> {
+            /// With components that are held, see [`Scalar::held`].
+            #[inline(always)]
+            pub fn held(self) -> Self {
+                Self { $a: self.$a.held(), $b: self.$b.held() }
+            }
+        }
+
         impl<T: Scalar> Add for $name<T> {
             type Output = Self;
             #[inline(always)]

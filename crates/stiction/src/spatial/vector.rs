@@ -50,6 +50,12 @@ impl<T: Scalar> Vec3<T> {
         [self.x, self.y, self.z]
     }
 
+    /// With components that are held, see [`Scalar::held`].
+    #[inline(always)]
+    pub fn held(self) -> Self {
+        Self::new(self.x.held(), self.y.held(), self.z.held())
+    }
+
     /// Scalar product.
     #[inline(always)]
     pub fn dot(self, other: Self) -> T {

@@ -94,6 +94,7 @@ impl<T: Scalar> Balance<T> {
     ) -> T {
         self.assemble(topology, structure, parameters, bodies);
         let sign = program.factor(&self.entries, &mut self.factors);
+        self.factors.iter_mut().for_each(|factor| *factor = factor.held());
         self.solve_factored(topology, structure, program, parameters, bodies, passes);
         sign
     }
@@ -149,9 +150,13 @@ impl<T: Scalar> Balance<T> {
         for cut in 0..topology.cuts.len() {
             self.add_at_cut(topology, cut, self.cut_constants[cut]);
         }
-        for _ in 0..passes {
+        for pass in 1..=passes {
             self.measure(topology, structure, parameters, bodies);
             program.solve(&self.factors, &mut self.right, &mut self.correction);
+            if pass < passes {
+                // Derivatives are those of what is left of the equations at last: (P7) of the book's theory.
+                self.correction.iter_mut().for_each(|change| *change = change.held());
+            }
             self.correct(topology, structure);
         }
         self.collect(topology);
@@ -176,6 +181,7 @@ impl<T: Scalar> Balance<T> {
         self.tilted.copy_from_slice(&self.columns);
         self.assemble(setup.topology, structure, parameters, bodies);
         program.factor(&self.entries, &mut self.factors);
+        self.factors.iter_mut().for_each(|factor| *factor = factor.held());
     }
 
     /// What the actuators must do: the joint's effort on their freedoms, less friction's.
