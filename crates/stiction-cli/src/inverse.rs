@@ -56,6 +56,9 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
     {
         tell!("note: the model declares no friction in any joint\n");
     }
+    if friction == FrictionMode::Off && options.friction_margin {
+        tell!("note: --friction-margin finds nothing where friction is off\n");
+    }
 
     let count = job.instants().map_err(|error| failure_of(Error::Instants(error)))?.count();
     let interrupted = listen_for_interrupt();

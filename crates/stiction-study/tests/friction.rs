@@ -141,6 +141,10 @@ fn how_far_friction_can_grow() {
         let down = margin(&collar(mu, LIGHT, "-0.1 m/s*t"));
         assert_eq!((down.factor, down.joint), (None, None), "{mu}");
     }
+    // Without friction nothing is followed, and nothing is said about how far it can grow.
+    let model = model_of("collar", &collar(0.2, LIGHT, "0.1 m/s*t"));
+    let asked = Job { friction_margin: true, ..default_job(&model, FrictionMode::Off) };
+    assert!(Run::of(&asked).unwrap().verdict.friction_margin.is_none());
 }
 
 /// The regular twin of the printed robot: certified unique up to mu = 0.57 at the worst of the eleven

@@ -182,3 +182,84 @@ A="1 rad + {speed} rad/s*t"
         assert!(run.power_residual < 1e-10, "{speed}: {:e}", run.power_residual);
     }
 }
+
+/// Motions with kinks are followed wherever the samples fall: on the kink, on both sides of it, or far away.
+/// The derivatives there are those towards later times.
+#[test]
+fn kinks_are_followed() {
+    let slider = gallery::get("slider-crank").unwrap();
+    for step in [0.05, 0.04, 0.0417, 0.031, 0.01] {
+        for (kinked, rate) in [
+            ("hand.x = \"0.1 m + 1 m*abs(t - 0.15 s)/1 s\"", [-1.0, 1.0]),
+            ("hand.x = \"max(0.2 m - t*1 m/1 s, 0.05 m)\"", [-1.0, 0.0]),
+        ] {
+            let text = six_axes(&format!("hand.rx = 0\nhand.ry = 0\nhand.rz = 0\n{kinked}\n"))
+                .replacen("hand.x = 0\n", "", 1)
+                .replacen("duration = \"1 s\"", "duration = \"300 ms\"", 1);
+            let model = model_of("kink", &text);
+            let job = Job { step: Some(step), ..default_job(&model, FrictionMode::Off) };
+            let mut speeds = Vec::new();
+            let look = |sample: &stiction_study::inverse::Sample<'_>| {
+                let hand = sample.bodies.twist.last().expect("bodies");
+                speeds.push((sample.time, hand.linear.component(0)));
+                Ok(())
+            };
+            job.run(look, |_, _, _| true).unwrap_or_else(|error| panic!("{step}: {error}"));
+            for (time, speed) in speeds {
+                // On the kink itself rounding decides where it is.
+                let expected = if time < 0.15 { rate[0] } else { rate[1] };
+                let is_there = (time - 0.15).abs() < 1e-9;
+                assert!(
+                    is_there || (speed - expected).abs() < 1e-9,
+                    "{step} {kinked}: {time} {speed}"
+                );
+            }
+        }
+        // Loops follow, too.
+        let text = slider.replacen("A = \"10 rad/s*t\"", "A = \"1 rad*abs(sin(10*t))\"", 1);
+        let model = model_of("kink", &text);
+        let job = Job { step: Some(step), ..default_job(&model, FrictionMode::Off) };
+        let run = Run::of(&job).unwrap();
+        assert!(run.closure < 1e-12);
+    }
+}
+
+/// Angles of the orders zxz and the like mean nothing where a body is not turned, as it is at first. Any
+/// orientation is found nevertheless, and is the one that was meant.
+#[test]
+fn all_orders_of_angles_assemble_without_a_guess() {
+    for order in ["xyx", "yzy", "zxz", "xzx", "zyz", "yxy", "xyz", "zyx"] {
+        let second =
+            if order.starts_with(&order[2..]) { [0.3, 1.5, 2.8] } else { [-1.2, 0.1, 1.3] };
+        for (k, second) in second.into_iter().enumerate() {
+            let (first, third) = ([0.4, -1.9, 3.0][k], [-2.5, 0.2, 1.1][k]);
+            let angles = |body: &str| {
+                format!(
+                    "{body}.order = \"{order}\"\n{body}.r1 = {first}\n{body}.r2 = \"{second} + 0.1*t\"\n\
+                     {body}.r3 = {third}\n"
+                )
+            };
+            let run = drives(&six_axes(&angles("hand")));
+            assert!(run.iter().flatten().all(|x| x.is_finite()), "{order}");
+        }
+    }
+}
+
+/// A slider that is pulled farther than the linkage reaches is told so, not that the last position on the way is
+/// singular, as it always is, however long the steps are. That it begins at its dead centre does not say that no
+/// other position is within reach.
+#[test]
+fn what_is_within_reach_is_told() {
+    let text = gallery::get("slider-crank").unwrap();
+    let text = text.replacen("A = \"10 rad/s*t\"", "slider.x = \"379.7 mm + 0.21 m/s*t\"", 1);
+    let model = model_of("reach", &text);
+    for step in [0.15, 0.03, 0.01, 0.003] {
+        let job = Job { step: Some(step), ..default_job(&model, FrictionMode::Off) };
+        let error = Run::of(&job).map(|_| ()).unwrap_err().to_string();
+        assert!(
+            error.contains("out of reach") || error.contains("do not close"),
+            "{step}: {error}"
+        );
+        assert!(!error.contains("t = 0 s"), "{step}: {error}");
+    }
+}

@@ -37,7 +37,11 @@ impl InverseDynamics {
         most: f64,
     ) -> Option<FrictionMargin> {
         let Parts { setup, inverse, parameters, kinematics, settings } = self.parts()?;
-        if settings.friction == FrictionMode::Off || parameters.contacts.is_empty() {
+        if settings.friction == FrictionMode::Off {
+            // There is no solution with friction to follow, and nothing is known.
+            return None;
+        }
+        if parameters.contacts.is_empty() {
             return Some(FrictionMargin { locks_at: None, joint: None });
         }
         let settings = Settings { friction: FrictionMode::Converged, ..*settings };

@@ -45,6 +45,8 @@ pub struct Assembly {
     trial: Bodies<f64>,
     step: Vec<f64>,
     targets: Vec<Target<f64>>,
+    /// The targets of the last position that was found.
+    passed: Vec<Target<f64>>,
     row_scales: Vec<f64>,
     body_names: Vec<String>,
     joint_names: Vec<String>,
@@ -83,12 +85,13 @@ impl Assembly {
             trial: Bodies::new(topology),
             step: vec![0.0; topology.freedoms()],
             targets: targets.to_vec(),
+            passed: targets.to_vec(),
             row_scales: Vec::new(),
             body_names,
             joint_names,
             plans: 0,
         };
-        assembly.reassemble(topology, parameters)?;
+        assembly.assemble(topology, parameters)?;
         assembly.differentiate(topology, parameters);
         assembly.agree(topology, parameters)?;
         Ok(assembly)
@@ -182,8 +185,10 @@ impl Assembly {
     ) -> Result<(), AssemblyError> {
         let (mut now, mut step) = (from, to - from);
         let smallest = step * 0.5_f64.powi(HALVINGS as i32);
-        // That a position is singular says more than that the way there is not smooth.
+        // That a position is singular says more than that the way there is not smooth; that there is none
+        // says more than that the last one before it is singular, as it always is.
         let mut singular = None;
+        self.passed.copy_from_slice(&self.targets);
         while now != to {
             // The last piece ends exactly at `to`.
             let last = (to - now).abs() <= step.abs() * (1.0 + 1e-9);
@@ -200,12 +205,12 @@ impl Assembly {
             match outcome {
                 Ok(()) => {
                     now = next;
+                    self.passed.copy_from_slice(&self.targets);
                     step *= 2.0;
                 }
                 Err(error) if (0.5 * step).abs() < smallest.abs() => {
-                    return Err(singular.unwrap_or_else(|| {
-                        self.out_of_reach(topology, parameters, to, motion).unwrap_or(error)
-                    }));
+                    let out_of_reach = self.out_of_reach(topology, parameters, to, motion);
+                    return Err(out_of_reach.or(singular).unwrap_or(error));
                 }
                 Err(error) => {
                     if matches!(error, AssemblyError::Undetermined { .. }) {
@@ -250,6 +255,7 @@ impl Assembly {
             return false;
         }
         let before = core::mem::replace(&mut self.targets, targets.to_vec());
+        self.passed.copy_from_slice(&before);
         let arrived = self.step_smoothly(topology, parameters, step, false).is_ok();
         if !arrived {
             self.state.clone_from(&self.before);
@@ -295,7 +301,8 @@ impl Assembly {
         self.trial.place(topology, parameters, &self.predicted.coordinates);
         let (body, apart, missed) = farthest(&self.trial, &self.kinematics.bodies, length);
         // A smooth motion is predicted to a small part of what was moved; a jump is not.
-        if missed > 0.2 * moved + 1e-6 || missed > 0.1 {
+        let follows = missed <= 0.2 * moved + 1e-6 && missed <= 0.1;
+        if !follows && !self.turns_with_a_kink(topology, parameters, step, missed) {
             return Err(AssemblyError::Jump {
                 body: self.body_names[body].clone(),
                 distance_mm: apart.position.norm() * 1e3,
@@ -304,6 +311,35 @@ impl Assembly {
             });
         }
         Ok(())
+    }
+
+    /// Whether a step that is `missed` by so much is what a kink of the prescribed motion explains: rates
+    /// that jump because theirs do, and bodies no farther off than these rates carry them.
+    fn turns_with_a_kink(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        step: f64,
+        missed: f64,
+    ) -> bool {
+        let kinked = self.passed.iter().zip(&self.targets).any(|(from, to)| {
+            let bend = 0.5 * step * (from.acceleration + to.acceleration);
+            (to.rate - from.rate - bend).abs() > 0.1 * from.rate.abs().max(to.rate.abs())
+        });
+        if !kinked || missed > 0.01 {
+            return false;
+        }
+        // Somewhere on the way the rates change from those before to those behind.
+        let ends = [&self.before.rates, &self.state.rates].map(|rates| {
+            let mut end = self.before.clone();
+            end.advance(topology, &rates.iter().map(|rate| step * rate).collect::<Vec<f64>>());
+            end
+        });
+        self.trial.place(topology, parameters, &ends[0].coordinates);
+        let mut behind = self.trial.clone();
+        behind.place(topology, parameters, &ends[1].coordinates);
+        let (_, _, spread) = farthest(&self.trial, &behind, parameters.length);
+        missed <= 0.6 * spread + 1e-6
     }
 
     /// Newton's method from the present state to the present targets, then rates and

@@ -1,21 +1,78 @@
 //! The careful way into a position, and what is missing where there is none.
 
+use super::super::coordinate::{Coordinate, Target};
 use super::super::error::{AssemblyError, Gap};
 use super::super::freedom;
-use super::super::system::{Kinematics, column_scales};
+use super::super::rotation_vector::RotationVector;
+use super::super::system::{Kinematics, Prescription, column_scales};
 use super::{Assembly, NEAR};
 use crate::linalg::Svd;
 use crate::parameters::Parameters;
+use crate::spatial::Mat3;
 use crate::topology::Topology;
 use nalgebra::DVector;
 
 /// Steps of the careful method.
 const CAREFUL_STEPS: usize = 500;
+/// How often it begins anew beside where it began, or moves away from where prescribed angles of a body are
+/// not defined.
+const NUDGES: usize = 8;
+/// By how much: rad, and characteristic lengths.
+const NUDGE: f64 = 0.1;
 
 impl Assembly {
+    /// The careful search, which needs neither a plan nor a good guess. Whole orientations in angles like
+    /// those of the order zxz are looked for as rotations first: between frames that are parallel, as they
+    /// are at first, such angles say nothing.
+    pub(super) fn search(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+    ) -> Result<(), AssemblyError> {
+        if let Some((prescription, targets)) = self.by_rotations(topology) {
+            let prescription = core::mem::replace(&mut self.prescription, prescription);
+            let targets = core::mem::replace(&mut self.targets, targets);
+            // What is missed is told by what was prescribed.
+            let _ = self.search_directly(topology, parameters);
+            (self.prescription, self.targets) = (prescription, targets);
+        }
+        self.search_directly(topology, parameters)
+    }
+
+    /// The prescription with such orientations as rotation vectors; none if there are none.
+    fn by_rotations(&self, topology: &Topology) -> Option<(Prescription, Vec<Target<f64>>)> {
+        let mut coordinates = self.prescription.coordinates().to_vec();
+        let mut targets = self.targets.clone();
+        let mut some = false;
+        for first in 0..coordinates.len() {
+            let Coordinate::Angle { body, order, index: 0 } = coordinates[first] else { continue };
+            let place = |index| {
+                let angle = Coordinate::Angle { body, order, index };
+                coordinates.iter().position(|c| *c == angle)
+            };
+            let (Some(second), Some(third)) = (place(1), place(2)) else { continue };
+            if order.is_tait_bryan() {
+                continue;
+            }
+            let places = [first, second, third];
+            let turn = |k: usize| {
+                Mat3::about_axis(order.axes()[k], self.targets[places[k]].value.sin_cos())
+            };
+            let vector = RotationVector::of(turn(0) * turn(1) * turn(2)).value;
+            for (axis, place) in places.into_iter().enumerate() {
+                coordinates[place] = Coordinate::RotationVector { body, axis };
+                let value = vector.component(axis);
+                targets[place] = Target { value, rate: 0.0, acceleration: 0.0 };
+            }
+            some = true;
+        }
+        let spins = self.prescription.spins();
+        some.then(|| (Prescription::new(topology, &coordinates, spins), targets))
+    }
+
     /// Levenberg and Marquardt's method on all rows: slow, but it needs neither a plan nor a good
     /// guess, and redundant rows do not trouble it.
-    pub(super) fn search(
+    fn search_directly(
         &mut self,
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -40,12 +97,23 @@ impl Assembly {
         self.kinematics.place(topology, parameters, prescription, state, &self.targets);
         let mut errors = residual(&self.kinematics);
         let mut damping = 1e-3;
+        let mut nudges = 0;
         for _ in 0..CAREFUL_STEPS {
             if errors.amax() < NEAR {
                 break;
             }
             self.kinematics.linearise(topology, &self.prescription);
             let jacobian = self.kinematics.scaled_matrix(&self.prescription, &weights, &columns);
+            if nudges < NUDGES && !jacobian.iter().all(|slope| slope.is_finite()) {
+                // Angles like those of the order zxz have no rates where the frames are parallel, as they are
+                // at first: from there no step would be found, though the position is within reach.
+                nudges += 1;
+                self.nudge(topology, &columns, nudges);
+                let (prescription, state) = (&self.prescription, &self.state);
+                self.kinematics.place(topology, parameters, prescription, state, &self.targets);
+                errors = residual(&self.kinematics);
+                continue;
+            }
             let gradient = jacobian.tr_mul(&errors);
             let normal = jacobian.tr_mul(&jacobian);
             let mut improved = false;
@@ -85,6 +153,36 @@ impl Assembly {
         } else {
             Err(AssemblyError::Gap(self.gap(topology, parameters)))
         }
+    }
+
+    /// Moves all freedoms a little, each time otherwise.
+    fn nudge(&mut self, topology: &Topology, columns: &[f64], time: usize) {
+        let moves = columns.iter().enumerate();
+        let moves = moves.map(|(k, c)| NUDGE * c * ((k + time) as f64).cos());
+        self.state.advance(topology, &moves.collect::<Vec<f64>>());
+    }
+
+    /// [`Self::reassemble`] from the first guess, and from beside it where that finds nothing: from a dead centre or
+    /// another position in which all is stretched, every first step leads nowhere.
+    pub(super) fn assemble(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+    ) -> Result<(), AssemblyError> {
+        let begin = self.state.clone();
+        let outcome = self.reassemble(topology, parameters);
+        if !matches!(outcome, Err(AssemblyError::Gap(_))) {
+            return outcome;
+        }
+        let columns = column_scales(topology, parameters.length);
+        for time in 1..=NUDGES {
+            self.state.clone_from(&begin);
+            self.nudge(topology, &columns, time);
+            if self.reassemble(topology, parameters).is_ok() {
+                return Ok(());
+            }
+        }
+        outcome
     }
 
     /// How many coordinates are prescribed and how many freedoms there are, if these are fewer.
