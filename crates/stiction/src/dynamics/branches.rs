@@ -29,8 +29,8 @@ const UNBOUNDED: f64 = 1e6;
 
 impl InverseDynamics {
     /// Follows the solution from no friction while the coefficients of all contacts grow to `most`
-    /// times the given ones. Contacts at rest carry no friction. None where the position is singular
-    /// or friction is off. The forces of the last [`InverseDynamics::solve`] stay.
+    /// times the given ones. Contacts at rest carry no friction. None where the position is singular,
+    /// friction is off or no contact slides: then nothing is known. The forces of the last [`InverseDynamics::solve`] stay.
     pub fn friction_margin(
         &mut self,
         loads: &[AppliedLoad<f64>],
@@ -43,6 +43,10 @@ impl InverseDynamics {
         }
         if parameters.contacts.is_empty() {
             return Some(FrictionMargin { locks_at: None, joint: None });
+        }
+        if inverse.contacts().iter().all(|contact| contact.sliding == 0.0) {
+            // What rests carries no friction here, so nothing would be followed.
+            return None;
         }
         let settings = Settings { friction: FrictionMode::Converged, ..*settings };
         let mut probe = inverse.clone();
