@@ -20,13 +20,8 @@ impl Forward {
         if solved.holding.is_empty() || stresses.is_empty() {
             return None;
         }
-        let (parameters, first) = (&self.parameters, self.topology.constraints);
-        let rates = ground
-            .bodies
-            .twist
-            .iter()
-            .map(|twist| twist.angular.norm().max(twist.linear.norm() / parameters.length));
-        let square = rates.fold(0.0_f64, f64::max).powi(2);
+        let first = self.topology.constraints;
+        let square = self.scene(ground).fastest().powi(2);
         for stress in stresses {
             let each = rows.iter().zip(&stress.multipliers);
             // Multipliers over scales go with values times scales.

@@ -22,7 +22,6 @@ mod project;
 mod rows;
 mod rub;
 mod simulation;
-mod spread;
 mod stick;
 
 pub use error::{Competitor, ForwardError};

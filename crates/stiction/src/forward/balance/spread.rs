@@ -5,8 +5,9 @@
 //! declared compliances, then by the default: see [`crate::dynamics::Weighting`]. All of it is linear in what
 //! acts.
 
-use super::balance::{Response, Scene};
-use super::rows::Rows;
+use super::response::Response;
+use super::scene::Scene;
+use crate::forward::rows::Rows;
 use crate::linalg::Svd;
 use crate::mobility::DETERMINED;
 use nalgebra::{DMatrix, DVector};
@@ -33,14 +34,14 @@ struct Stage {
 
 /// The rule at one position.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Spread {
+pub(in crate::forward) struct Spread {
     /// Ways in which joints load each other and nothing else.
-    pub(super) stresses: Vec<Response>,
+    pub(in crate::forward) stresses: Vec<Response>,
     stages: Vec<Stage>,
 }
 
 impl Spread {
-    pub(super) fn new(scene: &Scene<'_>, rows: &Rows, stresses: Vec<Response>) -> Self {
+    pub(in crate::forward) fn new(scene: &Scene<'_>, rows: &Rows, stresses: Vec<Response>) -> Self {
         let mut stages = Vec::new();
         if stresses.is_empty() {
             return Self { stresses, stages };
@@ -87,13 +88,13 @@ impl Spread {
     }
 
     /// How many drives are open: more freedoms are prescribed than can move, and the rule decides who bears what.
-    pub(super) fn open_drives(&self) -> usize {
+    pub(in crate::forward) fn open_drives(&self) -> usize {
         let stage = self.stages.iter().find(|stage| stage.measure == Measure::Drives);
         stage.map_or(0, |stage| stage.rank)
     }
 
     /// Moves a response to the least one.
-    pub(super) fn apply(
+    pub(in crate::forward) fn apply(
         &self,
         scene: &Scene<'_>,
         rows: &Rows,
@@ -132,7 +133,7 @@ impl Spread {
 
 /// Room for applying the rule.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Room {
+pub(in crate::forward) struct Room {
     now: Vec<f64>,
     along: Vec<f64>,
     amounts: Vec<f64>,
