@@ -6,7 +6,7 @@
 
 use super::Forward;
 use super::balance::{Balance, Response};
-use super::cone::{Cone, Kind, Member, mode_of};
+use super::cone::{Cone, Dry, Kind, Member, mode_of};
 use super::evaluate::Ground;
 use super::rows::{Rows, each_freedom};
 use super::rub::{Contact, norm, wrench_of};
@@ -57,11 +57,11 @@ impl Forward {
         for &contact in resting {
             let content = &parameters.contacts[contact];
             let rest = |law: &crate::friction::Law| bound * law.at_rest();
-            let kind = Kind::Dry {
+            let kind = Kind::Dry(Dry {
                 forward: rest(&content.law),
                 backward: rest(content.backward.as_ref().unwrap_or(&content.law)),
                 viscous: 0.0,
-            };
+            });
             let first = units.len();
             for wrench in self.unit_frictions(ground, contact) {
                 units.push(balance.respond(&scene, &[(content.joint, wrench)], false));
@@ -108,7 +108,7 @@ impl Forward {
             let mut more = false;
             for member in &mut cone.members {
                 let rate = mode_of(&found.rates[member.places.clone()], none);
-                let Kind::Dry { forward, backward, .. } = &mut member.kind else { continue };
+                let Kind::Dry(Dry { forward, backward, .. }) = &mut member.kind else { continue };
                 if rate == Contact::Sticks {
                     continue;
                 }
@@ -130,13 +130,13 @@ impl Forward {
         let (mut moves, mut tight) = (false, false);
         for (member, load) in cone.members.iter().zip(&found.loads) {
             loads[member.contact] = *load;
-            let Kind::Dry { forward, backward, .. } = member.kind else { continue };
+            let Kind::Dry(law) = member.kind else { continue };
             let places = member.places.clone();
             let mut has = [0.0; 3];
             has[..places.len()].copy_from_slice(&found.amounts[places.clone()]);
             let mode = mode_of(&found.rates[places], none);
             if mode == Contact::Sticks {
-                let most = load * if has[0] < 0.0 { backward } else { forward };
+                let most = load * law.coefficient(has[0]);
                 tight |= norm(has) > most * (1.0 - NO_ROOM);
             } else {
                 moves = true;

@@ -14,7 +14,7 @@
 
 use super::Forward;
 use super::balance::{Balance, Response};
-use super::cone::{Cone, Found, Kind, Member, Smooth, mode_of};
+use super::cone::{Cone, Dry, Found, Kind, Member, Smooth, mode_of};
 use super::error::ForwardError;
 use super::evaluate::{Ground, Unsolved};
 use super::inputs::Inputs;
@@ -245,11 +245,11 @@ impl Forward {
                 law.at_rest()
             }
         };
-        Kind::Dry {
+        Kind::Dry(Dry {
             forward: coefficient(&content.law),
             backward: coefficient(content.backward.as_ref().unwrap_or(&content.law)),
             viscous: law.viscous,
-        }
+        })
     }
 
     fn land(
