@@ -6,7 +6,8 @@
 //! `J a = r` exist only if `y^T r = 0`; if not, a held contact of the self-stress moves, by `-y^T r / y_k`.
 
 use super::Forward;
-use super::evaluate::{Ground, Solved};
+use super::ground::Ground;
+use super::solve::Solved;
 
 /// Less than this part of the squares of rates is rounding.
 const MOVES: f64 = 1e-6;

@@ -7,10 +7,9 @@
 use super::Forward;
 use super::balance::{Balance, Response};
 use super::cone::{Cone, Dry, Kind, Member, mode_of};
-use super::evaluate::Ground;
-use super::rows::{Rows, each_freedom};
+use super::ground::Ground;
+use super::rows::Rows;
 use super::rub::{Contact, norm, wrench_of};
-use crate::spatial::Wrench;
 
 /// Accelerations below this part are none.
 const NONE: f64 = 1e-9;
@@ -145,39 +144,5 @@ impl Forward {
             guess[member.contact] = mode;
         }
         Some(Guess { modes: guess, shares, loads, moves, tight })
-    }
-
-    /// The wrenches on its joint of one newton of friction along each of a contact's freedoms, at the
-    /// surface.
-    pub(super) fn unit_frictions(&self, ground: &Ground, contact: usize) -> Vec<Wrench<f64>> {
-        let content = &self.parameters.contacts[contact];
-        let arms = content.arms(self.parameters.pitch[content.joint]);
-        let each = (0..content.shape.freedoms().len()).map(|place| {
-            let mut efforts = [0.0; 3];
-            efforts[place] = -arms[place];
-            wrench_of(&self.topology, &ground.bodies, content, efforts)
-        });
-        each.collect()
-    }
-
-    /// The rate of a contact's surface along one of its freedoms for rates of the tree, m/s.
-    pub(super) fn surface_rate(
-        &self,
-        ground: &Ground,
-        rates: &[f64],
-        contact: usize,
-        place: usize,
-    ) -> f64 {
-        let (topology, bodies) = (&self.topology, &ground.bodies);
-        let content = &self.parameters.contacts[contact];
-        let arm = content.arms(self.parameters.pitch[content.joint])[place];
-        let freedom =
-            &topology.joint_types[content.joint].freedoms()[content.shape.freedoms().start + place];
-        let effort = bodies.effort(freedom, content.joint);
-        let mut rate = 0.0;
-        each_freedom(topology, content.joint, |dof, sign| {
-            rate += sign * bodies.screws[dof].power(effort) * rates[dof];
-        });
-        arm * rate
     }
 }

@@ -10,10 +10,11 @@ mod coupling;
 mod dead;
 mod dop853;
 mod error;
-mod evaluate;
+mod ground;
 mod guess;
 mod initial;
 mod inputs;
+mod instant;
 mod integrator;
 mod joints;
 mod leap;
@@ -22,12 +23,14 @@ mod project;
 mod rows;
 mod rub;
 mod simulation;
+mod solve;
 mod stick;
+mod surface;
 
 pub use error::{Competitor, ForwardError};
-pub use evaluate::{Account, ContactMoment, Instant};
 pub use initial::Known;
 pub use inputs::{ConstantEfforts, Inputs, View};
+pub use instant::{Account, ContactMoment, Instant};
 pub use rub::Contact;
 pub use simulation::{Checkpoint, Energies, Event, EventKind, Method, Settings, Simulation};
 

@@ -9,10 +9,10 @@
 
 use super::Forward;
 use super::error::ForwardError;
-use super::evaluate::{Ground, Solved, Unsolved};
+use super::ground::Ground;
 use super::guess::Guess;
-use super::rows::each_freedom;
-use super::rub::{Contact, law_of, norm, wrench_of};
+use super::rub::{Contact, law_of, norm};
+use super::solve::{Solved, Unsolved};
 use std::collections::HashSet;
 
 /// Friction may exceed its limit by this part: rounding of reactions.
@@ -398,25 +398,15 @@ impl Forward {
         contact: usize,
         begins: [f64; 3],
     ) -> [f64; 3] {
-        let (topology, parameters) = (&self.topology, &self.parameters);
-        let content = &parameters.contacts[contact];
-        let arms = content.arms(parameters.pitch[content.joint]);
-        let freedoms = &topology.joint_types[content.joint].freedoms()[content.shape.freedoms()];
+        let content = &self.parameters.contacts[contact];
+        let arms = content.arms(self.parameters.pitch[content.joint]);
         let scene = self.scene(ground);
         let mut taken = nalgebra::Matrix3::zeros();
-        for column in 0..3 {
-            let mut efforts = [0.0; 3];
-            efforts[column] = -arms[column];
-            let wrench = wrench_of(topology, &ground.bodies, content, efforts);
+        for (column, wrench) in self.unit_frictions(ground, contact).into_iter().enumerate() {
             let response = solved.balance.respond(&scene, &[(content.joint, wrench)], false);
-            for (row, freedom) in freedoms.iter().enumerate() {
-                let effort = ground.bodies.effort(freedom, content.joint);
-                let mut rate = 0.0;
-                each_freedom(topology, content.joint, |dof, sign| {
-                    let screw = ground.bodies.screws[dof];
-                    rate += sign * screw.power(effort) * response.accelerations[dof];
-                });
-                taken[(row, column)] = -arms[row] * rate;
+            for row in 0..3 {
+                taken[(row, column)] =
+                    -self.surface_rate(ground, &response.accelerations, contact, row);
             }
         }
         let load = solved.coupled.loads[contact];
@@ -467,31 +457,6 @@ impl Forward {
             .fold(parameters.gravity.norm() / parameters.length, |m, (a, c)| m.max((a / c).abs()));
         let arm = content.arms(parameters.pitch[content.joint])[0].min(parameters.length);
         STILL * largest * arm
-    }
-
-    /// The acceleration of a contact's surface, m/s^2.
-    pub(super) fn surface_acceleration(
-        &self,
-        ground: &Ground,
-        accelerations: &[f64],
-        contact: usize,
-    ) -> [f64; 3] {
-        let (topology, parameters) = (&self.topology, &self.parameters);
-        let content = &parameters.contacts[contact];
-        let mut bodies = ground.bodies.clone();
-        bodies.accelerate(topology, accelerations);
-        let (predecessor, successor) = topology.ends[content.joint];
-        let own = bodies.joint_bias(topology, parameters, content.joint);
-        let relative = bodies.acceleration[successor] - bodies.acceleration[predecessor] - own;
-        let arms = content.arms(parameters.pitch[content.joint]);
-        let freedoms = topology.joint_types[content.joint].freedoms();
-        let mut begins = [0.0; 3];
-        for ((value, arm), freedom) in
-            begins.iter_mut().zip(arms).zip(&freedoms[content.shape.freedoms()])
-        {
-            *value = arm * relative.power(bodies.effort(freedom, content.joint));
-        }
-        begins
     }
 }
 

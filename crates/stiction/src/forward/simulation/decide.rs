@@ -155,7 +155,7 @@ impl Simulation<'_> {
     /// contact stands while all moves on.
     pub(super) fn takes_freedom(
         &self,
-        ground: &crate::forward::evaluate::Ground,
+        ground: &crate::forward::ground::Ground,
         contact: usize,
     ) -> bool {
         let model = self.model;

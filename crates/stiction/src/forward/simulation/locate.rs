@@ -3,8 +3,8 @@
 use super::packing::parts;
 use super::{REST, Simulation};
 use crate::forward::error::ForwardError;
-use crate::forward::evaluate::Instant;
 use crate::forward::inputs::Inputs;
+use crate::forward::instant::Instant;
 use crate::forward::rub::{Contact, norm};
 use std::convert::Infallible;
 
@@ -134,7 +134,7 @@ impl Simulation<'_> {
             bodies.move_with(topology, rates);
             let content = &parameters.contacts[contact];
             let velocity =
-                crate::forward::rub::surface_velocity(topology, parameters, &bodies, content);
+                crate::forward::surface::surface_velocity(topology, parameters, &bodies, content);
             let Contact::Slides(direction) = self.modes[contact] else { return 1.0 };
             velocity.iter().zip(direction).map(|(v, d)| v * d).sum()
         };

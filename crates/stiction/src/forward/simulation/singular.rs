@@ -11,8 +11,8 @@ use crate::forward::Forward;
 use crate::forward::balance::DEPENDENT;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
+use crate::forward::instant::ContactMoment;
 use crate::forward::rows::{Held, Rows};
-use crate::forward::rub::dissipated;
 use crate::kinematics::{Bodies, State, Target};
 use crate::linalg::RowSpace;
 use crate::spatial::Wrench;
@@ -149,7 +149,7 @@ impl Simulation<'_> {
             let at = topology.actuators[index];
             *power = found.drives[index] * found.bodies.joint_rates(topology, at.joint)[at.freedom];
         }
-        found.account.contacts = found.contacts.iter().map(dissipated).collect();
+        found.account.contacts = found.contacts.iter().map(ContactMoment::dissipated).collect();
         self.now = found;
         Ok(())
     }
