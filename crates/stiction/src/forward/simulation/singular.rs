@@ -68,22 +68,13 @@ impl Ranks {
         space.decompose(scaled, rows.rows.len(), n, DEPENDENT);
         (space.rank(), space.least_part())
     }
-}
 
-impl Forward {
-    /// The rank of loops and of what is prescribed, and how far they are from losing it.
-    fn rank_at(&self, state: &State<f64>, targets: &[Target<f64>]) -> (usize, f64) {
-        let mut ranks = Ranks::new(self);
-        ranks.targets.extend_from_slice(targets);
-        ranks.at(self, state)
-    }
-
-    /// The distance after moving on for a time that may be negative.
-    fn distance_ahead(&self, state: &State<f64>, time: f64, targets: &[Target<f64>]) -> f64 {
+    /// The same after moving on for a time that may be negative.
+    fn ahead(&mut self, model: &Forward, state: &State<f64>, time: f64) -> (usize, f64) {
         let mut ahead = state.clone();
         let by: Vec<f64> = state.rates.iter().map(|rate| time * rate).collect();
-        ahead.advance(&self.topology, &by);
-        self.rank_at(&ahead, targets).1
+        ahead.advance(&model.topology, &by);
+        self.at(model, &ahead)
     }
 }
 
@@ -96,14 +87,12 @@ impl Simulation<'_> {
         if model.topology.constraints == 0 || self.fastest_rate == 0.0 {
             return Ok(());
         }
-        let targets = model.targets(time, inputs);
         let state = self.now.state.clone();
-        let (rank, _) = model.rank_at(&state, &targets);
+        let ranks = &mut self.room.ranks;
+        model.targets_into(time, inputs, &mut ranks.targets);
+        let (rank, _) = ranks.at(model, &state);
         let little = BESIDE / self.fastest_rate;
-        let mut ahead = state.clone();
-        let by: Vec<f64> = state.rates.iter().map(|rate| little * rate).collect();
-        ahead.advance(&model.topology, &by);
-        let (beside, _) = model.rank_at(&ahead, &targets);
+        let (beside, _) = ranks.ahead(model, &state, little);
         if beside <= rank {
             return Ok(());
         }
@@ -185,14 +174,14 @@ impl Simulation<'_> {
         if distance.min(distance_before) > NEAR {
             return Ok(());
         }
-        let (before, targets) = (before.clone(), ranks.targets.clone());
         let little = LITTLE * step;
-        let nears = model.distance_ahead(&before, little, &targets) < distance_before;
-        let leaves = model.distance_ahead(&self.now.state, -little, &targets) < distance;
+        let nears = ranks.ahead(model, before, little).1 < distance_before;
+        let leaves = ranks.ahead(model, &self.now.state, -little).1 < distance;
         if !(nears && leaves) {
             return Ok(());
         }
         // Where it is least, on the curve between.
+        let mut ranks = ranks.clone();
         let mut last = self.list();
         self.derivative_into(&self.now, &mut last);
         let mut steps = std::mem::take(&mut self.steps);
@@ -203,7 +192,7 @@ impl Simulation<'_> {
         let mut distance = |part: f64| {
             self.steps.at(part, &mut last);
             let (state, _) = self.unpack(&last);
-            model.rank_at(&state, &targets).1
+            ranks.at(model, &state).1
         };
         let golden = 0.5 * (5_f64.sqrt() - 1.0);
         let (mut low, mut high) = (0.0, 1.0);
