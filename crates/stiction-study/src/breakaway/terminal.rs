@@ -1,8 +1,8 @@
 //! Findings for people.
 
 use super::Findings;
+use crate::inverse::Job;
 use crate::inverse::columns::Names;
-use crate::inverse::run::Job;
 use crate::inverse::terminal::number;
 use std::fmt::{self, Write};
 use stiction::dynamics::{Bounds, Holding, Verdict};

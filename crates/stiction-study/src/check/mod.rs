@@ -13,9 +13,10 @@ pub use page::{Page, draw_page};
 pub use report::write_report;
 pub use sizes::{BodyMass, Range, Sizes};
 
-use crate::inverse::run::{Sides, idle_spins};
+use crate::inverse::sides::Sides;
 use crate::inverse::statistics::Least;
 use crate::inverse::summary::undetermined_components;
+use crate::inverse::verdict::idle_spins;
 use crate::inverse::{Error, Job, Phase};
 use along::Watch;
 use sizes::Measuring;

@@ -1,6 +1,6 @@
 //! The tables of a run: names, units and rows.
 
-use super::run::Sample;
+use super::sample::Sample;
 use crate::numbers::exact;
 use std::io;
 use stiction::friction::contacts_of;

@@ -1,7 +1,8 @@
 //! The plots of a run.
 
 use super::columns::Names;
-use super::run::{Job, Sample};
+use super::job::Job;
+use super::sample::Sample;
 use super::shares::ShareCurves;
 use crate::figure::{Figure, Line, Panel, Trace};
 use stiction::dynamics::FrictionMode;

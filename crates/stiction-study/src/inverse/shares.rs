@@ -1,7 +1,8 @@
 //! How much of each driving force each joint's friction causes: table, ranking, plot.
 
 use super::columns::{Names, Table};
-use super::run::{Job, Sample};
+use super::job::Job;
+use super::sample::Sample;
 use super::statistics::Size;
 use super::terminal::number;
 use crate::figure::{Figure, Line, Panel, Trace};

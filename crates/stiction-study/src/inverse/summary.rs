@@ -3,10 +3,12 @@
 use super::certainty::MOST_MARGIN;
 use super::columns::Names;
 use super::efficiency::Efficiency;
-use super::run::{Job, Sample, Verdict};
+use super::job::Job;
+use super::sample::Sample;
 use super::shares::Ranking;
 use super::statistics::{Comparison, Integral, Least, Size};
 use super::uniqueness::Singular;
+use super::verdict::Verdict;
 use serde_json::{Map, Value, json};
 use stiction::dynamics::{Bounds, FrictionMode, Weighting};
 

@@ -1,10 +1,11 @@
 //! The summary that a person reads.
 
 use super::certainty::{MOST_MARGIN, Margin};
-use super::run::{Job, Verdict};
+use super::job::Job;
 use super::statistics::Integral;
 use super::summary::{Summary, friction_word, weighting_words};
 use super::uniqueness::Singular;
+use super::verdict::Verdict;
 use crate::numbers::significant;
 use std::fmt::{self, Write};
 use stiction::dynamics::FrictionMode;
