@@ -2,7 +2,7 @@
 
 use super::Findings;
 use crate::inverse::Job;
-use crate::inverse::columns::Names;
+use crate::names::Names;
 use serde_json::{Map, Value, json};
 use stiction::dynamics::{Bounds, Breakaway, Holding, Verdict};
 

@@ -2,8 +2,8 @@
 
 use super::Findings;
 use crate::inverse::Job;
-use crate::inverse::columns::Names;
-use crate::inverse::terminal::number;
+use crate::names::Names;
+use crate::numbers::number;
 use std::fmt::{self, Write};
 use stiction::dynamics::{Bounds, Holding, Verdict};
 

@@ -2,7 +2,7 @@
 
 use super::run::Sample;
 use crate::inverse::bodies::BodyRow;
-use crate::inverse::columns::Names;
+use crate::names::Names;
 use stiction::forward::{Contact, ContactMoment};
 use stiction::joint::Motion;
 use stiction::mechanism::{JointId, Mechanism};

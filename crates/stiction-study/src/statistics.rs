@@ -46,16 +46,16 @@ impl Size {
 
 /// A series with friction against the same without.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Comparison {
-    pub(super) with: Size,
-    pub(super) without: Size,
-    pub(super) difference: Size,
+pub(crate) struct Comparison {
+    pub(crate) with: Size,
+    pub(crate) without: Size,
+    pub(crate) difference: Size,
     /// The largest ratio of difference to value at one and the same instant, and that instant.
     greatest: Option<(f64, f64)>,
 }
 
 impl Comparison {
-    pub(super) fn add(&mut self, time: f64, with: f64, without: f64) {
+    pub(crate) fn add(&mut self, time: f64, with: f64, without: f64) {
         self.with.add(time, with);
         self.without.add(time, without);
         self.difference.add(time, with - without);
@@ -68,7 +68,7 @@ impl Comparison {
 
     /// Difference over frictionless value by four metrics; none where the latter is zero but for
     /// rounding.
-    pub(super) fn metrics(&self) -> Metrics {
+    pub(crate) fn metrics(&self) -> Metrics {
         let nothing = self.without.peak.abs() <= 1e-9 * self.with.peak.abs();
         let ratio = |a: f64, b: f64| Some(a / b).filter(|r| r.is_finite() && !nothing);
         Metrics {
@@ -82,15 +82,15 @@ impl Comparison {
 
 /// How much friction changes a series, relative to the series without friction, by four metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Metrics {
-    pub(super) max_over_max: Option<f64>,
-    pub(super) rms_over_rms: Option<f64>,
-    pub(super) mean_over_mean: Option<f64>,
-    pub(super) at_one_time: Option<(f64, f64)>,
+pub(crate) struct Metrics {
+    pub(crate) max_over_max: Option<f64>,
+    pub(crate) rms_over_rms: Option<f64>,
+    pub(crate) mean_over_mean: Option<f64>,
+    pub(crate) at_one_time: Option<(f64, f64)>,
 }
 
 impl Metrics {
-    pub(super) fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         json!({
             "max_over_max": self.max_over_max,
             "rms_over_rms": self.rms_over_rms,
@@ -103,13 +103,13 @@ impl Metrics {
 
 /// The integral over time of a sampled series, by the trapezoidal rule.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Integral {
+pub(crate) struct Integral {
     last: Option<(f64, f64)>,
-    pub(super) value: f64,
+    pub(crate) value: f64,
 }
 
 impl Integral {
-    pub(super) fn add(&mut self, time: f64, value: f64) {
+    pub(crate) fn add(&mut self, time: f64, value: f64) {
         if let Some((before, last)) = self.last {
             self.value += 0.5 * (value + last) * (time - before);
         }
@@ -117,7 +117,7 @@ impl Integral {
     }
 
     /// The value of the series at the last instant.
-    pub(super) fn last(&self) -> f64 {
+    pub(crate) fn last(&self) -> f64 {
         self.last.map_or(0.0, |(_, value)| value)
     }
 }
