@@ -3,9 +3,11 @@
 //! Equation (R1) of the book's theory.
 
 use super::forces::Forces;
-use super::inverse::{Inverse, Settings, Setup};
+use super::inverse::Inverse;
 use super::load::AppliedLoad;
 use super::rest::{FrictionMap, outer_changes};
+use super::settings::Settings;
+use super::setup::Setup;
 use super::wedge;
 use crate::kinematics::Kinematics;
 use crate::parameters::Parameters;

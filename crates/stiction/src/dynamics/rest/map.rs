@@ -1,6 +1,8 @@
 //! What friction does: joints' wrenches and drives are affine in the friction forces.
 
-use crate::dynamics::inverse::{FrictionMode, Inverse, Settings, Setup};
+use crate::dynamics::inverse::Inverse;
+use crate::dynamics::settings::{FrictionMode, Settings};
+use crate::dynamics::setup::Setup;
 use crate::friction::{OwnFriction, Resistance};
 use crate::kinematics::Bodies;
 use crate::parameters::{ContactParameters, Parameters};

@@ -1,80 +1,20 @@
 //! Inverse dynamics with all reactions and load-dependent friction: the kernel.
 
+mod probing;
+mod settled;
+
+pub(super) use settled::STAGNATED;
+
 use super::balance::Balance;
 use super::contacts::{ContactState, Contacts, Coupling};
 use super::load::AppliedLoad;
-use super::plan::BalancePlan;
-use crate::friction::{ContactShape, OwnFriction, Resistance};
-use crate::kinematics::{Bodies, Kinematics, Prescription};
-use crate::linalg::Elimination;
-use crate::parameters::{ContactParameters, Parameters};
+use super::settings::{FrictionMode, Settings};
+use super::setup::Setup;
+use crate::kinematics::{Bodies, Kinematics};
+use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::{Role, Topology};
-
-/// How friction and reactions act on each other.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum FrictionMode {
-    /// Friction loads the joints that make it; solved to round-off.
-    #[default]
-    Converged,
-    /// Friction from the frictionless reactions, once: the way of Zhang et al. 2018.
-    OnePass,
-    /// No friction.
-    Off,
-}
-
-/// What is computed, and how accurately.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// How friction is coupled.
-    pub friction: FrictionMode,
-    /// Contacts that slide no faster than this (m/s, at the surface) rest.
-    pub rest_speed: f64,
-    /// Newton steps for the coupling of friction and reactions, at most.
-    pub friction_steps: usize,
-    /// The coupling counts as solved when no load changes by more than this part of the largest.
-    pub friction_tolerance: f64,
-    /// Newton steps for the position, where a kernel finds it by itself.
-    pub position_steps: usize,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            friction: FrictionMode::Converged,
-            rest_speed: 1e-9,
-            friction_steps: 40,
-            // Round-off of a solve is some 1e-15; Newton squares the change in each step.
-            friction_tolerance: 1e-13,
-            position_steps: 3,
-        }
-    }
-}
-
-impl Settings {
-    /// Whether a change of loads is round-off, given the largest load. Infinite loads are not
-    /// settled.
-    pub(super) fn is_settled(&self, change: f64, largest: f64) -> bool {
-        change.is_finite() && change <= self.friction_tolerance * largest
-    }
-}
-
-/// Changes of loads below this part of the largest are rounding where they do not fall any more.
-pub(super) const STAGNATED: f64 = 1e-9;
-
-/// A mechanism compiled for one prescription: what the kernels are told beyond numbers.
-#[derive(Clone, Copy, Debug)]
-pub struct Setup<'a> {
-    /// The graph.
-    pub topology: &'a Topology,
-    /// What is prescribed.
-    pub prescription: &'a Prescription,
-    /// How rates are solved for.
-    pub motion: &'a Elimination,
-    /// How reactions are solved for.
-    pub balance: &'a BalancePlan,
-}
 
 /// All forces of a mechanism at one instant, and the scratch to compute them.
 #[derive(Clone, Debug)]
@@ -142,45 +82,6 @@ impl<T: Scalar> Inverse<T> {
         &self.contacts.states
     }
 
-    /// Whether the coupling of friction and reactions is solved, on the branch that begins at no
-    /// friction as far as the determinant's sign tells.
-    pub fn friction_settled(&self, settings: &Settings) -> bool {
-        if self.mode != FrictionMode::Converged || self.contacts.states.is_empty() {
-            return true;
-        }
-        let loads = self.contacts.states.iter().map(|c| c.load.value.largest());
-        let largest = loads.fold(0.0, f64::max);
-        settings.is_settled(self.friction_change.largest(), largest)
-            && (self.orientation() - T::one()).largest() == 0.0
-    }
-
-    /// Whether the coupling is solved as far as rounding lets it be: near locking, where loads grow,
-    /// Newton's method comes to a stand before its change is that of a single solve.
-    pub(super) fn friction_stagnated(&self) -> bool {
-        let loads = self.contacts.states.iter().map(|c| c.load.value.largest());
-        let largest = loads.fold(0.0, f64::max);
-        let change = self.friction_change.largest();
-        change.is_finite()
-            && change <= STAGNATED * largest
-            && (self.orientation() - T::one()).largest() == 0.0
-    }
-
-    /// Whether the balance holds to round-off and its reactions are in proportion to what is
-    /// demanded. If not, the order of elimination does not suit the position.
-    pub fn is_balanced(&self, setup: &Setup<'_>, parameters: &Parameters<T>) -> bool {
-        // Beyond this growth a reaction keeps fewer than eight digits.
-        const GROWTH: f64 = 1e8;
-        let (residual, demanded, carried) =
-            self.balance.size_of_residual(setup.topology, &setup.balance.structure, parameters);
-        // What friction asks for whatever the reactions are.
-        let without_load = |(state, contact): (&ContactState<T>, &ContactParameters<T>)| {
-            state.resistance.force(contact.load.preload).largest()
-        };
-        let frictions = self.contacts.states.iter().zip(&parameters.contacts).map(without_load);
-        let demanded = frictions.fold(demanded, f64::max);
-        residual.is_finite() && residual <= 1e-9 * carried && carried <= GROWTH * demanded
-    }
-
     /// For a contact at rest, the direction and the part of its greatest friction with which it
     /// holds (components along its freedoms, at most of length one). Zero unless set.
     pub fn set_held(&mut self, contact: usize, held: [T; 3]) {
@@ -200,12 +101,6 @@ impl<T: Scalar> Inverse<T> {
     /// How many steps the coupling took.
     pub fn friction_steps(&self) -> usize {
         self.friction_steps
-    }
-
-    /// One where the balance with friction is connected to that without, minus one where its
-    /// determinant changed sign on the way: then friction locks the mechanism.
-    pub fn orientation(&self) -> T {
-        self.sign_without * self.sign_with
     }
 
     /// Solves for all forces at the motion in `kinematics`.
@@ -269,17 +164,6 @@ impl<T: Scalar> Inverse<T> {
         self.contacts.press_frictionless(parameters, bodies, &self.balance.joint_wrenches);
         self.friction_change = T::zero();
         self.friction_steps = 0;
-    }
-
-    /// Loads as if the joints carried these wrenches: another start of the coupling.
-    pub(super) fn press_with(
-        &mut self,
-        parameters: &Parameters<T>,
-        bodies: &Bodies<T>,
-        wrenches: &[Wrench<T>],
-    ) {
-        self.balance.joint_wrenches.copy_from_slice(wrenches);
-        self.contacts.press(parameters, bodies, wrenches);
     }
 
     /// One Newton step of the coupling; returns the largest change of a load and the largest load.
@@ -365,115 +249,10 @@ impl<T: Scalar> Inverse<T> {
         self.read_drives(topology, bodies);
     }
 
-    /// Speeds, directions and laws again, with this part of the coefficients.
-    pub(super) fn rub_at(
-        &mut self,
-        topology: &Topology,
-        parameters: &Parameters<T>,
-        bodies: &Bodies<T>,
-        settings: &Settings,
-        part: T,
-    ) {
-        let rest_speed = T::from_f64(settings.rest_speed);
-        self.contacts.slide(topology, parameters, bodies, rest_speed);
-        for state in &mut self.contacts.states {
-            state.resistance.coefficient *= part;
-        }
-    }
-
-    /// Solves again with the friction that contacts hold by at rest, everything else as it was, to
-    /// first order in what they hold by.
-    pub(super) fn hold_again(
-        &mut self,
-        setup: &Setup<'_>,
-        parameters: &Parameters<T>,
-        bodies: &Bodies<T>,
-        settings: &Settings,
-    ) {
-        let rest_speed = T::from_f64(settings.rest_speed);
-        self.contacts.slide(setup.topology, parameters, bodies, rest_speed);
-        if self.mode == FrictionMode::Converged {
-            // Where no friction holds directly it still changes the loads of what slides.
-            self.couple(setup, parameters, bodies, Coupling::Linear);
-            self.contacts.press(parameters, bodies, &self.balance.joint_wrenches);
-        } else {
-            self.couple(setup, parameters, bodies, Coupling::Frozen);
-        }
-        self.finish_friction(setup.topology, parameters, bodies);
-    }
-
-    /// Sets what every contact resists with; for probing.
-    pub(super) fn set_resistances(&mut self, resistance: Resistance<T>) {
-        self.contacts.states.iter_mut().for_each(|state| state.resistance = resistance);
-    }
-
-    /// Sets what one contact resists with; for probing.
-    pub(super) fn set_resistance(&mut self, contact: usize, resistance: Resistance<T>) {
-        self.contacts.states[contact].resistance = resistance;
-    }
-
-    /// All forces with given friction forces, N, one for each contact, whatever its load: solves once more,
-    /// with the matrix of the frictionless balance. [`Self::drives`] and [`Self::joint_wrenches`] are
-    /// those with these frictions then.
-    pub fn solve_with(
-        &mut self,
-        setup: &Setup<'_>,
-        parameters: &Parameters<T>,
-        bodies: &Bodies<T>,
-        frictions: &[T],
-    ) {
-        for (state, friction) in self.contacts.states.iter_mut().zip(frictions) {
-            state.resistance = Resistance { coefficient: T::zero(), viscous: *friction };
-        }
-        self.couple(setup, parameters, bodies, Coupling::Frozen);
-        self.finish_friction(setup.topology, parameters, bodies);
-    }
-
-    /// The joints' wrenches with the present frictions, whatever their loads.
-    pub(super) fn frozen_wrenches(
-        &mut self,
-        setup: &Setup<'_>,
-        parameters: &Parameters<T>,
-        bodies: &Bodies<T>,
-    ) -> &[Wrench<T>] {
-        self.couple(setup, parameters, bodies, Coupling::Frozen);
-        &self.balance.joint_wrenches
-    }
-
     /// The accelerations of idle spins in the last solution, rad/s^2.
     pub(super) fn spin_accelerations(&self, setup: &Setup<'_>) -> &[T] {
         let first = setup.balance.structure.wrench_columns;
         &self.balance.unknowns[first..first + self.spin_responses.len()]
-    }
-
-    /// The most by which the load of a contact may change where its joint's wrench changes by
-    /// `wrench`, whatever it is: the load of that change alone, with neither preload nor smoothing.
-    /// Where a load contains the contact's own friction, that is the worse of both directions, for
-    /// this coefficient.
-    pub(super) fn most_change_of_load(
-        &self,
-        contact: usize,
-        parameters: &Parameters<T>,
-        bodies: &Bodies<T>,
-        wrench: Wrench<T>,
-        coefficient: T,
-    ) -> T {
-        let mut content = parameters.contacts[contact].clone();
-        content.load = content.load.seminorm();
-        let pitch = parameters.pitch[content.joint];
-        let mut state = self.contacts.states[contact];
-        let mut most = |direction: T| {
-            let own = OwnFriction { coefficient, viscous: T::zero(), direction };
-            state.press_with(&content, pitch, bodies, wrench, own);
-            state.load.value
-        };
-        let ahead = most(T::one());
-        if content.shape != ContactShape::Thread {
-            // No other load contains its own friction.
-            return ahead;
-        }
-        let back = most(-T::one());
-        (ahead - back).if_positive(ahead, back)
     }
 
     /// Efforts of friction on the tree's freedoms.
