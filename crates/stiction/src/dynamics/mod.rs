@@ -4,7 +4,6 @@
 //! constraint, drive and friction together.
 
 mod balance;
-mod bounds;
 mod branches;
 mod careful;
 mod contacts;

@@ -62,7 +62,7 @@ impl Forward {
                 viscous: 0.0,
             });
             let first = units.len();
-            for wrench in self.unit_frictions(ground, contact) {
+            for wrench in self.unit_frictions(bodies, contact) {
                 units.push(balance.respond(&scene, &[(content.joint, wrench)], false));
             }
             members.push(Member { contact, places: first..units.len(), kind });
@@ -87,12 +87,12 @@ impl Forward {
         let count = units.len();
         let (mut begins, mut change) = (vec![0.0; count], vec![0.0; count * count]);
         for member in members.iter().filter(|m| !matches!(m.kind, Kind::Slides(_))) {
-            let own = self.surface_acceleration(ground, &base.accelerations, member.contact);
+            let own = self.surface_acceleration_by(bodies, &base.accelerations, member.contact);
             for (place, i) in member.places.clone().enumerate() {
                 begins[i] = own[place];
                 for (j, unit) in units.iter().enumerate() {
                     change[i * count + j] =
-                        self.surface_rate(ground, &unit.accelerations, member.contact, place);
+                        self.surface_rate(bodies, &unit.accelerations, member.contact, place);
                 }
             }
         }

@@ -1,7 +1,6 @@
 //! Surfaces of contacts: how they move, and the wrenches of friction on them.
 
 use super::Forward;
-use super::ground::Ground;
 use super::rows::each_freedom;
 use super::rub::wrench_of;
 use crate::kinematics::Bodies;
@@ -26,40 +25,45 @@ pub(super) fn surface_velocity(
 }
 
 impl Forward {
-    /// The acceleration of a contact's surface, m/s^2.
-    pub(super) fn surface_acceleration(
+    /// The acceleration of a contact's surface where the tree accelerates so, m/s^2.
+    pub(super) fn surface_acceleration_by(
         &self,
-        ground: &Ground,
+        bodies: &Bodies<f64>,
         accelerations: &[f64],
         contact: usize,
     ) -> [f64; 3] {
+        let mut bodies = bodies.clone();
+        bodies.accelerate(&self.topology, accelerations);
+        self.surface_acceleration(&bodies, contact)
+    }
+
+    /// The acceleration of a contact's surface where bodies accelerate as they do, m/s^2.
+    pub(super) fn surface_acceleration(&self, bodies: &Bodies<f64>, contact: usize) -> [f64; 3] {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let content = &parameters.contacts[contact];
-        let mut bodies = ground.bodies.clone();
-        bodies.accelerate(topology, accelerations);
         let (predecessor, successor) = topology.ends[content.joint];
         let own = bodies.joint_bias(topology, parameters, content.joint);
         let relative = bodies.acceleration[successor] - bodies.acceleration[predecessor] - own;
         let arms = content.arms(parameters.pitch[content.joint]);
         let freedoms = topology.joint_types[content.joint].freedoms();
-        let mut begins = [0.0; 3];
+        let mut surface = [0.0; 3];
         for ((value, arm), freedom) in
-            begins.iter_mut().zip(arms).zip(&freedoms[content.shape.freedoms()])
+            surface.iter_mut().zip(arms).zip(&freedoms[content.shape.freedoms()])
         {
             *value = arm * relative.power(bodies.effort(freedom, content.joint));
         }
-        begins
+        surface
     }
 
     /// The wrenches on its joint of one newton of friction along each of a contact's freedoms, at the
     /// surface.
-    pub(super) fn unit_frictions(&self, ground: &Ground, contact: usize) -> Vec<Wrench<f64>> {
+    pub(super) fn unit_frictions(&self, bodies: &Bodies<f64>, contact: usize) -> Vec<Wrench<f64>> {
         let content = &self.parameters.contacts[contact];
         let arms = content.arms(self.parameters.pitch[content.joint]);
         let each = (0..content.shape.freedoms().len()).map(|place| {
             let mut efforts = [0.0; 3];
             efforts[place] = -arms[place];
-            wrench_of(&self.topology, &ground.bodies, content, efforts)
+            wrench_of(&self.topology, bodies, content, efforts)
         });
         each.collect()
     }
@@ -67,12 +71,12 @@ impl Forward {
     /// The rate of a contact's surface along one of its freedoms for rates of the tree, m/s.
     pub(super) fn surface_rate(
         &self,
-        ground: &Ground,
+        bodies: &Bodies<f64>,
         rates: &[f64],
         contact: usize,
         place: usize,
     ) -> f64 {
-        let (topology, bodies) = (&self.topology, &ground.bodies);
+        let topology = &self.topology;
         let content = &self.parameters.contacts[contact];
         let arm = content.arms(self.parameters.pitch[content.joint])[place];
         let freedom =

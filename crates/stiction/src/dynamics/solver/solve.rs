@@ -1,12 +1,12 @@
 //! From a position to forces: by the kernel where its numbers can be trusted, else with care.
 
 use super::InverseDynamics;
-use crate::dynamics::bounds;
 use crate::dynamics::careful;
 use crate::dynamics::error::InverseError;
 use crate::dynamics::forces::Forces;
 use crate::dynamics::load::AppliedLoad;
 use crate::dynamics::power::Power;
+use crate::dynamics::rest::bounds;
 use crate::dynamics::rest::{self, Rest};
 use crate::dynamics::settings::FrictionMode;
 use crate::dynamics::setup::Setup;

@@ -1,6 +1,6 @@
 //! The law of one member while all others do what they do.
 
-use super::problem::Smooth;
+use super::laws::Smooth;
 use crate::forward::rub::norm;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;

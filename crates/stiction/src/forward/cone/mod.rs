@@ -19,12 +19,14 @@
 //! Equation (D5) of the book's theory.
 
 mod alone;
+mod laws;
 mod newton;
 mod problem;
 mod residual;
 mod sweep;
 
-pub(super) use problem::{Cone, Dry, Kind, Member, Smooth};
+pub(super) use laws::{Dry, Kind, Smooth};
+pub(super) use problem::{Cone, Member};
 
 use super::rub::{Contact, norm};
 

@@ -1,6 +1,7 @@
 //! By how much the laws of all members are missed, and how that changes with the unknowns.
 
-use super::problem::{Cone, Dry, Kind, Smooth};
+use super::laws::{Dry, Kind, Smooth};
+use super::problem::Cone;
 use crate::forward::rub::norm;
 use crate::friction::Load;
 

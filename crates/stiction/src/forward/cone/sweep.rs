@@ -2,7 +2,8 @@
 
 use super::SETTLED;
 use super::alone::{Alone, settle_smooth};
-use super::problem::{Cone, Dry, Kind, Smooth};
+use super::laws::{Dry, Kind, Smooth};
+use super::problem::Cone;
 use crate::forward::rub::norm;
 use crate::spatial::Wrench;
 use nalgebra::Vector3;

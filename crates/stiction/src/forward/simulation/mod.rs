@@ -11,6 +11,7 @@ mod led;
 mod locate;
 mod others;
 mod packing;
+mod ranks;
 mod rest;
 mod runaway;
 mod settings;

@@ -7,14 +7,9 @@
 
 use super::work::Work;
 use super::{Event, EventKind, Simulation};
-use crate::forward::Forward;
-use crate::forward::balance::DEPENDENT;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::ContactMoment;
-use crate::forward::rows::{Held, Rows};
-use crate::kinematics::{Bodies, State, Target};
-use crate::linalg::RowSpace;
 use crate::spatial::Wrench;
 
 /// Conditions that are nearer to dependent than this are looked at closely.
@@ -25,58 +20,6 @@ const PASSED: f64 = 1e-6;
 const BESIDE: f64 = 1e-3;
 /// So much of a step to see whether a distance grows.
 const LITTLE: f64 = 1e-3;
-
-/// Room for ranks at positions.
-#[derive(Clone, Debug)]
-pub(in crate::forward) struct Ranks {
-    bodies: Bodies<f64>,
-    held: Vec<Held>,
-    holding: Vec<(usize, usize, usize)>,
-    rows: Rows,
-    scaled: Vec<f64>,
-    space: RowSpace,
-    /// What is prescribed.
-    targets: Vec<Target<f64>>,
-}
-
-impl Ranks {
-    pub(in crate::forward) fn new(model: &Forward) -> Self {
-        Self {
-            bodies: Bodies::new(&model.topology),
-            held: Vec::new(),
-            holding: Vec::new(),
-            rows: Rows::default(),
-            scaled: Vec::new(),
-            space: RowSpace::default(),
-            targets: Vec::new(),
-        }
-    }
-
-    /// The rank of loops and of what is prescribed, and how far they are from losing it.
-    fn at(&mut self, model: &Forward, state: &State<f64>) -> (usize, f64) {
-        let (topology, parameters) = (&model.topology, &model.parameters);
-        let Self { bodies, held, holding, rows, scaled, space, targets } = self;
-        bodies.place(topology, parameters, &state.coordinates);
-        bodies.move_with(topology, &state.rates);
-        model.held_into(targets, &[], (&[], &[]), held, holding);
-        rows.update(topology, parameters, bodies, held);
-        let n = topology.freedoms();
-        scaled.clone_from(&rows.matrix);
-        for (row, entries) in rows.rows.iter().zip(scaled.chunks_exact_mut(n.max(1))) {
-            entries.iter_mut().zip(&model.columns).for_each(|(e, c)| *e *= row.scale * c);
-        }
-        space.decompose(scaled, rows.rows.len(), n, DEPENDENT);
-        (space.rank(), space.least_part())
-    }
-
-    /// The same after moving on for a time that may be negative.
-    fn ahead(&mut self, model: &Forward, state: &State<f64>, time: f64) -> (usize, f64) {
-        let mut ahead = state.clone();
-        let by: Vec<f64> = state.rates.iter().map(|rate| time * rate).collect();
-        ahead.advance(&model.topology, &by);
-        self.at(model, &ahead)
-    }
-}
 
 impl Simulation<'_> {
     /// Where it starts in a position in which loops lose rank, and moves: accelerations and reactions are those to

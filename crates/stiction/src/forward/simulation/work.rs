@@ -1,6 +1,6 @@
 //! Room that evaluations use again and again.
 
-use super::singular::Ranks;
+use super::ranks::Ranks;
 use crate::forward::Forward;
 use crate::forward::ground::Ground;
 use crate::forward::instant::Instant;

@@ -2,13 +2,14 @@
 //!
 //! Equation (R1) of the book's theory.
 
-use super::forces::Forces;
-use super::inverse::Inverse;
-use super::load::AppliedLoad;
-use super::rest::{FrictionMap, outer_changes};
-use super::settings::Settings;
-use super::setup::Setup;
-use super::wedge;
+use super::map::FrictionMap;
+use super::outer::outer_changes;
+use crate::dynamics::forces::Forces;
+use crate::dynamics::inverse::Inverse;
+use crate::dynamics::load::AppliedLoad;
+use crate::dynamics::settings::Settings;
+use crate::dynamics::setup::Setup;
+use crate::dynamics::wedge;
 use crate::kinematics::Kinematics;
 use crate::parameters::Parameters;
 
@@ -21,12 +22,12 @@ const ROUNDS: usize = 4;
 const SAME: f64 = 1e-6;
 
 /// A position with everything that is needed to solve it again.
-pub(super) struct Position<'a> {
-    pub(super) setup: Setup<'a>,
-    pub(super) parameters: &'a Parameters<f64>,
-    pub(super) kinematics: &'a mut Kinematics<f64>,
-    pub(super) loads: &'a [AppliedLoad<f64>],
-    pub(super) settings: &'a Settings,
+pub(in crate::dynamics) struct Position<'a> {
+    pub(in crate::dynamics) setup: Setup<'a>,
+    pub(in crate::dynamics) parameters: &'a Parameters<f64>,
+    pub(in crate::dynamics) kinematics: &'a mut Kinematics<f64>,
+    pub(in crate::dynamics) loads: &'a [AppliedLoad<f64>],
+    pub(in crate::dynamics) settings: &'a Settings,
 }
 
 /// Static friction of one contact at rest: its direction, of length one or zero.
@@ -55,7 +56,7 @@ impl Held {
 /// is certain where a drive changes with each friction alike whatever the others are, as it does
 /// but for strong coupling. Where the forces grow without bound on the way, as in a mechanism that
 /// friction can lock, the bound is infinite.
-pub(super) fn bound_drives(
+pub(in crate::dynamics) fn bound_drives(
     forces: &mut Forces,
     inverse: &mut Inverse<f64>,
     mut position: Position<'_>,
