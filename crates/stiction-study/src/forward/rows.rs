@@ -1,6 +1,6 @@
 //! The numbers of a sample, table by table.
 
-use super::run::Sample;
+use super::sample::Sample;
 use crate::inverse::bodies::BodyRow;
 use crate::names::Names;
 use stiction::forward::{Contact, ContactMoment};

@@ -2,7 +2,7 @@
 
 use super::events::{Told, methods, tell_all};
 use super::job::{Job, Start};
-use super::run::{Ending, Outcome};
+use super::outcome::{Ending, Outcome};
 use super::summary::Summary;
 use crate::names::width;
 use crate::numbers::{number, order, percent};
