@@ -3,30 +3,8 @@
 mod program;
 
 use program::Folder;
+use program::models::slope;
 use serde_json::Value;
-
-/// 2 kg on a slope of 30 degrees: it locks itself from mu = tan 30 deg = 0.577 on.
-fn slope(mu: f64) -> String {
-    format!(
-        r#"
-        gravity = [0, 0, "-10 m/s^2"]
-        [bodies.block]
-        mass = "2 kg"
-        com = [0, 0, 0]
-        inertia = [1, 1, 1]
-        [joints.slope]
-        type = "P"
-        from = "ground"
-        to = "block"
-        axis = ["cos(30 deg)", 0, "sin(30 deg)"]
-        actuated = true
-        friction = {{ mu = {mu:?} }}
-        [motions.up]
-        duration = "2 s"
-        slope = "0.1 m/s*t"
-        "#
-    )
-}
 
 #[test]
 fn people_and_programs_are_told_the_same() {

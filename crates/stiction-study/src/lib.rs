@@ -10,9 +10,13 @@ pub mod figure;
 pub mod forward;
 mod instants;
 pub mod inverse;
+mod names;
 mod numbers;
 mod page;
 pub mod report;
+mod statistics;
+mod table;
+mod undetermined;
 pub mod zhang2018;
 
 pub use instants::{Instants, InstantsError};

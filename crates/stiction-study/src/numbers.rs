@@ -23,6 +23,24 @@ pub(crate) fn significant(x: f64, digits: usize) -> String {
     }
 }
 
+/// Four significant digits.
+pub(crate) fn number(x: f64) -> String {
+    significant(x, 4)
+}
+
+/// The order of magnitude of what should be zero.
+pub(crate) fn order(x: f64) -> String {
+    if x == 0.0 { "0".to_owned() } else { format!("{x:.0e}") }
+}
+
+/// A ratio in percent; a dash where there is none.
+pub(crate) fn percent(ratio: Option<f64>) -> String {
+    ratio.map_or("-".to_owned(), |ratio| match 100.0 * ratio {
+        percent if percent.abs() < 1e5 => format!("{percent:.1} %"),
+        percent => format!("{percent:.1e} %"),
+    })
+}
+
 /// A number with so many digits after the point, without a sign of zero.
 pub(crate) fn fixed(x: f64, decimals: usize) -> String {
     let decimals = decimals.min(MOST_DIGITS);

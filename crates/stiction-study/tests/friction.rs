@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::collar::push_beside;
 use common::*;
 use stiction::dynamics::{FrictionMode, InverseError};
 use stiction_study::inverse::{Error, Job, Sample};
@@ -26,23 +27,7 @@ fn collar(mu: f64, rod: &str, motion: &str) -> String {
         to = "collar"
         axis = "z"
         friction = {{ mu = {mu:?}, bending_span = "0.1 m" }}
-        [joints.drive]
-        type = "P"
-        from = "ground"
-        to = "driver"
-        at = ["0.2 m", 0, "-1 m"]
-        axis = "z"
-        actuated = true
-        [joints.A]
-        type = "S"
-        from = "driver"
-        to = "rod"
-        [joints.B]
-        type = "S"
-        from = "rod"
-        to = "collar"
-        at = [0, 0, "1 m"]
-        to_at = ["0.2 m", 0, 0]
+        {}
         [motions.m]
         duration = "0.1 s"
         step = "0.05 s"
@@ -51,7 +36,8 @@ fn collar(mu: f64, rod: &str, motion: &str) -> String {
         [default]
         motion = "m"
         load = "none"
-        "#
+        "#,
+        push_beside(0.2)
     )
 }
 

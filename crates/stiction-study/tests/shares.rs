@@ -3,6 +3,7 @@
 
 mod common;
 
+use common::collar::push_beside;
 use common::*;
 use serde_json::Value;
 use stiction::dynamics::FrictionMode;
@@ -350,28 +351,13 @@ fn friction_that_locks_only_the_way_back_is_found() {
         to = "collar"
         axis = "z"
         friction = {{ mu = {mu:?}, bending_span = "0.1 m", preload = "654 N" }}
-        [joints.drive]
-        type = "P"
-        from = "ground"
-        to = "driver"
-        at = ["0.2 m", 0, "-1 m"]
-        axis = "z"
-        actuated = true
-        [joints.A]
-        type = "S"
-        from = "driver"
-        to = "rod"
-        [joints.B]
-        type = "S"
-        from = "rod"
-        to = "collar"
-        at = [0, 0, "1 m"]
-        to_at = ["0.2 m", 0, 0]
+        {}
         [motions.up]
         duration = "1 s"
         step = "0.1 s"
         drive = "0.1 m/s*t"
-        "#
+        "#,
+            push_beside(0.2)
         )
     };
     let weight = 98.1;

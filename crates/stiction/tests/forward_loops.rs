@@ -2,12 +2,12 @@
 
 mod common;
 
+use common::simulated::*;
 use common::*;
 use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, LoadAxes};
 use stiction::forward::{
     ConstantEfforts, Contact as Doing, EventKind, Forward, ForwardError, Inputs, Settings, View,
 };
-use stiction::friction::{Combine, Contact, Law, LoadMap};
 use stiction::joint::JointType;
 use stiction::kinematics::{Coordinate, State, Target};
 use stiction::mechanism::{BodyId, BodySpec, JointSpec, Mechanism, MechanismBuilder, SpringSpec};
@@ -189,34 +189,6 @@ fn steps_are_of_order_eight() {
     let orders = [errors[0] / errors[1], errors[1] / errors[2]].map(f64::log2);
     println!("{errors:?} {orders:?}");
     assert!(orders.iter().all(|order| *order > 7.5), "{orders:?} {errors:?}");
-}
-
-/// A rod in two pads a span apart, pushed at an offset: beyond `offset = span / (2 mu)` it jams.
-fn collar(offset: f64) -> Mechanism {
-    let x = along(Vec3::zero(), Vec3::unit(0));
-    let contact = Contact {
-        place: 0,
-        radius: None,
-        law: Law::coulomb_viscous(0.12, 0.0),
-        backward: None,
-        load: LoadMap { bending_span: Some(0.02), combine: Combine::Pads, ..LoadMap::force_only() },
-    };
-    MechanismBuilder::new("collar")
-        .gravity(v(0.0, 0.0, 0.0))
-        .body(
-            BodySpec::new("collar")
-                .mass(1.0)
-                .com(v(0.0, offset, 0.0))
-                .inertia(diagonal(1e-3, 1e-3, 1e-3)),
-        )
-        .joint(
-            JointSpec::new("guide", JointType::Prismatic, "ground", "collar")
-                .frames(x, x)
-                .actuated()
-                .friction(contact),
-        )
-        .build()
-        .unwrap()
 }
 
 /// The centre of mass is `e` beside a guide that slides forward under a force `F` along it: the pads carry

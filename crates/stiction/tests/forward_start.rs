@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::simulated::*;
 use common::*;
 use stiction::forward::{
     Checkpoint, ConstantEfforts, Forward, ForwardError, Inputs, Known, Method, Settings, View,
@@ -96,9 +97,7 @@ fn nothing_known_is_rest_at_the_guess() {
     let model = Forward::new(robot.mechanism.clone(), &[]);
     let state = model.assemble_from(&robot.homes, &[]).unwrap();
     assert!(state.rates.iter().all(|rate| *rate == 0.0));
-    let at = |value| Target { value, rate: 0.0, acceleration: 0.0 };
-    let same =
-        model.assemble(&robot.homes, &robot.coordinates, &[at(0.55), at(0.0), at(0.0)]).unwrap();
+    let same = model.assemble(&robot.homes, &robot.coordinates, &level()).unwrap();
     // The guess of this robot is closed to rounding.
     let apart = state.coordinates.iter().zip(&same.coordinates).map(|(a, b)| (a - b).abs());
     assert!(apart.fold(0.0, f64::max) < 1e-12);
@@ -117,16 +116,7 @@ impl Inputs for Swing {
 /// Interrupted and resumed in the middle of sticking and sliding: every number is the same, bit by bit.
 #[test]
 fn a_resumed_simulation_is_the_same_bit_by_bit() {
-    let rub = [
-        friction(0.12, 0.4 / 0.0125_f64.powi(2), Some(0.0125)),
-        friction(0.12, 30.0, None),
-        friction(0.1, 0.1 / 0.025_f64.powi(2), Some(0.025)),
-    ];
-    let robot = symmetric_3rps(Some(rub));
-    let model = Forward::new(robot.mechanism.clone(), &[]);
-    let at = |value| Target { value, rate: 0.0, acceleration: 0.0 };
-    let state =
-        model.assemble(&robot.homes, &robot.coordinates, &[at(0.55), at(0.0), at(0.0)]).unwrap();
+    let (_, model, state) = rubbing_3rps(0.1);
     for method in [Method::Automatic, Method::TimeStepping] {
         let settings = Settings {
             relative: 1e-7,

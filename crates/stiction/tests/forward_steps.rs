@@ -2,11 +2,12 @@
 
 mod common;
 
+use common::simulated::*;
 use common::*;
 use stiction::forward::{
     ConstantEfforts, Contact as Doing, EventKind, Forward, Method, Settings, Simulation,
 };
-use stiction::friction::{Combine, Contact, Curve, Law, LoadMap};
+use stiction::friction::{Contact, Curve};
 use stiction::joint::JointType;
 use stiction::kinematics::{State, Target};
 use stiction::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder, SpringSpec};
@@ -41,6 +42,16 @@ fn mass_and_spring(contact: Contact) -> Mechanism {
         .unwrap()
 }
 
+/// It was let go two seconds ago, with its spring 0.1 m longer than it is by itself.
+fn let_go(model: &Forward, tolerance: f64) -> Simulation<'_> {
+    let mut inputs = ConstantEfforts(vec![]);
+    let mut state = State::new(model.topology());
+    state.coordinates[0] = 0.1;
+    let mut simulation = model.start(0.0, state, in_steps(tolerance), &mut inputs).unwrap();
+    simulation.advance(2.0, &mut inputs).unwrap();
+    simulation
+}
+
 /// R6: it stops after five half-cycles at -0.0019 m and has dissipated 0.4998195 J. The error falls with
 /// the step, which is as the root of the tolerance.
 #[test]
@@ -48,12 +59,8 @@ fn r6_stops_where_it_must_and_stays() {
     let model = Forward::new(mass_and_spring(friction(0.1, 0.0, None)), &[]);
     let mut errors = Vec::new();
     for tolerance in [1e-6, 1e-8] {
-        let mut inputs = ConstantEfforts(vec![]);
-        let mut state = State::new(model.topology());
-        state.coordinates[0] = 0.1;
-        let mut simulation = model.start(0.0, state, in_steps(tolerance), &mut inputs).unwrap();
+        let mut simulation = let_go(&model, tolerance);
         assert_eq!(simulation.method(), Method::TimeStepping);
-        simulation.advance(2.0, &mut inputs).unwrap();
         assert!(matches!(simulation.contacts()[0], Doing::Sticks));
         let x = simulation.instant().state.coordinates[0];
         let dissipated = simulation.energies().contacts[0];
@@ -63,7 +70,7 @@ fn r6_stops_where_it_must_and_stays() {
             simulation.evaluations()
         );
         errors.push((x + 0.0019).abs());
-        simulation.advance(1000.0, &mut inputs).unwrap();
+        simulation.advance(1000.0, &mut ConstantEfforts(vec![])).unwrap();
         assert_eq!(simulation.instant().state.coordinates[0], x);
         assert_eq!(simulation.instant().state.rates[0], 0.0);
         assert_eq!(jumps(&simulation), 0);
@@ -83,11 +90,7 @@ fn friction_at_rest_holds_what_turns_back() {
     let model = Forward::new(mass_and_spring(contact), &[]);
     let mut errors = Vec::new();
     for tolerance in [1e-6, 1e-8] {
-        let mut inputs = ConstantEfforts(vec![]);
-        let mut state = State::new(model.topology());
-        state.coordinates[0] = 0.1;
-        let mut simulation = model.start(0.0, state, in_steps(tolerance), &mut inputs).unwrap();
-        simulation.advance(2.0, &mut inputs).unwrap();
+        let simulation = let_go(&model, tolerance);
         assert_eq!(simulation.contacts()[0], Doing::Sticks);
         let turns = simulation.events().iter();
         let turns = turns.filter(|e| matches!(e.kind, EventKind::Slides { .. })).count();
@@ -134,31 +137,7 @@ fn a_held_crank_does_not_move_at_all() {
 /// steps it stops at once, and says so.
 #[test]
 fn where_there_is_no_acceleration_velocities_jump_and_it_is_told() {
-    let x = along(Vec3::zero(), Vec3::unit(0));
-    let contact = Contact {
-        place: 0,
-        radius: None,
-        law: Law::coulomb_viscous(0.12, 0.0),
-        backward: None,
-        load: LoadMap { bending_span: Some(0.02), combine: Combine::Pads, ..LoadMap::force_only() },
-    };
-    let mechanism = MechanismBuilder::new("collar")
-        .gravity(Vec3::zero())
-        .body(
-            BodySpec::new("collar")
-                .mass(1.0)
-                .com(v(0.0, 0.2, 0.0))
-                .inertia(diagonal(1e-3, 1e-3, 1e-3)),
-        )
-        .joint(
-            JointSpec::new("guide", JointType::Prismatic, "ground", "collar")
-                .frames(x, x)
-                .actuated()
-                .friction(contact),
-        )
-        .build()
-        .unwrap();
-    let model = Forward::new(mechanism, &[]);
+    let model = Forward::new(collar(0.2), &[]);
     let mut state = State::new(model.topology());
     state.rates[0] = 0.3;
     let mut inputs = ConstantEfforts(vec![-5.0]);
@@ -178,16 +157,7 @@ fn where_there_is_no_acceleration_velocities_jump_and_it_is_told() {
 /// Both methods go the same way: the symmetric 3-RPS with friction in guides and pins.
 #[test]
 fn steps_go_where_events_go() {
-    let rub = [
-        friction(0.12, 0.4 / 0.0125_f64.powi(2), Some(0.0125)),
-        friction(0.12, 30.0, None),
-        friction(0.1, 0.1 / 0.025_f64.powi(2), Some(0.025)),
-    ];
-    let robot = symmetric_3rps(Some(rub));
-    let model = Forward::new(robot.mechanism.clone(), &[]);
-    let at = |value| Target { value, rate: 0.0, acceleration: 0.0 };
-    let state =
-        model.assemble(&robot.homes, &robot.coordinates, &[at(0.55), at(0.0), at(0.0)]).unwrap();
+    let (robot, model, state) = rubbing_3rps(0.1);
     let run = |settings: Settings| {
         let mut inputs = ConstantEfforts(vec![70.0, 45.0, 50.0]);
         let mut simulation = model.start(0.0, state.clone(), settings, &mut inputs).unwrap();

@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::simulated::*;
 use common::*;
 use stiction::dynamics::{FrictionMode, InverseDynamics};
 use stiction::forward::{
@@ -313,21 +314,12 @@ impl Inputs for Swing {
 /// friction in the balls: six contacts stick and slide under swinging forces, on three freedoms.
 #[test]
 fn a_parallel_robot_sticks_and_slides() {
-    let rub = [
-        friction(0.12, 0.4 / 0.0125_f64.powi(2), Some(0.0125)),
-        friction(0.12, 30.0, None),
-        friction(0.0, 0.1 / 0.025_f64.powi(2), Some(0.025)),
-    ];
-    let robot = symmetric_3rps(Some(rub));
-    let model = Forward::new(robot.mechanism.clone(), &[]);
-    let at = |value| Target { value, rate: 0.0, acceleration: 0.0 };
-    let state =
-        model.assemble(&robot.homes, &robot.coordinates, &[at(0.55), at(0.0), at(0.0)]).unwrap();
+    let (robot, model, state) = rubbing_3rps(0.0);
     let mut solver = InverseDynamics::new(
         robot.mechanism.clone(),
         &robot.homes,
         &robot.coordinates,
-        &[at(0.55), at(0.0), at(0.0)],
+        &level(),
         stiction::dynamics::Settings { friction: FrictionMode::Off, ..Default::default() },
     )
     .unwrap();

@@ -3,14 +3,7 @@
 mod common;
 
 use common::random::*;
-use stiction::dynamics::{FrictionMode, InverseDynamics, InverseError, Settings};
-use stiction::kinematics::AssemblyError;
-
-/// The largest difference of two lists, relative to the largest number in them.
-fn apart(a: &[f64], b: &[f64]) -> f64 {
-    let largest = a.iter().chain(b).fold(1e-9f64, |max, x| max.max(x.abs()));
-    a.iter().zip(b).fold(0.0f64, |max, (x, y)| max.max((x - y).abs())) / largest
-}
+use stiction::dynamics::{FrictionMode, InverseDynamics, InverseError};
 
 fn numbers(solver: &InverseDynamics) -> (Vec<f64>, Vec<f64>) {
     let forces = solver.forces();
@@ -29,28 +22,7 @@ fn kernels_agree_with_the_dense_system() {
         for seed in 0..20 {
             for friction in [FrictionMode::Off, FrictionMode::OnePass, FrictionMode::Converged] {
                 let (_, case) = case(class, seed, 0.2);
-                let settings = Settings { friction, ..Settings::default() };
-                let solver = InverseDynamics::new(
-                    case.mechanism.clone(),
-                    &[],
-                    &case.coordinates,
-                    &case.targets,
-                    settings,
-                );
-                let mut solver = match solver {
-                    Ok(solver) => solver,
-                    // Two legs whose balls are held leave the platform the turn about their line.
-                    Err(AssemblyError::Open { .. }) if class == Class::Constrained => continue,
-                    Err(error) => panic!("{class:?} {seed}: {error}"),
-                };
-                let statics = solver.statics();
-                let smallest = *statics.singular_values()[..statics.rank()].last().unwrap();
-                // Random mechanisms may be near singular; those magnify round-off.
-                if smallest < 1e-3
-                    || statics.open_motions() > solver.assembly().prescription().spins().len()
-                {
-                    continue;
-                }
+                let Some((mut solver, smallest)) = case.regular_solver(friction) else { continue };
                 match solver.solve(&case.loads) {
                     // Said by the kernel, and by the dense method at the same coefficients.
                     Err(InverseError::Locked { percent, .. }) => {

@@ -1,6 +1,8 @@
 //! The program as its users start it.
 #![allow(dead_code, reason = "each test uses its part")]
 
+pub(crate) mod models;
+
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};

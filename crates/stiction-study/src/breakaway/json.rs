@@ -1,8 +1,8 @@
 //! Findings for programs.
 
 use super::Findings;
-use crate::inverse::columns::Names;
-use crate::inverse::run::Job;
+use crate::inverse::Job;
+use crate::names::Names;
 use serde_json::{Map, Value, json};
 use stiction::dynamics::{Bounds, Breakaway, Holding, Verdict};
 

@@ -4,7 +4,7 @@
 mod json;
 mod terminal;
 
-use crate::inverse::run::{Error, Job};
+use crate::inverse::{Error, Job};
 use stiction::dynamics::{Forces, FrictionMode, InverseDynamics, Rest, Settings};
 use thiserror::Error;
 

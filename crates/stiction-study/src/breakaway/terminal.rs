@@ -1,9 +1,9 @@
 //! Findings for people.
 
 use super::Findings;
-use crate::inverse::columns::Names;
-use crate::inverse::run::Job;
-use crate::inverse::terminal::number;
+use crate::inverse::Job;
+use crate::names::Names;
+use crate::numbers::number;
 use std::fmt::{self, Write};
 use stiction::dynamics::{Bounds, Holding, Verdict};
 

@@ -13,10 +13,11 @@ pub use page::{Page, draw_page};
 pub use report::write_report;
 pub use sizes::{BodyMass, Range, Sizes};
 
-use crate::inverse::run::{Sides, idle_spins};
-use crate::inverse::statistics::Least;
-use crate::inverse::summary::undetermined_components;
+use crate::inverse::sides::Sides;
+use crate::inverse::verdict::idle_spins;
 use crate::inverse::{Error, Job, Phase};
+use crate::statistics::Least;
+use crate::undetermined::open_components;
 use along::Watch;
 use sizes::Measuring;
 use stiction::mobility::{Architecture, Constraints, JointLoad, Mobility, Play, governance};
@@ -171,7 +172,7 @@ pub fn examine(
         .iter()
         .enumerate()
         .filter(|(_, flags)| flags.contains(&false))
-        .map(|(joint, flags)| (name(joint), undetermined_components(flags)))
+        .map(|(joint, flags)| (name(joint), open_components(flags)))
         .collect();
     let [actuation, constraint, mut leg] = watch.finish();
     if let Some(leg) = &mut leg {

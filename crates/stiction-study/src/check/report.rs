@@ -2,7 +2,8 @@
 
 use super::{Findings, Kind, Nearness, Range, words};
 use crate::inverse::Job;
-use crate::inverse::terminal::{by_components, number};
+use crate::numbers::number;
+use crate::undetermined::by_components;
 use std::fmt::{self, Write};
 use stiction::mobility::JointLoad;
 use stiction::spatial::Vec3;

@@ -3,7 +3,7 @@
 use super::json::CLEARANCE;
 use super::{Findings, Kind, Weakness};
 use crate::inverse::Job;
-use crate::inverse::terminal::number;
+use crate::numbers::number;
 use stiction::mobility::{Architecture, GenericRank};
 
 /// What a singular position brings.

@@ -1,9 +1,9 @@
 //! Everything that acts on the mechanism from outside.
 
 use super::controller::{Controller, Told, by_actuators};
+use super::error::Error;
 use super::guide::Guide;
 use super::job::{Feed, Job};
-use super::run::Error;
 use super::wanted::{Wanted, own_course};
 use stiction::dynamics::AppliedLoad;
 use stiction::forward::{Forward, Inputs, View};

@@ -1,7 +1,7 @@
 //! Controllers that sample.
 
+use super::error::Error;
 use super::job::Job;
-use super::run::Error;
 use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction::forward::Forward;
 use stiction::kinematics::{Bodies, Coordinate, State, Target};

@@ -1,7 +1,7 @@
 //! What happened, in words.
 
 use super::rows::Layout;
-use crate::inverse::terminal::number;
+use crate::numbers::number;
 use stiction::forward::{Event, EventKind, Method};
 use stiction::mechanism::JointId;
 

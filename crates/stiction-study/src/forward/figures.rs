@@ -3,7 +3,8 @@
 use super::job::Job;
 use super::rows::{Layout, Rows};
 use super::summary::Summary;
-use crate::figure::{Figure, Line, Panel, Trace};
+use crate::figure::by_leg::ByLeg;
+use crate::figure::{Figure, Panel, Trace};
 use stiction::forward::{Event, EventKind};
 
 /// Gathers a simulation's curves row by row.
@@ -17,9 +18,7 @@ pub struct Curves {
     wanted: Vec<Trace>,
     errors: Vec<Trace>,
     drives: Vec<Trace>,
-    panel_of_contact: Vec<usize>,
-    panel_names: Vec<String>,
-    friction: Vec<Trace>,
+    friction: ByLeg,
     energy: [Trace; 5],
     lost: Trace,
     first: Option<(f64, f64)>,
@@ -34,20 +33,6 @@ impl Curves {
         let trace = Trace::new(count);
         let driven = layout.freedom_of_actuator.clone();
         let drawn = if driven.is_empty() { (0..layout.freedoms.len()).collect() } else { driven };
-        let mut panel_names: Vec<String> = Vec::new();
-        let panel_of_contact = layout
-            .names
-            .contacts
-            .iter()
-            .map(|(_, joint)| {
-                let leg = job.model.leg_of_joint(stiction::mechanism::JointId(*joint));
-                let panel = leg.map_or("joints", |leg| leg.name.as_str());
-                panel_names.iter().position(|known| known == panel).unwrap_or_else(|| {
-                    panel_names.push(panel.to_owned());
-                    panel_names.len() - 1
-                })
-            })
-            .collect();
         let actuators = layout.names.drives.len();
         Self {
             title: format!("{} - {}", job.model.name, doing(job)),
@@ -55,9 +40,7 @@ impl Curves {
             wanted: vec![trace.clone(); actuators],
             errors: vec![trace.clone(); actuators],
             drives: vec![trace.clone(); actuators],
-            panel_of_contact,
-            panel_names,
-            friction: vec![trace.clone(); layout.names.contacts.len()],
+            friction: ByLeg::new(job.model, &layout.names, count),
             energy: std::array::from_fn(|_| trace.clone()),
             lost: trace,
             drawn,
@@ -82,9 +65,7 @@ impl Curves {
                 self.errors[actuator].push(time, 1e3 * (position - wanted));
             }
         }
-        for (trace, row) in self.friction.iter_mut().zip(rows.friction.chunks_exact(6)) {
-            trace.push(time, row[2]);
-        }
+        self.friction.add(time, rows.friction.chunks_exact(6).map(|row| row[2]));
         let energy = &rows.energy;
         let drives = self.drives.len();
         let first = *self.first.get_or_insert((energy[0], energy[1]));
@@ -101,12 +82,6 @@ impl Curves {
     /// The figures, each with the name of its file.
     pub fn figures(self, summary: &Summary, events: &[Event]) -> Vec<(&'static str, Figure)> {
         let x_label = "time [s]".to_owned();
-        let line = |label: &str, trace: Trace, colour: usize, dashed: bool| Line {
-            label: label.to_owned(),
-            points: trace.into_points(),
-            colour,
-            dashed,
-        };
         let layout = &self.layout;
         let follows = layout.wanted.contains(&true);
         let mut figures = Vec::new();
@@ -115,10 +90,10 @@ impl Curves {
         let mut wanted = self.wanted.into_iter();
         for (&freedom, trace) in self.drawn.iter().zip(self.positions).take(PANELS) {
             let freedom = &layout.freedoms[freedom];
-            let mut lines = vec![line("position", trace, 0, false)];
+            let mut lines = vec![trace.line("position", 0, false)];
             let wanted =
                 wanted.next().filter(|_| freedom.actuator.is_some_and(|a| layout.wanted[a]));
-            lines.extend(wanted.map(|wanted| line("wanted", wanted, 1, true)));
+            lines.extend(wanted.map(|wanted| wanted.line("wanted", 1, true)));
             let y_label = format!("{} [{}]", freedom.name, freedom.units()[0]);
             panels.push(Panel { y_label, lines });
         }
@@ -132,7 +107,7 @@ impl Curves {
             let panels = errors.map(|((trace, &freedom), _)| {
                 let freedom = &layout.freedoms[freedom];
                 let y_label = format!("{} [m{}]", freedom.name, freedom.units()[0]);
-                Panel { y_label, lines: vec![line("error", trace, 1, false)] }
+                Panel { y_label, lines: vec![trace.line("error", 1, false)] }
             });
             let title = format!("Off the motion by: {}", self.title);
             let panels = panels.collect();
@@ -142,7 +117,7 @@ impl Curves {
         let panels: Vec<Panel> = drives
             .map(|(trace, (name, unit))| Panel {
                 y_label: format!("{name} [{unit}]"),
-                lines: vec![line("drive", trace, 0, false)],
+                lines: vec![trace.line("drive", 0, false)],
             })
             .collect();
         if !panels.is_empty() {
@@ -150,31 +125,22 @@ impl Curves {
             figures.push(("drives", Figure { title, x_label: x_label.clone(), panels }));
         }
         if !self.friction.is_empty() {
-            let mut panels: Vec<Panel> = self
-                .panel_names
-                .iter()
-                .map(|name| Panel { y_label: format!("{name} [N]"), lines: Vec::new() })
-                .collect();
-            let traces = self.friction.into_iter().zip(&layout.names.contacts);
-            for ((trace, (name, _)), &panel) in traces.zip(&self.panel_of_contact) {
-                let colour = panels[panel].lines.len();
-                panels[panel].lines.push(line(name, trace, colour, false));
-            }
+            let mut panels = self.friction.panels(&layout.names, "N");
             panels.push(Panel {
                 y_label: "contacts that stick".to_owned(),
-                lines: vec![line("sticking", sticking(summary, events), 6, false)],
+                lines: vec![sticking(summary, events).line("sticking", 6, false)],
             });
             let title = format!("Friction: {}", self.title);
             figures.push(("friction", Figure { title, x_label: x_label.clone(), panels }));
         }
         let labels = ["kinetic", "potential", "by drives", "by loads", "dissipated"];
         let lines = labels.iter().zip(self.energy).enumerate();
-        let lines = lines.map(|(k, (label, trace))| line(label, trace, k, false)).collect();
+        let lines = lines.map(|(k, (label, trace))| trace.line(label, k, false)).collect();
         let panels = vec![
             Panel { y_label: "energy since the start [J]".to_owned(), lines },
             Panel {
                 y_label: "error [J]".to_owned(),
-                lines: vec![line("error", self.lost, 6, false)],
+                lines: vec![self.lost.line("error", 6, false)],
             },
         ];
         let title = format!("Account of energy: {}", self.title);

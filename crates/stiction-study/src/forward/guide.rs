@@ -1,7 +1,7 @@
 //! The motion that is to be followed, as actuators see it, and the efforts that it takes.
 
+use super::error::Error;
 use super::job::Job;
-use super::run::Error;
 use crate::inverse;
 use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction::forward::Forward;

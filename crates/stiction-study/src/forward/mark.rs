@@ -1,10 +1,22 @@
 //! A simulation that was stopped, as text.
 
 use super::job::{Feed, Job};
-use super::run::Mark;
 use serde_json::{Value, json};
 use stiction::forward::{Competitor, Event, EventKind, Method};
 use stiction::mechanism::{JointId, Mechanism};
+
+/// A simulation at one of its samples, as numbers: from there it can go on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mark {
+    /// Samples done.
+    pub samples: usize,
+    /// The mechanism's state, see [`stiction::forward::Checkpoint`].
+    pub simulation: Vec<f64>,
+    /// What controllers and other inputs remember.
+    pub inputs: Vec<f64>,
+    /// What happened so far.
+    pub events: Vec<Event>,
+}
 
 impl Mark {
     /// As JSON; numbers as text, to the last bit.

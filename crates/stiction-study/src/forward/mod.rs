@@ -2,24 +2,29 @@
 
 mod acting;
 mod controller;
+mod error;
 mod events;
 mod figures;
 mod guide;
 mod job;
 mod mark;
+mod outcome;
 mod rows;
 mod run;
+mod sample;
 mod start;
 mod summary;
 mod tables;
 mod terminal;
 mod wanted;
 
+pub use error::Error;
 pub use figures::Curves;
 pub use job::{Feed, Job, Start, arrange};
-pub use mark::checksum;
+pub use mark::{Mark, checksum};
+pub use outcome::{Ending, Outcome};
 pub use rows::{Layout, Rows, Scribe};
-pub use run::{Ending, Error, Mark, Outcome, Sample};
+pub use sample::Sample;
 pub use summary::Summary;
 pub use tables::{Tables, read_rows, write_events};
 pub use terminal::write_summary;

@@ -1,8 +1,8 @@
 //! The numbers of a sample, table by table.
 
-use super::run::Sample;
+use super::sample::Sample;
 use crate::inverse::bodies::BodyRow;
-use crate::inverse::columns::Names;
+use crate::names::Names;
 use stiction::forward::{Contact, ContactMoment};
 use stiction::joint::Motion;
 use stiction::mechanism::{JointId, Mechanism};

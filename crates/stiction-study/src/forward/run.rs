@@ -2,147 +2,17 @@
 
 use super::acting::{Acting, prescribed};
 use super::controller::by_actuators;
+use super::error::Error;
 use super::job::{Feed, Job};
+use super::mark::Mark;
+use super::outcome::{Ending, Outcome};
 use super::rows::freedoms_of;
+use super::sample::Sample;
 use super::start;
-use crate::inverse;
 use crate::{Instants, InstantsError};
-use stiction::dynamics::{AppliedLoad, InverseError};
-use stiction::forward::{Checkpoint, Energies, Event, Forward, ForwardError, Instant};
-use stiction::kinematics::{AssemblyError, Target};
-use stiction_model::{Course, Diagnostic};
-use thiserror::Error;
-
-/// Everything about one instant.
-#[derive(Clone, Copy, Debug)]
-pub struct Sample<'a> {
-    /// The mechanism.
-    pub forward: &'a Forward,
-    /// Everything that is computed at the instant.
-    pub instant: &'a Instant,
-    /// Work since the start.
-    pub energies: &'a Energies,
-    /// What the account of energy has lost since the start, J.
-    pub energy_error: f64,
-    /// How all scalar freedoms of joints move; angles counted on over full turns.
-    pub joints: &'a [Target<f64>],
-    /// Where actuators are wanted; zeros for those that follow nothing.
-    pub wanted: &'a [Target<f64>],
-    /// The loads from outside.
-    pub loads: &'a [AppliedLoad<f64>],
-    /// The largest loop-closure error, m (angles times the characteristic length).
-    pub closure: f64,
-}
-
-/// A simulation at one of its samples, as numbers: from there it can go on.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Mark {
-    /// Samples done.
-    pub samples: usize,
-    /// The mechanism's state, see [`Checkpoint`].
-    pub simulation: Vec<f64>,
-    /// What controllers and other inputs remember.
-    pub inputs: Vec<f64>,
-    /// What happened so far.
-    pub events: Vec<Event>,
-}
-
-/// How a simulation ended.
-#[derive(Debug)]
-pub enum Ending {
-    /// It reached its last instant.
-    Reached,
-    /// The user stopped it.
-    Interrupted,
-    /// It cannot go on.
-    Failed(Box<Error>),
-}
-
-/// What holds of the whole.
-#[derive(Debug)]
-pub struct Outcome {
-    /// How it ended.
-    pub ending: Ending,
-    /// Number of samples.
-    pub samples: usize,
-    /// What happened.
-    pub events: Vec<Event>,
-    /// The instant of the last sample, s.
-    pub last: f64,
-    /// Redundant constraints, those of contacts that stick among them, the most at any sample.
-    pub redundant: usize,
-    /// Efforts of what is prescribed or locked that are open, the most at any sample.
-    pub open_drives: usize,
-    /// How often accelerations were computed.
-    pub evaluations: usize,
-    /// The state at the last sample, if the user stopped it.
-    pub mark: Option<Mark>,
-    /// Whether the actuators determine the motion, so that inverse dynamics can be asked for it.
-    pub invertible: bool,
-    /// Whether the rates at the start are others than was asked for, since what is prescribed or locked does
-    /// not allow those.
-    pub rates_changed: bool,
-}
-
-/// Why there is no simulation, or no more of it.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum Error {
-    /// There are no instants.
-    #[error(transparent)]
-    Instants(#[from] InstantsError),
-    /// The motion cannot be followed, or its efforts cannot be computed.
-    #[error(transparent)]
-    Motion(inverse::Error),
-    /// A formula has no finite value.
-    #[error("{}", .0.message)]
-    NotFinite(Box<Diagnostic>),
-    /// The controller's own model cannot be in the position that was measured.
-    #[error("{0}")]
-    Controller(AssemblyError),
-    /// The controller's own model has no efforts.
-    #[error("{0}")]
-    ControllerForces(InverseError),
-    /// The controller had no answer at this time.
-    #[error("at t = {time} s the controller has no efforts: {error}")]
-    ControllerAt {
-        /// s.
-        time: f64,
-        /// Why.
-        error: Box<Error>,
-    },
-    /// The mechanism cannot go on.
-    #[error(transparent)]
-    Forward(ForwardError),
-    /// The samples could not be received.
-    #[error("{0}")]
-    Receiver(String),
-    /// The mark is of another simulation.
-    #[error("its numbers are not those of a simulation of this mechanism")]
-    Mark,
-    /// It was stopped before its first sample.
-    #[error("interrupted")]
-    Interrupted,
-}
-
-impl Error {
-    /// Whether the input cannot be used (rather than that the question has no answer).
-    pub fn is_bad_input(&self) -> bool {
-        let incomplete = |error: &AssemblyError| {
-            matches!(error, AssemblyError::Open { .. } | AssemblyError::AngleRange { .. })
-        };
-        match self {
-            Self::Instants(_) | Self::NotFinite(_) | Self::Mark => true,
-            Self::Motion(error) => error.is_bad_input(),
-            Self::Controller(_) | Self::ControllerForces(_) => true,
-            Self::Forward(ForwardError::Assembly(error)) => incomplete(error),
-            Self::Forward(ForwardError::Contradiction { .. } | ForwardError::Blocked { .. }) => {
-                true
-            }
-            _ => false,
-        }
-    }
-}
+use stiction::dynamics::AppliedLoad;
+use stiction::forward::{Checkpoint, Event, Forward};
+use stiction_model::Course;
 
 /// Rates at the start may differ by this part: projection and rounding.
 const CHANGED: f64 = 1e-6;

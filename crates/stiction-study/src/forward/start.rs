@@ -1,7 +1,7 @@
 //! Where a simulation starts.
 
+use super::error::Error;
 use super::job::{Job, Start};
-use super::run::Error;
 use stiction::forward::{Forward, ForwardError, Known};
 use stiction::kinematics::{AssemblyError, Coordinate, State, Target};
 use stiction::mechanism::BodyId;

@@ -2,9 +2,9 @@
 
 use super::events::{method_name, methods, tell_all};
 use super::job::Job;
+use super::outcome::{Ending, Outcome};
 use super::rows::{Layout, Rows};
-use super::run::{Ending, Outcome};
-use crate::inverse::statistics::Size;
+use crate::statistics::Size;
 use serde_json::{Map, Value, json};
 use stiction::forward::{Event, EventKind, Settings};
 

@@ -3,7 +3,7 @@
 use super::events::{Told, tell_all};
 use super::rows::{Layout, Rows};
 use super::summary::Summary;
-use crate::inverse::Table;
+use crate::table::Table;
 use std::io;
 use stiction::forward::Event;
 
@@ -22,15 +22,8 @@ impl<W: io::Write> Tables<W> {
     /// # Errors
     /// What the receivers say.
     pub fn new(layout: &Layout, files: [W; 6]) -> io::Result<Self> {
-        let headers = [
-            layout.forward(),
-            layout.reactions(),
-            layout.friction(),
-            layout.bodies(),
-            layout.energy(),
-            layout.motion(),
-        ];
-        let tables = files.into_iter().zip(headers).map(|(file, header)| Table::new(file, &header));
+        let tables =
+            files.into_iter().zip(headers(layout)).map(|(file, header)| Table::new(file, &header));
         Ok(Self { tables: tables.collect::<io::Result<_>>()? })
     }
 
@@ -79,6 +72,18 @@ impl<W: io::Write> Tables<W> {
     }
 }
 
+/// The columns of the tables, in the order of [`Tables::FILES`].
+fn headers(layout: &Layout) -> [Vec<String>; 6] {
+    [
+        layout.forward(),
+        layout.reactions(),
+        layout.friction(),
+        layout.bodies(),
+        layout.energy(),
+        layout.motion(),
+    ]
+}
+
 /// Reads the rows of tables that were written before, in the order of [`Tables::FILES`], and hands them on.
 ///
 /// # Errors
@@ -89,16 +94,8 @@ pub fn read_rows(
     count: usize,
     mut receive: impl FnMut(&Rows),
 ) -> Result<(), String> {
-    let headers = [
-        layout.forward(),
-        layout.reactions(),
-        layout.friction(),
-        layout.bodies(),
-        layout.energy(),
-        layout.motion(),
-    ];
     let mut readers = Vec::new();
-    for (file, header) in files.into_iter().zip(headers) {
+    for (file, header) in files.into_iter().zip(headers(layout)) {
         let mut reader = csv::Reader::from_reader(file);
         let known = reader.headers().map_err(|error| error.to_string())?;
         if known.iter().ne(header.iter().map(String::as_str)) {

@@ -2,9 +2,10 @@
 
 use super::events::{Told, methods, tell_all};
 use super::job::{Job, Start};
-use super::run::{Ending, Outcome};
+use super::outcome::{Ending, Outcome};
 use super::summary::Summary;
-use crate::inverse::terminal::{number, order, percent, width};
+use crate::names::width;
+use crate::numbers::{number, order, percent};
 use std::fmt::{self, Write};
 
 /// Contacts and events listed at most.

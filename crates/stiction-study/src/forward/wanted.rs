@@ -1,8 +1,8 @@
 //! Where actuators are to be: as the motion says of them, else as it moves the whole mechanism.
 
+use super::error::Error;
 use super::guide::Guide;
 use super::job::{Feed, Job};
-use super::run::Error;
 use std::f64::consts::TAU;
 use stiction::forward::Forward;
 use stiction::joint::Motion;

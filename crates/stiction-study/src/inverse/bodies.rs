@@ -1,7 +1,7 @@
 //! `bodies.csv`: where every body is, how it moves, and what acts on it from outside.
 
-use super::columns::Table;
-use super::run::Sample;
+use super::sample::Sample;
+use crate::table::Table;
 use std::io;
 use stiction::dynamics::AppliedLoad;
 use stiction::kinematics::Bodies;

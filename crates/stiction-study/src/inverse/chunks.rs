@@ -6,7 +6,8 @@
 //! order; so results are the same to the last bit. Where leaps fail, or lead elsewhere, the rest of the
 //! motion is followed sample by sample.
 
-use super::run::{Error, Job};
+use super::error::Error;
+use super::job::Job;
 use crate::Instants;
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -2,9 +2,9 @@
 //!
 //! Equation (E3) of the book's theory.
 
-use super::columns::Names;
-use super::statistics::Least;
-use super::terminal::{number, percent};
+use crate::names::Names;
+use crate::numbers::{number, percent};
+use crate::statistics::Least;
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
 use stiction::dynamics::{AppliedLoad, Forces, InverseDynamics, InverseError, Mirror};

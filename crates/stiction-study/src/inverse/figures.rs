@@ -1,22 +1,21 @@
 //! The plots of a run.
 
-use super::columns::Names;
-use super::run::{Job, Sample};
+use super::job::Job;
+use super::sample::Sample;
 use super::shares::ShareCurves;
-use crate::figure::{Figure, Line, Panel, Trace};
+use crate::figure::by_leg::ByLeg;
+use crate::figure::{Figure, Panel, Trace};
+use crate::names::Names;
 use stiction::dynamics::FrictionMode;
 
 /// Gathers a run's curves sample by sample.
 #[derive(Clone, Debug)]
 pub struct Curves {
     names: Names,
-    /// For each contact the panel in which its friction is drawn.
-    panel_of_contact: Vec<usize>,
-    panel_names: Vec<String>,
     has_friction: bool,
     title: String,
     drives: Vec<[Trace; 2]>,
-    friction: Vec<Trace>,
+    friction: ByLeg,
     power: [Trace; 4],
     residual: Trace,
     shares: ShareCurves,
@@ -27,27 +26,11 @@ impl Curves {
     pub fn new(job: &Job<'_>, count: usize) -> Self {
         let names = Names::new(&job.model.mechanism);
         let trace = Trace::new(count);
-        // Contacts of one leg share a panel; those of no leg share one as well.
-        let mut panel_names: Vec<String> = Vec::new();
-        let panel_of_contact = names
-            .contacts
-            .iter()
-            .map(|(_, joint)| {
-                let leg = job.model.leg_of_joint(stiction::mechanism::JointId(*joint));
-                let panel = leg.map_or("joints", |leg| leg.name.as_str());
-                panel_names.iter().position(|known| known == panel).unwrap_or_else(|| {
-                    panel_names.push(panel.to_owned());
-                    panel_names.len() - 1
-                })
-            })
-            .collect();
         Self {
-            panel_of_contact,
-            panel_names,
             has_friction: job.friction != FrictionMode::Off && !names.contacts.is_empty(),
             title: format!("{} - {}, load {}", job.model.name, job.motion_name, job.load_name),
             drives: vec![[trace.clone(), trace.clone()]; names.drives.len()],
-            friction: vec![trace.clone(); names.contacts.len()],
+            friction: ByLeg::new(job.model, &names, count),
             power: std::array::from_fn(|_| trace.clone()),
             residual: trace,
             shares: ShareCurves::new(&names, count),
@@ -62,9 +45,7 @@ impl Curves {
             with.push(time, forces.drives[k]);
             without.push(time, forces.drives_frictionless[k]);
         }
-        for (trace, contact) in self.friction.iter_mut().zip(&forces.contacts) {
-            trace.push(time, contact.friction);
-        }
+        self.friction.add(time, forces.contacts.iter().map(|contact| contact.friction));
         self.shares.add(time, sample.shares);
         let power = &forces.power;
         for (trace, value) in
@@ -79,20 +60,14 @@ impl Curves {
     /// The figures, each with the name of its file.
     pub fn figures(self) -> Vec<(&'static str, Figure)> {
         let x_label = "time [s]".to_owned();
-        let line = |label: &str, trace: Trace, colour: usize, dashed: bool| Line {
-            label: label.to_owned(),
-            points: trace.into_points(),
-            colour,
-            dashed,
-        };
         let mut figures = Vec::new();
 
         let mut panels = Vec::new();
         for ((name, unit), [with, without]) in self.names.drives.iter().zip(self.drives) {
             let lines = if self.has_friction {
-                vec![line("with friction", with, 0, false), line("frictionless", without, 1, true)]
+                vec![with.line("with friction", 0, false), without.line("frictionless", 1, true)]
             } else {
-                vec![line("drive", with, 0, false)]
+                vec![with.line("drive", 0, false)]
             };
             panels.push(Panel { y_label: format!("{name} [{unit}]"), lines });
         }
@@ -102,17 +77,7 @@ impl Curves {
         }
 
         if self.has_friction {
-            let mut panels: Vec<Panel> = self
-                .panel_names
-                .iter()
-                .map(|name| Panel { y_label: format!("{name} [N]"), lines: Vec::new() })
-                .collect();
-            let traces = self.friction.into_iter().zip(&self.names.contacts);
-            for ((trace, (name, _)), &panel) in traces.zip(&self.panel_of_contact) {
-                let lines = &mut panels[panel].lines;
-                let colour = lines.len();
-                lines.push(line(name, trace, colour, false));
-            }
+            let panels = self.friction.panels(&self.names, "N");
             let title = format!("Friction forces at the sliding surfaces: {}", self.title);
             figures.push(("friction", Figure { title, x_label: x_label.clone(), panels }));
             if !self.names.drives.is_empty() {
@@ -124,12 +89,12 @@ impl Curves {
 
         let labels = ["drives", "loads", "d/dt energy", "dissipated"];
         let lines = labels.iter().zip(self.power).enumerate();
-        let lines = lines.map(|(k, (label, trace))| line(label, trace, k, false)).collect();
+        let lines = lines.map(|(k, (label, trace))| trace.line(label, k, false)).collect();
         let panels = vec![
             Panel { y_label: "power [W]".to_owned(), lines },
             Panel {
                 y_label: "residual / turnover".to_owned(),
-                lines: vec![line("residual", self.residual, 6, false)],
+                lines: vec![self.residual.line("residual", 6, false)],
             },
         ];
         let title = format!("Power balance: {}", self.title);

@@ -1,10 +1,12 @@
 //! How much of each driving force each joint's friction causes: table, ranking, plot.
 
-use super::columns::{Names, Table};
-use super::run::{Job, Sample};
-use super::statistics::Size;
-use super::terminal::number;
-use crate::figure::{Figure, Line, Panel, Trace};
+use super::job::Job;
+use super::sample::Sample;
+use crate::figure::{Figure, Panel, Trace};
+use crate::names::Names;
+use crate::numbers::number;
+use crate::statistics::Size;
+use crate::table::Table;
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use std::io;
@@ -176,19 +178,13 @@ impl ShareCurves {
 
     /// A panel for each drive with its largest shares.
     pub(super) fn figure(self, names: &Names, title: String, x_label: String) -> Figure {
-        let line = |label: &str, trace: Trace, colour, dashed| Line {
-            label: label.to_owned(),
-            points: trace.into_points(),
-            colour,
-            dashed,
-        };
         let mut panels = Vec::new();
         for (drive, (all, traces)) in self.all.into_iter().zip(self.traces).enumerate() {
-            let mut lines = vec![line("all friction", all, ALL, true)];
+            let mut lines = vec![all.line("all friction", ALL, true)];
             let ranked = self.ranking.ranked(drive);
             for (place, &contact) in ranked.iter().take(CONTACTS_TOLD).enumerate() {
                 let trace = traces[contact].clone();
-                lines.push(line(&names.contacts[contact].0, trace, place, false));
+                lines.push(trace.line(&names.contacts[contact].0, place, false));
             }
             let (name, unit) = &names.drives[drive];
             panels.push(Panel { y_label: format!("{name} [{unit}]"), lines });

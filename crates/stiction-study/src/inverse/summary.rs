@@ -1,12 +1,15 @@
 //! What a run comes to.
 
 use super::certainty::MOST_MARGIN;
-use super::columns::Names;
 use super::efficiency::Efficiency;
-use super::run::{Job, Sample, Verdict};
+use super::job::Job;
+use super::sample::Sample;
 use super::shares::Ranking;
-use super::statistics::{Comparison, Integral, Least, Size};
 use super::uniqueness::Singular;
+use super::verdict::Verdict;
+use crate::names::Names;
+use crate::statistics::{Comparison, Integral, Least, Size};
+use crate::undetermined::open_components;
 use serde_json::{Map, Value, json};
 use stiction::dynamics::{Bounds, FrictionMode, Weighting};
 
@@ -60,14 +63,6 @@ pub(super) struct Work {
     pub(super) loads: Integral,
     pub(super) dissipated: Integral,
 }
-
-/// The components of a reaction that are not determined.
-pub(crate) fn undetermined_components(flags: &[bool; 6]) -> Vec<&'static str> {
-    let open = COMPONENTS.iter().zip(flags).filter(|(_, determined)| !**determined);
-    open.map(|(component, _)| *component).collect()
-}
-
-const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
 impl Summary {
     /// Nothing yet.
@@ -167,7 +162,7 @@ impl Summary {
             .iter()
             .zip(&self.determined_reactions)
             .filter(|(_, flags)| flags.contains(&false))
-            .map(|(name, flags)| (name.as_str(), undetermined_components(flags)))
+            .map(|(name, flags)| (name.as_str(), open_components(flags)))
             .collect()
     }
 

@@ -1,11 +1,14 @@
 //! The summary that a person reads.
 
 use super::certainty::{MOST_MARGIN, Margin};
-use super::run::{Job, Verdict};
-use super::statistics::Integral;
+use super::job::Job;
 use super::summary::{Summary, friction_word, weighting_words};
 use super::uniqueness::Singular;
-use crate::numbers::significant;
+use super::verdict::Verdict;
+use crate::names::width;
+use crate::numbers::{number, order, percent};
+use crate::statistics::Integral;
+use crate::undetermined::by_components;
 use std::fmt::{self, Write};
 use stiction::dynamics::FrictionMode;
 
@@ -54,10 +57,6 @@ pub fn write_summary(
     write_friction(out, job, summary, verdict)?;
     write_verdicts(out, job, summary, verdict)?;
     write_certainty(out, summary, verdict)
-}
-
-pub(crate) fn width<'a>(names: impl Iterator<Item = &'a str>, least: usize) -> usize {
-    names.map(str::len).fold(least, usize::max)
 }
 
 fn write_drives(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::Result {
@@ -410,41 +409,4 @@ fn write_certainty(out: &mut impl Write, summary: &Summary, verdict: &Verdict) -
             "all coefficients of friction can grow {MOST_MARGIN} times, and nothing locks"
         ),
     }
-}
-
-/// Components with the joints that have them, most joints first: `fz mx my of A, B, C`.
-pub(crate) fn by_components(undetermined: &[(&str, Vec<&'static str>)]) -> String {
-    let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
-    for (name, components) in undetermined {
-        let components = components.join(" ");
-        match groups.iter_mut().find(|(known, _)| *known == components) {
-            Some((_, names)) => names.push(name),
-            None => groups.push((components, vec![name])),
-        }
-    }
-    groups.sort_by_key(|(_, names)| std::cmp::Reverse(names.len()));
-    let in_words = |(components, names): &(String, Vec<&str>)| {
-        let listed = names[..names.len().min(LISTED)].join(", ");
-        let more = if names.len() > LISTED { ", ..." } else { "" };
-        format!("{components} of {listed}{more}")
-    };
-    let listed: Vec<String> = groups.iter().take(LISTED).map(in_words).collect();
-    listed.join("; ") + if groups.len() > LISTED { "; ..." } else { "" }
-}
-
-/// Four significant digits.
-pub(crate) fn number(x: f64) -> String {
-    significant(x, 4)
-}
-
-/// The order of magnitude of what should be zero.
-pub(crate) fn order(x: f64) -> String {
-    if x == 0.0 { "0".to_owned() } else { format!("{x:.0e}") }
-}
-
-pub(crate) fn percent(ratio: Option<f64>) -> String {
-    ratio.map_or("-".to_owned(), |ratio| match 100.0 * ratio {
-        percent if percent.abs() < 1e5 => format!("{percent:.1} %"),
-        percent => format!("{percent:.1e} %"),
-    })
 }

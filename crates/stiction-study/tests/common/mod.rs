@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test uses its part")]
 
 pub(crate) mod change;
+pub(crate) mod collar;
 
 use std::collections::BTreeMap;
 use stiction::dynamics::FrictionMode;

@@ -1,7 +1,8 @@
 //! Other solutions of friction and reactions, and how far the one that is given goes on.
 
-use super::inverse::{FrictionMode, Inverse, Settings};
+use super::inverse::Inverse;
 use super::load::AppliedLoad;
+use super::settings::{FrictionMode, Settings};
 use super::solver::{InverseDynamics, Parts};
 use super::wedge::{Lock, follow_friction};
 use crate::mechanism::JointId;

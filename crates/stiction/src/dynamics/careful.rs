@@ -2,10 +2,10 @@
 //! the kernels cannot plan, and as their oracle.
 
 use super::contacts::{Contacts, wrench_against};
-use super::inverse::{FrictionMode, Settings};
 use super::load::AppliedLoad;
 use super::newton_euler::Unknown;
 use super::reduced::{self, Reactions};
+use super::settings::{FrictionMode, Settings};
 use super::shares::Shares;
 use super::wedge::Lock;
 use crate::kinematics::Bodies;

@@ -4,7 +4,8 @@
 
 use super::balance::Balance;
 use super::contacts::ContactState;
-use super::inverse::{Inverse, Setup};
+use super::inverse::Inverse;
+use super::setup::Setup;
 use crate::friction::Resistance;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;

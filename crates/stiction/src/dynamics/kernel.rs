@@ -1,8 +1,10 @@
 //! Inverse kinematics and inverse dynamics in one call, over any scalar.
 
-use super::inverse::{Inverse, Settings, Setup};
+use super::inverse::Inverse;
 use super::load::AppliedLoad;
 use super::plan::BalancePlan;
+use super::settings::Settings;
+use super::setup::Setup;
 use crate::kinematics::{Kinematics, Prescription, State, Target};
 use crate::linalg::Elimination;
 use crate::parameters::Parameters;

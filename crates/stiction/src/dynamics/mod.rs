@@ -4,7 +4,6 @@
 //! constraint, drive and friction together.
 
 mod balance;
-mod bounds;
 mod branches;
 mod careful;
 mod contacts;
@@ -19,6 +18,8 @@ mod plan;
 mod power;
 mod reduced;
 mod rest;
+mod settings;
+mod setup;
 mod shares;
 mod solver;
 mod spring;
@@ -30,13 +31,15 @@ pub use contacts::ContactState;
 pub(crate) use coupling::radius_bound;
 pub use error::InverseError;
 pub use forces::{Bounds, ContactForce, Forces};
-pub use inverse::{FrictionMode, Inverse, Settings, Setup};
+pub use inverse::Inverse;
 pub use kernel::{Kernel, Workspace};
 pub(crate) use load::demand_of_motion;
 pub use load::{AppliedLoad, LoadAxes};
 pub use plan::{BalancePlan, NotPlanned};
 pub use power::Power;
 pub use rest::{Breakaway, Holding, Rest, Verdict};
+pub use settings::{FrictionMode, Settings};
+pub use setup::Setup;
 pub use shares::{Response, Shares, Sharing};
 pub use solver::{InverseDynamics, Mirror};
 pub use spring::Pull;

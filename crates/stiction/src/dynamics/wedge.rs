@@ -3,8 +3,10 @@
 //! Equation (F8) of the book's theory.
 
 use super::coupling::CouplingRoom;
-use super::inverse::{Inverse, Settings, Setup};
+use super::inverse::Inverse;
 use super::load::AppliedLoad;
+use super::settings::Settings;
+use super::setup::Setup;
 use crate::kinematics::Kinematics;
 use crate::parameters::Parameters;
 

@@ -6,7 +6,8 @@
 //! `J a = r` exist only if `y^T r = 0`; if not, a held contact of the self-stress moves, by `-y^T r / y_k`.
 
 use super::Forward;
-use super::evaluate::{Ground, Solved};
+use super::ground::Ground;
+use super::solve::Solved;
 
 /// Less than this part of the squares of rates is rounding.
 const MOVES: f64 = 1e-6;
@@ -20,13 +21,8 @@ impl Forward {
         if solved.holding.is_empty() || stresses.is_empty() {
             return None;
         }
-        let (parameters, first) = (&self.parameters, self.topology.constraints);
-        let rates = ground
-            .bodies
-            .twist
-            .iter()
-            .map(|twist| twist.angular.norm().max(twist.linear.norm() / parameters.length));
-        let square = rates.fold(0.0_f64, f64::max).powi(2);
+        let first = self.topology.constraints;
+        let square = self.scene(ground).fastest().powi(2);
         for stress in stresses {
             let each = rows.iter().zip(&stress.multipliers);
             // Multipliers over scales go with values times scales.

@@ -6,11 +6,10 @@
 
 use super::Forward;
 use super::balance::{Balance, Response};
-use super::cone::{Cone, Kind, Member, mode_of};
-use super::evaluate::Ground;
-use super::rows::{Rows, each_freedom};
+use super::cone::{Cone, Dry, Kind, Member, mode_of};
+use super::ground::Ground;
+use super::rows::Rows;
 use super::rub::{Contact, norm, wrench_of};
-use crate::spatial::Wrench;
 
 /// Accelerations below this part are none.
 const NONE: f64 = 1e-9;
@@ -57,13 +56,13 @@ impl Forward {
         for &contact in resting {
             let content = &parameters.contacts[contact];
             let rest = |law: &crate::friction::Law| bound * law.at_rest();
-            let kind = Kind::Dry {
+            let kind = Kind::Dry(Dry {
                 forward: rest(&content.law),
                 backward: rest(content.backward.as_ref().unwrap_or(&content.law)),
                 viscous: 0.0,
-            };
+            });
             let first = units.len();
-            for wrench in self.unit_frictions(ground, contact) {
+            for wrench in self.unit_frictions(bodies, contact) {
                 units.push(balance.respond(&scene, &[(content.joint, wrench)], false));
             }
             members.push(Member { contact, places: first..units.len(), kind });
@@ -88,12 +87,12 @@ impl Forward {
         let count = units.len();
         let (mut begins, mut change) = (vec![0.0; count], vec![0.0; count * count]);
         for member in members.iter().filter(|m| !matches!(m.kind, Kind::Slides(_))) {
-            let own = self.surface_acceleration(ground, &base.accelerations, member.contact);
+            let own = self.surface_acceleration_by(bodies, &base.accelerations, member.contact);
             for (place, i) in member.places.clone().enumerate() {
                 begins[i] = own[place];
                 for (j, unit) in units.iter().enumerate() {
                     change[i * count + j] =
-                        self.surface_rate(ground, &unit.accelerations, member.contact, place);
+                        self.surface_rate(bodies, &unit.accelerations, member.contact, place);
                 }
             }
         }
@@ -108,7 +107,7 @@ impl Forward {
             let mut more = false;
             for member in &mut cone.members {
                 let rate = mode_of(&found.rates[member.places.clone()], none);
-                let Kind::Dry { forward, backward, .. } = &mut member.kind else { continue };
+                let Kind::Dry(Dry { forward, backward, .. }) = &mut member.kind else { continue };
                 if rate == Contact::Sticks {
                     continue;
                 }
@@ -130,13 +129,13 @@ impl Forward {
         let (mut moves, mut tight) = (false, false);
         for (member, load) in cone.members.iter().zip(&found.loads) {
             loads[member.contact] = *load;
-            let Kind::Dry { forward, backward, .. } = member.kind else { continue };
+            let Kind::Dry(law) = member.kind else { continue };
             let places = member.places.clone();
             let mut has = [0.0; 3];
             has[..places.len()].copy_from_slice(&found.amounts[places.clone()]);
             let mode = mode_of(&found.rates[places], none);
             if mode == Contact::Sticks {
-                let most = load * if has[0] < 0.0 { backward } else { forward };
+                let most = load * law.coefficient(has[0]);
                 tight |= norm(has) > most * (1.0 - NO_ROOM);
             } else {
                 moves = true;
@@ -145,39 +144,5 @@ impl Forward {
             guess[member.contact] = mode;
         }
         Some(Guess { modes: guess, shares, loads, moves, tight })
-    }
-
-    /// The wrenches on its joint of one newton of friction along each of a contact's freedoms, at the
-    /// surface.
-    pub(super) fn unit_frictions(&self, ground: &Ground, contact: usize) -> Vec<Wrench<f64>> {
-        let content = &self.parameters.contacts[contact];
-        let arms = content.arms(self.parameters.pitch[content.joint]);
-        let each = (0..content.shape.freedoms().len()).map(|place| {
-            let mut efforts = [0.0; 3];
-            efforts[place] = -arms[place];
-            wrench_of(&self.topology, &ground.bodies, content, efforts)
-        });
-        each.collect()
-    }
-
-    /// The rate of a contact's surface along one of its freedoms for rates of the tree, m/s.
-    pub(super) fn surface_rate(
-        &self,
-        ground: &Ground,
-        rates: &[f64],
-        contact: usize,
-        place: usize,
-    ) -> f64 {
-        let (topology, bodies) = (&self.topology, &ground.bodies);
-        let content = &self.parameters.contacts[contact];
-        let arm = content.arms(self.parameters.pitch[content.joint])[place];
-        let freedom =
-            &topology.joint_types[content.joint].freedoms()[content.shape.freedoms().start + place];
-        let effort = bodies.effort(freedom, content.joint);
-        let mut rate = 0.0;
-        each_freedom(topology, content.joint, |dof, sign| {
-            rate += sign * bodies.screws[dof].power(effort) * rates[dof];
-        });
-        arm * rate
     }
 }

@@ -1,6 +1,5 @@
 //! What acts on a mechanism from outside, as functions of time and state.
 
-use super::simulation::Angle;
 use crate::dynamics::AppliedLoad;
 use crate::kinematics::{Bodies, State, Target};
 use crate::topology::Topology;
@@ -19,6 +18,19 @@ pub struct View<'a> {
     pub(super) pitch: &'a [f64],
     /// Counted on; none within a step.
     pub(super) angles: &'a [Angle],
+}
+
+/// An angle that is counted on over full turns.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Angle {
+    pub(super) joint: usize,
+    pub(super) freedom: usize,
+    /// rad.
+    pub(super) value: f64,
+    /// rad/s.
+    pub(super) rate: f64,
+    /// When it was so, s.
+    pub(super) time: f64,
 }
 
 impl View<'_> {

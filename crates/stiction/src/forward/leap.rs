@@ -14,12 +14,13 @@
 
 use super::Forward;
 use super::balance::{Balance, Response};
-use super::cone::{Cone, Found, Kind, Member, Smooth, mode_of};
+use super::cone::{Cone, Dry, Found, Kind, Member, Smooth, mode_of};
 use super::error::ForwardError;
-use super::evaluate::{Ground, Unsolved};
+use super::ground::Ground;
 use super::inputs::Inputs;
 use super::rows::Rows;
 use super::rub::{Contact, is_smooth, law_of, norm};
+use super::solve::Unsolved;
 use crate::dynamics::Pull;
 use crate::friction::{Bristles, Law};
 use crate::kinematics::{State, Target};
@@ -157,7 +158,7 @@ impl Forward {
         let (mut members, mut units) = (Vec::new(), Vec::new());
         for contact in 0..modes.len() {
             let first = units.len();
-            for wrench in self.unit_frictions(&ground, contact) {
+            for wrench in self.unit_frictions(&ground.bodies, contact) {
                 let joint = parameters.contacts[contact].joint;
                 balance
                     .pushed(&scene, Some((joint, wrench)))
@@ -171,9 +172,10 @@ impl Forward {
         let (mut free, mut change) = (vec![0.0; count], vec![0.0; count * count]);
         let none = vec![0.0; n];
         for member in &members {
-            let drift = self.surface_acceleration(&ground, &none, member.contact);
+            let drift = self.surface_acceleration_by(&ground.bodies, &none, member.contact);
             for (place, i) in member.places.clone().enumerate() {
-                let rate = |rates: &[f64]| self.surface_rate(&ground, rates, member.contact, place);
+                let rate =
+                    |rates: &[f64]| self.surface_rate(&ground.bodies, rates, member.contact, place);
                 free[i] =
                     rate(&from.rates) + step * (rate(&base.accelerations) + 0.5 * drift[place]);
                 for (j, unit) in units.iter().enumerate() {
@@ -245,11 +247,11 @@ impl Forward {
                 law.at_rest()
             }
         };
-        Kind::Dry {
+        Kind::Dry(Dry {
             forward: coefficient(&content.law),
             backward: coefficient(content.backward.as_ref().unwrap_or(&content.law)),
             viscous: law.viscous,
-        }
+        })
     }
 
     fn land(
@@ -284,7 +286,7 @@ impl Forward {
             for (place, i) in member.places.clone().enumerate() {
                 velocities[contact][place] = found.rates[i];
                 frictions[contact][place] = found.amounts[i];
-                let rate = self.surface_rate(ground, &mean, contact, place);
+                let rate = self.surface_rate(&ground.bodies, &mean, contact, place);
                 work.contacts[contact] += step * found.amounts[i] * rate;
             }
             if let Kind::Smooth(_) = &member.kind

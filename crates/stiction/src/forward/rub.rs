@@ -1,6 +1,5 @@
 //! Friction of a contact, affine in its own load.
 
-use super::evaluate::ContactMoment;
 use crate::dynamics::ContactState;
 use crate::friction::{ContactShape, Law, OwnFriction};
 use crate::kinematics::Bodies;
@@ -38,39 +37,12 @@ impl Rub {
     }
 }
 
-/// The sliding velocity at the surface, m/s.
-pub(super) fn surface_velocity(
-    topology: &Topology,
-    parameters: &Parameters<f64>,
-    bodies: &Bodies<f64>,
-    contact: &ContactParameters<f64>,
-) -> [f64; 3] {
-    let rates = bodies.joint_rates(topology, contact.joint);
-    let arms = contact.arms(parameters.pitch[contact.joint]);
-    let mut velocity = [0.0; 3];
-    for ((v, arm), rate) in velocity.iter_mut().zip(arms).zip(&rates[contact.shape.freedoms()]) {
-        *v = rate * arm;
-    }
-    velocity
-}
-
 pub(super) fn norm(v: [f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// What a contact dissipates, W. Where it slides it is speed times friction, as the law says, and not their
-/// product along the freedoms: these are the same where friction is against the sliding, and where it is not
-/// the account of energy shows it.
-pub(super) fn dissipated(moment: &ContactMoment) -> f64 {
-    let along = dot(moment.velocity, moment.friction);
-    match moment.contact {
-        Contact::Slides(_) => (norm(moment.velocity) * norm(moment.friction)).copysign(along),
-        _ => along,
-    }
 }
 
 /// Whether friction is a smooth function of velocity and inner state, so that nothing ever sticks.

@@ -2,6 +2,7 @@
 #![allow(dead_code, unreachable_pub, reason = "each test uses a part")]
 
 pub mod random;
+pub mod simulated;
 
 use std::collections::HashMap;
 use stiction::dynamics::{AppliedLoad, LoadAxes};

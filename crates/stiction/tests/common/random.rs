@@ -1,7 +1,9 @@
 //! Random mechanisms of several classes, assembled by construction.
 
 use super::*;
+use stiction::dynamics::{FrictionMode, InverseDynamics, Settings};
 use stiction::friction::{ContactShape, contacts_of};
+use stiction::kinematics::AssemblyError;
 
 /// A mechanism with what is prescribed and how it moves at the present instant.
 pub struct Case {
@@ -10,6 +12,33 @@ pub struct Case {
     pub targets: Vec<Target<f64>>,
     pub loads: Vec<AppliedLoad<f64>>,
     pub class: Class,
+}
+
+impl Case {
+    /// Inverse dynamics of it where it is regular, and its least singular value: mechanisms near singular positions
+    /// magnify round-off.
+    pub fn regular_solver(&self, friction: FrictionMode) -> Option<(InverseDynamics, f64)> {
+        let Self { mechanism, coordinates, targets, class, .. } = self;
+        let settings = Settings { friction, ..Settings::default() };
+        let solver =
+            match InverseDynamics::new(mechanism.clone(), &[], coordinates, targets, settings) {
+                Ok(solver) => solver,
+                // Two legs whose balls are held leave the platform the turn about their line.
+                Err(AssemblyError::Open { .. }) if *class == Class::Constrained => return None,
+                Err(error) => panic!("{class:?}: {error}"),
+            };
+        let statics = solver.statics();
+        let smallest = *statics.singular_values()[..statics.rank()].last().unwrap();
+        let open = statics.open_motions();
+        let is_regular = smallest >= 1e-3 && open <= solver.assembly().prescription().spins().len();
+        is_regular.then_some((solver, smallest))
+    }
+}
+
+/// The largest difference of two lists, relative to the largest number in them.
+pub fn apart(a: &[f64], b: &[f64]) -> f64 {
+    let largest = a.iter().chain(b).fold(1e-9f64, |max, x| max.max(x.abs()));
+    a.iter().zip(b).fold(0.0f64, |max, (x, y)| max.max((x - y).abs())) / largest
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,8 +12,8 @@ mod sizes;
 use super::Findings;
 use crate::drawing::svg::escape;
 use crate::drawing::{Portrait, Surface};
-use crate::inverse::terminal::number;
 use crate::inverse::{Error, Job};
+use crate::numbers::number;
 use html::{card, note, paragraph, section};
 
 /// What [`draw_page`] gives.

@@ -3,7 +3,7 @@
 use super::html::{Column, folded, note, paragraph, section, table};
 use crate::check::Findings;
 use crate::inverse::Job;
-use crate::inverse::terminal::number;
+use crate::numbers::number;
 use stiction::mobility::JointLoad;
 
 /// Self-stresses that are listed at most.

@@ -3,7 +3,7 @@
 use super::html::{Column, note, paragraph, section, table};
 use crate::check::{Findings, Range};
 use crate::inverse::Job;
-use crate::inverse::terminal::number;
+use crate::numbers::number;
 use stiction::dynamics::InverseDynamics;
 use stiction::spatial::Vec3;
 

@@ -36,7 +36,7 @@ impl Writer<'_> {
     pub(super) fn write_drives(&mut self) {
         let mechanism = &self.home.model.mechanism;
         let mut drives = Vec::new();
-        let names = crate::inverse::columns::Names::new(mechanism).drives;
+        let names = crate::names::Names::new(mechanism).drives;
         let mut taken = Names::default();
         for ((joint, freedom), (name, _)) in mechanism.actuators().zip(names) {
             let steps = self.tree.parts.iter().zip(&self.parts);

@@ -2,10 +2,10 @@
 //!
 //! Equation (B4) of the book's theory.
 
-use super::super::load::{AppliedLoad, demand_of_motion};
-use super::super::spring::Pull;
-use super::super::structure::BalanceStructure;
 use super::Balance;
+use crate::dynamics::load::{AppliedLoad, demand_of_motion};
+use crate::dynamics::spring::Pull;
+use crate::dynamics::structure::BalanceStructure;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;

@@ -6,8 +6,8 @@ mod loading;
 mod system;
 mod tilt;
 
-use super::inverse::Setup;
 use super::plan::BalancePlan;
+use super::setup::Setup;
 use super::structure::BalanceStructure;
 use crate::kinematics::Bodies;
 use crate::linalg::Elimination;

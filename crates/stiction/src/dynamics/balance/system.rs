@@ -3,8 +3,8 @@
 //!
 //! Equations (B5) and (B8) of the book's theory.
 
-use super::super::structure::{BalanceStructure, WeighedKind, Weighting};
 use super::Balance;
+use crate::dynamics::structure::{BalanceStructure, WeighedKind, Weighting};
 use crate::joint::Motion;
 use crate::kinematics::Bodies;
 use crate::parameters::{Parameters, Weights};

@@ -2,10 +2,10 @@
 //!
 //! Equation (F5) of the book's theory.
 
-use super::super::contacts::{ContactState, Contacts, Coupling, wrench_against};
-use super::super::inverse::Setup;
-use super::super::plan::BalancePlan;
 use super::Balance;
+use crate::dynamics::contacts::{ContactState, Contacts, Coupling, wrench_against};
+use crate::dynamics::plan::BalancePlan;
+use crate::dynamics::setup::Setup;
 use crate::kinematics::Bodies;
 use crate::parameters::{ContactParameters, Parameters};
 use crate::scalar::Scalar;

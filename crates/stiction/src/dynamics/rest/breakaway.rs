@@ -2,7 +2,7 @@
 //!
 //! Equation (R4) of the book's theory.
 
-use crate::dynamics::bounds::{Held, Position, Way, extreme, hold, probe, resolve};
+use super::bounds::{Held, Position, Way, extreme, hold, probe, resolve};
 use crate::dynamics::inverse::Inverse;
 use crate::kinematics::{actuator_rate, body_twists};
 use nalgebra::{DMatrix, DVector};

@@ -1,6 +1,8 @@
 //! What friction does: joints' wrenches and drives are affine in the friction forces.
 
-use crate::dynamics::inverse::{FrictionMode, Inverse, Settings, Setup};
+use crate::dynamics::inverse::Inverse;
+use crate::dynamics::settings::{FrictionMode, Settings};
+use crate::dynamics::setup::Setup;
 use crate::friction::{OwnFriction, Resistance};
 use crate::kinematics::Bodies;
 use crate::parameters::{ContactParameters, Parameters};
@@ -24,7 +26,7 @@ struct Component {
 /// A contact at rest has a component for each of its freedoms; one that slides has one, the change
 /// of its friction.
 #[derive(Clone, Debug)]
-pub(in crate::dynamics) struct FrictionMap<'a> {
+pub(super) struct FrictionMap<'a> {
     parameters: &'a Parameters<f64>,
     bodies: &'a Bodies<f64>,
     inverse: &'a Inverse<f64>,
@@ -35,7 +37,7 @@ pub(in crate::dynamics) struct FrictionMap<'a> {
 
 impl<'a> FrictionMap<'a> {
     /// About the solution in `inverse`.
-    pub(in crate::dynamics) fn new(
+    pub(super) fn new(
         inverse: &'a Inverse<f64>,
         setup: &Setup<'_>,
         parameters: &'a Parameters<f64>,

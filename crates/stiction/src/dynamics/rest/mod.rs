@@ -6,6 +6,7 @@
 //! by friction forces that satisfy all laws at once, and what is certain, from loads that are no
 //! greater than a bound.
 
+pub(super) mod bounds;
 mod breakaway;
 mod holding;
 mod map;
@@ -13,14 +14,13 @@ mod outer;
 
 pub use breakaway::Breakaway;
 pub use holding::{Holding, Verdict};
-pub(super) use map::FrictionMap;
-pub(super) use outer::outer_changes;
 
-use super::bounds::{Held, Position, hold, resolve};
 use super::forces::{Bounds, Forces};
 use super::inverse::Inverse;
 use crate::joint::Motion;
+use bounds::{Held, Position, hold, resolve};
 use holding::Demand;
+use map::FrictionMap;
 
 /// A position at rest under a load.
 #[derive(Clone, Debug, PartialEq)]

@@ -49,10 +49,7 @@ pub(super) fn greatest_frictions(
 
 /// The least and the greatest change of each drive by static friction, certified: nothing lies
 /// beyond. None where the coupling is too strong.
-pub(in crate::dynamics) fn outer_changes(
-    map: &FrictionMap<'_>,
-    drives: usize,
-) -> Option<Vec<(f64, f64)>> {
+pub(super) fn outer_changes(map: &FrictionMap<'_>, drives: usize) -> Option<Vec<(f64, f64)>> {
     let loads: Vec<f64> = (0..map.contacts()).map(|contact| map.load_without(contact)).collect();
     let couplings = map.couplings(|k| unit(map.len(), k));
     let greatest = greatest_frictions(map, &loads, &couplings, 1.0)?;

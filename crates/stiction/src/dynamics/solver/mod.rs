@@ -8,10 +8,12 @@ mod solve;
 use super::contacts::ContactState;
 use super::coupling::CouplingRoom;
 use super::forces::Forces;
-use super::inverse::{FrictionMode, Inverse, Settings, Setup};
+use super::inverse::Inverse;
 use super::kernel::Kernel;
 use super::newton_euler::NewtonEuler;
 use super::plan::{BalancePlan, NotPlanned};
+use super::settings::{FrictionMode, Settings};
+use super::setup::Setup;
 use super::shares::{Shares, Sharing};
 use super::structure::Weighting;
 use crate::kinematics::{

@@ -1,8 +1,9 @@
 //! In what order the balance is solved at a position, and which of its bodies spin idly.
 
-use super::super::inverse::{Inverse, Setup};
-use super::super::plan::BalancePlan;
 use super::InverseDynamics;
+use crate::dynamics::inverse::Inverse;
+use crate::dynamics::plan::BalancePlan;
+use crate::dynamics::setup::Setup;
 use crate::spatial::Mat3;
 
 impl InverseDynamics {

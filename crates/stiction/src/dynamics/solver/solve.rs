@@ -1,16 +1,17 @@
 //! From a position to forces: by the kernel where its numbers can be trusted, else with care.
 
-use super::super::bounds;
-use super::super::careful;
-use super::super::error::InverseError;
-use super::super::forces::Forces;
-use super::super::inverse::{FrictionMode, Setup};
-use super::super::load::AppliedLoad;
-use super::super::power::Power;
-use super::super::rest::{self, Rest};
-use super::super::spring::Pull;
-use super::super::wedge::{self, Lock};
 use super::InverseDynamics;
+use crate::dynamics::careful;
+use crate::dynamics::error::InverseError;
+use crate::dynamics::forces::Forces;
+use crate::dynamics::load::AppliedLoad;
+use crate::dynamics::power::Power;
+use crate::dynamics::rest::bounds;
+use crate::dynamics::rest::{self, Rest};
+use crate::dynamics::settings::FrictionMode;
+use crate::dynamics::setup::Setup;
+use crate::dynamics::spring::Pull;
+use crate::dynamics::wedge::{self, Lock};
 use crate::friction::ContactShape;
 use crate::mechanism::Mechanism;
 use crate::mobility::Uncarried;

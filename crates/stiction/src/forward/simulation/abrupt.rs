@@ -10,8 +10,9 @@ use super::{Energies, Simulation};
 use crate::forward::Forward;
 use crate::forward::balance::Balance;
 use crate::forward::error::ForwardError;
-use crate::forward::evaluate::{Ground, Instant};
+use crate::forward::ground::Ground;
 use crate::forward::inputs::Inputs;
+use crate::forward::instant::Instant;
 use crate::forward::rows::Rows;
 use crate::kinematics::State;
 

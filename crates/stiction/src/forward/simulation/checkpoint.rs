@@ -4,7 +4,7 @@ use super::stepping::{QUIET, Stepping};
 use super::work::Work;
 use super::{Event, Settings, Simulation};
 use crate::forward::error::ForwardError;
-use crate::forward::evaluate::Instant;
+use crate::forward::instant::Instant;
 use crate::forward::integrator::Steps;
 use crate::forward::project::Anchor;
 use crate::forward::rub::Contact;

@@ -43,7 +43,7 @@ impl Simulation<'_> {
             let along = |v: [f64; 3]| v.iter().zip(direction).map(|(v, d)| v * d).sum::<f64>();
             let velocity = self.now.contacts[contact].velocity;
             let moves = norm(velocity) > REST * self.fastest;
-            let begins = self.surface_acceleration(&self.now, contact);
+            let begins = self.model.surface_acceleration(&self.now.bodies, contact);
             let accelerations = &self.now.state.accelerations;
             let rounding = self.model.rounding_of_beginnings(accelerations, contact);
             leaves |= moves || norm(begins) > rounding;
@@ -155,7 +155,7 @@ impl Simulation<'_> {
     /// contact stands while all moves on.
     pub(super) fn takes_freedom(
         &self,
-        ground: &crate::forward::evaluate::Ground,
+        ground: &crate::forward::ground::Ground,
         contact: usize,
     ) -> bool {
         let model = self.model;

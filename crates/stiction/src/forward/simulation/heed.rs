@@ -3,8 +3,8 @@
 use super::locate::LET_GO;
 use super::{REST, Simulation};
 use crate::forward::error::ForwardError;
-use crate::forward::evaluate::Instant;
 use crate::forward::inputs::Inputs;
+use crate::forward::instant::Instant;
 use crate::forward::rub::{Contact, norm};
 
 impl Simulation<'_> {

@@ -85,7 +85,7 @@ impl Simulation<'_> {
     }
 
     /// How many constraints are redundant where nothing sticks.
-    pub(super) fn permanently_redundant(&self, ground: &crate::forward::evaluate::Ground) -> usize {
+    pub(super) fn permanently_redundant(&self, ground: &crate::forward::ground::Ground) -> usize {
         let model = self.model;
         let (held, _) = model.held(&ground.targets, &[], &[], &[]);
         let rows = crate::forward::rows::Rows::new(

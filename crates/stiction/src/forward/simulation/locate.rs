@@ -3,8 +3,8 @@
 use super::packing::parts;
 use super::{REST, Simulation};
 use crate::forward::error::ForwardError;
-use crate::forward::evaluate::Instant;
 use crate::forward::inputs::Inputs;
+use crate::forward::instant::Instant;
 use crate::forward::rub::{Contact, norm};
 use std::convert::Infallible;
 
@@ -40,25 +40,10 @@ impl Simulation<'_> {
     pub(super) fn closing_speed(&self, at: &Instant, contact: usize) -> (f64, f64) {
         let Contact::Slides(direction) = self.modes[contact] else { return (0.0, 1.0) };
         let dot = |v: [f64; 3]| v.iter().zip(direction).map(|(v, d)| v * d).sum::<f64>();
-        (dot(at.contacts[contact].velocity), dot(self.surface_acceleration(at, contact)))
-    }
-
-    pub(super) fn surface_acceleration(&self, at: &Instant, contact: usize) -> [f64; 3] {
-        let (topology, parameters) = (&self.model.topology, &self.model.parameters);
-        let content = &parameters.contacts[contact];
-        let (predecessor, successor) = topology.ends[content.joint];
-        let own = at.bodies.joint_bias(topology, parameters, content.joint);
-        let relative =
-            at.bodies.acceleration[successor] - at.bodies.acceleration[predecessor] - own;
-        let arms = content.arms(parameters.pitch[content.joint]);
-        let freedoms = topology.joint_types[content.joint].freedoms();
-        let mut surface = [0.0; 3];
-        for ((value, arm), freedom) in
-            surface.iter_mut().zip(arms).zip(&freedoms[content.shape.freedoms()])
-        {
-            *value = arm * relative.power(at.bodies.effort(freedom, content.joint));
-        }
-        surface
+        (
+            dot(at.contacts[contact].velocity),
+            dot(self.model.surface_acceleration(&at.bodies, contact)),
+        )
     }
 
     /// The first event within the last step: its part of the step, and what it is.
@@ -134,7 +119,7 @@ impl Simulation<'_> {
             bodies.move_with(topology, rates);
             let content = &parameters.contacts[contact];
             let velocity =
-                crate::forward::rub::surface_velocity(topology, parameters, &bodies, content);
+                crate::forward::surface::surface_velocity(topology, parameters, &bodies, content);
             let Contact::Slides(direction) = self.modes[contact] else { return 1.0 };
             velocity.iter().zip(direction).map(|(v, d)| v * d).sum()
         };

@@ -11,6 +11,7 @@ mod led;
 mod locate;
 mod others;
 mod packing;
+mod ranks;
 mod rest;
 mod runaway;
 mod settings;
@@ -26,14 +27,13 @@ pub use checkpoint::Checkpoint;
 pub use energies::Energies;
 pub use event::{Event, EventKind};
 pub use settings::{Method, Settings};
-pub(super) use turns::Angle;
 
 use super::Forward;
 use super::error::ForwardError;
-use super::inputs::Inputs;
+use super::inputs::{Angle, Inputs};
 use super::integrator::Steps;
 use super::project::Anchor;
-use crate::forward::evaluate::Instant;
+use crate::forward::instant::Instant;
 use crate::forward::rub::Contact;
 use work::Work;
 

@@ -1,7 +1,7 @@
 //! State, bristles and energies as one list of numbers for the integrator.
 
 use super::Simulation;
-use crate::forward::evaluate::Instant;
+use crate::forward::instant::Instant;
 use crate::kinematics::State;
 
 impl Simulation<'_> {

@@ -50,7 +50,7 @@ impl Simulation<'_> {
             if speed <= 0.0 {
                 continue;
             }
-            let change = self.surface_acceleration(&self.now, contact);
+            let change = self.model.surface_acceleration(&self.now.bodies, contact);
             let along = velocity.iter().zip(change).map(|(v, a)| v * a).sum::<f64>() / speed;
             let slows = -along;
             if slows <= 0.0 {

@@ -7,14 +7,9 @@
 
 use super::work::Work;
 use super::{Event, EventKind, Simulation};
-use crate::forward::Forward;
-use crate::forward::balance::DEPENDENT;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
-use crate::forward::rows::{Held, Rows};
-use crate::forward::rub::dissipated;
-use crate::kinematics::{Bodies, State, Target};
-use crate::linalg::RowSpace;
+use crate::forward::instant::ContactMoment;
 use crate::spatial::Wrench;
 
 /// Conditions that are nearer to dependent than this are looked at closely.
@@ -26,67 +21,6 @@ const BESIDE: f64 = 1e-3;
 /// So much of a step to see whether a distance grows.
 const LITTLE: f64 = 1e-3;
 
-/// Room for ranks at positions.
-#[derive(Clone, Debug)]
-pub(in crate::forward) struct Ranks {
-    bodies: Bodies<f64>,
-    held: Vec<Held>,
-    holding: Vec<(usize, usize, usize)>,
-    rows: Rows,
-    scaled: Vec<f64>,
-    space: RowSpace,
-    /// What is prescribed.
-    targets: Vec<Target<f64>>,
-}
-
-impl Ranks {
-    pub(in crate::forward) fn new(model: &Forward) -> Self {
-        Self {
-            bodies: Bodies::new(&model.topology),
-            held: Vec::new(),
-            holding: Vec::new(),
-            rows: Rows::default(),
-            scaled: Vec::new(),
-            space: RowSpace::default(),
-            targets: Vec::new(),
-        }
-    }
-
-    /// The rank of loops and of what is prescribed, and how far they are from losing it.
-    fn at(&mut self, model: &Forward, state: &State<f64>) -> (usize, f64) {
-        let (topology, parameters) = (&model.topology, &model.parameters);
-        let Self { bodies, held, holding, rows, scaled, space, targets } = self;
-        bodies.place(topology, parameters, &state.coordinates);
-        bodies.move_with(topology, &state.rates);
-        model.held_into(targets, &[], (&[], &[]), held, holding);
-        rows.update(topology, parameters, bodies, held);
-        let n = topology.freedoms();
-        scaled.clone_from(&rows.matrix);
-        for (row, entries) in rows.rows.iter().zip(scaled.chunks_exact_mut(n.max(1))) {
-            entries.iter_mut().zip(&model.columns).for_each(|(e, c)| *e *= row.scale * c);
-        }
-        space.decompose(scaled, rows.rows.len(), n, DEPENDENT);
-        (space.rank(), space.least_part())
-    }
-}
-
-impl Forward {
-    /// The rank of loops and of what is prescribed, and how far they are from losing it.
-    fn rank_at(&self, state: &State<f64>, targets: &[Target<f64>]) -> (usize, f64) {
-        let mut ranks = Ranks::new(self);
-        ranks.targets.extend_from_slice(targets);
-        ranks.at(self, state)
-    }
-
-    /// The distance after moving on for a time that may be negative.
-    fn distance_ahead(&self, state: &State<f64>, time: f64, targets: &[Target<f64>]) -> f64 {
-        let mut ahead = state.clone();
-        let by: Vec<f64> = state.rates.iter().map(|rate| time * rate).collect();
-        ahead.advance(&self.topology, &by);
-        self.rank_at(&ahead, targets).1
-    }
-}
-
 impl Simulation<'_> {
     /// Where it starts in a position in which loops lose rank, and moves: accelerations and reactions are those to
     /// which the ones beside it tend, on the way that the rates are of. In the position itself the loops do not
@@ -96,14 +30,12 @@ impl Simulation<'_> {
         if model.topology.constraints == 0 || self.fastest_rate == 0.0 {
             return Ok(());
         }
-        let targets = model.targets(time, inputs);
         let state = self.now.state.clone();
-        let (rank, _) = model.rank_at(&state, &targets);
+        let ranks = &mut self.room.ranks;
+        model.targets_into(time, inputs, &mut ranks.targets);
+        let (rank, _) = ranks.at(model, &state);
         let little = BESIDE / self.fastest_rate;
-        let mut ahead = state.clone();
-        let by: Vec<f64> = state.rates.iter().map(|rate| little * rate).collect();
-        ahead.advance(&model.topology, &by);
-        let (beside, _) = model.rank_at(&ahead, &targets);
+        let (beside, _) = ranks.ahead(model, &state, little);
         if beside <= rank {
             return Ok(());
         }
@@ -149,7 +81,7 @@ impl Simulation<'_> {
             let at = topology.actuators[index];
             *power = found.drives[index] * found.bodies.joint_rates(topology, at.joint)[at.freedom];
         }
-        found.account.contacts = found.contacts.iter().map(dissipated).collect();
+        found.account.contacts = found.contacts.iter().map(ContactMoment::dissipated).collect();
         self.now = found;
         Ok(())
     }
@@ -185,14 +117,14 @@ impl Simulation<'_> {
         if distance.min(distance_before) > NEAR {
             return Ok(());
         }
-        let (before, targets) = (before.clone(), ranks.targets.clone());
         let little = LITTLE * step;
-        let nears = model.distance_ahead(&before, little, &targets) < distance_before;
-        let leaves = model.distance_ahead(&self.now.state, -little, &targets) < distance;
+        let nears = ranks.ahead(model, before, little).1 < distance_before;
+        let leaves = ranks.ahead(model, &self.now.state, -little).1 < distance;
         if !(nears && leaves) {
             return Ok(());
         }
         // Where it is least, on the curve between.
+        let mut ranks = ranks.clone();
         let mut last = self.list();
         self.derivative_into(&self.now, &mut last);
         let mut steps = std::mem::take(&mut self.steps);
@@ -203,7 +135,7 @@ impl Simulation<'_> {
         let mut distance = |part: f64| {
             self.steps.at(part, &mut last);
             let (state, _) = self.unpack(&last);
-            model.rank_at(&state, &targets).1
+            ranks.at(model, &state).1
         };
         let golden = 0.5 * (5_f64.sqrt() - 1.0);
         let (mut low, mut high) = (0.0, 1.0);

@@ -7,8 +7,9 @@ use crate::forward::Forward;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::{Inputs, View};
 use crate::forward::integrator::Steps;
-use crate::forward::rub::{Contact, is_smooth, norm, surface_velocity};
+use crate::forward::rub::{Contact, is_smooth, norm};
 use crate::forward::stick::Choice;
+use crate::forward::surface::surface_velocity;
 use crate::kinematics::{Bodies, State};
 
 impl Forward {

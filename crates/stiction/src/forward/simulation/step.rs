@@ -7,8 +7,8 @@ use super::stepping::{DENSE, LONGEST_WAIT};
 use super::work::Work;
 use super::{Method, REST, Simulation};
 use crate::forward::error::ForwardError;
-use crate::forward::evaluate::Instant;
 use crate::forward::inputs::Inputs;
+use crate::forward::instant::Instant;
 use crate::forward::integrator::Tolerance;
 use crate::forward::rub::{Contact, norm};
 

@@ -4,8 +4,8 @@
 use super::{Event, EventKind, Method, Simulation};
 use crate::forward::Forward;
 use crate::forward::error::ForwardError;
-use crate::forward::evaluate::{Account, ContactMoment, Instant};
 use crate::forward::inputs::Inputs;
+use crate::forward::instant::{Account, ContactMoment, Instant};
 use crate::forward::leap::{Leap, Work};
 use crate::forward::masses::{exchange, potential};
 use crate::forward::project::Anchor;

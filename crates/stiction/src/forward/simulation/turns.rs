@@ -2,24 +2,11 @@
 
 use super::Simulation;
 use crate::forward::Forward;
-use crate::forward::inputs::View;
+use crate::forward::inputs::{Angle, View};
 use crate::joint::Motion;
 use crate::kinematics::{Bodies, State, Target};
 use crate::mechanism::JointId;
 use std::f64::consts::TAU;
-
-/// An angle that is counted on over full turns.
-#[derive(Clone, Debug, PartialEq)]
-pub(in crate::forward) struct Angle {
-    pub(in crate::forward) joint: usize,
-    pub(in crate::forward) freedom: usize,
-    /// rad.
-    pub(in crate::forward) value: f64,
-    /// rad/s.
-    pub(super) rate: f64,
-    /// When it was so, s.
-    pub(super) time: f64,
-}
 
 impl Forward {
     /// The angles that are counted, as they are within half a turn.

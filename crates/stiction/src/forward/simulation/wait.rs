@@ -4,8 +4,8 @@ use super::Simulation;
 use super::locate::{Ending, falls_below};
 use super::work::Work;
 use crate::forward::error::ForwardError;
-use crate::forward::evaluate::Instant;
 use crate::forward::inputs::Inputs;
+use crate::forward::instant::Instant;
 
 /// Friction that holds is looked at so many times within the longest step.
 const LOOKS: f64 = 4.0;

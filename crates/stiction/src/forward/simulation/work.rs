@@ -1,9 +1,11 @@
 //! Room that evaluations use again and again.
 
-use super::singular::Ranks;
+use super::ranks::Ranks;
 use crate::forward::Forward;
-use crate::forward::evaluate::{Ground, Instant, Solved};
+use crate::forward::ground::Ground;
+use crate::forward::instant::Instant;
 use crate::forward::project::Projection;
+use crate::forward::solve::Solved;
 use crate::kinematics::State;
 
 /// Room that evaluations use again and again. Nothing in it is part of a simulation's state.

@@ -1,0 +1,186 @@
+//! What a run is given: a start, drives, joints that are moved as prescribed or locked.
+
+use crate::program::models::slope;
+use crate::program::{Folder, column};
+
+#[test]
+fn the_start_may_be_partial() {
+    let folder = Folder::new("forward-start");
+    let from = "A = 40 deg + 2 rad/s*t";
+    folder
+        .stiction(&["forward", "four-bar", "--from", from, "--until", "0.01", "-o", "."])
+        .succeeds();
+    let table = folder.read("forward.csv");
+    assert!((column(&table, "A.position [rad]")[0] - 40_f64.to_radians()).abs() < 1e-12);
+    assert!((column(&table, "A.rate [rad/s]")[0] - 2.0).abs() < 1e-12);
+    // One leg of three: the others are where the model puts them.
+    let run =
+        ["forward", "--from", "leg1.P = 590 mm", "--drives", "none", "--until", "0.01", "-o", "."];
+    folder.stiction(&run).succeeds();
+    let table = folder.read("forward.csv");
+    assert!((column(&table, "leg1.P.position [m]")[0] - 0.59).abs() < 1e-12);
+    assert_eq!(column(&table, "leg2.P.rate [m/s]")[0], 0.0);
+}
+
+/// The efforts of a run drive the next.
+#[test]
+fn drives_can_come_from_a_file() {
+    let folder = Folder::new("forward-drives");
+    folder.write("slope.toml", &slope(0.0));
+    folder.write("push.csv", "time [s],slope [kN]\n0,0.01\n1,0.03\n");
+    let run = ["forward", "slope.toml", "--drives", "push.csv", "--from", "rest", "-o", "."];
+    folder.stiction(&run).succeeds();
+    let table = folder.read("forward.csv");
+    // From 10 N, which just holds it, to 30 N within a second: x''' = 20/2 m/s^3.
+    for (t, s) in column(&table, "time [s]").iter().zip(column(&table, "slope.position [m]")) {
+        assert!((s - 10.0 * t.powi(3) / 6.0).abs() < 1e-10, "{t}: {s}");
+    }
+    folder.write("again.csv", &table);
+    folder
+        .stiction(&["forward", "slope.toml", "--drives", "again.csv", "--from", "rest"])
+        .succeeds();
+}
+
+/// Drives that were recorded say nothing of later times.
+#[test]
+fn drives_do_not_outlast_their_record() {
+    let folder = Folder::new("forward-record");
+    folder.write("slope.toml", &slope(0.0));
+    folder.write("push.csv", "time [s],slope [N]\n0,10\n1,30\n");
+    let run = ["forward", "slope.toml", "--drives", "push.csv", "--from", "rest", "--until", "1.5"];
+    folder.stiction(&run).fails(2, &["push.csv end at 1 s", "1.5 s", "--until 1"]);
+}
+
+#[test]
+fn joints_can_be_prescribed_and_locked() {
+    let folder = Folder::new("forward-locks");
+    let drives = "leg3.P = 20 N";
+    let run = [
+        "forward",
+        "--prescribe",
+        "leg1.P,leg2.P",
+        "--drives",
+        drives,
+        "--until",
+        "0.1",
+        "-o",
+        ".",
+    ];
+    folder.stiction(&run).succeeds();
+    let table = folder.read("forward.csv");
+    let get = |name: &str| column(&table, name);
+    let (position, wanted) = (get("leg2.P.position [m]"), get("leg2.P.wanted [m]"));
+    assert!(position.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12));
+    assert!(get("leg3.P.drive [N]").iter().all(|drive| *drive == 20.0));
+    // A joint without an actuator: its lock takes an effort.
+    let run = [
+        "forward",
+        "four-bar",
+        "--hold",
+        "B",
+        "--from",
+        "rest",
+        "--drives",
+        "A = 1 N m",
+        "-o",
+        ".",
+    ];
+    folder.stiction(&run).succeeds();
+    let table = folder.read("forward.csv");
+    let locked = column(&table, "B.position [rad]");
+    assert!(locked.iter().all(|angle| *angle == locked[0]));
+    assert!(column(&table, "B.drive [N m]").iter().any(|effort| effort.abs() > 0.1));
+}
+
+/// One of two freedoms is told which.
+#[test]
+fn a_lock_of_one_of_two_freedoms_is_named() {
+    let folder = Folder::new("forward-which");
+    let run =
+        ["forward", "gough", "--hold", "leg2.U.second", "--drives", "none", "--until", "0.001"];
+    let said = folder.stiction(&[&run[..], &["-o", "."]].concat());
+    let out = said.succeeds();
+    assert!(out.contains("locked: leg2.U.second\n"), "{out}");
+    assert!(folder.read("forward.csv").contains(",leg2.U.second.drive [N m],"));
+}
+
+/// A motion that begins beyond half a turn is told where it is; a lock that is named twice is one.
+#[test]
+fn angles_count_on_from_where_they_are() {
+    let folder = Folder::new("forward-turns");
+    let run = [
+        "forward",
+        "four-bar",
+        "--prescribe",
+        "A",
+        "--motion",
+        "A = 7 rad + 1 rad/s*t; duration = 0.02 s",
+        "-o",
+        ".",
+    ];
+    folder.stiction(&run).succeeds();
+    let table = folder.read("forward.csv");
+    let places = column(&table, "A.position [rad]");
+    let wanted = column(&table, "A.wanted [rad]");
+    assert!((places[0] - 7.0).abs() < 1e-12);
+    // Nothing but the closing of the loop lies between them.
+    assert!(places.iter().zip(&wanted).all(|(place, wanted)| (place - wanted).abs() < 1e-12));
+    folder
+        .stiction(&["forward", "four-bar", "--hold", "A,A", "--until", "0.01", "--drives", "none"])
+        .succeeds();
+}
+
+/// A cart is moved as prescribed, the pendulum on it is free: nothing says how the whole moves, and nothing has to.
+/// Leaning back by atan(a/g) it rests on the cart, and the drive of the cart is that of all the mass.
+#[test]
+fn what_is_not_prescribed_is_free() {
+    let folder = Folder::new("forward-cart");
+    let model = r#"
+        gravity = [0, "-10 m/s^2", 0]
+        [bodies.cart]
+        mass = 3
+        com = [0, 0, 0]
+        inertia = [1, 1, 1]
+        [bodies.bob]
+        mass = 1
+        com = [0, -0.5, 0]
+        inertia = [0.02, 0.02, 0.02]
+        [joints.rail]
+        type = "P"
+        from = "ground"
+        to = "cart"
+        axis = "x"
+        actuated = true
+        [joints.pivot]
+        type = "R"
+        from = "cart"
+        to = "bob"
+        axis = "z"
+        actuated = true
+        friction = { mu = 0.2, radius = "20 mm" }
+        [motions.push]
+        duration = 2
+        rail = "1.5 m/s^2*t^2"
+        "#;
+    folder.write("cart.toml", model);
+    let run =
+        ["forward", "cart.toml", "--prescribe", "rail", "--from", "pivot = -atan(0.3)", "-o", "."];
+    folder.stiction(&run).succeeds();
+    let table = folder.read("forward.csv");
+    let angles = column(&table, "pivot.position [rad]");
+    assert!(angles.iter().all(|angle| (angle + 0.3f64.atan()).abs() < 1e-12), "{angles:?}");
+    assert!(column(&table, "rail.drive [N]").iter().all(|drive| (drive - 12.0).abs() < 1e-9));
+    let (at, wanted) = (column(&table, "rail.position [m]"), column(&table, "rail.wanted [m]"));
+    assert!(at.iter().zip(wanted).all(|(at, wanted)| (at - wanted).abs() < 1e-12));
+    // The pivot follows nothing.
+    assert!(!table.contains("pivot.wanted"));
+    // Nor does a controller ask for more, if it has gains.
+    let alone = model.replace("axis = \"z\"\n        actuated = true", "axis = \"z\"");
+    assert!(alone.len() < model.len());
+    folder.write("alone.toml", &alone);
+    let gains = ["forward", "alone.toml", "--controller", "type = pd; kp = 1e4; kd = 400"];
+    folder.stiction(&gains).succeeds();
+    folder.stiction(&["forward", "alone.toml"]).fails(2, &["leaves one freedom open"]);
+    // Neither does a motion that nobody follows.
+    folder.stiction(&["forward", "cart.toml", "--drives", "none", "--until", "0.1"]).succeeds();
+}

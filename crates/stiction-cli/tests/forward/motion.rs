@@ -1,0 +1,131 @@
+//! What happens in a run, against closed forms and inverse dynamics.
+
+use crate::program::models::slope;
+use crate::program::{Folder, column, json};
+
+/// From rest: s = g (sin a - mu cos a) t^2/2 downwards, or nothing at all.
+#[test]
+fn a_block_slides_or_sticks() {
+    let folder = Folder::new("forward-slope");
+    folder.write("slope.toml", &slope(0.2));
+    let run =
+        ["forward", "slope.toml", "--drives", "none", "--from", "rest", "--until", "2", "-o", "."];
+    folder.stiction(&run).succeeds();
+    let table = folder.read("forward.csv");
+    let acceleration = -10.0 * (0.5 - 0.2 * 0.75_f64.sqrt());
+    for (t, s) in column(&table, "time [s]").iter().zip(column(&table, "slope.position [m]")) {
+        // A parabola: steps of any length are exact.
+        assert!((s - 0.5 * acceleration * t * t).abs() < 1e-12, "{t}: {s}");
+    }
+    let energy = folder.read("energy.csv");
+    let dissipated = column(&energy, "slope.dissipated [J]")[200];
+    // mu N s = 0.2 * 20 N cos 30 deg * 6.5359 m
+    let expected = 0.2 * 20.0 * 0.75_f64.sqrt() * -2.0 * acceleration;
+    assert!((dissipated - expected).abs() < 1e-9, "{dissipated} {expected}");
+
+    folder.write("slope.toml", &slope(0.6));
+    folder.stiction(&run).succeeds();
+    assert!(column(&folder.read("forward.csv"), "slope.position [m]").iter().all(|s| *s == 0.0));
+    assert!(column(&folder.read("friction.csv"), "slope.sticks").iter().all(|s| *s == 1.0));
+    // It holds the block's weight along the slope, 10 N downwards, by friction upwards.
+    let friction = column(&folder.read("friction.csv"), "slope.friction [N]");
+    assert!(friction.iter().all(|f| (f + 10.0).abs() < 1e-12), "{friction:?}");
+    assert_eq!(json(&folder.read("summary.json"))["friction"]["slope"]["sticks"], 2.0);
+}
+
+/// Two programs that share neither unknowns nor elimination, by way of the files: the drives that inverse
+/// dynamics finds for what happened are those that made it happen.
+#[test]
+fn inverse_dynamics_of_what_happened_is_what_was_done() {
+    let folder = Folder::new("forward-inverse");
+    for (model, drives, names) in [
+        ("four-bar", "A = 3 N m*sin(10*t)", vec!["A.drive [N m]"]),
+        (
+            "five-bar",
+            "left_motor = 2 N m*cos(9*t); right_motor = 1 N m",
+            vec!["left_motor.drive [N m]", "right_motor.drive [N m]"],
+        ),
+        (
+            "zhang2018-regular",
+            "leg1.P = 75 N + 5 N*sin(8*t); leg2.P = 60 N; leg3.P = 30 N",
+            vec!["leg1.P.drive [N]", "leg2.P.drive [N]", "leg3.P.drive [N]"],
+        ),
+    ] {
+        folder
+            .stiction(&["forward", model, "--drives", drives, "--until", "0.2", "-o", "f"])
+            .succeeds();
+        let inner = Folder(folder.0.join("f"));
+        let slow = |row: usize, table: &str| {
+            let header = table.lines().next().unwrap();
+            let speeds = header.split(',').filter(|name| name.ends_with("speed [m/s]"));
+            speeds.into_iter().any(|name| column(table, name)[row].abs() < 1e-9)
+        };
+        let friction = inner.read("friction.csv");
+        let count = friction.lines().count() - 1;
+        let resting: Vec<bool> = (0..count).map(|row| slow(row, &friction)).collect();
+        folder.stiction(&["inverse", model, "--motion", "f/motion.csv", "-o", "i"]).succeeds();
+        let found = Folder(folder.0.join("i")).read("inverse.csv");
+        let given = inner.read("forward.csv");
+        for name in names {
+            let (found, given) = (column(&found, name), column(&given, name));
+            assert!(found.len() == count && count > 20);
+            for (row, (found, given)) in found.iter().zip(&given).enumerate() {
+                // Rounding, magnified by the way to a singular position: 0.015 of it is left at the end.
+                assert!(
+                    resting[row] || (found - given).abs() < 1e-9,
+                    "{model} {row}: {found} {given}"
+                );
+            }
+            assert!(resting.iter().filter(|rests| **rests).count() < 3);
+        }
+    }
+}
+
+/// Rods that are light about their own axes, in two balls each: events come without end, steps do not.
+#[test]
+fn a_delta_robot_is_passed_in_steps_and_says_so() {
+    let folder = Folder::new("forward-delta");
+    let run = ["forward", "delta", "--until", "0.02", "--tolerance", "1e-9", "-o", "."];
+    let out = folder.stiction(&run).succeeds().to_owned();
+    assert!(out.contains("time-stepping"), "{out}");
+    let summary = json(&folder.read("summary.json"));
+    assert_eq!(summary["ended"], "reached");
+    assert_eq!(summary["options"]["method"], "automatic");
+    let steps = summary["method"]["time_stepping"].as_f64().unwrap();
+    let events = summary["method"]["event_driven"].as_f64().unwrap();
+    assert!(steps > 0.0 && (steps + events - 0.02).abs() < 1e-12, "{steps} {events}");
+    // Balls turn and slide from here on.
+    assert!(summary["energy"]["contacts"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn the_method_can_be_chosen() {
+    let folder = Folder::new("forward-method");
+    folder.write("slope.toml", &slope(0.3));
+    for method in ["event-driven", "time-stepping"] {
+        let run = [
+            "forward",
+            "slope.toml",
+            "--drives",
+            "none",
+            "--from",
+            "rest",
+            "--until",
+            "0.5",
+            "--method",
+            method,
+            "-o",
+            method,
+        ];
+        folder.stiction(&run).succeeds();
+        let inner = Folder(folder.0.join(method));
+        let summary = json(&inner.read("summary.json"));
+        let passed = summary["method"][method.replace('-', "_")].as_f64().unwrap();
+        assert!((passed - 0.5).abs() < 1e-12);
+        // g (sin - mu cos) t^2 / 2, downwards; steps at mid-velocities are exact for a parabola.
+        let (sin, cos) = 30_f64.to_radians().sin_cos();
+        let expected = -0.5 * 10.0 * (sin - 0.3 * cos) * 0.25;
+        let found = *column(&inner.read("forward.csv"), "slope.position [m]").last().unwrap();
+        assert!((found - expected).abs() < 1e-9, "{method}: {found} {expected}");
+    }
+}

@@ -1,0 +1,129 @@
+//! What cannot be computed is told with a way out.
+
+use crate::program::{Folder, column, json};
+
+#[test]
+fn wrong_input_is_told_with_a_way_out() {
+    let folder = Folder::new("forward-wrong");
+    folder.write("times.csv", "time [s],leg1.P [N]\n0,1\n0,2\n");
+    folder.write("names.csv", "time [s],leg1.R [N m]\n0,1\n");
+    folder.write("units.csv", "time [s],leg1.P [mm]\n0,1\n");
+    folder.write("control.toml", "type = \"pid\"\n");
+    folder.write("nothing.toml", "# no effort\n");
+    folder.write("late.csv", "time [s],leg1.P [N]\n0.5,1\n1,2\n");
+    folder.write("file", "");
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["forward", "--drives", "leg1.P = 3 mm"], &["expected a force", "a length"]),
+        (&["forward", "--drives", "leg1.R = 3 N m"], &["joint `leg1.R` has no actuator", "leg1.P"]),
+        (&["forward", "--drives", "leg1.P = 1; leg1.P = 2"], &["given twice"]),
+        (&["forward", "--drives", "push"], &["`push` is not understood", "inverse"]),
+        (&["forward", "--drives", "none.csv"], &["there is no such file"]),
+        (&["forward", "--drives", "times.csv"], &["time does not increase"]),
+        (&["forward", "--drives", "names.csv"], &["joint `leg1.R` has no actuator"]),
+        (&["forward", "--drives", "units.csv"], &["N, kN"]),
+        (&["forward", "--drives", "nothing.toml"], &["no actuator is given an effort", "leg1.P"]),
+        (&["forward", "--drives", "late.csv"], &["late.csv begin at 0.5 s", "start at 0 s"]),
+        (
+            &["forward", "--drives", "leg1.P = 3 N", "--hold", "leg1.P"],
+            &["--drives names `leg1.P`", "locked by --hold", "leave `leg1.P` out"],
+        ),
+        (
+            &["forward", "--controller", "type = pd; leg1.P.limit = 3 N", "--prescribe", "leg1.P"],
+            &["--controller names `leg1.P`", "moved as prescribed by --prescribe"],
+        ),
+        (
+            &["forward", "--controller", "pd", "--hold", "leg1.P,leg2.P,leg3.P"],
+            &["nothing to drive", "leave it out"],
+        ),
+        (&["forward", "-o", "file"], &["-o wants a folder, but file is a file"]),
+        (&["forward", "-o", "file/deeper"], &["-o wants a folder, but file is a file"]),
+        (
+            &[
+                "forward",
+                "slider-crank",
+                "--drives",
+                "none",
+                "--from",
+                "A = 3 rad/s*t",
+                "--hold",
+                "guide",
+            ],
+            &["joint `guide`", "a dead centre", "start at rest or elsewhere"],
+        ),
+        (&["forward", "--controller", "pdd"], &["did you mean `pd`?"]),
+        (
+            &["forward", "--controller", "control.toml"],
+            &["control.toml:1", "`pid` is not understood"],
+        ),
+        (&["forward", "--controller", "period = 1 ms"], &["no `type`"]),
+        (&["forward", "--controller", "type = pd; period = 0 s"], &["greater than 0"]),
+        (&["forward", "--controller", "type = pd; bandwidth = 60 rad/s"], &["a frequency", "2*pi"]),
+        (&["forward", "--controller", "type = computed-torque; kp = 3 N/m"], &["`bandwidth`"]),
+        (&["forward", "--controller", "type = pd; leg9.P.limit = 3 N"], &["no actuator `leg9.P`"]),
+        (&["forward", "--controller", "type = pd; leg1.P.limt = 3 N"], &["did you mean `limit`?"]),
+        (&["forward", "--hold", "leg1.Q"], &["no joint `leg1.Q`", "did you mean"]),
+        (&["forward", "--hold", "leg1.S"], &["no coordinate that could be held"]),
+        (
+            &["forward", "--hold", "leg1.P", "--prescribe", "leg1.P"],
+            &["locked and moved", "either --hold"],
+        ),
+        (&["forward", "--until", "inf"], &["--until is inf s", "a number of seconds"]),
+        (&["forward", "--prescribe", "leg1.R"], &["has no actuator"]),
+        (&["forward", "--until", "-1"], &["--until is -1 s"]),
+        (&["forward", "--until", "nan"], &["--until"]),
+        (&["forward", "--step", "0"], &["--step"]),
+        (&["forward", "--tolerance", "1"], &["1e-10 is usual"]),
+        (&["forward", "--from", "platform.q = 1"], &["platform.q"]),
+        (&["forward", "--friction", "one-pass"], &["on", "off"]),
+        (&["forward", "griffis-duffy"], &["as many as there are freedoms", "type = pd"]),
+        (&["forward", "nothing"], &["no built-in model"]),
+    ];
+    for (arguments, texts) in cases {
+        folder.stiction(arguments).fails(2, texts);
+    }
+}
+
+/// With two legs locked as they are the platform cannot swing, and friction jams it while it moves: nothing is
+/// solved at the start, so no row is written.
+#[test]
+fn what_has_no_solution_at_the_start_writes_no_row() {
+    let folder = Folder::new("forward-jammed");
+    let hold = ["forward", "gough", "--hold", "leg1.U,leg2.U.second", "--drives", "none"];
+    let run = [&hold[..], &["--until", "0.02", "-o", "."]].concat();
+    folder.stiction(&run).fails(1, &["at t = 0 s", "no acceleration", "leg2.S"]);
+    assert!(!folder.files().iter().any(|name| name == "forward.csv"), "{:?}", folder.files());
+}
+
+/// Friction grows with the loads that it makes, until nothing satisfies the laws: what was computed before is
+/// kept.
+#[test]
+fn what_was_computed_before_it_jams_is_kept() {
+    let folder = Folder::new("forward-jam");
+    // Event by event: some contacts hold, and the automatic method gets past them, to where all slide.
+    let run = [
+        "forward",
+        "3upu",
+        "--drives",
+        "none",
+        "--from",
+        "rest",
+        "--method",
+        "event-driven",
+        "-o",
+        ".",
+    ];
+    let said = folder.stiction(&run);
+    said.fails(
+        1,
+        &[
+            "has no acceleration",
+            "first in joint `leg",
+            "what was computed up to t = 0.39 s is in .",
+        ],
+    );
+    assert_eq!(column(&folder.read("forward.csv"), "time [s]").len(), 40);
+    let summary = json(&folder.read("summary.json"));
+    assert_eq!(summary["ended"], "failed");
+    assert!(summary["ended_because"].as_str().unwrap().contains("no acceleration"));
+    assert!(folder.files().iter().all(|name| !name.contains("partial")));
+}

@@ -1,0 +1,106 @@
+//! Joints.
+
+use super::friction::JOINT_FRICTION;
+use crate::fields::Shape::{
+    Actuated, Axis, Choice, Name, Quantity, Rotation, Start, Table, Vector,
+};
+use crate::fields::{Field, field, joined, required};
+use crate::measure::Measure::{AngularCompliance, Compliance, Length, Pitch};
+
+/// Joint types by symbol.
+pub(crate) const JOINT_TYPES: &[&str] = &["R", "P", "H", "C", "U", "S", "E", "fixed", "free"];
+
+const AT: Field =
+    field("at", Vector(Length), "The joint's origin in the frame of `from`; by default [0, 0, 0].");
+const TO_AT: Field = field(
+    "to_at",
+    Vector(Length),
+    "The joint's origin in the frame of `to`; by default [0, 0, 0].",
+);
+const AXIS: Field = field(
+    "axis",
+    Axis,
+    "Axis of an R, P, H, C joint, first axis of a U joint, normal of an E joint, in the frame of \
+     `from`: \"x\", \"y\", \"z\", \"-x\", … or a vector. Required but for S, fixed and free.",
+);
+const SECOND_AXIS: Field = field(
+    "second_axis",
+    Axis,
+    "Second axis of a U joint at zero coordinates, in the frame of `from`, at right angles to `axis`; \
+     required there.",
+);
+const X_AXIS: Field = field(
+    "x_axis",
+    Axis,
+    "Direction x of the joint's frame, in the frame of `from`, at right angles to `axis`. By default \
+     the smallest turn that takes z to the axis takes x to it.",
+);
+const TURN: Field = field(
+    "turn",
+    Rotation,
+    "Rotation of the frame of `to` relative to that of `from` at zero coordinates; by default none.",
+);
+const ACTUATED: Field = field(
+    "actuated",
+    Actuated,
+    "Whether the joint is driven; or the names of its driven freedoms.",
+);
+const START: Field = field(
+    "start",
+    Start,
+    "First guess of the coordinates, for the assembly: one quantity (R, P, H), a list (C: [angle, \
+     slide], U: [first, second], E: [x, y, angle]), a rotation (S), a pose (free).",
+);
+const PITCH: Field = field(
+    "pitch",
+    Quantity(Pitch),
+    "Advance of an H joint, for example \"5 mm/rev\"; required there.",
+);
+const FRICTION: Field =
+    field("friction", Table(JOINT_FRICTION), "Friction that grows with the joint's own reaction.");
+const COMPLIANCE: Field = field(
+    "compliance",
+    Table(JOINT_COMPLIANCE),
+    "How much the joint gives under load: it decides how redundant constraints share a load.",
+);
+
+/// What a joint gives to.
+pub(crate) const JOINT_COMPLIANCE: &[Field] = &[
+    field(
+        "radial",
+        Quantity(Compliance),
+        "Displacement across the axis for each unit of force; of an S joint in all directions. At \
+         least 0, as all of these; by default 0, rigid.",
+    ),
+    field("axial", Quantity(Compliance), "Displacement along the axis for each unit of force."),
+    field(
+        "bending",
+        Quantity(AngularCompliance),
+        "Angle by which the axis tilts for each unit of moment.",
+    ),
+    field(
+        "torsional",
+        Quantity(AngularCompliance),
+        "Angle of twist about the axis for each unit of moment; of a U joint about the common normal \
+         of its axes.",
+    ),
+];
+
+/// What a joint is and what it connects.
+const ENDS: &[Field] = &[
+    required(
+        "type",
+        Choice(JOINT_TYPES),
+        "R revolute, P prismatic, H helical, C cylindrical, U universal, S spherical, E planar, fixed, \
+         free.",
+    ),
+    required("from", Name, "The predecessor: the reaction is that of this body on `to`."),
+    required("to", Name, "The successor: the body on the other side."),
+];
+
+/// A joint.
+pub(crate) const JOINT: &[Field] = &joined::<14>(ENDS, LEG_JOINT);
+
+/// A joint of a leg: type and bodies are in the chain.
+pub(crate) const LEG_JOINT: &[Field] =
+    &[AT, TO_AT, AXIS, SECOND_AXIS, X_AXIS, TURN, ACTUATED, START, PITCH, FRICTION, COMPLIANCE];

@@ -1,0 +1,72 @@
+//! The motion alone: whether it can be followed, how fast contacts slide, what constraints leave.
+
+use super::chunks::Work;
+use super::error::Error;
+use stiction::dynamics::InverseDynamics;
+use stiction::friction::ContactShape;
+use stiction::mobility::Constraints;
+
+/// Follows the motion alone.
+pub(super) struct Following {
+    /// Samples at which freedoms are counted.
+    pub(super) mobility_at: [usize; 3],
+}
+
+/// How fast contacts slide, and how many freedoms the constraints leave.
+pub(super) struct Pace {
+    /// m/s.
+    pub(super) fastest: f64,
+    pub(super) mobility: usize,
+}
+
+impl Pace {
+    /// Of no sample.
+    pub(super) fn none() -> Self {
+        Self { fastest: 0.0, mobility: usize::MAX }
+    }
+
+    /// Of these samples and others.
+    pub(super) fn add(&mut self, other: Self) {
+        self.fastest = self.fastest.max(other.fastest);
+        self.mobility = self.mobility.min(other.mobility);
+    }
+}
+
+impl Work for Following {
+    type Piece = Pace;
+
+    fn begin(&self) -> Pace {
+        Pace::none()
+    }
+
+    fn look(
+        &self,
+        pace: &mut Pace,
+        solver: &mut InverseDynamics,
+        sample: usize,
+        _time: f64,
+    ) -> Result<(), Error> {
+        let mobility = match self.mobility_at.contains(&sample) {
+            true => Constraints::new(&solver.statics()).mobility(),
+            false => usize::MAX,
+        };
+        pace.add(Pace { fastest: fastest_contact(solver), mobility });
+        Ok(())
+    }
+}
+
+/// The fastest sliding speed of any contact at the present motion, m/s.
+fn fastest_contact(solver: &InverseDynamics) -> f64 {
+    let (topology, bodies) = (solver.topology(), solver.bodies());
+    let speed = |contact: &stiction::parameters::ContactParameters<f64>| {
+        let rates = bodies.joint_rates(topology, contact.joint);
+        let own = &rates[contact.shape.freedoms()];
+        let arms = contact.arms(solver.parameters().pitch[contact.joint]);
+        let length = |rates: &[f64]| rates.iter().map(|rate| rate * rate).sum::<f64>().sqrt();
+        match contact.shape {
+            ContactShape::Plate => length(&[own[0], own[1], own[2] * arms[2]]),
+            _ => length(own) * arms[0],
+        }
+    };
+    solver.parameters().contacts.iter().map(speed).fold(0.0, f64::max)
+}

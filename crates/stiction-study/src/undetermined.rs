@@ -1,0 +1,31 @@
+//! Components of reactions that statics does not determine, in words.
+
+/// Groups and joints listed at most.
+const LISTED: usize = 6;
+const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
+
+/// The components of a reaction that are not determined.
+pub(crate) fn open_components(flags: &[bool; 6]) -> Vec<&'static str> {
+    let open = COMPONENTS.iter().zip(flags).filter(|(_, determined)| !**determined);
+    open.map(|(component, _)| *component).collect()
+}
+
+/// Components with the joints that have them, most joints first: `fz mx my of A, B, C`.
+pub(crate) fn by_components(undetermined: &[(&str, Vec<&'static str>)]) -> String {
+    let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
+    for (name, components) in undetermined {
+        let components = components.join(" ");
+        match groups.iter_mut().find(|(known, _)| *known == components) {
+            Some((_, names)) => names.push(name),
+            None => groups.push((components, vec![name])),
+        }
+    }
+    groups.sort_by_key(|(_, names)| std::cmp::Reverse(names.len()));
+    let in_words = |(components, names): &(String, Vec<&str>)| {
+        let listed = names[..names.len().min(LISTED)].join(", ");
+        let more = if names.len() > LISTED { ", ..." } else { "" };
+        format!("{components} of {listed}{more}")
+    };
+    let listed: Vec<String> = groups.iter().take(LISTED).map(in_words).collect();
+    listed.join("; ") + if groups.len() > LISTED { "; ..." } else { "" }
+}

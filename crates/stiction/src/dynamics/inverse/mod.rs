@@ -1,0 +1,290 @@
+//! Inverse dynamics with all reactions and load-dependent friction: the kernel.
+
+mod probing;
+mod settled;
+
+pub(super) use settled::STAGNATED;
+
+use super::balance::Balance;
+use super::contacts::{ContactState, Contacts, Coupling};
+use super::load::AppliedLoad;
+use super::settings::{FrictionMode, Settings};
+use super::setup::Setup;
+use crate::kinematics::{Bodies, Kinematics};
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
+use crate::spatial::{Vec3, Wrench};
+use crate::topology::{Role, Topology};
+
+/// All forces of a mechanism at one instant, and the scratch to compute them.
+#[derive(Clone, Debug)]
+pub struct Inverse<T> {
+    balance: Balance<T>,
+    contacts: Contacts<T>,
+    drives: Vec<T>,
+    drives_frictionless: Vec<T>,
+    /// For each idle spin the tree's accelerations for its unit acceleration.
+    spin_responses: Vec<Vec<T>>,
+    friction_efforts: Vec<T>,
+    friction_change: T,
+    friction_steps: usize,
+    sign_without: T,
+    sign_with: T,
+    mode: FrictionMode,
+}
+
+impl<T: Scalar> Inverse<T> {
+    /// Room for a mechanism.
+    pub fn new(setup: &Setup<'_>, parameters: &Parameters<T>) -> Self {
+        let Setup { topology, prescription, balance: plan, .. } = *setup;
+        let actuators = topology.actuators.len();
+        let spins = prescription.spins().len();
+        Self {
+            balance: Balance::new(topology, &plan.structure, &plan.program),
+            contacts: Contacts::new(parameters.contacts.len()),
+            drives: vec![T::zero(); actuators],
+            drives_frictionless: vec![T::zero(); actuators],
+            spin_responses: vec![vec![T::zero(); topology.freedoms()]; spins],
+            friction_efforts: vec![T::zero(); topology.freedoms()],
+            friction_change: T::zero(),
+            friction_steps: 0,
+            sign_without: T::one(),
+            sign_with: T::one(),
+            mode: FrictionMode::Off,
+        }
+    }
+
+    /// Effort of each actuator, N or N m, in the order of
+    /// [`crate::mechanism::Mechanism::actuators`].
+    pub fn drives(&self) -> &[T] {
+        &self.drives
+    }
+
+    /// The same without friction.
+    pub fn drives_frictionless(&self) -> &[T] {
+        &self.drives_frictionless
+    }
+
+    /// The complete wrench of each joint, predecessor on successor, about the kernel origin in
+    /// world axes: constraint, drive and friction together.
+    pub fn joint_wrenches(&self) -> &[Wrench<T>] {
+        &self.balance.joint_wrenches
+    }
+
+    /// A joint's force and its moment about the joint's origin (of frame J), world axes.
+    pub fn reaction(&self, bodies: &Bodies<T>, joint: usize) -> (Vec3<T>, Vec3<T>) {
+        let wrench = self.balance.joint_wrenches[joint];
+        (wrench.force, wrench.moment_about(bodies.frame_j[joint].position))
+    }
+
+    /// The contacts, in the order of [`Parameters::contacts`].
+    pub fn contacts(&self) -> &[ContactState<T>] {
+        &self.contacts.states
+    }
+
+    /// For a contact at rest, the direction and the part of its greatest friction with which it
+    /// holds (components along its freedoms, at most of length one). Zero unless set.
+    pub fn set_held(&mut self, contact: usize, held: [T; 3]) {
+        self.contacts.held[contact] = held;
+    }
+
+    /// Whether friction acts at all.
+    pub fn has_friction(&self) -> bool {
+        self.mode != FrictionMode::Off && !self.contacts.states.is_empty()
+    }
+
+    /// The largest change of a load in the last step of the coupling, N.
+    pub fn friction_change(&self) -> T {
+        self.friction_change
+    }
+
+    /// How many steps the coupling took.
+    pub fn friction_steps(&self) -> usize {
+        self.friction_steps
+    }
+
+    /// Solves for all forces at the motion in `kinematics`.
+    ///
+    /// Accelerations of idle spins are found on the way and added to those of the bodies.
+    pub fn solve(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        kinematics: &mut Kinematics<T>,
+        loads: &[AppliedLoad<T>],
+        settings: &Settings,
+    ) {
+        self.begin(setup, parameters, kinematics, loads, settings);
+        match settings.friction {
+            FrictionMode::Off => {}
+            FrictionMode::OnePass => {
+                self.couple(setup, parameters, &kinematics.bodies, Coupling::Frozen);
+                self.finish_friction(setup.topology, parameters, &kinematics.bodies);
+            }
+            FrictionMode::Converged => {
+                for _ in 0..settings.friction_steps {
+                    let (change, largest) = self.step(setup, parameters, &kinematics.bodies);
+                    if settings.is_settled(change.largest(), largest.largest()) {
+                        break;
+                    }
+                }
+                self.finish_friction(setup.topology, parameters, &kinematics.bodies);
+            }
+        }
+        self.spin_up(setup, kinematics);
+    }
+
+    /// The frictionless solution, and the loads and speeds of all contacts in it.
+    pub(super) fn begin(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        kinematics: &mut Kinematics<T>,
+        loads: &[AppliedLoad<T>],
+        settings: &Settings,
+    ) {
+        let topology = setup.topology;
+        self.mode = settings.friction;
+        self.balance.load(topology, parameters, &kinematics.bodies, loads);
+        for spin in 0..self.spin_responses.len() {
+            let response = &mut self.spin_responses[spin];
+            kinematics.response_to_spin(setup.prescription, setup.motion, spin, response);
+            let structure = &setup.balance.structure;
+            let bodies = &kinematics.bodies;
+            self.balance.load_spin(topology, structure, parameters, bodies, spin, response);
+        }
+        let bodies = &kinematics.bodies;
+        self.sign_without = self.couple(setup, parameters, bodies, Coupling::None);
+        self.sign_with = self.sign_without;
+        self.friction_efforts.fill(T::zero());
+        self.read_drives(topology, bodies);
+        self.drives_frictionless.copy_from_slice(&self.drives);
+        let rest_speed = T::from_f64(settings.rest_speed);
+        self.contacts.slide(topology, parameters, bodies, rest_speed);
+        self.contacts.press_frictionless(parameters, bodies, &self.balance.joint_wrenches);
+        self.friction_change = T::zero();
+        self.friction_steps = 0;
+    }
+
+    /// One Newton step of the coupling; returns the largest change of a load and the largest load.
+    pub(super) fn step(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+    ) -> (T, T) {
+        self.sign_with = self.couple(setup, parameters, bodies, Coupling::Linear);
+        let (change, largest) =
+            self.contacts.press(parameters, bodies, &self.balance.joint_wrenches);
+        self.friction_steps += 1;
+        self.friction_change = change;
+        (change, largest)
+    }
+
+    /// What all joints' wrenches follow from at this motion: those of the cut joints, predecessor on successor,
+    /// and the accelerations of idle spins.
+    pub fn carried(&self, setup: &Setup<'_>) -> (Vec<Wrench<T>>, Vec<T>) {
+        self.balance.carried(&setup.balance.structure)
+    }
+
+    /// One Newton step of the coupling, in which friction is made linear where joints carry what follows from
+    /// these wrenches of the cut joints and accelerations of idle spins, see [`Self::carried`].
+    /// [`Self::drives`], [`Self::joint_wrenches`] and loads are those after it. The motion must have been
+    /// taken over before, by [`Self::solve`] in whatever mode.
+    pub fn step_from(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        (cuts, spins): (&[Wrench<T>], &[T]),
+    ) {
+        let structure = &setup.balance.structure;
+        self.balance.carry(setup.topology, structure, cuts, spins);
+        self.contacts.press(parameters, bodies, &self.balance.joint_wrenches);
+        self.step(setup, parameters, bodies);
+        self.finish_friction(setup.topology, parameters, bodies);
+    }
+
+    /// The same where joints carry these wrenches, predecessor on successor about the kernel origin; those of
+    /// joints without contacts do not matter.
+    pub fn step_at(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        wrenches: &[Wrench<T>],
+    ) {
+        self.press_with(parameters, bodies, wrenches);
+        self.step(setup, parameters, bodies);
+        self.finish_friction(setup.topology, parameters, bodies);
+    }
+
+    /// The reciprocal pivots of the balance as it was solved last, in an order that is always the same.
+    pub fn reciprocal_pivots(&self, setup: &Setup<'_>) -> Vec<T> {
+        self.balance.reciprocal_pivots(&setup.balance.program)
+    }
+
+    /// Solves the balance with friction as `coupling` says; returns the determinant's sign.
+    fn couple(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        coupling: Coupling,
+    ) -> T {
+        let plan = setup.balance;
+        let (structure, program) = (&plan.structure, &plan.program);
+        self.balance.rub(setup.topology, parameters, bodies, &self.contacts, coupling);
+        self.balance.solve(setup.topology, structure, program, parameters, bodies, plan.passes())
+    }
+
+    /// Drives with the friction of the present loads.
+    pub(super) fn finish_friction(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+    ) {
+        self.add_friction_efforts(topology, parameters);
+        self.read_drives(topology, bodies);
+    }
+
+    /// The accelerations of idle spins in the last solution, rad/s^2.
+    pub(super) fn spin_accelerations(&self, setup: &Setup<'_>) -> &[T] {
+        let first = setup.balance.structure.wrench_columns;
+        &self.balance.unknowns[first..first + self.spin_responses.len()]
+    }
+
+    /// Efforts of friction on the tree's freedoms.
+    fn add_friction_efforts(&mut self, topology: &Topology, parameters: &Parameters<T>) {
+        self.friction_efforts.fill(T::zero());
+        for (contact, state) in parameters.contacts.iter().zip(&self.contacts.states) {
+            let Role::Tree { node } = topology.role[contact.joint] else { continue };
+            let first = topology.nodes[node].dofs.start;
+            for (&against, freedom) in state.against.iter().zip(contact.shape.freedoms()) {
+                self.friction_efforts[first + freedom] += against * state.friction();
+            }
+        }
+    }
+
+    fn read_drives(&mut self, topology: &Topology, bodies: &Bodies<T>) {
+        self.balance.read_drives(topology, bodies, &self.friction_efforts, &mut self.drives);
+    }
+
+    /// The balance as it was solved last.
+    pub(super) fn balance(&self) -> &Balance<T> {
+        &self.balance
+    }
+
+    /// Adds the accelerations of idle spins to those of the bodies.
+    pub(super) fn spin_up(&self, setup: &Setup<'_>, kinematics: &mut Kinematics<T>) {
+        let first = setup.balance.structure.wrench_columns;
+        for (spin, response) in self.spin_responses.iter().enumerate() {
+            let amount = self.balance.unknowns[first + spin];
+            // What is not finite would stay in the bodies' motion for good.
+            let finite = T::one() + amount * T::zero();
+            let amount = finite.if_positive(amount, T::zero());
+            kinematics.bodies.accelerate_more(setup.topology, response, amount);
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! Other frictions at the same motion: what forces would be with them.
+
+use super::Inverse;
+use crate::dynamics::contacts::Coupling;
+use crate::dynamics::settings::{FrictionMode, Settings};
+use crate::dynamics::setup::Setup;
+use crate::friction::{ContactShape, OwnFriction, Resistance};
+use crate::kinematics::Bodies;
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
+use crate::spatial::Wrench;
+use crate::topology::Topology;
+
+impl<T: Scalar> Inverse<T> {
+    /// Loads as if the joints carried these wrenches: another start of the coupling.
+    pub(in crate::dynamics) fn press_with(
+        &mut self,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        wrenches: &[Wrench<T>],
+    ) {
+        self.balance.joint_wrenches.copy_from_slice(wrenches);
+        self.contacts.press(parameters, bodies, wrenches);
+    }
+
+    /// Speeds, directions and laws again, with this part of the coefficients.
+    pub(in crate::dynamics) fn rub_at(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        settings: &Settings,
+        part: T,
+    ) {
+        let rest_speed = T::from_f64(settings.rest_speed);
+        self.contacts.slide(topology, parameters, bodies, rest_speed);
+        for state in &mut self.contacts.states {
+            state.resistance.coefficient *= part;
+        }
+    }
+
+    /// Solves again with the friction that contacts hold by at rest, everything else as it was, to
+    /// first order in what they hold by.
+    pub(in crate::dynamics) fn hold_again(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        settings: &Settings,
+    ) {
+        let rest_speed = T::from_f64(settings.rest_speed);
+        self.contacts.slide(setup.topology, parameters, bodies, rest_speed);
+        if self.mode == FrictionMode::Converged {
+            // Where no friction holds directly it still changes the loads of what slides.
+            self.couple(setup, parameters, bodies, Coupling::Linear);
+            self.contacts.press(parameters, bodies, &self.balance.joint_wrenches);
+        } else {
+            self.couple(setup, parameters, bodies, Coupling::Frozen);
+        }
+        self.finish_friction(setup.topology, parameters, bodies);
+    }
+
+    /// Sets what every contact resists with; for probing.
+    pub(in crate::dynamics) fn set_resistances(&mut self, resistance: Resistance<T>) {
+        self.contacts.states.iter_mut().for_each(|state| state.resistance = resistance);
+    }
+
+    /// Sets what one contact resists with; for probing.
+    pub(in crate::dynamics) fn set_resistance(
+        &mut self,
+        contact: usize,
+        resistance: Resistance<T>,
+    ) {
+        self.contacts.states[contact].resistance = resistance;
+    }
+
+    /// All forces with given friction forces, N, one for each contact, whatever its load: solves once more,
+    /// with the matrix of the frictionless balance. [`Self::drives`] and [`Self::joint_wrenches`] are
+    /// those with these frictions then.
+    pub fn solve_with(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        frictions: &[T],
+    ) {
+        for (state, friction) in self.contacts.states.iter_mut().zip(frictions) {
+            state.resistance = Resistance { coefficient: T::zero(), viscous: *friction };
+        }
+        self.couple(setup, parameters, bodies, Coupling::Frozen);
+        self.finish_friction(setup.topology, parameters, bodies);
+    }
+
+    /// The joints' wrenches with the present frictions, whatever their loads.
+    pub(in crate::dynamics) fn frozen_wrenches(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+    ) -> &[Wrench<T>] {
+        self.couple(setup, parameters, bodies, Coupling::Frozen);
+        &self.balance.joint_wrenches
+    }
+
+    /// The most by which the load of a contact may change where its joint's wrench changes by
+    /// `wrench`, whatever it is: the load of that change alone, with neither preload nor smoothing.
+    /// Where a load contains the contact's own friction, that is the worse of both directions, for
+    /// this coefficient.
+    pub(in crate::dynamics) fn most_change_of_load(
+        &self,
+        contact: usize,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        wrench: Wrench<T>,
+        coefficient: T,
+    ) -> T {
+        let mut content = parameters.contacts[contact].clone();
+        content.load = content.load.seminorm();
+        let pitch = parameters.pitch[content.joint];
+        let mut state = self.contacts.states[contact];
+        let mut most = |direction: T| {
+            let own = OwnFriction { coefficient, viscous: T::zero(), direction };
+            state.press_with(&content, pitch, bodies, wrench, own);
+            state.load.value
+        };
+        let ahead = most(T::one());
+        if content.shape != ContactShape::Thread {
+            // No other load contains its own friction.
+            return ahead;
+        }
+        let back = most(-T::one());
+        (ahead - back).if_positive(ahead, back)
+    }
+}

@@ -1,0 +1,273 @@
+//! Everything at one instant: accelerations, reactions, friction, powers.
+
+use super::Forward;
+use super::ground::Ground;
+use super::masses::{exchange, potential};
+use super::rub::{Contact, bristle_rate, dot, law_of, load, norm};
+use super::solve::Solved;
+use crate::dynamics::Pull;
+use crate::friction::OwnFriction;
+use crate::kinematics::{Bodies, State};
+use crate::spatial::{Vec3, Wrench};
+use crate::topology::Role;
+
+/// A contact at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactMoment {
+    /// What it does.
+    pub contact: Contact,
+    /// Sliding velocity at the surface along its freedoms, m/s.
+    pub velocity: [f64; 3],
+    /// N.
+    pub load: f64,
+    /// Friction at the surface, with the sense of the sliding that it resists, N.
+    pub friction: [f64; 3],
+    /// The greatest friction before it slides, N; of a sliding contact that at rest under this load.
+    pub limit: f64,
+}
+
+impl ContactMoment {
+    /// By how much the limit is above the friction, N.
+    pub fn margin(&self) -> f64 {
+        self.limit - norm(self.friction)
+    }
+
+    /// What it dissipates, W. Where it slides it is speed times friction, as the law says, and not their product
+    /// along the freedoms: these are the same where friction is against the sliding, and where it is not the
+    /// account of energy shows it.
+    pub(super) fn dissipated(&self) -> f64 {
+        let along = dot(self.velocity, self.friction);
+        match self.contact {
+            Contact::Slides(_) => (norm(self.velocity) * norm(self.friction)).copysign(along),
+            _ => along,
+        }
+    }
+}
+
+/// Powers of one instant, W, and energies, J.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Account {
+    /// J.
+    pub kinetic: f64,
+    /// Gravity's (zero at the kernel origin) and springs', J.
+    pub potential: f64,
+    /// What potential energy grows by, W.
+    pub exchange: f64,
+    /// Power of each actuator, W.
+    pub drives: Vec<f64>,
+    /// Power of all loads, W.
+    pub loads: f64,
+    /// What dampers of springs dissipate, W.
+    pub dampers: f64,
+    /// What each contact dissipates, W; of bristles what they take up.
+    pub contacts: Vec<f64>,
+}
+
+/// Everything at one instant.
+#[derive(Clone, Debug)]
+pub struct Instant {
+    /// s.
+    pub time: f64,
+    /// Coordinates, rates, accelerations of the tree.
+    pub state: State<f64>,
+    /// Motion of all bodies, about the kernel origin.
+    pub bodies: Bodies<f64>,
+    /// Efforts of all actuators, N or N m.
+    pub drives: Vec<f64>,
+    /// For each joint the complete wrench that the predecessor exerts on the successor, world axes
+    /// about the kernel origin.
+    pub wrenches: Vec<Wrench<f64>>,
+    /// All contacts.
+    pub contacts: Vec<ContactMoment>,
+    /// Rates of the deflections of bristles, m/s.
+    pub(super) bristle_rates: Vec<[f64; 3]>,
+    /// Energies and powers.
+    pub account: Account,
+    /// How strongly friction and reactions are coupled: below one there is no other solution. Only
+    /// where it was asked for.
+    pub coupling: Option<f64>,
+    /// How many constraints, held freedoms among them, are redundant.
+    pub redundant: usize,
+    /// How many efforts of what is prescribed or locked are open: more are than it takes. Their sum of squares is
+    /// least, rotary ones over the characteristic length.
+    pub open_drives: usize,
+    /// Degrees of freedom left.
+    pub mobility: usize,
+    /// How far the conditions are from being dependent: loops at a singular position.
+    pub(super) distance: f64,
+    /// A contact that sticks where its joint only stands for this instant, and must move an instant later.
+    pub(super) gives_way: Option<usize>,
+}
+
+impl Instant {
+    /// What is no number in it, if anything is.
+    pub(super) fn unfinite(&self) -> Option<&'static str> {
+        if !self.state.accelerations.iter().all(|a| a.is_finite()) {
+            return Some("an acceleration");
+        }
+        // Magnitudes are told, too: squares must not be infinite.
+        let is_finite = |w: &Wrench<f64>| [w.force, w.moment].iter().all(|v| v.dot(*v).is_finite());
+        (!self.wrenches.iter().all(is_finite)).then_some("a reaction")
+    }
+
+    /// Room for an instant.
+    pub(super) fn new(model: &Forward) -> Self {
+        let topology = &model.topology;
+        Self {
+            time: 0.0,
+            state: State::new(topology),
+            bodies: Bodies::new(topology),
+            drives: Vec::new(),
+            wrenches: Vec::new(),
+            contacts: Vec::new(),
+            bristle_rates: Vec::new(),
+            account: Account::default(),
+            coupling: None,
+            redundant: 0,
+            mobility: 0,
+            distance: 0.0,
+            open_drives: 0,
+            gives_way: None,
+        }
+    }
+
+    /// Force and moment, about the joint's origin (that of J), of each joint's complete wrench.
+    pub fn reactions(&self) -> Vec<(Vec3<f64>, Vec3<f64>)> {
+        let each = self.wrenches.iter().zip(&self.bodies.frame_j);
+        each.map(|(w, j)| (w.force, w.moment_about(j.position))).collect()
+    }
+}
+
+impl Forward {
+    /// The friction at the surface and the load of each contact of a solved choice.
+    pub(super) fn contacts(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        solved: &Solved,
+    ) -> Vec<ContactMoment> {
+        let mut moments = Vec::with_capacity(modes.len());
+        self.contacts_into(ground, modes, solved, &mut moments);
+        moments
+    }
+
+    /// The same in the room that is there.
+    fn contacts_into(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        solved: &Solved,
+        moments: &mut Vec<ContactMoment>,
+    ) {
+        let parameters = &self.parameters;
+        moments.clear();
+        for (index, contact) in parameters.contacts.iter().enumerate() {
+            let arms = contact.arms(parameters.pitch[contact.joint]);
+            let mut load_now = solved.coupled.loads[index];
+            let mut friction = [0.0; 3];
+            if modes[index] == Contact::Sticks {
+                for &(of, place, row) in &solved.holding {
+                    if of == index {
+                        let first = self.topology.constraints;
+                        let effort = solved.coupled.response.multipliers[first + row];
+                        friction[place] = -effort / arms[place];
+                    }
+                }
+                let own = OwnFriction {
+                    coefficient: 0.0,
+                    viscous: friction[0].abs(),
+                    direction: friction[0].signum(),
+                };
+                let wrench = solved.coupled.response.wrenches[contact.joint];
+                load_now = load(parameters, &ground.bodies, contact, own, wrench).value;
+            } else {
+                let rub = &solved.rubs[index];
+                for place in 0..contact.shape.freedoms().len() {
+                    let effort = rub.known[place] + rub.per_load[place] * load_now;
+                    friction[place] = effort / arms[place];
+                }
+            }
+            let limit = law_of(contact, friction[0]).at_rest() * load_now;
+            let (mut velocity, mode) = (ground.velocities[index], modes[index]);
+            if mode == Contact::Sticks && self.leaders(index).is_none() {
+                // What others that stick leave of it is rounding.
+                velocity = [0.0; 3];
+            }
+            moments.push(ContactMoment {
+                contact: mode,
+                velocity,
+                load: load_now,
+                friction,
+                limit,
+            });
+        }
+    }
+
+    /// Everything of a solved choice.
+    pub(super) fn instant(&self, ground: Ground, modes: &[Contact], solved: &Solved) -> Instant {
+        let mut instant = Instant::new(self);
+        self.instant_into(&ground, modes, solved, &mut instant);
+        instant
+    }
+
+    /// The same in the room that is there.
+    pub(super) fn instant_into(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        solved: &Solved,
+        instant: &mut Instant,
+    ) {
+        let (topology, parameters) = (&self.topology, &self.parameters);
+        let Ground { efforts, loads, masses, .. } = ground;
+        let Instant { state, bodies, drives, wrenches, contacts, bristle_rates, account, .. } =
+            instant;
+        self.contacts_into(ground, modes, solved, contacts);
+        state.clone_from(&ground.state);
+        bodies.clone_from(&ground.bodies);
+        let response = &solved.coupled.response;
+        state.accelerations.clone_from(&response.accelerations);
+        for held in &solved.held {
+            if let Role::Tree { node } = topology.role[held.joint] {
+                // Not to rounding, but exactly: what is held does not drift.
+                let dof = topology.nodes[node].dofs.start + held.freedom;
+                state.accelerations[dof] = held.acceleration;
+            }
+        }
+        bodies.accelerate(topology, &state.accelerations);
+        drives.clone_from(efforts);
+        for (k, &actuator) in self.prescribed.iter().enumerate() {
+            drives[actuator] = response.multipliers[topology.constraints + k];
+        }
+        let power_of = |actuator: usize| {
+            let at = topology.actuators[actuator];
+            drives[actuator] * bodies.joint_rates(topology, at.joint)[at.freedom]
+        };
+        let damper = |spring: &crate::parameters::SpringParameters<f64>| {
+            let rate = Pull::of(spring, bodies).rate;
+            spring.damping * rate * rate
+        };
+        account.kinetic = masses.kinetic(bodies);
+        account.potential = potential(parameters, bodies);
+        account.exchange = exchange(parameters, bodies);
+        account.drives.clear();
+        account.drives.extend((0..drives.len()).map(power_of));
+        account.loads = loads.iter().map(|l| bodies.twist[l.body.0].power(l.wrench(bodies))).sum();
+        account.dampers = parameters.springs.iter().map(damper).sum();
+        account.contacts.clear();
+        account.contacts.extend(contacts.iter().map(ContactMoment::dissipated));
+        bristle_rates.clear();
+        let moments = parameters.contacts.iter().zip(&*contacts).zip(&ground.bristles);
+        bristle_rates.extend(
+            moments.map(|((contact, moment), z)| bristle_rate(contact, moment.velocity, *z)),
+        );
+        wrenches.clone_from(&response.wrenches);
+        instant.time = ground.time;
+        instant.coupling = solved.strength;
+        instant.redundant = solved.balance.spread.stresses.len();
+        instant.open_drives = solved.balance.spread.open_drives();
+        instant.mobility = solved.balance.mobility(topology.freedoms());
+        instant.distance = solved.balance.distance();
+        instant.gives_way = self.gives_way(ground, solved).map(|(contact, _)| contact);
+    }
+}

@@ -1,0 +1,236 @@
+//! One choice of what sticks and what slides, solved: accelerations and reactions with friction.
+
+use super::Forward;
+use super::balance::{Balance, Scratch};
+use super::coupling::{Coupled, Coupling, Lost, Site};
+use super::error::{Competitor, ForwardError};
+use super::ground::Ground;
+use super::rows::Held;
+use super::rub::{Contact, Rub, rub, wrench_of};
+use crate::kinematics::Target;
+use crate::spatial::Wrench;
+
+/// One choice, solved.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Solved {
+    pub(super) coupled: Coupled,
+    pub(super) balance: Balance,
+    pub(super) held: Vec<Held>,
+    /// Which held freedoms belong to which contact: contact, place, index in `held`.
+    pub(super) holding: Vec<(usize, usize, usize)>,
+    pub(super) rubs: Vec<Rub>,
+    pub(super) strength: Option<f64>,
+    coupling: Coupling,
+    efforts: Vec<(usize, Wrench<f64>)>,
+    scratch: Scratch,
+}
+
+/// Why a choice has no solution.
+pub(super) enum Unsolved {
+    Lost(Lost),
+    /// The body that moves so.
+    Massless(usize),
+}
+
+impl Forward {
+    /// The freedoms that are held when contacts do this.
+    pub(super) fn held(
+        &self,
+        targets: &[Target<f64>],
+        modes: &[Contact],
+        grips: &[f64],
+        shares: &[[f64; 3]],
+    ) -> (Vec<Held>, Vec<(usize, usize, usize)>) {
+        let (mut held, mut holding) = (Vec::new(), Vec::new());
+        self.held_into(targets, modes, (grips, shares), &mut held, &mut holding);
+        (held, holding)
+    }
+
+    /// The same in the room that is there.
+    pub(super) fn held_into(
+        &self,
+        targets: &[Target<f64>],
+        modes: &[Contact],
+        (grips, shares): (&[f64], &[[f64; 3]]),
+        held: &mut Vec<Held>,
+        holding: &mut Vec<(usize, usize, usize)>,
+    ) {
+        held.clear();
+        holding.clear();
+        for (&actuator, target) in self.prescribed.iter().zip(targets) {
+            let actuator = self.topology.actuators[actuator];
+            held.push(Held {
+                joint: actuator.joint,
+                freedom: actuator.freedom,
+                acceleration: target.acceleration,
+                drives: true,
+                grip: 1.0,
+                share: 0.0,
+            });
+        }
+        for (index, (contact, mode)) in self.parameters.contacts.iter().zip(modes).enumerate() {
+            if *mode != Contact::Sticks {
+                continue;
+            }
+            for (place, freedom) in contact.shape.freedoms().enumerate() {
+                let joint = contact.joint;
+                let driven = held.iter().any(|h| (h.joint, h.freedom) == (joint, freedom));
+                // What an actuator holds needs no friction.
+                if !driven {
+                    holding.push((index, place, held.len()));
+                    let arm = contact.arms(self.parameters.pitch[joint])[place];
+                    let grip = arm * grips.get(index).copied().unwrap_or(1.0);
+                    let share = -arm * shares.get(index).map_or(0.0, |share| share[place]);
+                    let drives = false;
+                    held.push(Held { joint, freedom, acceleration: 0.0, drives, grip, share });
+                }
+            }
+        }
+    }
+
+    /// Friction of all contacts, and the efforts of drives.
+    pub(super) fn acting(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+    ) -> (Vec<Rub>, Vec<(usize, Wrench<f64>)>) {
+        let (mut rubs, mut efforts) = (Vec::new(), Vec::new());
+        self.acting_into(ground, modes, &mut rubs, &mut efforts);
+        (rubs, efforts)
+    }
+
+    /// The same in the room that is there.
+    fn acting_into(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        rubs: &mut Vec<Rub>,
+        efforts: &mut Vec<(usize, Wrench<f64>)>,
+    ) {
+        let (topology, parameters) = (&self.topology, &self.parameters);
+        rubs.clear();
+        rubs.extend((0..modes.len()).map(|index| {
+            let contact = &parameters.contacts[index];
+            let pitch = parameters.pitch[contact.joint];
+            let (velocity, deflection) = (ground.velocities[index], ground.bristles[index]);
+            rub(contact, pitch, modes[index], velocity, deflection)
+        }));
+        efforts.clear();
+        for (actuator, effort) in topology.actuators.iter().zip(&ground.efforts) {
+            if *effort != 0.0 {
+                let freedom = &topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
+                let unit = ground.bodies.effort(freedom, actuator.joint);
+                efforts.push((actuator.joint, unit * *effort));
+            }
+        }
+    }
+
+    /// The wrenches of friction on joints, with one newton where the load makes it.
+    fn rubbing<'r>(
+        &'r self,
+        ground: &'r Ground,
+        rubs: &'r [Rub],
+    ) -> impl Iterator<Item = (usize, Wrench<f64>)> + 'r {
+        let each = self.parameters.contacts.iter().zip(rubs);
+        each.flat_map(|(content, rub)| [(content, rub.known), (content, rub.per_load)])
+            .filter(|(_, part)| *part != [0.0; 3])
+            .map(|(content, part)| {
+                (content.joint, wrench_of(&self.topology, &ground.bodies, content, part))
+            })
+    }
+
+    /// Solves one choice; `known` are loads nearby. With `measure` also how strongly friction and loads
+    /// are coupled.
+    pub(super) fn solve(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        known: Option<&[f64]>,
+        measure: bool,
+    ) -> Result<Solved, Unsolved> {
+        let mut solved = Solved::default();
+        self.solve_into(ground, modes, known, measure, &mut solved)?;
+        Ok(solved)
+    }
+
+    /// The same in the room that is there.
+    pub(super) fn solve_into(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        known: Option<&[f64]>,
+        measure: bool,
+        solved: &mut Solved,
+    ) -> Result<(), Unsolved> {
+        let scene = self.scene(ground);
+        let Solved { balance, held, holding, scratch, .. } = solved;
+        let measures = (&ground.grips[..], &ground.shares[..]);
+        self.held_into(&ground.targets, modes, measures, held, holding);
+        balance.rows.update(&self.topology, &self.parameters, &ground.bodies, held);
+        balance.update(&scene, scratch).map_err(|m| Unsolved::Massless(m.body))?;
+        self.couple(ground, modes, known, measure, solved)
+    }
+
+    /// Solves it where conditions and masses are what they were.
+    pub(super) fn couple(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        known: Option<&[f64]>,
+        measure: bool,
+        solved: &mut Solved,
+    ) -> Result<(), Unsolved> {
+        let Solved { coupled, balance, rubs, strength, coupling, efforts, scratch, .. } = solved;
+        self.acting_into(ground, modes, rubs, efforts);
+        if balance.has_idle() {
+            let pushes = efforts.iter().copied().chain(self.rubbing(ground, rubs));
+            for push in pushes {
+                balance
+                    .pushed(&self.scene(ground), Some(push))
+                    .map_err(|m| Unsolved::Massless(m.body))?;
+            }
+        }
+        let site = Site { scene: self.scene(ground), rubs };
+        coupling.update(site, balance, efforts, scratch);
+        *strength = measure.then(|| coupling.strength(site));
+        coupling.solve(site, balance, known, scratch, coupled).map_err(Unsolved::Lost)?;
+        balance.keep_spins(&self.scene(ground), &mut coupled.response.accelerations);
+        Ok(())
+    }
+
+    /// Other solutions of the same choice than the given one, as far as they are found.
+    pub(super) fn others(
+        &self,
+        ground: &Ground,
+        modes: &[Contact],
+        solved: &mut Solved,
+    ) -> Vec<Competitor> {
+        let Solved { coupled, balance, rubs, coupling, scratch, .. } = solved;
+        let site = Site { scene: self.scene(ground), rubs };
+        let others =
+            coupling.others(site, balance, coupled, scratch).into_iter().map(|other| Competitor {
+                loads: other.loads,
+                accelerations: other.response.accelerations,
+                contacts: modes.to_vec(),
+            });
+        others.collect()
+    }
+
+    pub(super) fn unsolved(&self, time: f64, unsolved: Unsolved) -> ForwardError {
+        match unsolved {
+            Unsolved::Lost(Lost { part, contact }) => ForwardError::NoAcceleration {
+                time,
+                joint: self.joint_name(self.parameters.contacts[contact].joint),
+                percent: 100.0 * part,
+            },
+            Unsolved::Massless(body) => {
+                let body = self.mechanism.bodies()[body].name.clone();
+                ForwardError::Massless { time, body }
+            }
+        }
+    }
+
+    pub(super) fn joint_name(&self, joint: usize) -> String {
+        self.mechanism.joints()[joint].name.clone()
+    }
+}

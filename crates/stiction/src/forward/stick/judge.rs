@@ -1,0 +1,143 @@
+//! What is wrong with a choice, if anything is.
+
+use crate::forward::Forward;
+use crate::forward::ground::Ground;
+use crate::forward::rub::{Contact, law_of, norm};
+use crate::forward::solve::{Solved, Unsolved};
+
+/// Friction may exceed its limit by this part: rounding of reactions.
+const BEYOND: f64 = 1e-10;
+
+/// What is said of a choice.
+pub(super) enum Verdict {
+    /// It satisfies all laws.
+    Stands(Box<Solved>),
+    /// This contact does something else.
+    Change(usize, Contact),
+}
+
+impl Forward {
+    /// Solves a choice and says what is wrong with it. Contacts at their limit that begin to slide are
+    /// marked so.
+    pub(super) fn judge(
+        &self,
+        ground: &Ground,
+        trial: &mut [Contact],
+        resting: &[usize],
+    ) -> Result<Verdict, Unsolved> {
+        let (mut solved, turned) = self.turn(ground, trial, resting)?;
+        if let Some(contact) = turned {
+            return Ok(Verdict::Change(contact, Contact::Sticks));
+        }
+        let slides: Vec<usize> = resting
+            .iter()
+            .copied()
+            .filter(|&c| {
+                matches!(trial[c], Contact::AtLimit(_)) && self.begins(ground, &solved, c).is_some()
+            })
+            .collect();
+        if !slides.is_empty() {
+            // Sliding friction from here on; with less friction it slides all the more.
+            let kept = trial.to_vec();
+            for &contact in &slides {
+                if let Contact::AtLimit(direction) = trial[contact] {
+                    trial[contact] = Contact::Slides(direction);
+                }
+            }
+            let (again, turned) = self.turn(ground, trial, resting)?;
+            if let Some(contact) = turned {
+                trial.copy_from_slice(&kept);
+                return Ok(Verdict::Change(contact, Contact::Sticks));
+            }
+            solved = again;
+        }
+        if let Some(less) = self.weaken(ground, trial, resting) {
+            solved = less;
+        }
+        let worst = self.beyond(ground, trial, &solved, resting);
+        Ok(match worst {
+            None => Verdict::Stands(Box::new(solved)),
+            Some((contact, friction)) => {
+                // Friction has the sense of the sliding that it resists.
+                let size = norm(friction);
+                Verdict::Change(contact, Contact::AtLimit(friction.map(|f| f / size)))
+            }
+        })
+    }
+
+    /// What lets go where its load grows steadily does so without acceleration. If it rubs less in sliding than at
+    /// rest it has one all the same: friction at the limit is that of the instant before. Those contacts slide from
+    /// here on; none where others hold them.
+    fn weaken(&self, ground: &Ground, trial: &mut [Contact], resting: &[usize]) -> Option<Solved> {
+        let mut weak = resting.to_vec();
+        weak.retain(|&c| match trial[c] {
+            Contact::AtLimit(d) => {
+                !law_of(&self.parameters.contacts[c], d[0]).slides_as_at_its_limit()
+            }
+            _ => false,
+        });
+        while !weak.is_empty() {
+            let mut slides = trial.to_vec();
+            for &contact in &weak {
+                if let Contact::AtLimit(direction) = trial[contact] {
+                    slides[contact] = Contact::Slides(direction);
+                }
+            }
+            let (solved, turned) = self.turn(ground, &mut slides, resting).ok()?;
+            let count = weak.len();
+            weak.retain(|&c| turned != Some(c) && self.begins(ground, &solved, c).is_some());
+            if weak.len() < count {
+                continue;
+            }
+            if turned.is_none() {
+                trial.copy_from_slice(&slides);
+            }
+            return turned.is_none().then_some(solved);
+        }
+        None
+    }
+
+    /// The contact that is farthest beyond its limit though it sticks, and its friction. Or one that cannot be
+    /// held at all, and where it goes: at a dead centre a slider stands, but the motion of all else moves it on.
+    pub(super) fn beyond(
+        &self,
+        ground: &Ground,
+        trial: &[Contact],
+        solved: &Solved,
+        resting: &[usize],
+    ) -> Option<(usize, [f64; 3])> {
+        // What holds a contact may depend on other constraints, and then need not do what is asked of it.
+        if !solved.balance.spread.stresses.is_empty() {
+            if let Some((contact, way)) = self.gives_way(ground, solved)
+                && resting.contains(&contact)
+            {
+                return Some((contact, way));
+            }
+            let held = resting.iter().filter(|&&contact| trial[contact] == Contact::Sticks);
+            let mut moving = held.filter_map(|&c| self.begins(ground, solved, c).map(|a| (c, a)));
+            if let Some(found) = moving.next() {
+                return Some(found);
+            }
+        }
+        let contacts = self.contacts(ground, trial, solved);
+        let mut worst: Option<(f64, usize)> = None;
+        for &contact in resting {
+            if trial[contact] != Contact::Sticks {
+                continue;
+            }
+            let moment = &contacts[contact];
+            let (has, most) = (norm(moment.friction), moment.limit * ground.overload);
+            let beyond = has - most * (1.0 + BEYOND);
+            // Forces that are nothing but rounding exceed no limit.
+            let size = solved.coupled.response.wrenches.iter().map(|w| w.force.norm());
+            let rounding = 1e-13 * size.fold(0.0, f64::max);
+            if beyond > rounding {
+                let ratio = if most > 0.0 { has / most } else { f64::INFINITY };
+                if worst.is_none_or(|(w, _)| ratio > w) {
+                    worst = Some((ratio, contact));
+                }
+            }
+        }
+        worst.map(|(_, contact)| (contact, contacts[contact].friction))
+    }
+}

@@ -1,0 +1,91 @@
+//! Surfaces of contacts: how they move, and the wrenches of friction on them.
+
+use super::Forward;
+use super::rows::each_freedom;
+use super::rub::wrench_of;
+use crate::kinematics::Bodies;
+use crate::parameters::{ContactParameters, Parameters};
+use crate::spatial::Wrench;
+use crate::topology::Topology;
+
+/// The sliding velocity at the surface, m/s.
+pub(super) fn surface_velocity(
+    topology: &Topology,
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+    contact: &ContactParameters<f64>,
+) -> [f64; 3] {
+    let rates = bodies.joint_rates(topology, contact.joint);
+    let arms = contact.arms(parameters.pitch[contact.joint]);
+    let mut velocity = [0.0; 3];
+    for ((v, arm), rate) in velocity.iter_mut().zip(arms).zip(&rates[contact.shape.freedoms()]) {
+        *v = rate * arm;
+    }
+    velocity
+}
+
+impl Forward {
+    /// The acceleration of a contact's surface where the tree accelerates so, m/s^2.
+    pub(super) fn surface_acceleration_by(
+        &self,
+        bodies: &Bodies<f64>,
+        accelerations: &[f64],
+        contact: usize,
+    ) -> [f64; 3] {
+        let mut bodies = bodies.clone();
+        bodies.accelerate(&self.topology, accelerations);
+        self.surface_acceleration(&bodies, contact)
+    }
+
+    /// The acceleration of a contact's surface where bodies accelerate as they do, m/s^2.
+    pub(super) fn surface_acceleration(&self, bodies: &Bodies<f64>, contact: usize) -> [f64; 3] {
+        let (topology, parameters) = (&self.topology, &self.parameters);
+        let content = &parameters.contacts[contact];
+        let (predecessor, successor) = topology.ends[content.joint];
+        let own = bodies.joint_bias(topology, parameters, content.joint);
+        let relative = bodies.acceleration[successor] - bodies.acceleration[predecessor] - own;
+        let arms = content.arms(parameters.pitch[content.joint]);
+        let freedoms = topology.joint_types[content.joint].freedoms();
+        let mut surface = [0.0; 3];
+        for ((value, arm), freedom) in
+            surface.iter_mut().zip(arms).zip(&freedoms[content.shape.freedoms()])
+        {
+            *value = arm * relative.power(bodies.effort(freedom, content.joint));
+        }
+        surface
+    }
+
+    /// The wrenches on its joint of one newton of friction along each of a contact's freedoms, at the
+    /// surface.
+    pub(super) fn unit_frictions(&self, bodies: &Bodies<f64>, contact: usize) -> Vec<Wrench<f64>> {
+        let content = &self.parameters.contacts[contact];
+        let arms = content.arms(self.parameters.pitch[content.joint]);
+        let each = (0..content.shape.freedoms().len()).map(|place| {
+            let mut efforts = [0.0; 3];
+            efforts[place] = -arms[place];
+            wrench_of(&self.topology, bodies, content, efforts)
+        });
+        each.collect()
+    }
+
+    /// The rate of a contact's surface along one of its freedoms for rates of the tree, m/s.
+    pub(super) fn surface_rate(
+        &self,
+        bodies: &Bodies<f64>,
+        rates: &[f64],
+        contact: usize,
+        place: usize,
+    ) -> f64 {
+        let topology = &self.topology;
+        let content = &self.parameters.contacts[contact];
+        let arm = content.arms(self.parameters.pitch[content.joint])[place];
+        let freedom =
+            &topology.joint_types[content.joint].freedoms()[content.shape.freedoms().start + place];
+        let effort = bodies.effort(freedom, content.joint);
+        let mut rate = 0.0;
+        each_freedom(topology, content.joint, |dof, sign| {
+            rate += sign * bodies.screws[dof].power(effort) * rates[dof];
+        });
+        arm * rate
+    }
+}

@@ -1,0 +1,170 @@
+//! What may be wrong with the friction of a joint.
+
+use super::JointSpec;
+use crate::friction::{Combine, Contact, ContactShape, Curve, Law, Supports, contacts_of};
+use crate::joint::JointType;
+use crate::mechanism::Defect;
+
+const POSITIVE: &str = "greater than 0";
+const NOT_NEGATIVE: &str = "at least 0";
+
+impl JointSpec {
+    pub(super) fn check_friction(&self, defects: &mut Vec<Defect>) {
+        let joint = || self.name.clone();
+        let places = contacts_of(self.joint_type);
+        for (i, contact) in self.friction.iter().enumerate() {
+            let Some((_, shape)) = places.get(contact.place) else {
+                let joint_type = self.joint_type.symbol();
+                defects.push(Defect::NoContact { joint: joint(), joint_type });
+                continue;
+            };
+            if self.friction[..i].iter().any(|other| other.place == contact.place) {
+                defects.push(Defect::DuplicateContact { joint: joint() });
+            }
+            match contact.radius {
+                None if shape.turns() => defects.push(Defect::Radius {
+                    joint: joint(),
+                    problem: "a friction on a turning contact needs the contact's radius",
+                }),
+                Some(_) if !shape.turns() => defects.push(Defect::Radius {
+                    joint: joint(),
+                    problem: "a friction on a straight guide takes no radius",
+                }),
+                _ => {}
+            }
+            let mut check = Checks { joint: &self.name, defects };
+            check.load(contact, *shape, self.joint_type);
+            check.number("radius", contact.radius, POSITIVE);
+            check.law(&contact.law);
+            if let Some(law) = &contact.backward {
+                check.law(law);
+                if !shape.has_one_freedom() {
+                    check.problem("only a contact with one freedom slides forward or backward");
+                }
+            }
+        }
+    }
+}
+
+/// Checks of one joint's friction.
+struct Checks<'a> {
+    joint: &'a str,
+    defects: &'a mut Vec<Defect>,
+}
+
+impl Checks<'_> {
+    fn problem(&mut self, problem: &'static str) {
+        self.defects.push(Defect::Friction { joint: self.joint.to_owned(), problem });
+    }
+
+    fn number(&mut self, parameter: &'static str, value: Option<f64>, range: &'static str) {
+        let Some(value) = value else { return };
+        let inside = if range == POSITIVE { value > 0.0 } else { value >= 0.0 };
+        self.require(parameter, value, inside, range);
+    }
+
+    fn require(&mut self, parameter: &'static str, value: f64, inside: bool, range: &'static str) {
+        if !inside || !value.is_finite() {
+            let joint = self.joint.to_owned();
+            self.defects.push(Defect::FrictionParameter { joint, parameter, value, range });
+        }
+    }
+
+    fn load(&mut self, contact: &Contact, shape: ContactShape, joint_type: JointType) {
+        let map = &contact.load;
+        self.number("preload", Some(map.preload), NOT_NEGATIVE);
+        self.number("bending span", map.bending_span, POSITIVE);
+        self.number("collar ratio", map.axial_ratio, NOT_NEGATIVE);
+        self.number("torsion arm", map.torsion_arm, POSITIVE);
+        self.number("smoothing", map.smoothing, POSITIVE);
+        let is_thread = shape == ContactShape::Thread;
+        match map.flank_cosine {
+            None if is_thread => self.problem("the friction of a thread needs its flank angle"),
+            Some(_) if !is_thread => self.problem("only a thread has a flank angle"),
+            Some(cosine) => {
+                let inside = cosine > 0.0 && cosine <= 1.0;
+                self.require("flank cosine", cosine, inside, "greater than 0 and at most 1");
+            }
+            None => {}
+        }
+        match (map.combine, shape) {
+            (Combine::Pads, ContactShape::Ball | ContactShape::Plate) => {
+                self.problem("a ball or a plate has no pads");
+            }
+            (Combine::RootSumSquare, ContactShape::Thread) => {
+                self.problem("the loads of a thread add as a sum, or as those of two pads");
+            }
+            _ => {}
+        }
+        if is_thread && map.smoothing.is_some() {
+            self.problem("the load of a thread cannot be smoothed");
+        }
+        let slides = matches!(
+            joint_type,
+            JointType::Prismatic | JointType::Cylindrical | JointType::Helical
+        );
+        if !slides && map.supports != Supports::Predecessor {
+            self.problem("supports travel only where a joint slides along its axis");
+        }
+        if let Supports::OneOnEach { gland, piston } = map.supports {
+            let inside = gland.is_finite() && gland != piston;
+            self.require("place of the gland", gland, inside, "other than that of the piston");
+            self.require("place of the piston", piston, true, "finite");
+            if map.bending_span.is_some() {
+                self.problem("with supports on both bodies the bending span is not constant");
+            }
+        }
+    }
+
+    fn law(&mut self, law: &Law) {
+        const NOT_BELOW: &str = "at least the coefficient while sliding";
+        self.number("coefficient", Some(law.coulomb), NOT_NEGATIVE);
+        self.number("viscous coefficient", Some(law.viscous), NOT_NEGATIVE);
+        let coefficient = "coefficient at rest";
+        match &law.curve {
+            Curve::Constant => {}
+            Curve::Breakaway { coefficient: breakaway } => {
+                self.require(coefficient, *breakaway, *breakaway >= law.coulomb, NOT_BELOW);
+            }
+            Curve::Stribeck { breakaway, velocity, exponent } => {
+                self.require(coefficient, *breakaway, *breakaway >= law.coulomb, NOT_BELOW);
+                self.number("Stribeck velocity", Some(*velocity), POSITIVE);
+                self.number("Stribeck exponent", Some(exponent.value()), POSITIVE);
+            }
+            Curve::Table(rows) => self.table(rows),
+        }
+        self.number("velocity of regularisation", law.regularisation, POSITIVE);
+        if let Some(bristles) = law.bristles {
+            self.number("stiffness of bristles", Some(bristles.stiffness), POSITIVE);
+            self.number("damping of bristles", Some(bristles.damping), NOT_NEGATIVE);
+            if law.regularisation.is_some() {
+                self.problem("a law with a state is not regularised: its state is what sticks");
+            }
+            let positive = match &law.curve {
+                Curve::Table(rows) => rows.iter().all(|row| row[1] > 0.0),
+                _ => law.coulomb > 0.0,
+            };
+            if !positive {
+                self.problem("a law with a state needs coefficients greater than 0");
+            }
+        }
+    }
+
+    fn table(&mut self, rows: &[[f64; 2]]) {
+        if rows.len() < 2 {
+            self.problem("a table of coefficients needs two rows at least");
+        }
+        if rows.iter().flatten().any(|number| !number.is_finite()) {
+            self.problem("a table of coefficients holds a number that is not finite");
+        }
+        if rows.first().is_some_and(|row| row[0] != 0.0) {
+            self.problem("a table of coefficients begins at the speed 0");
+        }
+        if rows.iter().zip(rows.iter().skip(1)).any(|(a, b)| a[0] >= b[0]) {
+            self.problem("the speeds in a table of coefficients must increase");
+        }
+        if rows.iter().any(|row| row[1] < 0.0) {
+            self.problem("a table of coefficients holds a negative one");
+        }
+    }
+}

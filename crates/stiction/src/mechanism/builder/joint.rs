@@ -1,0 +1,171 @@
+//! Joints to be.
+
+use super::{check_finite, pose_numbers};
+use crate::friction::Contact;
+use crate::joint::JointType;
+use crate::mechanism::{BodyId, Compliance, Defect, Joint};
+use crate::spatial::Pose;
+use std::collections::HashMap;
+
+/// A joint to be; bodies by name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointSpec {
+    pub(super) name: String,
+    pub(super) joint_type: JointType,
+    predecessor: String,
+    successor: String,
+    frame_j: Pose<f64>,
+    frame_k: Pose<f64>,
+    pitch: f64,
+    actuated: Vec<usize>,
+    start: Option<Vec<f64>>,
+    pub(super) friction: Vec<Contact>,
+    compliance: Option<Compliance>,
+}
+
+impl JointSpec {
+    /// A joint with both frames at the origins of its bodies.
+    pub fn new(
+        name: impl Into<String>,
+        joint_type: JointType,
+        predecessor: impl Into<String>,
+        successor: impl Into<String>,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            joint_type,
+            predecessor: predecessor.into(),
+            successor: successor.into(),
+            frame_j: Pose::identity(),
+            frame_k: Pose::identity(),
+            pitch: 0.0,
+            actuated: Vec::new(),
+            start: None,
+            friction: Vec::new(),
+            compliance: None,
+        }
+    }
+
+    /// The joint frames in the predecessor (`X_PJ`) and in the successor (`X_SK`).
+    pub fn frames(mut self, frame_j: Pose<f64>, frame_k: Pose<f64>) -> Self {
+        (self.frame_j, self.frame_k) = (frame_j, frame_k);
+        self
+    }
+
+    /// Advance of a helical joint, m/rad.
+    pub fn pitch(mut self, pitch: f64) -> Self {
+        self.pitch = pitch;
+        self
+    }
+
+    /// All freedoms are actuated.
+    pub fn actuated(mut self) -> Self {
+        self.actuated = (0..self.joint_type.freedoms().len()).collect();
+        self
+    }
+
+    /// Only these freedoms are actuated.
+    pub fn actuated_freedoms(mut self, freedoms: impl Into<Vec<usize>>) -> Self {
+        self.actuated = freedoms.into();
+        self
+    }
+
+    /// Coordinates from which assembly starts.
+    pub fn start(mut self, coordinates: impl Into<Vec<f64>>) -> Self {
+        self.start = Some(coordinates.into());
+        self
+    }
+
+    /// How much the joint gives under load.
+    pub fn compliance(mut self, compliance: Compliance) -> Self {
+        self.compliance = Some(compliance);
+        self
+    }
+
+    /// Adds a friction.
+    pub fn friction(mut self, contact: Contact) -> Self {
+        self.friction.push(contact);
+        self
+    }
+
+    /// The joint, unless its bodies are unknown; all else that is wrong goes to `defects`.
+    pub(super) fn resolve(
+        self,
+        ids: &HashMap<String, BodyId>,
+        defects: &mut Vec<Defect>,
+    ) -> Option<Joint> {
+        let joint = &self.name;
+        let place = |what: &str| format!("{what} of joint `{joint}`");
+        check_finite(defects, &place("the frame on the predecessor"), &pose_numbers(&self.frame_j));
+        check_finite(defects, &place("the frame on the successor"), &pose_numbers(&self.frame_k));
+
+        let helical = self.joint_type == JointType::Helical;
+        if !self.pitch.is_finite() || helical != (self.pitch != 0.0) {
+            defects.push(Defect::Pitch { joint: joint.clone() });
+        }
+
+        let mut actuated = vec![false; self.joint_type.freedoms().len()];
+        for &freedom in &self.actuated {
+            match actuated.get_mut(freedom) {
+                Some(driven) if self.joint_type.has_scalar_coordinates() => *driven = true,
+                _ => defects.push(Defect::NotActuable { joint: joint.clone(), freedom }),
+            }
+        }
+
+        let expected = self.joint_type.coordinates();
+        let start = self.start.clone().unwrap_or_else(|| {
+            let mut q = vec![0.0; expected];
+            self.joint_type.write_zero(&mut q);
+            q
+        });
+        if start.len() != expected {
+            let found = start.len();
+            defects.push(Defect::StartLength { joint: joint.clone(), found, expected });
+        }
+        check_finite(defects, &place("the start"), &start);
+        self.check_friction(defects);
+        self.check_compliance(defects);
+
+        let mut body = |name: &str| {
+            let id = ids.get(name).copied();
+            if id.is_none() {
+                let (joint, body) = (joint.clone(), name.to_owned());
+                defects.push(Defect::UnknownBody { joint, body });
+            }
+            id
+        };
+        let (predecessor, successor) = (body(&self.predecessor), body(&self.successor));
+        let (predecessor, successor) = (predecessor?, successor?);
+        if predecessor == successor {
+            defects.push(Defect::SameBody { joint: joint.clone(), body: self.successor });
+            return None;
+        }
+        Some(Joint {
+            name: self.name,
+            joint_type: self.joint_type,
+            predecessor,
+            successor,
+            frame_j: self.frame_j,
+            frame_k: self.frame_k,
+            pitch: self.pitch,
+            actuated,
+            start,
+            friction: self.friction,
+            compliance: self.compliance,
+        })
+    }
+
+    fn check_compliance(&self, defects: &mut Vec<Defect>) {
+        let parts = self.compliance.iter().flat_map(Compliance::parts);
+        for (part, value) in parts.filter(|(_, value)| *value != 0.0) {
+            let problem = if !(value > 0.0 && value.is_finite()) {
+                "must be a finite number of at least 0"
+            } else if !Compliance::applies(self.joint_type, part) {
+                "has nothing to give to: the joint moves freely that way"
+            } else {
+                continue;
+            };
+            defects.push(Defect::Compliance { joint: self.name.clone(), part, problem });
+        }
+    }
+}

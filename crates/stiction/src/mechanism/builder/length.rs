@@ -1,0 +1,30 @@
+//! The size of a mechanism.
+
+use crate::mechanism::{Body, BodyId, Joint};
+use crate::spatial::Vec3;
+
+/// See [`crate::mechanism::Mechanism::characteristic_length`].
+pub(super) fn own_length(bodies: &[Body], joints: &[Joint]) -> f64 {
+    let mut squares = Vec::new();
+    let mut points_of: Vec<Vec<Vec3<f64>>> = vec![Vec::new(); bodies.len()];
+    for joint in joints {
+        points_of[joint.predecessor.0].push(joint.frame_j.position);
+        points_of[joint.successor.0].push(joint.frame_k.position);
+    }
+    for ((id, body), mut points) in bodies.iter().enumerate().zip(points_of) {
+        points.extend((id != BodyId::GROUND.0).then_some(body.com));
+        for (i, &a) in points.iter().enumerate() {
+            squares.extend(points[..i].iter().map(|&b| (a - b).norm_squared()));
+        }
+    }
+    // Coinciding points (two joints at one place) say nothing about the size, nor may the rounding
+    // of their coordinates.
+    let largest = squares.iter().copied().fold(0.0, f64::max);
+    squares.retain(|&square| square > 1e-18 * largest);
+    if squares.is_empty() {
+        return 1.0;
+    }
+    // Sorted, so that the order of bodies and joints does not even change the rounding.
+    squares.sort_by(f64::total_cmp);
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+}
