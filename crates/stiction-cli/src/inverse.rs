@@ -56,9 +56,6 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
     {
         tell!("note: the model declares no friction in any joint\n");
     }
-    if friction == FrictionMode::Off && options.friction_margin {
-        tell!("note: --friction-margin finds nothing where friction is off\n");
-    }
 
     let count = job.instants().map_err(|error| failure_of(Error::Instants(error)))?.count();
     let interrupted = listen_for_interrupt();
@@ -122,6 +119,13 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
         (Error::Receiver(error), Some(outputs)) => outputs.trouble_with_tables(error),
         (error, _) => failure_of(error),
     })?;
+    if options.friction_margin && verdict.friction_margin.is_none() {
+        let why = match friction {
+            FrictionMode::Off => "friction is off",
+            _ => "at no sample that is not singular does anything slide",
+        };
+        tell!("note: how far friction can grow is not known: {why}\n");
+    }
 
     let json = summary.json(&job, &verdict);
     if options.json {

@@ -325,23 +325,13 @@ fn a_parallel_robot_sticks_and_slides() {
     .unwrap();
     let weight = solver.solve(&[]).unwrap().drives.clone();
     let mean = [weight[0], weight[1], weight[2]];
-    println!("{mean:?}");
     let mut swing = Swing { mean, amplitude: 12.0, rate: 9.0 };
     let settings = Settings { relative: 1e-8, absolute: 1e-10, ..Settings::default() };
     let mut simulation = model.start(0.0, state, settings, &mut swing).unwrap();
     // In balance it does not begin to move.
     assert!(simulation.contacts().iter().all(|c| !matches!(c, Doing::Slides(_))));
-    let clock = std::time::Instant::now();
     let until = 1.0;
     simulation.advance(until, &mut swing).unwrap();
-    println!(
-        "{} events, {} evaluations, {:.2} s, energy {:.1e} of {:.1e}",
-        simulation.events().len(),
-        simulation.evaluations(),
-        clock.elapsed().as_secs_f64(),
-        simulation.energy_error(),
-        simulation.energies().turnover
-    );
     let slides =
         simulation.events().iter().filter(|e| matches!(e.kind, EventKind::Slides { .. })).count();
     // Most reverse without a stop: other joints move on.

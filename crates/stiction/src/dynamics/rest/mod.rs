@@ -36,6 +36,22 @@ pub struct Rest {
 }
 
 impl Rest {
+    /// The intervals of driving forces contain those at which motion begins: every friction is within its limits
+    /// there. Where the coupling is strong an interval may end before, since ways to hold are not all tried.
+    pub(super) fn extend_intervals(&self, forces: &mut Forces) {
+        if forces.bounds != Bounds::Attained {
+            return;
+        }
+        for (breakaway, bounds) in self.breakaway.iter().zip(&mut forces.drive_bounds) {
+            let Some(Breakaway { forward, backward }) = breakaway else { continue };
+            for effort in [forward.0, forward.1, backward.0, backward.1] {
+                if effort.is_finite() {
+                    *bounds = (bounds.0.min(effort), bounds.1.max(effort));
+                }
+            }
+        }
+    }
+
     /// What was not decided by itself and follows from the interval of a driving force: solutions
     /// change continuously where there is only one for each way in which contacts hold, so an interval
     /// that contains zero has a way in which the drive does nothing.

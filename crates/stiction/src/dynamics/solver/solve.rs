@@ -216,6 +216,7 @@ impl InverseDynamics {
         let setup = Setup { topology, prescription, motion, balance };
         let position = bounds::Position { setup, parameters, kinematics, loads, settings };
         let mut rest = rest::examine(inverse, position);
+        rest.extend_intervals(&mut self.forces);
         rest.take_intervals(&self.forces);
         Ok(rest)
     }
