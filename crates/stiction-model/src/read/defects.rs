@@ -196,6 +196,9 @@ impl Origin<'_> {
                 (span.unwrap_or(WHOLE), "out of range")
             }
             Defect::CharacteristicLength(_) => (self.length.clone(), "not positive"),
+            Defect::CharacteristicLengthFar { .. } => {
+                (self.length.clone(), "far from the size of the mechanism")
+            }
             // Whatever comes: the first name in the message that is known says where.
             other => (self.named_in(&other.to_string()), ""),
         };

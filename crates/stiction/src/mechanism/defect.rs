@@ -181,4 +181,15 @@ pub enum Defect {
         /// The declared value, m.
         f64,
     ),
+    /// The characteristic length has nothing to do with the mechanism's size: ranks would be those of rounding.
+    #[error(
+        "the characteristic length is {length:e} m, but joints and centres of mass are some {own:.3e} m apart: it must \
+         be between a millionth and a million times that"
+    )]
+    CharacteristicLengthFar {
+        /// The declared value, m.
+        length: f64,
+        /// What it would be by default, m.
+        own: f64,
+    },
 }

@@ -98,7 +98,7 @@ impl Demand {
         let inside = svd.v.columns(0, rank).transpose();
         let outside = svd.v.columns(rank, svd.v.ncols() - rank).transpose();
         let lost = (outside * &self.missing).norm();
-        (lost <= NOTHING * self.missing.norm())
+        (lost.is_finite() && lost <= NOTHING * self.missing.norm())
             .then(|| Self { slopes: &inside * &self.slopes, missing: inside * &self.missing })
     }
 

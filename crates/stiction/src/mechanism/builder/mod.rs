@@ -139,16 +139,18 @@ impl MechanismBuilder {
         if defects.is_empty() {
             defects.extend(disconnected(&bodies, &joints));
         }
-        if let Some(length) = self.characteristic_length
-            && !(length > 0.0 && length.is_finite())
-        {
-            defects.push(Defect::CharacteristicLength(length));
+        let own = own_length(&bodies, &joints);
+        if let Some(length) = self.characteristic_length {
+            if !(length > 0.0 && length.is_finite()) {
+                defects.push(Defect::CharacteristicLength(length));
+            } else if own.is_finite() && !(1e-6 * own..=1e6 * own).contains(&length) {
+                defects.push(Defect::CharacteristicLengthFar { length, own });
+            }
         }
         if !defects.is_empty() {
             return Err(defects);
         }
-        let characteristic_length =
-            self.characteristic_length.unwrap_or_else(|| own_length(&bodies, &joints));
+        let characteristic_length = self.characteristic_length.unwrap_or(own);
         Ok(Mechanism {
             name: self.name,
             bodies,
