@@ -183,13 +183,17 @@ pub enum Defect {
     ),
     /// The characteristic length has nothing to do with the mechanism's size: ranks would be those of rounding.
     #[error(
-        "the characteristic length is {length:e} m, but joints and centres of mass are some {own:.3e} m apart: it must \
-         be between a millionth and a million times that"
+        "the characteristic length is {length:e} m, but where joints and centres of mass are some {own:.1e} m apart it \
+         must be between {least:.1e} and {most:.1e} m"
     )]
     CharacteristicLengthFar {
         /// The declared value, m.
         length: f64,
         /// What it would be by default, m.
         own: f64,
+        /// The least that it may be, m.
+        least: f64,
+        /// The most, m.
+        most: f64,
     },
 }

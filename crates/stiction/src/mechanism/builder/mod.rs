@@ -143,8 +143,12 @@ impl MechanismBuilder {
         if let Some(length) = self.characteristic_length {
             if !(length > 0.0 && length.is_finite()) {
                 defects.push(Defect::CharacteristicLength(length));
-            } else if own.is_finite() && !(1e-6 * own..=1e6 * own).contains(&length) {
-                defects.push(Defect::CharacteristicLengthFar { length, own });
+            } else if own.is_finite() {
+                // Points that are meant to coincide may be apart by rounding: then they say nothing about a size.
+                let (least, most) = (1e-6 * own, 1e6 * own.max(1.0));
+                if !(least..=most).contains(&length) {
+                    defects.push(Defect::CharacteristicLengthFar { length, own, least, most });
+                }
             }
         }
         if !defects.is_empty() {
