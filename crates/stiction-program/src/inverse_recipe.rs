@@ -13,7 +13,7 @@ use crate::graph::{Graph, Node, Op, needed};
 use crate::meaning::{Merged, merge};
 use crate::quantity::Quantity;
 use crate::recipe::Recipe;
-use crate::recorded::{Recorded, go_on, record_held_groups};
+use crate::recorded::{Recorded, go_on, record_groups, with_slopes};
 use crate::stages::holds;
 use crate::wrench::{components, reaction};
 use core::ops::Range;
@@ -73,10 +73,10 @@ impl Recipe<'_> {
         let asked =
             Asked::new(self, quantities, given.first_prescribed(), first + 6 * cuts + spins)?;
         let (graph, [ideal, begin, next, plain, tilted, rest, drives]) =
-            record_held_groups(asked.inputs(), |inputs| {
+            record_groups(asked.inputs(), |inputs| {
                 let ([ideal, begin, next, plain, tilted, rest], followed) =
                     self.follow(given, inputs);
-                let drives = asked.follow(self, &followed, inputs);
+                let drives = with_slopes(|| asked.follow(self, &followed, inputs));
                 [ideal, begin, next, plain, tilted, rest, drives]
             });
         let (graph, of_recorded, slopes) = asked.differentiated(graph, &drives);

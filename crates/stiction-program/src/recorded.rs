@@ -2,12 +2,14 @@
 
 use crate::graph::{Function, Graph, Node, Op};
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use stiction::scalar::Scalar;
 
 thread_local! {
     // Scalars are copied like numbers, so what they record into cannot be theirs.
     static GRAPH: RefCell<Graph> = RefCell::default();
+    // Whether what is recorded now will be differentiated.
+    static WITH_SLOPES: Cell<bool> = const { Cell::new(false) };
 }
 
 /// A number that is not known yet: a node of the graph that is being recorded on this thread.
@@ -25,18 +27,16 @@ pub(crate) fn record(
     (GRAPH.replace(before), outputs)
 }
 
-/// The same with results in groups, and nothing held any more.
-pub(crate) fn record_groups<const N: usize>(
-    inputs: usize,
-    f: impl FnOnce(&[Recorded]) -> [Vec<Recorded>; N],
-) -> (Graph, [Vec<Node>; N]) {
-    let (graph, groups) = record_held_groups(inputs, f);
-    let (graph, new_of) = graph.released();
-    (graph, groups.map(|nodes| nodes.iter().map(|node| new_of[*node as usize]).collect()))
+/// Records what will be differentiated, with what is held there: see [`Graph::released`].
+pub(crate) fn with_slopes<T>(f: impl FnOnce() -> T) -> T {
+    let before = WITH_SLOPES.replace(true);
+    let result = f();
+    WITH_SLOPES.set(before);
+    result
 }
 
-/// The same with what is held, for who differentiates: see [`Graph::released`].
-pub(crate) fn record_held_groups<const N: usize>(
+/// The same as [`record`] with results in groups.
+pub(crate) fn record_groups<const N: usize>(
     inputs: usize,
     f: impl FnOnce(&[Recorded]) -> [Vec<Recorded>; N],
 ) -> (Graph, [Vec<Node>; N]) {
@@ -120,10 +120,12 @@ impl MulAssign for Recorded {
 }
 
 impl Scalar for Recorded {
-    const HAS_SLOPE: bool = true;
+    fn has_slope() -> bool {
+        WITH_SLOPES.get()
+    }
 
     fn held(self) -> Self {
-        put(Op::Held(self.0))
+        if WITH_SLOPES.get() { put(Op::Held(self.0)) } else { self }
     }
 
     fn from_f64(value: f64) -> Self {

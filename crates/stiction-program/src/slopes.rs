@@ -117,7 +117,7 @@ fn called(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recorded::record;
+    use crate::recorded::{record, with_slopes};
     use stiction::scalar::{Dual, Scalar};
 
     /// Something of everything.
@@ -137,7 +137,7 @@ mod tests {
     /// The graph's slopes are those of dual numbers.
     #[test]
     fn slopes_are_those_of_dual_numbers() {
-        let (mut graph, nodes) = record(4, |inputs| mixture(inputs[0], inputs[1]));
+        let (mut graph, nodes) = record(4, |inputs| with_slopes(|| mixture(inputs[0], inputs[1])));
         let slope_inputs = [2, 3].map(|place| graph.add(Op::Input(place)));
         let found = slopes(&mut graph, &[Some(slope_inputs[0]), Some(slope_inputs[1]), None, None]);
         let inputs = [0.7, 1.3, 0.4, -0.9];

@@ -201,7 +201,7 @@ impl<T: Scalar> Kinematics<T> {
             entries: zeros(prescription.entries.len()),
             factors: zeros(program.values()),
             right: zeros(prescription.rows.len()),
-            right_before: zeros(if T::HAS_SLOPE { prescription.rows.len() } else { 0 }),
+            right_before: zeros(if T::has_slope() { prescription.rows.len() } else { 0 }),
             step: zeros(topology.freedoms()),
             closures: prescription.closures,
         }
@@ -349,11 +349,11 @@ impl<T: Scalar> Kinematics<T> {
     /// Solves for the right-hand side. Derivatives are those of what the solution, held, leaves of the equations:
     /// equation (P7) of the book's theory.
     fn solve(&mut self, prescription: &Prescription, program: &Elimination, solution: &mut [T]) {
-        if T::HAS_SLOPE {
+        if T::has_slope() {
             self.right_before.copy_from_slice(&self.right);
         }
         program.solve(&self.factors, &mut self.right, solution);
-        if T::HAS_SLOPE {
+        if T::has_slope() {
             solution.iter_mut().for_each(|value| *value = value.held());
             self.right.copy_from_slice(&self.right_before);
             for (entry, value) in prescription.entries.iter().zip(&self.entries) {

@@ -103,7 +103,10 @@ macro_rules! by_operator {
 by_operator!(AddAssign::add_assign by +, SubAssign::sub_assign by -, MulAssign::mul_assign by *);
 
 impl<T: Scalar, const D: usize> Scalar for Dual<T, D> {
-    const HAS_SLOPE: bool = true;
+    #[inline(always)]
+    fn has_slope() -> bool {
+        true
+    }
     #[inline(always)]
     fn held(self) -> Self {
         Self::constant(self.value)

@@ -60,7 +60,10 @@ macro_rules! lane_wise_assign {
 lane_wise_assign!(AddAssign::add_assign, SubAssign::sub_assign, MulAssign::mul_assign);
 
 impl<T: Scalar, const N: usize> Scalar for Lanes<T, N> {
-    const HAS_SLOPE: bool = T::HAS_SLOPE;
+    #[inline(always)]
+    fn has_slope() -> bool {
+        T::has_slope()
+    }
     #[inline(always)]
     fn held(self) -> Self {
         Self(self.0.map(T::held))

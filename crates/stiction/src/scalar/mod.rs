@@ -57,7 +57,10 @@ pub trait Scalar:
     fn largest(self) -> f64;
 
     /// Whether it has derivatives, for which linear systems are solved once more, see [`Self::held`].
-    const HAS_SLOPE: bool = false;
+    #[inline(always)]
+    fn has_slope() -> bool {
+        false
+    }
 
     /// The same number, in every lane, with zero derivative.
     ///
