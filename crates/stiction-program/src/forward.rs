@@ -212,8 +212,12 @@ impl ForwardProgram {
         let mut first = recorded.begin.clone();
         first.extend(early(ops, &later, |input| input >= given));
         stages[FIRST] = compile(ops, &first, &mut slots, fuse);
-        let mut newton = recorded.newton.clone();
-        newton.extend(early(ops, &recorded.chord, |input| input >= given + counts.coupled));
+        let mut newton = Vec::new();
+        // Where no friction changes a load this stage is never run, and nothing may be left to it.
+        if counts.coupled > 0 {
+            newton.clone_from(&recorded.newton);
+            newton.extend(early(ops, &recorded.chord, |input| input >= given + counts.coupled));
+        }
         stages[NEWTON] = compile(ops, &newton, &mut slots, fuse);
         // Each of the stages that follow is run by itself: none may rely on what another has left.
         let mut of_chord = slots.clone();
