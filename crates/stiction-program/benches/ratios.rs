@@ -24,15 +24,15 @@ fn main() {
 
 fn measure(name: &str) -> Option<()> {
     let Robot { mut solver, course, loads } = Robot::new(name, None);
-    let inverse = InverseProgram::record(&solver, &course, &loads)?;
-    let forward = ForwardProgram::record(&solver, &course, &loads)?;
+    let inverse = InverseProgram::record(&solver, &course, &loads).ok()?;
+    let forward = ForwardProgram::record(&solver, &course, &loads).ok()?;
     let motion: Vec<Quantity> = (0..course[0].len())
         .flat_map(|k| [Quantity::Value(k), Quantity::Rate(k), Quantity::Acceleration(k)])
         .collect();
     let contacts = 0..solver.parameters().contacts.len();
     let frictions: Vec<Quantity> = contacts.map(Quantity::Coulomb).collect();
-    let by_motion = DerivativeProgram::record(&solver, &course, &loads, &motion)?;
-    let by_friction = DerivativeProgram::record(&solver, &course, &loads, &frictions)?;
+    let by_motion = DerivativeProgram::record(&solver, &course, &loads, &motion).ok()?;
+    let by_friction = DerivativeProgram::record(&solver, &course, &loads, &frictions).ok()?;
 
     let mut states = Vec::new();
     for targets in &course {

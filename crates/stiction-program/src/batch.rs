@@ -14,7 +14,7 @@ pub struct StateOfMotion<'a> {
     pub coordinates: &'a [f64],
     /// What is prescribed. The solver goes by it alone.
     pub targets: &'a [Target<f64>],
-    /// Loads on the bodies for which the program was recorded.
+    /// Loads as those for which the program was recorded, but for force and moment.
     pub loads: &'a [AppliedLoad<f64>],
 }
 
@@ -33,7 +33,7 @@ pub struct ForcesAt<'a> {
 }
 
 /// Why a state has no forces.
-#[derive(Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct StateError {
     /// Which of the states.
     pub state: usize,
@@ -42,7 +42,8 @@ pub struct StateError {
 }
 
 /// See [`StateError`].
-#[derive(Debug)]
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum StateErrorCause {
     /// The solver cannot be brought there from where it was last.
     Position(AssemblyError),
@@ -59,7 +60,14 @@ impl core::fmt::Display for StateError {
     }
 }
 
-impl core::error::Error for StateError {}
+impl core::error::Error for StateError {
+    fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
+        match &self.cause {
+            StateErrorCause::Position(error) => Some(error),
+            StateErrorCause::Forces(error) => Some(error),
+        }
+    }
+}
 
 impl InverseProgram {
     /// Finds the forces with friction at all states and tells them in their order; gives the number of
@@ -68,6 +76,9 @@ impl InverseProgram {
     ///
     /// # Errors
     /// The first state for which the solver finds no forces; those before it are told.
+    ///
+    /// # Panics
+    /// As [`Self::set_lanes`].
     pub fn run_all(
         &self,
         solver: &mut InverseDynamics,

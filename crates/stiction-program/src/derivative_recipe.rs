@@ -7,6 +7,7 @@
 //!
 //! Equations (P6) and (P7) of the book's theory.
 
+use crate::error::RecordError;
 use crate::graph::{Graph, Node, Op};
 use crate::inverse_recipe::Followed;
 use crate::motions::run;
@@ -37,14 +38,14 @@ pub(crate) struct Asked<'a> {
 }
 
 impl<'a> Asked<'a> {
-    /// With the first of the prescribed values among the inputs, and the first input of its own; none if a quantity does
-    /// not exist.
+    /// With the first of the prescribed values among the inputs, and the first input of its own; a quantity that does
+    /// not exist is an error.
     pub(crate) fn new(
         recipe: &Recipe<'_>,
         quantities: &'a [Quantity],
         first_target: usize,
         first: usize,
-    ) -> Option<Self> {
+    ) -> Result<Self, RecordError> {
         let mut numbers = Vec::new();
         let mut parameters = recipe.solver.parameters().clone();
         let none = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
@@ -53,14 +54,15 @@ impl<'a> Asked<'a> {
             match quantity.of_mechanism(&mut parameters) {
                 Some(number) => numbers.push((*quantity, *number)),
                 None => {
-                    quantity.of_motion(&mut targets)?;
+                    let found = quantity.of_motion(&mut targets);
+                    found.ok_or(RecordError::UnknownQuantity(*quantity))?;
                 }
             }
         }
         let has_contacts = |joint: &usize| !parameters.contacts_at[*joint].is_empty();
         let joints = if quantities.is_empty() { 0 } else { parameters.contacts_at.len() };
         let rubbing = (0..joints).filter(has_contacts).collect();
-        Some(Self { quantities, numbers, rubbing, first_target, first })
+        Ok(Self { quantities, numbers, rubbing, first_target, first })
     }
 
     /// The slopes among the inputs.

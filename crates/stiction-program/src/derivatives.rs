@@ -1,5 +1,6 @@
 //! Exact derivatives of driving forces, as a program beside that of inverse dynamics.
 
+use crate::error::RecordError;
 use crate::inverse::{Beside, InverseProgram};
 use crate::memory::Memory;
 use crate::quantity::Quantity;
@@ -12,6 +13,36 @@ use stiction::kinematics::{State, Target};
 ///
 /// A direction is a slope for each of the quantities; a unit slope of one alone gives the partial derivative.
 /// Friction is that of sliding contacts, coupled to the loads, and its change with them is in the derivatives.
+///
+/// ```
+/// use stiction::dynamics::{InverseDynamics, Settings};
+/// use stiction::joint::JointType;
+/// use stiction::kinematics::{Coordinate, Target};
+/// use stiction::mechanism::{BodyId, BodySpec, JointId, JointSpec, MechanismBuilder};
+/// use stiction::spatial::Vec3;
+/// use stiction_program::{DerivativeProgram, Quantity};
+///
+/// let pendulum = MechanismBuilder::new("pendulum")
+///     .gravity(Vec3::new(0.0, -9.81, 0.0))
+///     .body(BodySpec::new("bob").mass(2.0).com(Vec3::new(0.5, 0.0, 0.0)))
+///     .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob").actuated())
+///     .build()?;
+/// let angle = Coordinate::Joint { joint: JointId(0), freedom: 0 };
+/// let at = |value| vec![Target { value, rate: 0.0, acceleration: 0.0 }];
+/// let solver = InverseDynamics::new(pendulum, &[], &[angle], &at(0.0), Settings::default())?;
+/// let course: Vec<_> = (0..10).map(|k| at(0.1 * f64::from(k))).collect();
+/// let quantities = [Quantity::Mass(BodyId(1)), Quantity::Acceleration(0)];
+/// let program = DerivativeProgram::record(&solver, &course, &[], &quantities)?;
+///
+/// let mut memory = program.memory();
+/// let mut jacobian = [0.0; 2];
+/// assert!(program.run(&mut memory, solver.assembly().state(), &course[0], &[]));
+/// program.jacobian(&mut memory, &mut jacobian);
+/// // The moment that holds it level is m g l, and the inertia about the pivot m l^2.
+/// assert!((jacobian[0] - 9.81 * 0.5).abs() < 1e-14);
+/// assert!((jacobian[1] - 2.0 * 0.5 * 0.5).abs() < 1e-14);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct DerivativeProgram {
     inverse: InverseProgram,
@@ -25,17 +56,22 @@ pub struct DerivativeProgram {
 pub struct DerivativeMemory {
     inverse: Memory,
     directions: Memory,
+    /// Whether there are derivatives at the state that was run last.
+    is_ready: bool,
 }
 
 impl DerivativeProgram {
     /// Records and compiles inverse dynamics and derivatives by these quantities; `solver`, `course` and
-    /// `loads` as for [`InverseProgram::record`]. None where that has none, if there is no quantity, and if one does not exist.
+    /// `loads` as for [`InverseProgram::record`].
+    ///
+    /// # Errors
+    /// See [`RecordError`]: those of [`InverseProgram::record`]; and if there is no quantity, or one does not exist.
     pub fn record(
         solver: &InverseDynamics,
         course: &[Vec<Target<f64>>],
         loads: &[AppliedLoad<f64>],
         quantities: &[Quantity],
-    ) -> Option<Self> {
+    ) -> Result<Self, RecordError> {
         Self::record_with(solver, course, loads, quantities, true)
     }
 
@@ -47,14 +83,14 @@ impl DerivativeProgram {
         loads: &[AppliedLoad<f64>],
         quantities: &[Quantity],
         machine: bool,
-    ) -> Option<Self> {
+    ) -> Result<Self, RecordError> {
         if quantities.is_empty() {
-            return None;
+            return Err(RecordError::NoQuantity);
         }
         let (inverse, beside) =
             InverseProgram::record_beside(solver, course, loads, quantities, machine)?;
         let (quantities, lanes) = (quantities.to_vec(), natural_lanes());
-        Some(Self { inverse, beside, quantities, lanes })
+        Ok(Self { inverse, beside, quantities, lanes })
     }
 
     /// The program of inverse dynamics that it contains.
@@ -84,12 +120,16 @@ impl DerivativeProgram {
         let mut inverse = self.inverse.memory(1);
         inverse.provide(preparation.scratch());
         let directions = Memory::new(self.lanes, *slots, directions.scratch());
-        DerivativeMemory { inverse, directions }
+        DerivativeMemory { inverse, directions, is_ready: false }
     }
 
     /// Finds all forces at a state of motion, with friction, and prepares derivatives there. The state must close
     /// the loops. Whether friction and reactions are in balance and what the programs take for granted holds,
-    /// see [`InverseProgram::run`]; only then are there derivatives.
+    /// see [`InverseProgram::run`]; only then are there derivatives, else all slopes are NaN.
+    ///
+    /// # Panics
+    /// As [`InverseProgram::set`].
+    #[must_use = "if it is false, neither forces nor slopes mean anything"]
     pub fn run(
         &self,
         memory: &mut DerivativeMemory,
@@ -106,22 +146,35 @@ impl DerivativeProgram {
             inverse.slots[slot..][..6].copy_from_slice(&reaction);
         }
         self.beside.preparation.run(&mut inverse.slots, &mut inverse.scratch);
-        settled[0] && inverse.slots[self.beside.guard as usize] > 0.0
+        memory.is_ready = settled[0] && inverse.slots[self.beside.guard as usize] > 0.0;
+        memory.is_ready
     }
 
-    /// Sets a direction, one for each lane: the slope of each quantity along it.
+    /// Sets a direction, one for each lane: the slope of each quantity along it. [`Self::jacobian`] sets others.
+    ///
+    /// # Panics
+    /// If there is no such lane, or not a slope for each quantity.
     pub fn set_direction(&self, memory: &mut DerivativeMemory, lane: usize, slopes: &[f64]) {
-        for (k, slope) in slopes.iter().enumerate().take(self.quantities.len()) {
+        let (found, expected) = (slopes.len(), self.quantities.len());
+        assert!(found == expected, "{found} slopes of {expected} quantities");
+        assert!(lane < self.lanes, "lane {lane} of {}", self.lanes);
+        for (k, slope) in slopes.iter().enumerate() {
             memory.directions.slots[k * self.lanes + lane] = *slope;
         }
     }
 
     /// Finds the slopes of all drives along the directions that are set, at the state of the last
-    /// [`Self::run`].
+    /// [`Self::run`]; NaN where that was false, or is missing.
     pub fn differentiate(&self, memory: &mut DerivativeMemory) {
-        let DerivativeMemory { inverse, directions } = memory;
+        let DerivativeMemory { inverse, directions, is_ready } = memory;
         let Memory { slots, scratch, .. } = directions;
         self.beside.directions.run_with(slots, &inverse.slots, scratch);
+        if !*is_ready {
+            // They would be those of another state, or of none.
+            for slope in &self.beside.slopes {
+                slots[*slope as usize * self.lanes..][..self.lanes].fill(f64::NAN);
+            }
+        }
     }
 
     /// The forces of the last [`Self::run`], lane 0 of [`Self::inverse`].
@@ -129,15 +182,21 @@ impl DerivativeProgram {
         &memory.inverse
     }
 
-    /// The slope of a drive along a direction, N or N m for each unit of the direction.
+    /// The slope of a drive along a direction, N or N m for each unit of the direction, as the last
+    /// [`Self::differentiate`] found it.
     pub fn slope(&self, memory: &DerivativeMemory, lane: usize, drive: usize) -> f64 {
         memory.directions.read(self.beside.slopes[drive], lane)
     }
 
     /// All partial derivatives at the state of the last [`Self::run`]: for each drive those by all quantities,
-    /// into `jacobian`, drive after drive.
+    /// into `jacobian`, drive after drive; NaN where that run was false, or is missing.
+    ///
+    /// # Panics
+    /// If `jacobian` is not as long as drives times quantities.
     pub fn jacobian(&self, memory: &mut DerivativeMemory, jacobian: &mut [f64]) {
         let count = self.quantities.len();
+        let (found, expected) = (jacobian.len(), count * self.beside.slopes.len());
+        assert!(found == expected, "room for {found} derivatives, not for {expected}");
         for first in (0..count).step_by(self.lanes) {
             let directions = &mut memory.directions.slots[..count * self.lanes];
             directions.fill(0.0);

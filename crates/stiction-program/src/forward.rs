@@ -8,8 +8,10 @@
 
 use crate::code::{Slots, compile};
 use crate::compiled::Compiled;
+use crate::error::RecordError;
 use crate::forward_recipe::ForwardStages;
 use crate::graph::Node;
+use crate::inverse::{LoadPlace, check_flags, check_loads, place_of};
 use crate::machine::fuses;
 use crate::memory::Memory;
 use crate::recipe::{Counts, Recipe};
@@ -44,9 +46,38 @@ const LAST: usize = 4;
 
 /// Forward dynamics of one mechanism, compiled: from positions, velocities and the efforts of all actuators to
 /// accelerations and all reactions, with friction of sliding contacts that is in balance with the reactions.
+///
+/// ```
+/// use stiction::dynamics::{InverseDynamics, Settings};
+/// use stiction::joint::JointType;
+/// use stiction::kinematics::{Coordinate, Target};
+/// use stiction::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
+/// use stiction::spatial::Vec3;
+/// use stiction_program::ForwardProgram;
+///
+/// let pendulum = MechanismBuilder::new("pendulum")
+///     .gravity(Vec3::new(0.0, -9.81, 0.0))
+///     .body(BodySpec::new("bob").mass(2.0).com(Vec3::new(0.5, 0.0, 0.0)))
+///     .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob").actuated())
+///     .build()?;
+/// let angle = Coordinate::Joint { joint: JointId(0), freedom: 0 };
+/// let at = |value| vec![Target { value, rate: 0.0, acceleration: 0.0 }];
+/// let solver = InverseDynamics::new(pendulum, &[], &[angle], &at(0.0), Settings::default())?;
+/// let course: Vec<_> = (0..10).map(|k| at(0.1 * f64::from(k))).collect();
+/// let program = ForwardProgram::record(&solver, &course, &[])?;
+///
+/// let mut memory = program.memory(1);
+/// let mut holds = [false];
+/// program.set(&mut memory, 0, solver.assembly().state(), &course[0], &[], &[0.0]);
+/// program.run(&mut memory, &mut holds);
+/// // Let go where it is level: g / l.
+/// assert!(holds[0] && (program.acceleration(&memory, 0, 0) + 9.81 / 0.5).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct ForwardProgram {
     counts: Counts,
+    loaded: Vec<LoadPlace>,
     places: Places,
     code: Compiled<5>,
 }
@@ -96,15 +127,19 @@ impl ForwardProgram {
     /// The coordinates that `solver` prescribes are those whose accelerations the program finds first, all
     /// others follow; they are as many as there are actuators. `course` gives their values amid the motions that
     /// are meant, each near enough to the one before for the mechanism to be brought there from the position
-    /// of `solver`. `loads` says which bodies are loaded, in which axes; the wrenches themselves are
-    /// inputs. None where [`crate::InverseProgram::record`] has none, and where accelerations do not follow
-    /// from efforts: something to be driven has no inertia, or there are more or fewer actuators
-    /// than coordinates. None, too, if the general kernel does not confirm what the program finds.
+    /// of `solver`. `loads` says which bodies are loaded, at which points, in which axes; the wrenches themselves
+    /// are inputs.
+    ///
+    /// # Errors
+    /// See [`RecordError`]: those of [`crate::InverseProgram::record`]; reactions are not unique, as in a planar
+    /// linkage of revolute joints, or bodies spin idly; accelerations do not follow from efforts, because something to
+    /// be driven has no inertia, or there are more or fewer actuators than coordinates; or the general kernel does not
+    /// confirm what the program finds.
     pub fn record(
         solver: &InverseDynamics,
         course: &[Vec<Target<f64>>],
         loads: &[AppliedLoad<f64>],
-    ) -> Option<Self> {
+    ) -> Result<Self, RecordError> {
         Self::record_with(solver, course, loads, true)
     }
 
@@ -115,20 +150,24 @@ impl ForwardProgram {
         course: &[Vec<Target<f64>>],
         loads: &[AppliedLoad<f64>],
         machine: bool,
-    ) -> Option<Self> {
-        let kernel = solver.kernel()?;
+    ) -> Result<Self, RecordError> {
+        let kernel = solver.kernel().ok_or(RecordError::NoPlan)?;
         let has_idle_spins = !solver.assembly().prescription().spins().is_empty();
-        if solver.weighting()? != Weighting::Determined || has_idle_spins {
-            return None;
+        if solver.weighting() != Some(Weighting::Determined) {
+            return Err(RecordError::Redundant);
+        }
+        if has_idle_spins {
+            return Err(RecordError::IdleSpins);
         }
         let recipe = Recipe { kernel: &kernel, solver, loads };
         let counts = recipe.counts(0);
         if counts.drives != counts.targets || counts.drives == 0 {
-            return None;
+            let (actuators, coordinates) = (counts.drives, counts.targets);
+            return Err(RecordError::ActuatorCount { actuators, coordinates });
         }
         let samples: Vec<Vec<f64>> =
             samples(solver, course, loads)?.iter().map(Sample::of_tree).collect();
-        let pivots = recipe.mass_pivots(&samples)?;
+        let pivots = recipe.mass_pivots(&samples).ok_or(RecordError::NoInertia)?;
         // First with all contacts, to see whose friction changes a load at all.
         let all: Vec<usize> = (0..counts.contacts).collect();
         let first = recipe.record_forward(&all, &pivots, &samples);
@@ -137,14 +176,24 @@ impl ForwardProgram {
             true => first,
             false => recipe.record_forward(&coupled, &pivots, &samples),
         };
-        let program = Self::compile(recipe.counts(coupled.len()), &recorded, machine);
+        let places = loads.iter().map(place_of).collect();
+        let program = Self::compile(recipe.counts(coupled.len()), &recorded, places, machine);
         // By other states than those from which it was made.
         let others: Vec<Vec<f64>> =
             seeded_samples(9, solver, course, loads)?.iter().map(Sample::of_tree).collect();
-        recipe.confirms(&program, &others).then_some(program)
+        if recipe.confirms(&program, &others) {
+            Ok(program)
+        } else {
+            Err(RecordError::NotConfirmed)
+        }
     }
 
-    fn compile(counts: Counts, recorded: &ForwardStages, machine: bool) -> Self {
+    fn compile(
+        counts: Counts,
+        recorded: &ForwardStages,
+        loaded: Vec<LoadPlace>,
+        machine: bool,
+    ) -> Self {
         let ops = recorded.graph.ops();
         let fuse = machine && fuses();
         let given = counts.inputs() + counts.drives;
@@ -163,8 +212,12 @@ impl ForwardProgram {
         let mut first = recorded.begin.clone();
         first.extend(early(ops, &later, |input| input >= given));
         stages[FIRST] = compile(ops, &first, &mut slots, fuse);
-        let mut newton = recorded.newton.clone();
-        newton.extend(early(ops, &recorded.chord, |input| input >= given + counts.coupled));
+        let mut newton = Vec::new();
+        // Where no friction changes a load this stage is never run, and nothing may be left to it.
+        if counts.coupled > 0 {
+            newton.clone_from(&recorded.newton);
+            newton.extend(early(ops, &recorded.chord, |input| input >= given + counts.coupled));
+        }
         stages[NEWTON] = compile(ops, &newton, &mut slots, fuse);
         // Each of the stages that follow is run by itself: none may rely on what another has left.
         let mut of_chord = slots.clone();
@@ -193,7 +246,7 @@ impl ForwardProgram {
             frictions: moment(2),
         };
         let code = Compiled::new(&stages, slots.count(), machine);
-        Self { counts, places, code }
+        Self { counts, loaded, places, code }
     }
 
     /// How many states the wide code takes at once on this processor.
@@ -212,7 +265,7 @@ impl ForwardProgram {
         self.code.is_machine_code()
     }
 
-    /// Room for runs of one state (`lanes` 1) or of [`Self::lanes`].
+    /// Room for runs of one state (`lanes` 1) or, for any other number, of [`Self::lanes`] states.
     pub fn memory(&self, lanes: usize) -> Memory {
         self.code.memory(lanes)
     }
@@ -220,7 +273,11 @@ impl ForwardProgram {
     /// Sets one lane's position and rates, loads, and the efforts of all actuators, N or N m, in the order of
     /// [`stiction::mechanism::Mechanism::actuators`]. The state must close the loops; `targets` are values
     /// and rates of the coordinates that the recording solver prescribes, in this state. Accelerations in either
-    /// are not read.
+    /// are not read. Results are still those of the last run.
+    ///
+    /// # Panics
+    /// If there is no such lane, no target for each prescribed coordinate, no effort for each actuator, or if loads are
+    /// others than those for which the program was recorded in more than force and moment.
     pub fn set(
         &self,
         memory: &mut Memory,
@@ -230,6 +287,15 @@ impl ForwardProgram {
         loads: &[AppliedLoad<f64>],
         efforts: &[f64],
     ) {
+        // Inputs have no names of their own: one too few, and the next would be taken for it.
+        let given = [targets.len(), efforts.len(), state.coordinates.len(), state.rates.len()];
+        let Counts { targets: count, drives, coordinates, freedoms, .. } = self.counts;
+        let expected = [count, drives, coordinates, freedoms];
+        assert!(
+            given == expected,
+            "targets, efforts, coordinates and rates: {given:?} instead of {expected:?}"
+        );
+        check_loads(&self.loaded, loads);
         let mut put = memory.writer(lane);
         put(&state.coordinates);
         put(&state.rates);
@@ -243,8 +309,13 @@ impl ForwardProgram {
     }
 
     /// Everything without friction: [`Self::ideal_acceleration`] and [`Self::ideal_reaction`] afterwards.
-    /// For each lane whether what the program takes for granted holds, see [`Self::run`].
+    /// For each lane whether what the program takes for granted holds, see [`Self::run`]. Results with friction are
+    /// still those of the last [`Self::run`].
+    ///
+    /// # Panics
+    /// If `holds` is shorter than the memory has lanes, or the memory is that of a smaller program.
     pub fn run_frictionless(&self, memory: &mut Memory, holds: &mut [bool]) {
+        check_flags(holds, memory);
         self.code.runners(memory.lanes)[IDEAL].run(&mut memory.slots, &mut memory.scratch);
         for (lane, holds) in holds.iter_mut().enumerate().take(memory.lanes) {
             *holds = memory.read(self.places.ideal_guard, lane) > 0.0;
@@ -253,8 +324,14 @@ impl ForwardProgram {
 
     /// Everything with friction, coupled to round-off. For each lane whether friction and reactions are in
     /// balance and what the program takes for granted holds: that all contacts slide, that loads do not
-    /// vanish, that no branch is taken that no sample took. Where not, [`stiction::forward`] does it.
+    /// vanish, that no branch is taken that no sample took. Where not, results mean nothing, and
+    /// [`stiction::forward`] does it. Results without friction are still those of the last
+    /// [`Self::run_frictionless`].
+    ///
+    /// # Panics
+    /// If `settled` is shorter than the memory has lanes, or the memory is that of a smaller program.
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
+        check_flags(settled, memory);
         let runners = self.code.runners(memory.lanes);
         let Memory { lanes, slots, scratch } = memory;
         let lanes = *lanes;

@@ -7,6 +7,7 @@
 use crate::batch::StateOfMotion;
 use crate::code::{Part, Slots, compile};
 use crate::compiled::Compiled;
+use crate::error::RecordError;
 use crate::given::{BodyMotion, Given};
 use crate::graph::{Node, Op, needed};
 use crate::inverse_recipe::InverseStages;
@@ -17,9 +18,10 @@ use crate::recipe::{Counts, Recipe};
 use crate::run::{MOST_LANES, Runner, natural_lanes};
 use crate::samples::{Sample, samples, seeded_samples};
 use crate::stages::{early, handed};
-use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
+use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, LoadAxes};
 use stiction::kinematics::{State, Target};
 use stiction::mechanism::BodyId;
+use stiction::spatial::Vec3;
 
 /// Newton steps, at most.
 const STEPS: usize = 12;
@@ -38,6 +40,7 @@ const AGREES: f64 = 1e-9;
 #[derive(Debug)]
 pub struct InverseProgram {
     given: Given,
+    loaded: Vec<LoadPlace>,
     reads_targets: bool,
     counts: Counts,
     places: Places,
@@ -87,14 +90,17 @@ impl InverseProgram {
     ///
     /// `course` gives prescribed values amid the motions that are meant, each near enough to the one before
     /// for the mechanism to be brought there from the position of `solver`. `loads` says which bodies are
-    /// loaded, in which axes; the wrenches themselves are inputs. None if the kernel has no plan for the
-    /// mechanism (a singular position), if the course cannot be followed, or if what was recorded does not
-    /// give the solver's forces.
+    /// loaded, at which points, in which axes; the wrenches themselves are inputs. Friction is that of the mechanism,
+    /// coupled to the reactions, whatever the solver's settings say.
+    ///
+    /// # Errors
+    /// See [`RecordError`]: the kernel has no plan for the mechanism (a singular position), the course cannot be
+    /// followed, or what was recorded does not give the solver's forces.
     pub fn record(
         solver: &InverseDynamics,
         course: &[Vec<Target<f64>>],
         loads: &[AppliedLoad<f64>],
-    ) -> Option<Self> {
+    ) -> Result<Self, RecordError> {
         Self::record_with(solver, course, loads, true)
     }
 
@@ -105,9 +111,9 @@ impl InverseProgram {
         course: &[Vec<Target<f64>>],
         loads: &[AppliedLoad<f64>],
         machine: bool,
-    ) -> Option<Self> {
+    ) -> Result<Self, RecordError> {
         let made = Self::record_beside(solver, course, loads, &[], machine)?;
-        Some(made.0)
+        Ok(made.0)
     }
 
     /// The same with what finds slopes of all drives by these quantities, at the state that was run last.
@@ -117,9 +123,8 @@ impl InverseProgram {
         loads: &[AppliedLoad<f64>],
         quantities: &[Quantity],
         machine: bool,
-    ) -> Option<(Self, Beside)> {
-        let kernel = solver.kernel()?;
-        solver.weighting()?;
+    ) -> Result<(Self, Beside), RecordError> {
+        let kernel = solver.kernel().ok_or(RecordError::NoPlan)?;
         let samples = samples(solver, course, loads)?;
         let positions: Vec<Vec<f64>> =
             samples.iter().map(|sample| sample.state.coordinates.clone()).collect();
@@ -127,9 +132,10 @@ impl InverseProgram {
         let samples: Vec<Vec<f64>> = samples.iter().map(|sample| given.row(sample)).collect();
         let recipe = Recipe { kernel: &kernel, solver, loads };
         let recorded = recipe.record_inverse(&given, &samples, quantities)?;
-        let made = Self::compile(recipe.counts(0), &recorded, given, machine);
+        let places = loads.iter().map(place_of).collect();
+        let made = Self::compile(recipe.counts(0), &recorded, given, places, machine);
         let others = seeded_samples(9, solver, course, loads)?;
-        made.0.agrees_with(solver, &others).then_some(made)
+        if made.0.agrees_with(solver, &others) { Ok(made) } else { Err(RecordError::NotConfirmed) }
     }
 
     /// Whether it gives the forces of the solver that it was recorded from, where both give any, at other
@@ -170,6 +176,7 @@ impl InverseProgram {
         counts: Counts,
         recorded: &InverseStages,
         given: Given,
+        loaded: Vec<LoadPlace>,
         machine: bool,
     ) -> (Self, Beside) {
         let ops = recorded.graph.ops();
@@ -244,7 +251,7 @@ impl InverseProgram {
             guard: place(&recorded.guards[2]),
             reactions: recorded.reactions.clone(),
         };
-        (Self { given, reads_targets, counts, places, code }, beside)
+        (Self { given, loaded, reads_targets, counts, places, code }, beside)
     }
 
     /// How many states the wide code takes at once on this processor.
@@ -263,7 +270,7 @@ impl InverseProgram {
         self.code.is_machine_code()
     }
 
-    /// Room for runs of one state (`lanes` 1) or of [`Self::lanes`].
+    /// Room for runs of one state (`lanes` 1) or, for any other number, of [`Self::lanes`] states.
     pub fn memory(&self, lanes: usize) -> Memory {
         self.code.memory(lanes)
     }
@@ -279,7 +286,13 @@ impl InverseProgram {
         self.given.free()
     }
 
-    /// Sets one lane's state of motion, prescribed values and loads. The state must close the loops.
+    /// Sets one lane's state of motion, prescribed values and loads. The state must close the loops. Results are still
+    /// those of the last run.
+    ///
+    /// # Panics
+    /// If there is no such lane, no target for each prescribed coordinate (where motions of bodies do
+    /// not say all), or if loads are others than those for which
+    /// the program was recorded in more than force and moment.
     pub fn set(
         &self,
         memory: &mut Memory,
@@ -288,12 +301,16 @@ impl InverseProgram {
         targets: &[Target<f64>],
         loads: &[AppliedLoad<f64>],
     ) {
+        self.check(targets, loads);
         let (targets, put) = (self.read_of(targets), memory.writer(lane));
         self.given.visit(self.given.motions(state), &state.coordinates, targets, loads, put);
     }
 
     /// The same from the motions of [`Self::bodies`], in their order: inverse kinematics is a part of the
     /// program. `coordinates` are those of the whole tree; [`Self::coordinates`] of them are read.
+    ///
+    /// # Panics
+    /// As [`Self::set`], and unless there are as many motions as [`Self::bodies`].
     pub fn set_bodies(
         &self,
         memory: &mut Memory,
@@ -303,6 +320,9 @@ impl InverseProgram {
         targets: &[Target<f64>],
         loads: &[AppliedLoad<f64>],
     ) {
+        self.check(targets, loads);
+        let bodies = self.given.bodies().count();
+        assert!(motions.len() == bodies, "{} motions of {bodies} bodies", motions.len());
         let (targets, put) = (self.read_of(targets), memory.writer(lane));
         self.given.visit(motions.iter().copied(), coordinates, targets, loads, put);
     }
@@ -311,8 +331,7 @@ impl InverseProgram {
     /// Without any nothing is set.
     ///
     /// # Panics
-    /// If a state has fewer motions than there are [`Self::bodies`], or fewer loads or prescribed values
-    /// than the first.
+    /// As [`Self::set_bodies`], and if there are more states than lanes.
     pub fn set_lanes(&self, memory: &mut Memory, states: &[StateOfMotion<'_>]) {
         match memory.lanes {
             1 => self.set_all::<1>(memory, states),
@@ -324,9 +343,26 @@ impl InverseProgram {
 
     fn set_all<const L: usize>(&self, memory: &mut Memory, states: &[StateOfMotion<'_>]) {
         let Some(last) = states.last() else { return };
+        assert!(states.len() <= L, "{} states for {L} lanes", states.len());
+        let bodies = self.given.bodies().count();
+        for StateOfMotion { bodies: motions, targets, loads, .. } in states {
+            assert!(motions.len() == bodies, "{} motions of {bodies} bodies", motions.len());
+            self.check(targets, loads);
+        }
         let states = core::array::from_fn(|lane| states.get(lane).unwrap_or(last));
         let (slots, _) = memory.slots.as_chunks_mut::<L>();
         self.given.write_lanes(states, self.reads_targets, slots);
+    }
+
+    /// Inputs have no names of their own: one too few, and the next would be taken for it.
+    #[inline]
+    fn check(&self, targets: &[Target<f64>], loads: &[AppliedLoad<f64>]) {
+        let (found, expected) = (targets.len(), self.counts.targets);
+        assert!(
+            found == expected || !self.reads_targets,
+            "{found} targets for {expected} prescribed coordinates"
+        );
+        check_loads(&self.loaded, loads);
     }
 
     /// Where motions of bodies say all, nobody reads what is prescribed.
@@ -340,8 +376,13 @@ impl InverseProgram {
     }
 
     /// Everything without friction: [`Self::ideal_drive`] and [`Self::ideal_reaction`] afterwards.
-    /// For each lane whether what the program takes for granted holds, see [`Self::run`].
+    /// For each lane whether what the program takes for granted holds, see [`Self::run`]. Results with friction are
+    /// still those of the last [`Self::run`].
+    ///
+    /// # Panics
+    /// If `holds` is shorter than the memory has lanes, or the memory is that of a smaller program.
     pub fn run_frictionless(&self, memory: &mut Memory, holds: &mut [bool]) {
+        check_flags(holds, memory);
         self.code.runners(memory.lanes)[0].run(&mut memory.slots, &mut memory.scratch);
         for (lane, holds) in holds.iter_mut().enumerate().take(memory.lanes) {
             *holds = memory.read(self.places.ideal_guard, lane) > 0.0;
@@ -350,8 +391,14 @@ impl InverseProgram {
 
     /// Everything with friction, coupled to round-off. For each lane whether friction and reactions are in
     /// balance and what the program takes for granted holds: that all contacts slide, that loads do not
-    /// vanish, that no branch is taken that no sample took. Where not, [`InverseDynamics::solve`] does it.
+    /// vanish, that no branch is taken that no sample took. Where not, results mean nothing, and
+    /// [`InverseDynamics::solve`] does it. Results without friction are still those of the last
+    /// [`Self::run_frictionless`].
+    ///
+    /// # Panics
+    /// If `settled` is shorter than the memory has lanes, or the memory is that of a smaller program.
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
+        check_flags(settled, memory);
         let runners = self.code.runners(memory.lanes);
         match memory.lanes {
             1 => self.run_lanes::<1>(runners, memory, settled),
@@ -428,6 +475,34 @@ impl InverseProgram {
     pub fn sizes(&self) -> (usize, usize, usize) {
         (self.counts.drives, self.counts.joints, self.counts.contacts)
     }
+}
+
+/// Where a load is, which a recording takes for given: its force and moment are inputs.
+pub(crate) type LoadPlace = (BodyId, Vec3<f64>, LoadAxes);
+
+pub(crate) fn place_of(load: &AppliedLoad<f64>) -> LoadPlace {
+    (load.body, load.point, load.axes)
+}
+
+/// Loads are where they were recorded.
+#[inline]
+pub(crate) fn check_loads(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
+    let (found, expected) = (loads.len(), loaded.len());
+    assert!(found == expected, "{found} loads of a program that was recorded with {expected}");
+    for (place, load) in loaded.iter().zip(loads) {
+        assert!(
+            place_of(load) == *place,
+            "a load has another body, point or axes than was recorded: {:?} instead of {place:?}",
+            place_of(load)
+        );
+    }
+}
+
+/// Each lane has its flag: none is left as it was.
+#[inline]
+pub(crate) fn check_flags(flags: &[bool], memory: &Memory) {
+    let (found, lanes) = (flags.len(), memory.lanes);
+    assert!(found >= lanes, "{found} flags for {lanes} lanes");
 }
 
 /// Whether the last step leaves nothing but rounding. Newton's steps square the error: what

@@ -8,6 +8,7 @@
 //! Equation (P3) of the book's theory.
 
 use crate::derivative_recipe::Asked;
+use crate::error::RecordError;
 use crate::given::Given;
 use crate::graph::{Graph, Node, Op, needed};
 use crate::meaning::{Merged, merge};
@@ -58,14 +59,14 @@ pub(crate) struct Followed {
 }
 
 impl Recipe<'_> {
-    /// Records all stages, and slopes by these quantities; and merges what means the same. None if a quantity does not
-    /// exist.
+    /// Records all stages, and slopes by these quantities; and merges what means the same. It is an error if a quantity does
+    /// not exist.
     pub(crate) fn record_inverse(
         &self,
         given: &Given,
         samples: &[Vec<f64>],
         quantities: &[Quantity],
-    ) -> Option<InverseStages> {
+    ) -> Result<InverseStages, RecordError> {
         let setup = self.kernel.setup();
         let (cuts, spins) = Inverse::<f64>::new(&setup, self.solver.parameters()).carried(&setup);
         let (cuts, spins) = (cuts.len(), spins.len());
@@ -139,7 +140,7 @@ impl Recipe<'_> {
         });
         let control = [control[0], control[1], control[2]];
         let (slope_inputs, reactions) = (asked.slopes(), asked.reactions());
-        Some(InverseStages {
+        Ok(InverseStages {
             graph,
             ideal,
             from,

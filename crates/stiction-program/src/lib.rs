@@ -19,14 +19,13 @@
 //!     .gravity(Vec3::new(0.0, -9.81, 0.0))
 //!     .body(BodySpec::new("bob").mass(2.0).com(Vec3::new(0.5, 0.0, 0.0)))
 //!     .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob").actuated())
-//!     .build()
-//!     .map_err(|defects| defects[0].clone())?;
+//!     .build()?;
 //! let angle = Coordinate::Joint { joint: JointId(0), freedom: 0 };
 //! let at = |value| vec![Target { value, rate: 0.0, acceleration: 0.0 }];
 //! let solver = InverseDynamics::new(pendulum, &[], &[angle], &at(0.0), Settings::default())?;
 //! // Positions amid those that are meant.
 //! let course: Vec<_> = (0..10).map(|k| at(0.1 * f64::from(k))).collect();
-//! let program = InverseProgram::record(&solver, &course, &[]).ok_or("no program")?;
+//! let program = InverseProgram::record(&solver, &course, &[])?;
 //!
 //! let mut memory = program.memory(1);
 //! program.set(&mut memory, 0, solver.assembly().state(), &course[0], &[]);
@@ -45,6 +44,7 @@ mod compiled;
 mod derivative_recipe;
 mod derivatives;
 mod encode;
+mod error;
 mod forward;
 mod forward_recipe;
 mod given;
@@ -70,6 +70,7 @@ mod wrench;
 
 pub use batch::{ForcesAt, StateError, StateErrorCause, StateOfMotion};
 pub use derivatives::{DerivativeMemory, DerivativeProgram};
+pub use error::RecordError;
 pub use forward::ForwardProgram;
 pub use given::BodyMotion;
 pub use inverse::InverseProgram;

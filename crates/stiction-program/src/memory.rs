@@ -2,7 +2,8 @@
 
 use crate::aligned::Aligned;
 
-/// What runs read and write, for a number of states side by side.
+/// What runs read and write, for a number of states side by side, one in each lane. It belongs to the program that
+/// made it.
 #[derive(Clone, Debug)]
 pub struct Memory {
     pub(crate) lanes: usize,
@@ -26,6 +27,7 @@ impl Memory {
     /// Writes a lane's inputs one after the other.
     #[inline]
     pub(crate) fn writer(&mut self, lane: usize) -> impl FnMut(&[f64]) + '_ {
+        assert!(lane < self.lanes, "lane {lane} of {}", self.lanes);
         let (lanes, slots) = (self.lanes, &mut *self.slots);
         let mut next = lane;
         // One by one: programs read single numbers soon after, and would wait for wider pieces that overlap.

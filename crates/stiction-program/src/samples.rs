@@ -1,5 +1,6 @@
 //! States of motion at which the meaning of nodes is compared.
 
+use crate::error::RecordError;
 use stiction::dynamics::{AppliedLoad, InverseDynamics};
 use stiction::kinematics::{State, Target};
 use stiction::random::Random;
@@ -18,12 +19,12 @@ pub(crate) struct Sample {
 }
 
 /// Generic states along a course: positions near those given, with any rates, accelerations and loads.
-/// None if the course cannot be followed.
+/// An error if the course cannot be followed.
 pub(crate) fn samples(
     solver: &InverseDynamics,
     course: &[Vec<Target<f64>>],
     loads: &[AppliedLoad<f64>],
-) -> Option<Vec<Sample>> {
+) -> Result<Vec<Sample>, RecordError> {
     seeded_samples(1, solver, course, loads)
 }
 
@@ -33,23 +34,24 @@ pub(crate) fn seeded_samples(
     solver: &InverseDynamics,
     course: &[Vec<Target<f64>>],
     loads: &[AppliedLoad<f64>],
-) -> Option<Vec<Sample>> {
+) -> Result<Vec<Sample>, RecordError> {
     let mut random = Random::new(seed);
     let mut solver = solver.clone();
     let length = solver.mechanism().characteristic_length();
     if course.is_empty() {
-        return None;
+        return Err(RecordError::EmptyCourse);
     }
     let mut samples = Vec::with_capacity(SAMPLES);
     for k in 0..SAMPLES {
-        let mut targets = course.get(k % POSITIONS.min(course.len()))?.clone();
+        let position = k % POSITIONS.min(course.len());
+        let mut targets = course[position].clone();
         for target in &mut targets {
             // Off the course, which may be special, by little.
             target.value += 0.01 * length.min(1.0) * random.number();
             target.rate = random.number();
             target.acceleration = 10.0 * random.number();
         }
-        solver.move_to(&targets).ok()?;
+        solver.move_to(&targets).map_err(|error| RecordError::Course { position, error })?;
         let mut force = || 100.0 * random.number();
         let mut vector = || Vec3::new(force(), force(), force());
         let any =
@@ -57,5 +59,5 @@ pub(crate) fn seeded_samples(
         let loads = loads.iter().map(any).collect();
         samples.push(Sample { state: solver.assembly().state().clone(), targets, loads });
     }
-    Some(samples)
+    Ok(samples)
 }

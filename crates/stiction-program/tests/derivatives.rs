@@ -12,7 +12,7 @@ use stiction::random::Random;
 use stiction::scalar::Dual;
 use stiction::spatial::{Pose, Vec3};
 use stiction_model::gallery;
-use stiction_program::{DerivativeProgram, Quantity};
+use stiction_program::{DerivativeProgram, Quantity, RecordError};
 
 /// All of the gallery that programs can be recorded from. Andrews' crank goes round: it turns further than poses
 /// tell.
@@ -429,7 +429,7 @@ fn what_has_no_derivatives_is_refused() {
     let record = |quantities: &[Quantity]| {
         DerivativeProgram::record(&robot.solver, &robot.course, &robot.loads, quantities)
     };
-    assert!(record(&[]).is_none());
+    assert_eq!(record(&[]).map(|_| ()), Err(RecordError::NoQuantity));
     for wrong in [
         Quantity::Value(3),
         Quantity::Mass(BodyId(8)),
@@ -437,6 +437,34 @@ fn what_has_no_derivatives_is_refused() {
         Quantity::Coulomb(9),
         Quantity::PlaceInSuccessor(JointId(9), 0),
     ] {
-        assert!(record(&[wrong]).is_none(), "{wrong:?}");
+        assert_eq!(record(&[wrong]).map(|_| ()), Err(RecordError::UnknownQuantity(wrong)));
     }
+}
+
+/// Without a run, or after one that does not hold, there are no derivatives of some other state.
+#[test]
+fn derivatives_are_never_those_of_another_state() {
+    let robot = Robot::new("3rps", None);
+    let quantities = of_motion(&robot);
+    let (solver, course, loads) = (&robot.solver, &robot.course, &robot.loads);
+    let program = DerivativeProgram::record(solver, course, loads, &quantities).unwrap();
+    let mut memory = program.memory();
+    let mut jacobian = vec![0.0; quantities.len() * solver.mechanism().actuators().count()];
+    program.jacobian(&mut memory, &mut jacobian);
+    assert!(jacobian.iter().all(|slope| slope.is_nan()));
+
+    let mut targets = course[0].clone();
+    targets.iter_mut().for_each(|target| target.rate = 0.1);
+    let mut solver = solver.clone();
+    solver.move_to(&targets).unwrap();
+    assert!(program.run(&mut memory, solver.assembly().state(), &targets, loads));
+    program.jacobian(&mut memory, &mut jacobian);
+    assert!(jacobian.iter().all(|slope| slope.is_finite()));
+
+    // Contacts at rest are no matter of programs.
+    targets.iter_mut().for_each(|target| target.rate = 0.0);
+    solver.move_to(&targets).unwrap();
+    assert!(!program.run(&mut memory, solver.assembly().state(), &targets, loads));
+    program.jacobian(&mut memory, &mut jacobian);
+    assert!(jacobian.iter().all(|slope| slope.is_nan()));
 }

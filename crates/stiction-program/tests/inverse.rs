@@ -3,8 +3,10 @@
 mod common;
 
 use common::Robot;
-use stiction::dynamics::FrictionMode;
-use stiction_program::{InverseProgram, StateOfMotion};
+use stiction::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
+use stiction::mechanism::BodyId;
+use stiction::spatial::Vec3;
+use stiction_program::{InverseProgram, RecordError, StateOfMotion};
 
 /// The largest differences between a program and the solver along the course: without friction, with,
 /// relative to the largest force; moments over the characteristic length.
@@ -76,7 +78,7 @@ fn programs_are_their_solvers() {
         for machine in [false, true] {
             let (course, loads) = (robot.course.clone(), robot.loads.clone());
             let program = InverseProgram::record_with(&robot.solver, &course, &loads, machine)
-                .unwrap_or_else(|| panic!("{name}"));
+                .unwrap_or_else(|error| panic!("{name}: {error}"));
             // Rounding behind condition numbers of some hundred.
             let worst = compare(&mut robot, &program);
             assert!(worst < 1e-12, "{name}, machine {machine}: {worst}");
@@ -182,8 +184,11 @@ fn what_has_no_program_is_refused() {
     let robot = Robot::new("3rps", None);
     let mut course = robot.course.clone();
     course[3][0].value = 1e3;
-    assert!(InverseProgram::record(&robot.solver, &course, &robot.loads).is_none());
-    assert!(InverseProgram::record(&robot.solver, &[], &robot.loads).is_none());
+    let refused = |course: &[_]| {
+        InverseProgram::record(&robot.solver, course, &robot.loads).map(|_| ()).unwrap_err()
+    };
+    assert!(matches!(refused(&course), RecordError::Course { position: 3, .. }));
+    assert_eq!(refused(&[]), RecordError::EmptyCourse);
 }
 
 /// Programs are small: the equations of motion of a robot with three legs and all its reactions take less
@@ -194,4 +199,37 @@ fn what_means_the_same_is_computed_once() {
     let program = InverseProgram::record(&robot.solver, &robot.course, &robot.loads).unwrap();
     let [ideal, first, step, last] = program.operations();
     assert!(ideal < 900 && first < 1200 && step < 480 && last < 230, "{:?}", program.operations());
+}
+
+/// Inputs stand one after the other: one too few, and the next would be taken for it.
+#[test]
+fn what_is_given_must_be_what_was_recorded() {
+    let robot = Robot::new("3rps", None);
+    let (solver, course, loads) = (&robot.solver, &robot.course, &robot.loads);
+    let program = InverseProgram::record(solver, course, loads).unwrap();
+    let state = solver.assembly().state();
+    let is_refused = |lane: usize, loads: &[AppliedLoad<f64>], flags: usize| {
+        let run = || {
+            let mut memory = program.memory(1);
+            program.set(&mut memory, lane, state, &course[0], loads);
+            program.run(&mut memory, &mut vec![false; flags]);
+        };
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).is_err()
+    };
+    let elsewhere: Vec<_> = loads
+        .iter()
+        .map(|load| AppliedLoad { point: load.point + Vec3::new(0.1, 0.0, 0.0), ..*load })
+        .collect();
+    let zero = Vec3::new(0.0, 0.0, 0.0);
+    let one = AppliedLoad {
+        body: BodyId(1),
+        point: zero,
+        axes: LoadAxes::World,
+        force: zero,
+        moment: zero,
+    };
+    let more = [&loads[..], &[one]].concat();
+    assert!(!is_refused(0, loads, 1));
+    assert!(is_refused(1, loads, 1) && is_refused(0, loads, 0) && is_refused(0, &more, 1));
+    assert!(loads.is_empty() || is_refused(0, &elsewhere, 1));
 }

@@ -24,6 +24,7 @@ enum Kind {
 
 /// Why there are no instants.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum InstantsError {
     /// The step is not positive.
     #[error("the time between samples is {0} s, but must be greater than 0")]

@@ -26,7 +26,7 @@ pub(crate) fn subjects<'a>(robot: &'a Robot, expected: &'a Expected) -> Vec<Subj
         ("inverse_friction", "lanes_friction", true, &expected.with_friction),
     ] {
         for (name, is_wide) in [(single, false), (wide, true)] {
-            let Some(program) = record() else { continue };
+            let Ok(program) = record() else { continue };
             subjects.push(Runs::new(robot, program, is_wide, friction).subject(name, forces));
         }
     }
@@ -36,7 +36,7 @@ pub(crate) fn subjects<'a>(robot: &'a Robot, expected: &'a Expected) -> Vec<Subj
     ] {
         for (name, is_wide) in [(single, false), (wide, true)] {
             let program = ForwardProgram::record(&robot.solver, &course, &robot.loads[0]);
-            let Some(program) = program else { continue };
+            let Ok(program) = program else { continue };
             subjects
                 .push(ForwardRuns::new(robot, program, is_wide, friction, forces).subject(name));
         }

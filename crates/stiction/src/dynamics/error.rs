@@ -56,6 +56,12 @@ pub enum InverseError {
         /// By how much, m.
         beyond: f64,
     },
+    /// A load is NaN or infinite.
+    #[error("the load on body `{body}` is no finite number")]
+    NotFinite {
+        /// The body.
+        body: String,
+    },
     /// What was computed does not balance: rounding has eaten it.
     #[error(
         "the forces cannot be computed here: rounding errors leave {} of the power unaccounted for; \

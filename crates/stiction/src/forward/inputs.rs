@@ -112,7 +112,10 @@ pub trait Inputs {
     }
 }
 
-/// Constant efforts and nothing else.
+/// Constant efforts and nothing else, N or N m, in the order of [`Mechanism::actuators`]; actuators beyond the list
+/// exert none.
+///
+/// [`Mechanism::actuators`]: crate::mechanism::Mechanism::actuators
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConstantEfforts(pub Vec<f64>);
 

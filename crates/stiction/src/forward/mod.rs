@@ -41,6 +41,56 @@ use crate::spatial::Pose;
 use crate::topology::{Topology, TreeRule};
 
 /// A mechanism, ready to be simulated.
+///
+/// ```
+/// use stiction::forward::{ConstantEfforts, EventKind, Forward, Settings};
+/// use stiction::friction::{Contact, Law, LoadMap};
+/// use stiction::joint::JointType;
+/// use stiction::kinematics::{Coordinate, Target};
+/// use stiction::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
+/// use stiction::spatial::{Mat3, Pose, Vec3};
+///
+/// // A block of 2 kg that is pushed along x: the rail's z axis is its direction of sliding.
+/// let rail = Pose { rotation: Mat3::between(Vec3::new(0.0, 0.0, 1.0), Vec3::new(1.0, 0.0, 0.0)), ..Pose::identity() };
+/// let dry = Contact {
+///     place: 0,
+///     radius: None,
+///     law: Law::coulomb_viscous(0.25, 0.0),
+///     backward: None,
+///     load: LoadMap::force_only(),
+/// };
+/// let mechanism = MechanismBuilder::new("block")
+///     .gravity(Vec3::new(0.0, -10.0, 0.0))
+///     .body(BodySpec::new("block").mass(2.0))
+///     .joint(
+///         JointSpec::new("rail", JointType::Prismatic, "ground", "block")
+///             .frames(rail, rail)
+///             .actuated()
+///             .friction(dry),
+///     )
+///     .build()?;
+/// let forward = Forward::new(mechanism, &[]);
+/// let slide = Coordinate::Joint { joint: JointId(0), freedom: 0 };
+/// let start = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+/// let state = forward.assemble(&[], &[slide], &[start])?;
+///
+/// // 4 N do not overcome 0.25 * 20 N, 9 N leave 4 N for 2 kg.
+/// let mut weak = ConstantEfforts(vec![4.0]);
+/// let mut simulation = forward.start(0.0, state.clone(), Settings::default(), &mut weak)?;
+/// simulation.advance(1.0, &mut weak)?;
+/// assert_eq!(simulation.joint_motion(JointId(0), 0).value, 0.0);
+///
+/// let mut strong = ConstantEfforts(vec![9.0]);
+/// let mut simulation = forward.start(0.0, state, Settings::default(), &mut strong)?;
+/// simulation.advance(1.0, &mut strong)?;
+/// let motion = simulation.joint_motion(JointId(0), 0);
+/// assert!((motion.acceleration - 2.0).abs() < 1e-12 && (motion.value - 1.0).abs() < 1e-9);
+/// // What holds the block up, and what friction leaves of the push.
+/// let (force, _) = simulation.instant().reactions()[0];
+/// assert!((force.y - 20.0).abs() < 1e-12 && (force.x - 4.0).abs() < 1e-12);
+/// assert!(!simulation.events().iter().any(|event| matches!(event.kind, EventKind::Sticks { .. })));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Forward {
     mechanism: Mechanism,
@@ -54,7 +104,7 @@ pub struct Forward {
 
 impl Forward {
     /// `prescribed` are the indices of actuators whose coordinate is a given function of time; all
-    /// others exert efforts.
+    /// others exert efforts. They count in the order of [`Mechanism::actuators`]; one that is not there is ignored.
     pub fn new(mechanism: Mechanism, prescribed: &[usize]) -> Self {
         Self::with_tree(mechanism, TreeRule::Structure, prescribed)
     }

@@ -45,6 +45,14 @@ pub enum AssemblyError {
         /// The range in words.
         range: &'static str,
     },
+    /// A prescribed value, rate or acceleration is NaN or infinite.
+    #[error(
+        "prescribed coordinate {index} (counted from 0) has a value, rate or acceleration that is no finite number"
+    )]
+    NotFinite {
+        /// Its place among the prescribed coordinates.
+        index: usize,
+    },
     /// The loops close, but not while they move as prescribed.
     #[error(
         "the loops close at this position, but it cannot be passed with the prescribed {order}: {} by \

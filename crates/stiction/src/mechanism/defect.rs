@@ -1,6 +1,58 @@
 //! What can be wrong with a mechanism's description.
 
+use core::fmt;
+use core::ops::Deref;
 use thiserror::Error;
+
+/// Everything that is wrong with a description, in the order in which it was found; at least one [`Defect`].
+///
+/// It is a slice of defects, and an error whose text has a line for each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Defects(Vec<Defect>);
+
+impl Defects {
+    /// None if there are none.
+    pub(super) fn new(defects: Vec<Defect>) -> Option<Self> {
+        (!defects.is_empty()).then_some(Self(defects))
+    }
+}
+
+impl Deref for Defects {
+    type Target = [Defect];
+
+    fn deref(&self) -> &[Defect] {
+        &self.0
+    }
+}
+
+impl IntoIterator for Defects {
+    type Item = Defect;
+    type IntoIter = std::vec::IntoIter<Defect>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.into_iter()
+    }
+}
+
+impl<'a> IntoIterator for &'a Defects {
+    type Item = &'a Defect;
+    type IntoIter = core::slice::Iter<'a, Defect>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.iter()
+    }
+}
+
+impl fmt::Display for Defects {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, defect) in self.0.iter().enumerate() {
+            write!(f, "{}{defect}", if k == 0 { "" } else { "\n" })?;
+        }
+        Ok(())
+    }
+}
+
+impl core::error::Error for Defects {}
 
 /// One defect of a description. [`super::MechanismBuilder::build`] reports all of them together.
 #[derive(Clone, Debug, PartialEq, Error)]

@@ -11,7 +11,7 @@ mod warning;
 
 pub use builder::{BodySpec, JointSpec, MechanismBuilder};
 pub use compliance::Compliance;
-pub use defect::Defect;
+pub use defect::{Defect, Defects};
 pub use spring::{Spring, SpringSpec};
 pub use warning::Warning;
 

@@ -24,6 +24,7 @@ pub struct Spring {
 }
 
 /// A spring to be; bodies by name.
+#[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpringSpec {
     name: String,

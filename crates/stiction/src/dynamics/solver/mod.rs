@@ -40,8 +40,7 @@ use nalgebra::DMatrix;
 ///     .gravity(Vec3::new(0.0, -9.81, 0.0))
 ///     .body(BodySpec::new("bob").mass(2.0).com(Vec3::new(0.5, 0.0, 0.0)))
 ///     .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob").actuated())
-///     .build()
-///     .map_err(|defects| defects[0].clone())?;
+///     .build()?;
 /// let angle = Coordinate::Joint { joint: JointId(0), freedom: 0 };
 /// let level = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
 /// let mut solver =
@@ -109,10 +108,14 @@ pub(super) struct Parts<'a> {
 
 impl InverseDynamics {
     /// Assembles the mechanism at `targets`, one for each of `coordinates`. `homes` are guesses of
-    /// the poses of bodies in the ground's frame.
+    /// the poses of bodies in the ground's frame. Which of several assembly modes it finds is told by
+    /// [`JointSpec::start`](crate::mechanism::JointSpec::start) and these guesses.
     ///
     /// # Errors
     /// See [`AssemblyError`].
+    ///
+    /// # Panics
+    /// Unless there is one target for each coordinate, and all bodies, joints and freedoms that are named exist.
     pub fn new(
         mechanism: Mechanism,
         homes: &[(BodyId, Pose<f64>)],
@@ -128,6 +131,9 @@ impl InverseDynamics {
     ///
     /// # Errors
     /// See [`AssemblyError`].
+    ///
+    /// # Panics
+    /// As [`Self::new`].
     pub fn with_tree(
         mechanism: Mechanism,
         rule: TreeRule,
@@ -184,6 +190,11 @@ impl InverseDynamics {
     }
 
     /// What is computed, and how accurately.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The same, to be changed: it matters from the next [`Self::solve`] on.
     pub fn settings_mut(&mut self) -> &mut Settings {
         &mut self.settings
     }
@@ -281,12 +292,13 @@ impl InverseDynamics {
         assembly.kinematics().closure_error(assembly.prescription(), self.parameters.length)
     }
 
-    /// The forces of the last [`Self::solve`].
+    /// The forces of the last [`Self::solve`] that succeeded, wherever the mechanism was moved since; zeros before the
+    /// first. Take what [`Self::solve`] returns where you can.
     pub fn forces(&self) -> &Forces {
         &self.forces
     }
 
-    /// How much of each drive of the last [`Self::solve`] each contact's friction causes.
+    /// How much of each drive of the last [`Self::solve`] each contact's friction causes. Ask before the mechanism is moved on.
     pub fn shares(&mut self) -> &Shares<f64> {
         // Those of the dense system are there already.
         if let (true, Ok(balance), Some(inverse)) =
@@ -334,18 +346,23 @@ impl InverseDynamics {
         }))
     }
 
-    /// Moves to new targets near the present ones.
+    /// Moves to new targets, one for each coordinate, near the present ones; see [`Assembly::move_to`]. Forces stay those of
+    /// the last [`Self::solve`].
     ///
     /// # Errors
-    /// See [`AssemblyError`].
+    /// See [`AssemblyError`]; it is then where it was before.
+    ///
+    /// # Panics
+    /// Unless there is one target for each prescribed coordinate.
     pub fn move_to(&mut self, targets: &[Target<f64>]) -> Result<(), AssemblyError> {
         self.assembly.move_to(&self.topology, &self.parameters, targets)
     }
 
-    /// Moves along a motion in the same assembly mode; see [`Assembly::follow`].
+    /// Moves along a motion in the same assembly mode, from time `from`, where it is, to time `to`, s; see
+    /// [`Assembly::follow`]. `motion` writes the targets of an instant. Forces stay those of the last [`Self::solve`].
     ///
     /// # Errors
-    /// See [`AssemblyError`].
+    /// See [`AssemblyError`]. Loops may be open then: move it to a position that it can reach before solving again.
     pub fn follow(
         &mut self,
         from: f64,
@@ -356,7 +373,11 @@ impl InverseDynamics {
     }
 
     /// Moves along a motion in one step of `step` seconds to `targets`, if it is smooth enough for that; see
-    /// [`Assembly::leap`].
+    /// [`Assembly::leap`]. If not, it stays where it is and this is false.
+    ///
+    /// # Panics
+    /// Unless there is one target for each prescribed coordinate.
+    #[must_use = "it may have stayed where it was"]
     pub fn leap(&mut self, step: f64, targets: &[Target<f64>]) -> bool {
         self.assembly.leap(&self.topology, &self.parameters, step, targets)
     }

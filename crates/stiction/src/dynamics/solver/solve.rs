@@ -25,8 +25,12 @@ impl InverseDynamics {
     /// All forces at the present position under loads.
     ///
     /// # Errors
-    /// See [`InverseError`].
+    /// See [`InverseError`]. [`Self::forces`] then are no forces of this position.
+    ///
+    /// # Panics
+    /// If a load is on a body that does not exist.
     pub fn solve(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
+        self.check_loads(loads)?;
         self.check_springs()?;
         self.check_overlaps()?;
         if !self.by_kernel(loads) {
@@ -41,6 +45,20 @@ impl InverseDynamics {
             Err(locked @ InverseError::Locked { .. }) => Err(locked),
             _ => self.solve_carefully(loads),
         }
+    }
+
+    /// Loads are finite and on bodies that there are.
+    fn check_loads(&self, loads: &[AppliedLoad<f64>]) -> Result<(), InverseError> {
+        let bodies = self.mechanism.bodies();
+        for AppliedLoad { body, point, force, moment, .. } in loads {
+            let count = bodies.len();
+            assert!(body.0 < count, "a load on {body:?} of a mechanism of {count} bodies");
+            let mut numbers = [point, force, moment].into_iter().flat_map(|v| v.to_array());
+            if !numbers.all(f64::is_finite) {
+                return Err(InverseError::NotFinite { body: bodies[body.0].name.clone() });
+            }
+        }
+        Ok(())
     }
 
     /// Springs whose ends coincide have no direction to pull in.
@@ -149,7 +167,11 @@ impl InverseDynamics {
     ///
     /// # Errors
     /// See [`InverseError`].
+    ///
+    /// # Panics
+    /// If a load is on a body that does not exist.
     pub fn solve_carefully(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
+        self.check_loads(loads)?;
         self.check_springs()?;
         self.check_overlaps()?;
         let statics = self.statics();
@@ -202,6 +224,9 @@ impl InverseDynamics {
     /// # Errors
     /// See [`InverseError`]; [`InverseError::Unsettled`] where the position is singular, or
     /// constraints and actuators are both redundant.
+    ///
+    /// # Panics
+    /// If a load is on a body that does not exist.
     pub fn rest(&mut self, loads: &[AppliedLoad<f64>]) -> Result<Rest, InverseError> {
         self.assembly.stop(&self.topology, &self.parameters);
         self.solve(loads)?;

@@ -108,7 +108,7 @@ impl Simulation<'_> {
         self.evaluations
     }
 
-    /// Goes on to a time.
+    /// Goes on to a time, s; nothing happens if that is past.
     ///
     /// # Errors
     /// See [`ForwardError`]; the last good instant stays.

@@ -60,6 +60,9 @@ impl Assembly {
     ///
     /// # Errors
     /// See [`AssemblyError`].
+    ///
+    /// # Panics
+    /// Unless there is one target for each coordinate, and all bodies, joints and freedoms that are named exist.
     pub fn new(
         mechanism: &Mechanism,
         topology: &Topology,
@@ -70,7 +73,8 @@ impl Assembly {
     ) -> Result<Self, AssemblyError> {
         let body_names: Vec<_> = mechanism.bodies().iter().map(|b| b.name.clone()).collect();
         let joint_names: Vec<_> = mechanism.joints().iter().map(|j| j.name.clone()).collect();
-        check_angle_ranges(&body_names, coordinates, targets)?;
+        check_existence(mechanism, homes, coordinates);
+        check_targets(&body_names, coordinates, targets)?;
         let state = guess(mechanism, topology, parameters, homes);
         let prescription = Prescription::new(topology, coordinates, &[]);
         let kinematics = Kinematics::new(topology, &prescription, &Elimination::default());
@@ -150,16 +154,33 @@ impl Assembly {
     /// does not watch the assembly mode; [`Self::follow`] does.
     ///
     /// # Errors
-    /// See [`AssemblyError`].
+    /// See [`AssemblyError`]; it is then where it was before.
+    ///
+    /// # Panics
+    /// Unless there is one target for each prescribed coordinate.
     pub fn move_to(
         &mut self,
         topology: &Topology,
         parameters: &Parameters<f64>,
         targets: &[Target<f64>],
     ) -> Result<(), AssemblyError> {
-        check_angle_ranges(&self.body_names, self.prescription.coordinates(), targets)?;
+        check_targets(&self.body_names, self.prescription.coordinates(), targets)?;
+        self.before.clone_from(&self.state);
+        self.passed.copy_from_slice(&self.targets);
         self.targets.copy_from_slice(targets);
-        self.settle(topology, parameters)
+        let outcome = self.settle(topology, parameters);
+        if outcome.is_err() {
+            // Where the search ended loops are open, and nobody is to compute forces there.
+            self.state.clone_from(&self.before);
+            self.targets.copy_from_slice(&self.passed);
+            // The search may have planned for another position.
+            let is_sound = self.differentiates(topology, parameters)
+                && self.agree(topology, parameters).is_ok();
+            if !is_sound && self.plan(topology, parameters).is_ok() {
+                self.differentiate(topology, parameters);
+            }
+        }
+        outcome
     }
 
     /// Stops where it is: all rates and accelerations zero.
@@ -174,7 +195,8 @@ impl Assembly {
     /// assembly mode. `motion` writes the targets of an instant.
     ///
     /// # Errors
-    /// See [`AssemblyError`]; a jump that no halving of the step removes is one.
+    /// See [`AssemblyError`]; a jump that no halving of the step removes is one. Loops may be open then: use it no
+    /// more before it has been moved to a position that it can reach.
     pub fn follow(
         &mut self,
         topology: &Topology,
@@ -243,6 +265,10 @@ impl Assembly {
     /// Moves along a motion in one step, if it is smooth enough for that; if not, stays where it is and
     /// returns false. It may be many samples long: [`Self::follow`] is for what must arrive. Unlike there,
     /// nothing is searched for, so that failing costs little.
+    ///
+    /// # Panics
+    /// Unless there is one target for each prescribed coordinate.
+    #[must_use = "it may have stayed where it was"]
     pub fn leap(
         &mut self,
         topology: &Topology,
@@ -251,6 +277,7 @@ impl Assembly {
         targets: &[Target<f64>],
     ) -> bool {
         let coordinates = self.prescription.coordinates();
+        check_number(coordinates, targets);
         if check_angle_ranges(&self.body_names, coordinates, targets).is_err() {
             return false;
         }
@@ -477,6 +504,59 @@ fn farthest(a: &Bodies<f64>, b: &Bodies<f64>, length: f64) -> (usize, Pose<f64>,
         }
     }
     worst
+}
+
+/// What is named must exist: indices are the caller's, and no input.
+fn check_existence(
+    mechanism: &Mechanism,
+    homes: &[(BodyId, Pose<f64>)],
+    coordinates: &[Coordinate],
+) {
+    let check_body = |body: BodyId| {
+        let count = mechanism.bodies().len();
+        assert!(body.0 < count, "{body:?} of a mechanism of {count} bodies, the ground among them");
+    };
+    homes.iter().for_each(|(body, _)| check_body(*body));
+    for coordinate in coordinates {
+        match *coordinate {
+            Coordinate::Position { body, axis: index }
+            | Coordinate::Angle { body, index, .. }
+            | Coordinate::RotationVector { body, axis: index } => {
+                check_body(body);
+                assert!(index < 3, "{coordinate:?}: there are three of these");
+            }
+            Coordinate::Joint { joint, freedom } => {
+                let joints = mechanism.joints();
+                let count = joints.len();
+                assert!(joint.0 < count, "{joint:?} of a mechanism of {count} joints");
+                let joint_type = joints[joint.0].joint_type;
+                assert!(
+                    joint_type.has_scalar_coordinates() && freedom < joint_type.freedoms().len(),
+                    "joint `{}` has no scalar coordinate {freedom}",
+                    joints[joint.0].name
+                );
+            }
+        }
+    }
+}
+
+fn check_number(coordinates: &[Coordinate], targets: &[Target<f64>]) {
+    let (found, expected) = (targets.len(), coordinates.len());
+    assert!(found == expected, "{found} targets for {expected} prescribed coordinates");
+}
+
+fn check_targets(
+    body_names: &[String],
+    coordinates: &[Coordinate],
+    targets: &[Target<f64>],
+) -> Result<(), AssemblyError> {
+    check_number(coordinates, targets);
+    let is_finite =
+        |t: &Target<f64>| [t.value, t.rate, t.acceleration].iter().all(|x| x.is_finite());
+    match targets.iter().position(|target| !is_finite(target)) {
+        Some(index) => Err(AssemblyError::NotFinite { index }),
+        None => check_angle_ranges(body_names, coordinates, targets),
+    }
 }
 
 fn check_angle_ranges(

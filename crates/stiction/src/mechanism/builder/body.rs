@@ -5,6 +5,7 @@ use crate::mechanism::{Body, Defect};
 use crate::spatial::{Mat3, Vec3};
 
 /// A body to be.
+#[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodySpec {
     pub(super) body: Body,

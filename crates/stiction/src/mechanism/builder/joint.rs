@@ -8,6 +8,7 @@ use crate::spatial::Pose;
 use std::collections::HashMap;
 
 /// A joint to be; bodies by name.
+#[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointSpec {
     pub(super) name: String,

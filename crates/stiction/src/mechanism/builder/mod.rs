@@ -8,7 +8,7 @@ mod length;
 pub use body::BodySpec;
 pub use joint::JointSpec;
 
-use super::{Body, BodyId, Defect, GROUND_NAME, Joint, Mechanism, SpringSpec};
+use super::{Body, BodyId, Defect, Defects, GROUND_NAME, Joint, Mechanism, SpringSpec};
 use crate::spatial::{Pose, Vec3};
 use length::own_length;
 use std::collections::{HashMap, HashSet};
@@ -26,8 +26,9 @@ use std::collections::{HashMap, HashSet};
 ///     .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob").actuated())
 ///     .build()?;
 /// assert_eq!(pendulum.bodies().len(), 2);
-/// # Ok::<(), Vec<stiction::mechanism::Defect>>(())
+/// # Ok::<(), stiction::mechanism::Defects>(())
 /// ```
+#[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug)]
 pub struct MechanismBuilder {
     name: String,
@@ -92,8 +93,8 @@ impl MechanismBuilder {
     /// The mechanism, or everything that is wrong with it.
     ///
     /// # Errors
-    /// All [`Defect`]s of the description.
-    pub fn build(self) -> Result<Mechanism, Vec<Defect>> {
+    /// All [`Defect`]s of the description together.
+    pub fn build(self) -> Result<Mechanism, Defects> {
         let mut defects = Vec::new();
         check_finite(&mut defects, "gravity", &self.gravity.to_array());
         check_finite(&mut defects, "the place of the base", &pose_numbers(&self.base));
@@ -151,7 +152,7 @@ impl MechanismBuilder {
                 }
             }
         }
-        if !defects.is_empty() {
+        if let Some(defects) = Defects::new(defects) {
             return Err(defects);
         }
         let characteristic_length = self.characteristic_length.unwrap_or(own);
