@@ -11,7 +11,7 @@ use crate::compiled::Compiled;
 use crate::error::RecordError;
 use crate::forward_recipe::ForwardStages;
 use crate::graph::Node;
-use crate::inverse::{LoadPlace, check_flags, check_loads, place_of};
+use crate::loaded::{LoadPlace, check_loads, place_of};
 use crate::machine::fuses;
 use crate::memory::Memory;
 use crate::recipe::{Counts, Recipe};
@@ -315,7 +315,7 @@ impl ForwardProgram {
     /// # Panics
     /// If `holds` is shorter than the memory has lanes, or the memory is that of a smaller program.
     pub fn run_frictionless(&self, memory: &mut Memory, holds: &mut [bool]) {
-        check_flags(holds, memory);
+        memory.check_flags(holds);
         self.code.runners(memory.lanes)[IDEAL].run(&mut memory.slots, &mut memory.scratch);
         for (lane, holds) in holds.iter_mut().enumerate().take(memory.lanes) {
             *holds = memory.read(self.places.ideal_guard, lane) > 0.0;
@@ -331,7 +331,7 @@ impl ForwardProgram {
     /// # Panics
     /// If `settled` is shorter than the memory has lanes, or the memory is that of a smaller program.
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
-        check_flags(settled, memory);
+        memory.check_flags(settled);
         let runners = self.code.runners(memory.lanes);
         let Memory { lanes, slots, scratch } = memory;
         let lanes = *lanes;

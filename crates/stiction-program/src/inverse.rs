@@ -11,6 +11,7 @@ use crate::error::RecordError;
 use crate::given::{BodyMotion, Given};
 use crate::graph::{Node, Op, needed};
 use crate::inverse_recipe::InverseStages;
+use crate::loaded::{LoadPlace, check_loads, place_of};
 use crate::machine::fuses;
 use crate::memory::Memory;
 use crate::quantity::Quantity;
@@ -18,10 +19,9 @@ use crate::recipe::{Counts, Recipe};
 use crate::run::{MOST_LANES, Runner, natural_lanes};
 use crate::samples::{Sample, samples, seeded_samples};
 use crate::stages::{early, handed};
-use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, LoadAxes};
+use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction::kinematics::{State, Target};
 use stiction::mechanism::BodyId;
-use stiction::spatial::Vec3;
 
 /// Newton steps, at most.
 const STEPS: usize = 12;
@@ -382,7 +382,7 @@ impl InverseProgram {
     /// # Panics
     /// If `holds` is shorter than the memory has lanes, or the memory is that of a smaller program.
     pub fn run_frictionless(&self, memory: &mut Memory, holds: &mut [bool]) {
-        check_flags(holds, memory);
+        memory.check_flags(holds);
         self.code.runners(memory.lanes)[0].run(&mut memory.slots, &mut memory.scratch);
         for (lane, holds) in holds.iter_mut().enumerate().take(memory.lanes) {
             *holds = memory.read(self.places.ideal_guard, lane) > 0.0;
@@ -398,7 +398,7 @@ impl InverseProgram {
     /// # Panics
     /// If `settled` is shorter than the memory has lanes, or the memory is that of a smaller program.
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
-        check_flags(settled, memory);
+        memory.check_flags(settled);
         let runners = self.code.runners(memory.lanes);
         match memory.lanes {
             1 => self.run_lanes::<1>(runners, memory, settled),
@@ -475,34 +475,6 @@ impl InverseProgram {
     pub fn sizes(&self) -> (usize, usize, usize) {
         (self.counts.drives, self.counts.joints, self.counts.contacts)
     }
-}
-
-/// Where a load is, which a recording takes for given: its force and moment are inputs.
-pub(crate) type LoadPlace = (BodyId, Vec3<f64>, LoadAxes);
-
-pub(crate) fn place_of(load: &AppliedLoad<f64>) -> LoadPlace {
-    (load.body, load.point, load.axes)
-}
-
-/// Loads are where they were recorded.
-#[inline]
-pub(crate) fn check_loads(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
-    let (found, expected) = (loads.len(), loaded.len());
-    assert!(found == expected, "{found} loads of a program that was recorded with {expected}");
-    for (place, load) in loaded.iter().zip(loads) {
-        assert!(
-            place_of(load) == *place,
-            "a load has another body, point or axes than was recorded: {:?} instead of {place:?}",
-            place_of(load)
-        );
-    }
-}
-
-/// Each lane has its flag: none is left as it was.
-#[inline]
-pub(crate) fn check_flags(flags: &[bool], memory: &Memory) {
-    let (found, lanes) = (flags.len(), memory.lanes);
-    assert!(found >= lanes, "{found} flags for {lanes} lanes");
 }
 
 /// Whether the last step leaves nothing but rounding. Newton's steps square the error: what

@@ -51,6 +51,7 @@ mod given;
 mod graph;
 mod inverse;
 mod inverse_recipe;
+mod loaded;
 mod loads;
 mod machine;
 mod meaning;

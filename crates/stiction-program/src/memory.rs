@@ -24,6 +24,13 @@ impl Memory {
         }
     }
 
+    /// Each lane has its flag: none is left as it was.
+    #[inline]
+    pub(crate) fn check_flags(&self, flags: &[bool]) {
+        let (found, lanes) = (flags.len(), self.lanes);
+        assert!(found >= lanes, "{found} flags for {lanes} lanes");
+    }
+
     /// Writes a lane's inputs one after the other.
     #[inline]
     pub(crate) fn writer(&mut self, lane: usize) -> impl FnMut(&[f64]) + '_ {

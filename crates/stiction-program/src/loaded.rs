@@ -1,0 +1,26 @@
+//! Where loads act, which a recording takes for given: their forces and moments are inputs.
+
+use stiction::dynamics::{AppliedLoad, LoadAxes};
+use stiction::mechanism::BodyId;
+use stiction::spatial::Vec3;
+
+/// A load's body, point and axes.
+pub(crate) type LoadPlace = (BodyId, Vec3<f64>, LoadAxes);
+
+pub(crate) fn place_of(load: &AppliedLoad<f64>) -> LoadPlace {
+    (load.body, load.point, load.axes)
+}
+
+/// Loads are where they were recorded.
+#[inline]
+pub(crate) fn check_loads(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
+    let (found, expected) = (loads.len(), loaded.len());
+    assert!(found == expected, "{found} loads of a program that was recorded with {expected}");
+    for (place, load) in loaded.iter().zip(loads) {
+        assert!(
+            place_of(load) == *place,
+            "a load has another body, point or axes than was recorded: {:?} instead of {place:?}",
+            place_of(load)
+        );
+    }
+}

@@ -1,0 +1,83 @@
+//! Whether what is asked for can be asked for at all.
+
+use crate::kinematics::coordinate::{Coordinate, Target};
+use crate::kinematics::error::AssemblyError;
+use crate::mechanism::{BodyId, Mechanism};
+use crate::spatial::Pose;
+
+/// What is named must exist: indices are the caller's, and no input.
+pub(super) fn check_existence(
+    mechanism: &Mechanism,
+    homes: &[(BodyId, Pose<f64>)],
+    coordinates: &[Coordinate],
+) {
+    let check_body = |body: BodyId| {
+        let count = mechanism.bodies().len();
+        assert!(body.0 < count, "{body:?} of a mechanism of {count} bodies, the ground among them");
+    };
+    homes.iter().for_each(|(body, _)| check_body(*body));
+    for coordinate in coordinates {
+        match *coordinate {
+            Coordinate::Position { body, axis: index }
+            | Coordinate::Angle { body, index, .. }
+            | Coordinate::RotationVector { body, axis: index } => {
+                check_body(body);
+                assert!(index < 3, "{coordinate:?}: there are three of these");
+            }
+            Coordinate::Joint { joint, freedom } => {
+                let joints = mechanism.joints();
+                let count = joints.len();
+                assert!(joint.0 < count, "{joint:?} of a mechanism of {count} joints");
+                let joint_type = joints[joint.0].joint_type;
+                assert!(
+                    joint_type.has_scalar_coordinates() && freedom < joint_type.freedoms().len(),
+                    "joint `{}` has no scalar coordinate {freedom}",
+                    joints[joint.0].name
+                );
+            }
+        }
+    }
+}
+
+pub(super) fn check_number(coordinates: &[Coordinate], targets: &[Target<f64>]) {
+    let (found, expected) = (targets.len(), coordinates.len());
+    assert!(found == expected, "{found} targets for {expected} prescribed coordinates");
+}
+
+pub(super) fn check_targets(
+    body_names: &[String],
+    coordinates: &[Coordinate],
+    targets: &[Target<f64>],
+) -> Result<(), AssemblyError> {
+    check_number(coordinates, targets);
+    let is_finite =
+        |t: &Target<f64>| [t.value, t.rate, t.acceleration].iter().all(|x| x.is_finite());
+    match targets.iter().position(|target| !is_finite(target)) {
+        Some(index) => Err(AssemblyError::NotFinite { index }),
+        None => check_angle_ranges(body_names, coordinates, targets),
+    }
+}
+
+pub(super) fn check_angle_ranges(
+    body_names: &[String],
+    coordinates: &[Coordinate],
+    targets: &[Target<f64>],
+) -> Result<(), AssemblyError> {
+    for (coordinate, target) in coordinates.iter().zip(targets) {
+        let Coordinate::Angle { body, order, index: 1 } = coordinate else { continue };
+        let quarter = core::f64::consts::FRAC_PI_2;
+        let (middle, range) = if order.is_tait_bryan() {
+            (0.0, "between -90 and 90 deg")
+        } else {
+            (quarter, "between 0 and 180 deg")
+        };
+        if (target.value - middle).abs() >= quarter * (1.0 - 1e-9) {
+            return Err(AssemblyError::AngleRange {
+                body: body_names[body.0].clone(),
+                degrees: target.value.to_degrees(),
+                range,
+            });
+        }
+    }
+    Ok(())
+}
