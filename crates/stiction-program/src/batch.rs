@@ -78,7 +78,7 @@ impl InverseProgram {
     /// The first state for which the solver finds no forces; those before it are told.
     ///
     /// # Panics
-    /// As [`Self::set_lanes`].
+    /// As [`Self::set_bodies`].
     pub fn run_all(
         &self,
         solver: &mut InverseDynamics,
@@ -92,6 +92,7 @@ impl InverseProgram {
         let mut drives = vec![0.0; drive_count];
         let mut reactions = vec![[0.0; 6]; joint_count];
         let mut left = 0;
+        states.iter().for_each(|state| self.check(state.targets, state.loads));
         for first in (0..states.len()).step_by(lanes) {
             self.set_lanes(&mut memory, &states[first..states.len().min(first + lanes)]);
             self.run(&mut memory, &mut settled);

@@ -11,7 +11,7 @@ use crate::error::RecordError;
 use crate::given::{BodyMotion, Given};
 use crate::graph::{Node, Op, needed};
 use crate::inverse_recipe::InverseStages;
-use crate::loaded::{LoadPlace, check_loads, place_of};
+use crate::loaded::{LoadPlace, check_count, check_places, place_of};
 use crate::machine::fuses;
 use crate::memory::Memory;
 use crate::quantity::Quantity;
@@ -331,7 +331,8 @@ impl InverseProgram {
     /// Without any nothing is set.
     ///
     /// # Panics
-    /// As [`Self::set_bodies`], and if there are more states than lanes.
+    /// As [`Self::set_bodies`], and if there are more states than lanes. Only with debug assertions it is looked at where
+    /// loads act: for many states that takes a noticeable part of the time.
     pub fn set_lanes(&self, memory: &mut Memory, states: &[StateOfMotion<'_>]) {
         match memory.lanes {
             1 => self.set_all::<1>(memory, states),
@@ -347,22 +348,31 @@ impl InverseProgram {
         let bodies = self.given.bodies().count();
         for StateOfMotion { bodies: motions, targets, loads, .. } in states {
             assert!(motions.len() == bodies, "{} motions of {bodies} bodies", motions.len());
-            self.check(targets, loads);
+            self.check_counts(targets, loads);
+            if cfg!(debug_assertions) {
+                check_places(&self.loaded, loads);
+            }
         }
         let states = core::array::from_fn(|lane| states.get(lane).unwrap_or(last));
         let (slots, _) = memory.slots.as_chunks_mut::<L>();
         self.given.write_lanes(states, self.reads_targets, slots);
     }
 
+    /// Inputs are as many, and loads act where, as was recorded.
+    pub(crate) fn check(&self, targets: &[Target<f64>], loads: &[AppliedLoad<f64>]) {
+        self.check_counts(targets, loads);
+        check_places(&self.loaded, loads);
+    }
+
     /// Inputs have no names of their own: one too few, and the next would be taken for it.
     #[inline]
-    fn check(&self, targets: &[Target<f64>], loads: &[AppliedLoad<f64>]) {
+    fn check_counts(&self, targets: &[Target<f64>], loads: &[AppliedLoad<f64>]) {
         let (found, expected) = (targets.len(), self.counts.targets);
         assert!(
             found == expected || !self.reads_targets,
             "{found} targets for {expected} prescribed coordinates"
         );
-        check_loads(&self.loaded, loads);
+        check_count(&self.loaded, loads);
     }
 
     /// Where motions of bodies say all, nobody reads what is prescribed.

@@ -11,11 +11,16 @@ pub(crate) fn place_of(load: &AppliedLoad<f64>) -> LoadPlace {
     (load.body, load.point, load.axes)
 }
 
-/// Loads are where they were recorded.
+/// There are as many loads as were recorded.
 #[inline]
-pub(crate) fn check_loads(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
+pub(crate) fn check_count(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
     let (found, expected) = (loads.len(), loaded.len());
     assert!(found == expected, "{found} loads of a program that was recorded with {expected}");
+}
+
+/// Loads are where they were recorded.
+#[inline]
+pub(crate) fn check_places(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
     for (place, load) in loaded.iter().zip(loads) {
         assert!(
             place_of(load) == *place,

@@ -13,6 +13,7 @@
 //! [bodies.bob]
 //! mass = "2 kg"
 //! com = ["500 mm", 0, 0]
+//! inertia = [0, "0.04 kg m^2", "0.04 kg m^2"]
 //!
 //! [joints.pivot]
 //! type = "R"
