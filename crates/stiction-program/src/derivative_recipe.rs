@@ -139,6 +139,10 @@ impl<'a> Asked<'a> {
         mut graph: Graph,
         drives: &[Node],
     ) -> (Graph, Vec<Node>, Vec<Node>) {
+        if self.quantities.is_empty() {
+            let all = (0..graph.ops().len() as Node).collect();
+            return (graph, all, Vec::new());
+        }
         let of_inputs = self.slopes_of_inputs(&mut graph);
         let slope = slopes(&mut graph, &of_inputs);
         let zero = graph.number(0.0);

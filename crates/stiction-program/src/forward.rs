@@ -11,7 +11,7 @@ use crate::compiled::Compiled;
 use crate::error::RecordError;
 use crate::forward_recipe::ForwardStages;
 use crate::graph::Node;
-use crate::loaded::{LoadPlace, check_count, check_places, place_of};
+use crate::loaded::{LoadPlace, check_loads, place_of};
 use crate::machine::fuses;
 use crate::memory::Memory;
 use crate::recipe::{Counts, Recipe};
@@ -295,8 +295,7 @@ impl ForwardProgram {
             given == expected,
             "targets, efforts, coordinates and rates: {given:?} instead of {expected:?}"
         );
-        check_count(&self.loaded, loads);
-        check_places(&self.loaded, loads);
+        check_loads(&self.loaded, loads);
         let mut put = memory.writer(lane);
         put(&state.coordinates);
         put(&state.rates);

@@ -11,16 +11,10 @@ pub(crate) fn place_of(load: &AppliedLoad<f64>) -> LoadPlace {
     (load.body, load.point, load.axes)
 }
 
-/// There are as many loads as were recorded.
+/// Loads are those that were recorded, but for their forces and moments.
 #[inline]
-pub(crate) fn check_count(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
-    let (found, expected) = (loads.len(), loaded.len());
-    assert!(found == expected, "{found} loads of a program that was recorded with {expected}");
-}
-
-/// Loads are where they were recorded.
-#[inline]
-pub(crate) fn check_places(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
+pub(crate) fn check_loads(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
+    check_count(loaded, loads);
     for (place, load) in loaded.iter().zip(loads) {
         assert!(
             place_of(load) == *place,
@@ -28,4 +22,11 @@ pub(crate) fn check_places(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
             place_of(load)
         );
     }
+}
+
+/// There are as many loads as were recorded.
+#[inline]
+pub(crate) fn check_count(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
+    let (found, expected) = (loads.len(), loaded.len());
+    assert!(found == expected, "{found} loads of a program that was recorded with {expected}");
 }

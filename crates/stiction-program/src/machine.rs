@@ -34,27 +34,26 @@ pub(crate) struct Machine {
 }
 
 /// The instructions that this processor has; none if code cannot be made for it.
+#[cfg(target_arch = "x86_64")]
 pub(crate) fn instructions() -> Option<Set> {
-    #[cfg(target_arch = "x86_64")]
-    {
-        let has = [
-            is_x86_feature_detected!("avx512f"),
-            is_x86_feature_detected!("avx512dq"),
-            is_x86_feature_detected!("avx512vl"),
-        ];
-        if has == [true; 3] {
-            return Some(Set::Avx512);
-        }
-        if is_x86_feature_detected!("avx") {
-            return Some(Set::Avx);
-        }
+    let has_all = is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512vl");
+    match has_all {
+        true => Some(Set::Avx512),
+        false => is_x86_feature_detected!("avx").then_some(Set::Avx),
     }
-    // Elsewhere caches are told of new code in other ways.
-    #[cfg(all(target_arch = "aarch64", target_os = "linux"))]
-    {
-        return Some(Set::Neon);
-    }
-    #[allow(unreachable_code)]
+}
+
+/// The same: it is always there. Elsewhere than under Linux caches are told of new code in other ways.
+#[cfg(all(target_arch = "aarch64", target_os = "linux"))]
+pub(crate) fn instructions() -> Option<Set> {
+    Some(Set::Neon)
+}
+
+/// The same: not here.
+#[cfg(not(any(target_arch = "x86_64", all(target_arch = "aarch64", target_os = "linux"))))]
+pub(crate) fn instructions() -> Option<Set> {
     None
 }
 

@@ -44,17 +44,22 @@ enum Access {
 impl Assembler {
     pub(super) fn new(target: Target) -> Self {
         let mut new = Self { bytes: Vec::new(), is_scalar: target.width == Width::One };
-        for (k, pair) in KEPT.into_iter().enumerate() {
-            // stp dN, dN+1, [sp, #-64]!, then [sp, #16], ...
-            let (form, place) =
-                if k == 0 { (0x6D80_0000, 0x78) } else { (0x6D00_0000, 2 * k as u32) };
-            new.emit(form | place << 15 | (pair + 1) << 10 | STACK << 5 | pair);
+        // stp dN, dN+1, [sp, #-64]!, then [sp, #16], ...
+        new.pair(0x6D80_0000, 0x78, 0);
+        for k in 1..KEPT.len() {
+            new.pair(0x6D00_0000, 2 * k as u32, k);
         }
         new
     }
 
     fn emit(&mut self, instruction: u32) {
         self.bytes.extend(instruction.to_le_bytes());
+    }
+
+    /// One of the kept pairs to the stack or from it; `place` is in units of eight bytes.
+    fn pair(&mut self, form: u32, place: u32, kept: usize) {
+        let first = KEPT[kept];
+        self.emit(form | place << 15 | (first + 1) << 10 | STACK << 5 | first);
     }
 
     /// An instruction for one number or the other for two, of registers in the fields d, n and m.
@@ -177,11 +182,11 @@ impl Emit for Assembler {
     }
 
     fn finish(mut self: Box<Self>) -> Vec<u8> {
-        for (k, pair) in KEPT.into_iter().enumerate().rev() {
-            // ldp dN, dN+1, [sp, #16], ..., and at last [sp], #64.
-            let (form, place) = if k == 0 { (0x6CC0_0000, 8) } else { (0x6D40_0000, 2 * k as u32) };
-            self.emit(form | place << 15 | (pair + 1) << 10 | STACK << 5 | pair);
+        // ldp dN, dN+1, [sp, #16], ..., and at last [sp], #64.
+        for k in (1..KEPT.len()).rev() {
+            self.pair(0x6D40_0000, 2 * k as u32, k);
         }
+        self.pair(0x6CC0_0000, 8, 0);
         const RET: u32 = 0xD65F_03C0;
         self.emit(RET);
         self.bytes

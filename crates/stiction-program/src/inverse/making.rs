@@ -1,0 +1,192 @@
+//! How a program of inverse dynamics is made: recorded, compiled, and tried against its solver.
+
+use super::{Beside, InverseProgram, Places};
+use crate::code::{Part, Slots, compile};
+use crate::compiled::Compiled;
+use crate::error::RecordError;
+use crate::given::Given;
+use crate::graph::{Node, Op, needed};
+use crate::inverse_recipe::InverseStages;
+use crate::loaded::{LoadPlace, place_of};
+use crate::machine::fuses;
+use crate::quantity::Quantity;
+use crate::recipe::{Counts, Recipe};
+use crate::run::{Runner, natural_lanes};
+use crate::samples::{Sample, samples, seeded_samples};
+use crate::stages::{early, handed};
+use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
+use stiction::kinematics::Target;
+
+/// A program whose forces differ from the solver's by more than this part of the largest is not one: rounding
+/// behind bad conditions, since samples may come near singular positions.
+const AGREES: f64 = 1e-9;
+
+impl InverseProgram {
+    /// Records and compiles the program of a mechanism.
+    ///
+    /// `course` gives prescribed values amid the motions that are meant, each near enough to the one before
+    /// for the mechanism to be brought there from the position of `solver`. `loads` says which bodies are
+    /// loaded, at which points, in which axes; the wrenches themselves are inputs. Friction is that of the mechanism,
+    /// coupled to the reactions, whatever the solver's settings say.
+    ///
+    /// # Errors
+    /// See [`RecordError`]: the kernel has no plan for the mechanism (a singular position), the course cannot be
+    /// followed, or what was recorded does not give the solver's forces.
+    pub fn record(
+        solver: &InverseDynamics,
+        course: &[Vec<Target<f64>>],
+        loads: &[AppliedLoad<f64>],
+    ) -> Result<Self, RecordError> {
+        Self::record_with(solver, course, loads, true)
+    }
+
+    /// The same, interpreted if `machine` is false: the slow way, for comparison.
+    #[doc(hidden)]
+    pub fn record_with(
+        solver: &InverseDynamics,
+        course: &[Vec<Target<f64>>],
+        loads: &[AppliedLoad<f64>],
+        machine: bool,
+    ) -> Result<Self, RecordError> {
+        let made = Self::record_beside(solver, course, loads, &[], machine)?;
+        Ok(made.0)
+    }
+
+    /// The same with what finds slopes of all drives by these quantities, at the state that was run last.
+    pub(crate) fn record_beside(
+        solver: &InverseDynamics,
+        course: &[Vec<Target<f64>>],
+        loads: &[AppliedLoad<f64>],
+        quantities: &[Quantity],
+        machine: bool,
+    ) -> Result<(Self, Beside), RecordError> {
+        let kernel = solver.kernel().ok_or(RecordError::NoPlan)?;
+        let samples = samples(solver, course, loads)?;
+        let positions: Vec<Vec<f64>> =
+            samples.iter().map(|sample| sample.state.coordinates.clone()).collect();
+        let given = Given::new(solver, &positions, loads.len());
+        let samples: Vec<Vec<f64>> = samples.iter().map(|sample| given.row(sample)).collect();
+        let recipe = Recipe { kernel: &kernel, solver, loads };
+        let recorded = recipe.record_inverse(&given, &samples, quantities)?;
+        let places = loads.iter().map(place_of).collect();
+        let made = Self::compile(recipe.counts(0), &recorded, given, places, machine);
+        let others = seeded_samples(9, solver, course, loads)?;
+        if made.0.agrees_with(solver, &others) { Ok(made) } else { Err(RecordError::NotConfirmed) }
+    }
+
+    /// Whether it gives the forces of the solver that it was recorded from, where both give any, at other
+    /// states than those from which it was made.
+    fn agrees_with(&self, solver: &InverseDynamics, samples: &[Sample]) -> bool {
+        let mut solver = solver.clone();
+        solver.settings_mut().friction = FrictionMode::Converged;
+        let length = solver.mechanism().characteristic_length();
+        let mut memory = self.memory(1);
+        let mut settled = [false];
+        samples.iter().all(|Sample { state, targets, loads }| {
+            self.set(&mut memory, 0, state, targets, loads);
+            self.run(&mut memory, &mut settled);
+            if !settled[0] || solver.move_to(targets).is_err() {
+                return true;
+            }
+            let Ok(forces) = solver.solve(loads) else { return true };
+            let largest = forces.reactions.iter().map(|(force, _)| force.norm());
+            let largest = largest.fold(f64::MIN_POSITIVE, f64::max);
+            let same = |found: f64, expected: f64, unit: f64| {
+                (found - expected).abs() <= AGREES * largest * unit
+            };
+            let drives = forces.drives.iter().enumerate();
+            let mut drives = drives.map(|(k, drive)| (self.drive(&memory, 0, k), *drive));
+            let reactions = forces.reactions.iter().enumerate();
+            let mut reactions = reactions.flat_map(|(joint, (force, moment))| {
+                let expected = [force.to_array(), moment.to_array().map(|m| m / length)];
+                let mut found = self.reaction(&memory, 0, joint);
+                found[3..].iter_mut().for_each(|moment| *moment /= length);
+                found.into_iter().zip(expected.into_iter().flatten())
+            });
+            drives.all(|(found, expected)| same(found, expected, length.max(1.0)))
+                && reactions.all(|(found, expected)| same(found, expected, 1.0))
+        })
+    }
+
+    fn compile(
+        counts: Counts,
+        recorded: &InverseStages,
+        given: Given,
+        loaded: Vec<LoadPlace>,
+        machine: bool,
+    ) -> (Self, Beside) {
+        let ops = recorded.graph.ops();
+        let fuse = machine && fuses();
+        let inputs = given.count();
+        let mut slots = Slots::of_inputs(ops, 0..recorded.slope_inputs.start);
+        let with = |nodes: &[Node], guard: Node| [nodes, &[guard]].concat();
+        let ideal = with(&recorded.ideal, recorded.guards[0]);
+        let last = with(&recorded.rest, recorded.guards[1]);
+        let step = [&recorded.next[..], &recorded.control].concat();
+        let prescribed = given.first_prescribed() as u32..given.count() as u32;
+        let reads = |(op, needed): (&Op, bool)| matches!(op, Op::Input(place) if needed && prescribed.contains(place));
+        let all = [&ideal[..], &recorded.begin, &step, &last, &recorded.slopes].concat();
+        let reads_targets = ops.iter().zip(needed(ops, &all)).any(reads);
+        let mut stages = [const { Vec::new() }; 4];
+        // The frictionless program is one of its own: it leaves nothing behind for others.
+        let mut own = slots.clone();
+        stages[0] = compile(ops, &ideal, &mut own, fuse);
+        let ideal: Vec<u32> = ideal.iter().map(|n| own.of(*n).unwrap_or(0)).collect();
+        let (ideal_drives, ideal_reactions) = ideal.split_at(counts.drives);
+        slots.reserve(own.count() - slots.count());
+        // Each stage makes its own results, and what later ones need of what is known then.
+        let is_late = |input| input >= inputs;
+        let shared = early(ops, &recorded.slopes, |input| recorded.slope_inputs.contains(&input));
+        let prepared = match recorded.slopes[..] {
+            [] => Vec::new(),
+            _ => with(&shared, recorded.guards[2]),
+        };
+        let mut first = early(ops, &[&step[..], &last, &prepared].concat(), is_late);
+        first.extend(&recorded.begin);
+        stages[1] = compile(ops, &first, &mut slots, fuse);
+        let second = [&step[..], &handed(ops, &step, &last, is_late)].concat();
+        stages[2] = compile(ops, &second, &mut slots, fuse);
+        stages[3] = compile(ops, &last, &mut slots, fuse);
+        let preparation = compile(ops, &prepared, &mut slots, fuse);
+        let mut wide = Slots::of_inputs(ops, recorded.slope_inputs.clone());
+        for node in shared {
+            wide.put_common(node, slots.of(node).unwrap_or(0));
+        }
+        let directions = compile(ops, &recorded.slopes, &mut wide, fuse);
+        let place = |node: &Node| slots.of(*node).unwrap_or(0);
+        let all = |nodes: &[Node]| -> Vec<u32> { nodes.iter().map(place).collect() };
+        let mut rest = recorded.rest.as_slice();
+        let mut take = |count: usize| {
+            let (front, back) = rest.split_at(count);
+            rest = back;
+            all(front)
+        };
+        let places = Places {
+            from: recorded.from.clone(),
+            start: all(&recorded.begin),
+            next: all(&recorded.next),
+            control: recorded.control.each_ref().map(place),
+            ideal_guard: ideal.last().copied().unwrap_or(0),
+            guard: place(&recorded.guards[1]),
+            ideal_drives: ideal_drives.to_vec(),
+            ideal_reactions: ideal_reactions.to_vec(),
+            drives: take(counts.drives),
+            reactions: take(6 * counts.joints),
+            loads: take(counts.contacts),
+            velocities: take(counts.contacts),
+            frictions: take(counts.contacts),
+        };
+        let code = Compiled::new(&stages, slots.count(), machine);
+        let operations = |parts: &[Part]| parts.iter().map(Part::operations).sum();
+        let beside = Beside {
+            operations: [operations(&preparation), operations(&directions)],
+            preparation: Runner::new(&preparation, 1, slots.count(), machine),
+            directions: Runner::new(&directions, natural_lanes(), wide.count(), machine),
+            slots: wide.count(),
+            slopes: recorded.slopes.iter().map(|node| wide.of(*node).unwrap_or(0)).collect(),
+            guard: place(&recorded.guards[2]),
+            reactions: recorded.reactions.clone(),
+        };
+        (Self { given, loaded, reads_targets, counts, places, code }, beside)
+    }
+}
