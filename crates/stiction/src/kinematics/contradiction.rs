@@ -5,7 +5,8 @@
 //! not: loops that close there may be asked for rates that would open them.
 
 use super::coordinate::Target;
-use super::system::{Kinematics, Prescription};
+use super::prescription::Prescription;
+use super::system::Kinematics;
 use super::{AssemblyError, State};
 use crate::parameters::Parameters;
 use crate::topology::Topology;

@@ -2,7 +2,7 @@
 
 use super::bodies::Bodies;
 use super::error::OpenFreedom;
-use super::system::Spin;
+use super::prescription::Spin;
 use crate::linalg::Svd;
 use crate::mechanism::BodyId;
 use crate::mobility::describe_motion;

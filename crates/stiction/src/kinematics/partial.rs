@@ -3,7 +3,8 @@
 use super::assembly::guess;
 use super::bodies::State;
 use super::coordinate::{Coordinate, Target};
-use super::system::{Kinematics, Prescription, column_scales};
+use super::prescription::Prescription;
+use super::system::{Kinematics, column_scales};
 use crate::linalg::{Elimination, RowSpace};
 use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;

@@ -8,154 +8,15 @@
 
 use super::bodies::{Bodies, State};
 use super::coordinate::{Coordinate, Target};
-use super::measure::{self, Difference};
+use super::measure;
+use super::prescription::{Prescription, Row};
 use super::rotation_vector::{Orientation, RotationVector};
-use crate::linalg::{Elimination, Entry, Plan, RankDeficient, Scales};
-use crate::mechanism::BodyId;
+use crate::linalg::{Elimination, Plan, RankDeficient, Scales};
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 use crate::topology::Topology;
 use nalgebra::DMatrix;
-
-/// Which motion is prescribed, and how.
-#[derive(Clone, Debug)]
-pub struct Prescription {
-    rows: Vec<Row>,
-    /// Rows before this one are constraints of cut joints.
-    closures: usize,
-    coordinates: Vec<Coordinate>,
-    /// For parts of whole rotation vectors, where all three parts stand.
-    orientations: Vec<Option<[usize; 3]>>,
-    differences: Vec<Difference>,
-    spins: Vec<Spin>,
-    entries: Vec<Entry>,
-}
-
-/// A row of the system: whose motion it measures, as nodes and signs.
-#[derive(Clone, Debug)]
-struct Row {
-    path: Vec<(usize, f64)>,
-    /// Whether its error is an angle rather than a length.
-    is_angle: bool,
-}
-
-/// A rotation of one body about an axis of its own that neither the motion nor the loops
-/// determine, such as that of a rod between two balls. By convention the body does not spin; the
-/// dynamics determine with what acceleration it would begin to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spin {
-    /// The body.
-    pub body: BodyId,
-    /// Unit vector in the body's axes.
-    pub axis: Vec3<f64>,
-}
-
-impl Prescription {
-    /// Prescribes `coordinates`, and that the bodies in `spins` do not spin.
-    pub fn new(topology: &Topology, coordinates: &[Coordinate], spins: &[Spin]) -> Self {
-        let mut rows = Vec::new();
-        for cut in &topology.cuts {
-            for constraint in topology.joint_types[cut.joint].constraints() {
-                rows.push(Row { path: cut.path.clone(), is_angle: constraint.is_moment() });
-            }
-        }
-        let closures = rows.len();
-        for &coordinate in coordinates {
-            rows.push(Row {
-                path: measure::path(topology, coordinate),
-                is_angle: coordinate.is_angle(&topology.joint_types),
-            });
-        }
-        for spin in spins {
-            let path = topology.ancestors(spin.body.0).into_iter().map(|n| (n, 1.0)).collect();
-            rows.push(Row { path, is_angle: true });
-        }
-        let mut entries = Vec::new();
-        for (row, content) in rows.iter().enumerate() {
-            for &(node, _) in &content.path {
-                let dofs = topology.nodes[node].dofs.clone();
-                entries.extend(dofs.map(|column| Entry { row, column }));
-            }
-        }
-        Self {
-            rows,
-            closures,
-            coordinates: coordinates.to_vec(),
-            orientations: coordinates.iter().map(|&c| orientation(coordinates, c)).collect(),
-            differences: coordinates.iter().map(|&c| measure::difference(topology, c)).collect(),
-            spins: spins.to_vec(),
-            entries,
-        }
-    }
-
-    /// The prescribed coordinates.
-    pub fn coordinates(&self) -> &[Coordinate] {
-        &self.coordinates
-    }
-
-    /// For each of them the place among the tree's coordinates, if it is an angle of a joint there. Such an angle goes on
-    /// over whole turns, which poses do not tell.
-    pub fn tree_angles<'a>(
-        &'a self,
-        topology: &'a Topology,
-    ) -> impl Iterator<Item = Option<usize>> + 'a {
-        self.coordinates.iter().map(|coordinate| measure::tree_angle(topology, *coordinate))
-    }
-
-    /// The spins that are held.
-    pub fn spins(&self) -> &[Spin] {
-        &self.spins
-    }
-
-    /// Where the system has numbers, row by row.
-    pub(super) fn entries(&self) -> &[Entry] {
-        &self.entries
-    }
-
-    /// Number of rows.
-    pub(super) fn row_count(&self) -> usize {
-        self.rows.len()
-    }
-
-    /// For each row whether its error is an angle rather than a length.
-    pub(super) fn are_angles(&self) -> impl Iterator<Item = bool> + '_ {
-        self.rows.iter().map(|row| row.is_angle)
-    }
-
-    /// Factors that make errors of angles and lengths comparable: lengths count in units of
-    /// `length`.
-    pub(super) fn row_scales(&self, length: f64) -> Vec<f64> {
-        self.rows.iter().map(|row| if row.is_angle { 1.0 } else { 1.0 / length }).collect()
-    }
-
-    /// Chooses the rows and the order by which the system is solved, from its numbers in
-    /// `workspace` ([`Kinematics::linearise`]).
-    ///
-    /// # Errors
-    /// Some freedoms of the tree are determined neither by loops nor by the prescription.
-    pub(super) fn plan(
-        &self,
-        topology: &Topology,
-        workspace: &Kinematics<f64>,
-        length: f64,
-    ) -> Result<Plan, RankDeficient> {
-        let rows = self.row_scales(length);
-        let columns = column_scales(topology, length);
-        let scales = Scales { rows: &rows, columns: &columns };
-        let freedoms = topology.freedoms();
-        Plan::new(self.rows.len(), freedoms, &self.entries, &workspace.entries, scales)
-    }
-}
-
-/// Where the whole rotation vector stands among the coordinates, if `coordinate` is a part of one
-/// that is prescribed with all its parts. Then it may go beyond half a turn.
-fn orientation(coordinates: &[Coordinate], coordinate: Coordinate) -> Option<[usize; 3]> {
-    let Coordinate::RotationVector { body, .. } = coordinate else { return None };
-    let place =
-        |axis| coordinates.iter().position(|c| *c == Coordinate::RotationVector { body, axis });
-    Some([place(0)?, place(1)?, place(2)?])
-}
 
 /// The orientation that three targets prescribe.
 fn wanted_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -> Orientation<T> {
@@ -308,7 +169,7 @@ impl<T: Scalar> Kinematics<T> {
     ) {
         self.place(topology, parameters, prescription, state, targets);
         self.linearise(topology, prescription);
-        self.factor(program);
+        program.factor(&self.entries, &mut self.factors);
         for (right, error) in self.right.iter_mut().zip(&self.errors) {
             *right = -*error;
         }
@@ -329,7 +190,7 @@ impl<T: Scalar> Kinematics<T> {
     ) {
         self.place(topology, parameters, prescription, state, targets);
         self.linearise(topology, prescription);
-        self.factor(program);
+        program.factor(&self.entries, &mut self.factors);
 
         self.right_of_rates(prescription, targets);
         self.solve(prescription, program, &mut state.rates);
@@ -338,12 +199,6 @@ impl<T: Scalar> Kinematics<T> {
         self.right_of_accelerations(topology, parameters, prescription, targets);
         self.solve(prescription, program, &mut state.accelerations);
         self.bodies.accelerate(topology, &state.accelerations);
-    }
-
-    /// Factors are held: whoever solves with them takes a step from where errors vanish, or sees to derivatives.
-    fn factor(&mut self, program: &Elimination) {
-        program.factor(&self.entries, &mut self.factors);
-        self.factors.iter_mut().for_each(|factor| *factor = factor.held());
     }
 
     /// Solves for the right-hand side. Derivatives are those of what the solution, held, leaves of the equations:
@@ -459,10 +314,10 @@ impl<T: Scalar> Kinematics<T> {
         coordinate: usize,
         rates: &mut [T],
     ) {
+        debug_assert!(coordinate < prescription.coordinates().len());
         self.right.fill(T::zero());
         self.right[self.closures + coordinate] = T::one();
         self.solve(prescription, program, rates);
-        debug_assert!(coordinate < prescription.coordinates.len());
     }
 
     /// The tree's accelerations for a unit acceleration of one idle spin and nothing else; needs
@@ -481,6 +336,24 @@ impl<T: Scalar> Kinematics<T> {
 }
 
 impl Kinematics<f64> {
+    /// Chooses the rows and the order by which the system is solved, from its present numbers; needs
+    /// [`Self::linearise`].
+    ///
+    /// # Errors
+    /// Some freedoms of the tree are determined neither by loops nor by the prescription.
+    pub(super) fn plan(
+        &self,
+        topology: &Topology,
+        prescription: &Prescription,
+        length: f64,
+    ) -> Result<Plan, RankDeficient> {
+        let rows = prescription.row_scales(length);
+        let columns = column_scales(topology, length);
+        let scales = Scales { rows: &rows, columns: &columns };
+        let (count, freedoms) = (prescription.row_count(), topology.freedoms());
+        Plan::new(count, freedoms, prescription.entries(), &self.entries, scales)
+    }
+
     /// The system as a dense matrix, rows and columns scaled; needs [`Self::linearise`].
     pub(super) fn scaled_matrix(
         &self,

@@ -4,7 +4,8 @@
 
 use super::bodies::State;
 use super::coordinate::{Coordinate, Target};
-use super::system::{Kinematics, Prescription, column_scales};
+use super::prescription::Prescription;
+use super::system::{Kinematics, column_scales};
 use crate::linalg::{Elimination, Svd, complement};
 use crate::parameters::Parameters;
 use crate::random::Random;

@@ -148,12 +148,15 @@ impl Elimination {
     /// Factors the matrix whose entries (in the order given to the plan; entries named twice add)
     /// are `entries`. `values` has [`Self::values`] places and receives the factors. Returns the
     /// product of the signs of the pivots: it flips where the determinant does.
+    ///
+    /// The entries are held ([`Scalar::held`]): whoever solves with the factors takes a step from where the equations
+    /// are satisfied, or takes one more to have derivatives.
     pub fn factor<T: Scalar>(&self, entries: &[T], values: &mut [T]) -> T {
         debug_assert_eq!(entries.len(), self.entries);
         values.fill(T::zero());
         for (&entry, slot) in entries.iter().zip(&self.slots) {
             if let Some(slot) = slot {
-                values[*slot as usize] += entry;
+                values[*slot as usize] += entry.held();
             }
         }
         let mut sign = T::one();

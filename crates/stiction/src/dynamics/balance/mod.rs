@@ -94,7 +94,6 @@ impl<T: Scalar> Balance<T> {
     ) -> T {
         self.assemble(topology, structure, parameters, bodies);
         let sign = program.factor(&self.entries, &mut self.factors);
-        self.factors.iter_mut().for_each(|factor| *factor = factor.held());
         self.solve_factored(topology, structure, program, parameters, bodies, passes);
         sign
     }
@@ -181,7 +180,6 @@ impl<T: Scalar> Balance<T> {
         self.tilted.copy_from_slice(&self.columns);
         self.assemble(setup.topology, structure, parameters, bodies);
         program.factor(&self.entries, &mut self.factors);
-        self.factors.iter_mut().for_each(|factor| *factor = factor.held());
     }
 
     /// What the actuators must do: the joint's effort on their freedoms, less friction's.

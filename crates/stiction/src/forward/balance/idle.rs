@@ -4,6 +4,7 @@
 use super::scene::Scene;
 use super::{Balance, Massless};
 use crate::forward::rows::each_freedom;
+use crate::kinematics::body_twists;
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::Link;
 
@@ -86,18 +87,7 @@ impl Balance {
 /// The body that rates of the tree move most, and whether they turn it and leave all others alone: a rod between
 /// two balls about itself.
 pub(super) fn moving(scene: &Scene<'_>, rates: &[f64]) -> (usize, bool) {
-    let Scene { topology, bodies, .. } = *scene;
-    let mut twists = vec![Twist::zero(); bodies.pose.len()];
-    for node in &topology.nodes {
-        let mut sum = match (node.link, node.parent) {
-            (Link::Joint { .. }, Some(parent)) => twists[topology.nodes[parent].body],
-            _ => Twist::zero(),
-        };
-        for dof in node.dofs.clone() {
-            sum += bodies.screws[dof] * rates[dof];
-        }
-        twists[node.body] = sum;
-    }
+    let twists = body_twists(scene.topology, scene.bodies, rates);
     let size = |twist: &Twist<f64>| scene.rate(twist);
     let fastest = (0..twists.len()).max_by(|a, b| size(&twists[*a]).total_cmp(&size(&twists[*b])));
     let Some(fastest) = fastest else { return (0, false) };

@@ -39,7 +39,7 @@ pub(super) fn check_existence(
     }
 }
 
-pub(super) fn check_number(coordinates: &[Coordinate], targets: &[Target<f64>]) {
+fn check_number(coordinates: &[Coordinate], targets: &[Target<f64>]) {
     let (found, expected) = (targets.len(), coordinates.len());
     assert!(found == expected, "{found} targets for {expected} prescribed coordinates");
 }

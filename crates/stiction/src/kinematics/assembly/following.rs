@@ -1,7 +1,7 @@
 //! Along a motion: a position follows from the one before, and a jump is told from a kink.
 
 use super::Assembly;
-use super::asked::{check_angle_ranges, check_number};
+use super::asked::{check_angle_ranges, check_targets};
 use crate::kinematics::bodies::Bodies;
 use crate::kinematics::coordinate::Target;
 use crate::kinematics::error::AssemblyError;
@@ -98,17 +98,15 @@ impl Assembly {
         step: f64,
         targets: &[Target<f64>],
     ) -> bool {
-        let coordinates = self.prescription.coordinates();
-        check_number(coordinates, targets);
-        if check_angle_ranges(&self.body_names, coordinates, targets).is_err() {
+        if check_targets(&self.body_names, self.prescription.coordinates(), targets).is_err() {
             return false;
         }
-        let before = core::mem::replace(&mut self.targets, targets.to_vec());
-        self.passed.copy_from_slice(&before);
+        self.passed.copy_from_slice(&self.targets);
+        self.targets.copy_from_slice(targets);
         let arrived = self.step_smoothly(topology, parameters, step, false).is_ok();
         if !arrived {
             self.state.clone_from(&self.before);
-            self.targets = before;
+            self.targets.copy_from_slice(&self.passed);
             self.differentiate(topology, parameters);
         }
         arrived

@@ -2,7 +2,8 @@
 
 use super::super::error::AssemblyError;
 use super::super::freedom::{self, OpenMotion};
-use super::super::system::{Kinematics, Prescription, column_scales};
+use super::super::prescription::Prescription;
+use super::super::system::{Kinematics, column_scales};
 use super::Assembly;
 use crate::linalg::Svd;
 use crate::parameters::Parameters;
@@ -67,7 +68,7 @@ impl Assembly {
         let (prescription, state) = (&self.prescription, &self.state);
         self.kinematics.place(topology, parameters, prescription, state, &self.targets);
         self.kinematics.linearise(topology, prescription);
-        let Ok(plan) = self.prescription.plan(topology, &self.kinematics, parameters.length) else {
+        let Ok(plan) = self.kinematics.plan(topology, &self.prescription, parameters.length) else {
             return false;
         };
         // A small pivot need not mean a small singular value, but no small one means none.

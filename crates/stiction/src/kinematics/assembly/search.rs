@@ -3,8 +3,9 @@
 use super::super::coordinate::{Coordinate, Target};
 use super::super::error::{AssemblyError, Gap};
 use super::super::freedom;
+use super::super::prescription::Prescription;
 use super::super::rotation_vector::RotationVector;
-use super::super::system::{Kinematics, Prescription, column_scales};
+use super::super::system::{Kinematics, column_scales};
 use super::{Assembly, NEAR};
 use crate::linalg::Svd;
 use crate::parameters::Parameters;
