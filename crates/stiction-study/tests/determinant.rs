@@ -7,6 +7,7 @@ use nalgebra::Matrix3;
 use stiction::dynamics::{InverseDynamics, Settings};
 use stiction::kinematics::{AngleOrder, Coordinate, Target};
 use stiction::mobility::Constraints;
+use stiction::random::Random;
 use stiction::spatial::Pose;
 use stiction_model::Model;
 
@@ -14,23 +15,10 @@ use stiction_model::Model;
 const K: f64 = 0.15;
 const L: f64 = 0.45;
 
-/// Numbers between -1 and 1, the same in every run (SplitMix64).
-struct Random(u64);
-
-impl Random {
-    fn signed(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    /// The platform's place x, z (m) and angle theta (rad).
-    fn pose(&mut self) -> [f64; 3] {
-        let theta = (90.0 + 40.0 * self.signed()).to_radians();
-        [0.15 * self.signed(), 0.5 + 0.15 * self.signed(), theta]
-    }
+/// The platform's place x, z (m) and angle theta (rad) in some pose.
+fn some_pose(random: &mut Random) -> [f64; 3] {
+    let theta = (90.0 + 40.0 * random.number()).to_radians();
+    [0.15 * random.number(), 0.5 + 0.15 * random.number(), theta]
 }
 
 /// The robot at a pose of its plane, moving at rates of x, z, theta. All six coordinates of the
@@ -82,10 +70,10 @@ fn leg(solver: &InverseDynamics, n: usize) -> (f64, f64) {
 #[test]
 fn determinant_of_the_legs_rates() {
     let model = model("zhang2018");
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     let (mut worst, mut least, mut greatest) = (0.0_f64, f64::INFINITY, f64::NEG_INFINITY);
     for _ in 0..1000 {
-        let pose @ [x, z, theta] = random.pose();
+        let pose @ [x, z, theta] = some_pose(&mut random);
         let mut matrix = Matrix3::zeros();
         for column in 0..3 {
             let rates = std::array::from_fn(|k| if k == column { 1.0 } else { 0.0 });
@@ -112,9 +100,9 @@ fn determinant_of_the_legs_rates() {
 #[test]
 fn the_printed_robot_is_singular_in_every_pose() {
     let model = model("zhang2018");
-    let mut random = Random(2);
+    let mut random = Random::new(2);
     for _ in 0..200 {
-        let pose = random.pose();
+        let pose = some_pose(&mut random);
         let solver = robot(&model, pose, [0.0; 3], true);
         let statics = solver.statics();
         let values = statics.singular_values();
@@ -137,9 +125,9 @@ fn the_printed_robot_is_singular_in_every_pose() {
 #[test]
 fn its_twin_is_regular() {
     let model = model("zhang2018-regular");
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     for _ in 0..200 {
-        let pose = random.pose();
+        let pose = some_pose(&mut random);
         let statics = robot(&model, pose, [0.0; 3], false).statics();
         assert_eq!((statics.rank(), statics.redundancy(), statics.open_motions()), (42, 0, 0));
         let constraints = Constraints::new(&statics);

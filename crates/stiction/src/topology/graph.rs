@@ -1,5 +1,6 @@
 //! Spanning trees of the joint graph.
 
+use crate::random::Random;
 use std::collections::VecDeque;
 
 /// A tree of bodies.
@@ -85,10 +86,9 @@ impl Spanning {
 
     /// A random tree with some random floating bodies.
     pub(super) fn random(bodies: usize, ends: &[(usize, usize)], seed: u64) -> Self {
-        let mut random = SplitMix(seed);
+        let mut random = Random::new(seed);
         let graph = Graph::new(bodies, ends);
-        let floating: Vec<usize> =
-            (1..bodies).filter(|_| random.next().is_multiple_of(4)).collect();
+        let floating: Vec<usize> = (1..bodies).filter(|_| random.number() < -0.5).collect();
         // Kruskal over joints in random order; floating bodies belong to the ground's tree already.
         let mut tree_of: Vec<usize> = (0..bodies).collect();
         fn find(tree_of: &mut [usize], mut body: usize) -> usize {
@@ -102,7 +102,8 @@ impl Spanning {
             tree_of[body] = GROUND;
         }
         let mut joints: Vec<usize> = (0..ends.len()).collect();
-        joints.sort_by_cached_key(|_| random.next());
+        let places: Vec<f64> = joints.iter().map(|_| random.number()).collect();
+        joints.sort_by(|a, b| places[*a].total_cmp(&places[*b]));
         let mut in_tree = vec![false; ends.len()];
         for joint in joints {
             let (a, b) = ends[joint];
@@ -242,18 +243,5 @@ impl<'a> Graph<'a> {
             }
         }
         component
-    }
-}
-
-/// A small random number generator (Steele, Lea, Flood 2014: SplitMix64).
-struct SplitMix(u64);
-
-impl SplitMix {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
     }
 }
