@@ -148,3 +148,12 @@ impl From<Diagnostics> for Failure {
         Self { kind: Kind::Input, what: Box::new(What::Diagnostics(diagnostics)), json: false }
     }
 }
+
+/// Why a file cannot be read.
+pub(crate) fn describe(error: &std::io::Error) -> String {
+    match error.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
+        std::io::ErrorKind::PermissionDenied => "you may not read it".to_owned(),
+        _ => error.to_string(),
+    }
+}

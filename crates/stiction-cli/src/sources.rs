@@ -1,6 +1,6 @@
 //! Finding and reading models, motions and loads.
 
-use crate::failure::Failure;
+use crate::failure::{Failure, describe};
 use crate::stored::StoredFile;
 use std::fs;
 use std::io::Read;
@@ -121,14 +121,6 @@ fn bounded(from: impl Read, most: u64) -> Result<String, String> {
     }
     String::from_utf8(bytes)
         .map_err(|error| not_text(error.as_bytes(), error.utf8_error().valid_up_to(), (0, 0)))
-}
-
-pub(crate) fn describe(error: &std::io::Error) -> String {
-    match error.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
-        std::io::ErrorKind::PermissionDenied => "you may not read it".to_owned(),
-        _ => error.to_string(),
-    }
 }
 
 impl Found {

@@ -1,7 +1,7 @@
 //! Long recordings: files of which little is in memory at any time.
 
+use crate::failure::describe;
 use crate::progress::Progress;
-use crate::sources::describe;
 use std::fs::File;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;

@@ -124,15 +124,14 @@ mod document;
 mod expression;
 mod fields;
 pub mod gallery;
-mod measure;
 mod model;
+mod parameters;
 mod read;
-mod recorded;
-mod samples;
 mod source;
 
 pub use contents::{Contents, Store, not_text};
 pub use course::Course;
+pub use course::samples::SampleTimes;
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use fields::json_schema;
 pub use model::{
@@ -140,5 +139,4 @@ pub use model::{
     Motion,
 };
 pub use read::read;
-pub use samples::SampleTimes;
 pub use source::{Place, Source};

@@ -1,9 +1,9 @@
 //! A model: a mechanism, its motions and its loads.
 
 use crate::course::Course;
+use crate::course::samples::SampleTimes;
 use crate::diagnostic::Diagnostics;
-use crate::read::Parameters;
-use crate::samples::SampleTimes;
+use crate::parameters::Parameters;
 use stiction::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
 use stiction::kinematics::{Coordinate, Target};
 use stiction::mechanism::{BodyId, JointId, Mechanism};

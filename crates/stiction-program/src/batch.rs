@@ -1,22 +1,9 @@
 //! Forces at many states: by the program, side by side, and by its solver where the program does not hold.
 
-use crate::given::BodyMotion;
+use crate::given::StateOfMotion;
 use crate::inverse::InverseProgram;
-use stiction::dynamics::{AppliedLoad, InverseDynamics, InverseError};
-use stiction::kinematics::{AssemblyError, Target};
-
-/// One state of many.
-#[derive(Clone, Copy, Debug)]
-pub struct StateOfMotion<'a> {
-    /// Motions of [`InverseProgram::bodies`].
-    pub bodies: &'a [BodyMotion<f64>],
-    /// Coordinates of the tree, of which [`InverseProgram::coordinates`] are read; empty if there are none.
-    pub coordinates: &'a [f64],
-    /// What is prescribed. The solver goes by it alone.
-    pub targets: &'a [Target<f64>],
-    /// Loads as those for which the program was recorded, but for force and moment.
-    pub loads: &'a [AppliedLoad<f64>],
-}
+use stiction::dynamics::{InverseDynamics, InverseError};
+use stiction::kinematics::AssemblyError;
 
 /// Forces at one state.
 #[derive(Clone, Copy, Debug)]

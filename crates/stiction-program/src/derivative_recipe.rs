@@ -9,10 +9,9 @@
 
 use crate::error::RecordError;
 use crate::graph::{Graph, Node, Op};
-use crate::inverse_recipe::Followed;
 use crate::motions::run;
 use crate::quantity::Quantity;
-use crate::recipe::Recipe;
+use crate::recipe::{Followed, Recipe};
 use crate::recorded::Recorded;
 use crate::slopes::slopes;
 use crate::stages::with_inputs_replaced;

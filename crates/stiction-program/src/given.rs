@@ -1,7 +1,6 @@
 //! What a program is given: motions of floating bodies, coordinates that have no closed form, prescribed
 //! values, loads.
 
-use crate::batch::StateOfMotion;
 use crate::samples::Sample;
 use stiction::dynamics::{AppliedLoad, InverseDynamics};
 use stiction::kinematics::{Legs, State, Target};
@@ -26,6 +25,19 @@ pub struct BodyMotion<T> {
     pub acceleration: Vec3<T>,
     /// rad/s^2.
     pub angular_acceleration: Vec3<T>,
+}
+
+/// One state of many.
+#[derive(Clone, Copy, Debug)]
+pub struct StateOfMotion<'a> {
+    /// Motions of [`crate::InverseProgram::bodies`].
+    pub bodies: &'a [BodyMotion<f64>],
+    /// Coordinates of the tree, of which [`crate::InverseProgram::coordinates`] are read; empty if there are none.
+    pub coordinates: &'a [f64],
+    /// What is prescribed. The solver goes by it alone.
+    pub targets: &'a [Target<f64>],
+    /// Loads as those for which the program was recorded, but for force and moment.
+    pub loads: &'a [AppliedLoad<f64>],
 }
 
 /// Numbers of a motion.

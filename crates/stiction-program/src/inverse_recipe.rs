@@ -13,7 +13,7 @@ use crate::given::Given;
 use crate::graph::{Graph, Node, Op, needed};
 use crate::meaning::{Merged, merge};
 use crate::quantity::Quantity;
-use crate::recipe::Recipe;
+use crate::recipe::{Followed, Recipe};
 use crate::recorded::{Recorded, go_on, record_groups, with_slopes};
 use crate::stages::holds;
 use crate::wrench::{components, reaction};
@@ -49,13 +49,6 @@ pub(crate) struct InverseStages {
     pub(crate) reactions: Vec<(usize, usize)>,
     /// Positive where what is taken for granted holds: without friction, with friction, of slopes.
     pub(crate) guards: [Node; 3],
-}
-
-/// What inverse dynamics was recorded from.
-pub(crate) struct Followed {
-    pub(crate) coordinates: Vec<Recorded>,
-    pub(crate) targets: Vec<Target<Recorded>>,
-    pub(crate) loads: Vec<AppliedLoad<Recorded>>,
 }
 
 impl Recipe<'_> {

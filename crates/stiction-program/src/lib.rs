@@ -69,11 +69,11 @@ mod stages;
 mod tree;
 mod wrench;
 
-pub use batch::{ForcesAt, StateError, StateErrorCause, StateOfMotion};
+pub use batch::{ForcesAt, StateError, StateErrorCause};
 pub use derivatives::{DerivativeMemory, DerivativeProgram};
 pub use error::RecordError;
 pub use forward::ForwardProgram;
-pub use given::BodyMotion;
+pub use given::{BodyMotion, StateOfMotion};
 pub use inverse::InverseProgram;
 pub use memory::Memory;
 pub use quantity::Quantity;

@@ -1,6 +1,8 @@
 //! What all programs are recorded from, and its sizes.
 
+use crate::recorded::Recorded;
 use stiction::dynamics::{AppliedLoad, InverseDynamics, Kernel};
+use stiction::kinematics::Target;
 
 /// Sizes of a mechanism and of what is asked of it.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +24,13 @@ pub(crate) struct Recipe<'a> {
     pub(crate) kernel: &'a Kernel,
     pub(crate) solver: &'a InverseDynamics,
     pub(crate) loads: &'a [AppliedLoad<f64>],
+}
+
+/// What inverse dynamics was recorded from.
+pub(crate) struct Followed {
+    pub(crate) coordinates: Vec<Recorded>,
+    pub(crate) targets: Vec<Target<Recorded>>,
+    pub(crate) loads: Vec<AppliedLoad<Recorded>>,
 }
 
 impl Recipe<'_> {

@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::process::ExitCode;
 use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction::kinematics::Target;
-use stiction::mobility::Proximity;
+use stiction::statics::Proximity;
 use stiction_model::{Source, gallery, read};
 use stiction_program::InverseProgram;
 

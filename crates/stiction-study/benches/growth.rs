@@ -7,12 +7,12 @@
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use stiction::dynamics::{FrictionMode, InverseDynamics, Settings};
-use stiction::friction::{Contact, Law, LoadMap};
+use stiction::friction::{Contact, Law};
 use stiction::joint::JointType;
 use stiction::kinematics::{Coordinate, Target};
 use stiction::mechanism::{BodySpec, GROUND_NAME, JointSpec, Mechanism, MechanismBuilder};
-use stiction::mobility::Proximity;
 use stiction::spatial::{Mat3, Pose, Vec3};
+use stiction::statics::Proximity;
 use stiction_study::figure::{Figure, Line, Panel};
 
 const LOOPS: [usize; 7] = [1, 3, 10, 30, 100, 300, 1000];
@@ -204,7 +204,7 @@ fn joint(name: String, kind: JointType, [from, to]: [&Placed; 2], at: Pose<f64>)
 
 fn rubbing(spec: JointSpec, radius: Option<f64>) -> JointSpec {
     let law = Law::coulomb_viscous(0.02, 0.01);
-    spec.friction(Contact { place: 0, radius, law, backward: None, load: LoadMap::force_only() })
+    spec.friction(Contact { radius, ..Contact::guide(law) })
 }
 
 fn ground() -> Placed {

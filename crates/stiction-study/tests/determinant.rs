@@ -6,9 +6,9 @@ use common::*;
 use nalgebra::Matrix3;
 use stiction::dynamics::{InverseDynamics, Settings};
 use stiction::kinematics::{AngleOrder, Coordinate, Target};
-use stiction::mobility::Constraints;
 use stiction::random::Random;
 use stiction::spatial::Pose;
+use stiction::statics::Constraints;
 use stiction_model::Model;
 
 /// Half sides of platform and base, m.

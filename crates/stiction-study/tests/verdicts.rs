@@ -7,8 +7,9 @@ use common::*;
 use std::collections::BTreeMap;
 use stiction::dynamics::{FrictionMode, InverseDynamics, Settings};
 use stiction::kinematics::Target;
-use stiction::mobility::{Constraints, Mobility};
+use stiction::mobility::Mobility;
 use stiction::spatial::{Mat3, Pose, Vec3};
+use stiction::statics::Constraints;
 use stiction_model::{Model, gallery};
 use stiction_study::check::{Findings, examine};
 

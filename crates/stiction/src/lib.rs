@@ -10,7 +10,7 @@
 //!
 //! ```
 //! use stiction::dynamics::{InverseDynamics, Settings};
-//! use stiction::friction::{Contact, Law, LoadMap};
+//! use stiction::friction::{Contact, Law};
 //! use stiction::joint::JointType::Revolute;
 //! use stiction::kinematics::{Coordinate, Target};
 //! use stiction::mechanism::{BodySpec, JointSpec, MechanismBuilder};
@@ -20,13 +20,7 @@
 //! let bar = |name: &str, length| BodySpec::new(name).mass(1.0).com(Vec3::new(length / 2.0, 0.0, 0.0));
 //! let at = |x| Pose::at(Vec3::new(x, 0.0, 0.0));
 //! // A pin of 10 mm radius, its friction proportional to the force across it.
-//! let dry = Contact {
-//!     place: 0,
-//!     radius: Some(0.01),
-//!     law: Law::coulomb_viscous(0.1, 0.0),
-//!     backward: None,
-//!     load: LoadMap::force_only(),
-//! };
+//! let dry = Contact::round(0.01, Law::coulomb_viscous(0.1, 0.0));
 //! let pin = |name: &str, from: &str, to: &str| JointSpec::new(name, Revolute, from, to).friction(dry.clone());
 //! let linkage = MechanismBuilder::new("five-bar")
 //!     .gravity(Vec3::new(0.0, -9.81, 0.0))
@@ -78,4 +72,5 @@ pub mod parameters;
 pub mod random;
 pub mod scalar;
 pub mod spatial;
+pub mod statics;
 pub mod topology;

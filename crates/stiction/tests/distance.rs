@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use stiction::dynamics::{InverseDynamics, Settings};
-use stiction::mobility::Constraints;
+use stiction::statics::Constraints;
 
 /// Actuation and constraint distance of a robot at one position.
 fn distances(

@@ -10,7 +10,8 @@ use exact::modular::{PRIMES, RowSpace, is_prime};
 use exact::solver::assembled;
 use exact::verdicts::Verdicts;
 use stiction::dynamics::InverseDynamics;
-use stiction::mobility::{Constraints, Mobility};
+use stiction::mobility::Mobility;
+use stiction::statics::Constraints;
 
 /// Below this a distance counts as zero in reports.
 const SINGULAR: f64 = 1e-9;

@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use stiction::forward::{Forward, Inputs, Method, Settings, View};
-use stiction::friction::{Bristles, Contact, Curve, Exponent, Law, LoadMap};
+use stiction::friction::{Bristles, Contact, Curve, Exponent, Law};
 use stiction::joint::JointType;
 use stiction::kinematics::{State, Target};
 use stiction::mechanism::{BodySpec, JointSpec, MechanismBuilder, SpringSpec};
@@ -29,8 +29,7 @@ fn stick_slip() -> Forward {
         bristles: Some(Bristles { stiffness: 1e5, damping: 1e5_f64.sqrt() }),
         ..Law::coulomb_viscous(1.0, 0.4)
     };
-    let contact =
-        Contact { place: 0, radius: None, law, backward: None, load: LoadMap::force_only() };
+    let contact = Contact::guide(law);
     let mechanism = MechanismBuilder::new("stick-slip")
         .gravity(v(0.0, -1.0, 0.0))
         .body(BodySpec::new("cart").mass(1.0).inertia(diagonal(0.1, 0.1, 0.1)))

@@ -6,7 +6,7 @@ use common::*;
 use stiction::forward::{
     ConstantEfforts, EventKind, Forward, ForwardError, Known, Settings, Simulation,
 };
-use stiction::friction::{Contact, Law, LoadMap};
+use stiction::friction::{Contact, Law};
 use stiction::joint::JointType;
 use stiction::kinematics::{Coordinate, Target};
 use stiction::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder};
@@ -302,11 +302,8 @@ fn load_dependent_friction_in_all_joints_of_the_3rps() {
         ..Law::coulomb_viscous(0.12, b / radius.powi(2))
     };
     let with = |b: f64, radius: Option<f64>| Contact {
-        place: 0,
         radius,
-        law: law(b, radius.unwrap_or(1.0)),
-        backward: None,
-        load: LoadMap::force_only(),
+        ..Contact::guide(law(b, radius.unwrap_or(1.0)))
     };
     let rub = [with(0.4, Some(0.0125)), with(30.0, None), with(0.1, Some(0.025))];
     let worst =

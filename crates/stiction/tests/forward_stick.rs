@@ -8,7 +8,7 @@ use stiction::dynamics::{FrictionMode, InverseDynamics};
 use stiction::forward::{
     ConstantEfforts, Contact as Doing, EventKind, Forward, Inputs, Settings, View,
 };
-use stiction::friction::{Bristles, Contact, Curve, Law, LoadMap};
+use stiction::friction::{Bristles, Contact, Curve, Law};
 use stiction::joint::JointType;
 use stiction::kinematics::{Coordinate, State, Target};
 use stiction::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder, SpringSpec};
@@ -23,13 +23,7 @@ fn nothing() -> ConstantEfforts {
 }
 
 fn coulomb(mu: f64, curve: Curve, radius: Option<f64>) -> Contact {
-    Contact {
-        place: 0,
-        radius,
-        law: Law { curve, ..Law::coulomb_viscous(mu, 0.0) },
-        backward: None,
-        load: LoadMap::force_only(),
-    }
+    Contact { radius, ..Contact::guide(Law { curve, ..Law::coulomb_viscous(mu, 0.0) }) }
 }
 
 fn start_of(model: &Forward, values: &[(f64, f64)]) -> State<f64> {

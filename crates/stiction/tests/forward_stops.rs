@@ -6,7 +6,7 @@ use common::*;
 use stiction::forward::{
     ConstantEfforts, Contact as Doing, EventKind, Forward, Settings, Simulation,
 };
-use stiction::friction::{Contact, Law, LoadMap};
+use stiction::friction::{Contact, Law};
 use stiction::joint::JointType;
 use stiction::kinematics::State;
 use stiction::mechanism::{BodySpec, JointSpec, MechanismBuilder};
@@ -16,13 +16,7 @@ const G: f64 = 9.81;
 const MASS: f64 = 2.0;
 
 fn rub(mu: f64, radius: f64) -> Contact {
-    Contact {
-        place: 0,
-        radius: Some(radius),
-        law: Law::coulomb_viscous(mu, 0.0),
-        backward: None,
-        load: LoadMap::force_only(),
-    }
+    Contact::round(radius, Law::coulomb_viscous(mu, 0.0))
 }
 
 /// A body on a plane through its centre of mass that falls towards x by `slope`, or in a ball there.

@@ -4,7 +4,7 @@ mod common;
 
 use common::random::*;
 use stiction::dynamics::{InverseDynamics, Settings};
-use stiction::mobility::{Distances, Proximity, Statics};
+use stiction::statics::{Distances, Proximity, Statics};
 
 /// Random mechanisms of all classes with nothing redundant: both distances are those of the decomposed
 /// matrix, to what its products keep of its digits.

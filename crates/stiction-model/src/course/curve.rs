@@ -2,7 +2,7 @@
 
 use super::hermite::{Given, Samples, Spline};
 use super::monotone::{self, Monotone};
-use crate::samples::first_after;
+use crate::course::samples::first_after;
 use std::sync::Arc;
 use stiction::kinematics::Target;
 

@@ -5,15 +5,17 @@ mod curve;
 mod hermite;
 mod monotone;
 mod quintic;
+pub(crate) mod recorded;
+pub(crate) mod samples;
 mod windows;
 
 pub(crate) use curve::{Curve, Fill};
 pub(crate) use hermite::Given;
 pub(crate) use windows::{Window, agrees, is_long};
 
+use crate::course::recorded::Recorded;
 use crate::diagnostic::Diagnostic;
 use crate::expression::Formula;
-use crate::recorded::Recorded;
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 use stiction::kinematics::Target;

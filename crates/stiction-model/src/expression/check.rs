@@ -4,7 +4,7 @@ use super::function::{Function, Rule};
 use super::parse::{Op, Program, parse};
 use super::run::{Formula, apply};
 use super::{Dimension, Fault, Scope};
-use crate::measure::Measure;
+use crate::expression::Measure;
 use crate::source::Span;
 
 /// A number of SI units.

@@ -7,6 +7,7 @@ mod check;
 pub(crate) mod dimension;
 mod function;
 pub(crate) mod jet;
+mod measure;
 mod pace;
 mod parse;
 mod run;
@@ -17,6 +18,7 @@ pub(crate) mod unit;
 
 pub(crate) use check::{Quantity, TimeFormula, constant, in_time};
 pub(crate) use dimension::Dimension;
+pub(crate) use measure::Measure;
 pub(crate) use parse::{Program, parse, reserved, unit_of};
 pub(crate) use run::Formula;
 

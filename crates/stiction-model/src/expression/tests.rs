@@ -1,7 +1,7 @@
 //! Expressions as a whole.
 
 use super::*;
-use crate::measure::Measure;
+use crate::expression::Measure;
 use proptest::prelude::*;
 use std::f64::consts::PI;
 

@@ -8,7 +8,7 @@ pub(crate) mod tables;
 
 pub use schema::json_schema;
 
-use crate::measure::Measure;
+use crate::expression::Measure;
 
 /// A key of a table.
 #[derive(Clone, Copy, Debug)]

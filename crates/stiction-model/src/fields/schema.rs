@@ -2,7 +2,7 @@
 
 use super::tables::{AXES, BODY_LOAD, BODY_MOTION, MODEL, ORDERS, POSE, TENSOR};
 use super::{Field, Shape};
-use crate::measure::Measure;
+use crate::expression::Measure;
 use serde_json::{Map, Value, json};
 
 /// A JSON schema (draft 2020-12) of the model file. It knows all keys and what stands behind them;

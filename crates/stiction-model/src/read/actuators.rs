@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
-use crate::measure::Measure;
+use crate::expression::Measure;
 use crate::source::Span;
 use stiction::joint::Motion;
 use stiction::mechanism::Mechanism;

@@ -1,13 +1,13 @@
 //! Reading single values, and saying what is wrong with them.
 
-use super::parameters::Parameters;
 use crate::course::Course;
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, nearest, or, quoted};
 use crate::document::{Node, Table, Text, Value};
+use crate::expression::Measure;
 use crate::expression::{self, Dimension, Fault, TimeFormula};
 use crate::fields::tables::MODEL;
 use crate::fields::{self, Field, Shape};
-use crate::measure::Measure;
+use crate::parameters::Parameters;
 use crate::source::{Place, Source, Span};
 use std::cell::RefCell;
 use std::sync::Arc;

@@ -3,8 +3,8 @@
 use super::context::{Context, Record};
 use crate::diagnostic::{Diagnostic, did_you_mean, number, quoted};
 use crate::document::{Table, Value};
+use crate::expression::Measure;
 use crate::fields::tables::{AXES, ORDERS, POSE, TENSOR};
-use crate::measure::Measure;
 use stiction::kinematics::AngleOrder;
 use stiction::spatial::{Mat3, Pose, Vec3};
 

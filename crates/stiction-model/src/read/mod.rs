@@ -22,7 +22,7 @@ mod recording;
 mod spring;
 mod statement;
 
-pub(crate) use parameters::Parameters;
+use crate::parameters::Parameters;
 
 use crate::contents::Contents;
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
@@ -81,7 +81,7 @@ fn read_document(
         return None;
     }
     let parameters = match root.get("parameters").and_then(Value::as_table) {
-        Some(table) => Parameters::read(table, source, broken, out),
+        Some(table) => parameters::read_parameters(table, source, broken, out),
         None => Parameters::default(),
     };
     let context = Context::new(source, &parameters, broken);

@@ -1,112 +1,58 @@
-//! Named quantities.
+//! Reads the named quantities of a model.
 
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::document::{Node, Table, Value};
 use crate::expression::{self, Dimension, Program, Quantity, Scope};
+use crate::parameters::{Parameters, complaint};
 use crate::source::{Source, Span};
-use std::collections::HashMap;
 use std::sync::Arc;
 
-/// All parameters of a model with their values.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Parameters {
-    names: Vec<String>,
-    /// `None` where the definition is wrong, or the name: nobody knows what was meant by its uses.
-    values: Vec<Option<Quantity>>,
-    index: HashMap<String, usize>,
-}
+/// Reads the table, in whatever order the parameters refer to each other.
+pub(crate) fn read_parameters(
+    table: &Table,
+    source: &Arc<Source>,
+    broken: &[Span],
+    out: &mut Diagnostics,
+) -> Parameters {
+    let mut all = Parameters::named(table.entries.iter().map(|(key, _)| key.name.clone()));
 
-impl Scope for Parameters {
-    fn find(&self, name: &str) -> Option<usize> {
-        self.index.get(name).copied()
-    }
-
-    fn value(&self, index: usize) -> Option<Quantity> {
-        self.values.get(index).copied().flatten()
-    }
-
-    fn names(&self) -> Vec<&str> {
-        self.names.iter().map(String::as_str).filter(|name| complaint(name).is_none()).collect()
-    }
-}
-
-impl Parameters {
-    /// Reads the table, in whatever order the parameters refer to each other.
-    pub(crate) fn read(
-        table: &Table,
-        source: &Arc<Source>,
-        broken: &[Span],
-        out: &mut Diagnostics,
-    ) -> Self {
-        let mut all = Self::default();
-        for (key, _) in &table.entries {
-            all.index.insert(key.name.clone(), all.names.len());
-            all.names.push(key.name.clone());
+    // Definitions first, then values in the order of dependence.
+    let mut programs = Vec::new();
+    {
+        let context = Context::new(source, &all, broken);
+        for (key, value) in &table.entries {
+            check_name(&context, &key.name, &key.span);
+            programs.push(define(&context, value));
         }
-        all.values = vec![None; all.names.len()];
-
-        // Definitions first, then values in the order of dependence.
-        let mut programs = Vec::new();
-        {
+        out.append(context.out.into_inner());
+    }
+    let order = Order::of(&programs, &all);
+    for index in order.sorted {
+        if let Some(Some(Definition::Formula(program))) = programs.get(index) {
+            let value = expression::constant(program, &all);
             let context = Context::new(source, &all, broken);
-            for (key, value) in &table.entries {
-                check_name(&context, &key.name, &key.span);
-                programs.push(define(&context, value));
+            if let (Err(fault), Some((_, value))) = (&value, table.entries.get(index))
+                && let Node::Text(text) = &value.node
+            {
+                context.fault(&value.span, text, fault.clone());
             }
             out.append(context.out.into_inner());
-        }
-        let order = Order::of(&programs, &all);
-        for index in order.sorted {
-            if let Some(Some(Definition::Formula(program))) = programs.get(index) {
-                let value = expression::constant(program, &all);
-                let context = Context::new(source, &all, broken);
-                if let (Err(fault), Some((_, value))) = (&value, table.entries.get(index))
-                    && let Node::Text(text) = &value.node
-                {
-                    context.fault(&value.span, text, fault.clone());
-                }
-                out.append(context.out.into_inner());
-                all.set(index, value.ok());
-            } else if let Some(Some(Definition::Number(value))) = programs.get(index) {
-                let plain = Quantity { value: *value, dimension: Dimension::NONE };
-                all.set(index, Some(plain));
-            }
-        }
-        for cycle in order.cycles {
-            out.push(describe_cycle(&all, table, source, &cycle));
-        }
-        all
-    }
-
-    fn set(&mut self, index: usize, value: Option<Quantity>) {
-        let known = !self.is_misnamed(index);
-        if let Some(slot) = self.values.get_mut(index) {
-            *slot = value.filter(|_| known);
+            all.set(index, value.ok());
+        } else if let Some(Some(Definition::Number(value))) = programs.get(index) {
+            let plain = Quantity { value: *value, dimension: Dimension::NONE };
+            all.set(index, Some(plain));
         }
     }
-
-    fn is_misnamed(&self, index: usize) -> bool {
-        self.names.get(index).is_some_and(|name| complaint(name).is_some())
+    for cycle in order.cycles {
+        out.push(describe_cycle(&all, table, source, &cycle));
     }
+    all
 }
 
 enum Definition {
     Number(f64),
     Formula(Program),
-}
-
-/// Why no parameter can have this name.
-fn complaint(name: &str) -> Option<String> {
-    let mut letters = name.chars();
-    let starts_well = letters.next().is_some_and(|c| c.is_alphabetic() || c == '_');
-    if !starts_well || !letters.all(|c| c.is_alphanumeric() || c == '_') {
-        return Some(
-            "a parameter's name consists of letters, digits and `_`, a letter first".to_owned(),
-        );
-    }
-    let what = expression::reserved(name)?;
-    Some(format!("no parameter can be named {}: that is {what}", quoted(name)))
 }
 
 fn check_name(context: &Context<'_>, name: &str, span: &Span) {
@@ -141,7 +87,7 @@ fn define(context: &Context<'_>, value: &Value) -> Option<Definition> {
                 None
             }
         },
-        _ => context.quantity(value, crate::measure::Measure::Any).map(Definition::Number),
+        _ => context.quantity(value, crate::expression::Measure::Any).map(Definition::Number),
     }
 }
 
@@ -226,7 +172,7 @@ fn describe_cycle(
     cycle: &[usize],
 ) -> Diagnostic {
     const MOST: usize = 8;
-    let name = |i: &usize| quoted(all.names.get(*i).map_or("", String::as_str));
+    let name = |i: &usize| quoted(all.name(*i));
     let mut names: Vec<_> = cycle.iter().take(MOST).map(name).collect();
     if cycle.len() > MOST {
         names.push("…".to_owned());

@@ -3,9 +3,9 @@
 use super::names::Names;
 use crate::diagnostic::{nearest, or, quoted};
 use crate::document::{Node, Table, Value};
+use crate::expression::Measure;
 use crate::fields::Field;
 use crate::fields::tables::BODY_MOTION;
-use crate::measure::Measure;
 use crate::source::Span;
 use std::collections::HashMap;
 use stiction::joint::{JointType, Motion};

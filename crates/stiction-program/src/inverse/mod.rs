@@ -6,9 +6,8 @@
 
 mod making;
 
-use crate::batch::StateOfMotion;
 use crate::compiled::Compiled;
-use crate::given::{BodyMotion, Given};
+use crate::given::{BodyMotion, Given, StateOfMotion};
 use crate::loaded::{LoadPlace, check_count, check_loads};
 use crate::memory::Memory;
 use crate::recipe::Counts;

@@ -1,10 +1,10 @@
 //! How near a motion comes to singular positions, between samples, too.
 
-use super::SINGULAR;
-use crate::inverse::{Error, Job};
+use crate::inverse::{Error, Job, SINGULAR};
 use std::fmt::Write as _;
 use stiction::dynamics::InverseDynamics;
-use stiction::mobility::{Constraints, Mobility, Statics, ToldMotion, blocked_motions};
+use stiction::mobility::{Mobility, blocked_motions};
+use stiction::statics::{Constraints, Statics, ToldMotion};
 
 /// A kind of singularity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -20,10 +20,8 @@ use crate::statistics::Least;
 use crate::undetermined::open_components;
 use along::Watch;
 use sizes::Measuring;
-use stiction::mobility::{Architecture, Constraints, JointLoad, Mobility, Play, governance};
-
-/// Closer to a singular position than this is in it: distances are zero where ranks do not count.
-pub(crate) const SINGULAR: f64 = f64::MIN_POSITIVE;
+use stiction::mobility::{Architecture, Mobility, Play, governance};
+use stiction::statics::{Constraints, JointLoad};
 
 /// What was found.
 #[derive(Clone, Debug)]

@@ -5,8 +5,8 @@ use crate::inverse::Job;
 use crate::numbers::number;
 use crate::undetermined::by_components;
 use std::fmt::{self, Write};
-use stiction::mobility::JointLoad;
 use stiction::spatial::Vec3;
+use stiction::statics::JointLoad;
 
 /// Bodies, joints and ranges listed at most.
 const LISTED: usize = 12;

@@ -7,7 +7,6 @@ mod hull;
 mod labels;
 mod layout;
 mod legend;
-mod portrait;
 mod sheet;
 mod style;
 pub(crate) mod svg;
@@ -15,7 +14,6 @@ mod symbols;
 mod trail;
 mod view;
 
-pub(crate) use portrait::Portrait;
 pub use style::Surface;
 pub use trail::Trail;
 pub use view::View;

@@ -61,7 +61,7 @@ impl<'a> Home<'a> {
             model: job.model,
             poses: bodies.pose.iter().map(in_world).collect(),
             coordinates: coordinates.collect(),
-            mechanism: job.model.mechanism.starting_at(bodies),
+            mechanism: job.model.mechanism.starting_at(bodies.joint_poses()),
             motion: motion.zip(job.motion.at(job.motion.start)).collect(),
             across,
         })

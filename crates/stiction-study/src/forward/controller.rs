@@ -172,7 +172,7 @@ pub(super) fn by_actuators(
     forward: &Forward,
     (state, bodies): (&State<f64>, &Bodies<f64>),
 ) -> Result<InverseDynamics, Error> {
-    let mechanism = model.mechanism.starting_at(bodies);
+    let mechanism = model.mechanism.starting_at(bodies.joint_poses());
     let ground = forward.parameters().ground.inverse();
     let homes: Vec<_> = model
         .mechanism

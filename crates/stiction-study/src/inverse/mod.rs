@@ -33,5 +33,6 @@ pub use shares::ShareTable;
 pub use summary::Summary;
 pub use tables::Tables;
 pub use terminal::write_summary;
+pub(crate) use uniqueness::SINGULAR;
 pub use uniqueness::Singular;
 pub use verdict::Verdict;

@@ -4,7 +4,7 @@ use super::chunks::Work;
 use super::error::Error;
 use stiction::dynamics::InverseDynamics;
 use stiction::friction::ContactShape;
-use stiction::mobility::Constraints;
+use stiction::statics::Constraints;
 
 /// Follows the motion alone.
 pub(super) struct Following {

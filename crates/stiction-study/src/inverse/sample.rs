@@ -3,8 +3,8 @@
 use super::efficiency::Backward;
 use stiction::dynamics::{AppliedLoad, Forces, Shares};
 use stiction::kinematics::Bodies;
-use stiction::mobility::Distances;
 use stiction::spatial::Vec3;
+use stiction::statics::Distances;
 
 /// Everything about one instant.
 #[derive(Clone, Copy, Debug)]

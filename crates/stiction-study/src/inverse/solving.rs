@@ -11,8 +11,8 @@ use stiction::dynamics::{
     AppliedLoad, Forces, FrictionMode, InverseDynamics, InverseError, Mirror, Shares,
 };
 use stiction::kinematics::Bodies;
-use stiction::mobility::Distances;
 use stiction::spatial::Vec3;
+use stiction::statics::Distances;
 
 /// Computes everything at each sample.
 pub(super) struct Solving<'a> {

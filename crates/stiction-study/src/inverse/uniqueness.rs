@@ -1,9 +1,11 @@
 //! What is unique at a sample, and how far it is from a singular position.
 
-use crate::check::SINGULAR;
 use stiction::dynamics::{InverseDynamics, Weighting};
 use stiction::joint::JointType;
-use stiction::mobility::{Distances, NullDirection, Proximity, Statics};
+use stiction::statics::{Distances, NullDirection, Proximity, Statics};
+
+/// Closer to a singular position than this is in it: distances are zero where ranks do not count.
+pub(crate) const SINGULAR: f64 = f64::MIN_POSITIVE;
 
 /// The look at one sample, and room for the next.
 #[derive(Clone, Debug)]

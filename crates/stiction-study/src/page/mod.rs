@@ -1,6 +1,10 @@
 //! The frame of all pages: one file that needs nothing else, light or dark as the reader prefers,
 //! dark on white on paper.
 
+mod portrait;
+
+pub(crate) use portrait::Portrait;
+
 use crate::drawing::svg::escape;
 use crate::figure::{COLOURS, COLOURS_ON_DARK};
 

@@ -1,13 +1,13 @@
 //! Other solutions of friction and reactions, and how far the one that is given goes on.
 
 use super::inverse::Inverse;
-use super::load::AppliedLoad;
 use super::settings::{FrictionMode, Settings};
 use super::solver::{InverseDynamics, Parts};
 use super::wedge::{Lock, follow_friction};
 use crate::mechanism::JointId;
 use crate::random::Random;
 use crate::spatial::Wrench;
+use crate::statics::AppliedLoad;
 
 /// How far the coefficients of all contacts may grow, together.
 #[derive(Clone, Copy, Debug, PartialEq)]

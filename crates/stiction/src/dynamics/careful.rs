@@ -2,17 +2,17 @@
 //! the kernels cannot plan, and as their oracle.
 
 use super::contacts::{Contacts, wrench_against};
-use super::load::AppliedLoad;
-use super::newton_euler::Unknown;
 use super::reduced::{self, Reactions};
 use super::settings::{FrictionMode, Settings};
 use super::shares::Shares;
 use super::wedge::Lock;
 use crate::kinematics::Bodies;
 use crate::mechanism::Mechanism;
-use crate::mobility::{Statics, Uncarried};
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
+use crate::statics::AppliedLoad;
+use crate::statics::newton_euler::Unknown;
+use crate::statics::{Statics, Uncarried};
 use crate::topology::Topology;
 use nalgebra::DVector;
 

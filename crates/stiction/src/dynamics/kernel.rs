@@ -1,7 +1,6 @@
 //! Inverse kinematics and inverse dynamics in one call, over any scalar.
 
 use super::inverse::Inverse;
-use super::load::AppliedLoad;
 use super::plan::BalancePlan;
 use super::settings::Settings;
 use super::setup::Setup;
@@ -9,6 +8,7 @@ use crate::kinematics::{Kinematics, Prescription, State, Target};
 use crate::linalg::Elimination;
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
+use crate::statics::AppliedLoad;
 use crate::topology::Topology;
 
 /// A mechanism compiled for one prescription near one position. Immutable; the numbers are in

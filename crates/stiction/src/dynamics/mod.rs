@@ -3,6 +3,8 @@
 //! Signs: a joint's reaction is the complete wrench that its predecessor exerts on its successor,
 //! constraint, drive and friction together.
 
+pub use crate::statics::{AppliedLoad, LoadAxes};
+
 mod balance;
 mod branches;
 mod careful;
@@ -12,8 +14,6 @@ mod error;
 mod forces;
 mod inverse;
 mod kernel;
-mod load;
-pub mod newton_euler;
 mod plan;
 mod power;
 mod reduced;
@@ -33,8 +33,6 @@ pub use error::InverseError;
 pub use forces::{Bounds, ContactForce, Forces};
 pub use inverse::Inverse;
 pub use kernel::{Kernel, Workspace};
-pub(crate) use load::demand_of_motion;
-pub use load::{AppliedLoad, LoadAxes};
 pub use plan::{BalancePlan, NotPlanned};
 pub use power::Power;
 pub use rest::{Breakaway, Holding, Rest, Verdict};

@@ -2,10 +2,10 @@
 //!
 //! Equation (E1) of the book's theory.
 
-use super::load::AppliedLoad;
 use super::spring::Pull;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
+use crate::statics::AppliedLoad;
 use crate::topology::{Actuator, Topology};
 
 /// All powers at one instant, W: `drives + loads = energy + dissipated`.

@@ -4,11 +4,11 @@
 
 use super::coupling::CouplingRoom;
 use super::inverse::Inverse;
-use super::load::AppliedLoad;
 use super::settings::Settings;
 use super::setup::Setup;
 use crate::kinematics::Kinematics;
 use crate::parameters::Parameters;
+use crate::statics::AppliedLoad;
 
 /// Where the solution was lost.
 #[derive(Clone, Copy, Debug, PartialEq)]

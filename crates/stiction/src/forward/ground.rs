@@ -5,8 +5,8 @@ use super::balance::Scene;
 use super::inputs::{Inputs, View};
 use super::masses::Masses;
 use super::surface::surface_velocity;
-use crate::dynamics::AppliedLoad;
 use crate::kinematics::{Bodies, State, Target};
+use crate::statics::AppliedLoad;
 
 /// What is the same for all choices of sticking and sliding at one position and velocity.
 #[derive(Clone, Debug)]

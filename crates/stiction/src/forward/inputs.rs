@@ -1,7 +1,7 @@
 //! What acts on a mechanism from outside, as functions of time and state.
 
-use crate::dynamics::AppliedLoad;
 use crate::kinematics::{Bodies, State, Target};
+use crate::statics::AppliedLoad;
 use crate::topology::Topology;
 
 /// What inputs may look at.

@@ -320,7 +320,7 @@ impl Forward {
         };
         work.drives = drives.iter().enumerate().map(|(k, f)| step * f * rate(k)).collect();
         let power =
-            |l: &crate::dynamics::AppliedLoad<f64>| bodies.twist[l.body.0].power(l.wrench(&bodies));
+            |l: &crate::statics::AppliedLoad<f64>| bodies.twist[l.body.0].power(l.wrench(&bodies));
         work.loads = step * ground.loads.iter().map(power).sum::<f64>();
         let damper = |spring: &crate::parameters::SpringParameters<f64>| {
             let rate = Pull::of(spring, &bodies).rate;

@@ -1,10 +1,11 @@
 //! The tree's mass matrix and what inertia, gravity, loads and springs do on its freedoms.
 
-use crate::dynamics::{AppliedLoad, Pull, demand_of_motion};
+use crate::dynamics::Pull;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Twist, Vec3, Wrench};
+use crate::statics::{AppliedLoad, demand_of_motion};
 use crate::topology::{Link, Topology};
 
 /// Inertia of one body, or of several that move as one, about the kernel origin in world axes.

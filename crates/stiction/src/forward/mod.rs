@@ -44,7 +44,7 @@ use crate::topology::{Topology, TreeRule};
 ///
 /// ```
 /// use stiction::forward::{ConstantEfforts, EventKind, Forward, Settings};
-/// use stiction::friction::{Contact, Law, LoadMap};
+/// use stiction::friction::{Contact, Law};
 /// use stiction::joint::JointType;
 /// use stiction::kinematics::{Coordinate, Target};
 /// use stiction::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
@@ -52,13 +52,7 @@ use crate::topology::{Topology, TreeRule};
 ///
 /// // A block of 2 kg that is pushed along x: the rail's z axis is its direction of sliding.
 /// let rail = Pose { rotation: Mat3::between(Vec3::new(0.0, 0.0, 1.0), Vec3::new(1.0, 0.0, 0.0)), ..Pose::identity() };
-/// let dry = Contact {
-///     place: 0,
-///     radius: None,
-///     law: Law::coulomb_viscous(0.25, 0.0),
-///     backward: None,
-///     load: LoadMap::force_only(),
-/// };
+/// let dry = Contact::guide(Law::coulomb_viscous(0.25, 0.0));
 /// let mechanism = MechanismBuilder::new("block")
 ///     .gravity(Vec3::new(0.0, -10.0, 0.0))
 ///     .body(BodySpec::new("block").mass(2.0))

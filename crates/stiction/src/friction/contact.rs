@@ -19,6 +19,19 @@ pub struct Contact {
     pub load: LoadMap<f64>,
 }
 
+impl Contact {
+    /// The guide of a prismatic joint, loaded by the force across it.
+    pub fn guide(law: Law) -> Self {
+        Self { place: 0, radius: None, law, backward: None, load: LoadMap::force_only() }
+    }
+
+    /// The first contact of a joint that turns on a surface of radius `radius` (m): a pin, a ball, a plate, a thread; loaded
+    /// by the force on it.
+    pub fn round(radius: f64, law: Law) -> Self {
+        Self { radius: Some(radius), ..Self::guide(law) }
+    }
+}
+
 /// The geometry of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactShape {

@@ -137,6 +137,11 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
+    /// For each joint frame K seen from frame J.
+    pub fn joint_poses(&self) -> impl Iterator<Item = Pose<T>> + '_ {
+        self.frame_j.iter().zip(&self.frame_k).map(|(j, k)| j.inverse() * *k)
+    }
+
     /// Poses of bodies and joint frames, unit twists of the tree's freedoms.
     pub fn place(&mut self, topology: &Topology, parameters: &Parameters<T>, coordinates: &[T]) {
         self.pose[0] = parameters.ground;

@@ -5,9 +5,8 @@ use super::error::OpenFreedom;
 use super::prescription::Spin;
 use crate::linalg::Svd;
 use crate::mechanism::BodyId;
-use crate::mobility::describe_motion;
 use crate::parameters::Parameters;
-use crate::spatial::{Twist, Vec3};
+use crate::spatial::{Twist, Vec3, describe_motion};
 use crate::topology::{Actuator, Link, Topology};
 use nalgebra::{DMatrix, DVector};
 

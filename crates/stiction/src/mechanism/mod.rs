@@ -17,7 +17,6 @@ pub use warning::Warning;
 
 use crate::friction::Contact;
 use crate::joint::JointType;
-use crate::kinematics::Bodies;
 use crate::spatial::{Mat3, Pose, Vec3};
 
 /// A body's index in [`Mechanism::bodies`]; the ground is [`BodyId::GROUND`].
@@ -174,12 +173,11 @@ impl Mechanism {
         other
     }
 
-    /// The same mechanism with each joint's start coordinates where the joint stands in `bodies`, which are
-    /// those of this mechanism: assembly from there finds this position again.
-    pub fn starting_at(&self, bodies: &Bodies<f64>) -> Self {
+    /// The same mechanism with each joint's start coordinates where it stands, frame K seen from frame J, in the
+    /// order of the joints ([`crate::kinematics::Bodies::joint_poses`]): assembly from there finds this position again.
+    pub fn starting_at(&self, joint_poses: impl IntoIterator<Item = Pose<f64>>) -> Self {
         let mut other = self.clone();
-        for ((joint, j), k) in other.joints.iter_mut().zip(&bodies.frame_j).zip(&bodies.frame_k) {
-            let relative = j.inverse() * *k;
+        for (joint, relative) in other.joints.iter_mut().zip(joint_poses) {
             joint.joint_type.write_coordinates(relative, joint.pitch, &mut joint.start);
         }
         other

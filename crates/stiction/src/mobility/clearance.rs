@@ -8,14 +8,12 @@
 //! Equation (M4) of the book's theory.
 
 use super::count::NEGLIGIBLE;
-use super::distance::Constraints;
-use super::statics::Statics;
-use super::weakest::ToldMotion;
 use crate::dynamics::InverseDynamics;
-use crate::dynamics::newton_euler::Unknown;
 use crate::kinematics::{LoopsAt, body_twists};
 use crate::mechanism::JointId;
 use crate::spatial::Twist;
+use crate::statics::newton_euler::Unknown;
+use crate::statics::{Constraints, Statics, ToldMotion};
 use nalgebra::DVector;
 
 /// A motion that clearance in one joint sets free.

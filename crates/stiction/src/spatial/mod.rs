@@ -14,8 +14,11 @@ mod matrix;
 mod pose;
 mod screw;
 mod vector;
+mod words;
 
 pub use matrix::Mat3;
 pub use pose::{Pose, Quaternion};
 pub use screw::{Twist, Wrench};
 pub use vector::Vec3;
+pub(crate) use words::describe_direction;
+pub use words::describe_motion;

@@ -27,13 +27,7 @@ pub fn diagonal(x: f64, y: f64, z: f64) -> Mat3<f64> {
 
 /// Coulomb and viscous friction at the first contact, with nothing but the resultant force as load.
 pub fn friction(mu: f64, viscous: f64, radius: Option<f64>) -> Contact {
-    Contact {
-        place: 0,
-        radius,
-        law: Law::coulomb_viscous(mu, viscous),
-        backward: None,
-        load: LoadMap::force_only(),
-    }
+    Contact { radius, ..Contact::guide(Law::coulomb_viscous(mu, viscous)) }
 }
 
 pub struct Robot {

@@ -28,11 +28,8 @@ pub fn level() -> [Target<f64>; 3] {
 pub fn collar(offset: f64) -> Mechanism {
     let x = along(Vec3::zero(), Vec3::unit(0));
     let contact = Contact {
-        place: 0,
-        radius: None,
-        law: Law::coulomb_viscous(0.12, 0.0),
-        backward: None,
         load: LoadMap { bending_span: Some(0.02), combine: Combine::Pads, ..LoadMap::force_only() },
+        ..Contact::guide(Law::coulomb_viscous(0.12, 0.0))
     };
     MechanismBuilder::new("collar")
         .gravity(v(0.0, 0.0, 0.0))

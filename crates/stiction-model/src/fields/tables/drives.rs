@@ -1,8 +1,8 @@
 //! What drives actuators: efforts, controllers.
 
+use crate::expression::Measure::{Damping, Force, Frequency, Length, Number, Stiffness, Time};
 use crate::fields::Shape::{Choice, Quantity, Text};
 use crate::fields::{Field, field, required};
-use crate::measure::Measure::{Damping, Force, Frequency, Length, Number, Stiffness, Time};
 
 /// Efforts of actuators, besides the actuators.
 pub(crate) const DRIVES: &[Field] = &[field("title", Text, "One line that says what they are.")];

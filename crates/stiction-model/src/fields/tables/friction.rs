@@ -1,8 +1,10 @@
 //! Friction of joints.
 
+use crate::expression::Measure::{
+    Angle, Force, Length, Number, PerLength, PerSpeed, Speed, Viscous,
+};
 use crate::fields::Shape::{Choice, Pairs, Quantity, Table};
 use crate::fields::{Field, field, joined};
-use crate::measure::Measure::{Angle, Force, Length, Number, PerLength, PerSpeed, Speed, Viscous};
 
 const MU: Field = field("mu", Quantity(Number), "Coulomb coefficient, at least 0; by default 0.");
 const MU_STATIC: Field = field(

@@ -1,11 +1,11 @@
 //! Joints.
 
 use super::friction::JOINT_FRICTION;
+use crate::expression::Measure::{AngularCompliance, Compliance, Length, Pitch};
 use crate::fields::Shape::{
     Actuated, Axis, Choice, Name, Quantity, Rotation, Start, Table, Vector,
 };
 use crate::fields::{Field, field, joined, required};
-use crate::measure::Measure::{AngularCompliance, Compliance, Length, Pitch};
 
 /// Joint types by symbol.
 pub(crate) const JOINT_TYPES: &[&str] = &["R", "P", "H", "C", "U", "S", "E", "fixed", "free"];

@@ -2,9 +2,9 @@
 
 use super::BODY;
 use super::joint::LEG_JOINT;
+use crate::expression::Measure::{Angle, Length};
 use crate::fields::Shape::{Axis, List, Name, Named, Names, Quantities, Quantity, Text, Vector};
 use crate::fields::{Field, field, required};
-use crate::measure::Measure::{Angle, Length};
 
 const FOOT: Field = field(
     "foot",

@@ -1,8 +1,8 @@
 //! Loads.
 
+use crate::expression::Measure::{Force, Length, Moment};
 use crate::fields::Shape::{Choice, Quantity, Text, Vector};
 use crate::fields::{Field, field};
-use crate::measure::Measure::{Force, Length, Moment};
 
 /// A load case, besides its bodies.
 pub(crate) const LOAD: &[Field] = &[field("title", Text, "One line that says what it is.")];

@@ -19,7 +19,7 @@ use super::Shape::{
     Text, Vector,
 };
 use super::{Field, field, required};
-use crate::measure::Measure::{Acceleration, Damping, Length, Mass, Stiffness};
+use crate::expression::Measure::{Acceleration, Damping, Length, Mass, Stiffness};
 
 /// The whole file.
 pub(crate) const MODEL: &[Field] = &[

@@ -1,8 +1,8 @@
 //! Motions.
 
+use crate::expression::Measure::{Angle, Length, Time};
 use crate::fields::Shape::{Choice, Quantity, Text};
 use crate::fields::{Field, field};
-use crate::measure::Measure::{Angle, Length, Time};
 
 /// A motion, besides its coordinates.
 pub(crate) const MOTION: &[Field] = &[

@@ -10,7 +10,7 @@ use crate::document::Table;
 use crate::fields::tables::{BACKWARD_LAW, CONTACT, JOINT_FRICTION};
 use crate::source::Span;
 use layers::{Layers, Notes};
-use stiction::friction::{Contact, ContactShape, Law, LoadMap, contacts_of};
+use stiction::friction::{Contact, ContactShape, Law, contacts_of};
 use stiction::joint::JointType;
 
 /// The joint whose friction is read.
@@ -122,8 +122,7 @@ pub(crate) fn read(
     }
     if places.is_empty() {
         // The builder says that this joint has no friction.
-        let (law, load) = (Law::coulomb_viscous(0.0, 0.0), LoadMap::force_only());
-        contacts.push(Contact { place: 0, radius: None, law, backward: None, load });
+        contacts.push(Contact::guide(Law::coulomb_viscous(0.0, 0.0)));
     } else {
         let shapes: Vec<_> = places.iter().map(|(_, shape)| *shape).collect();
         not_applicable(context, &shared, JOINT_FRICTION, &shapes, joint_type);

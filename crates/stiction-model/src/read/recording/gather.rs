@@ -5,11 +5,11 @@ use super::messages::Messages;
 use super::plan::Plan;
 use super::scan::{Scan, scan};
 use super::tape::Tape;
+use crate::course::recorded::lines::Line;
+use crate::course::recorded::{Found, Layout, Survey};
+use crate::course::samples::SampleTimes;
 use crate::course::{Course, Curve, Fill};
 use crate::diagnostic::number;
-use crate::recorded::lines::Line;
-use crate::recorded::{Found, Layout, Survey};
-use crate::samples::SampleTimes;
 use std::ops::Range;
 use std::sync::Arc;
 

@@ -10,10 +10,11 @@ mod singular;
 mod sizes;
 
 use super::Findings;
+use crate::drawing::Surface;
 use crate::drawing::svg::escape;
-use crate::drawing::{Portrait, Surface};
 use crate::inverse::{Error, Job};
 use crate::numbers::number;
+use crate::page::Portrait;
 use html::{card, note, paragraph, section};
 
 /// What [`draw_page`] gives.

@@ -4,7 +4,7 @@ use super::html::{Column, folded, note, paragraph, section, table};
 use crate::check::Findings;
 use crate::inverse::Job;
 use crate::numbers::number;
-use stiction::mobility::JointLoad;
+use stiction::statics::JointLoad;
 
 /// Self-stresses that are listed at most.
 const LISTED: usize = 24;

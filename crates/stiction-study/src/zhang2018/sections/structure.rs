@@ -2,8 +2,9 @@
 
 use super::{digits, equation, fixed, paragraph, right, section, table, told, wrong};
 use crate::check::Findings;
-use crate::drawing::{Portrait, Surface};
+use crate::drawing::Surface;
 use crate::inverse::Job;
+use crate::page::Portrait;
 use crate::report::{Block, Section};
 use crate::zhang2018::robot::{Pose, Robot};
 use crate::zhang2018::screws::{

@@ -3,13 +3,13 @@
 //! Equation (B4) of the book's theory.
 
 use super::Balance;
-use crate::dynamics::load::{AppliedLoad, demand_of_motion};
 use crate::dynamics::spring::Pull;
 use crate::dynamics::structure::BalanceStructure;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Twist, Wrench};
+use crate::statics::{AppliedLoad, demand_of_motion};
 use crate::topology::{Link, Topology};
 
 impl<T: Scalar> Balance<T> {

@@ -7,13 +7,13 @@ pub(super) use settled::STAGNATED;
 
 use super::balance::Balance;
 use super::contacts::{ContactState, Contacts, Coupling};
-use super::load::AppliedLoad;
 use super::settings::{FrictionMode, Settings};
 use super::setup::Setup;
 use crate::kinematics::{Bodies, Kinematics};
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
+use crate::statics::AppliedLoad;
 use crate::topology::{Role, Topology};
 
 /// All forces of a mechanism at one instant, and the scratch to compute them.

@@ -6,12 +6,12 @@ use super::map::FrictionMap;
 use super::outer::outer_changes;
 use crate::dynamics::forces::Forces;
 use crate::dynamics::inverse::Inverse;
-use crate::dynamics::load::AppliedLoad;
 use crate::dynamics::settings::Settings;
 use crate::dynamics::setup::Setup;
 use crate::dynamics::wedge;
 use crate::kinematics::Kinematics;
 use crate::parameters::Parameters;
+use crate::statics::AppliedLoad;
 
 /// The part of the greatest static friction by which the change of drives is probed: so small that
 /// loads hardly change, so large that rounding does not matter.

@@ -10,7 +10,6 @@ use super::coupling::CouplingRoom;
 use super::forces::Forces;
 use super::inverse::Inverse;
 use super::kernel::Kernel;
-use super::newton_euler::NewtonEuler;
 use super::plan::{BalancePlan, NotPlanned};
 use super::settings::{FrictionMode, Settings};
 use super::setup::Setup;
@@ -21,9 +20,10 @@ use crate::kinematics::{
 };
 use crate::linalg::Elimination;
 use crate::mechanism::{BodyId, JointId, Mechanism};
-use crate::mobility::{DETERMINED, IdleAxis, Statics};
 use crate::parameters::{ContactParameters, Parameters};
 use crate::spatial::Pose;
+use crate::statics::newton_euler::NewtonEuler;
+use crate::statics::{DETERMINED, IdleAxis, Statics};
 use crate::topology::{Topology, TreeRule};
 use nalgebra::DMatrix;
 

@@ -4,7 +4,6 @@ use super::InverseDynamics;
 use crate::dynamics::careful;
 use crate::dynamics::error::InverseError;
 use crate::dynamics::forces::Forces;
-use crate::dynamics::load::AppliedLoad;
 use crate::dynamics::power::Power;
 use crate::dynamics::rest::bounds;
 use crate::dynamics::rest::{self, Rest};
@@ -14,8 +13,9 @@ use crate::dynamics::spring::Pull;
 use crate::dynamics::wedge::{self, Lock};
 use crate::friction::ContactShape;
 use crate::mechanism::Mechanism;
-use crate::mobility::Uncarried;
 use crate::parameters::{ContactParameters, Parameters};
+use crate::statics::AppliedLoad;
+use crate::statics::Uncarried;
 
 /// Forces are given out only where the power balance holds to this part of what is turned over.
 /// Round-off is some 1e-15; positions near singular ones magnify it.

@@ -33,7 +33,7 @@ use idle::moving;
 use spread::Spread;
 
 /// Rows that add less than this, relative to the largest, depend on the others: the rule of
-/// [`crate::mobility::RANK_TOLERANCE`].
+/// [`crate::statics::RANK_TOLERANCE`].
 pub(super) const DEPENDENT: f64 = 1e-10;
 
 /// Dependent rows that are missed by more than this part of the largest value contradict the others; less is

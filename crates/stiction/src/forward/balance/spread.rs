@@ -9,7 +9,7 @@ use super::response::Response;
 use super::scene::Scene;
 use crate::forward::rows::Rows;
 use crate::linalg::Svd;
-use crate::mobility::DETERMINED;
+use crate::statics::DETERMINED;
 use nalgebra::{DMatrix, DVector};
 
 /// What is least.

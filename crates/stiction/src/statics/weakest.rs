@@ -2,11 +2,10 @@
 //! and what cannot be carried there.
 
 use super::distance::{Constraints, of_legs};
-use super::statics::Statics;
-use super::words::{describe_direction, describe_motion};
+use super::rank::Statics;
 use crate::linalg::Svd;
 use crate::mechanism::Mechanism;
-use crate::spatial::{Twist, Vec3};
+use crate::spatial::{Twist, Vec3, describe_direction, describe_motion};
 use nalgebra::{DMatrix, DVector};
 
 /// A motion of all bodies, told by one of them.
@@ -101,7 +100,7 @@ impl Statics {
     }
 
     /// Tells a motion of all bodies: velocity of the centre of mass, then angular velocity, for each.
-    pub(super) fn told(&self, motion: &DVector<f64>) -> ToldMotion {
+    pub(crate) fn told(&self, motion: &DVector<f64>) -> ToldMotion {
         let part = |body: usize, at: usize| {
             let row = 6 * (body - 1) + at;
             Vec3::new(motion[row], motion[row + 1], motion[row + 2])

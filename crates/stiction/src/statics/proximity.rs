@@ -8,7 +8,7 @@
 //! Equation (M6) of the book's theory.
 
 use super::distance::Distances;
-use crate::dynamics::newton_euler::NewtonEuler;
+use super::newton_euler::NewtonEuler;
 use crate::joint::{Freedom, JointType};
 use crate::kinematics::Bodies;
 use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Slot, Twofold};
@@ -386,8 +386,8 @@ fn length_squared(vector: &[Part]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::newton_euler::Unknown;
     use super::*;
-    use crate::dynamics::newton_euler::Unknown;
     use crate::dynamics::{InverseDynamics, Settings};
     use crate::kinematics::{Coordinate, Target};
     use crate::linalg::Svd;

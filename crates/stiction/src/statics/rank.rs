@@ -3,8 +3,8 @@
 //! Equations (B7) and (B9) of the book's theory.
 
 use super::distance::JointLoad;
+use super::newton_euler::{NewtonEuler, Unknown};
 use super::weakest::ToldMotion;
-use crate::dynamics::newton_euler::{NewtonEuler, Unknown};
 use crate::linalg::Svd;
 use crate::mechanism::{JointId, Mechanism};
 use crate::parameters::Weights;
@@ -111,7 +111,7 @@ impl Statics {
     }
 
     /// The characteristic length, m.
-    pub(super) fn length(&self) -> f64 {
+    pub(crate) fn length(&self) -> f64 {
         self.length
     }
 

@@ -18,8 +18,8 @@ pub(crate) use survey::{Found, Survey};
 
 use crate::contents::Store;
 use crate::course::Window;
+use crate::course::samples::first_after;
 use crate::diagnostic::Diagnostic;
-use crate::samples::first_after;
 use crate::source::{Place, Source};
 use piece::Piece;
 use std::ops::Range;

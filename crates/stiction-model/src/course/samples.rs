@@ -1,6 +1,6 @@
 //! The instants of a recording's samples.
 
-use crate::recorded::Recorded;
+use crate::course::recorded::Recorded;
 use std::sync::Arc;
 
 /// The first of increasing instants after `t`; nothing after the last.

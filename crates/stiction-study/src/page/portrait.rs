@@ -1,6 +1,6 @@
 //! A mechanism as pages show it: in the position and from the side that say most.
 
-use super::{Detail, Drawing, Surface, Trail, View};
+use crate::drawing::{Detail, Drawing, Surface, Trail, View};
 use crate::inverse::{Error, Job};
 use stiction::dynamics::InverseDynamics;
 

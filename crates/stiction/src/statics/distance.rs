@@ -9,8 +9,8 @@
 //!
 //! Equation (M5) of the book's theory.
 
-use super::statics::{RANK_TOLERANCE, Statics};
-use crate::dynamics::newton_euler::{NewtonEuler, Unknown};
+use super::newton_euler::{NewtonEuler, Unknown};
+use super::rank::{RANK_TOLERANCE, Statics};
 use crate::joint::JointType;
 use crate::linalg::{Svd, smallest_singular_value};
 use crate::mechanism::JointId;
@@ -110,24 +110,24 @@ impl<'a> Constraints<'a> {
     }
 
     /// Self-stresses as scaled amounts of [`Self::unknowns`], orthonormal.
-    pub(super) fn stress_vectors(&self) -> Vec<DVector<f64>> {
+    pub(crate) fn stress_vectors(&self) -> Vec<DVector<f64>> {
         let own = Svd::new(&self.transposed.transpose());
         own.null_space(own.rank(RANK_TOLERANCE))
     }
 
     /// The unknowns that are constraints.
-    pub(super) fn unknowns(&self) -> impl Iterator<Item = Unknown> + '_ {
+    pub(crate) fn unknowns(&self) -> impl Iterator<Item = Unknown> + '_ {
         self.unknowns.iter().map(|&k| self.statics.system().unknowns[k])
     }
 
     /// The amounts of [`Self::unknowns`], N and N m, for scaled ones.
-    pub(super) fn amounts(&self, scaled: &DVector<f64>) -> Vec<f64> {
+    pub(crate) fn amounts(&self, scaled: &DVector<f64>) -> Vec<f64> {
         let scales = self.unknowns.iter().map(|&k| self.statics.column_scales()[k]);
         scales.zip(scaled.iter()).map(|(scale, amount)| scale * amount).collect()
     }
 
     /// What each joint carries for scaled amounts; joints that carry nothing are left out.
-    pub(super) fn loads(&self, scaled: &DVector<f64>) -> Vec<JointLoad> {
+    pub(crate) fn loads(&self, scaled: &DVector<f64>) -> Vec<JointLoad> {
         let (statics, system) = (self.statics, self.statics.system());
         let mut wrenches = vec![Wrench::zero(); statics.joint_origins().len()];
         for (&k, amount) in self.unknowns.iter().zip(self.amounts(scaled)) {

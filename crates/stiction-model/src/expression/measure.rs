@@ -1,6 +1,6 @@
 //! Kinds of quantities that the model file asks for.
 
-use crate::expression::{Dimension, Fault};
+use super::{Dimension, Fault};
 use crate::source::Span;
 
 /// What is measured, and hence in which unit.

@@ -1,0 +1,66 @@
+//! The named quantities of a model.
+
+use crate::diagnostic::quoted;
+use crate::expression::{self, Quantity, Scope};
+use std::collections::HashMap;
+
+/// All parameters of a model with their values.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Parameters {
+    names: Vec<String>,
+    /// `None` where the definition is wrong, or the name: nobody knows what was meant by its uses.
+    values: Vec<Option<Quantity>>,
+    index: HashMap<String, usize>,
+}
+
+impl Scope for Parameters {
+    fn find(&self, name: &str) -> Option<usize> {
+        self.index.get(name).copied()
+    }
+
+    fn value(&self, index: usize) -> Option<Quantity> {
+        self.values.get(index).copied().flatten()
+    }
+
+    fn names(&self) -> Vec<&str> {
+        self.names.iter().map(String::as_str).filter(|name| complaint(name).is_none()).collect()
+    }
+}
+
+impl Parameters {
+    /// Parameters whose values are not known yet.
+    pub(crate) fn named(names: impl Iterator<Item = String>) -> Self {
+        let names: Vec<String> = names.collect();
+        let index = names.iter().enumerate().map(|(place, name)| (name.clone(), place)).collect();
+        Self { values: vec![None; names.len()], names, index }
+    }
+
+    /// The name of parameter `index`; empty if there is none.
+    pub(crate) fn name(&self, index: usize) -> &str {
+        self.names.get(index).map_or("", String::as_str)
+    }
+
+    pub(crate) fn set(&mut self, index: usize, value: Option<Quantity>) {
+        let known = !self.is_misnamed(index);
+        if let Some(slot) = self.values.get_mut(index) {
+            *slot = value.filter(|_| known);
+        }
+    }
+
+    pub(crate) fn is_misnamed(&self, index: usize) -> bool {
+        self.names.get(index).is_some_and(|name| complaint(name).is_some())
+    }
+}
+
+/// Why no parameter can have this name.
+pub(crate) fn complaint(name: &str) -> Option<String> {
+    let mut letters = name.chars();
+    let starts_well = letters.next().is_some_and(|c| c.is_alphabetic() || c == '_');
+    if !starts_well || !letters.all(|c| c.is_alphanumeric() || c == '_') {
+        return Some(
+            "a parameter's name consists of letters, digits and `_`, a letter first".to_owned(),
+        );
+    }
+    let what = expression::reserved(name)?;
+    Some(format!("no parameter can be named {}: that is {what}", quoted(name)))
+}

@@ -1,0 +1,84 @@
+//! Motions in words.
+
+use super::{Twist, Vec3};
+
+/// Describes the direction of a twist, for example `rotation about y through (0.1, 0, 0.3) m`.
+///
+/// `twist` is about the origin in which places are to be told. Screws are told by their pitch.
+/// Rotations are compared with translations by `length`, m.
+pub fn describe_motion(twist: Twist<f64>, length: f64) -> String {
+    let turning = twist.angular.norm() * length;
+    let moving = twist.linear.norm();
+    let Some(axis) = twist.angular.direction().filter(|_| turning > 1e-9 * moving) else {
+        return match twist.linear.direction() {
+            Some(direction) => format!("translation along {}", describe_direction(direction)),
+            None => "no motion".to_owned(),
+        };
+    };
+    let omega = twist.angular.norm();
+    // The point of the screw axis nearest to the origin, and the pitch.
+    let point = twist.angular.cross(twist.linear) * (1.0 / (omega * omega));
+    let pitch = twist.angular.dot(twist.linear) / (omega * omega);
+    let place =
+        format!("about {} through {}", describe_direction(axis), describe_point(point, length));
+    if pitch.abs() > 1e-9 * length {
+        format!("screw {place}, {} mm for each turn", round(pitch * core::f64::consts::TAU * 1e3))
+    } else {
+        format!("rotation {place}")
+    }
+}
+
+/// A direction as an axis' name or as components; its sign does not matter.
+pub(crate) fn describe_direction(direction: Vec3<f64>) -> String {
+    for (k, name) in ["x", "y", "z"].into_iter().enumerate() {
+        if direction.component(k).abs() > 1.0 - 1e-9 {
+            return name.to_owned();
+        }
+    }
+    let components = direction.to_array();
+    // The first component that counts is told positive.
+    let leading = components.iter().find(|c| c.abs() > 1e-6).copied().unwrap_or(1.0);
+    let clean = |c: f64| if c.abs() < 1e-6 { 0.0 } else { c * leading.signum() };
+    let [x, y, z] = components.map(|c| round(clean(c)));
+    format!("({x}, {y}, {z})")
+}
+
+fn describe_point(point: Vec3<f64>, length: f64) -> String {
+    let clean = |c: f64| if c.abs() < 1e-6 * length { 0.0 } else { c };
+    let [x, y, z] = point.to_array().map(|c| round(clean(c)));
+    format!("({x}, {y}, {z}) m")
+}
+
+/// Four significant digits, without trailing zeros.
+fn round(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return "0".to_owned();
+    }
+    let digits = (3 - x.abs().log10().floor() as i32).clamp(0, 9) as usize;
+    let text = format!("{x:.digits$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words() {
+        let y = Vec3::unit(1);
+        let about_y = Twist::rotation(y, Vec3::new(0.1, 5.0, 0.3));
+        assert_eq!(describe_motion(about_y, 0.3), "rotation about y through (0.1, 0, 0.3) m");
+        let along = Twist::translation(Vec3::new(-0.6, 0.0, 0.8));
+        assert_eq!(describe_motion(along, 0.3), "translation along (0.6, 0, -0.8)");
+        let screw = Twist::rotation(y, Vec3::zero()) + Twist::translation(y * 0.001);
+        assert_eq!(
+            describe_motion(screw, 0.3),
+            "screw about y through (0, 0, 0) m, 6.283 mm for each turn"
+        );
+        assert_eq!(describe_motion(Twist::zero(), 0.3), "no motion");
+    }
+}
