@@ -1,8 +1,9 @@
 //! What callers may do wrong: it is told, and leaves nothing behind.
 
 use stiction::dynamics::{AppliedLoad, InverseDynamics, InverseError, LoadAxes, Settings};
+use stiction::forward::{self, ConstantEfforts, Forward, ForwardError};
 use stiction::joint::JointType;
-use stiction::kinematics::{AssemblyError, Coordinate, Target};
+use stiction::kinematics::{AssemblyError, Coordinate, State, Target};
 use stiction::mechanism::{BodyId, BodySpec, JointId, JointSpec, MechanismBuilder};
 use stiction::spatial::{Pose, Vec3};
 
@@ -86,6 +87,37 @@ fn a_body_that_does_not_exist_is_told() {
     let (body, axes) = (BodyId(9), LoadAxes::Body);
     let load = AppliedLoad { body, point: zero, axes, force: zero, moment: zero };
     let _ = four_bar().unwrap().solve(&[load]);
+}
+
+/// A pendulum that swings freely.
+fn pendulum() -> Forward {
+    let spec = JointSpec::new("pin", JointType::Revolute, "ground", "bar");
+    let body = BodySpec::new("bar").mass(1.0).com(Vec3::new(0.5, 0.0, 0.0));
+    Forward::new(MechanismBuilder::new("pendulum").body(body).joint(spec).build().unwrap(), &[])
+}
+
+#[test]
+fn a_start_that_is_no_number_is_told() {
+    let model = pendulum();
+    let start =
+        |state| model.start(0.0, state, forward::Settings::default(), &mut ConstantEfforts(vec![]));
+    let still = State::new(model.topology());
+    assert!(start(still.clone()).is_ok());
+    for place in 0..2 {
+        let mut state = still.clone();
+        [&mut state.coordinates, &mut state.rates][place][0] = f64::NAN;
+        assert!(matches!(start(state), Err(ForwardError::NotFinite { .. })));
+    }
+}
+
+#[test]
+#[should_panic(
+    expected = "[0, 0, 0] coordinates, rates and accelerations for a tree that has [1, 1, 1]"
+)]
+fn the_start_of_another_mechanism_is_told() {
+    let nothing = State { coordinates: vec![], rates: vec![], accelerations: vec![] };
+    let settings = forward::Settings::default();
+    let _ = pendulum().start(0.0, nothing, settings, &mut ConstantEfforts(vec![]));
 }
 
 /// Errors go through threads and boxes.

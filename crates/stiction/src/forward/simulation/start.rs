@@ -17,6 +17,9 @@ impl Forward {
     ///
     /// # Errors
     /// See [`ForwardError`].
+    ///
+    /// # Panics
+    /// If the state is one of another tree, with other numbers of coordinates and rates.
     pub fn start(
         &self,
         time: f64,
@@ -28,6 +31,25 @@ impl Forward {
     }
 }
 
+/// Whether a state is one of this model, and all of it numbers. Accelerations are found, not read.
+fn check(model: &Forward, time: f64, state: &State<f64>) -> Result<(), ForwardError> {
+    let sizes = |state: &State<f64>| {
+        [state.coordinates.len(), state.rates.len(), state.accelerations.len()]
+    };
+    let freedoms = model.topology.freedoms();
+    let (found, expected) = (sizes(state), [model.topology.coordinates(), freedoms, freedoms]);
+    assert!(
+        found == expected,
+        "a state of {found:?} coordinates, rates and accelerations for a tree that has {expected:?}"
+    );
+    let what = "a coordinate or a rate of the start";
+    let mut values = state.coordinates.iter().chain(&state.rates);
+    match values.all(|value| value.is_finite()) {
+        true => Ok(()),
+        false => Err(ForwardError::NotFinite { time, what }),
+    }
+}
+
 impl<'a> Simulation<'a> {
     fn new(
         model: &'a Forward,
@@ -36,6 +58,7 @@ impl<'a> Simulation<'a> {
         settings: Settings,
         inputs: &mut dyn Inputs,
     ) -> Result<Self, ForwardError> {
+        check(model, time, &state)?;
         let contacts = &model.parameters.contacts;
         let bristles = vec![[0.0; 3]; contacts.len()];
         let frozen = vec![false; model.topology.freedoms()];
