@@ -1,7 +1,7 @@
 //! Texts that are read and not run: model files, units, expressions, recordings, options.
 
-use std::sync::OnceLock;
-use stiction_model::{Contents, Course, Diagnostics, Model, Motion, Source, gallery, read};
+use std::sync::{Arc, OnceLock};
+use stiction_model::{Contents, Course, Diagnostics, Model, Motion, Source, Store, gallery, read};
 
 /// Messages in all ways in which they are given out.
 fn render(diagnostics: &Diagnostics) {
@@ -114,7 +114,52 @@ pub fn expression(text: &str) {
     ));
 }
 
-/// Samples of a motion and of drives as CSV.
+/// A text that is read a few bytes at a time, as a file that is too long to be kept.
+#[derive(Debug)]
+struct Stored(String);
+
+impl Store for Stored {
+    fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<usize, String> {
+        let rest = self.0.as_bytes().get(offset as usize..).unwrap_or_default();
+        let count = rest.len().min(buffer.len()).min(37);
+        buffer[..count].copy_from_slice(&rest[..count]);
+        Ok(count)
+    }
+}
+
+/// The same from a text that is there as a whole and from one that is read in pieces, if it is accepted; else the
+/// same messages.
+fn in_pieces<T>(
+    text: &str,
+    parse: impl Fn(&dyn Fn(&str) -> Result<Contents, String>) -> Result<T, Diagnostics>,
+) -> Option<[T; 2]> {
+    let stored = || Contents::Stored(Arc::new(Stored(text.to_owned())));
+    match (parse(&|_| Ok(text.into())), parse(&|_| Ok(stored()))) {
+        (Ok(whole), Ok(stored)) => Some([whole, stored]),
+        (Err(whole), Err(stored)) => {
+            assert_eq!(whole.to_string(), stored.to_string());
+            None
+        }
+        (whole, stored) => panic!(
+            "accepted as a whole: {}, in pieces: {}; {:?} {:?}",
+            whole.is_ok(),
+            stored.is_ok(),
+            whole.err(),
+            stored.err()
+        ),
+    }
+}
+
+/// Courses of a text as a whole and in pieces have the same values to the last bit.
+fn same_values<'a>(mut pairs: impl Iterator<Item = (&'a Course, &'a Course)>, t: f64) {
+    let bits = |course: &Course| {
+        let target = course.at(t);
+        [target.value, target.rate, target.acceleration].map(f64::to_bits)
+    };
+    assert!(pairs.all(|(whole, stored)| bits(whole) == bits(stored)), "other values at {t}");
+}
+
+/// Samples of a motion and of drives as CSV; as a whole and in pieces.
 pub fn recording(text: &str) {
     let robot = robot();
     if let Some(motion) = accepted(robot.read_motion(&Source::new("motion.csv", text), &files)) {
@@ -125,9 +170,21 @@ pub fn recording(text: &str) {
             assert!(samples.iter().zip(later).all(|(a, b)| a < b), "times that do not increase");
         }
     }
-    let own = |_: &str| Ok(text.into());
-    if let Some(drives) = accepted(robot.parse_drives(&Source::new("--drives", "d.csv"), &own)) {
-        drives.efforts.iter().for_each(|(_, course)| has_value(course, 0.3));
+    let motions = in_pieces(text, |own| robot.parse_motion(&Source::new("--motion", "m.csv"), own));
+    if let Some([whole, stored]) = motions {
+        has_values(&stored);
+        assert_eq!(whole.samples, stored.samples);
+        for part in [-0.1, 0.0, 0.3, 0.77, 1.0, 1.2] {
+            let t = whole.start + part * whole.duration;
+            let pairs = whole.coordinates.iter().zip(&stored.coordinates);
+            same_values(pairs.map(|((_, whole), (_, stored))| (whole, stored)), t);
+        }
+    }
+    let drives = in_pieces(text, |own| robot.parse_drives(&Source::new("--drives", "d.csv"), own));
+    if let Some([whole, stored]) = drives {
+        stored.efforts.iter().for_each(|(_, course)| has_value(course, 0.3));
+        let pairs = whole.efforts.iter().zip(&stored.efforts);
+        same_values(pairs.map(|((_, whole), (_, stored))| (whole, stored)), 0.3);
     }
 }
 
