@@ -12,6 +12,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stiction::dynamics::{FrictionMode, InverseError};
 use stiction::kinematics::AssemblyError;
+use stiction::words::significant;
 use stiction_model::Diagnostics;
 use stiction_study::inverse::{
     BodyTable, Curves, Error, Job, Missing, ShareTable, Summary, Tables, write_summary,
@@ -243,9 +244,9 @@ fn cannot_carry(missing: &Missing) -> Failure {
     };
     let Missing { time, range: (least, greatest), unit, samples, of, .. } = missing;
     let amount = if (greatest - least).abs() < 5e-3 * greatest {
-        format!("{greatest:.4} {unit}")
+        format!("{} {unit}", significant(*greatest, 4))
     } else {
-        format!("{least:.4} to {greatest:.4} {unit}")
+        format!("{} to {} {unit}", significant(*least, 4), significant(*greatest, 4))
     };
     let when = if *of == 1 {
         format!("at t = {time} s")

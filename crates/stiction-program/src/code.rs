@@ -1,5 +1,6 @@
 //! Straight-line code: steps on slots, constants and earlier steps.
 
+use crate::error::RecordError;
 use crate::graph::{Function, Node, Op, needed};
 use core::ops::Range;
 use std::collections::HashMap;
@@ -160,6 +161,19 @@ impl Slots {
 
     pub(crate) fn of(&self, node: Node) -> Option<u32> {
         self.of_node.get(&node).copied()
+    }
+
+    /// Where results are, once what finds them is compiled.
+    ///
+    /// # Errors
+    /// Nothing finds one of them: another number would be taken for it.
+    pub(crate) fn places(&self, nodes: &[Node]) -> Result<Vec<u32>, RecordError> {
+        nodes.iter().map(|node| self.of(*node).ok_or(RecordError::NotConfirmed)).collect()
+    }
+
+    /// The same of a single one.
+    pub(crate) fn place(&self, node: Node) -> Result<u32, RecordError> {
+        self.of(node).ok_or(RecordError::NotConfirmed)
     }
 
     /// Where a node is before any code has run.

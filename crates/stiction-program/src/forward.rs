@@ -177,7 +177,7 @@ impl ForwardProgram {
             false => recipe.record_forward(&coupled, &pivots, &samples),
         };
         let places = loads.iter().map(place_of).collect();
-        let program = Self::compile(recipe.counts(coupled.len()), &recorded, places, machine);
+        let program = Self::compile(recipe.counts(coupled.len()), &recorded, places, machine)?;
         // By other states than those from which it was made.
         let others: Vec<Vec<f64>> =
             seeded_samples(9, solver, course, loads)?.iter().map(Sample::of_tree).collect();
@@ -193,7 +193,7 @@ impl ForwardProgram {
         recorded: &ForwardStages,
         loaded: Vec<LoadPlace>,
         machine: bool,
-    ) -> Self {
+    ) -> Result<Self, RecordError> {
         let ops = recorded.graph.ops();
         let fuse = machine && fuses();
         let given = counts.inputs() + counts.drives;
@@ -203,8 +203,7 @@ impl ForwardProgram {
         let mut own = slots.clone();
         let with = |nodes: &[Node], guard: Node| [nodes, &[guard]].concat();
         stages[IDEAL] = compile(ops, &with(&recorded.ideal, recorded.guards[0]), &mut own, fuse);
-        let ideal_guard = own.of(recorded.guards[0]).unwrap_or(0);
-        let ideal: Vec<u32> = recorded.ideal.iter().map(|n| own.of(*n).unwrap_or(0)).collect();
+        let (ideal, ideal_guard) = (own.places(&recorded.ideal)?, own.place(recorded.guards[0])?);
         slots.reserve(own.count() - slots.count());
 
         let last = with(&recorded.rest, recorded.guards[1]);
@@ -222,23 +221,23 @@ impl ForwardProgram {
         // Each of the stages that follow is run by itself: none may rely on what another has left.
         let mut of_chord = slots.clone();
         stages[CHORD] = compile(ops, &recorded.chord, &mut of_chord, fuse);
-        let chord: Vec<u32> = recorded.chord.iter().map(|n| of_chord.of(*n).unwrap_or(0)).collect();
+        let chord = of_chord.places(&recorded.chord)?;
         slots.reserve(of_chord.count() - slots.count());
         stages[LAST] = compile(ops, &last, &mut slots, fuse);
 
-        let place = |node: &Node| slots.of(*node).unwrap_or(0);
-        let all = |nodes: &[Node]| -> Vec<u32> { nodes.iter().map(place).collect() };
-        let (next, determinant) = recorded.newton.split_at(counts.coupled);
-        let rest = all(&recorded.rest);
+        // Of a stage that is never run nobody asks for results.
+        let newton = if counts.coupled > 0 { slots.places(&recorded.newton)? } else { Vec::new() };
+        let (next, determinant) = newton.split_at(counts.coupled);
+        let rest = slots.places(&recorded.rest)?;
         let moments = &rest[rest.len() - 3 * counts.contacts..];
         let moment = |k: usize| moments[k * counts.contacts..][..counts.contacts].to_vec();
         let places = Places {
-            start: all(&recorded.begin),
-            newton: all(next),
+            start: slots.places(&recorded.begin)?,
+            newton: next.to_vec(),
             chord,
-            determinant: determinant.first().map_or(0, place),
+            determinant: determinant.first().copied().unwrap_or(0),
             ideal_guard,
-            guard: place(&recorded.guards[1]),
+            guard: slots.place(recorded.guards[1])?,
             ideal: Motion::new(&ideal, &counts),
             real: Motion::new(&rest, &counts),
             loads: moment(0),
@@ -246,7 +245,7 @@ impl ForwardProgram {
             frictions: moment(2),
         };
         let code = Compiled::new(&stages, slots.count(), machine);
-        Self { counts, loaded, places, code }
+        Ok(Self { counts, loaded, places, code })
     }
 
     /// How many states the wide code takes at once on this processor.

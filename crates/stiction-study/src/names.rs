@@ -23,14 +23,7 @@ impl Names {
             .actuators()
             .map(|(id, freedom)| {
                 let joint = &joints[id.0];
-                let freedom = &joint.joint_type.freedoms()[freedom];
-                let alone = joint.actuated_freedoms().count() == 1;
-                let name = if alone {
-                    joint.name.clone()
-                } else {
-                    format!("{}.{}", joint.name, freedom.name)
-                };
-                (name, freedom.units().1)
+                (joint.actuator_name(freedom), joint.joint_type.freedoms()[freedom].units().1)
             })
             .collect();
         let mut steady = Vec::new();

@@ -74,3 +74,4 @@ pub mod scalar;
 pub mod spatial;
 pub mod statics;
 pub mod topology;
+pub mod words;

@@ -41,12 +41,12 @@ impl Journal {
         self.last.elapsed() >= self.every
     }
 
-    /// Writes down where it is; tables must have been flushed. With `complete` they have their names.
+    /// Writes down where it is; tables must have been flushed.
     pub(super) fn write(
         &mut self,
         outputs: &Outputs,
         mark: &Mark,
-        files: &[(String, u64)],
+        files: &[(String, u64); FILES.len()],
     ) -> Result<(), Failure> {
         let tables: Vec<Value> = FILES
             .iter()
@@ -113,21 +113,32 @@ fn checksum_of(tables: &Value, mark: &Value) -> String {
 }
 
 /// Where the tables are that are being written, and how long.
-pub(super) fn partials(outputs: &Outputs) -> Vec<(String, u64)> {
-    FILES.iter().filter_map(|name| outputs.partial(name)).collect()
+///
+/// # Errors
+/// One of them is gone: a checkpoint without it would be worth nothing.
+pub(super) fn partials(outputs: &Outputs) -> Result<[(String, u64); FILES.len()], Failure> {
+    let [a, b, c, d, e, f] = FILES.map(|name| {
+        outputs.partial(name).ok_or_else(|| {
+            Failure::no_answer(format!("{name} is gone from the folder while it is written"))
+                .help("begin anew, and leave files named *.partial alone until it ends")
+        })
+    });
+    Ok([a?, b?, c?, d?, e?, f?])
 }
 
 /// Begins the tables anew or with what is kept.
 pub(super) fn begin(
     outputs: &mut Outputs,
     kept: Option<&Kept>,
-) -> Result<Option<[BufWriter<File>; 6]>, Failure> {
-    let mut files = Vec::new();
-    for (index, name) in FILES.into_iter().enumerate() {
-        files.push(match kept.and_then(|kept| kept.files.get(index)) {
-            None => outputs.begin(name)?,
-            Some((at, bytes)) => outputs.begin_with(name, at, *bytes)?,
-        });
-    }
-    Ok(files.try_into().ok())
+) -> Result<[BufWriter<File>; FILES.len()], Failure> {
+    let mut index = 0;
+    let [a, b, c, d, e, f] = FILES.map(|name| {
+        let file = kept.and_then(|kept| kept.files.get(index));
+        index += 1;
+        match file {
+            None => outputs.begin(name),
+            Some((at, bytes)) => outputs.begin_with(name, at, *bytes),
+        }
+    });
+    Ok([a?, b?, c?, d?, e?, f?])
 }

@@ -62,7 +62,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
     let mut tables = match &mut outputs {
         None => None,
         Some(outputs) => {
-            let Some(files) = begin(outputs, kept.as_ref())? else { return Ok(()) };
+            let files = begin(outputs, kept.as_ref())?;
             Some(match &kept {
                 None => Tables::new(&layout, files)
                     .map_err(|error| outputs.trouble_with_tables(error))?,
@@ -78,7 +78,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
                     };
                     read_again(outputs, &layout, kept, receive)?;
                     // What it began with stays until this run has written down where it is itself.
-                    journal.write(outputs, &kept.mark, &partials(outputs))?;
+                    journal.write(outputs, &kept.mark, &partials(outputs)?)?;
                     for (at, _) in kept.files.iter().filter(|(at, _)| at.ends_with(".partial")) {
                         outputs.remove(at);
                     }
@@ -109,7 +109,8 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
                 && journal.is_due()
             {
                 tables.flush().map_err(|error| error.to_string())?;
-                let written = journal.write(outputs, &mark(), &partials(outputs));
+                let written =
+                    partials(outputs).and_then(|files| journal.write(outputs, &mark(), &files));
                 written.map_err(|failure| failure.to_string())?;
             }
             Ok(())
@@ -158,13 +159,13 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
                 outputs.write(&file, &png)?;
             }
         }
-        let lengths: Vec<(String, u64)> = FILES
-            .iter()
-            .filter_map(|name| Some(((*name).to_owned(), outputs.partial(name)?.1)))
-            .collect();
         if let Some(mark) = &outcome.mark {
-            // The tables will have these names in a moment.
-            journal.write(&outputs, mark, &lengths)?;
+            let mut tables = partials(&outputs)?;
+            // The tables will have their own names in a moment.
+            for ((at, _), name) in tables.iter_mut().zip(FILES) {
+                name.clone_into(at);
+            }
+            journal.write(&outputs, mark, &tables)?;
         } else {
             outputs.remove(CHECKPOINT);
         }

@@ -227,11 +227,7 @@ fn refuse_idle(
             continue;
         };
         let Some((joint, freedom)) = mechanism.actuators().nth(actuator) else { continue };
-        let joint = &mechanism.joints()[joint.0];
-        let name = match joint.joint_type.freedoms() {
-            [_] => joint.name.clone(),
-            all => format!("{}.{}", joint.name, all[freedom].name),
-        };
+        let name = mechanism.joints()[joint.0].freedom_name(freedom);
         return Err(Failure::input(format!(
             "{option} names `{name}`, which is {what} by {other}: its effort is whatever that takes"
         ))

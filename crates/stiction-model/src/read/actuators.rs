@@ -4,7 +4,6 @@ use super::context::Context;
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
 use crate::expression::Measure;
 use crate::source::Span;
-use stiction::joint::Motion;
 use stiction::mechanism::Mechanism;
 
 /// All actuators of a mechanism in their order.
@@ -27,11 +26,12 @@ impl Actuators {
         let joints = mechanism.joints();
         let all = mechanism.actuators().map(|(id, freedom)| {
             let joint = &joints[id.0];
-            let freedom = &joint.joint_type.freedoms()[freedom];
-            let alone = joint.actuated_freedoms().count() == 1;
-            let long_name = format!("{}.{}", joint.name, freedom.name);
-            let name = if alone { joint.name.clone() } else { long_name.clone() };
-            Actuator { name, long_name, translates: freedom.motion == Motion::Translation }
+            let own = &joint.joint_type.freedoms()[freedom];
+            Actuator {
+                name: joint.actuator_name(freedom),
+                long_name: format!("{}.{}", joint.name, own.name),
+                translates: own.translates(),
+            }
         });
         Self { all: all.collect(), joints: joints.iter().map(|j| j.name.clone()).collect() }
     }

@@ -8,7 +8,7 @@ use crate::fields::Field;
 use crate::fields::tables::BODY_MOTION;
 use crate::source::Span;
 use std::collections::HashMap;
-use stiction::joint::{JointType, Motion};
+use stiction::joint::JointType;
 use stiction::kinematics::{AngleOrder, Coordinate};
 use stiction::mechanism::{BodyId, JointId};
 
@@ -212,10 +212,8 @@ pub(crate) fn coordinate(
 ) -> Result<(Coordinate, Measure), Trouble> {
     let (body, key) = match meaning {
         Meaning::Joint(joint, joint_type, freedom) => {
-            let translation = joint_type
-                .freedoms()
-                .get(freedom)
-                .is_some_and(|freedom| freedom.motion == Motion::Translation);
+            let translation =
+                joint_type.freedoms().get(freedom).is_some_and(|freedom| freedom.translates());
             let measure = if translation { Measure::Length } else { Measure::Angle };
             return Ok((Coordinate::Joint { joint, freedom }, measure));
         }

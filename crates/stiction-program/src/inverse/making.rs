@@ -69,7 +69,7 @@ impl InverseProgram {
         let recipe = Recipe { kernel: &kernel, solver, loads };
         let recorded = recipe.record_inverse(&given, &samples, quantities)?;
         let places = loads.iter().map(place_of).collect();
-        let made = Self::compile(recipe.counts(0), &recorded, given, places, machine);
+        let made = Self::compile(recipe.counts(0), &recorded, given, places, machine)?;
         let others = seeded_samples(9, solver, course, loads)?;
         if made.0.agrees_with(solver, &others) { Ok(made) } else { Err(RecordError::NotConfirmed) }
     }
@@ -114,7 +114,7 @@ impl InverseProgram {
         given: Given,
         loaded: Vec<LoadPlace>,
         machine: bool,
-    ) -> (Self, Beside) {
+    ) -> Result<(Self, Beside), RecordError> {
         let ops = recorded.graph.ops();
         let fuse = machine && fuses();
         let inputs = given.count();
@@ -131,7 +131,7 @@ impl InverseProgram {
         // The frictionless program is one of its own: it leaves nothing behind for others.
         let mut own = slots.clone();
         stages[0] = compile(ops, &ideal, &mut own, fuse);
-        let ideal: Vec<u32> = ideal.iter().map(|n| own.of(*n).unwrap_or(0)).collect();
+        let (ideal, ideal_guard) = (own.places(&recorded.ideal)?, own.place(recorded.guards[0])?);
         let (ideal_drives, ideal_reactions) = ideal.split_at(counts.drives);
         slots.reserve(own.count() - slots.count());
         // Each stage makes its own results, and what later ones need of what is known then.
@@ -150,24 +150,24 @@ impl InverseProgram {
         let preparation = compile(ops, &prepared, &mut slots, fuse);
         let mut wide = Slots::of_inputs(ops, recorded.slope_inputs.clone());
         for node in shared {
-            wide.put_common(node, slots.of(node).unwrap_or(0));
+            wide.put_common(node, slots.place(node)?);
         }
         let directions = compile(ops, &recorded.slopes, &mut wide, fuse);
-        let place = |node: &Node| slots.of(*node).unwrap_or(0);
-        let all = |nodes: &[Node]| -> Vec<u32> { nodes.iter().map(place).collect() };
-        let mut rest = recorded.rest.as_slice();
+        let [change, size, determinant] = recorded.control;
+        let rest = slots.places(&recorded.rest)?;
+        let mut rest = rest.as_slice();
         let mut take = |count: usize| {
             let (front, back) = rest.split_at(count);
             rest = back;
-            all(front)
+            front.to_vec()
         };
         let places = Places {
             from: recorded.from.clone(),
-            start: all(&recorded.begin),
-            next: all(&recorded.next),
-            control: recorded.control.each_ref().map(place),
-            ideal_guard: ideal.last().copied().unwrap_or(0),
-            guard: place(&recorded.guards[1]),
+            start: slots.places(&recorded.begin)?,
+            next: slots.places(&recorded.next)?,
+            control: [slots.place(change)?, slots.place(size)?, slots.place(determinant)?],
+            ideal_guard,
+            guard: slots.place(recorded.guards[1])?,
             ideal_drives: ideal_drives.to_vec(),
             ideal_reactions: ideal_reactions.to_vec(),
             drives: take(counts.drives),
@@ -183,10 +183,11 @@ impl InverseProgram {
             preparation: Runner::new(&preparation, 1, slots.count(), machine),
             directions: Runner::new(&directions, natural_lanes(), wide.count(), machine),
             slots: wide.count(),
-            slopes: recorded.slopes.iter().map(|node| wide.of(*node).unwrap_or(0)).collect(),
-            guard: place(&recorded.guards[2]),
+            slopes: wide.places(&recorded.slopes)?,
+            // Where no slopes were asked for nothing is prepared.
+            guard: if prepared.is_empty() { 0 } else { slots.place(recorded.guards[2])? },
             reactions: recorded.reactions.clone(),
         };
-        (Self { given, loaded, reads_targets, counts, places, code }, beside)
+        Ok((Self { given, loaded, reads_targets, counts, places, code }, beside))
     }
 }

@@ -219,12 +219,6 @@ fn point(point: Vec3<f64>) -> String {
 }
 
 fn range(range: &Range) -> String {
-    let (scale, unit) = if range.unit == "rad" { (1f64.to_degrees(), "deg") } else { (1e3, "mm") };
-    let Range { least, greatest, .. } = range;
-    format!(
-        "{:.3} to {:.3} {unit} (by {:.3})",
-        least * scale,
-        greatest * scale,
-        (greatest - least) * scale
-    )
+    let ([least, greatest, by], unit) = range.in_words();
+    format!("{least} to {greatest} {unit} (by {by})")
 }

@@ -1,10 +1,14 @@
 //! Masses, ranges of joints, lengths of legs and the reach of bodies along a motion.
 
+use crate::numbers::{fixed, number};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use stiction::dynamics::InverseDynamics;
 use stiction::mechanism::{BodyId, JointId, Mechanism};
 use stiction::spatial::Vec3;
+
+/// Positions are known to this, mm or deg.
+const ROUNDING: f64 = 1e-9;
 
 /// A range of a quantity along a motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,11 +70,8 @@ impl Measuring {
             let freedoms = content.joint_type.freedoms();
             let coordinates = solver.joint_coordinates(JointId(joint));
             for (freedom, value) in coordinates.into_iter().enumerate() {
-                let name = match freedoms.len() {
-                    1 => content.name.clone(),
-                    _ => format!("{}.{}", content.name, freedoms[freedom].name),
-                };
-                let unit = if freedoms[freedom].units().1 == "N m" { "rad" } else { "m" };
+                let name = content.freedom_name(freedom);
+                let unit = freedoms[freedom].units().0;
                 joints.push((joint, freedom, value));
                 ranges.push(Range { name, unit, least: value, greatest: value });
             }
@@ -135,9 +136,24 @@ impl Measuring {
     }
 }
 
+/// Thousandths, or four digits where these say little.
+fn told(x: f64) -> String {
+    if x != 0.0 && x.abs() < 0.1 && x.abs() > ROUNDING { number(x) } else { fixed(x, 3) }
+}
+
 impl Range {
     fn add(&mut self, value: f64) {
         (self.least, self.greatest) = (self.least.min(value), self.greatest.max(value));
+    }
+
+    /// The least and the greatest value and what is between them, for people, with their unit.
+    pub(super) fn in_words(&self) -> ([String; 3], &'static str) {
+        let (scale, unit) = match self.unit {
+            "rad" => (1f64.to_degrees(), "deg"),
+            _ => (1e3, "mm"),
+        };
+        let values = [self.least, self.greatest, self.greatest - self.least];
+        (values.map(|x| told(x * scale)), unit)
     }
 
     pub(super) fn json(&self) -> Value {

@@ -2,7 +2,6 @@
 
 use super::layout::Layout;
 use stiction::dynamics::InverseDynamics;
-use stiction::joint::Motion;
 use stiction::mechanism::JointId;
 use stiction::spatial::Vec3;
 
@@ -106,7 +105,7 @@ fn slides(solver: &InverseDynamics) -> Vec<Slide> {
     let mut slides = Vec::new();
     for (joint, content) in solver.mechanism().joints().iter().enumerate() {
         let freedoms = content.joint_type.freedoms();
-        let along = freedoms.iter().position(|f| f.motion == Motion::Translation && f.axis == 2);
+        let along = freedoms.iter().position(|f| f.translates() && f.axis == 2);
         let coordinates = solver.joint_coordinates(JointId(joint));
         if let Some(freedom) = along
             && let Some(&first) = coordinates.get(freedom)

@@ -4,7 +4,6 @@ use super::sample::Sample;
 use crate::inverse::bodies::BodyRow;
 use crate::names::Names;
 use stiction::forward::{Contact, ContactMoment};
-use stiction::joint::Motion;
 use stiction::mechanism::{JointId, Mechanism};
 
 /// A scalar freedom of a joint.
@@ -30,15 +29,11 @@ pub(crate) fn freedoms_of(mechanism: &Mechanism) -> Vec<Freedom> {
         let freedoms = joint.joint_type.freedoms();
         for (index, freedom) in freedoms.iter().enumerate() {
             let joint_id = JointId(id);
-            let name = match freedoms.len() {
-                1 => joint.name.clone(),
-                _ => format!("{}.{}", joint.name, freedom.name),
-            };
             all.push(Freedom {
-                name,
+                name: joint.freedom_name(index),
                 joint: joint_id,
                 index,
-                translates: freedom.motion == Motion::Translation,
+                translates: freedom.translates(),
                 actuator: actuators.iter().position(|a| *a == (joint_id, index)),
             });
         }

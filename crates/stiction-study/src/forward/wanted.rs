@@ -5,7 +5,6 @@ use super::guide::Guide;
 use super::job::{Feed, Job};
 use std::f64::consts::TAU;
 use stiction::forward::Forward;
-use stiction::joint::Motion;
 use stiction::kinematics::{Coordinate, Target};
 use stiction_model::{Course, FrictionFeed};
 
@@ -51,7 +50,7 @@ impl<'a> Wanted<'a> {
                 let start = Target { value: starts[actuator], rate: 0.0, acceleration: 0.0 };
                 followers.push(Follower {
                     actuator,
-                    turns: own.motion != Motion::Translation,
+                    turns: !own.translates(),
                     course: own_course(job, forward, actuator),
                     last: (start, job.from),
                 });

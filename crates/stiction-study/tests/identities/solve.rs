@@ -85,7 +85,7 @@ fn per_length(case: &Case, actuator: usize) -> f64 {
 pub(crate) fn exerts_moment(case: &Case, actuator: usize) -> bool {
     let (joint, freedom) = case.mechanism.actuators().nth(actuator).expect("an actuator");
     let freedoms = case.mechanism.joints()[joint.0].joint_type.freedoms();
-    freedoms[freedom].motion != Motion::Translation
+    !freedoms[freedom].translates()
 }
 
 /// What is compared of two descriptions of the same.

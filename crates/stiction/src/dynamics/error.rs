@@ -1,5 +1,6 @@
 //! Why there are no forces.
 
+use crate::words::significant;
 use thiserror::Error;
 
 /// Why there are no forces to tell.
@@ -9,8 +10,8 @@ pub enum InverseError {
     /// No finite driving force carries the load at this position.
     #[error(
         "no finite driving force carries this load here: with all actuators locked, body `{body}` \
-         can still move ({motion}), and along that motion {missing:.4} {unit} are asked for that \
-         nothing can give"
+         can still move ({motion}), and along that motion {} {unit} are asked for that nothing can give",
+        significant(*missing, 4)
     )]
     CannotCarry {
         /// The body that moves most.

@@ -155,7 +155,7 @@ fn scales(
     for &actuator in &topology.cut_actuators {
         let actuator = topology.actuators[actuator];
         let freedom = topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
-        unknowns.push(if freedom.units().1 == "N m" { length } else { 1.0 });
+        unknowns.push(if freedom.translates() { 1.0 } else { length });
     }
     for spin in 0..structure.spin_nodes.len() {
         // Inertias are compared with nothing: their columns are made of size one.
@@ -231,7 +231,7 @@ fn drive_response(
         for (actuator, effort) in efforts.into_iter().enumerate() {
             let content = topology.actuators[actuator];
             let freedom = topology.joint_types[content.joint].freedoms()[content.freedom];
-            let scale = if freedom.units().1 == "N m" { 1.0 / parameters.length } else { 1.0 };
+            let scale = if freedom.translates() { 1.0 } else { 1.0 / parameters.length };
             driven[(actuator, k)] = effort * scale;
         }
     }

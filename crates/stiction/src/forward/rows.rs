@@ -101,7 +101,7 @@ impl Rows {
                     held.acceleration - open.power(covector)
                 }
             };
-            let scale = if freedom.units().0 == "m" { 1.0 / parameters.length } else { 1.0 };
+            let scale = if freedom.translates() { 1.0 / parameters.length } else { 1.0 };
             let drives = held.drives;
             let grip = (!drives).then_some(held.grip);
             let share = held.share;

@@ -243,6 +243,11 @@ impl JointType {
 }
 
 impl Freedom {
+    /// Whether its coordinate is a length, m, and its effort a force, N; else they are an angle, rad, and a moment, N m.
+    pub fn translates(&self) -> bool {
+        self.motion == Motion::Translation
+    }
+
     /// The unit twist, given the joint frames J and K in the world; predecessor to successor.
     #[inline]
     pub fn twist<T: Scalar>(&self, j: &Pose<T>, k: &Pose<T>, pitch: T) -> Twist<T> {

@@ -1,6 +1,6 @@
 //! Coordinates by which a motion is prescribed.
 
-use crate::joint::{JointType, Motion};
+use crate::joint::JointType;
 use crate::mechanism::{BodyId, JointId};
 use crate::scalar::Scalar;
 
@@ -53,7 +53,7 @@ impl Coordinate {
             Self::Position { .. } => false,
             Self::Angle { .. } | Self::RotationVector { .. } => true,
             Self::Joint { joint, freedom } => {
-                joint_types[joint.0].freedoms()[freedom].motion != Motion::Translation
+                !joint_types[joint.0].freedoms()[freedom].translates()
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Why a mechanism cannot be brought into a position.
 
+use crate::words::significant;
 use thiserror::Error;
 
 /// Why a mechanism could not be assembled or moved as prescribed.
@@ -53,6 +54,14 @@ pub enum AssemblyError {
         /// Its place among the prescribed coordinates.
         index: usize,
     },
+    /// A motion is to be followed from or to a time that is none.
+    #[error("a motion cannot be followed from {from} s to {to} s: both must be finite")]
+    NoTime {
+        /// s.
+        from: f64,
+        /// s.
+        to: f64,
+    },
     /// The loops close, but not while they move as prescribed.
     #[error(
         "the loops close at this position, but it cannot be passed with the prescribed {order}: {} by \
@@ -75,8 +84,9 @@ pub enum AssemblyError {
     /// The mechanism cannot follow without changing its assembly mode.
     #[error(
         "the mechanism cannot follow the motion smoothly: between two instants that are {step:.1e} s \
-         apart, body `{body}` would jump by {distance_mm:.4} mm and {angle_deg:.4} deg (it changes \
-         its assembly mode, or passes a singular position)"
+         apart, body `{body}` would jump by {} mm and {} deg (it changes its assembly mode, or passes a singular position)",
+        significant(*distance_mm, 4),
+        significant(*angle_deg, 4)
     )]
     Jump {
         /// The body that moves most.
@@ -107,12 +117,14 @@ pub struct Gap {
     /// How many coordinates are prescribed and how many freedoms the mechanism has, if these are
     /// fewer.
     pub prescribed: Option<(usize, usize)>,
+    /// The mechanism's characteristic length, m: what is much smaller is not told.
+    pub scale: f64,
 }
 
 impl core::fmt::Display for Gap {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let missed = amounts(self.missed_length, self.missed_angle);
-        let open = amounts(self.length, self.angle);
+        let missed = amounts(self.missed_length, self.missed_angle, self.scale);
+        let open = amounts(self.length, self.angle, self.scale);
         match (&self.joint, missed.as_str(), open.as_str()) {
             (_, "", "") => write!(f, "the prescribed position is just out of reach")?,
             (Some(joint), "", open) => {
@@ -145,15 +157,19 @@ impl core::fmt::Display for Gap {
     }
 }
 
-/// A length and an angle in words; what is smaller than anyone would measure is left out.
-fn amounts(length: f64, angle: f64) -> String {
-    let in_words = |length: f64| {
-        if length < 1.0 { format!("{:.4} mm", length * 1e3) } else { format!("{length:.3} m") }
+/// A length and an angle in words; what is smaller than anyone would measure in a mechanism of this scale is left out.
+fn amounts(length: f64, angle: f64, scale: f64) -> String {
+    let in_words = |length: f64| match length {
+        length if length < 1.0 => format!("{} mm", significant(length * 1e3, 4)),
+        length => format!("{} m", significant(length, 4)),
     };
-    let length = (length > 5e-8).then(|| in_words(length));
-    let angle = (angle > 1e-6).then(|| format!("{:.4} deg", angle.to_degrees()));
+    let length = (length > NEGLIGIBLE * scale).then(|| in_words(length));
+    let angle = (angle > NEGLIGIBLE).then(|| format!("{} deg", significant(angle.to_degrees(), 4)));
     [length, angle].into_iter().flatten().collect::<Vec<_>>().join(" and ")
 }
+
+/// Gaps below this, rad or as a part of the mechanism's scale, are none.
+const NEGLIGIBLE: f64 = 1e-6;
 
 /// A freedom that neither the loops nor the prescription determine.
 #[derive(Clone, Debug, PartialEq)]

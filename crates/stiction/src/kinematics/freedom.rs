@@ -107,7 +107,7 @@ fn idle_spins(
     let small = 1e-4;
     for actuator in &topology.actuators {
         let freedom = &topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
-        let size = if freedom.units().1 == "N m" { 1.0 } else { length };
+        let size = if freedom.translates() { length } else { 1.0 };
         for twists in twists {
             if actuator_rate(topology, bodies, actuator, twists).abs() > small * size {
                 return None;

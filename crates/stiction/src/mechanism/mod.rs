@@ -90,6 +90,23 @@ impl Joint {
     pub fn actuated_freedoms(&self) -> impl Iterator<Item = usize> + '_ {
         self.actuated.iter().enumerate().filter(|(_, driven)| **driven).map(|(k, _)| k)
     }
+
+    /// The name of a freedom, by its index: that of the joint, if it has no other, else `joint.freedom`.
+    pub fn freedom_name(&self, freedom: usize) -> String {
+        match self.joint_type.freedoms() {
+            [_] => self.name.clone(),
+            several => format!("{}.{}", self.name, several[freedom].name),
+        }
+    }
+
+    /// The name of a freedom that an actuator drives: that of the joint, if no other of its freedoms is driven, else
+    /// `joint.freedom`.
+    pub fn actuator_name(&self, freedom: usize) -> String {
+        match self.actuated_freedoms().count() {
+            1 => self.name.clone(),
+            _ => self.freedom_name(freedom),
+        }
+    }
 }
 
 /// A consistent mechanism.

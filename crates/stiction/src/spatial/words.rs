@@ -1,6 +1,7 @@
 //! Motions in words.
 
 use super::{Twist, Vec3};
+use crate::words::brief;
 
 /// Describes the direction of a twist, for example `rotation about y through (0.1, 0, 0.3) m`.
 ///
@@ -49,18 +50,9 @@ fn describe_point(point: Vec3<f64>, length: f64) -> String {
     format!("({x}, {y}, {z}) m")
 }
 
-/// Four significant digits, without trailing zeros.
+/// Four significant digits; what is no number cannot be told.
 fn round(x: f64) -> String {
-    if x == 0.0 || !x.is_finite() {
-        return "0".to_owned();
-    }
-    let digits = (3 - x.abs().log10().floor() as i32).clamp(0, 9) as usize;
-    let text = format!("{x:.digits$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
+    brief(if x.is_finite() { x } else { 0.0 }, 4)
 }
 
 #[cfg(test)]

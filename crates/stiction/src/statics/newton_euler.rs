@@ -187,7 +187,7 @@ impl NewtonEuler {
                 joint_types[joint].constraints()[index].is_moment()
             }
             Unknown::Drive { joint, freedom, .. } => {
-                joint_types[joint].freedoms()[freedom].units().1 == "N m"
+                !joint_types[joint].freedoms()[freedom].translates()
             }
         };
         self.unknowns.iter().map(|u| if is_moment(u) { self.length } else { 1.0 }).collect()

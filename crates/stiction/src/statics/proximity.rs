@@ -171,7 +171,7 @@ impl Proximity {
                 *wrench = constraint.wrench(j, k, parameters.pitch[index]) * scale;
             }
             for (wrench, freedom) in wrenches[joint.constraints..].iter_mut().zip(&joint.drives) {
-                let scale = if freedom.units().1 == "N m" { length } else { 1.0 };
+                let scale = if freedom.translates() { 1.0 } else { length };
                 *wrench = freedom.effort(j, k) * scale;
             }
             for (end, sense) in [(0, -1.0), (1, 1.0)] {

@@ -9,7 +9,7 @@
 
 mod graph;
 
-use crate::joint::{JointType, Motion};
+use crate::joint::JointType;
 use crate::mechanism::{BodyId, Mechanism};
 use core::ops::Range;
 use graph::Spanning;
@@ -264,9 +264,7 @@ impl Topology {
     pub(crate) fn dof_translates(&self, dof: &Dof) -> bool {
         match self.nodes[dof.node].link {
             Link::Floating => dof.local < 3,
-            Link::Joint { joint, .. } => {
-                self.joint_types[joint].freedoms()[dof.local].motion == Motion::Translation
-            }
+            Link::Joint { joint, .. } => self.joint_types[joint].freedoms()[dof.local].translates(),
         }
     }
 

@@ -92,16 +92,6 @@ pub(super) fn ranges(findings: &Findings) -> String {
 }
 
 fn row(range: &Range) -> Vec<String> {
-    let (scale, unit) = if range.unit == "rad" { (1f64.to_degrees(), "deg") } else { (1e3, "mm") };
-    let value = |x: f64| {
-        let text = format!("{:.3}", x * scale);
-        if text == "-0.000" { "0.000".to_owned() } else { text }
-    };
-    vec![
-        range.name.clone(),
-        value(range.least),
-        value(range.greatest),
-        value(range.greatest - range.least),
-        unit.to_owned(),
-    ]
+    let ([least, greatest, by], unit) = range.in_words();
+    vec![range.name.clone(), least, greatest, by, unit.to_owned()]
 }

@@ -167,11 +167,7 @@ fn motion_table(mechanism: &Mechanism, motion: &[(Coordinate, Target<f64>)]) -> 
                 format!("{}.r{}", body_name(body), index + 1)
             }
             Coordinate::Joint { joint, freedom } => {
-                let joint = &mechanism.joints()[joint.0];
-                match joint.joint_type.freedoms() {
-                    [_] => joint.name.clone(),
-                    several => format!("{}.{}", joint.name, several[freedom].name),
-                }
+                mechanism.joints()[joint.0].freedom_name(freedom)
             }
         };
         let is_angle = coordinate

@@ -3,7 +3,6 @@
 use super::Simulation;
 use crate::forward::Forward;
 use crate::forward::inputs::{Angle, View};
-use crate::joint::Motion;
 use crate::kinematics::{Bodies, State, Target};
 use crate::mechanism::JointId;
 use std::f64::consts::TAU;
@@ -18,7 +17,7 @@ impl Forward {
                 continue;
             }
             for (freedom, own) in joint_type.freedoms().iter().enumerate() {
-                if own.motion != Motion::Translation {
+                if !own.translates() {
                     let Target { value, rate, .. } =
                         self.joint_motion(state, bodies, JointId(joint), freedom);
                     angles.push(Angle { joint, freedom, value, rate, time });

@@ -1,7 +1,7 @@
 //! Along a motion: a position follows from the one before, and a jump is told from a kink.
 
 use super::Assembly;
-use super::asked::{check_angle_ranges, check_targets};
+use super::asked::check_targets;
 use crate::kinematics::bodies::Bodies;
 use crate::kinematics::coordinate::Target;
 use crate::kinematics::error::AssemblyError;
@@ -27,6 +27,9 @@ impl Assembly {
         to: f64,
         mut motion: impl FnMut(f64, &mut [Target<f64>]),
     ) -> Result<(), AssemblyError> {
+        if !(to - from).is_finite() {
+            return Err(AssemblyError::NoTime { from, to });
+        }
         let (mut now, mut step) = (from, to - from);
         let smallest = step * 0.5_f64.powi(HALVINGS as i32);
         // That a position is singular says more than that the way there is not smooth; that there is none
@@ -40,19 +43,17 @@ impl Assembly {
             let mut targets = core::mem::take(&mut self.targets);
             motion(next, &mut targets);
             self.targets = targets;
-            let outcome = check_angle_ranges(
-                &self.body_names,
-                self.prescription.coordinates(),
-                &self.targets,
-            )
-            .and_then(|()| self.step_smoothly(topology, parameters, next - now, true));
+            let outcome =
+                check_targets(&self.body_names, self.prescription.coordinates(), &self.targets)
+                    .and_then(|()| self.step_smoothly(topology, parameters, next - now, true));
             match outcome {
                 Ok(()) => {
                     now = next;
                     self.passed.copy_from_slice(&self.targets);
                     step *= 2.0;
                 }
-                Err(error) if (0.5 * step).abs() < smallest.abs() => {
+                // So far from time zero that half a step is none is the same as having halved often enough.
+                Err(error) if (0.5 * step).abs() < smallest.abs() || now + 0.5 * step == now => {
                     let out_of_reach = self.out_of_reach(topology, parameters, to, motion);
                     return Err(out_of_reach.or(singular).unwrap_or(error));
                 }

@@ -208,7 +208,9 @@ impl Assembly {
     pub(super) fn gap(&mut self, topology: &Topology, parameters: &Parameters<f64>) -> Gap {
         let prescribed = self.over_prescribed(topology, parameters);
         let errors = self.kinematics.errors();
-        let mut worst = Gap { prescribed, ..Gap::default() };
+        let scale = parameters.length;
+        let mut worst = Gap { prescribed, scale, ..Gap::default() };
+        let size = |length: f64, angle: f64| length / scale + angle;
         let mut row = 0;
         for cut in &topology.cuts {
             let (mut length, mut angle) = (0.0_f64, 0.0_f64);
@@ -221,7 +223,7 @@ impl Assembly {
                 }
                 row += 1;
             }
-            if worst.joint.is_none() || length > worst.length {
+            if worst.joint.is_none() || size(length, angle) > size(worst.length, worst.angle) {
                 let joint = Some(self.joint_names[cut.joint].clone());
                 worst = Gap { joint, length, angle, ..worst };
             }
