@@ -229,8 +229,8 @@ pub(crate) fn failure_of(error: Error) -> Failure {
         // Put together from coordinates zero, a mechanism may be another one.
         error @ Error::Assembly { error: AssemblyError::Open { .. }, .. } => {
             Failure::input(error.to_string()).help(
-                "if there should be no such freedom, the mechanism was put together otherwise than \
-                 meant: give its joints `start` values near where they are",
+                "if there should be no such freedom, a joint is missing, or the mechanism was put together \
+                 otherwise than meant: give its joints `start` values near where they are",
             )
         }
         error if error.is_bad_input() => Failure::input(error.to_string()),

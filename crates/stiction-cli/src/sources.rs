@@ -204,9 +204,14 @@ fn only<'a>(mut names: impl Iterator<Item = &'a str>) -> Option<String> {
 fn nothing_chosen<'a>(what: &str, names: impl Iterator<Item = &'a str>) -> Failure {
     let names: Vec<&str> = names.collect();
     let failure = Failure::input(format!("the model does not say which {what} is meant"));
+    let example = match what {
+        "motion" => "\"JOINT = 0; duration = 0\" for a single pose",
+        _ => "\"...\"",
+    };
     if names.is_empty() {
-        failure
-            .help(format!("add one to the model as [{what}s.NAME], or give one: --{what} \"...\""))
+        failure.help(format!(
+            "add one to the model as [{what}s.NAME], or give one: --{what} {example}"
+        ))
     } else {
         failure.help(format!("give one with --{what}: {}", names.join(", ")))
     }

@@ -74,6 +74,28 @@ fn what_is_not_finite_is_told() {
     assert_eq!(solver.solve(&[load]).unwrap_err(), told);
 }
 
+/// A motion goes from a time to a time.
+#[test]
+fn times_that_are_none_are_told() {
+    let mut solver = four_bar().unwrap();
+    for (from, to) in [(0.0, f64::NAN), (f64::NAN, 1.0), (0.0, f64::INFINITY), (-1e308, 1e308)] {
+        let told = solver.follow(from, to, |_, targets| targets[0] = at(2.0)).unwrap_err();
+        assert!(matches!(told, AssemblyError::NoTime { .. }), "{told}");
+    }
+    // What is asked for on the way is looked at, too.
+    let told = solver.follow(0.0, 1.0, |t, targets| targets[0] = at(2.0 + t / 0.0)).unwrap_err();
+    assert_eq!(told, AssemblyError::NotFinite { index: 0 });
+    // Steps that no clock can halve end: the motion jumps where time has no room for it.
+    let mut solver = four_bar().unwrap();
+    let jump =
+        |t: f64, targets: &mut [Target<f64>]| targets[0] = at(if t > 1e17 { 2.5 } else { 2.0 });
+    assert!(solver.follow(1e17, 1e17 + 64.0, jump).is_err());
+    let mut solver = four_bar().unwrap();
+    let jump =
+        |t: f64, targets: &mut [Target<f64>]| targets[0] = at(if t > 0.0 { 2.5 } else { 2.0 });
+    assert!(solver.follow(0.0, 1e-322, jump).is_err());
+}
+
 #[test]
 #[should_panic(expected = "2 targets for 1 prescribed coordinates")]
 fn a_target_too_many_is_told() {

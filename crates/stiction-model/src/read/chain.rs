@@ -70,8 +70,17 @@ impl Text<'_> {
         let Some(joint_type) = JointType::from_symbol(symbol) else {
             let message = format!("{} is not a type of joint", quoted(word));
             let types = JOINT_TYPES.iter().copied();
+            let bare = symbol.trim_end_matches(|c: char| c.is_ascii_digit());
+            let numbered = bare.len() < symbol.len() && JointType::from_symbol(bare).is_some();
             let near = apart(word)
                 .map(|apart| format!("put blanks between the joints: {apart:?}"))
+                .or_else(|| {
+                    numbered.then(|| {
+                        format!(
+                            "write {bare}: several of a kind in a chain are numbered by themselves"
+                        )
+                    })
+                })
                 .or_else(|| did_you_mean(symbol, "types of joints", types));
             self.complain_with(
                 span,

@@ -56,9 +56,10 @@ fn write_mobility(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> f
     if !findings.idle_spins.is_empty() {
         writeln!(
             out,
-            "  {} of them idle: {} free to spin about an axis of its own",
+            "  {} of them idle: {} free to spin about {}",
             findings.idle_spins.len(),
-            findings.idle_spins.join(", ")
+            findings.idle_spins.join(", "),
+            words::own_axes(findings.idle_spins.len()),
         )?;
     }
     if findings.mobility.branches_meet {

@@ -51,20 +51,25 @@ pub(super) fn in_general(findings: &Findings) -> Vec<String> {
     kinds.into_iter().filter_map(sentence).collect()
 }
 
+/// The axes about which so many bodies spin idly.
+pub(super) fn own_axes(count: usize) -> &'static str {
+    if count == 1 { "an axis of its own" } else { "axes of their own" }
+}
+
 /// How actuators govern motions of finite size where others are free to first order.
 pub(super) fn governance(findings: &Findings) -> Option<String> {
     let (least, greatest, time) = findings.governance?;
     let zero = |x: f64| number(if x < 1e-9 { 0.0 } else { x });
     let here = format!(
-        "motions of finite size alone are governed by the actuators to {} (t = {} s) to {} along this \
-         motion",
+        "leaving aside what is open to first order only, the distance in actuation is {} (t = {} s) to {} along \
+         this motion",
         zero(least),
         number(time),
         zero(greatest),
     );
     Some(match findings.architecture.governance {
         Some(elsewhere) => format!(
-            "{here}, in other positions up to {} (0: one of them not at all)",
+            "{here}, in other positions up to {} (0: something else moves while the actuators stand)",
             number(elsewhere)
         ),
         None => here,

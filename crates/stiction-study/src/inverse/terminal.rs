@@ -108,20 +108,27 @@ fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt:
     joints.sort_by(|&a, &b| summary.reactions[b].0.peak.total_cmp(&summary.reactions[a].0.peak));
     let listed = &joints[..joints.len().min(LISTED)];
     let wide = width(listed.iter().map(|&k| summary.names.joints[k].as_str()), 13);
-    writeln!(out, "{:wide$}  {:>11} {:>11}  {:>13}", "most loaded", "force", "at", "moment")?;
+    writeln!(
+        out,
+        "{:wide$}  {:>11} {:>11}  {:>13} {:>9}",
+        "most loaded", "force", "at", "moment", "at"
+    )?;
     for &k in listed {
         let (force, moment) = &summary.reactions[k];
         // What is zero but for rounding is told as zero.
         let noise = 1e-12 * force.peak * length;
-        let moment = if moment.peak < noise { 0.0 } else { moment.peak };
-        writeln!(
+        write!(
             out,
-            "{:wide$}  {:>9} N {:>9} s  {:>9} N m",
+            "{:wide$}  {:>9} N {:>9} s  ",
             summary.names.joints[k],
             number(force.peak),
             number(force.peak_time),
-            number(moment),
         )?;
+        if moment.peak < noise {
+            writeln!(out, "{:>9} N m", number(0.0))?;
+        } else {
+            writeln!(out, "{:>9} N m {:>9} s", number(moment.peak), number(moment.peak_time))?;
+        }
     }
     writeln!(out)
 }
@@ -249,7 +256,7 @@ fn write_verdicts(
         writeln!(
             out,
             "CAUTION: between t = {} s and t = {} s the mechanism passes a singular position, where \
-             no finite driving force exists",
+             without friction no finite driving force exists",
             number(*from),
             number(*to),
         )?;
@@ -266,8 +273,8 @@ fn write_verdicts(
     } else if summary.actuation.value < NEAR_SINGULAR {
         writeln!(
             out,
-            "CAUTION: near a singular position driving forces and errors of the model grow like one \
-             over the distance",
+            "CAUTION: near a singular position driving forces without friction, and errors of the model, grow like \
+             one over the distance",
         )?;
     }
     if !verdict.idle_spins.is_empty() {

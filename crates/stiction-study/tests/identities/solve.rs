@@ -4,7 +4,6 @@ use crate::harness::Verdict;
 use crate::mechanisms::random::Case;
 use crate::specimen::Solver;
 use stiction::dynamics::{Forces, InverseDynamics, InverseError, Settings};
-use stiction::joint::Motion;
 use stiction::kinematics::AssemblyError;
 use stiction::topology::TreeRule;
 

@@ -3,6 +3,9 @@
 use crate::words::significant;
 use thiserror::Error;
 
+/// A part of the coefficients, percent, below which it would be told as none.
+const NO_PART: f64 = 0.05;
+
 /// Why there are no forces to tell.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -26,9 +29,19 @@ pub enum InverseError {
     /// Friction locks the mechanism: the forces grow without bound before the coefficients reach
     /// their values.
     #[error(
-        "friction locks the mechanism (self-locking): at {percent:.1} % of the given friction \
-         coefficients the driving forces grow without bound, first through joint `{joint}`; beyond, \
-         no driving force keeps this motion going"
+        "{}",
+        if *percent < NO_PART {
+            format!(
+                "the position is singular, or as good as: with friction, however little, the driving forces grow \
+                 without bound, first through joint `{joint}`"
+            )
+        } else {
+            format!(
+                "friction locks the mechanism (self-locking): at {percent:.1} % of the given friction \
+                 coefficients the driving forces grow without bound, first through joint `{joint}`; beyond, \
+                 no driving force keeps this motion going"
+            )
+        }
     )]
     Locked {
         /// The joint whose load grows most.

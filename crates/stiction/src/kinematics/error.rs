@@ -133,13 +133,13 @@ impl core::fmt::Display for Gap {
             (Some(_), missed, "") => {
                 write!(
                     f,
-                    "the prescribed position is out of reach: at best it is missed by {missed}"
+                    "the prescribed position is out of reach: the nearest one misses it by {missed}"
                 )?;
             }
             (Some(joint), missed, open) => write!(
                 f,
-                "the prescribed position is out of reach: at best it is missed by {missed}, and joint \
-                 `{joint}` stays open by {open}"
+                "the prescribed position is out of reach: the nearest compromise misses it by {missed} and leaves \
+                 joint `{joint}` open by {open}"
             )?,
             (None, missed, _) => write!(
                 f,

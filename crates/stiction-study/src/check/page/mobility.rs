@@ -39,9 +39,10 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
     }
     if !findings.idle_spins.is_empty() {
         inner += &paragraph(&format!(
-            "{} of them idle: {} free to spin about an axis of its own, which nothing else feels.",
+            "{} of them idle: {} free to spin about {}, which nothing else feels.",
             findings.idle_spins.len(),
-            findings.idle_spins.join(", ")
+            findings.idle_spins.join(", "),
+            words::own_axes(findings.idle_spins.len()),
         ));
     }
     for sentence in words::play(job, findings) {

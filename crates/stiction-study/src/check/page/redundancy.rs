@@ -46,6 +46,7 @@ fn joints_of(job: &Job<'_>, stress: &[JointLoad]) -> String {
     let few: Vec<&str> = stress.iter().take(6).map(name).collect();
     match stress.len() - few.len() {
         0 => few.join(", "),
+        1 => format!("{} and one more joint", few.join(", ")),
         more => format!("{} and {more} more joints", few.join(", ")),
     }
 }

@@ -82,7 +82,9 @@ impl Assembly {
         let mut targets = core::mem::take(&mut self.targets);
         motion(to, &mut targets);
         self.targets = targets;
-        self.search(topology, parameters).err()
+        check_targets(&self.body_names, self.prescription.coordinates(), &self.targets)
+            .and_then(|()| self.search(topology, parameters))
+            .err()
     }
 
     /// Moves along a motion in one step, if it is smooth enough for that; if not, stays where it is and
