@@ -74,6 +74,9 @@ fn write(path: &Path, text: &str, model: &str) -> Result<(), Failure> {
     if Path::new(model).canonicalize().is_ok_and(|own| own == target) {
         return Err(failure("that is the model itself".into()));
     }
+    if sources::was_read(&target) {
+        return Err(failure("it was read for this".into()));
+    }
     if target.exists() && !target.is_file() {
         let into = std::fs::OpenOptions::new().write(true).open(&target);
         return into

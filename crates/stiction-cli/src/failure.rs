@@ -90,8 +90,10 @@ impl Failure {
     /// Says what is wrong: to people on standard error, to programs on standard output.
     pub(crate) fn tell(&self) {
         if self.json {
-            // Whoever does not listen is not told.
-            let _ = crate::print(&format!("{:#}\n", self.to_json()));
+            // Where nothing arrives there may be somebody who listens elsewhere.
+            if let Err(failure) = crate::print(&format!("{:#}\n", self.to_json())) {
+                failure.tell();
+            }
             return;
         }
         match &*self.what {

@@ -61,6 +61,7 @@ fn carry_out(options: &Inverse) -> Result<(), Failure> {
     let count = job.instants().map_err(|error| failure_of(Error::Instants(error)))?.count();
     let interrupted = listen_for_interrupt();
     let mut outputs = options.output.as_deref().map(Outputs::new).transpose()?;
+    outputs.as_ref().map_or(Ok(()), Outputs::spare_interrupted)?;
     let mut tables = match &mut outputs {
         None => None,
         Some(outputs) => {
@@ -200,6 +201,7 @@ pub(crate) fn listen_for_interrupt() -> Arc<AtomicBool> {
         if set.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
+        tell!("\nstopping, once the present step is done; Ctrl-C again stops at once");
     });
     flag
 }
@@ -244,9 +246,9 @@ fn cannot_carry(missing: &Missing) -> Failure {
     };
     let Missing { time, range: (least, greatest), unit, samples, of, .. } = missing;
     let amount = if (greatest - least).abs() < 5e-3 * greatest {
-        format!("{} {unit}", significant(*greatest, 4))
+        format!("{} {unit}", significant(*greatest, 6))
     } else {
-        format!("{} to {} {unit}", significant(*least, 4), significant(*greatest, 4))
+        format!("{} to {} {unit}", significant(*least, 6), significant(*greatest, 6))
     };
     let when = if *of == 1 {
         format!("at t = {time} s")

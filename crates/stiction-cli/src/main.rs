@@ -58,15 +58,24 @@ fn main() -> ExitCode {
 /// Says what is wrong with the arguments. A misspelt command is taken for a model, and what follows it
 /// for a command, so this has to be said otherwise.
 fn refuse(error: &clap::Error) -> ! {
-    let first = std::env::args().nth(1).unwrap_or_default();
-    match sources::near_command(&first) {
-        Some(command) if error.kind() == clap::error::ErrorKind::ArgumentConflict => {
-            tell!("error: there is no command `{first}`");
-            tell!("help: did you mean `stiction {command}`?");
-            std::process::exit(2)
+    use clap::error::ErrorKind::{ArgumentConflict, DisplayHelp, DisplayVersion};
+    let first = std::env::args_os().nth(1).unwrap_or_default().to_string_lossy().into_owned();
+    let for_programs = std::env::args_os().any(|argument| argument == "--json");
+    let failure = match sources::near_command(&first) {
+        Some(command) if error.kind() == ArgumentConflict && command != first => {
+            Failure::input(format!("there is no command `{first}`"))
+                .help(format!("did you mean `stiction {command}`?"))
         }
-        _ => error.exit(),
-    }
+        _ if !for_programs || matches!(error.kind(), DisplayHelp | DisplayVersion) => error.exit(),
+        _ => {
+            let text = error.render().to_string();
+            let (message, usage) = text.split_once("\n\n").unwrap_or((&text, ""));
+            let message = message.strip_prefix("error: ").unwrap_or(message);
+            Failure::input(message).help(usage.trim())
+        }
+    };
+    failure.for_programs(for_programs).tell();
+    std::process::exit(2)
 }
 
 /// Writes data to standard output. A reader that has gone away is no failure.

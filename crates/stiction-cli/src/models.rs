@@ -7,9 +7,16 @@ use serde_json::json;
 use stiction_model::{Model, Source, gallery};
 
 pub(crate) fn run(options: &Models) -> Result<(), Failure> {
+    list(options).map_err(|failure| failure.for_programs(options.json))
+}
+
+fn list(options: &Models) -> Result<(), Failure> {
     if let Some(name) = &options.name {
         let text = gallery::get(name).ok_or_else(|| crate::sources::unknown_model(name))?;
-        return print(text);
+        return match options.json {
+            true => print(&format!("{:#}\n", json!({ "name": name, "text": text }))),
+            false => print(text),
+        };
     }
     let models: Vec<(&str, Model)> =
         gallery::names().map(|name| Ok((name, read(name)?))).collect::<Result<_, Failure>>()?;

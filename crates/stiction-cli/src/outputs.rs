@@ -1,12 +1,16 @@
 //! Files that appear complete or not at all.
 
 use crate::failure::Failure;
+use crate::sources::was_read;
 use std::cell::Cell;
 use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
+
+/// Says where an interrupted simulation goes on.
+pub(crate) const CHECKPOINT: &str = "checkpoint.json";
 
 /// Files being written into a folder, each under a name of its own until all are complete. What is
 /// not completed is removed; what stood there before stays until then.
@@ -51,6 +55,20 @@ impl Outputs {
         Ok(outputs)
     }
 
+    /// Refuses a folder from which an interrupted simulation can go on: other results would spoil that.
+    pub(crate) fn spare_interrupted(&self) -> Result<(), Failure> {
+        if !self.folder.join(CHECKPOINT).exists() {
+            return Ok(());
+        }
+        Err(Failure::input(format!(
+            "{} holds an interrupted simulation ({CHECKPOINT}), which could not go on beside other results",
+            self.folder.display()
+        ))
+        .help(format!(
+            "give another folder with -o; end the simulation with --resume; or remove {CHECKPOINT}"
+        )))
+    }
+
     /// Begins a file.
     pub(crate) fn begin(&mut self, name: &str) -> Result<BufWriter<File>, Failure> {
         let complete = self.folder.join(name);
@@ -61,6 +79,13 @@ impl Outputs {
         if complete.exists() && !complete.is_file() {
             // A device or a pipe would be gone.
             return Err(self.trouble(name, "what is there is no file"));
+        }
+        if was_read(&complete) {
+            return Err(Failure::input(format!(
+                "{} was read for this run, and its results would take its place",
+                complete.display()
+            ))
+            .help("give another folder with -o"));
         }
         let file = File::create(&partial).map_err(|error| self.trouble(name, error))?;
         self.pending.push((partial, complete));
@@ -75,11 +100,16 @@ impl Outputs {
         bytes: u64,
     ) -> Result<BufWriter<File>, Failure> {
         let mut file = self.begin(name)?;
-        let from = File::open(self.folder.join(other)).map_err(|e| self.trouble(other, e))?;
+        let gone = |why: &dyn Display| {
+            let other = self.folder.join(other);
+            Failure::input(format!("what was kept in {} cannot be used: {why}", other.display()))
+                .help("begin anew without --resume")
+        };
+        let from = File::open(self.folder.join(other)).map_err(|error| gone(&error))?;
         let copied =
             io::copy(&mut from.take(bytes), &mut file).map_err(|e| self.trouble(name, e))?;
         if copied != bytes {
-            return Err(self.trouble(other, "what was kept is not there any more"));
+            return Err(gone(&"it is shorter than it was"));
         }
         Ok(file)
     }
@@ -94,7 +124,7 @@ impl Outputs {
 
     /// Writes a whole file at once, whatever becomes of the others.
     pub(crate) fn write_now(&self, name: &str, content: &[u8]) -> Result<(), Failure> {
-        let partial = self.folder.join(format!(".{name}.partial"));
+        let partial = self.folder.join(format!(".{name}.{}.partial", std::process::id()));
         let written = File::create(&partial).and_then(|mut file| {
             file.write_all(content)?;
             // Otherwise a power cut may leave the name without the content.
@@ -173,7 +203,7 @@ impl Outputs {
         self.tidy();
         for name in possible {
             let stale = self.folder.join(name);
-            if self.pending.iter().all(|(_, complete)| *complete != stale) {
+            if self.pending.iter().all(|(_, complete)| *complete != stale) && !was_read(&stale) {
                 // Mostly there is none.
                 let _ = fs::remove_file(stale);
             }
@@ -191,7 +221,8 @@ impl Outputs {
             let name = entry.file_name();
             let Some(name) = name.to_str() else { continue };
             let Some(whole) = of_partial(name) else { continue };
-            let is_own = self.pending.iter().any(|(_, own)| own.ends_with(whole));
+            let is_own =
+                whole == CHECKPOINT || self.pending.iter().any(|(_, own)| own.ends_with(whole));
             if is_own && is_older(&entry.path()) {
                 // Whoever may not do that is not disturbed by it either.
                 let _ = fs::remove_file(entry.path());

@@ -4,8 +4,8 @@ use crate::failure::{Failure, describe};
 use crate::stored::StoredFile;
 use std::fs;
 use std::io::Read;
-use std::path::Path;
-use std::sync::Arc;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 use stiction_model::{
     Contents, Control, Drives, LoadCase, Model, Motion, Source, gallery, not_text,
 };
@@ -14,6 +14,21 @@ use stiction_model::{
 #[derive(Debug)]
 pub(crate) struct Found {
     pub(crate) model: Model,
+}
+
+/// The files that were read, by their full paths: no result may take their place.
+static READ: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Whether a file is one that was read.
+pub(crate) fn was_read(path: &Path) -> bool {
+    let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+    path.canonicalize().is_ok_and(|path| read.contains(&path))
+}
+
+fn note(path: &Path) {
+    if let Ok(path) = path.canonicalize() {
+        READ.lock().unwrap_or_else(PoisonError::into_inner).push(path);
+    }
 }
 
 /// The largest file that is read as a whole: as a model or a load, or through a pipe.
@@ -95,6 +110,7 @@ fn contents(path: &Path) -> Result<Contents, String> {
     // What comes through a pipe cannot be read again.
     if about.is_file() && about.len() > LONG && !is_table {
         let stored = StoredFile::open(path, about.len()).map_err(|error| describe(&error))?;
+        note(path);
         return Ok(Contents::Stored(Arc::new(stored)));
     }
     read_text(path).map(Contents::Whole)
@@ -109,7 +125,9 @@ fn read_text(path: &Path) -> Result<String, String> {
     if about.len() > LARGEST {
         return Err(format!("it has {:.1} GB, the most is 1 GB", about.len() as f64 / 1e9));
     }
-    bounded(fs::File::open(path).map_err(|error| describe(&error))?, LARGEST)
+    let text = bounded(fs::File::open(path).map_err(|error| describe(&error))?, LARGEST)?;
+    note(path);
+    Ok(text)
 }
 
 /// What comes out of a file, a pipe or a device, if it is text and ends.

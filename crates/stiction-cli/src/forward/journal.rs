@@ -2,15 +2,12 @@
 
 use super::FILES;
 use crate::failure::Failure;
-use crate::outputs::Outputs;
+use crate::outputs::{CHECKPOINT, Outputs};
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::BufWriter;
 use std::time::{Duration, Instant};
 use stiction_study::forward::{Job, Mark, checksum};
-
-/// The file.
-pub(super) const CHECKPOINT: &str = "checkpoint.json";
 
 /// Says when it is time to write.
 pub(super) struct Journal {

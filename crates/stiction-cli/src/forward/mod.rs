@@ -6,11 +6,11 @@ mod setup;
 use crate::arguments::Forward;
 use crate::failure::Failure;
 use crate::inverse::{DEFAULT_MODEL, failure_of as failure_of_motion, listen_for_interrupt, warn};
-use crate::outputs::Outputs;
+use crate::outputs::{CHECKPOINT, Outputs};
 use crate::print;
 use crate::progress::Progress;
 use crate::sources;
-use journal::{CHECKPOINT, Journal, Kept, begin, partials};
+use journal::{Journal, Kept, begin, partials};
 use serde_json::json;
 use setup::Setup;
 use std::cell::RefCell;
@@ -56,6 +56,13 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
         Some(outputs) if options.resume => Some(journal.read(outputs)?),
         _ => None,
     };
+    if let Some(kept) = kept.as_ref().filter(|kept| kept.mark.samples > count) {
+        return Err(Failure::input(format!(
+            "{} rows were written before the interruption, but up to --until {} s there are {count}",
+            kept.mark.samples, job.until
+        ))
+        .help("give a later instant, or begin anew without --resume"));
+    }
     let mut summary = Summary::new(&layout);
     let mut curves = outputs.is_some().then(|| Curves::new(&job, &layout, count));
     let mut scribe = Scribe::new(&job.model.mechanism);

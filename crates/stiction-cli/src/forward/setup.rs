@@ -7,7 +7,7 @@ use stiction::dynamics::FrictionMode;
 use stiction::forward::{Method, Settings};
 use stiction::mechanism::{JointId, Mechanism};
 use stiction_model::{Control, Drives, LoadCase, Model, Motion};
-use stiction_study::forward::{Feed, Job, Start, arrange};
+use stiction_study::forward::{Feed, Job, Start, arrange, pole};
 
 /// Everything that a job borrows.
 pub(super) struct Setup {
@@ -31,6 +31,8 @@ enum Efforts {
 const USUAL_DURATION: f64 = 10.0;
 /// Time between samples where nothing says, s.
 const USUAL_STEP: f64 = 0.01;
+/// Samples of a controller.
+const MOST_CONTROLS: f64 = 1e9;
 
 impl Setup {
     pub(super) fn new(found: Found, options: &Forward) -> Result<Self, Failure> {
@@ -188,6 +190,18 @@ impl Setup {
         if let Efforts::Given(drives) = &self.drives.0 {
             refuse_gaps(drives, &self.drives.1, (job.from, job.until))?;
         }
+        if let Some(control) = job.control {
+            let samples = (job.until - job.from) / control.period;
+            if samples > MOST_CONTROLS {
+                return Err(Failure::input(format!(
+                    "the controller's period of {} s makes {samples:.1e} samples until {} s; at most \
+                     {MOST_CONTROLS:.0e} are computed",
+                    control.period, job.until
+                ))
+                .help("give the controller a longer period, or end earlier"));
+            }
+        }
+        self.refuse_poles(&job)?;
         let tolerance = options.tolerance;
         if !(1e-14..=1e-2).contains(&tolerance) {
             return Err(Failure::input(format!("--tolerance is {tolerance}"))
@@ -208,6 +222,41 @@ impl Setup {
             ..usual
         };
         Ok(job)
+    }
+}
+
+impl Setup {
+    /// Forces that pass through infinity would be integrated over it, with whatever comes out.
+    fn refuse_poles(&self, job: &Job<'_>) -> Result<(), Failure> {
+        let (from, until) = (job.from, job.until);
+        let refuse = |what: String, at: f64| {
+            let message = format!("{what} has no finite value at t = {at} s");
+            Err(Failure::input(message)
+                .help("end before that, or give a formula that stays finite"))
+        };
+        let mechanism = &self.model.mechanism;
+        if let Efforts::Given(drives) = &self.drives.0
+            && drives.samples.is_none()
+        {
+            let actuators: Vec<_> = mechanism.actuators().collect();
+            for (actuator, course) in &drives.efforts {
+                if let Some(at) = pole(course, from, until) {
+                    let (joint, freedom) = actuators[*actuator];
+                    let name = mechanism.joints()[joint.0].actuator_name(freedom);
+                    return refuse(format!("the effort of `{name}`"), at);
+                }
+            }
+        }
+        for wrench in &self.load.0.wrenches {
+            let courses = wrench.force.iter().chain(&wrench.moment);
+            if let Some(at) = courses.filter_map(|course| pole(course, from, until)).next() {
+                return refuse(
+                    format!("the load on `{}`", mechanism.bodies()[wrench.body.0].name),
+                    at,
+                );
+            }
+        }
+        Ok(())
     }
 }
 

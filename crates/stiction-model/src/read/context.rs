@@ -15,6 +15,8 @@ use stiction::spatial::Vec3;
 
 /// Products of several numbers of this size are still numbers.
 pub(crate) const LARGEST: f64 = 1e30;
+/// Numbers below this are zero: rounding of something that vanishes, or what no product could have any more.
+const SMALLEST: f64 = 1e-30;
 
 /// A text that is being read, and what has been said about it.
 pub(crate) struct Context<'a> {
@@ -182,7 +184,7 @@ impl<'a> Context<'a> {
     /// The number, if it can be computed with.
     fn finite(&self, value: &Value, number: f64) -> Option<f64> {
         if number.abs() <= LARGEST {
-            return Some(number);
+            return Some(if number.abs() < SMALLEST { 0.0 } else { number });
         }
         if number.is_finite() {
             let message = format!("{} is too large", crate::diagnostic::number(number));
@@ -394,6 +396,11 @@ impl<'a> Record<'a> {
     /// A quantity that may change in time.
     pub(crate) fn course(&self, key: &str) -> Option<Course> {
         self.context.course(self.value(key)?, self.measure(key))
+    }
+
+    /// A line of text, empty where there is none; what would move a terminal's cursor is a blank.
+    pub(crate) fn line(&self, key: &str) -> String {
+        self.text(key).unwrap_or_default().trim().replace(char::is_control, " ")
     }
 
     /// A string.

@@ -116,7 +116,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
         Some(word) => word == "difference",
         None => channels.iter().any(|channel| channel.resolution > 0.0),
     };
-    let title = record.text("title").unwrap_or_default().to_owned();
+    let title = record.line("title");
     Some(Control {
         title,
         control,

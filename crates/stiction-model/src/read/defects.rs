@@ -111,6 +111,10 @@ impl Origin<'_> {
             Defect::DuplicateName { name, .. } => {
                 (last_joint(name).map_or_else(whole, |j| j.spans.name.clone()), "used already")
             }
+            Defect::NameOfFreedom { joint: name, .. } | Defect::NameTaken { name } => {
+                help = Some("give it another name".to_owned());
+                (joint(name).map_or_else(whole, |j| j.spans.name.clone()), "this name is taken")
+            }
             Defect::GroundTaken => {
                 help = Some("delete it: the ground needs no table".to_owned());
                 let ground = body(stiction::mechanism::GROUND_NAME);

@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// Reads efforts by the names of actuators.
 pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) -> Drives {
     let record = Record::open(context, table, DRIVES, "drives");
-    let title = record.text("title").unwrap_or_default().to_owned();
+    let title = record.line("title");
     let mut efforts: Vec<(usize, Course)> = Vec::new();
     let mut places: Vec<(usize, Span)> = Vec::new();
     let before = context.out.borrow().len();

@@ -16,7 +16,7 @@ use stiction::spatial::Vec3;
 /// Reads a load case.
 pub(crate) fn read(context: &Context<'_>, names: &Names, table: &Table) -> LoadCase {
     let record = Record::open(context, table, LOAD, "a load");
-    let title = record.text("title").unwrap_or_default().to_owned();
+    let title = record.line("title");
     // Keys by body, in the order of the text.
     let mut bodies: Vec<(BodyId, Table)> = Vec::new();
     let found = leaves(table, LOAD);

@@ -131,11 +131,10 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
     if !context.out.borrow().has_errors() {
         parts.origin(&record, &names).warn(&mechanism.warnings());
     }
-    let text = |key: &str| record.text(key).unwrap_or_default().trim().to_owned();
     Some(Model {
         name: parts.name.clone(),
-        title: text("title"),
-        source: text("source"),
+        title: record.line("title"),
+        source: record.line("source"),
         mechanism,
         homes: parts.homes(),
         motions,

@@ -32,7 +32,7 @@ pub(crate) fn read(
     files: Files<'_>,
 ) -> Option<Motion> {
     let record = Record::open(context, table, MOTION, "a motion");
-    let title = record.text("title").unwrap_or_default().to_owned();
+    let title = record.line("title");
     let refuse = |key: &str, value: f64, expected: &str| {
         let message = format!("`{key}` is {} s, but must {expected}", number(value));
         context.push(

@@ -2,9 +2,9 @@
 
 use super::chunks::Work;
 use super::error::Error;
-use stiction::dynamics::InverseDynamics;
+use stiction::dynamics::{InverseDynamics, Weighting};
 use stiction::friction::ContactShape;
-use stiction::statics::Constraints;
+use stiction::statics::{Constraints, Proximity};
 
 /// Follows the motion alone.
 pub(super) struct Following {
@@ -47,12 +47,31 @@ impl Work for Following {
         _time: f64,
     ) -> Result<(), Error> {
         let mobility = match self.mobility_at.contains(&sample) {
-            true => Constraints::new(&solver.statics()).mobility(),
+            true => mobility(solver),
             false => usize::MAX,
         };
         pace.add(Pace { fastest: fastest_contact(solver), mobility });
         Ok(())
     }
+}
+
+/// Constraints further than this from being dependent are independent, whatever a rank is decided by.
+const INDEPENDENT: f64 = 1e-8;
+
+/// How many freedoms the constraints leave at the present position. Where they are independent, which products of
+/// sparse matrices can tell, these are the driven ones.
+fn mobility(solver: &InverseDynamics) -> usize {
+    let mechanism = solver.mechanism();
+    let has_spins = !solver.assembly().prescription().spins().is_empty();
+    if solver.weighting() == Some(Weighting::Determined)
+        && !has_spins
+        && let Some(mut proximity) = Proximity::new(mechanism)
+        && proximity.measure(mechanism, solver.parameters(), solver.bodies()).constraint
+            > INDEPENDENT
+    {
+        return mechanism.actuators().count();
+    }
+    Constraints::new(&solver.statics()).mobility()
 }
 
 /// The fastest sliding speed of any contact at the present motion, m/s.

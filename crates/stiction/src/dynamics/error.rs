@@ -14,7 +14,7 @@ pub enum InverseError {
     #[error(
         "no finite driving force carries this load here: with all actuators locked, body `{body}` \
          can still move ({motion}), and along that motion {} {unit} are asked for that nothing can give",
-        significant(*missing, 4)
+        significant(*missing, 6)
     )]
     CannotCarry {
         /// The body that moves most.
@@ -32,8 +32,8 @@ pub enum InverseError {
         "{}",
         if *percent < NO_PART {
             format!(
-                "the position is singular, or as good as: with friction, however little, the driving forces grow \
-                 without bound, first through joint `{joint}`"
+                "with a small part of the given friction coefficients the driving forces grow without bound, first \
+                 through joint `{joint}`: the position is singular, or as good as, or the coefficients are immense"
             )
         } else {
             format!(

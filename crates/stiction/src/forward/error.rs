@@ -29,11 +29,11 @@ pub enum ForwardError {
     #[error(
         "at t = {time} s the rigid model with this friction has no acceleration: {at} \
          the loads grow without bound, first in joint `{joint}` ({kind}",
-        at = if *percent < LEAST { "with any friction, however little,".to_owned() }
+        at = if *percent < LEAST { "with a small part of the given coefficients".to_owned() }
             else { format!("at {percent:.1} % of the given coefficients") },
         kind = if *percent < LEAST { "the position is singular, or as good as: its joints bear \
-            next to any load there, and hold by friction what comes along); start elsewhere, or hold what \
-            is loose" }
+            next to any load there, and hold by friction what comes along; or the coefficients are immense); \
+            start elsewhere, hold what is loose, or look at the coefficients" }
             else { "jamming, Painleve's paradox); give its guide a longer span, less friction, or some \
             compliance" }
     )]

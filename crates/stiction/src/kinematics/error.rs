@@ -46,9 +46,9 @@ pub enum AssemblyError {
         /// The range in words.
         range: &'static str,
     },
-    /// A prescribed value, rate or acceleration is NaN or infinite.
+    /// A prescribed value, rate or acceleration is NaN, or greater than can be computed with.
     #[error(
-        "prescribed coordinate {index} (counted from 0) has a value, rate or acceleration that is no finite number"
+        "prescribed coordinate {index} (counted from 0) has a value, rate or acceleration that is no number up to 1e30"
     )]
     NotFinite {
         /// Its place among the prescribed coordinates.

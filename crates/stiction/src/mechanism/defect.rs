@@ -69,6 +69,22 @@ pub enum Defect {
         /// The name.
         name: String,
     },
+    /// A joint named as a freedom of another one is.
+    #[error(
+        "joint `{joint}` has the name of a freedom of joint `{other}`: results could not tell them apart"
+    )]
+    NameOfFreedom {
+        /// The joint.
+        joint: String,
+        /// The joint whose freedom is called so.
+        other: String,
+    },
+    /// A joint with a name that results have for something else.
+    #[error("a joint cannot be named `{name}`: results have columns of that name")]
+    NameTaken {
+        /// The name.
+        name: String,
+    },
     /// A body named like the ground.
     #[error("a body cannot be named `{}`: that is the body that does not move", super::GROUND_NAME)]
     GroundTaken,

@@ -134,6 +134,14 @@ impl Header {
                 column.role = Role::Time;
                 Measure::Time
             } else if results && drive.is_none() {
+                // Of what else results have none is the effort of an actuator.
+                if actuators.find(name).is_some() {
+                    let message = format!(
+                        "the column {} is not asked for beside columns `….drive`",
+                        quoted(name)
+                    );
+                    messages.push("duplicate", message, cell, "one or the other");
+                }
                 columns.push(column);
                 continue;
             } else if let Some(actuator) = actuators.find(name) {

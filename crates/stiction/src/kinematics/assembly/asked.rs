@@ -39,6 +39,9 @@ pub(super) fn check_existence(
     }
 }
 
+/// Greater values, in SI units, have no squares to compute with.
+const LARGEST: f64 = 1e30;
+
 fn check_number(coordinates: &[Coordinate], targets: &[Target<f64>]) {
     let (found, expected) = (targets.len(), coordinates.len());
     assert!(found == expected, "{found} targets for {expected} prescribed coordinates");
@@ -50,9 +53,9 @@ pub(super) fn check_targets(
     targets: &[Target<f64>],
 ) -> Result<(), AssemblyError> {
     check_number(coordinates, targets);
-    let is_finite =
-        |t: &Target<f64>| [t.value, t.rate, t.acceleration].iter().all(|x| x.is_finite());
-    match targets.iter().position(|target| !is_finite(target)) {
+    let fits =
+        |t: &Target<f64>| [t.value, t.rate, t.acceleration].iter().all(|x| x.abs() <= LARGEST);
+    match targets.iter().position(|target| !fits(target)) {
         Some(index) => Err(AssemblyError::NotFinite { index }),
         None => check_angle_ranges(body_names, coordinates, targets),
     }

@@ -13,6 +13,27 @@ use crate::spatial::{Pose, Vec3};
 use length::own_length;
 use std::collections::{HashMap, HashSet};
 
+/// What columns of results are of beside joints.
+const TAKEN: [&str; 3] = ["time", "loads", "dampers"];
+
+/// Freedoms of joints are called `joint.freedom` where there are several: no other joint may be.
+fn check_names(joints: &[Joint], defects: &mut Vec<Defect>) {
+    for joint in joints {
+        if TAKEN.contains(&joint.name.as_str()) {
+            defects.push(Defect::NameTaken { name: joint.name.clone() });
+        }
+        let freedoms = joint.joint_type.freedoms();
+        if freedoms.len() == 1 {
+            continue;
+        }
+        let own: Vec<String> = (0..freedoms.len()).map(|k| joint.freedom_name(k)).collect();
+        for other in joints.iter().filter(|other| own.contains(&other.name)) {
+            let (joint, other) = (other.name.clone(), joint.name.clone());
+            defects.push(Defect::NameOfFreedom { joint, other });
+        }
+    }
+}
+
 /// Collects the parts of a mechanism by name, in any order.
 ///
 /// ```
@@ -125,6 +146,8 @@ impl MechanismBuilder {
             }
             joints.extend(spec.resolve(&ids, &mut defects));
         }
+
+        check_names(&joints, &mut defects);
 
         let mut names = HashSet::new();
         let mut springs = Vec::new();
