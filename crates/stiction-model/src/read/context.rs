@@ -400,7 +400,9 @@ impl<'a> Record<'a> {
 
     /// A line of text, empty where there is none; what would move a terminal's cursor is a blank.
     pub(crate) fn line(&self, key: &str) -> String {
-        self.text(key).unwrap_or_default().trim().replace(char::is_control, " ")
+        let text = self.text(key).unwrap_or_default().trim();
+        let pieces: Vec<&str> = text.split(char::is_control).filter(|p| !p.is_empty()).collect();
+        pieces.join(" ")
     }
 
     /// A string.

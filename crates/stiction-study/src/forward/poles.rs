@@ -2,8 +2,8 @@
 
 use stiction_model::Course;
 
-/// Instants that are looked at.
-const LOOKS: usize = 4096;
+/// Instants that are looked at: a prime number, so that none is a simple part of the whole, as poles often are.
+const LOOKS: usize = 4099;
 /// Growth towards a change of sign from which it is no zero.
 const GROWTH: f64 = 1e3;
 
@@ -41,7 +41,7 @@ fn between(value: &dyn Fn(f64) -> f64, left: (f64, f64), right: (f64, f64)) -> O
             found => high = (middle, found),
         }
     }
-    let before = left.1.abs().max(right.1.abs());
+    let before = left.1.abs().min(right.1.abs());
     let grown = low.1.abs().min(high.1.abs());
     (grown > GROWTH * before).then_some(low.0)
 }
