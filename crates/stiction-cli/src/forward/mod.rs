@@ -13,7 +13,7 @@ use crate::sources;
 use journal::{Journal, Kept, begin, partials};
 use serde_json::json;
 use setup::Setup;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -96,7 +96,8 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
     };
     let mut rows = Rows::default();
 
-    let mut progress = Progress::new();
+    let progress = RefCell::new(Progress::new());
+    let done = Cell::new(0);
     let tables_cell = RefCell::new(&mut tables);
     let outcome = job.run(
         |sample| {
@@ -110,8 +111,9 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
                 None => Ok(()),
             }
         },
-        |done, of, mark| {
-            progress.tell_samples("simulating", done, of);
+        |now, of, mark| {
+            done.set(now);
+            progress.borrow_mut().tell_samples("simulating", now, of);
             if let (Some(outputs), Some(tables)) = (&outputs, &mut *tables_cell.borrow_mut())
                 && journal.is_due()
             {
@@ -122,10 +124,14 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
             }
             Ok(())
         },
-        &|| interrupted.load(Ordering::Relaxed),
+        &|| {
+            // A single row may take long.
+            progress.borrow_mut().tell_samples("simulating", done.get(), count);
+            interrupted.load(Ordering::Relaxed)
+        },
         kept.as_ref().map(|kept| &kept.mark),
     );
-    progress.clear();
+    progress.borrow_mut().clear();
     let outcome = outcome.map_err(|error| match (error, &outputs) {
         (Error::Receiver(error), Some(outputs)) => outputs.trouble_with_tables(error),
         (error, _) => failure_of(error),

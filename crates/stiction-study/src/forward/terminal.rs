@@ -101,7 +101,7 @@ fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
         let motion = layout.motion_in(&summary.last.forward, freedom);
         let [place, speed, _] = layout.freedoms[freedom].units();
         let size = &summary.drives[k];
-        let (position, rate) = (settled(motion[0], 1.0), settled(motion[1], 1.0));
+        let (position, rate) = (settled(motion[0]), settled(motion[1]));
         write!(
             out,
             "{name:wide$}  {:>11} {:>11}  {:>13}  {:>13}",
@@ -123,9 +123,9 @@ fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     writeln!(out)
 }
 
-/// A number; what is zero but for rounding is told as zero.
-fn settled(x: f64, size: f64) -> String {
-    if x.abs() < 1e-14 * size { "0".to_owned() } else { number(x) }
+/// A position or a rate, in SI units; what is zero but for rounding of a metre or a radian is told as zero.
+fn settled(x: f64) -> String {
+    if x.abs() < 1e-14 { "0".to_owned() } else { number(x) }
 }
 
 fn write_freedoms(out: &mut impl Write, summary: &Summary) -> fmt::Result {
@@ -139,8 +139,8 @@ fn write_freedoms(out: &mut impl Write, summary: &Summary) -> fmt::Result {
             out,
             "{:wide$}  {:>13}  {:>13}",
             freedom.name,
-            format!("{} {place}", settled(motion[0], 1.0)),
-            format!("{} {speed}", settled(motion[1], 1.0)),
+            format!("{} {place}", settled(motion[0])),
+            format!("{} {speed}", settled(motion[1])),
         )?;
     }
     writeln!(out)

@@ -122,7 +122,7 @@ impl Summary {
                 Bounds::Unknown => {}
             }
         }
-        self.unbounded_samples += usize::from(!forces.bounded);
+        self.unbounded_samples += usize::from(forces.bounds == Bounds::Unknown);
         self.resting_samples +=
             usize::from(forces.contacts.iter().any(|c| !c.slides && c.limit > 0.0));
         for ((force, moment), (f, m)) in self.reactions.iter_mut().zip(&forces.reactions) {

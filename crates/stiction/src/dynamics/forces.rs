@@ -48,8 +48,6 @@ pub struct Forces {
     /// The least effort of each actuator over what static friction in contacts at rest may do, and
     /// the greatest; equal to `drives` while everything slides.
     pub drive_bounds: Vec<(f64, f64)>,
-    /// Whether `drive_bounds` are known; the careful path does not look for them.
-    pub bounded: bool,
     /// Bounds of the same that nothing exceeds, around `drive_bounds`; infinite where
     /// [`Bounds::Attained`].
     pub drive_outer_bounds: Vec<(f64, f64)>,
@@ -91,7 +89,6 @@ impl Forces {
             drives: vec![0.0; actuators],
             drives_frictionless: vec![0.0; actuators],
             drive_bounds: vec![(0.0, 0.0); actuators],
-            bounded: true,
             drive_outer_bounds: vec![(0.0, 0.0); actuators],
             bounds: Bounds::Exact,
             reactions: vec![(Vec3::zero(), Vec3::zero()); joints],
@@ -115,8 +112,7 @@ impl Forces {
         self.close_bounds();
         self.read_joints(bodies, &solution.wrenches);
         self.read_contacts(&solution.contacts.states, friction);
-        self.bounded = self.contacts.iter().all(|contact| contact.slides || contact.limit == 0.0);
-        if !self.bounded {
+        if self.contacts.iter().any(|contact| !contact.slides && contact.limit != 0.0) {
             self.bounds = Bounds::Unknown;
             self.drive_outer_bounds.fill((f64::NEG_INFINITY, f64::INFINITY));
         }
@@ -147,7 +143,6 @@ impl Forces {
 
     /// Nothing rests: the drives are what they are.
     pub(super) fn close_bounds(&mut self) {
-        self.bounded = true;
         for (bounds, &drive) in self.drive_bounds.iter_mut().zip(&self.drives) {
             *bounds = (drive, drive);
         }

@@ -33,9 +33,6 @@ mod universal;
 
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Quaternion, Twist, Vec3, Wrench};
-
-/// The most coordinates that a joint has (the free joint's).
-pub const MOST_COORDINATES: usize = 7;
 /// The most freedoms that a joint has.
 pub const MOST_FREEDOMS: usize = 6;
 

@@ -298,7 +298,7 @@ fn floating_screw<T: Scalar>(k: usize) -> Twist<T> {
     }
 }
 
-/// Reads the coordinates of a floating body's pose.
+/// Writes the coordinates of a floating body at a pose.
 pub(crate) fn write_floating(pose: Pose<f64>, q: &mut [f64]) {
     q[..3].copy_from_slice(&pose.position.to_array());
     Quaternion::from_rotation(pose.rotation).write(&mut q[3..]);

@@ -8,8 +8,7 @@ use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3, Wrench};
 use crate::topology::{Link, Role, Topology};
 
-/// A coordinate's value, the covector that gives its rate from a twist, and the part of its second
-/// derivative that velocities cause.
+/// A coordinate's value, and the covector that gives its rate from a twist.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measured<T> {
     pub(super) value: T,

@@ -13,7 +13,7 @@ use crate::topology::Topology;
 use nalgebra::DVector;
 
 /// Loops are closed and values met below this (rad, or m over the characteristic length).
-const MET: f64 = 1e-13;
+const MET: f64 = 1e-12;
 /// From here on the shortest steps of Newton's method are taken.
 const NEAR: f64 = 1e-3;
 const STEPS: usize = 500;
@@ -111,7 +111,7 @@ pub(crate) fn assemble_partly(
     let size = |row: usize| if errors[row].is_nan() { f64::INFINITY } else { errors[row].abs() };
     // What is given and contradicts shows there, not in the loops that it opens.
     let worst = (0..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
-    let Some(row) = worst.filter(|row| size(*row) > MET.max(1e-12)) else { return Ok(state) };
+    let Some(row) = worst.filter(|row| size(*row) > MET) else { return Ok(state) };
     let given = (topology.constraints..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
     let row = given.filter(|given| size(*given) > 0.1 * size(row)).unwrap_or(row);
     Err(Missed { what: what(topology, row), by: size(row) / scales[row] })

@@ -133,7 +133,7 @@ impl<T: Scalar> Balance<T> {
         self.collect(topology);
     }
 
-    /// The same with the matrix as it was factored last.
+    /// As [`Self::solve`], with the matrix as it was factored last.
     fn solve_factored(
         &mut self,
         topology: &Topology,

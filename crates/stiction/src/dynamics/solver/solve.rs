@@ -3,7 +3,7 @@
 use super::InverseDynamics;
 use crate::dynamics::careful;
 use crate::dynamics::error::InverseError;
-use crate::dynamics::forces::Forces;
+use crate::dynamics::forces::{Bounds, Forces};
 use crate::dynamics::power::Power;
 use crate::dynamics::rest::bounds;
 use crate::dynamics::rest::{self, Rest};
@@ -14,8 +14,7 @@ use crate::dynamics::wedge::{self, Lock};
 use crate::friction::ContactShape;
 use crate::mechanism::Mechanism;
 use crate::parameters::{ContactParameters, Parameters};
-use crate::statics::AppliedLoad;
-use crate::statics::Uncarried;
+use crate::statics::{AppliedLoad, Uncarried};
 
 /// Forces are given out only where the power balance holds to this part of what is turned over.
 /// Round-off is some 1e-15; positions near singular ones magnify it.
@@ -230,7 +229,7 @@ impl InverseDynamics {
     pub fn rest(&mut self, loads: &[AppliedLoad<f64>]) -> Result<Rest, InverseError> {
         self.assembly.stop(&self.topology, &self.parameters);
         self.solve(loads)?;
-        if !self.forces.bounded {
+        if self.forces.bounds == Bounds::Unknown {
             return Err(InverseError::Unsettled);
         }
         let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else {
