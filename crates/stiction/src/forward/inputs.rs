@@ -36,8 +36,7 @@ pub(super) struct Angle {
 impl View<'_> {
     /// The rate of an actuator, rad/s or m/s.
     pub fn actuator_rate(&self, actuator: usize) -> f64 {
-        let actuator = self.topology.actuators[actuator];
-        self.bodies.joint_rates(self.topology, actuator.joint)[actuator.freedom]
+        self.bodies.actuator_rate(self.topology, self.topology.actuators[actuator])
     }
 
     /// The coordinate of an actuator, rad or m. In [`Inputs::change`] angles are counted on over full turns

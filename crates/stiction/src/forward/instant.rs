@@ -2,13 +2,13 @@
 
 use super::Forward;
 use super::ground::Ground;
-use super::masses::{exchange, potential};
+use super::masses::{self, Masses};
 use super::rub::{Contact, bristle_rate, dot, law_of, load, norm};
 use super::solve::Solved;
-use crate::dynamics::Pull;
 use crate::friction::OwnFriction;
 use crate::kinematics::{Bodies, State};
 use crate::spatial::{Vec3, Wrench};
+use crate::statics::AppliedLoad;
 use crate::topology::Role;
 
 /// A contact at one instant.
@@ -61,6 +61,32 @@ pub struct Account {
     pub dampers: f64,
     /// What each contact dissipates, W; of bristles what they take up.
     pub contacts: Vec<f64>,
+}
+
+impl Account {
+    /// That of bodies which move like this under these efforts of actuators and loads, in the room that is there.
+    pub(super) fn update(
+        &mut self,
+        model: &Forward,
+        (masses, loads): (&Masses, &[AppliedLoad<f64>]),
+        bodies: &Bodies<f64>,
+        efforts: &[f64],
+        contacts: &[ContactMoment],
+    ) {
+        let (topology, parameters) = (&model.topology, &model.parameters);
+        let Self { kinetic, potential, exchange, drives, loads: of_loads, dampers, contacts: lost } =
+            self;
+        *kinetic = masses.kinetic(bodies);
+        *potential = masses::potential(parameters, bodies);
+        *exchange = masses::exchange(parameters, bodies);
+        drives.clear();
+        let each = topology.actuators.iter().zip(efforts);
+        drives.extend(each.map(|(a, effort)| effort * bodies.actuator_rate(topology, *a)));
+        *of_loads = masses::power_of_loads(loads, bodies);
+        *dampers = masses::damped(parameters, bodies);
+        lost.clear();
+        lost.extend(contacts.iter().map(ContactMoment::dissipated));
+    }
 }
 
 /// Everything at one instant.
@@ -218,7 +244,7 @@ impl Forward {
         solved: &Solved,
         instant: &mut Instant,
     ) {
-        let (topology, parameters) = (&self.topology, &self.parameters);
+        let topology = &self.topology;
         let Ground { efforts, loads, masses, .. } = ground;
         let Instant { state, bodies, drives, wrenches, contacts, bristle_rates, account, .. } =
             instant;
@@ -239,25 +265,9 @@ impl Forward {
         for (k, &actuator) in self.prescribed.iter().enumerate() {
             drives[actuator] = response.multipliers[topology.constraints + k];
         }
-        let power_of = |actuator: usize| {
-            let at = topology.actuators[actuator];
-            drives[actuator] * bodies.joint_rates(topology, at.joint)[at.freedom]
-        };
-        let damper = |spring: &crate::parameters::SpringParameters<f64>| {
-            let rate = Pull::of(spring, bodies).rate;
-            spring.damping * rate * rate
-        };
-        account.kinetic = masses.kinetic(bodies);
-        account.potential = potential(parameters, bodies);
-        account.exchange = exchange(parameters, bodies);
-        account.drives.clear();
-        account.drives.extend((0..drives.len()).map(power_of));
-        account.loads = loads.iter().map(|l| bodies.twist[l.body.0].power(l.wrench(bodies))).sum();
-        account.dampers = parameters.springs.iter().map(damper).sum();
-        account.contacts.clear();
-        account.contacts.extend(contacts.iter().map(ContactMoment::dissipated));
+        account.update(self, (masses, loads), bodies, drives, contacts);
         bristle_rates.clear();
-        let moments = parameters.contacts.iter().zip(&*contacts).zip(&ground.bristles);
+        let moments = self.parameters.contacts.iter().zip(&*contacts).zip(&ground.bristles);
         bristle_rates.extend(
             moments.map(|((contact, moment), z)| bristle_rate(contact, moment.velocity, *z)),
         );

@@ -1,7 +1,7 @@
 //! How single joints move.
 
 use super::Forward;
-use crate::kinematics::{Bodies, State, Target};
+use crate::kinematics::{Bodies, State, Target, closure_error};
 use crate::mechanism::JointId;
 
 impl Forward {
@@ -53,17 +53,8 @@ impl Forward {
         }
     }
 
-    /// The largest error of a loop's closure where bodies are like this, m (angles times the characteristic length).
+    /// The largest loop-closure error where bodies are like this, m; angles times the characteristic length.
     pub fn closure_error(&self, bodies: &Bodies<f64>) -> f64 {
-        let topology = &self.topology;
-        let gaps = topology.cuts.iter().map(|cut| {
-            let relative = bodies.frame_j[cut.joint].inverse() * bodies.frame_k[cut.joint];
-            let pitch = self.parameters.pitch[cut.joint];
-            let nearest = topology.joint_types[cut.joint].nearest(relative, pitch).0;
-            let gap = nearest.inverse() * relative;
-            let turn = gap.rotation.rotation_vector().norm() * self.parameters.length;
-            gap.position.norm().max(turn)
-        });
-        gaps.fold(0.0, f64::max)
+        closure_error(&self.topology, &self.parameters, bodies)
     }
 }

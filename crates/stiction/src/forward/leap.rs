@@ -18,10 +18,10 @@ use super::cone::{Cone, Dry, Found, Kind, Member, Smooth, mode_of};
 use super::error::ForwardError;
 use super::ground::Ground;
 use super::inputs::Inputs;
+use super::masses::{damped, power_of_loads};
 use super::rows::Rows;
 use super::rub::{Contact, is_smooth, law_of, norm};
 use super::solve::Unsolved;
-use crate::dynamics::Pull;
 use crate::friction::{Bristles, Law};
 use crate::kinematics::{State, Target};
 
@@ -314,19 +314,10 @@ impl Forward {
         for (k, &actuator) in self.prescribed.iter().enumerate() {
             drives[actuator] = response.multipliers[topology.constraints + k];
         }
-        let rate = |actuator: usize| {
-            let at = topology.actuators[actuator];
-            bodies.joint_rates(topology, at.joint)[at.freedom]
-        };
+        let rate = |actuator: usize| bodies.actuator_rate(topology, topology.actuators[actuator]);
         work.drives = drives.iter().enumerate().map(|(k, f)| step * f * rate(k)).collect();
-        let power =
-            |l: &crate::statics::AppliedLoad<f64>| bodies.twist[l.body.0].power(l.wrench(&bodies));
-        work.loads = step * ground.loads.iter().map(power).sum::<f64>();
-        let damper = |spring: &crate::parameters::SpringParameters<f64>| {
-            let rate = Pull::of(spring, &bodies).rate;
-            spring.damping * rate * rate
-        };
-        work.dampers = step * parameters.springs.iter().map(damper).sum::<f64>();
+        work.loads = step * power_of_loads(&ground.loads, &bodies);
+        work.dampers = step * damped(parameters, &bodies);
         Leap {
             state,
             modes,

@@ -2,7 +2,7 @@
 
 use crate::dynamics::Pull;
 use crate::kinematics::Bodies;
-use crate::parameters::Parameters;
+use crate::parameters::{Parameters, SpringParameters};
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Twist, Vec3, Wrench};
 use crate::statics::{AppliedLoad, demand_of_motion};
@@ -170,6 +170,20 @@ pub(super) fn potential(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f
         0.5 * spring.stiffness * longer * longer
     });
     (1..bodies.pose.len()).map(of_body).chain(of_springs).sum()
+}
+
+/// What dampers of springs dissipate where bodies move like this, W.
+pub(super) fn damped(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
+    let of_spring = |spring: &SpringParameters<f64>| {
+        let rate = Pull::of(spring, bodies).rate;
+        spring.damping * rate * rate
+    };
+    parameters.springs.iter().map(of_spring).sum()
+}
+
+/// The power of all loads where bodies move like this, W.
+pub(super) fn power_of_loads(loads: &[AppliedLoad<f64>], bodies: &Bodies<f64>) -> f64 {
+    loads.iter().map(|load| bodies.twist[load.body.0].power(load.wrench(bodies))).sum()
 }
 
 /// What potential energy grows by where bodies move like this, W.

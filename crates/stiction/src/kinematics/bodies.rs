@@ -6,7 +6,7 @@ use crate::joint::{Carrier, Freedom, MOST_FREEDOMS};
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Quaternion, Twist, Vec3, Wrench};
-use crate::topology::{Link, Topology};
+use crate::topology::{Actuator, Link, Topology};
 
 /// Coordinates, rates and accelerations of the tree: what determines the motion of everything.
 #[derive(Debug, PartialEq)]
@@ -256,6 +256,11 @@ impl<T: Scalar> Bodies<T> {
             *rate = relative.power(self.effort(freedom, joint));
         }
         rates
+    }
+
+    /// The rate of an actuator.
+    pub(crate) fn actuator_rate(&self, topology: &Topology, actuator: Actuator) -> T {
+        self.joint_rates(topology, actuator.joint)[actuator.freedom]
     }
 
     /// The wrench of a unit effort on a joint's freedom.

@@ -28,5 +28,6 @@ pub use legs::Legs;
 pub(crate) use partial::{Missed, RateRows, What, assemble_partly};
 pub use prescription::{Prescription, Spin};
 pub use system::Kinematics;
+pub(crate) use system::closure_error;
 pub(crate) use tracing::LoopsAt;
 pub(crate) use wander::Wander;

@@ -317,7 +317,7 @@ impl InverseDynamics {
     pub fn drive_rates(&self) -> impl Iterator<Item = f64> {
         let (topology, bodies) = (&self.topology, self.bodies());
         let actuators = topology.actuators.iter();
-        actuators.map(|a| bodies.joint_rates(topology, a.joint)[a.freedom])
+        actuators.map(|actuator| bodies.actuator_rate(topology, *actuator))
     }
 
     /// A copy that passes the present position the other way: all rates reversed, accelerations

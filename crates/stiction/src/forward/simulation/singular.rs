@@ -78,8 +78,8 @@ impl Simulation<'_> {
         let topology = &model.topology;
         found.bodies.accelerate(topology, &found.state.accelerations);
         for (index, power) in found.account.drives.iter_mut().enumerate() {
-            let at = topology.actuators[index];
-            *power = found.drives[index] * found.bodies.joint_rates(topology, at.joint)[at.freedom];
+            let rate = found.bodies.actuator_rate(topology, topology.actuators[index]);
+            *power = found.drives[index] * rate;
         }
         found.account.contacts = found.contacts.iter().map(ContactMoment::dissipated).collect();
         self.now = found;

@@ -278,13 +278,18 @@ impl Simulation<'_> {
         self.energies.dampers = energies[drives + 1];
         self.energies.turnover = energies[drives + 2];
         self.energies.contacts.copy_from_slice(&energies[drives + 3..]);
-        for moment in &arrived.contacts {
+        self.become_now(arrived);
+        self.keep_fastest();
+    }
+
+    /// Remembers the fastest sliding and the fastest rate that there were.
+    pub(super) fn keep_fastest(&mut self) {
+        for moment in &self.now.contacts {
             self.fastest = self.fastest.max(norm(moment.velocity));
         }
-        for (rate, column) in arrived.state.rates.iter().zip(&self.model.columns) {
+        for (rate, column) in self.now.state.rates.iter().zip(&self.model.columns) {
             self.fastest_rate = self.fastest_rate.max((rate / column).abs());
         }
-        self.become_now(arrived);
     }
 
     pub(super) fn become_now(&mut self, instant: Instant) {

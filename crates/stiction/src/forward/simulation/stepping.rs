@@ -7,7 +7,6 @@ use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::{Account, ContactMoment, Instant};
 use crate::forward::leap::{Leap, Work};
-use crate::forward::masses::{exchange, potential};
 use crate::forward::project::Anchor;
 use crate::forward::rub::{Contact, law_of, norm};
 use crate::kinematics::State;
@@ -94,12 +93,7 @@ impl Simulation<'_> {
         let still = |c: &usize| before[*c] == Contact::Sticks && after[*c] == Contact::Sticks;
         let sticks: Vec<usize> = (0..after.len()).filter(still).collect();
         let (mut anchors, frozen) = self.holds_of(&sticks);
-        for anchor in &mut anchors {
-            let same = |a: &&Anchor| (a.joint, a.freedom) == (anchor.joint, anchor.freedom);
-            if let Some(kept) = self.anchors.iter().find(same) {
-                anchor.pose = kept.pose;
-            }
-        }
+        keep_poses(&mut anchors, &self.anchors);
         (anchors, frozen)
     }
 
@@ -320,20 +314,10 @@ impl Simulation<'_> {
         let sticks: Vec<usize> =
             (0..self.modes.len()).filter(|&c| self.modes[c] == Contact::Sticks).collect();
         let (mut all, _) = self.holds_of(&sticks);
-        for anchor in &mut all {
-            let same = |a: &&Anchor| (a.joint, a.freedom) == (anchor.joint, anchor.freedom);
-            if let Some(kept) = anchors.iter().find(same) {
-                anchor.pose = kept.pose;
-            }
-        }
+        keep_poses(&mut all, &anchors);
         self.anchors = all;
         self.still();
-        for moment in &self.now.contacts {
-            self.fastest = self.fastest.max(norm(moment.velocity));
-        }
-        for (rate, column) in self.now.state.rates.iter().zip(&self.model.columns) {
-            self.fastest_rate = self.fastest_rate.max((rate / column).abs());
-        }
+        self.keep_fastest();
     }
 
     /// Goes back to events where nothing has changed for a while and they find what sticks.
@@ -358,6 +342,16 @@ impl Simulation<'_> {
             stepping.wait *= 2;
         }
         Ok(())
+    }
+}
+
+/// What was held before stays where it was.
+fn keep_poses(anchors: &mut [Anchor], before: &[Anchor]) {
+    for anchor in anchors {
+        let same = |a: &&Anchor| (a.joint, a.freedom) == (anchor.joint, anchor.freedom);
+        if let Some(kept) = before.iter().find(same) {
+            anchor.pose = kept.pose;
+        }
     }
 }
 
@@ -388,30 +382,9 @@ impl Forward {
                 limit: law_of(contact, leap.frictions[k][0]).at_rest() * leap.loads[k],
             })
             .collect();
-        let power = |actuator: usize| {
-            let at = topology.actuators[actuator];
-            leap.drives[actuator] * bodies.joint_rates(topology, at.joint)[at.freedom]
-        };
-        let damper = |spring: &crate::parameters::SpringParameters<f64>| {
-            let rate = crate::dynamics::Pull::of(spring, &bodies).rate;
-            spring.damping * rate * rate
-        };
-        let account = Account {
-            kinetic: ground.masses.kinetic(&bodies),
-            potential: potential(parameters, &bodies),
-            exchange: exchange(parameters, &bodies),
-            drives: (0..leap.drives.len()).map(power).collect(),
-            loads: ground
-                .loads
-                .iter()
-                .map(|l| bodies.twist[l.body.0].power(l.wrench(&bodies)))
-                .sum(),
-            dampers: parameters.springs.iter().map(damper).sum(),
-            contacts: contacts
-                .iter()
-                .map(|c| c.velocity.iter().zip(c.friction).map(|(v, f)| v * f).sum())
-                .collect(),
-        };
+        let mut account = Account::default();
+        let acting = (&ground.masses, &ground.loads[..]);
+        account.update(self, acting, &bodies, &leap.drives, &contacts);
         Instant {
             time,
             state,
