@@ -86,8 +86,9 @@ impl Forward {
         let base = balance.respond(&scene, &known, true);
         let count = units.len();
         let (mut begins, mut change) = (vec![0.0; count], vec![0.0; count * count]);
+        let beginning = self.accelerated(bodies, &base.accelerations);
         for member in members.iter().filter(|m| !matches!(m.kind, Kind::Slides(_))) {
-            let own = self.surface_acceleration_by(bodies, &base.accelerations, member.contact);
+            let own = self.surface_acceleration(&beginning, member.contact);
             for (place, i) in member.places.clone().enumerate() {
                 begins[i] = own[place];
                 for (j, unit) in units.iter().enumerate() {

@@ -170,9 +170,9 @@ impl Forward {
         }
         let count = units.len();
         let (mut free, mut change) = (vec![0.0; count], vec![0.0; count * count]);
-        let none = vec![0.0; n];
+        let drifting = self.accelerated(&ground.bodies, &vec![0.0; n]);
         for member in &members {
-            let drift = self.surface_acceleration_by(&ground.bodies, &none, member.contact);
+            let drift = self.surface_acceleration(&drifting, member.contact);
             for (place, i) in member.places.clone().enumerate() {
                 let rate =
                     |rates: &[f64]| self.surface_rate(&ground.bodies, rates, member.contact, place);

@@ -25,16 +25,11 @@ pub(super) fn surface_velocity(
 }
 
 impl Forward {
-    /// The acceleration of a contact's surface where the tree accelerates so, m/s^2.
-    pub(super) fn surface_acceleration_by(
-        &self,
-        bodies: &Bodies<f64>,
-        accelerations: &[f64],
-        contact: usize,
-    ) -> [f64; 3] {
+    /// The bodies where the tree accelerates so.
+    pub(super) fn accelerated(&self, bodies: &Bodies<f64>, accelerations: &[f64]) -> Bodies<f64> {
         let mut bodies = bodies.clone();
         bodies.accelerate(&self.topology, accelerations);
-        self.surface_acceleration(&bodies, contact)
+        bodies
     }
 
     /// The acceleration of a contact's surface where bodies accelerate as they do, m/s^2.

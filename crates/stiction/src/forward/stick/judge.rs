@@ -29,13 +29,10 @@ impl Forward {
         if let Some(contact) = turned {
             return Ok(Verdict::Change(contact, Contact::Sticks));
         }
-        let slides: Vec<usize> = resting
-            .iter()
-            .copied()
-            .filter(|&c| {
-                matches!(trial[c], Contact::AtLimit(_)) && self.begins(ground, &solved, c).is_some()
-            })
-            .collect();
+        let accelerated = self.accelerated_by(ground, &solved);
+        let begins = |c: usize| self.begins(&accelerated, &solved, c).is_some();
+        let lets_go = |c: &usize| matches!(trial[*c], Contact::AtLimit(_)) && begins(*c);
+        let slides: Vec<usize> = resting.iter().copied().filter(lets_go).collect();
         if !slides.is_empty() {
             // Sliding friction from here on; with less friction it slides all the more.
             let kept = trial.to_vec();
@@ -85,7 +82,8 @@ impl Forward {
             }
             let (solved, turned) = self.turn(ground, &mut slides, resting).ok()?;
             let count = weak.len();
-            weak.retain(|&c| turned != Some(c) && self.begins(ground, &solved, c).is_some());
+            let accelerated = self.accelerated_by(ground, &solved);
+            weak.retain(|&c| turned != Some(c) && self.begins(&accelerated, &solved, c).is_some());
             if weak.len() < count {
                 continue;
             }
@@ -114,7 +112,9 @@ impl Forward {
                 return Some((contact, way));
             }
             let held = resting.iter().filter(|&&contact| trial[contact] == Contact::Sticks);
-            let mut moving = held.filter_map(|&c| self.begins(ground, solved, c).map(|a| (c, a)));
+            let accelerated = self.accelerated_by(ground, solved);
+            let begins = |c: usize| self.begins(&accelerated, solved, c).map(|begins| (c, begins));
+            let mut moving = held.filter_map(|&c| begins(c));
             if let Some(found) = moving.next() {
                 return Some(found);
             }

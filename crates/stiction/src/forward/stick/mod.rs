@@ -138,9 +138,10 @@ impl Forward {
             }
         }
         let solved = self.solve(ground, &modes, Some(&guess.loads), true).ok()?;
+        let accelerated = self.accelerated_by(ground, &solved);
         for &contact in resting {
             let Contact::Slides(direction) = modes[contact] else { continue };
-            let Some(begins) = self.begins(ground, &solved, contact) else {
+            let Some(begins) = self.begins(&accelerated, &solved, contact) else {
                 modes[contact] = Contact::AtLimit(direction);
                 continue;
             };

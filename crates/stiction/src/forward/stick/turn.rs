@@ -4,6 +4,7 @@ use crate::forward::Forward;
 use crate::forward::ground::Ground;
 use crate::forward::rub::{Contact, norm};
 use crate::forward::solve::{Solved, Unsolved};
+use crate::kinematics::Bodies;
 use nalgebra::{Matrix3, Vector3};
 
 /// Accelerations below this part of the largest are none.
@@ -24,13 +25,14 @@ impl Forward {
     ) -> Result<(Solved, Option<usize>), Unsolved> {
         for pass in 0..TURNS {
             let solved = self.solve(ground, trial, None, true)?;
+            let accelerated = self.accelerated_by(ground, &solved);
             let mut turned = 0.0_f64;
             for &contact in resting {
                 let (Contact::AtLimit(direction) | Contact::Slides(direction)) = trial[contact]
                 else {
                     continue;
                 };
-                let Some(begins) = self.begins(ground, &solved, contact) else { continue };
+                let Some(begins) = self.begins(&accelerated, &solved, contact) else { continue };
                 let along: f64 = begins.iter().zip(direction).map(|(a, d)| a * d).sum();
                 let single = self.parameters.contacts[contact].shape.has_one_freedom();
                 if along < 0.0 && (single || pass > 3) {
@@ -108,15 +110,21 @@ impl Forward {
         if length > 0.0 { (found / length).into() } else { begins.map(|b| b / norm(begins)) }
     }
 
-    /// The acceleration of a contact's surface, m/s^2, where it is more than rounding.
+    /// The bodies as they accelerate in a solved choice.
+    pub(super) fn accelerated_by(&self, ground: &Ground, solved: &Solved) -> Bodies<f64> {
+        self.accelerated(&ground.bodies, &solved.coupled.response.accelerations)
+    }
+
+    /// The acceleration of a contact's surface, m/s^2, where it is more than rounding; `accelerated` are the bodies as
+    /// they accelerate in this solution.
     pub(super) fn begins(
         &self,
-        ground: &Ground,
+        accelerated: &Bodies<f64>,
         solved: &Solved,
         contact: usize,
     ) -> Option<[f64; 3]> {
         let accelerations = &solved.coupled.response.accelerations;
-        let begins = self.surface_acceleration_by(&ground.bodies, accelerations, contact);
+        let begins = self.surface_acceleration(accelerated, contact);
         (norm(begins) > self.rounding_of_beginnings(accelerations, contact)).then_some(begins)
     }
 
