@@ -4,7 +4,6 @@ use super::Forward;
 use super::balance::Scene;
 use super::inputs::{Inputs, View};
 use super::masses::Masses;
-use super::surface::surface_velocity;
 use crate::kinematics::{Bodies, State, Target};
 use crate::statics::AppliedLoad;
 
@@ -88,7 +87,7 @@ impl Forward {
         masses.update(topology, parameters, bodies, loads);
         velocities.clear();
         let contacts = parameters.contacts.iter();
-        velocities.extend(contacts.map(|c| surface_velocity(topology, parameters, bodies, c)));
+        velocities.extend(contacts.map(|c| bodies.surface_velocity(topology, c, pitch[c.joint])));
         ground.overload = 1.0;
     }
 

@@ -9,7 +9,7 @@ use super::balance::{Balance, Response};
 use super::cone::{Cone, Dry, Kind, Member, mode_of};
 use super::ground::Ground;
 use super::rows::Rows;
-use super::rub::{Contact, norm, wrench_of};
+use super::rub::{Contact, norm};
 
 /// Accelerations below this part are none.
 const NONE: f64 = 1e-9;
@@ -55,12 +55,8 @@ impl Forward {
         let mut units: Vec<Response> = Vec::new();
         for &contact in resting {
             let content = &parameters.contacts[contact];
-            let rest = |law: &crate::friction::Law| bound * law.at_rest();
-            let kind = Kind::Dry(Dry {
-                forward: rest(&content.law),
-                backward: rest(content.backward.as_ref().unwrap_or(&content.law)),
-                viscous: 0.0,
-            });
+            let [forward, backward] = content.laws().map(|law| bound * law.at_rest());
+            let kind = Kind::Dry(Dry { forward, backward, viscous: 0.0 });
             let first = units.len();
             for wrench in self.unit_frictions(bodies, contact) {
                 units.push(balance.respond(&scene, &[(content.joint, wrench)], false));
@@ -70,7 +66,7 @@ impl Forward {
         for (contact, rub) in rubs.iter().enumerate() {
             let content = &parameters.contacts[contact];
             let against = |part: [f64; 3]| {
-                let wrench = wrench_of(&self.topology, bodies, content, part.map(|x| -x));
+                let wrench = bodies.wrench_of(&self.topology, content, part.map(|x| -x));
                 (content.joint, wrench)
             };
             if rub.known != [0.0; 3] {
@@ -113,9 +109,7 @@ impl Forward {
                     continue;
                 }
                 let content = &parameters.contacts[member.contact];
-                let slides = |law: &crate::friction::Law| law.sliding(0.0).coefficient;
-                let ahead = slides(&content.law);
-                let behind = slides(content.backward.as_ref().unwrap_or(&content.law));
+                let [ahead, behind] = content.laws().map(|law| law.sliding(0.0).coefficient);
                 more |= *forward > ahead || *backward > behind;
                 (*forward, *backward) = (forward.min(ahead), backward.min(behind));
             }

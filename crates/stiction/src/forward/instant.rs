@@ -3,7 +3,7 @@
 use super::Forward;
 use super::ground::Ground;
 use super::masses::{self, Masses};
-use super::rub::{Contact, bristle_rate, dot, law_of, load, norm};
+use super::rub::{Contact, bristle_rate, dot, load, norm};
 use super::solve::Solved;
 use crate::friction::OwnFriction;
 use crate::kinematics::{Bodies, State};
@@ -213,7 +213,7 @@ impl Forward {
                     friction[place] = effort / arms[place];
                 }
             }
-            let limit = law_of(contact, friction[0]).at_rest() * load_now;
+            let limit = contact.law_towards(friction[0]).at_rest() * load_now;
             let (mut velocity, mode) = (ground.velocities[index], modes[index]);
             if mode == Contact::Sticks && self.leaders(index).is_none() {
                 // What others that stick leave of it is rounding.

@@ -20,10 +20,11 @@ use super::ground::Ground;
 use super::inputs::Inputs;
 use super::masses::{damped, power_of_loads};
 use super::rows::Rows;
-use super::rub::{Contact, is_smooth, law_of, norm};
+use super::rub::{Contact, is_smooth, norm};
 use super::solve::Unsolved;
 use crate::friction::{Bristles, Law};
 use crate::kinematics::{State, Target};
+use crate::parameters::ContactParameters;
 
 /// Laws must hold to this part of the largest force.
 const HOLDS: f64 = 1e-9;
@@ -66,8 +67,7 @@ pub(super) struct Work {
 /// A law that is a smooth function of velocity.
 #[derive(Clone, Debug)]
 struct Regularised {
-    law: Law,
-    backward: Option<Law>,
+    contact: ContactParameters<f64>,
 }
 
 impl Smooth for Regularised {
@@ -76,8 +76,7 @@ impl Smooth for Regularised {
         if speed == 0.0 {
             return [0.0; 3];
         }
-        let backward = self.backward.as_ref().filter(|_| velocity[0] < 0.0);
-        let resistance = backward.unwrap_or(&self.law).sliding(speed);
+        let resistance = self.contact.law_towards(velocity[0]).sliding(speed);
         velocity.map(|v| v / speed * resistance.force(load))
     }
     fn boxed(&self) -> Box<dyn Smooth> {
@@ -88,21 +87,17 @@ impl Smooth for Regularised {
 /// Bristles, whose deflection at the end of the step follows from the velocity there (implicit Euler).
 #[derive(Clone, Debug)]
 struct Bristly {
-    law: Law,
-    backward: Option<Law>,
+    contact: ContactParameters<f64>,
     own: Bristles,
     before: [f64; 3],
     step: f64,
 }
 
 impl Bristly {
-    fn law(&self, velocity: [f64; 3]) -> &Law {
-        self.backward.as_ref().filter(|_| velocity[0] < 0.0).unwrap_or(&self.law)
-    }
-
     fn deflection(&self, velocity: [f64; 3]) -> [f64; 3] {
         let speed = norm(velocity);
-        let decay = self.own.stiffness * speed / self.law(velocity).coefficient(speed);
+        let decay =
+            self.own.stiffness * speed / self.contact.law_towards(velocity[0]).coefficient(speed);
         [0, 1, 2].map(|i| (self.before[i] + self.step * velocity[i]) / (1.0 + self.step * decay))
     }
 }
@@ -110,7 +105,7 @@ impl Bristly {
 impl Smooth for Bristly {
     fn friction(&self, load: f64, velocity: [f64; 3]) -> [f64; 3] {
         let after = self.deflection(velocity);
-        let viscous = self.law(velocity).viscous;
+        let viscous = self.contact.law_towards(velocity[0]).viscous;
         [0, 1, 2].map(|i| {
             let rate = (after[i] - self.before[i]) / self.step;
             load * self.own.coefficient(after[i], rate) + viscous * velocity[i]
@@ -226,15 +221,14 @@ impl Forward {
     ) -> Kind {
         let content = &self.parameters.contacts[contact];
         let velocity = ground.velocities[contact];
-        let law = law_of(content, velocity[0]);
+        let law = content.law_towards(velocity[0]);
         if let Some(own) = law.bristles {
-            let (law, backward) = (content.law.clone(), content.backward.clone());
-            let bristly = Bristly { law, backward, own, before: deflection, step };
+            let contact = content.clone();
+            let bristly = Bristly { contact, own, before: deflection, step };
             return Kind::Smooth(Box::new(bristly));
         }
         if law.regularisation.is_some() {
-            let (law, backward) = (content.law.clone(), content.backward.clone());
-            return Kind::Smooth(Box::new(Regularised { law, backward }));
+            return Kind::Smooth(Box::new(Regularised { contact: content.clone() }));
         }
         let speed = norm(velocity);
         let slides = matches!(mode, Contact::Slides(_)) && speed > 0.0;
@@ -247,11 +241,8 @@ impl Forward {
                 law.at_rest()
             }
         };
-        Kind::Dry(Dry {
-            forward: coefficient(&content.law),
-            backward: coefficient(content.backward.as_ref().unwrap_or(&content.law)),
-            viscous: law.viscous,
-        })
+        let [forward, backward] = content.laws().map(coefficient);
+        Kind::Dry(Dry { forward, backward, viscous: law.viscous })
     }
 
     fn land(
@@ -292,9 +283,8 @@ impl Forward {
             if let Kind::Smooth(_) = &member.kind
                 && let Some(own) = content.law.bristles
             {
-                let (law, backward) = (content.law.clone(), content.backward.clone());
                 let before = bristles[contact];
-                let bristly = Bristly { law, backward, own, before, step };
+                let bristly = Bristly { contact: content.clone(), own, before, step };
                 bristles[contact] = bristly.deflection(velocities[contact]);
             }
             if is_smooth(content) {

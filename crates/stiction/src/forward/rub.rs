@@ -1,11 +1,10 @@
 //! Friction of a contact, affine in its own load.
 
-use crate::dynamics::ContactState;
-use crate::friction::{ContactShape, Law, OwnFriction};
+use crate::dynamics::load_by;
+use crate::friction::{Law, OwnFriction};
 use crate::kinematics::Bodies;
 use crate::parameters::{ContactParameters, Parameters};
 use crate::spatial::Wrench;
-use crate::topology::Topology;
 
 /// What a contact does at the moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,15 +51,7 @@ pub(super) fn is_smooth(contact: &ContactParameters<f64>) -> bool {
             || law.regularisation.is_some()
             || (law.at_rest() == 0.0 && law.coefficient(0.0) == 0.0 && law.is_constant())
     };
-    smooth(&contact.law) && contact.backward.as_ref().is_none_or(smooth)
-}
-
-/// The law for this sense of sliding.
-pub(super) fn law_of(contact: &ContactParameters<f64>, sense: f64) -> &Law<f64> {
-    match &contact.backward {
-        Some(backward) if sense < 0.0 => backward,
-        _ => &contact.law,
-    }
+    contact.laws().into_iter().all(smooth)
 }
 
 /// Friction at a surface velocity; `bristles` are deflections, if the law has any.
@@ -85,7 +76,7 @@ pub(super) fn rub(
     };
     // Along the direction: a little negative where a step looks beyond a reversal.
     let along = dot(velocity, direction);
-    let law = law_of(contact, direction[0]);
+    let law = contact.law_towards(direction[0]);
     let resistance = match mode {
         // Where nothing holds it any more it begins to slide within a step.
         Contact::AtLimit(_) if along > 0.0 && law.slides_as_at_its_limit() => law.sliding(along),
@@ -121,7 +112,7 @@ pub(super) fn bristle_rate(
     velocity: [f64; 3],
     bristles: [f64; 3],
 ) -> [f64; 3] {
-    let law = law_of(contact, velocity[0]);
+    let law = contact.law_towards(velocity[0]);
     let Some(own) = &law.bristles else { return [0.0; 3] };
     let speed = norm(velocity);
     let mu = law.coefficient(speed);
@@ -133,21 +124,6 @@ pub(super) fn bristle_rate(
     rate
 }
 
-/// The wrench on the joint of efforts on the contact's freedoms.
-pub(super) fn wrench_of(
-    topology: &Topology,
-    bodies: &Bodies<f64>,
-    contact: &ContactParameters<f64>,
-    efforts: [f64; 3],
-) -> Wrench<f64> {
-    let freedoms = topology.joint_types[contact.joint].freedoms();
-    let mut sum = Wrench::zero();
-    for (effort, freedom) in efforts.iter().zip(&freedoms[contact.shape.freedoms()]) {
-        sum += bodies.effort(freedom, contact.joint) * *effort;
-    }
-    sum
-}
-
 /// The load of a contact under its joint's complete wrench.
 pub(super) fn load(
     parameters: &Parameters<f64>,
@@ -156,30 +132,5 @@ pub(super) fn load(
     own: OwnFriction<f64>,
     wrench: Wrench<f64>,
 ) -> crate::friction::Load<f64> {
-    let mut state = ContactState::new();
-    state.press_with(contact, parameters.pitch[contact.joint], bodies, wrench, own);
-    state.load
-}
-
-/// By how much the load can change at most with each of some changes of the wrench.
-pub(super) fn most_changes(
-    parameters: &Parameters<f64>,
-    bodies: &Bodies<f64>,
-    contact: &ContactParameters<f64>,
-    coefficient: f64,
-    wrenches: impl Iterator<Item = Wrench<f64>>,
-    changes: &mut Vec<f64>,
-) {
-    let mut bare = contact.clone();
-    bare.load = bare.load.seminorm();
-    changes.extend(wrenches.map(|wrench| {
-        let of = |direction: f64| {
-            let own = OwnFriction { coefficient, viscous: 0.0, direction };
-            load(parameters, bodies, &bare, own, wrench).value
-        };
-        match contact.shape {
-            ContactShape::Thread => of(1.0).max(of(-1.0)),
-            _ => of(0.0),
-        }
-    }));
+    load_by(&contact.load, contact, parameters.pitch[contact.joint], bodies, wrench, own)
 }

@@ -6,7 +6,7 @@ use super::coupling::{Coupled, Coupling, Lost, Site};
 use super::error::{Competitor, ForwardError};
 use super::ground::Ground;
 use super::rows::Held;
-use super::rub::{Contact, Rub, rub, wrench_of};
+use super::rub::{Contact, Rub, rub};
 use crate::kinematics::Target;
 use crate::spatial::Wrench;
 
@@ -135,7 +135,7 @@ impl Forward {
         each.flat_map(|(content, rub)| [(content, rub.known), (content, rub.per_load)])
             .filter(|(_, part)| *part != [0.0; 3])
             .map(|(content, part)| {
-                (content.joint, wrench_of(&self.topology, &ground.bodies, content, part))
+                (content.joint, ground.bodies.wrench_of(&self.topology, content, part))
             })
     }
 

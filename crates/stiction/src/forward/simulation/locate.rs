@@ -118,8 +118,8 @@ impl Simulation<'_> {
             bodies.place(topology, parameters, coordinates);
             bodies.move_with(topology, rates);
             let content = &parameters.contacts[contact];
-            let velocity =
-                crate::forward::surface::surface_velocity(topology, parameters, &bodies, content);
+            let pitch = parameters.pitch[content.joint];
+            let velocity = bodies.surface_velocity(topology, content, pitch);
             let Contact::Slides(direction) = self.modes[contact] else { return 1.0 };
             velocity.iter().zip(direction).map(|(v, d)| v * d).sum()
         };

@@ -9,7 +9,6 @@ use crate::forward::inputs::{Inputs, View};
 use crate::forward::integrator::Steps;
 use crate::forward::rub::{Contact, is_smooth, norm};
 use crate::forward::stick::Choice;
-use crate::forward::surface::surface_velocity;
 use crate::kinematics::{Bodies, State};
 
 impl Forward {
@@ -67,9 +66,10 @@ impl<'a> Simulation<'a> {
         bodies.place(&model.topology, &model.parameters, &state.coordinates);
         bodies.move_with(&model.topology, &state.rates);
         // What prescribed and locked actuators take from the rates leaves rounding of these.
-        let speed =
-            |contact| norm(surface_velocity(&model.topology, &model.parameters, &bodies, contact));
-        let asked = contacts.iter().map(speed).fold(0.0, f64::max);
+        let pitch = &model.parameters.pitch;
+        let velocities =
+            contacts.iter().map(|c| bodies.surface_velocity(&model.topology, c, pitch[c.joint]));
+        let asked = velocities.map(norm).fold(0.0, f64::max);
         let wished = state.rates.clone();
         model.project(time, &mut state, &targets, &[], &frozen)?;
         bodies.place(&model.topology, &model.parameters, &state.coordinates);

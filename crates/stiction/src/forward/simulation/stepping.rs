@@ -8,7 +8,7 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::{Account, ContactMoment, Instant};
 use crate::forward::leap::{Leap, Work};
 use crate::forward::project::Anchor;
-use crate::forward::rub::{Contact, law_of, norm};
+use crate::forward::rub::{Contact, norm};
 use crate::kinematics::State;
 use crate::mechanism::JointId;
 use crate::parameters::Parameters;
@@ -157,7 +157,7 @@ impl Simulation<'_> {
                 continue;
             };
             let turns = before.iter().zip(after).map(|(a, b)| a * b).sum::<f64>() < 0.0;
-            let law = law_of(&self.model.parameters.contacts[contact], after[0]);
+            let law = self.model.parameters.contacts[contact].law_towards(after[0]);
             if turns && law.at_rest() > law.coefficient(norm(leap.velocities[contact])) {
                 *mode = Contact::Sticks;
             }
@@ -379,7 +379,7 @@ impl Forward {
                 velocity: leap.velocities[k],
                 load: leap.loads[k],
                 friction: leap.frictions[k],
-                limit: law_of(contact, leap.frictions[k][0]).at_rest() * leap.loads[k],
+                limit: contact.law_towards(leap.frictions[k][0]).at_rest() * leap.loads[k],
             })
             .collect();
         let mut account = Account::default();

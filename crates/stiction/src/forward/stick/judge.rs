@@ -2,7 +2,7 @@
 
 use crate::forward::Forward;
 use crate::forward::ground::Ground;
-use crate::forward::rub::{Contact, law_of, norm};
+use crate::forward::rub::{Contact, norm};
 use crate::forward::solve::{Solved, Unsolved};
 
 /// Friction may exceed its limit by this part: rounding of reactions.
@@ -69,7 +69,7 @@ impl Forward {
         let mut weak = resting.to_vec();
         weak.retain(|&c| match trial[c] {
             Contact::AtLimit(d) => {
-                !law_of(&self.parameters.contacts[c], d[0]).slides_as_at_its_limit()
+                !self.parameters.contacts[c].law_towards(d[0]).slides_as_at_its_limit()
             }
             _ => false,
         });
