@@ -1,6 +1,7 @@
 //! How single joints move.
 
 use super::Forward;
+use super::inputs::joint_coordinate;
 use crate::kinematics::{Bodies, State, Target, closure_error};
 use crate::mechanism::JointId;
 
@@ -15,18 +16,8 @@ impl Forward {
         joint: JointId,
         freedom: usize,
     ) -> f64 {
-        let JointId(joint) = joint;
-        let (topology, joint_type) = (&self.topology, self.topology.joint_types[joint]);
-        if !joint_type.has_scalar_coordinates() {
-            return 0.0;
-        }
-        if let Some(node) = topology.node_of(joint) {
-            let own = &state.coordinates[node.coordinates.clone()];
-            return own.get(freedom).copied().unwrap_or(0.0);
-        }
-        let relative = bodies.frame_j[joint].inverse() * bodies.frame_k[joint];
-        let nearest = joint_type.nearest(relative, self.parameters.pitch[joint]).1;
-        nearest.get(freedom).copied().unwrap_or(0.0)
+        let pitch = &self.parameters.pitch;
+        joint_coordinate((&self.topology, pitch), state, bodies, (joint.0, freedom))
     }
 
     /// Coordinate, as [`Self::joint_coordinate`], rate and acceleration of a joint's freedom where the tree

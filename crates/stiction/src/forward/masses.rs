@@ -41,28 +41,13 @@ impl Inertia {
     /// The momentum of a motion, or what an acceleration demands.
     #[inline(always)]
     pub(super) fn times<T: Scalar>(&self, twist: Twist<T>) -> Wrench<T> {
-        let (mass, moment) = (T::from_f64(self.mass), lift(self.moment));
-        let second = Mat3 { columns: self.second.columns.map(lift) };
+        let (mass, moment) = (T::from_f64(self.mass), self.moment.lift());
+        let second = self.second.lift();
         Wrench {
             force: twist.linear * mass + twist.angular.cross(moment),
             moment: second * twist.angular + moment.cross(twist.linear),
         }
     }
-}
-
-#[inline(always)]
-fn lift<T: Scalar>(v: Vec3<f64>) -> Vec3<T> {
-    Vec3::new(T::from_f64(v.x), T::from_f64(v.y), T::from_f64(v.z))
-}
-
-#[inline(always)]
-pub(super) fn lift_twist<T: Scalar>(twist: Twist<f64>) -> Twist<T> {
-    Twist { angular: lift(twist.angular), linear: lift(twist.linear) }
-}
-
-#[inline(always)]
-pub(super) fn lift_wrench<T: Scalar>(wrench: Wrench<f64>) -> Wrench<T> {
-    Wrench { force: lift(wrench.force), moment: lift(wrench.moment) }
 }
 
 /// Inertia and what drives the tree, at one position and velocity.

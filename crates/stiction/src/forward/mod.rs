@@ -34,7 +34,7 @@ pub use instant::{Account, ContactMoment, Instant};
 pub use rub::Contact;
 pub use simulation::{Checkpoint, Energies, Event, EventKind, Method, Settings, Simulation};
 
-use crate::kinematics::{Assembly, Coordinate, State, Target};
+use crate::kinematics::{Assembly, Coordinate, State, Target, column_scales};
 use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
@@ -107,10 +107,7 @@ impl Forward {
     pub fn with_tree(mechanism: Mechanism, rule: TreeRule, prescribed: &[usize]) -> Self {
         let topology = Topology::with_tree(&mechanism, rule);
         let parameters = Parameters::new(&mechanism);
-        let length = parameters.length;
-        let translates = |dof| topology.dof_translates(dof);
-        let columns =
-            topology.dofs.iter().map(|dof| if translates(dof) { length } else { 1.0 }).collect();
+        let columns = column_scales(&topology, parameters.length);
         let known = 0..topology.actuators.len();
         let prescribed = prescribed.iter().copied().filter(|a| known.contains(a)).collect();
         Self { mechanism, topology, parameters, prescribed, columns }

@@ -29,7 +29,7 @@ fn wanted_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -> O
 }
 
 /// Factors that make rates of translations and rotations comparable.
-pub(super) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
+pub(crate) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
     let translates = |dof: &crate::topology::Dof| topology.dof_translates(dof);
     topology.dofs.iter().map(|dof| if translates(dof) { length } else { 1.0 }).collect()
 }
