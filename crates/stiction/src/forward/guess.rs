@@ -9,7 +9,7 @@ use super::balance::{Balance, Response};
 use super::cone::{Cone, Dry, Kind, Member, mode_of};
 use super::ground::Ground;
 use super::rows::Rows;
-use super::rub::{Contact, norm};
+use super::rub::{ContactMode, norm};
 
 /// Accelerations below this part are none.
 const NONE: f64 = 1e-9;
@@ -20,7 +20,7 @@ const PASSES: usize = 8;
 
 /// What was guessed.
 pub(super) struct Guess {
-    pub(super) modes: Vec<Contact>,
+    pub(super) modes: Vec<ContactMode>,
     /// Friction at the surface of each contact at rest, N.
     pub(super) shares: Vec<[f64; 3]>,
     /// Of each contact, N.
@@ -37,14 +37,14 @@ impl Forward {
     pub(super) fn guess(
         &self,
         ground: &Ground,
-        modes: &[Contact],
+        modes: &[ContactMode],
         resting: &[usize],
         bound: f64,
     ) -> Option<Guess> {
         let (parameters, bodies) = (&self.parameters, &ground.bodies);
         let mut free = modes.to_vec();
         for &contact in resting {
-            free[contact] = Contact::AtLimit([0.0; 3]);
+            free[contact] = ContactMode::AtLimit([0.0; 3]);
         }
         let scene = self.scene(ground);
         let (held, _) = self.held(&ground.targets, &free, &ground.grips, &ground.shares);
@@ -105,7 +105,7 @@ impl Forward {
             for member in &mut cone.members {
                 let rate = mode_of(&found.rates[member.places.clone()], none);
                 let Kind::Dry(Dry { forward, backward, .. }) = &mut member.kind else { continue };
-                if rate == Contact::Sticks {
+                if rate == ContactMode::Sticks {
                     continue;
                 }
                 let content = &parameters.contacts[member.contact];
@@ -129,7 +129,7 @@ impl Forward {
             let mut has = [0.0; 3];
             has[..places.len()].copy_from_slice(&found.amounts[places.clone()]);
             let mode = mode_of(&found.rates[places], none);
-            if mode == Contact::Sticks {
+            if mode == ContactMode::Sticks {
                 let most = load * law.coefficient(has[0]);
                 tight |= norm(has) > most * (1.0 - NO_ROOM);
             } else {

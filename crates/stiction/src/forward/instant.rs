@@ -3,7 +3,7 @@
 use super::Forward;
 use super::ground::Ground;
 use super::masses::{self, Masses};
-use super::rub::{Contact, bristle_rate, dot, load, norm};
+use super::rub::{ContactMode, bristle_rate, dot, load, norm};
 use super::solve::Solved;
 use crate::friction::OwnFriction;
 use crate::kinematics::{Bodies, State};
@@ -13,9 +13,9 @@ use crate::topology::Role;
 
 /// A contact at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactMoment {
+pub struct ContactInstant {
     /// What it does.
-    pub contact: Contact,
+    pub contact: ContactMode,
     /// Sliding velocity at the surface along its freedoms, m/s.
     pub velocity: [f64; 3],
     /// N.
@@ -26,7 +26,7 @@ pub struct ContactMoment {
     pub limit: f64,
 }
 
-impl ContactMoment {
+impl ContactInstant {
     /// By how much the limit is above the friction, N.
     pub fn margin(&self) -> f64 {
         self.limit - norm(self.friction)
@@ -38,7 +38,7 @@ impl ContactMoment {
     pub(super) fn dissipated(&self) -> f64 {
         let along = dot(self.velocity, self.friction);
         match self.contact {
-            Contact::Slides(_) => (norm(self.velocity) * norm(self.friction)).copysign(along),
+            ContactMode::Slides(_) => (norm(self.velocity) * norm(self.friction)).copysign(along),
             _ => along,
         }
     }
@@ -71,7 +71,7 @@ impl Account {
         (masses, loads): (&Masses, &[AppliedLoad<f64>]),
         bodies: &Bodies<f64>,
         efforts: &[f64],
-        contacts: &[ContactMoment],
+        contacts: &[ContactInstant],
     ) {
         let (topology, parameters) = (&model.topology, &model.parameters);
         let Self { kinetic, potential, exchange, drives, loads: of_loads, dampers, contacts: lost } =
@@ -85,7 +85,7 @@ impl Account {
         *of_loads = masses::power_of_loads(loads, bodies);
         *dampers = masses::damped(parameters, bodies);
         lost.clear();
-        lost.extend(contacts.iter().map(ContactMoment::dissipated));
+        lost.extend(contacts.iter().map(ContactInstant::dissipated));
     }
 }
 
@@ -104,7 +104,7 @@ pub struct Instant {
     /// about the kernel origin.
     pub wrenches: Vec<Wrench<f64>>,
     /// All contacts.
-    pub contacts: Vec<ContactMoment>,
+    pub contacts: Vec<ContactInstant>,
     /// Rates of the deflections of bristles, m/s.
     pub(super) bristle_rates: Vec<[f64; 3]>,
     /// Energies and powers.
@@ -169,9 +169,9 @@ impl Forward {
     pub(super) fn contacts(
         &self,
         ground: &Ground,
-        modes: &[Contact],
+        modes: &[ContactMode],
         solved: &Solved,
-    ) -> Vec<ContactMoment> {
+    ) -> Vec<ContactInstant> {
         let mut moments = Vec::with_capacity(modes.len());
         self.contacts_into(ground, modes, solved, &mut moments);
         moments
@@ -181,9 +181,9 @@ impl Forward {
     fn contacts_into(
         &self,
         ground: &Ground,
-        modes: &[Contact],
+        modes: &[ContactMode],
         solved: &Solved,
-        moments: &mut Vec<ContactMoment>,
+        moments: &mut Vec<ContactInstant>,
     ) {
         let parameters = &self.parameters;
         moments.clear();
@@ -191,7 +191,7 @@ impl Forward {
             let arms = contact.arms(parameters.pitch[contact.joint]);
             let mut load_now = solved.coupled.loads[index];
             let mut friction = [0.0; 3];
-            if modes[index] == Contact::Sticks {
+            if modes[index] == ContactMode::Sticks {
                 for &(of, place, row) in &solved.holding {
                     if of == index {
                         let first = self.topology.constraints;
@@ -215,11 +215,11 @@ impl Forward {
             }
             let limit = contact.law_towards(friction[0]).at_rest() * load_now;
             let (mut velocity, mode) = (ground.velocities[index], modes[index]);
-            if mode == Contact::Sticks && self.leaders(index).is_none() {
+            if mode == ContactMode::Sticks && self.leaders(index).is_none() {
                 // What others that stick leave of it is rounding.
                 velocity = [0.0; 3];
             }
-            moments.push(ContactMoment {
+            moments.push(ContactInstant {
                 contact: mode,
                 velocity,
                 load: load_now,
@@ -230,7 +230,12 @@ impl Forward {
     }
 
     /// Everything of a solved choice.
-    pub(super) fn instant(&self, ground: Ground, modes: &[Contact], solved: &Solved) -> Instant {
+    pub(super) fn instant(
+        &self,
+        ground: Ground,
+        modes: &[ContactMode],
+        solved: &Solved,
+    ) -> Instant {
         let mut instant = Instant::new(self);
         self.instant_into(&ground, modes, solved, &mut instant);
         instant
@@ -240,7 +245,7 @@ impl Forward {
     pub(super) fn instant_into(
         &self,
         ground: &Ground,
-        modes: &[Contact],
+        modes: &[ContactMode],
         solved: &Solved,
         instant: &mut Instant,
     ) {

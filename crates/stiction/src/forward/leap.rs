@@ -20,7 +20,7 @@ use super::ground::Ground;
 use super::inputs::Inputs;
 use super::masses::{damped, power_of_loads};
 use super::rows::Rows;
-use super::rub::{Contact, is_smooth, norm};
+use super::rub::{ContactMode, is_smooth, norm};
 use super::solve::Unsolved;
 use crate::friction::{Bristles, Law};
 use crate::kinematics::{State, Target};
@@ -35,7 +35,7 @@ const SLACK: f64 = 1e-3;
 pub(super) struct Leap {
     /// Not yet projected.
     pub(super) state: State<f64>,
-    pub(super) modes: Vec<Contact>,
+    pub(super) modes: Vec<ContactMode>,
     pub(super) bristles: Vec<[f64; 3]>,
     /// Of the surfaces at the end, m/s.
     pub(super) velocities: Vec<[f64; 3]>,
@@ -124,7 +124,7 @@ impl Forward {
         time: f64,
         step: f64,
         from: &State<f64>,
-        (modes, bristles, near): (&[Contact], &[[f64; 3]], &[[f64; 3]]),
+        (modes, bristles, near): (&[ContactMode], &[[f64; 3]], &[[f64; 3]]),
         inputs: &mut dyn Inputs,
     ) -> Result<Leap, ForwardError> {
         let (topology, parameters) = (&self.topology, &self.parameters);
@@ -147,7 +147,7 @@ impl Forward {
         let scene = self.scene(&ground);
         let balance = Balance::new(&scene, rows)
             .map_err(|m| self.unsolved(time, Unsolved::Massless(m.body)))?;
-        let smooth = vec![Contact::Sticks; modes.len()];
+        let smooth = vec![ContactMode::Sticks; modes.len()];
         let (_, efforts) = self.acting(&ground, &smooth);
         let base = balance.respond(&scene, &efforts, true);
         let (mut members, mut units) = (Vec::new(), Vec::new());
@@ -215,7 +215,7 @@ impl Forward {
         &self,
         ground: &Ground,
         contact: usize,
-        mode: Contact,
+        mode: ContactMode,
         deflection: [f64; 3],
         step: f64,
     ) -> Kind {
@@ -231,7 +231,7 @@ impl Forward {
             return Kind::Smooth(Box::new(Regularised { contact: content.clone() }));
         }
         let speed = norm(velocity);
-        let slides = matches!(mode, Contact::Slides(_)) && speed > 0.0;
+        let slides = matches!(mode, ContactMode::Slides(_)) && speed > 0.0;
         let coefficient = |law: &Law| {
             if is_smooth(content) {
                 0.0
@@ -251,7 +251,7 @@ impl Forward {
         from: &State<f64>,
         step: f64,
         (members, found, free_rate): (&[Member], &Found, f64),
-        (before, balance, response): (&[Contact], Balance, Response),
+        (before, balance, response): (&[ContactMode], Balance, Response),
     ) -> Leap {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let count = before.len();
@@ -292,10 +292,10 @@ impl Forward {
             }
             modes[contact] = if *holds {
                 velocities[contact] = [0.0; 3];
-                Contact::Sticks
+                ContactMode::Sticks
             } else {
                 match mode_of(&found.rates[member.places.clone()], 0.0) {
-                    Contact::AtLimit(direction) => Contact::Slides(direction),
+                    ContactMode::AtLimit(direction) => ContactMode::Slides(direction),
                     other => other,
                 }
             };

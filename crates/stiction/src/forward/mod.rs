@@ -30,8 +30,8 @@ mod surface;
 pub use error::{Competitor, ForwardError};
 pub use initial::Known;
 pub use inputs::{ConstantEfforts, Inputs, View};
-pub use instant::{Account, ContactMoment, Instant};
-pub use rub::Contact;
+pub use instant::{Account, ContactInstant, Instant};
+pub use rub::ContactMode;
 pub use simulation::{Checkpoint, Energies, Event, EventKind, Method, Settings, Simulation};
 
 use crate::kinematics::{Assembly, Coordinate, State, Target, column_scales};

@@ -8,7 +8,7 @@ use crate::spatial::Wrench;
 
 /// What a contact does at the moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Contact {
+pub enum ContactMode {
     /// Friction is a smooth function of velocity and inner state: regularised, viscous alone, or with
     /// bristles.
     Smooth,
@@ -58,19 +58,19 @@ pub(super) fn is_smooth(contact: &ContactParameters<f64>) -> bool {
 pub(super) fn rub(
     contact: &ContactParameters<f64>,
     pitch: f64,
-    mode: Contact,
+    mode: ContactMode,
     velocity: [f64; 3],
     bristles: [f64; 3],
 ) -> Rub {
     let single = contact.shape.has_one_freedom();
     let speed = norm(velocity);
     let direction = match mode {
-        Contact::Sticks => return Rub::none(),
-        Contact::Slides(direction) if single || speed == 0.0 => direction,
-        Contact::AtLimit(direction) => direction,
+        ContactMode::Sticks => return Rub::none(),
+        ContactMode::Slides(direction) if single || speed == 0.0 => direction,
+        ContactMode::AtLimit(direction) => direction,
         _ if single => [if velocity[0] < 0.0 { -1.0 } else { 1.0 }, 0.0, 0.0],
         // Beyond a reversal it keeps its sense for the rest of a step, as contacts with one freedom do.
-        Contact::Slides(before) if dot(velocity, before) < 0.0 => velocity.map(|v| -v / speed),
+        ContactMode::Slides(before) if dot(velocity, before) < 0.0 => velocity.map(|v| -v / speed),
         _ if speed > 0.0 => velocity.map(|v| v / speed),
         _ => [0.0; 3],
     };
@@ -79,14 +79,16 @@ pub(super) fn rub(
     let law = contact.law_towards(direction[0]);
     let resistance = match mode {
         // Where nothing holds it any more it begins to slide within a step.
-        Contact::AtLimit(_) if along > 0.0 && law.slides_as_at_its_limit() => law.sliding(along),
-        Contact::AtLimit(_) => {
+        ContactMode::AtLimit(_) if along > 0.0 && law.slides_as_at_its_limit() => {
+            law.sliding(along)
+        }
+        ContactMode::AtLimit(_) => {
             crate::friction::Resistance { coefficient: law.at_rest(), viscous: 0.0 }
         }
         _ => law.sliding(along),
     };
     let mut per_load = direction.map(|d| d * resistance.coefficient);
-    if let (Some(own), Contact::Smooth) = (&law.bristles, mode) {
+    if let (Some(own), ContactMode::Smooth) = (&law.bristles, mode) {
         let rate = bristle_rate(contact, velocity, bristles);
         for i in 0..3 {
             per_load[i] = own.coefficient(bristles[i], rate[i]);

@@ -6,7 +6,7 @@ use super::coupling::{Coupled, Coupling, Lost, Site};
 use super::error::{Competitor, ForwardError};
 use super::ground::Ground;
 use super::rows::Held;
-use super::rub::{Contact, Rub, rub};
+use super::rub::{ContactMode, Rub, rub};
 use crate::kinematics::Target;
 use crate::spatial::Wrench;
 
@@ -37,7 +37,7 @@ impl Forward {
     pub(super) fn held(
         &self,
         targets: &[Target<f64>],
-        modes: &[Contact],
+        modes: &[ContactMode],
         grips: &[f64],
         shares: &[[f64; 3]],
     ) -> (Vec<Held>, Vec<(usize, usize, usize)>) {
@@ -50,7 +50,7 @@ impl Forward {
     pub(super) fn held_into(
         &self,
         targets: &[Target<f64>],
-        modes: &[Contact],
+        modes: &[ContactMode],
         (grips, shares): (&[f64], &[[f64; 3]]),
         held: &mut Vec<Held>,
         holding: &mut Vec<(usize, usize, usize)>,
@@ -69,7 +69,7 @@ impl Forward {
             });
         }
         for (index, (contact, mode)) in self.parameters.contacts.iter().zip(modes).enumerate() {
-            if *mode != Contact::Sticks {
+            if *mode != ContactMode::Sticks {
                 continue;
             }
             for (place, freedom) in contact.shape.freedoms().enumerate() {
@@ -92,7 +92,7 @@ impl Forward {
     pub(super) fn acting(
         &self,
         ground: &Ground,
-        modes: &[Contact],
+        modes: &[ContactMode],
     ) -> (Vec<Rub>, Vec<(usize, Wrench<f64>)>) {
         let (mut rubs, mut efforts) = (Vec::new(), Vec::new());
         self.acting_into(ground, modes, &mut rubs, &mut efforts);
@@ -103,7 +103,7 @@ impl Forward {
     fn acting_into(
         &self,
         ground: &Ground,
-        modes: &[Contact],
+        modes: &[ContactMode],
         rubs: &mut Vec<Rub>,
         efforts: &mut Vec<(usize, Wrench<f64>)>,
     ) {
@@ -144,7 +144,7 @@ impl Forward {
     pub(super) fn solve(
         &self,
         ground: &Ground,
-        modes: &[Contact],
+        modes: &[ContactMode],
         known: Option<&[f64]>,
         measure: bool,
     ) -> Result<Solved, Unsolved> {
@@ -157,7 +157,7 @@ impl Forward {
     pub(super) fn solve_into(
         &self,
         ground: &Ground,
-        modes: &[Contact],
+        modes: &[ContactMode],
         known: Option<&[f64]>,
         measure: bool,
         solved: &mut Solved,
@@ -175,7 +175,7 @@ impl Forward {
     pub(super) fn couple(
         &self,
         ground: &Ground,
-        modes: &[Contact],
+        modes: &[ContactMode],
         known: Option<&[f64]>,
         measure: bool,
         solved: &mut Solved,
@@ -202,7 +202,7 @@ impl Forward {
     pub(super) fn others(
         &self,
         ground: &Ground,
-        modes: &[Contact],
+        modes: &[ContactMode],
         solved: &mut Solved,
     ) -> Vec<Competitor> {
         let Solved { coupled, balance, rubs, coupling, scratch, .. } = solved;

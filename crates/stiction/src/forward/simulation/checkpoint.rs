@@ -7,8 +7,8 @@ use crate::forward::error::ForwardError;
 use crate::forward::instant::Instant;
 use crate::forward::integrator::Steps;
 use crate::forward::project::Anchor;
-use crate::forward::rub::Contact;
-use crate::forward::{Account, ContactMoment, Energies, Forward};
+use crate::forward::rub::ContactMode;
+use crate::forward::{Account, ContactInstant, Energies, Forward};
 use crate::kinematics::{Bodies, State};
 use crate::spatial::{Mat3, Pose, Twist, Vec3, Wrench};
 
@@ -94,20 +94,20 @@ impl Tape<'_> {
         *x = some.then_some(number);
     }
 
-    fn mode(&mut self, mode: &mut Contact) {
+    fn mode(&mut self, mode: &mut ContactMode) {
         let (mut kind, mut direction) = match *mode {
-            Contact::Smooth => (0, [0.0; 3]),
-            Contact::Slides(d) => (1, d),
-            Contact::Sticks => (2, [0.0; 3]),
-            Contact::AtLimit(d) => (3, d),
+            ContactMode::Smooth => (0, [0.0; 3]),
+            ContactMode::Slides(d) => (1, d),
+            ContactMode::Sticks => (2, [0.0; 3]),
+            ContactMode::AtLimit(d) => (3, d),
         };
         self.count(&mut kind);
         self.numbers(&mut direction);
         *mode = match kind {
-            0 => Contact::Smooth,
-            1 => Contact::Slides(direction),
-            2 => Contact::Sticks,
-            _ => Contact::AtLimit(direction),
+            0 => ContactMode::Smooth,
+            1 => ContactMode::Slides(direction),
+            2 => ContactMode::Sticks,
+            _ => ContactMode::AtLimit(direction),
         };
     }
 }
@@ -203,8 +203,8 @@ impl Forward {
     ) -> Result<Simulation<'_>, ForwardError> {
         let topology = &self.topology;
         let (joints, contacts) = (topology.joint_types.len(), self.parameters.contacts.len());
-        let moment = ContactMoment {
-            contact: Contact::Smooth,
+        let moment = ContactInstant {
+            contact: ContactMode::Smooth,
             velocity: [0.0; 3],
             load: 0.0,
             friction: [0.0; 3],
@@ -237,7 +237,7 @@ impl Forward {
             model: self,
             settings,
             now,
-            modes: vec![Contact::Smooth; contacts],
+            modes: vec![ContactMode::Smooth; contacts],
             anchors: Vec::new(),
             frozen: vec![false; topology.freedoms()],
             bristles: vec![[0.0; 3]; contacts],

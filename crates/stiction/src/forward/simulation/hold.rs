@@ -4,7 +4,7 @@ use super::{Event, EventKind, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::project::Anchor;
-use crate::forward::rub::Contact;
+use crate::forward::rub::ContactMode;
 use crate::topology::Role;
 
 impl Simulation<'_> {
@@ -41,7 +41,7 @@ impl Simulation<'_> {
         let model = self.model;
         self.room.conditions_hold = false;
         let sticks: Vec<usize> =
-            (0..self.modes.len()).filter(|&c| self.modes[c] == Contact::Sticks).collect();
+            (0..self.modes.len()).filter(|&c| self.modes[c] == ContactMode::Sticks).collect();
         (self.anchors, self.frozen) = self.holds_of(&sticks);
         if sticks.is_empty() {
             self.told_of_shares = 0;

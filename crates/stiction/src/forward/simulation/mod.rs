@@ -34,7 +34,7 @@ use super::inputs::{Angle, Inputs};
 use super::integrator::Steps;
 use super::project::Anchor;
 use crate::forward::instant::Instant;
-use crate::forward::rub::Contact;
+use crate::forward::rub::ContactMode;
 use work::Work;
 
 /// Contacts slower than this part of the fastest rest.
@@ -46,7 +46,7 @@ pub struct Simulation<'a> {
     model: &'a Forward,
     settings: Settings,
     now: Instant,
-    modes: Vec<Contact>,
+    modes: Vec<ContactMode>,
     anchors: Vec<Anchor>,
     frozen: Vec<bool>,
     bristles: Vec<[f64; 3]>,
@@ -93,7 +93,7 @@ impl Simulation<'_> {
     }
 
     /// What each contact does.
-    pub fn contacts(&self) -> &[Contact] {
+    pub fn contacts(&self) -> &[ContactMode] {
         &self.modes
     }
 

@@ -9,7 +9,7 @@ use super::work::Work;
 use super::{Event, EventKind, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
-use crate::forward::instant::ContactMoment;
+use crate::forward::instant::ContactInstant;
 use crate::spatial::Wrench;
 
 /// Conditions that are nearer to dependent than this are looked at closely.
@@ -81,7 +81,7 @@ impl Simulation<'_> {
             let rate = found.bodies.actuator_rate(topology, topology.actuators[index]);
             *power = found.drives[index] * rate;
         }
-        found.account.contacts = found.contacts.iter().map(ContactMoment::dissipated).collect();
+        found.account.contacts = found.contacts.iter().map(ContactInstant::dissipated).collect();
         self.now = found;
         Ok(())
     }

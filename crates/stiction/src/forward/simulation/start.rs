@@ -7,7 +7,7 @@ use crate::forward::Forward;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::{Inputs, View};
 use crate::forward::integrator::Steps;
-use crate::forward::rub::{Contact, is_smooth, norm};
+use crate::forward::rub::{ContactMode, is_smooth, norm};
 use crate::forward::stick::Choice;
 use crate::kinematics::{Bodies, State};
 
@@ -100,16 +100,16 @@ impl<'a> Simulation<'a> {
             let velocity = ground.velocities[index];
             let speed = norm(velocity);
             modes.push(if is_smooth(contact) {
-                Contact::Smooth
+                ContactMode::Smooth
             } else if speed <= REST * fastest {
                 if let Some(led) = model.led(index, (time, fastest), inputs) {
                     led
                 } else {
                     resting.push(index);
-                    Contact::Sticks
+                    ContactMode::Sticks
                 }
             } else {
-                Contact::Slides(velocity.map(|v| v / speed))
+                ContactMode::Slides(velocity.map(|v| v / speed))
             });
         }
         let in_steps = settings.method == Method::TimeStepping;

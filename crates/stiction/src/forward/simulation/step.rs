@@ -10,7 +10,7 @@ use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use crate::forward::integrator::Tolerance;
-use crate::forward::rub::{Contact, norm};
+use crate::forward::rub::{ContactMode, norm};
 
 /// Conditions that are as close to dependent as this: stages of steps are moved onto the loops, too.
 const NEAR_SINGULAR: f64 = 0.2;
@@ -253,7 +253,7 @@ impl Simulation<'_> {
     /// Directions of balls and plates are taken afresh at the start of each step.
     pub(super) fn look_along(&mut self) {
         for (contact, mode) in self.modes.iter_mut().enumerate() {
-            if let Contact::Slides(direction) = mode
+            if let ContactMode::Slides(direction) = mode
                 && !self.model.parameters.contacts[contact].shape.has_one_freedom()
             {
                 let velocity = self.now.contacts[contact].velocity;

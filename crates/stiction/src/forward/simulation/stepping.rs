@@ -5,10 +5,10 @@ use super::{Event, EventKind, Method, Simulation};
 use crate::forward::Forward;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
-use crate::forward::instant::{Account, ContactMoment, Instant};
+use crate::forward::instant::{Account, ContactInstant, Instant};
 use crate::forward::leap::{Leap, Work};
 use crate::forward::project::Anchor;
-use crate::forward::rub::{Contact, norm};
+use crate::forward::rub::{ContactMode, norm};
 use crate::kinematics::State;
 use crate::mechanism::JointId;
 use crate::parameters::Parameters;
@@ -52,7 +52,7 @@ impl Simulation<'_> {
 
     /// Whether an error of the event-driven method is a reason to go on in steps.
     pub(super) fn may_step(&self, error: &ForwardError) -> bool {
-        let holds = |c: &Contact| matches!(c, Contact::Sticks | Contact::AtLimit(_));
+        let holds = |c: &ContactMode| matches!(c, ContactMode::Sticks | ContactMode::AtLimit(_));
         self.settings.method == Method::Automatic
             && self.stepping.is_none()
             && match error {
@@ -89,8 +89,9 @@ impl Simulation<'_> {
     }
 
     /// Anchors and frozen freedoms where these contacts stick; what stuck before keeps its place.
-    fn places_of(&self, before: &[Contact], after: &[Contact]) -> (Vec<Anchor>, Vec<bool>) {
-        let still = |c: &usize| before[*c] == Contact::Sticks && after[*c] == Contact::Sticks;
+    fn places_of(&self, before: &[ContactMode], after: &[ContactMode]) -> (Vec<Anchor>, Vec<bool>) {
+        let still =
+            |c: &usize| before[*c] == ContactMode::Sticks && after[*c] == ContactMode::Sticks;
         let sticks: Vec<usize> = (0..after.len()).filter(still).collect();
         let (mut anchors, frozen) = self.holds_of(&sticks);
         keep_poses(&mut anchors, &self.anchors);
@@ -103,7 +104,7 @@ impl Simulation<'_> {
         time: f64,
         step: f64,
         from: &State<f64>,
-        (modes, bristles, near): (&[Contact], &[[f64; 3]], &[[f64; 3]]),
+        (modes, bristles, near): (&[ContactMode], &[[f64; 3]], &[[f64; 3]]),
         inputs: &mut dyn Inputs,
     ) -> Result<Landed, ForwardError> {
         self.evaluations += 1;
@@ -114,7 +115,7 @@ impl Simulation<'_> {
             let held = model.leap(time, step, from, (&stands, bristles, near), inputs);
             let stays = |leap: &Leap| {
                 let each = modes.iter().zip(&stands).zip(&leap.modes);
-                each.into_iter().any(|((a, b), after)| a != b && *after == Contact::Sticks)
+                each.into_iter().any(|((a, b), after)| a != b && *after == ContactMode::Sticks)
             };
             if let Ok(held) = held
                 && stays(&held)
@@ -138,7 +139,7 @@ impl Simulation<'_> {
         model.project(time, &mut state, &targets, &anchors, &frozen)?;
         // What has come to rest is at rest in the new position, too.
         let all: Vec<usize> =
-            (0..leap.modes.len()).filter(|&c| leap.modes[c] == Contact::Sticks).collect();
+            (0..leap.modes.len()).filter(|&c| leap.modes[c] == ContactMode::Sticks).collect();
         let (_, frozen) = self.holds_of(&all);
         model.project(time, &mut state, &targets, &anchors, &frozen)?;
         if !state.coordinates.iter().chain(&state.rates).all(|x| x.is_finite()) {
@@ -149,17 +150,22 @@ impl Simulation<'_> {
 
     /// What contacts do if those that turn back within a step are thought to stand: for an instant they do, and if
     /// friction at rest holds them there they stay. None where friction at rest is no more than in sliding.
-    fn stands_while_it_turns(&self, modes: &[Contact], leap: &Leap) -> Option<Vec<Contact>> {
+    fn stands_while_it_turns(
+        &self,
+        modes: &[ContactMode],
+        leap: &Leap,
+    ) -> Option<Vec<ContactMode>> {
         let mut stands = modes.to_vec();
         for (contact, mode) in stands.iter_mut().enumerate() {
-            let (Contact::Slides(before), Contact::Slides(after)) = (*mode, leap.modes[contact])
+            let (ContactMode::Slides(before), ContactMode::Slides(after)) =
+                (*mode, leap.modes[contact])
             else {
                 continue;
             };
             let turns = before.iter().zip(after).map(|(a, b)| a * b).sum::<f64>() < 0.0;
             let law = self.model.parameters.contacts[contact].law_towards(after[0]);
             if turns && law.at_rest() > law.coefficient(norm(leap.velocities[contact])) {
-                *mode = Contact::Sticks;
+                *mode = ContactMode::Sticks;
             }
         }
         (stands != modes).then_some(stands)
@@ -268,7 +274,7 @@ impl Simulation<'_> {
         time: f64,
         half: f64,
         from: &State<f64>,
-        (modes, bristles): (&[Contact], &[[f64; 3]]),
+        (modes, bristles): (&[ContactMode], &[[f64; 3]]),
         inputs: &mut dyn Inputs,
     ) -> Result<(Landed, Landed, Landed), ForwardError> {
         let near: Vec<[f64; 3]> = self.now.contacts.iter().map(|c| c.friction).collect();
@@ -312,7 +318,7 @@ impl Simulation<'_> {
         self.energies.turnover += (self.now.account.potential - before).abs();
         // What stuck before is held where it was, what sticks now where it is.
         let sticks: Vec<usize> =
-            (0..self.modes.len()).filter(|&c| self.modes[c] == Contact::Sticks).collect();
+            (0..self.modes.len()).filter(|&c| self.modes[c] == ContactMode::Sticks).collect();
         let (mut all, _) = self.holds_of(&sticks);
         keep_poses(&mut all, &anchors);
         self.anchors = all;
@@ -370,11 +376,11 @@ impl Forward {
         let (mut state, mut bodies) = (ground.state, ground.bodies);
         state.accelerations = accelerations;
         bodies.accelerate(topology, &state.accelerations);
-        let contacts: Vec<ContactMoment> = parameters
+        let contacts: Vec<ContactInstant> = parameters
             .contacts
             .iter()
             .enumerate()
-            .map(|(k, contact)| ContactMoment {
+            .map(|(k, contact)| ContactInstant {
                 contact: leap.modes[k],
                 velocity: leap.velocities[k],
                 load: leap.loads[k],

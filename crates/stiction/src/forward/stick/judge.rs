@@ -2,7 +2,7 @@
 
 use crate::forward::Forward;
 use crate::forward::ground::Ground;
-use crate::forward::rub::{Contact, norm};
+use crate::forward::rub::{ContactMode, norm};
 use crate::forward::solve::{Solved, Unsolved};
 
 /// Friction may exceed its limit by this part: rounding of reactions.
@@ -13,7 +13,7 @@ pub(super) enum Verdict {
     /// It satisfies all laws.
     Stands(Box<Solved>),
     /// This contact does something else.
-    Change(usize, Contact),
+    Change(usize, ContactMode),
 }
 
 impl Forward {
@@ -22,29 +22,29 @@ impl Forward {
     pub(super) fn judge(
         &self,
         ground: &Ground,
-        trial: &mut [Contact],
+        trial: &mut [ContactMode],
         resting: &[usize],
     ) -> Result<Verdict, Unsolved> {
         let (mut solved, turned) = self.turn(ground, trial, resting)?;
         if let Some(contact) = turned {
-            return Ok(Verdict::Change(contact, Contact::Sticks));
+            return Ok(Verdict::Change(contact, ContactMode::Sticks));
         }
         let accelerated = self.accelerated_by(ground, &solved);
         let begins = |c: usize| self.begins(&accelerated, &solved, c).is_some();
-        let lets_go = |c: &usize| matches!(trial[*c], Contact::AtLimit(_)) && begins(*c);
+        let lets_go = |c: &usize| matches!(trial[*c], ContactMode::AtLimit(_)) && begins(*c);
         let slides: Vec<usize> = resting.iter().copied().filter(lets_go).collect();
         if !slides.is_empty() {
             // Sliding friction from here on; with less friction it slides all the more.
             let kept = trial.to_vec();
             for &contact in &slides {
-                if let Contact::AtLimit(direction) = trial[contact] {
-                    trial[contact] = Contact::Slides(direction);
+                if let ContactMode::AtLimit(direction) = trial[contact] {
+                    trial[contact] = ContactMode::Slides(direction);
                 }
             }
             let (again, turned) = self.turn(ground, trial, resting)?;
             if let Some(contact) = turned {
                 trial.copy_from_slice(&kept);
-                return Ok(Verdict::Change(contact, Contact::Sticks));
+                return Ok(Verdict::Change(contact, ContactMode::Sticks));
             }
             solved = again;
         }
@@ -57,7 +57,7 @@ impl Forward {
             Some((contact, friction)) => {
                 // Friction has the sense of the sliding that it resists.
                 let size = norm(friction);
-                Verdict::Change(contact, Contact::AtLimit(friction.map(|f| f / size)))
+                Verdict::Change(contact, ContactMode::AtLimit(friction.map(|f| f / size)))
             }
         })
     }
@@ -65,10 +65,15 @@ impl Forward {
     /// What lets go where its load grows steadily does so without acceleration. If it rubs less in sliding than at
     /// rest it has one all the same: friction at the limit is that of the instant before. Those contacts slide from
     /// here on; none where others hold them.
-    fn weaken(&self, ground: &Ground, trial: &mut [Contact], resting: &[usize]) -> Option<Solved> {
+    fn weaken(
+        &self,
+        ground: &Ground,
+        trial: &mut [ContactMode],
+        resting: &[usize],
+    ) -> Option<Solved> {
         let mut weak = resting.to_vec();
         weak.retain(|&c| match trial[c] {
-            Contact::AtLimit(d) => {
+            ContactMode::AtLimit(d) => {
                 !self.parameters.contacts[c].law_towards(d[0]).slides_as_at_its_limit()
             }
             _ => false,
@@ -76,8 +81,8 @@ impl Forward {
         while !weak.is_empty() {
             let mut slides = trial.to_vec();
             for &contact in &weak {
-                if let Contact::AtLimit(direction) = trial[contact] {
-                    slides[contact] = Contact::Slides(direction);
+                if let ContactMode::AtLimit(direction) = trial[contact] {
+                    slides[contact] = ContactMode::Slides(direction);
                 }
             }
             let (solved, turned) = self.turn(ground, &mut slides, resting).ok()?;
@@ -100,7 +105,7 @@ impl Forward {
     pub(super) fn beyond(
         &self,
         ground: &Ground,
-        trial: &[Contact],
+        trial: &[ContactMode],
         solved: &Solved,
         resting: &[usize],
     ) -> Option<(usize, [f64; 3])> {
@@ -111,7 +116,7 @@ impl Forward {
             {
                 return Some((contact, way));
             }
-            let held = resting.iter().filter(|&&contact| trial[contact] == Contact::Sticks);
+            let held = resting.iter().filter(|&&contact| trial[contact] == ContactMode::Sticks);
             let accelerated = self.accelerated_by(ground, solved);
             let begins = |c: usize| self.begins(&accelerated, solved, c).map(|begins| (c, begins));
             let mut moving = held.filter_map(|&c| begins(c));
@@ -122,7 +127,7 @@ impl Forward {
         let contacts = self.contacts(ground, trial, solved);
         let mut worst: Option<(f64, usize)> = None;
         for &contact in resting {
-            if trial[contact] != Contact::Sticks {
+            if trial[contact] != ContactMode::Sticks {
                 continue;
             }
             let moment = &contacts[contact];

@@ -14,7 +14,7 @@ use super::Forward;
 use super::error::ForwardError;
 use super::ground::Ground;
 use super::guess::Guess;
-use super::rub::{Contact, norm};
+use super::rub::{ContactMode, norm};
 use super::solve::{Solved, Unsolved};
 use judge::Verdict;
 use std::collections::HashSet;
@@ -35,7 +35,7 @@ const ALIGNED: f64 = 1e-6;
 
 /// A choice that satisfies all laws.
 pub(super) struct Choice {
-    pub(super) modes: Vec<Contact>,
+    pub(super) modes: Vec<ContactMode>,
     pub(super) solved: Solved,
 }
 
@@ -44,7 +44,7 @@ impl Forward {
     pub(super) fn choose(
         &self,
         ground: &mut Ground,
-        modes: &[Contact],
+        modes: &[ContactMode],
         resting: &[usize],
     ) -> Result<Choice, ForwardError> {
         let permanent = self.grip(ground, modes, resting);
@@ -95,12 +95,12 @@ impl Forward {
 
     /// How much friction each contact at rest can bear, from the loads where all of them slide without it.
     /// Also how many constraints are redundant then.
-    fn grip(&self, ground: &mut Ground, modes: &[Contact], resting: &[usize]) -> usize {
+    fn grip(&self, ground: &mut Ground, modes: &[ContactMode], resting: &[usize]) -> usize {
         let contacts = &self.parameters.contacts;
         ground.grips = vec![1.0; contacts.len()];
         let mut free = modes.to_vec();
         for &contact in resting {
-            free[contact] = Contact::AtLimit([0.0; 3]);
+            free[contact] = ContactMode::AtLimit([0.0; 3]);
         }
         let Ok(solved) = self.solve(ground, &free, None, false) else { return 0 };
         let redundant = solved.balance.spread.stresses.len();
@@ -133,16 +133,16 @@ impl Forward {
     fn as_it_is(&self, ground: &Ground, guess: &Guess, resting: &[usize]) -> Option<Choice> {
         let mut modes = guess.modes.clone();
         for &contact in resting {
-            if let Contact::AtLimit(direction) = modes[contact] {
-                modes[contact] = Contact::Slides(direction);
+            if let ContactMode::AtLimit(direction) = modes[contact] {
+                modes[contact] = ContactMode::Slides(direction);
             }
         }
         let solved = self.solve(ground, &modes, Some(&guess.loads), true).ok()?;
         let accelerated = self.accelerated_by(ground, &solved);
         for &contact in resting {
-            let Contact::Slides(direction) = modes[contact] else { continue };
+            let ContactMode::Slides(direction) = modes[contact] else { continue };
             let Some(begins) = self.begins(&accelerated, &solved, contact) else {
-                modes[contact] = Contact::AtLimit(direction);
+                modes[contact] = ContactMode::AtLimit(direction);
                 continue;
             };
             let size = norm(begins);
@@ -158,7 +158,7 @@ impl Forward {
     fn improve(
         &self,
         ground: &Ground,
-        mut trial: Vec<Contact>,
+        mut trial: Vec<ContactMode>,
         resting: &[usize],
     ) -> Result<Choice, Stuck> {
         let mut seen = HashSet::new();
@@ -183,7 +183,7 @@ impl Forward {
     fn look_through(
         &self,
         ground: &Ground,
-        modes: &[Contact],
+        modes: &[ContactMode],
         resting: &[usize],
     ) -> Option<Choice> {
         let count = resting.len() as u32;
@@ -208,9 +208,9 @@ impl Forward {
             let mut trial = modes.to_vec();
             for &contact in resting {
                 trial[contact] = match number % 3 {
-                    0 => Contact::Sticks,
-                    1 => Contact::AtLimit([1.0, 0.0, 0.0]),
-                    _ => Contact::AtLimit([-1.0, 0.0, 0.0]),
+                    0 => ContactMode::Sticks,
+                    1 => ContactMode::AtLimit([1.0, 0.0, 0.0]),
+                    _ => ContactMode::AtLimit([-1.0, 0.0, 0.0]),
                 };
                 number /= 3;
             }
@@ -223,10 +223,10 @@ impl Forward {
 }
 
 /// All contacts at rest sticking.
-fn trial_of(modes: &[Contact], resting: &[usize]) -> Vec<Contact> {
+fn trial_of(modes: &[ContactMode], resting: &[usize]) -> Vec<ContactMode> {
     let mut trial = modes.to_vec();
     for &contact in resting {
-        trial[contact] = Contact::Sticks;
+        trial[contact] = ContactMode::Sticks;
     }
     trial
 }
@@ -237,10 +237,10 @@ struct Stuck {
     unsolved: Option<Unsolved>,
 }
 
-fn pattern(modes: &[Contact], resting: &[usize]) -> Vec<i64> {
+fn pattern(modes: &[ContactMode], resting: &[usize]) -> Vec<i64> {
     let of = |contact: &usize| match modes[*contact] {
-        Contact::Smooth | Contact::Sticks => 0,
-        Contact::Slides(d) | Contact::AtLimit(d) => {
+        ContactMode::Smooth | ContactMode::Sticks => 0,
+        ContactMode::Slides(d) | ContactMode::AtLimit(d) => {
             1 + d.iter().fold(0, |sum, x| 1000 * sum + (x * 400.0).round() as i64 + 400)
         }
     };

@@ -2,7 +2,7 @@
 
 use crate::forward::Forward;
 use crate::forward::ground::Ground;
-use crate::forward::rub::{Contact, norm};
+use crate::forward::rub::{ContactMode, norm};
 use crate::forward::solve::{Solved, Unsolved};
 use crate::kinematics::Bodies;
 use nalgebra::{Matrix3, Vector3};
@@ -20,7 +20,7 @@ impl Forward {
     pub(super) fn turn(
         &self,
         ground: &Ground,
-        trial: &mut [Contact],
+        trial: &mut [ContactMode],
         resting: &[usize],
     ) -> Result<(Solved, Option<usize>), Unsolved> {
         for pass in 0..TURNS {
@@ -28,7 +28,8 @@ impl Forward {
             let accelerated = self.accelerated_by(ground, &solved);
             let mut turned = 0.0_f64;
             for &contact in resting {
-                let (Contact::AtLimit(direction) | Contact::Slides(direction)) = trial[contact]
+                let (ContactMode::AtLimit(direction) | ContactMode::Slides(direction)) =
+                    trial[contact]
                 else {
                     continue;
                 };
@@ -44,8 +45,8 @@ impl Forward {
                 let next = self.direction(ground, &solved, contact, begins);
                 turned = turned.max(norm([0, 1, 2].map(|i| next[i] - direction[i])));
                 trial[contact] = match trial[contact] {
-                    Contact::Slides(_) => Contact::Slides(next),
-                    _ => Contact::AtLimit(next),
+                    ContactMode::Slides(_) => ContactMode::Slides(next),
+                    _ => ContactMode::AtLimit(next),
                 };
             }
             if turned < TURNED || pass + 1 == TURNS {
