@@ -7,9 +7,9 @@
 use super::Forward;
 use super::balance::{Balance, Response};
 use super::cone::{Cone, Dry, Kind, Member, mode_of};
-use super::ground::Ground;
 use super::rows::Rows;
 use super::rub::{ContactMode, norm};
+use super::situation::Situation;
 
 /// Accelerations below this part are none.
 const NONE: f64 = 1e-9;
@@ -36,21 +36,21 @@ impl Forward {
     /// where nothing is found.
     pub(super) fn guess(
         &self,
-        ground: &Ground,
+        situation: &Situation,
         modes: &[ContactMode],
         resting: &[usize],
         bound: f64,
     ) -> Option<Guess> {
-        let (parameters, bodies) = (&self.parameters, &ground.bodies);
+        let (parameters, bodies) = (&self.parameters, &situation.bodies);
         let mut free = modes.to_vec();
         for &contact in resting {
             free[contact] = ContactMode::AtLimit([0.0; 3]);
         }
-        let scene = self.scene(ground);
-        let (held, _) = self.held(&ground.targets, &free, &ground.grips, &ground.shares);
+        let scene = self.scene(situation);
+        let (held, _) = self.held(&situation.targets, &free, &situation.grips, &situation.shares);
         let rows = Rows::new(&self.topology, parameters, bodies, &held);
         let balance = Balance::new(&scene, rows).ok()?;
-        let (rubs, mut known) = self.acting(ground, &free);
+        let (rubs, mut known) = self.acting(situation, &free);
         let mut members = Vec::new();
         let mut units: Vec<Response> = Vec::new();
         for &contact in resting {

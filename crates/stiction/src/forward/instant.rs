@@ -1,9 +1,9 @@
 //! Everything at one instant: accelerations, reactions, friction, powers.
 
 use super::Forward;
-use super::ground::Ground;
 use super::masses::{self, Masses};
 use super::rub::{ContactMode, bristle_rate, dot, load, norm};
+use super::situation::Situation;
 use super::solve::Solved;
 use crate::friction::OwnFriction;
 use crate::kinematics::{Bodies, State};
@@ -168,19 +168,19 @@ impl Forward {
     /// The friction at the surface and the load of each contact of a solved choice.
     pub(super) fn contacts(
         &self,
-        ground: &Ground,
+        situation: &Situation,
         modes: &[ContactMode],
         solved: &Solved,
     ) -> Vec<ContactInstant> {
         let mut moments = Vec::with_capacity(modes.len());
-        self.contacts_into(ground, modes, solved, &mut moments);
+        self.contacts_into(situation, modes, solved, &mut moments);
         moments
     }
 
     /// The same in the room that is there.
     fn contacts_into(
         &self,
-        ground: &Ground,
+        situation: &Situation,
         modes: &[ContactMode],
         solved: &Solved,
         moments: &mut Vec<ContactInstant>,
@@ -205,7 +205,7 @@ impl Forward {
                     direction: friction[0].signum(),
                 };
                 let wrench = solved.coupled.response.wrenches[contact.joint];
-                load_now = load(parameters, &ground.bodies, contact, own, wrench).value;
+                load_now = load(parameters, &situation.bodies, contact, own, wrench).value;
             } else {
                 let rub = &solved.rubs[index];
                 for place in 0..contact.shape.freedoms().len() {
@@ -214,7 +214,7 @@ impl Forward {
                 }
             }
             let limit = contact.law_towards(friction[0]).at_rest() * load_now;
-            let (mut velocity, mode) = (ground.velocities[index], modes[index]);
+            let (mut velocity, mode) = (situation.velocities[index], modes[index]);
             if mode == ContactMode::Sticks && self.leaders(index).is_none() {
                 // What others that stick leave of it is rounding.
                 velocity = [0.0; 3];
@@ -232,30 +232,30 @@ impl Forward {
     /// Everything of a solved choice.
     pub(super) fn instant(
         &self,
-        ground: Ground,
+        situation: Situation,
         modes: &[ContactMode],
         solved: &Solved,
     ) -> Instant {
         let mut instant = Instant::new(self);
-        self.instant_into(&ground, modes, solved, &mut instant);
+        self.instant_into(&situation, modes, solved, &mut instant);
         instant
     }
 
     /// The same in the room that is there.
     pub(super) fn instant_into(
         &self,
-        ground: &Ground,
+        situation: &Situation,
         modes: &[ContactMode],
         solved: &Solved,
         instant: &mut Instant,
     ) {
         let topology = &self.topology;
-        let Ground { efforts, loads, masses, .. } = ground;
+        let Situation { efforts, loads, masses, .. } = situation;
         let Instant { state, bodies, drives, wrenches, contacts, bristle_rates, account, .. } =
             instant;
-        self.contacts_into(ground, modes, solved, contacts);
-        state.clone_from(&ground.state);
-        bodies.clone_from(&ground.bodies);
+        self.contacts_into(situation, modes, solved, contacts);
+        state.clone_from(&situation.state);
+        bodies.clone_from(&situation.bodies);
         let response = &solved.coupled.response;
         state.accelerations.clone_from(&response.accelerations);
         for held in &solved.held {
@@ -272,17 +272,17 @@ impl Forward {
         }
         account.update(self, (masses, loads), bodies, drives, contacts);
         bristle_rates.clear();
-        let moments = self.parameters.contacts.iter().zip(&*contacts).zip(&ground.bristles);
+        let moments = self.parameters.contacts.iter().zip(&*contacts).zip(&situation.bristles);
         bristle_rates.extend(
             moments.map(|((contact, moment), z)| bristle_rate(contact, moment.velocity, *z)),
         );
         wrenches.clone_from(&response.wrenches);
-        instant.time = ground.time;
+        instant.time = situation.time;
         instant.coupling = solved.strength;
         instant.redundant = solved.balance.spread.stresses.len();
         instant.open_drives = solved.balance.spread.open_drives();
         instant.mobility = solved.balance.mobility(topology.freedoms());
         instant.distance = solved.balance.distance();
-        instant.gives_way = self.gives_way(ground, solved).map(|(contact, _)| contact);
+        instant.gives_way = self.gives_way(situation, solved).map(|(contact, _)| contact);
     }
 }

@@ -16,11 +16,11 @@ use super::Forward;
 use super::balance::{Balance, Response};
 use super::cone::{Cone, Dry, Found, Kind, Member, Smooth, mode_of};
 use super::error::ForwardError;
-use super::ground::Ground;
 use super::inputs::Inputs;
 use super::masses::{damped, power_of_loads};
 use super::rows::Rows;
 use super::rub::{ContactMode, is_smooth, norm};
+use super::situation::Situation;
 use super::solve::Unsolved;
 use crate::friction::{Bristles, Law};
 use crate::kinematics::{State, Target};
@@ -131,11 +131,11 @@ impl Forward {
         let mut middle = from.clone();
         let half: Vec<f64> = from.rates.iter().map(|v| 0.5 * step * v).collect();
         middle.advance(topology, &half);
-        let ground = self.ground(time + 0.5 * step, middle, bristles, (&[], &[]), inputs);
+        let situation = self.situation(time + 0.5 * step, middle, bristles, (&[], &[]), inputs);
         let ends = self.targets(time + step, inputs);
         let still: Vec<_> = ends.iter().map(|end| Target { acceleration: 0.0, ..*end }).collect();
         let (held, _) = self.held(&still, &[], &[], &[]);
-        let mut rows = Rows::new(topology, parameters, &ground.bodies, &held);
+        let mut rows = Rows::new(topology, parameters, &situation.bodies, &held);
         let n = topology.freedoms();
         for (index, row) in rows.rows.iter_mut().enumerate() {
             let entries = &rows.matrix[index * n..(index + 1) * n];
@@ -144,33 +144,34 @@ impl Forward {
             // At the end the row has changed by half a step's change; `right` is minus the rate of that.
             row.right = (wanted - has) / step + 0.5 * row.right;
         }
-        let scene = self.scene(&ground);
+        let scene = self.scene(&situation);
         let balance = Balance::new(&scene, rows)
             .map_err(|m| self.unsolved(time, Unsolved::Massless(m.body)))?;
         let smooth = vec![ContactMode::Sticks; modes.len()];
-        let (_, efforts) = self.acting(&ground, &smooth);
+        let (_, efforts) = self.acting(&situation, &smooth);
         let base = balance.respond(&scene, &efforts, true);
         let (mut members, mut units) = (Vec::new(), Vec::new());
         for contact in 0..modes.len() {
             let first = units.len();
-            for wrench in self.unit_frictions(&ground.bodies, contact) {
+            for wrench in self.unit_frictions(&situation.bodies, contact) {
                 let joint = parameters.contacts[contact].joint;
                 balance
                     .pushed(&scene, Some((joint, wrench)))
                     .map_err(|m| self.unsolved(time, Unsolved::Massless(m.body)))?;
                 units.push(balance.respond(&scene, &[(joint, wrench)], false));
             }
-            let kind = self.kind(&ground, contact, modes[contact], bristles[contact], step);
+            let kind = self.kind(&situation, contact, modes[contact], bristles[contact], step);
             members.push(Member { contact, places: first..units.len(), kind });
         }
         let count = units.len();
         let (mut free, mut change) = (vec![0.0; count], vec![0.0; count * count]);
-        let drifting = self.accelerated(&ground.bodies, &vec![0.0; n]);
+        let drifting = self.accelerated(&situation.bodies, &vec![0.0; n]);
         for member in &members {
             let drift = self.surface_acceleration(&drifting, member.contact);
             for (place, i) in member.places.clone().enumerate() {
-                let rate =
-                    |rates: &[f64]| self.surface_rate(&ground.bodies, rates, member.contact, place);
+                let rate = |rates: &[f64]| {
+                    self.surface_rate(&situation.bodies, rates, member.contact, place)
+                };
                 free[i] =
                     rate(&from.rates) + step * (rate(&base.accelerations) + 0.5 * drift[place]);
                 for (j, unit) in units.iter().enumerate() {
@@ -181,7 +182,7 @@ impl Forward {
         let rate = |k: usize| (from.rates[k] + step * base.accelerations[k]) / self.columns[k];
         let free_rate = (0..n).fold(0.0_f64, |m, k| m.max(rate(k).abs()));
         let mut cone =
-            Cone::new(parameters, &ground.bodies, members, free, change, (&base, &units));
+            Cone::new(parameters, &situation.bodies, members, free, change, (&base, &units));
         // What is redundant agrees to the third power of the step; projection removes the rest.
         cone.slack = SLACK;
         let start: Vec<f64> =
@@ -202,7 +203,7 @@ impl Forward {
             response.add(unit, *amount);
         }
         Ok(self.land(
-            &ground,
+            &situation,
             from,
             step,
             (&members, &found, free_rate),
@@ -213,14 +214,14 @@ impl Forward {
     /// The law of one contact at the end of a step.
     fn kind(
         &self,
-        ground: &Ground,
+        situation: &Situation,
         contact: usize,
         mode: ContactMode,
         deflection: [f64; 3],
         step: f64,
     ) -> Kind {
         let content = &self.parameters.contacts[contact];
-        let velocity = ground.velocities[contact];
+        let velocity = situation.velocities[contact];
         let law = content.law_towards(velocity[0]);
         if let Some(own) = law.bristles {
             let contact = content.clone();
@@ -247,7 +248,7 @@ impl Forward {
 
     fn land(
         &self,
-        ground: &Ground,
+        situation: &Situation,
         from: &State<f64>,
         step: f64,
         (members, found, free_rate): (&[Member], &Found, f64),
@@ -264,11 +265,11 @@ impl Forward {
         let by: Vec<f64> = mean.iter().map(|v| step * v).collect();
         state.advance(topology, &by);
         state.accelerations.clone_from(&response.accelerations);
-        let mut bodies = ground.bodies.clone();
+        let mut bodies = situation.bodies.clone();
         bodies.move_with(topology, &mean);
         let (mut modes, mut loads) = (before.to_vec(), vec![0.0; count]);
         let (mut velocities, mut frictions) = (vec![[0.0; 3]; count], vec![[0.0; 3]; count]);
-        let mut bristles = ground.bristles.clone();
+        let mut bristles = situation.bristles.clone();
         let mut work = Work { contacts: vec![0.0; count], ..Work::default() };
         for ((member, load), holds) in members.iter().zip(&found.loads).zip(&found.holds) {
             let contact = member.contact;
@@ -277,7 +278,7 @@ impl Forward {
             for (place, i) in member.places.clone().enumerate() {
                 velocities[contact][place] = found.rates[i];
                 frictions[contact][place] = found.amounts[i];
-                let rate = self.surface_rate(&ground.bodies, &mean, contact, place);
+                let rate = self.surface_rate(&situation.bodies, &mean, contact, place);
                 work.contacts[contact] += step * found.amounts[i] * rate;
             }
             if let Kind::Smooth(_) = &member.kind
@@ -300,13 +301,13 @@ impl Forward {
                 }
             };
         }
-        let mut drives = ground.efforts.clone();
+        let mut drives = situation.efforts.clone();
         for (k, &actuator) in self.prescribed.iter().enumerate() {
             drives[actuator] = response.multipliers[topology.constraints + k];
         }
         let rate = |actuator: usize| bodies.actuator_rate(topology, topology.actuators[actuator]);
         work.drives = drives.iter().enumerate().map(|(k, f)| step * f * rate(k)).collect();
-        work.loads = step * power_of_loads(&ground.loads, &bodies);
+        work.loads = step * power_of_loads(&situation.loads, &bodies);
         work.dampers = step * damped(parameters, &bodies);
         Leap {
             state,

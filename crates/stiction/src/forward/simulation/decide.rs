@@ -100,10 +100,10 @@ impl Simulation<'_> {
                 return self.reverse(contact, inputs);
             }
         }
-        let mut ground =
-            model.ground(time, state, &self.bristles, (&self.grips, &self.shares), inputs);
+        let mut situation =
+            model.situation(time, state, &self.bristles, (&self.grips, &self.shares), inputs);
         if let Some(contact) = stopped
-            && !self.takes_freedom(&ground, contact)
+            && !self.takes_freedom(&situation, contact)
         {
             return self.reverse(contact, inputs);
         }
@@ -111,7 +111,7 @@ impl Simulation<'_> {
         let mut modes = self.modes.clone();
         let mut resting = Vec::new();
         for (index, mode) in modes.iter_mut().enumerate() {
-            let speed = norm(ground.velocities[index]);
+            let speed = norm(situation.velocities[index]);
             if *mode == ContactMode::Smooth {
                 continue;
             }
@@ -124,15 +124,15 @@ impl Simulation<'_> {
                     None => resting.push(index),
                 }
             } else if matches!(mode, ContactMode::AtLimit(_)) {
-                *mode = ContactMode::Slides(ground.velocities[index].map(|v| v / speed));
+                *mode = ContactMode::Slides(situation.velocities[index].map(|v| v / speed));
             }
         }
-        let Choice { modes, solved } = model.choose(&mut ground, &modes, &resting)?;
-        self.grips.clone_from(&ground.grips);
-        self.shares.clone_from(&ground.shares);
-        self.overload = ground.overload;
+        let Choice { modes, solved } = model.choose(&mut situation, &modes, &resting)?;
+        self.grips.clone_from(&situation.grips);
+        self.shares.clone_from(&situation.shares);
+        self.overload = situation.overload;
         self.modes = modes;
-        self.now = model.instant(ground, &self.modes, &solved);
+        self.now = model.instant(situation, &self.modes, &solved);
         self.tell(&before);
         self.hold(inputs)?;
         self.look_for_others(inputs)?;
@@ -158,21 +158,21 @@ impl Simulation<'_> {
     /// contact stands while all moves on.
     pub(super) fn takes_freedom(
         &self,
-        ground: &crate::forward::ground::Ground,
+        situation: &crate::forward::situation::Situation,
         contact: usize,
     ) -> bool {
         let model = self.model;
         let mut sticks = self.modes.clone();
         sticks[contact] = ContactMode::Sticks;
         let mobility = |modes: &[ContactMode]| {
-            let (held, _) = model.held(&ground.targets, modes, &[], &[]);
+            let (held, _) = model.held(&situation.targets, modes, &[], &[]);
             let rows = crate::forward::rows::Rows::new(
                 &model.topology,
                 &model.parameters,
-                &ground.bodies,
+                &situation.bodies,
                 &held,
             );
-            let balance = crate::forward::balance::Balance::new(&model.scene(ground), rows);
+            let balance = crate::forward::balance::Balance::new(&model.scene(situation), rows);
             balance.map_or(0, |balance| balance.mobility(model.topology.freedoms()))
         };
         mobility(&sticks) < mobility(&self.modes)

@@ -91,13 +91,13 @@ impl<'a> Simulation<'a> {
             pitch,
             angles: &angles,
         });
-        let mut ground = model.ground(time, state, &bristles, (&[], &[]), inputs);
-        model.can_go_on(&ground)?;
-        let fastest = ground.velocities.iter().map(|v| norm(*v)).fold(asked, f64::max);
+        let mut situation = model.situation(time, state, &bristles, (&[], &[]), inputs);
+        model.can_go_on(&situation)?;
+        let fastest = situation.velocities.iter().map(|v| norm(*v)).fold(asked, f64::max);
         let mut modes = Vec::with_capacity(contacts.len());
         let mut resting = Vec::new();
         for (index, contact) in contacts.iter().enumerate() {
-            let velocity = ground.velocities[index];
+            let velocity = situation.velocities[index];
             let speed = norm(velocity);
             modes.push(if is_smooth(contact) {
                 ContactMode::Smooth
@@ -114,24 +114,24 @@ impl<'a> Simulation<'a> {
         }
         let in_steps = settings.method == Method::TimeStepping;
         let chosen =
-            if in_steps { None } else { Some(model.choose(&mut ground, &modes, &resting)) };
-        let (mut grips, mut shares) = (ground.grips.clone(), ground.shares.clone());
+            if in_steps { None } else { Some(model.choose(&mut situation, &modes, &resting)) };
+        let (mut grips, mut shares) = (situation.grips.clone(), situation.shares.clone());
         // Where nothing was chosen they have not been made.
         grips.resize(contacts.len(), 1.0);
         shares.resize(contacts.len(), [0.0; 3]);
-        let overload = ground.overload;
+        let overload = situation.overload;
         // Why there are no accelerations at the start.
         let mut refusal = None;
         let (now, modes, stepping) = match chosen {
             Some(Ok(Choice { modes, solved })) => {
-                (model.instant(ground, &modes, &solved), modes, false)
+                (model.instant(situation, &modes, &solved), modes, false)
             }
             // Where no accelerations were found velocities may still have a solution.
             Some(Err(error)) if !may_leap(&error, settings, resting.is_empty()) => {
                 return Err(error);
             }
             failed => {
-                let state = ground.state;
+                let state = situation.state;
                 let first = model.leap(time, FIRST, &state, (&modes, &bristles, &bristles), inputs);
                 let leap = match (first, failed) {
                     (Ok(leap), failed) => {

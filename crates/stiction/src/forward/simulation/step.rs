@@ -332,15 +332,15 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let model = self.model;
-        let Work { ground, projection, .. } = &mut *self.room;
-        let state = &mut ground.state;
+        let Work { situation, projection, .. } = &mut *self.room;
+        let state = &mut situation.state;
         let (coordinates, rest) = y.split_at_mut(state.coordinates.len());
         let rates = &mut rest[..state.rates.len()];
         state.coordinates.copy_from_slice(coordinates);
         state.rates.copy_from_slice(rates);
-        model.targets_into(time, inputs, &mut ground.targets);
+        model.targets_into(time, inputs, &mut situation.targets);
         let held = (&self.anchors[..], &self.frozen[..]);
-        model.project_in(time, state, &ground.targets, held, projection)?;
+        model.project_in(time, state, &situation.targets, held, projection)?;
         coordinates.copy_from_slice(&state.coordinates);
         rates.copy_from_slice(&state.rates);
         Ok(())
@@ -372,20 +372,20 @@ impl Simulation<'_> {
         if !coordinates.iter().chain(rates).all(|x| x.is_finite()) {
             return Err(ForwardError::NotFinite { time, what: "a coordinate or a rate" });
         }
-        let Work { ground, solved, loads, .. } = &mut *self.room;
-        ground.time = time;
-        ground.state.coordinates.copy_from_slice(coordinates);
-        ground.state.rates.copy_from_slice(rates);
+        let Work { situation, solved, loads, .. } = &mut *self.room;
+        situation.time = time;
+        situation.state.coordinates.copy_from_slice(coordinates);
+        situation.state.rates.copy_from_slice(rates);
         let bristles = rest.chunks_exact(3).take(self.modes.len());
-        ground.bristles.clear();
-        ground.bristles.extend(bristles.map(|z| [z[0], z[1], z[2]]));
-        ground.grips.clone_from(&self.grips);
-        ground.shares.clone_from(&self.shares);
-        model.look(ground, inputs);
+        situation.bristles.clear();
+        situation.bristles.extend(bristles.map(|z| [z[0], z[1], z[2]]));
+        situation.grips.clone_from(&self.grips);
+        situation.shares.clone_from(&self.shares);
+        model.look(situation, inputs);
         model
-            .solve_into(ground, &self.modes, Some(loads), measure, solved)
+            .solve_into(situation, &self.modes, Some(loads), measure, solved)
             .map_err(|u| model.unsolved(time, u))?;
-        model.instant_into(ground, &self.modes, solved, &mut instant);
+        model.instant_into(situation, &self.modes, solved, &mut instant);
         for (acceleration, frozen) in instant.state.accelerations.iter_mut().zip(&self.frozen) {
             if *frozen {
                 *acceleration = 0.0;

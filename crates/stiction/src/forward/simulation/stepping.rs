@@ -372,8 +372,8 @@ impl Forward {
     ) -> Instant {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let accelerations = leap.response.accelerations.clone();
-        let ground = self.ground(time, state, &leap.bristles, (&[], &[]), inputs);
-        let (mut state, mut bodies) = (ground.state, ground.bodies);
+        let situation = self.situation(time, state, &leap.bristles, (&[], &[]), inputs);
+        let (mut state, mut bodies) = (situation.state, situation.bodies);
         state.accelerations = accelerations;
         bodies.accelerate(topology, &state.accelerations);
         let contacts: Vec<ContactInstant> = parameters
@@ -389,7 +389,7 @@ impl Forward {
             })
             .collect();
         let mut account = Account::default();
-        let acting = (&ground.masses, &ground.loads[..]);
+        let acting = (&situation.masses, &situation.loads[..]);
         account.update(self, acting, &bodies, &leap.drives, &contacts);
         Instant {
             time,

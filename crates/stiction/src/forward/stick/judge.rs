@@ -1,8 +1,8 @@
 //! What is wrong with a choice, if anything is.
 
 use crate::forward::Forward;
-use crate::forward::ground::Ground;
 use crate::forward::rub::{ContactMode, norm};
+use crate::forward::situation::Situation;
 use crate::forward::solve::{Solved, Unsolved};
 
 /// Friction may exceed its limit by this part: rounding of reactions.
@@ -21,15 +21,15 @@ impl Forward {
     /// marked so.
     pub(super) fn judge(
         &self,
-        ground: &Ground,
+        situation: &Situation,
         trial: &mut [ContactMode],
         resting: &[usize],
     ) -> Result<Verdict, Unsolved> {
-        let (mut solved, turned) = self.turn(ground, trial, resting)?;
+        let (mut solved, turned) = self.turn(situation, trial, resting)?;
         if let Some(contact) = turned {
             return Ok(Verdict::Change(contact, ContactMode::Sticks));
         }
-        let accelerated = self.accelerated_by(ground, &solved);
+        let accelerated = self.accelerated_by(situation, &solved);
         let begins = |c: usize| self.begins(&accelerated, &solved, c).is_some();
         let lets_go = |c: &usize| matches!(trial[*c], ContactMode::AtLimit(_)) && begins(*c);
         let slides: Vec<usize> = resting.iter().copied().filter(lets_go).collect();
@@ -41,17 +41,17 @@ impl Forward {
                     trial[contact] = ContactMode::Slides(direction);
                 }
             }
-            let (again, turned) = self.turn(ground, trial, resting)?;
+            let (again, turned) = self.turn(situation, trial, resting)?;
             if let Some(contact) = turned {
                 trial.copy_from_slice(&kept);
                 return Ok(Verdict::Change(contact, ContactMode::Sticks));
             }
             solved = again;
         }
-        if let Some(less) = self.weaken(ground, trial, resting) {
+        if let Some(less) = self.weaken(situation, trial, resting) {
             solved = less;
         }
-        let worst = self.beyond(ground, trial, &solved, resting);
+        let worst = self.beyond(situation, trial, &solved, resting);
         Ok(match worst {
             None => Verdict::Stands(Box::new(solved)),
             Some((contact, friction)) => {
@@ -67,7 +67,7 @@ impl Forward {
     /// here on; none where others hold them.
     fn weaken(
         &self,
-        ground: &Ground,
+        situation: &Situation,
         trial: &mut [ContactMode],
         resting: &[usize],
     ) -> Option<Solved> {
@@ -85,9 +85,9 @@ impl Forward {
                     slides[contact] = ContactMode::Slides(direction);
                 }
             }
-            let (solved, turned) = self.turn(ground, &mut slides, resting).ok()?;
+            let (solved, turned) = self.turn(situation, &mut slides, resting).ok()?;
             let count = weak.len();
-            let accelerated = self.accelerated_by(ground, &solved);
+            let accelerated = self.accelerated_by(situation, &solved);
             weak.retain(|&c| turned != Some(c) && self.begins(&accelerated, &solved, c).is_some());
             if weak.len() < count {
                 continue;
@@ -104,34 +104,34 @@ impl Forward {
     /// held at all, and where it goes: at a dead centre a slider stands, but the motion of all else moves it on.
     pub(super) fn beyond(
         &self,
-        ground: &Ground,
+        situation: &Situation,
         trial: &[ContactMode],
         solved: &Solved,
         resting: &[usize],
     ) -> Option<(usize, [f64; 3])> {
         // What holds a contact may depend on other constraints, and then need not do what is asked of it.
         if !solved.balance.spread.stresses.is_empty() {
-            if let Some((contact, way)) = self.gives_way(ground, solved)
+            if let Some((contact, way)) = self.gives_way(situation, solved)
                 && resting.contains(&contact)
             {
                 return Some((contact, way));
             }
             let held = resting.iter().filter(|&&contact| trial[contact] == ContactMode::Sticks);
-            let accelerated = self.accelerated_by(ground, solved);
+            let accelerated = self.accelerated_by(situation, solved);
             let begins = |c: usize| self.begins(&accelerated, solved, c).map(|begins| (c, begins));
             let mut moving = held.filter_map(|&c| begins(c));
             if let Some(found) = moving.next() {
                 return Some(found);
             }
         }
-        let contacts = self.contacts(ground, trial, solved);
+        let contacts = self.contacts(situation, trial, solved);
         let mut worst: Option<(f64, usize)> = None;
         for &contact in resting {
             if trial[contact] != ContactMode::Sticks {
                 continue;
             }
             let moment = &contacts[contact];
-            let (has, most) = (norm(moment.friction), moment.limit * ground.overload);
+            let (has, most) = (norm(moment.friction), moment.limit * situation.overload);
             let beyond = has - most * (1.0 + BEYOND);
             // Forces that are nothing but rounding exceed no limit.
             let size = solved.coupled.response.wrenches.iter().map(|w| w.force.norm());

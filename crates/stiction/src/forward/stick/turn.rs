@@ -1,8 +1,8 @@
 //! Directions in which contacts begin to slide: those of balls and plates are those of their acceleration.
 
 use crate::forward::Forward;
-use crate::forward::ground::Ground;
 use crate::forward::rub::{ContactMode, norm};
+use crate::forward::situation::Situation;
 use crate::forward::solve::{Solved, Unsolved};
 use crate::kinematics::Bodies;
 use nalgebra::{Matrix3, Vector3};
@@ -19,13 +19,13 @@ impl Forward {
     /// are those of the acceleration. Also a contact that would slide back.
     pub(super) fn turn(
         &self,
-        ground: &Ground,
+        situation: &Situation,
         trial: &mut [ContactMode],
         resting: &[usize],
     ) -> Result<(Solved, Option<usize>), Unsolved> {
         for pass in 0..TURNS {
-            let solved = self.solve(ground, trial, None, true)?;
-            let accelerated = self.accelerated_by(ground, &solved);
+            let solved = self.solve(situation, trial, None, true)?;
+            let accelerated = self.accelerated_by(situation, &solved);
             let mut turned = 0.0_f64;
             for &contact in resting {
                 let (ContactMode::AtLimit(direction) | ContactMode::Slides(direction)) =
@@ -42,7 +42,7 @@ impl Forward {
                 if single {
                     continue;
                 }
-                let next = self.direction(ground, &solved, contact, begins);
+                let next = self.direction(situation, &solved, contact, begins);
                 turned = turned.max(norm([0, 1, 2].map(|i| next[i] - direction[i])));
                 trial[contact] = match trial[contact] {
                     ContactMode::Slides(_) => ContactMode::Slides(next),
@@ -53,7 +53,7 @@ impl Forward {
                 return Ok((solved, None));
             }
         }
-        let solved = self.solve(ground, trial, None, true)?;
+        let solved = self.solve(situation, trial, None, true)?;
         Ok((solved, None))
     }
 
@@ -63,21 +63,22 @@ impl Forward {
     /// makes it of length one.
     fn direction(
         &self,
-        ground: &Ground,
+        situation: &Situation,
         solved: &Solved,
         contact: usize,
         begins: [f64; 3],
     ) -> [f64; 3] {
         let content = &self.parameters.contacts[contact];
         let arms = content.arms(self.parameters.pitch[content.joint]);
-        let scene = self.scene(ground);
+        let scene = self.scene(situation);
         let mut taken = Matrix3::zeros();
-        for (column, wrench) in self.unit_frictions(&ground.bodies, contact).into_iter().enumerate()
+        for (column, wrench) in
+            self.unit_frictions(&situation.bodies, contact).into_iter().enumerate()
         {
             let response = solved.balance.respond(&scene, &[(content.joint, wrench)], false);
             for row in 0..3 {
                 taken[(row, column)] =
-                    -self.surface_rate(&ground.bodies, &response.accelerations, contact, row);
+                    -self.surface_rate(&situation.bodies, &response.accelerations, contact, row);
             }
         }
         let load = solved.coupled.loads[contact];
@@ -112,8 +113,8 @@ impl Forward {
     }
 
     /// The bodies as they accelerate in a solved choice.
-    pub(super) fn accelerated_by(&self, ground: &Ground, solved: &Solved) -> Bodies<f64> {
-        self.accelerated(&ground.bodies, &solved.coupled.response.accelerations)
+    pub(super) fn accelerated_by(&self, situation: &Situation, solved: &Solved) -> Bodies<f64> {
+        self.accelerated(&situation.bodies, &solved.coupled.response.accelerations)
     }
 
     /// The acceleration of a contact's surface, m/s^2, where it is more than rounding; `accelerated` are the bodies as
