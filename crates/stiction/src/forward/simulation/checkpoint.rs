@@ -1,7 +1,7 @@
 //! All that a simulation is at one instant, as plain numbers.
 
+use super::scratch::Scratch;
 use super::stepping::{QUIET, Stepping};
-use super::work::Work;
 use super::{Event, Settings, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::instant::Instant;
@@ -262,7 +262,7 @@ impl Forward {
             dropped: 0.0,
             stiff: (0, 0),
             wait: QUIET,
-            room: Box::new(Work::new(self)),
+            room: Box::new(Scratch::new(self)),
             lists: Vec::new(),
         };
         let Some((&FORMAT, numbers)) = checkpoint.numbers.split_first() else {

@@ -14,6 +14,7 @@ mod packing;
 mod ranks;
 mod rest;
 mod runaway;
+mod scratch;
 mod settings;
 mod singular;
 mod start;
@@ -21,7 +22,6 @@ mod step;
 mod stepping;
 mod turns;
 mod wait;
-mod work;
 
 pub use checkpoint::Checkpoint;
 pub use energies::Energies;
@@ -35,7 +35,7 @@ use super::integrator::Steps;
 use super::project::Anchor;
 use crate::forward::instant::Instant;
 use crate::forward::rub::ContactMode;
-use work::Work;
+use scratch::Scratch;
 
 /// Contacts slower than this part of the fastest rest.
 const REST: f64 = 1e-10;
@@ -76,7 +76,7 @@ pub struct Simulation<'a> {
     stiff: (usize, usize),
     /// How many quiet steps of the time stepper it takes before events are tried again.
     wait: usize,
-    room: Box<Work>,
+    room: Box<Scratch>,
     /// Lists of numbers that nobody needs any more.
     lists: Vec<Vec<f64>>,
 }

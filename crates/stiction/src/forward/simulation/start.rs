@@ -1,7 +1,7 @@
 //! Where a simulation begins.
 
+use super::scratch::Scratch;
 use super::stepping::{FIRST, QUIET};
-use super::work::Work;
 use super::{Energies, Method, REST, Settings, Simulation};
 use crate::forward::Forward;
 use crate::forward::error::ForwardError;
@@ -181,7 +181,7 @@ impl<'a> Simulation<'a> {
             dropped,
             stiff: (0, 0),
             wait: QUIET,
-            room: Box::new(Work::new(model)),
+            room: Box::new(Scratch::new(model)),
             lists: Vec::new(),
         };
         let rates = simulation.now.state.rates.iter().zip(&model.columns);

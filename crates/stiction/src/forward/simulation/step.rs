@@ -3,8 +3,8 @@
 use super::locate::Ending;
 use super::packing::parts;
 use super::rest::{Approach, PASSED, SLOW};
+use super::scratch::Scratch;
 use super::stepping::{DENSE, LONGEST_WAIT};
-use super::work::Work;
 use super::{Method, REST, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
@@ -332,7 +332,7 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let model = self.model;
-        let Work { situation, projection, .. } = &mut *self.room;
+        let Scratch { situation, projection, .. } = &mut *self.room;
         let state = &mut situation.state;
         let (coordinates, rest) = y.split_at_mut(state.coordinates.len());
         let rates = &mut rest[..state.rates.len()];
@@ -372,7 +372,7 @@ impl Simulation<'_> {
         if !coordinates.iter().chain(rates).all(|x| x.is_finite()) {
             return Err(ForwardError::NotFinite { time, what: "a coordinate or a rate" });
         }
-        let Work { situation, solved, loads, .. } = &mut *self.room;
+        let Scratch { situation, solved, loads, .. } = &mut *self.room;
         situation.time = time;
         situation.state.coordinates.copy_from_slice(coordinates);
         situation.state.rates.copy_from_slice(rates);
@@ -412,7 +412,7 @@ impl Simulation<'_> {
         };
         self.derivative_into(&instant, rates);
         self.room.margin = self.room.margin.min(self.least_margin(&instant));
-        let Work { loads, solved, .. } = &mut *self.room;
+        let Scratch { loads, solved, .. } = &mut *self.room;
         loads.clone_from(&solved.coupled.loads);
         self.room.spare(instant);
         Ok(())

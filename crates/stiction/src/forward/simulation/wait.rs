@@ -2,7 +2,7 @@
 
 use super::Simulation;
 use super::locate::{Ending, falls_below};
-use super::work::Work;
+use super::scratch::Scratch;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
@@ -85,7 +85,7 @@ impl Simulation<'_> {
             self.look_near();
         }
         let mut instant = self.room.instant(model);
-        let Work { situation, solved, loads, .. } = &mut *self.room;
+        let Scratch { situation, solved, loads, .. } = &mut *self.room;
         situation.time = time;
         model.look(situation, inputs);
         model

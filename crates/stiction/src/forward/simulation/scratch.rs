@@ -10,7 +10,7 @@ use crate::kinematics::State;
 
 /// Room that evaluations use again and again. Nothing in it is part of a simulation's state.
 #[derive(Clone, Debug)]
-pub(super) struct Work {
+pub(super) struct Scratch {
     pub(super) situation: Situation,
     pub(super) solved: Solved,
     pub(super) projection: Projection,
@@ -29,7 +29,7 @@ pub(super) struct Work {
     spare: Vec<Instant>,
 }
 
-impl Work {
+impl Scratch {
     pub(super) fn new(model: &Forward) -> Self {
         Self {
             situation: Situation::new(model),
