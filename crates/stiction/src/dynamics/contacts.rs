@@ -13,7 +13,7 @@ use crate::topology::Topology;
 /// A contact at one instant.
 ///
 /// The effort of its friction on freedom `f` of its joint is
-/// `against[f] * (resistance.viscous + resistance.coefficient * load)`.
+/// `against[f] * (resistance.constant + resistance.coefficient * load)`.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactState<T> {
     /// Sliding velocity at the surface, m/s; of a ball its magnitude.
@@ -38,7 +38,7 @@ impl<T: Scalar> ContactState<T> {
             sliding: T::zero(),
             against: [T::zero(); 3],
             sense: T::zero(),
-            resistance: Resistance { coefficient: T::zero(), viscous: T::zero() },
+            resistance: Resistance { coefficient: T::zero(), constant: T::zero() },
             load: Load { value: T::zero(), gradient: Twist::zero() },
         }
     }
@@ -97,9 +97,9 @@ impl<T: Scalar> ContactState<T> {
     fn resist(&mut self, contact: &ContactParameters<T>, speed: T) {
         let (sliding, sense) = (self.sliding, self.sense);
         let of = |law: &Law<T>| {
-            let Resistance { coefficient, viscous } = law.sliding(speed);
+            let Resistance { coefficient, constant } = law.sliding(speed);
             let coefficient = sliding.if_positive(coefficient, law.at_rest());
-            Resistance { coefficient, viscous }
+            Resistance { coefficient, constant }
         };
         let forward = of(&contact.law);
         self.resistance = forward;
@@ -112,7 +112,7 @@ impl<T: Scalar> ContactState<T> {
                 sense.if_positive(forward, (-sense).if_positive(backward, open))
             };
             self.resistance.coefficient = pick(backward.coefficient, forward.coefficient);
-            self.resistance.viscous = pick(backward.viscous, forward.viscous);
+            self.resistance.constant = pick(backward.constant, forward.constant);
         }
     }
 
@@ -124,8 +124,8 @@ impl<T: Scalar> ContactState<T> {
         bodies: &Bodies<T>,
         wrench: Wrench<T>,
     ) {
-        let Resistance { coefficient, viscous } = self.resistance;
-        let own = OwnFriction { coefficient, viscous, direction: self.sense };
+        let Resistance { coefficient, constant } = self.resistance;
+        let own = OwnFriction { coefficient, constant, direction: self.sense };
         self.press_with(contact, pitch, bodies, wrench, own);
     }
 
@@ -145,7 +145,7 @@ impl<T: Scalar> ContactState<T> {
     /// The coefficient and the constant part of the friction force at this speed:
     /// `friction = coefficient * load + constant`.
     pub fn resistance(&self) -> (T, T) {
-        (self.resistance.coefficient, self.resistance.viscous)
+        (self.resistance.coefficient, self.resistance.constant)
     }
 
     /// The load under a joint's complete wrench, seen from any frame: `j` and `k` are the joint's
@@ -158,8 +158,8 @@ impl<T: Scalar> ContactState<T> {
         k: &Pose<T>,
         wrench: Wrench<T>,
     ) -> Load<T> {
-        let Resistance { coefficient, viscous } = self.resistance;
-        let own = OwnFriction { coefficient, viscous, direction: self.sense };
+        let Resistance { coefficient, constant } = self.resistance;
+        let own = OwnFriction { coefficient, constant, direction: self.sense };
         load_between(&contact.load, contact, pitch, j, k, wrench, own)
     }
 
@@ -206,7 +206,7 @@ pub(crate) fn most_change_of_load<T: Scalar>(
 ) -> T {
     let map = contact.load.seminorm();
     let most = |direction: T| {
-        let own = OwnFriction { coefficient, viscous: T::zero(), direction };
+        let own = OwnFriction { coefficient, constant: T::zero(), direction };
         load_by(&map, contact, pitch, bodies, wrench, own).value
     };
     let ahead = most(T::one());

@@ -57,7 +57,7 @@ impl CouplingRoom {
         // One factorisation serves all contacts.
         balance.rest_like(inverse.balance(), setup, parameters, bodies);
         for (j, &from) in sliding.iter().enumerate() {
-            let resistance = Resistance { coefficient: 0.0, viscous: 1.0 };
+            let resistance = Resistance { coefficient: 0.0, constant: 1.0 };
             let unit = ContactState { resistance, ..inverse.contacts()[from] };
             let contact = &parameters.contacts[from];
             balance.rub_alone(setup, parameters, bodies, contact, &unit, drives);

@@ -201,7 +201,7 @@ impl Forward {
                 }
                 let own = OwnFriction {
                     coefficient: 0.0,
-                    viscous: friction[0].abs(),
+                    constant: friction[0].abs(),
                     direction: friction[0].signum(),
                 };
                 let wrench = solved.coupled.response.wrenches[contact.joint];

@@ -83,7 +83,7 @@ pub(super) fn rub(
             law.sliding(along)
         }
         ContactMode::AtLimit(_) => {
-            crate::friction::Resistance { coefficient: law.at_rest(), viscous: 0.0 }
+            crate::friction::Resistance { coefficient: law.at_rest(), constant: 0.0 }
         }
         _ => law.sliding(along),
     };
@@ -97,10 +97,10 @@ pub(super) fn rub(
     let arms = contact.arms(pitch);
     let own = OwnFriction {
         coefficient: if single { per_load[0] * direction[0] } else { resistance.coefficient },
-        viscous: resistance.viscous,
+        constant: resistance.constant,
         direction: direction[0],
     };
-    let mut known = direction.map(|d| d * resistance.viscous);
+    let mut known = direction.map(|d| d * resistance.constant);
     for i in 0..3 {
         known[i] *= arms[i];
         per_load[i] *= arms[i];

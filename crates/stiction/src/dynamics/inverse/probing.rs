@@ -85,7 +85,7 @@ impl<T: Scalar> Inverse<T> {
         frictions: &[T],
     ) {
         for (state, friction) in self.contacts.states.iter_mut().zip(frictions) {
-            state.resistance = Resistance { coefficient: T::zero(), viscous: *friction };
+            state.resistance = Resistance { coefficient: T::zero(), constant: *friction };
         }
         self.couple(setup, parameters, bodies, Coupling::Frozen);
         self.finish_friction(setup.topology, parameters, bodies);

@@ -49,8 +49,8 @@ impl<'a> FrictionMap<'a> {
         let mut respond = |contact: usize, held: [f64; 3], force: f64| {
             probe.set_held(contact, held);
             probe.rub_at(setup.topology, parameters, bodies, settings, 1.0);
-            probe.set_resistances(Resistance { coefficient: 0.0, viscous: 0.0 });
-            probe.set_resistance(contact, Resistance { coefficient: 0.0, viscous: force });
+            probe.set_resistances(Resistance { coefficient: 0.0, constant: 0.0 });
+            probe.set_resistance(contact, Resistance { coefficient: 0.0, constant: force });
             let wrenches = probe.frozen_wrenches(setup, parameters, bodies).to_vec();
             probe.finish_friction(setup.topology, parameters, bodies);
             probe.set_held(contact, [0.0; 3]);
@@ -192,10 +192,10 @@ impl<'a> FrictionMap<'a> {
     ) -> f64 {
         // A thread's own friction bears a part of its load; it has one component.
         let own = self.owners().position(|owner| owner == contact);
-        let viscous = own.map_or(0.0, |k| frictions[k]);
+        let constant = own.map_or(0.0, |k| frictions[k]);
         let state = &self.inverse.contacts()[contact];
         let direction = if state.sliding > 0.0 { state.sense } else { 1.0 };
-        let own = OwnFriction { coefficient: 0.0, viscous, direction };
+        let own = OwnFriction { coefficient: 0.0, constant, direction };
         let content = &self.parameters.contacts[contact];
         let pitch = self.parameters.pitch[content.joint];
         load_by(map, content, pitch, self.bodies, wrench, own).value
