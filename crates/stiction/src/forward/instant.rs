@@ -172,9 +172,9 @@ impl Forward {
         modes: &[ContactMode],
         solved: &Solved,
     ) -> Vec<ContactInstant> {
-        let mut moments = Vec::with_capacity(modes.len());
-        self.contacts_into(situation, modes, solved, &mut moments);
-        moments
+        let mut contacts = Vec::with_capacity(modes.len());
+        self.contacts_into(situation, modes, solved, &mut contacts);
+        contacts
     }
 
     /// The same in the room that is there.
@@ -183,10 +183,10 @@ impl Forward {
         situation: &Situation,
         modes: &[ContactMode],
         solved: &Solved,
-        moments: &mut Vec<ContactInstant>,
+        contacts: &mut Vec<ContactInstant>,
     ) {
         let parameters = &self.parameters;
-        moments.clear();
+        contacts.clear();
         for (index, contact) in parameters.contacts.iter().enumerate() {
             let arms = contact.arms(parameters.pitch[contact.joint]);
             let mut load_now = solved.coupled.loads[index];
@@ -219,7 +219,7 @@ impl Forward {
                 // What others that stick leave of it is rounding.
                 velocity = [0.0; 3];
             }
-            moments.push(ContactInstant {
+            contacts.push(ContactInstant {
                 contact: mode,
                 velocity,
                 load: load_now,
@@ -272,10 +272,9 @@ impl Forward {
         }
         account.update(self, (masses, loads), bodies, drives, contacts);
         bristle_rates.clear();
-        let moments = self.parameters.contacts.iter().zip(&*contacts).zip(&situation.bristles);
-        bristle_rates.extend(
-            moments.map(|((contact, moment), z)| bristle_rate(contact, moment.velocity, *z)),
-        );
+        let each = self.parameters.contacts.iter().zip(&*contacts).zip(&situation.bristles);
+        bristle_rates
+            .extend(each.map(|((contact, now), z)| bristle_rate(contact, now.velocity, *z)));
         wrenches.clone_from(&response.wrenches);
         instant.time = situation.time;
         instant.coupling = solved.strength;

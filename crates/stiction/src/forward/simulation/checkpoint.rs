@@ -128,12 +128,12 @@ impl<'a> Simulation<'a> {
         now.bodies.acceleration.iter_mut().for_each(|t| tape.twist(t));
         tape.numbers(&mut now.drives);
         now.wrenches.iter_mut().for_each(|w| tape.wrench(w));
-        for moment in &mut now.contacts {
-            tape.mode(&mut moment.contact);
-            tape.numbers(&mut moment.velocity);
-            tape.number(&mut moment.load);
-            tape.numbers(&mut moment.friction);
-            tape.number(&mut moment.limit);
+        for contact in &mut now.contacts {
+            tape.mode(&mut contact.contact);
+            tape.numbers(&mut contact.velocity);
+            tape.number(&mut contact.load);
+            tape.numbers(&mut contact.friction);
+            tape.number(&mut contact.limit);
         }
         tape.numbers(now.bristle_rates.iter_mut().flatten());
         let account = &mut now.account;
@@ -203,7 +203,7 @@ impl Forward {
     ) -> Result<Simulation<'_>, ForwardError> {
         let topology = &self.topology;
         let (joints, contacts) = (topology.joint_types.len(), self.parameters.contacts.len());
-        let moment = ContactInstant {
+        let contact = ContactInstant {
             contact: ContactMode::Smooth,
             velocity: [0.0; 3],
             load: 0.0,
@@ -218,7 +218,7 @@ impl Forward {
             bodies: Bodies::new(topology),
             drives: drives.clone(),
             wrenches: vec![Wrench::zero(); joints],
-            contacts: vec![moment; contacts],
+            contacts: vec![contact; contacts],
             bristle_rates: vec![[0.0; 3]; contacts],
             account: Account {
                 drives: drives.clone(),

@@ -21,10 +21,10 @@ impl Simulation<'_> {
 
     fn goes_on(&mut self, inputs: &mut dyn Inputs) -> Option<Instant> {
         let still = self.is_still();
-        let clear = self.modes.iter().zip(&self.now.contacts).all(|(mode, moment)| match mode {
+        let clear = self.modes.iter().zip(&self.now.contacts).all(|(mode, contact)| match mode {
             ContactMode::Smooth | ContactMode::Sticks => true,
             ContactMode::AtLimit(_) => false,
-            ContactMode::Slides(_) => norm(moment.velocity) > REST * self.fastest,
+            ContactMode::Slides(_) => norm(contact.velocity) > REST * self.fastest,
         });
         if !clear || self.overload != 1.0 {
             return None;

@@ -284,8 +284,8 @@ impl Simulation<'_> {
 
     /// Remembers the fastest sliding and the fastest rate that there were.
     pub(super) fn keep_fastest(&mut self) {
-        for moment in &self.now.contacts {
-            self.fastest = self.fastest.max(norm(moment.velocity));
+        for contact in &self.now.contacts {
+            self.fastest = self.fastest.max(norm(contact.velocity));
         }
         for (rate, column) in self.now.state.rates.iter().zip(&self.model.columns) {
             self.fastest_rate = self.fastest_rate.max((rate / column).abs());

@@ -130,8 +130,8 @@ impl Forward {
             if trial[contact] != ContactMode::Sticks {
                 continue;
             }
-            let moment = &contacts[contact];
-            let (has, most) = (norm(moment.friction), moment.limit * situation.overload);
+            let now = &contacts[contact];
+            let (has, most) = (norm(now.friction), now.limit * situation.overload);
             let beyond = has - most * (1.0 + BEYOND);
             // Forces that are nothing but rounding exceed no limit.
             let size = solved.coupled.response.wrenches.iter().map(|w| w.force.norm());
