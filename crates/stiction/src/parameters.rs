@@ -144,6 +144,21 @@ impl<T: Scalar> ContactParameters<T> {
     }
 }
 
+impl ContactParameters<f64> {
+    /// The law for this sense of sliding: its sign.
+    pub(crate) fn law_towards(&self, sense: f64) -> &Law {
+        match &self.backward {
+            Some(backward) if sense < 0.0 => backward,
+            _ => &self.law,
+        }
+    }
+
+    /// The laws for sliding forward and backward.
+    pub(crate) fn laws(&self) -> [&Law; 2] {
+        [&self.law, self.backward.as_ref().unwrap_or(&self.law)]
+    }
+}
+
 impl<T: Scalar> Parameters<T> {
     /// The numbers of `mechanism`, as constants.
     pub fn new(mechanism: &Mechanism) -> Self {

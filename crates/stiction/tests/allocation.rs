@@ -8,7 +8,7 @@ use common::random::*;
 use common::*;
 use counting::allocations;
 use stiction::dynamics::{FrictionMode, InverseDynamics, Settings, Sharing};
-use stiction::forward::{Contact as Doing, Forward, Inputs, Simulation, View};
+use stiction::forward::{ContactMode as Doing, Forward, Inputs, Simulation, View};
 use stiction::joint::JointType::*;
 use stiction::kinematics::{Coordinate, Target};
 use stiction::spatial::Pose;

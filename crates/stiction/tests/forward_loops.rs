@@ -6,7 +6,7 @@ use common::simulated::*;
 use common::*;
 use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, LoadAxes};
 use stiction::forward::{
-    ConstantEfforts, Contact as Doing, EventKind, Forward, ForwardError, Inputs, Settings, View,
+    ConstantEfforts, ContactMode as Doing, EventKind, Forward, ForwardError, Inputs, Settings, View,
 };
 use stiction::joint::JointType;
 use stiction::kinematics::{Coordinate, State, Target};

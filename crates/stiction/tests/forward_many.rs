@@ -5,8 +5,8 @@ mod common;
 use common::random::*;
 use common::*;
 use stiction::forward::{
-    ConstantEfforts, Contact as Doing, EventKind, Forward, Inputs, Method, Settings, Simulation,
-    View,
+    ConstantEfforts, ContactMode as Doing, EventKind, Forward, Inputs, Method, Settings,
+    Simulation, View,
 };
 use stiction::friction::{Contact, ContactShape, Curve, Law};
 use stiction::joint::{Carrier, JointType};

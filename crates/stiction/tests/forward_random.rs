@@ -4,7 +4,7 @@
 mod common;
 
 use common::random::*;
-use stiction::forward::{ConstantEfforts, Contact, Forward, Settings};
+use stiction::forward::{ConstantEfforts, ContactMode, Forward, Settings};
 
 #[test]
 fn random_mechanisms_fall_stick_and_slide() {
@@ -39,7 +39,7 @@ fn random_mechanisms_fall_stick_and_slide() {
             // Steps are accurate to 1e-9.
             assert!(error < 1e-8, "{class:?} {seed}: {error:e}");
             for contact in &now.contacts {
-                if contact.contact == Contact::Sticks {
+                if contact.contact == ContactMode::Sticks {
                     stuck += 1;
                     assert!(contact.margin() > -1e-6 * contact.limit, "{contact:?}");
                 }

@@ -181,7 +181,7 @@ fn a_forbidden_rate_is_told_and_leaves_all_at_rest() {
     assert_eq!(simulation.contacts().len(), 4);
     for contact in simulation.contacts() {
         // One may be at its limit, the lock bearing what is beyond.
-        assert!(!matches!(contact, stiction::forward::Contact::Slides(_)), "{contact:?}");
+        assert!(!matches!(contact, stiction::forward::ContactMode::Slides(_)), "{contact:?}");
     }
     assert_eq!(simulation.instant().mobility, 0);
 }

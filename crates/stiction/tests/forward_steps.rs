@@ -5,7 +5,7 @@ mod common;
 use common::simulated::*;
 use common::*;
 use stiction::forward::{
-    ConstantEfforts, Contact as Doing, EventKind, Forward, Method, Settings, Simulation,
+    ConstantEfforts, ContactMode as Doing, EventKind, Forward, Method, Settings, Simulation,
 };
 use stiction::friction::{Contact, Curve};
 use stiction::joint::JointType;

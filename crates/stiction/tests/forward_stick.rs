@@ -6,7 +6,7 @@ use common::simulated::*;
 use common::*;
 use stiction::dynamics::{FrictionMode, InverseDynamics};
 use stiction::forward::{
-    ConstantEfforts, Contact as Doing, EventKind, Forward, Inputs, Settings, View,
+    ConstantEfforts, ContactMode as Doing, EventKind, Forward, Inputs, Settings, View,
 };
 use stiction::friction::{Bristles, Contact, Curve, Law};
 use stiction::joint::JointType;

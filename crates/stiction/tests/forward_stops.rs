@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use stiction::forward::{
-    ConstantEfforts, Contact as Doing, EventKind, Forward, Settings, Simulation,
+    ConstantEfforts, ContactMode as Doing, EventKind, Forward, Settings, Simulation,
 };
 use stiction::friction::{Contact, Law};
 use stiction::joint::JointType;

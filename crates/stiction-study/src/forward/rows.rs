@@ -3,7 +3,7 @@
 use super::sample::Sample;
 use crate::inverse::bodies::BodyRow;
 use crate::names::Names;
-use stiction::forward::{Contact, ContactMoment};
+use stiction::forward::{ContactInstant, ContactMode};
 use stiction::mechanism::{JointId, Mechanism};
 
 /// A scalar freedom of a joint.
@@ -203,7 +203,7 @@ fn time() -> Vec<String> {
 }
 
 /// Speed and friction of a contact: with a sign where there is one direction.
-fn along(moment: &ContactMoment, signed: bool) -> (f64, f64) {
+fn along(moment: &ContactInstant, signed: bool) -> (f64, f64) {
     let size = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     match signed {
         true => (moment.velocity[0], moment.friction[0]),
@@ -257,7 +257,7 @@ impl Scribe {
         let contacts = now.contacts.iter().zip(&now.account.contacts);
         for ((moment, power), signed) in contacts.zip(&layout.signed) {
             let (speed, friction) = along(moment, *signed);
-            let sticks = matches!(moment.contact, Contact::Sticks | Contact::AtLimit(_));
+            let sticks = matches!(moment.contact, ContactMode::Sticks | ContactMode::AtLimit(_));
             row.extend([speed, moment.load, friction, moment.limit, *power]);
             row.push(f64::from(u8::from(sticks)));
         }

@@ -3,7 +3,7 @@
 use super::chunks::Work;
 use super::error::Error;
 use stiction::dynamics::{InverseDynamics, Weighting};
-use stiction::friction::ContactShape;
+use stiction::parameters::ContactParameters;
 use stiction::statics::{Constraints, Proximity};
 
 /// Follows the motion alone.
@@ -77,15 +77,10 @@ fn mobility(solver: &InverseDynamics) -> usize {
 /// The fastest sliding speed of any contact at the present motion, m/s.
 fn fastest_contact(solver: &InverseDynamics) -> f64 {
     let (topology, bodies) = (solver.topology(), solver.bodies());
-    let speed = |contact: &stiction::parameters::ContactParameters<f64>| {
-        let rates = bodies.joint_rates(topology, contact.joint);
-        let own = &rates[contact.shape.freedoms()];
-        let arms = contact.arms(solver.parameters().pitch[contact.joint]);
-        let length = |rates: &[f64]| rates.iter().map(|rate| rate * rate).sum::<f64>().sqrt();
-        match contact.shape {
-            ContactShape::Plate => length(&[own[0], own[1], own[2] * arms[2]]),
-            _ => length(own) * arms[0],
-        }
+    let speed = |contact: &ContactParameters<f64>| {
+        let pitch = solver.parameters().pitch[contact.joint];
+        let velocity = bodies.surface_velocity(topology, contact, pitch);
+        velocity.iter().map(|v| v * v).sum::<f64>().sqrt()
     };
     solver.parameters().contacts.iter().map(speed).fold(0.0, f64::max)
 }

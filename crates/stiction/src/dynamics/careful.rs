@@ -1,7 +1,7 @@
 //! The careful path: inverse dynamics by dense decompositions, for positions and mechanisms that
 //! the kernels cannot plan, and as their oracle.
 
-use super::contacts::{Contacts, wrench_against};
+use super::contacts::Contacts;
 use super::reduced::{self, Reactions};
 use super::settings::{FrictionMode, Settings};
 use super::shares::Shares;
@@ -133,7 +133,7 @@ pub(super) fn solve(
         let mut responses = Vec::with_capacity(contacts.states.len());
         for (contact, state) in parameters.contacts.iter().zip(&contacts.states) {
             friction.fill(Wrench::zero());
-            friction[contact.joint] = wrench_against(topology, contact, state, bodies);
+            friction[contact.joint] = bodies.wrench_of(topology, contact, state.against);
             // Here friction asks for a load that nothing carries: known to have an answer only if the
             // fixed point finds it.
             let Ok((_, with, _)) = carry(&friction) else { break };
@@ -162,7 +162,7 @@ pub(super) fn solve(
             friction.fill(Wrench::zero());
             // Only what slides has friction here: see `Contacts::held`.
             friction[contact.joint] =
-                wrench_against(topology, contact, state, bodies) * state.friction();
+                bodies.wrench_of(topology, contact, state.against) * state.friction();
             let amounts = statics.amounts_into_reach(&nothing, &friction, &units);
             let mut with_spins = nothing.clone();
             for (unit, amount) in units.iter().zip(&amounts) {

@@ -2,18 +2,18 @@
 //!
 //! Equations (F2), (F4) and (F5) of the book's theory.
 
-use crate::friction::{ContactShape, Law, Load, OwnFriction, Resistance, Thread};
+use crate::friction::{ContactShape, Law, Load, LoadMap, OwnFriction, Resistance, Thread};
 use crate::joint::Carrier;
 use crate::kinematics::Bodies;
 use crate::parameters::{ContactParameters, Parameters};
 use crate::scalar::Scalar;
-use crate::spatial::{Pose, Twist, Vec3, Wrench};
+use crate::spatial::{Pose, Twist, Wrench};
 use crate::topology::Topology;
 
 /// A contact at one instant.
 ///
 /// The effort of its friction on freedom `f` of its joint is
-/// `against[f] * (resistance.viscous + resistance.coefficient * load)`.
+/// `against[f] * (resistance.constant + resistance.coefficient * load)`.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactState<T> {
     /// Sliding velocity at the surface, m/s; of a ball its magnitude.
@@ -38,7 +38,7 @@ impl<T: Scalar> ContactState<T> {
             sliding: T::zero(),
             against: [T::zero(); 3],
             sense: T::zero(),
-            resistance: Resistance { coefficient: T::zero(), viscous: T::zero() },
+            resistance: Resistance { coefficient: T::zero(), constant: T::zero() },
             load: Load { value: T::zero(), gradient: Twist::zero() },
         }
     }
@@ -64,18 +64,15 @@ impl<T: Scalar> ContactState<T> {
         rest_speed: T,
         held: [T; 3],
     ) {
-        let rates = bodies.joint_rates(topology, contact.joint);
-        let freedoms = contact.shape.freedoms();
+        let freedoms = contact.shape.freedoms().len();
         let arms = contact.arms(pitch);
-        let mut surface = [T::zero(); 3];
+        let surface = bodies.surface_velocity(topology, contact, pitch);
         let mut squared = T::zero();
-        for ((velocity, &arm), &rate) in surface.iter_mut().zip(&arms).zip(&rates[freedoms.clone()])
-        {
-            *velocity = rate * arm;
-            squared += *velocity * *velocity;
+        for &velocity in &surface[..freedoms] {
+            squared += velocity * velocity;
         }
         let speed = squared.norm_of_square();
-        self.velocity = if freedoms.len() == 1 { surface[0] } else { speed };
+        self.velocity = if freedoms == 1 { surface[0] } else { speed };
         self.sliding = (speed - rest_speed).if_positive(T::one(), T::zero());
         let over = speed.if_positive(speed, T::one()).recip();
         let mut sense = T::zero();
@@ -100,9 +97,9 @@ impl<T: Scalar> ContactState<T> {
     fn resist(&mut self, contact: &ContactParameters<T>, speed: T) {
         let (sliding, sense) = (self.sliding, self.sense);
         let of = |law: &Law<T>| {
-            let Resistance { coefficient, viscous } = law.sliding(speed);
+            let Resistance { coefficient, constant } = law.sliding(speed);
             let coefficient = sliding.if_positive(coefficient, law.at_rest());
-            Resistance { coefficient, viscous }
+            Resistance { coefficient, constant }
         };
         let forward = of(&contact.law);
         self.resistance = forward;
@@ -115,7 +112,7 @@ impl<T: Scalar> ContactState<T> {
                 sense.if_positive(forward, (-sense).if_positive(backward, open))
             };
             self.resistance.coefficient = pick(backward.coefficient, forward.coefficient);
-            self.resistance.viscous = pick(backward.viscous, forward.viscous);
+            self.resistance.constant = pick(backward.constant, forward.constant);
         }
     }
 
@@ -127,8 +124,8 @@ impl<T: Scalar> ContactState<T> {
         bodies: &Bodies<T>,
         wrench: Wrench<T>,
     ) {
-        let Resistance { coefficient, viscous } = self.resistance;
-        let own = OwnFriction { coefficient, viscous, direction: self.sense };
+        let Resistance { coefficient, constant } = self.resistance;
+        let own = OwnFriction { coefficient, constant, direction: self.sense };
         self.press_with(contact, pitch, bodies, wrench, own);
     }
 
@@ -142,14 +139,13 @@ impl<T: Scalar> ContactState<T> {
         wrench: Wrench<T>,
         own: OwnFriction<T>,
     ) {
-        let (j, k) = (&bodies.frame_j[contact.joint], &bodies.frame_k[contact.joint]);
-        self.load = load_between(contact, pitch, j, k, wrench, own);
+        self.load = load_by(&contact.load, contact, pitch, bodies, wrench, own);
     }
 
     /// The coefficient and the constant part of the friction force at this speed:
     /// `friction = coefficient * load + constant`.
     pub fn resistance(&self) -> (T, T) {
-        (self.resistance.coefficient, self.resistance.viscous)
+        (self.resistance.coefficient, self.resistance.constant)
     }
 
     /// The load under a joint's complete wrench, seen from any frame: `j` and `k` are the joint's
@@ -162,9 +158,9 @@ impl<T: Scalar> ContactState<T> {
         k: &Pose<T>,
         wrench: Wrench<T>,
     ) -> Load<T> {
-        let Resistance { coefficient, viscous } = self.resistance;
-        let own = OwnFriction { coefficient, viscous, direction: self.sense };
-        load_between(contact, pitch, j, k, wrench, own)
+        let Resistance { coefficient, constant } = self.resistance;
+        let own = OwnFriction { coefficient, constant, direction: self.sense };
+        load_between(&contact.load, contact, pitch, j, k, wrench, own)
     }
 
     /// The part of the friction force that does not change with the reaction, in the linear form of
@@ -184,8 +180,47 @@ impl<T: Scalar> ContactState<T> {
     }
 }
 
+/// The load that a map, the contact's own or what is made of it, says of a contact under its joint's complete wrench,
+/// and with this friction of its own where it contains that.
+pub(crate) fn load_by<T: Scalar>(
+    map: &LoadMap<T>,
+    contact: &ContactParameters<T>,
+    pitch: T,
+    bodies: &Bodies<T>,
+    wrench: Wrench<T>,
+    own: OwnFriction<T>,
+) -> Load<T> {
+    let (j, k) = (&bodies.frame_j[contact.joint], &bodies.frame_k[contact.joint]);
+    load_between(map, contact, pitch, j, k, wrench, own)
+}
+
+/// The most by which the load of a contact may change where its joint's wrench changes by `wrench`, whatever it is: the
+/// load of that change alone, with neither preload nor smoothing. Where a load contains the contact's own friction,
+/// that is the worse of both directions, for this coefficient.
+pub(crate) fn most_change_of_load<T: Scalar>(
+    contact: &ContactParameters<T>,
+    pitch: T,
+    bodies: &Bodies<T>,
+    wrench: Wrench<T>,
+    coefficient: T,
+) -> T {
+    let map = contact.load.seminorm();
+    let most = |direction: T| {
+        let own = OwnFriction { coefficient, constant: T::zero(), direction };
+        load_by(&map, contact, pitch, bodies, wrench, own).value
+    };
+    let ahead = most(T::one());
+    if contact.shape != ContactShape::Thread {
+        // No other load contains its own friction.
+        return ahead;
+    }
+    let back = most(-T::one());
+    (ahead - back).if_positive(ahead, back)
+}
+
 /// The load of a contact between the frames of its joint.
 fn load_between<T: Scalar>(
+    map: &LoadMap<T>,
     contact: &ContactParameters<T>,
     pitch: T,
     j: &Pose<T>,
@@ -193,7 +228,6 @@ fn load_between<T: Scalar>(
     wrench: Wrench<T>,
     own: OwnFriction<T>,
 ) -> Load<T> {
-    let map = &contact.load;
     let axis = match contact.shape {
         ContactShape::Pin { axis, carrier: Carrier::Successor, .. } => k.rotation.columns[axis],
         ContactShape::Pin { axis, .. } => j.rotation.columns[axis],
@@ -296,23 +330,8 @@ impl Contacts<f64> {
     ) {
         efforts.fill(Wrench::zero());
         for (contact, state) in parameters.contacts.iter().zip(&self.states) {
-            let against = wrench_against(topology, contact, state, bodies);
+            let against = bodies.wrench_of(topology, contact, state.against);
             efforts[contact.joint] += against * state.friction();
         }
     }
-}
-
-/// The efforts that friction of force one newton at a contact has on its joint, as a wrench.
-pub(crate) fn wrench_against<T: Scalar>(
-    topology: &Topology,
-    contact: &ContactParameters<T>,
-    state: &ContactState<T>,
-    bodies: &Bodies<T>,
-) -> Wrench<T> {
-    let freedoms = topology.joint_types[contact.joint].freedoms();
-    let mut sum = Wrench { force: Vec3::zero(), moment: Vec3::zero() };
-    for (&against, freedom) in state.against.iter().zip(&freedoms[contact.shape.freedoms()]) {
-        sum += bodies.effort(freedom, contact.joint) * against;
-    }
-    sum
 }

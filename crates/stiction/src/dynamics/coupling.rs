@@ -3,7 +3,7 @@
 //! Equations (F6) and (F7) of the book's theory.
 
 use super::balance::Balance;
-use super::contacts::ContactState;
+use super::contacts::{ContactState, most_change_of_load};
 use super::inverse::Inverse;
 use super::setup::Setup;
 use crate::friction::Resistance;
@@ -57,15 +57,17 @@ impl CouplingRoom {
         // One factorisation serves all contacts.
         balance.rest_like(inverse.balance(), setup, parameters, bodies);
         for (j, &from) in sliding.iter().enumerate() {
-            let resistance = Resistance { coefficient: 0.0, viscous: 1.0 };
+            let resistance = Resistance { coefficient: 0.0, constant: 1.0 };
             let unit = ContactState { resistance, ..inverse.contacts()[from] };
             let contact = &parameters.contacts[from];
             balance.rub_alone(setup, parameters, bodies, contact, &unit, drives);
             for (i, &to) in sliding.iter().enumerate() {
-                let change = balance.joint_wrenches[parameters.contacts[to].joint];
+                let content = &parameters.contacts[to];
+                let pitch = parameters.pitch[content.joint];
+                let change = balance.joint_wrenches[content.joint];
                 let [own, coefficient] =
                     [to, from].map(|contact| inverse.contacts()[contact].resistance.coefficient);
-                let most = inverse.most_change_of_load(to, parameters, bodies, change, own);
+                let most = most_change_of_load(content, pitch, bodies, change, own);
                 matrix[i * count + j] = coefficient * most;
             }
         }

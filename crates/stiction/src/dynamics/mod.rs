@@ -28,6 +28,7 @@ mod wedge;
 
 pub use branches::FrictionMargin;
 pub use contacts::ContactState;
+pub(crate) use contacts::{load_by, most_change_of_load};
 pub(crate) use coupling::radius_bound;
 pub use error::InverseError;
 pub use forces::{Bounds, ContactForce, Forces};

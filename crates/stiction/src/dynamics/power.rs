@@ -50,7 +50,7 @@ impl Power {
             power
         };
         let of_drive = |(actuator, drive): (&Actuator, &f64)| {
-            let power = drive * bodies.joint_rates(topology, actuator.joint)[actuator.freedom];
+            let power = drive * bodies.actuator_rate(topology, *actuator);
             (power, power.abs())
         };
         let of_load = |load: &AppliedLoad<f64>| {

@@ -92,7 +92,7 @@ impl<T: Scalar> Sharing<T> {
     ) -> Vec<Response<T>> {
         self.balance.rest_like(inverse.balance(), setup, parameters, bodies);
         let of = |(contact, state): (&ContactParameters<T>, &ContactState<T>)| {
-            let resistance = Resistance { coefficient: T::zero(), viscous: T::one() };
+            let resistance = Resistance { coefficient: T::zero(), constant: T::one() };
             let unit = ContactState { resistance, ..*state };
             let mut drives = vec![T::zero(); inverse.drives().len()];
             self.balance.rub_alone(setup, parameters, bodies, contact, &unit, &mut drives);

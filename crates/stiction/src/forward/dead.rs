@@ -6,7 +6,7 @@
 //! `J a = r` exist only if `y^T r = 0`; if not, a held contact of the self-stress moves, by `-y^T r / y_k`.
 
 use super::Forward;
-use super::ground::Ground;
+use super::situation::Situation;
 use super::solve::Solved;
 
 /// Less than this part of the squares of rates is rounding.
@@ -16,13 +16,17 @@ const PART: f64 = 1e-6;
 
 impl Forward {
     /// A contact that is held and must move, and where to.
-    pub(super) fn gives_way(&self, ground: &Ground, solved: &Solved) -> Option<(usize, [f64; 3])> {
+    pub(super) fn gives_way(
+        &self,
+        situation: &Situation,
+        solved: &Solved,
+    ) -> Option<(usize, [f64; 3])> {
         let (rows, stresses) = (&solved.balance.rows.rows, &solved.balance.spread.stresses);
         if solved.holding.is_empty() || stresses.is_empty() {
             return None;
         }
         let first = self.topology.constraints;
-        let square = self.scene(ground).fastest().powi(2);
+        let square = self.scene(situation).fastest().powi(2);
         for stress in stresses {
             let each = rows.iter().zip(&stress.multipliers);
             // Multipliers over scales go with values times scales.

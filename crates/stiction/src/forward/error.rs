@@ -1,6 +1,6 @@
 //! Why a simulation cannot go on.
 
-use super::rub::Contact;
+use super::rub::ContactMode;
 use crate::kinematics::AssemblyError;
 use thiserror::Error;
 
@@ -12,7 +12,7 @@ pub struct Competitor {
     /// Accelerations of the tree.
     pub accelerations: Vec<f64>,
     /// What each contact does.
-    pub contacts: Vec<Contact>,
+    pub contacts: Vec<ContactMode>,
 }
 
 /// A part of the coefficients, percent, below which it would be told as none.

@@ -7,9 +7,9 @@
 use super::Forward;
 use super::balance::{Balance, Response};
 use super::cone::{Cone, Dry, Kind, Member, mode_of};
-use super::ground::Ground;
 use super::rows::Rows;
-use super::rub::{Contact, norm, wrench_of};
+use super::rub::{ContactMode, norm};
+use super::situation::Situation;
 
 /// Accelerations below this part are none.
 const NONE: f64 = 1e-9;
@@ -20,7 +20,7 @@ const PASSES: usize = 8;
 
 /// What was guessed.
 pub(super) struct Guess {
-    pub(super) modes: Vec<Contact>,
+    pub(super) modes: Vec<ContactMode>,
     /// Friction at the surface of each contact at rest, N.
     pub(super) shares: Vec<[f64; 3]>,
     /// Of each contact, N.
@@ -36,31 +36,27 @@ impl Forward {
     /// where nothing is found.
     pub(super) fn guess(
         &self,
-        ground: &Ground,
-        modes: &[Contact],
+        situation: &Situation,
+        modes: &[ContactMode],
         resting: &[usize],
         bound: f64,
     ) -> Option<Guess> {
-        let (parameters, bodies) = (&self.parameters, &ground.bodies);
+        let (parameters, bodies) = (&self.parameters, &situation.bodies);
         let mut free = modes.to_vec();
         for &contact in resting {
-            free[contact] = Contact::AtLimit([0.0; 3]);
+            free[contact] = ContactMode::AtLimit([0.0; 3]);
         }
-        let scene = self.scene(ground);
-        let (held, _) = self.held(&ground.targets, &free, &ground.grips, &ground.shares);
+        let scene = self.scene(situation);
+        let (held, _) = self.held(&situation.targets, &free, &situation.grips, &situation.shares);
         let rows = Rows::new(&self.topology, parameters, bodies, &held);
         let balance = Balance::new(&scene, rows).ok()?;
-        let (rubs, mut known) = self.acting(ground, &free);
+        let (rubs, mut known) = self.acting(situation, &free);
         let mut members = Vec::new();
         let mut units: Vec<Response> = Vec::new();
         for &contact in resting {
             let content = &parameters.contacts[contact];
-            let rest = |law: &crate::friction::Law| bound * law.at_rest();
-            let kind = Kind::Dry(Dry {
-                forward: rest(&content.law),
-                backward: rest(content.backward.as_ref().unwrap_or(&content.law)),
-                viscous: 0.0,
-            });
+            let [forward, backward] = content.laws().map(|law| bound * law.at_rest());
+            let kind = Kind::Dry(Dry { forward, backward, viscous: 0.0 });
             let first = units.len();
             for wrench in self.unit_frictions(bodies, contact) {
                 units.push(balance.respond(&scene, &[(content.joint, wrench)], false));
@@ -70,7 +66,7 @@ impl Forward {
         for (contact, rub) in rubs.iter().enumerate() {
             let content = &parameters.contacts[contact];
             let against = |part: [f64; 3]| {
-                let wrench = wrench_of(&self.topology, bodies, content, part.map(|x| -x));
+                let wrench = bodies.wrench_of(&self.topology, content, part.map(|x| -x));
                 (content.joint, wrench)
             };
             if rub.known != [0.0; 3] {
@@ -86,8 +82,9 @@ impl Forward {
         let base = balance.respond(&scene, &known, true);
         let count = units.len();
         let (mut begins, mut change) = (vec![0.0; count], vec![0.0; count * count]);
+        let beginning = self.accelerated(bodies, &base.accelerations);
         for member in members.iter().filter(|m| !matches!(m.kind, Kind::Slides(_))) {
-            let own = self.surface_acceleration_by(bodies, &base.accelerations, member.contact);
+            let own = self.surface_acceleration(&beginning, member.contact);
             for (place, i) in member.places.clone().enumerate() {
                 begins[i] = own[place];
                 for (j, unit) in units.iter().enumerate() {
@@ -108,13 +105,11 @@ impl Forward {
             for member in &mut cone.members {
                 let rate = mode_of(&found.rates[member.places.clone()], none);
                 let Kind::Dry(Dry { forward, backward, .. }) = &mut member.kind else { continue };
-                if rate == Contact::Sticks {
+                if rate == ContactMode::Sticks {
                     continue;
                 }
                 let content = &parameters.contacts[member.contact];
-                let slides = |law: &crate::friction::Law| law.sliding(0.0).coefficient;
-                let ahead = slides(&content.law);
-                let behind = slides(content.backward.as_ref().unwrap_or(&content.law));
+                let [ahead, behind] = content.laws().map(|law| law.sliding(0.0).coefficient);
                 more |= *forward > ahead || *backward > behind;
                 (*forward, *backward) = (forward.min(ahead), backward.min(behind));
             }
@@ -134,7 +129,7 @@ impl Forward {
             let mut has = [0.0; 3];
             has[..places.len()].copy_from_slice(&found.amounts[places.clone()]);
             let mode = mode_of(&found.rates[places], none);
-            if mode == Contact::Sticks {
+            if mode == ContactMode::Sticks {
                 let most = load * law.coefficient(has[0]);
                 tight |= norm(has) > most * (1.0 - NO_ROOM);
             } else {

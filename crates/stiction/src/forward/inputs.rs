@@ -36,8 +36,7 @@ pub(super) struct Angle {
 impl View<'_> {
     /// The rate of an actuator, rad/s or m/s.
     pub fn actuator_rate(&self, actuator: usize) -> f64 {
-        let actuator = self.topology.actuators[actuator];
-        self.bodies.joint_rates(self.topology, actuator.joint)[actuator.freedom]
+        self.bodies.actuator_rate(self.topology, self.topology.actuators[actuator])
     }
 
     /// The coordinate of an actuator, rad or m. In [`Inputs::change`] angles are counted on over full turns
@@ -53,20 +52,23 @@ impl View<'_> {
     }
 }
 
-/// A scalar coordinate of a joint.
+/// The coordinate of a joint's freedom; zero of joints without scalar coordinates, and of freedoms that are not there.
 pub(super) fn joint_coordinate(
     (topology, pitch): (&Topology, &[f64]),
     state: &State<f64>,
     bodies: &Bodies<f64>,
     (joint, freedom): (usize, usize),
 ) -> f64 {
-    if topology.joint_types[joint].has_scalar_coordinates()
-        && let Some(node) = topology.node_of(joint)
-    {
-        return state.coordinates[node.coordinates.start + freedom];
+    let joint_type = topology.joint_types[joint];
+    if !joint_type.has_scalar_coordinates() {
+        return 0.0;
+    }
+    if let Some(node) = topology.node_of(joint) {
+        let own = &state.coordinates[node.coordinates.clone()];
+        return own.get(freedom).copied().unwrap_or(0.0);
     }
     let relative = bodies.frame_j[joint].inverse() * bodies.frame_k[joint];
-    let nearest = topology.joint_types[joint].nearest(relative, pitch[joint]).1;
+    let nearest = joint_type.nearest(relative, pitch[joint]).1;
     nearest.get(freedom).copied().unwrap_or(0.0)
 }
 

@@ -1,21 +1,21 @@
 //! Everything at one instant: accelerations, reactions, friction, powers.
 
 use super::Forward;
-use super::ground::Ground;
-use super::masses::{exchange, potential};
-use super::rub::{Contact, bristle_rate, dot, law_of, load, norm};
+use super::masses::{self, Masses};
+use super::rub::{ContactMode, bristle_rate, dot, load, norm};
+use super::situation::Situation;
 use super::solve::Solved;
-use crate::dynamics::Pull;
 use crate::friction::OwnFriction;
 use crate::kinematics::{Bodies, State};
 use crate::spatial::{Vec3, Wrench};
+use crate::statics::AppliedLoad;
 use crate::topology::Role;
 
 /// A contact at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactMoment {
+pub struct ContactInstant {
     /// What it does.
-    pub contact: Contact,
+    pub contact: ContactMode,
     /// Sliding velocity at the surface along its freedoms, m/s.
     pub velocity: [f64; 3],
     /// N.
@@ -26,7 +26,7 @@ pub struct ContactMoment {
     pub limit: f64,
 }
 
-impl ContactMoment {
+impl ContactInstant {
     /// By how much the limit is above the friction, N.
     pub fn margin(&self) -> f64 {
         self.limit - norm(self.friction)
@@ -38,7 +38,7 @@ impl ContactMoment {
     pub(super) fn dissipated(&self) -> f64 {
         let along = dot(self.velocity, self.friction);
         match self.contact {
-            Contact::Slides(_) => (norm(self.velocity) * norm(self.friction)).copysign(along),
+            ContactMode::Slides(_) => (norm(self.velocity) * norm(self.friction)).copysign(along),
             _ => along,
         }
     }
@@ -63,6 +63,32 @@ pub struct Account {
     pub contacts: Vec<f64>,
 }
 
+impl Account {
+    /// That of bodies which move like this under these efforts of actuators and loads, in the room that is there.
+    pub(super) fn update(
+        &mut self,
+        model: &Forward,
+        (masses, loads): (&Masses, &[AppliedLoad<f64>]),
+        bodies: &Bodies<f64>,
+        efforts: &[f64],
+        contacts: &[ContactInstant],
+    ) {
+        let (topology, parameters) = (&model.topology, &model.parameters);
+        let Self { kinetic, potential, exchange, drives, loads: of_loads, dampers, contacts: lost } =
+            self;
+        *kinetic = masses.kinetic(bodies);
+        *potential = masses::potential(parameters, bodies);
+        *exchange = masses::exchange(parameters, bodies);
+        drives.clear();
+        let each = topology.actuators.iter().zip(efforts);
+        drives.extend(each.map(|(a, effort)| effort * bodies.actuator_rate(topology, *a)));
+        *of_loads = masses::power_of_loads(loads, bodies);
+        *dampers = masses::damped(parameters, bodies);
+        lost.clear();
+        lost.extend(contacts.iter().map(ContactInstant::dissipated));
+    }
+}
+
 /// Everything at one instant.
 #[derive(Clone, Debug)]
 pub struct Instant {
@@ -78,7 +104,7 @@ pub struct Instant {
     /// about the kernel origin.
     pub wrenches: Vec<Wrench<f64>>,
     /// All contacts.
-    pub contacts: Vec<ContactMoment>,
+    pub contacts: Vec<ContactInstant>,
     /// Rates of the deflections of bristles, m/s.
     pub(super) bristle_rates: Vec<[f64; 3]>,
     /// Energies and powers.
@@ -142,30 +168,30 @@ impl Forward {
     /// The friction at the surface and the load of each contact of a solved choice.
     pub(super) fn contacts(
         &self,
-        ground: &Ground,
-        modes: &[Contact],
+        situation: &Situation,
+        modes: &[ContactMode],
         solved: &Solved,
-    ) -> Vec<ContactMoment> {
-        let mut moments = Vec::with_capacity(modes.len());
-        self.contacts_into(ground, modes, solved, &mut moments);
-        moments
+    ) -> Vec<ContactInstant> {
+        let mut contacts = Vec::with_capacity(modes.len());
+        self.contacts_into(situation, modes, solved, &mut contacts);
+        contacts
     }
 
     /// The same in the room that is there.
     fn contacts_into(
         &self,
-        ground: &Ground,
-        modes: &[Contact],
+        situation: &Situation,
+        modes: &[ContactMode],
         solved: &Solved,
-        moments: &mut Vec<ContactMoment>,
+        contacts: &mut Vec<ContactInstant>,
     ) {
         let parameters = &self.parameters;
-        moments.clear();
+        contacts.clear();
         for (index, contact) in parameters.contacts.iter().enumerate() {
             let arms = contact.arms(parameters.pitch[contact.joint]);
             let mut load_now = solved.coupled.loads[index];
             let mut friction = [0.0; 3];
-            if modes[index] == Contact::Sticks {
+            if modes[index] == ContactMode::Sticks {
                 for &(of, place, row) in &solved.holding {
                     if of == index {
                         let first = self.topology.constraints;
@@ -175,11 +201,11 @@ impl Forward {
                 }
                 let own = OwnFriction {
                     coefficient: 0.0,
-                    viscous: friction[0].abs(),
+                    constant: friction[0].abs(),
                     direction: friction[0].signum(),
                 };
                 let wrench = solved.coupled.response.wrenches[contact.joint];
-                load_now = load(parameters, &ground.bodies, contact, own, wrench).value;
+                load_now = load(parameters, &situation.bodies, contact, own, wrench).value;
             } else {
                 let rub = &solved.rubs[index];
                 for place in 0..contact.shape.freedoms().len() {
@@ -187,13 +213,13 @@ impl Forward {
                     friction[place] = effort / arms[place];
                 }
             }
-            let limit = law_of(contact, friction[0]).at_rest() * load_now;
-            let (mut velocity, mode) = (ground.velocities[index], modes[index]);
-            if mode == Contact::Sticks && self.leaders(index).is_none() {
+            let limit = contact.law_towards(friction[0]).at_rest() * load_now;
+            let (mut velocity, mode) = (situation.velocities[index], modes[index]);
+            if mode == ContactMode::Sticks && self.leaders(index).is_none() {
                 // What others that stick leave of it is rounding.
                 velocity = [0.0; 3];
             }
-            moments.push(ContactMoment {
+            contacts.push(ContactInstant {
                 contact: mode,
                 velocity,
                 load: load_now,
@@ -204,27 +230,32 @@ impl Forward {
     }
 
     /// Everything of a solved choice.
-    pub(super) fn instant(&self, ground: Ground, modes: &[Contact], solved: &Solved) -> Instant {
+    pub(super) fn instant(
+        &self,
+        situation: Situation,
+        modes: &[ContactMode],
+        solved: &Solved,
+    ) -> Instant {
         let mut instant = Instant::new(self);
-        self.instant_into(&ground, modes, solved, &mut instant);
+        self.instant_into(&situation, modes, solved, &mut instant);
         instant
     }
 
     /// The same in the room that is there.
     pub(super) fn instant_into(
         &self,
-        ground: &Ground,
-        modes: &[Contact],
+        situation: &Situation,
+        modes: &[ContactMode],
         solved: &Solved,
         instant: &mut Instant,
     ) {
-        let (topology, parameters) = (&self.topology, &self.parameters);
-        let Ground { efforts, loads, masses, .. } = ground;
+        let topology = &self.topology;
+        let Situation { efforts, loads, masses, .. } = situation;
         let Instant { state, bodies, drives, wrenches, contacts, bristle_rates, account, .. } =
             instant;
-        self.contacts_into(ground, modes, solved, contacts);
-        state.clone_from(&ground.state);
-        bodies.clone_from(&ground.bodies);
+        self.contacts_into(situation, modes, solved, contacts);
+        state.clone_from(&situation.state);
+        bodies.clone_from(&situation.bodies);
         let response = &solved.coupled.response;
         state.accelerations.clone_from(&response.accelerations);
         for held in &solved.held {
@@ -239,35 +270,18 @@ impl Forward {
         for (k, &actuator) in self.prescribed.iter().enumerate() {
             drives[actuator] = response.multipliers[topology.constraints + k];
         }
-        let power_of = |actuator: usize| {
-            let at = topology.actuators[actuator];
-            drives[actuator] * bodies.joint_rates(topology, at.joint)[at.freedom]
-        };
-        let damper = |spring: &crate::parameters::SpringParameters<f64>| {
-            let rate = Pull::of(spring, bodies).rate;
-            spring.damping * rate * rate
-        };
-        account.kinetic = masses.kinetic(bodies);
-        account.potential = potential(parameters, bodies);
-        account.exchange = exchange(parameters, bodies);
-        account.drives.clear();
-        account.drives.extend((0..drives.len()).map(power_of));
-        account.loads = loads.iter().map(|l| bodies.twist[l.body.0].power(l.wrench(bodies))).sum();
-        account.dampers = parameters.springs.iter().map(damper).sum();
-        account.contacts.clear();
-        account.contacts.extend(contacts.iter().map(ContactMoment::dissipated));
+        account.update(self, (masses, loads), bodies, drives, contacts);
         bristle_rates.clear();
-        let moments = parameters.contacts.iter().zip(&*contacts).zip(&ground.bristles);
-        bristle_rates.extend(
-            moments.map(|((contact, moment), z)| bristle_rate(contact, moment.velocity, *z)),
-        );
+        let each = self.parameters.contacts.iter().zip(&*contacts).zip(&situation.bristles);
+        bristle_rates
+            .extend(each.map(|((contact, now), z)| bristle_rate(contact, now.velocity, *z)));
         wrenches.clone_from(&response.wrenches);
-        instant.time = ground.time;
+        instant.time = situation.time;
         instant.coupling = solved.strength;
         instant.redundant = solved.balance.spread.stresses.len();
         instant.open_drives = solved.balance.spread.open_drives();
         instant.mobility = solved.balance.mobility(topology.freedoms());
         instant.distance = solved.balance.distance();
-        instant.gives_way = self.gives_way(ground, solved).map(|(contact, _)| contact);
+        instant.gives_way = self.gives_way(situation, solved).map(|(contact, _)| contact);
     }
 }

@@ -1,7 +1,8 @@
 //! How single joints move.
 
 use super::Forward;
-use crate::kinematics::{Bodies, State, Target};
+use super::inputs::joint_coordinate;
+use crate::kinematics::{Bodies, State, Target, closure_error};
 use crate::mechanism::JointId;
 
 impl Forward {
@@ -15,18 +16,8 @@ impl Forward {
         joint: JointId,
         freedom: usize,
     ) -> f64 {
-        let JointId(joint) = joint;
-        let (topology, joint_type) = (&self.topology, self.topology.joint_types[joint]);
-        if !joint_type.has_scalar_coordinates() {
-            return 0.0;
-        }
-        if let Some(node) = topology.node_of(joint) {
-            let own = &state.coordinates[node.coordinates.clone()];
-            return own.get(freedom).copied().unwrap_or(0.0);
-        }
-        let relative = bodies.frame_j[joint].inverse() * bodies.frame_k[joint];
-        let nearest = joint_type.nearest(relative, self.parameters.pitch[joint]).1;
-        nearest.get(freedom).copied().unwrap_or(0.0)
+        let pitch = &self.parameters.pitch;
+        joint_coordinate((&self.topology, pitch), state, bodies, (joint.0, freedom))
     }
 
     /// Coordinate, as [`Self::joint_coordinate`], rate and acceleration of a joint's freedom where the tree
@@ -53,17 +44,8 @@ impl Forward {
         }
     }
 
-    /// The largest error of a loop's closure where bodies are like this, m (angles times the characteristic length).
+    /// The largest loop-closure error where bodies are like this, m; angles times the characteristic length.
     pub fn closure_error(&self, bodies: &Bodies<f64>) -> f64 {
-        let topology = &self.topology;
-        let gaps = topology.cuts.iter().map(|cut| {
-            let relative = bodies.frame_j[cut.joint].inverse() * bodies.frame_k[cut.joint];
-            let pitch = self.parameters.pitch[cut.joint];
-            let nearest = topology.joint_types[cut.joint].nearest(relative, pitch).0;
-            let gap = nearest.inverse() * relative;
-            let turn = gap.rotation.rotation_vector().norm() * self.parameters.length;
-            gap.position.norm().max(turn)
-        });
-        gaps.fold(0.0, f64::max)
+        closure_error(&self.topology, &self.parameters, bodies)
     }
 }

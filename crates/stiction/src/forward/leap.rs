@@ -16,14 +16,15 @@ use super::Forward;
 use super::balance::{Balance, Response};
 use super::cone::{Cone, Dry, Found, Kind, Member, Smooth, mode_of};
 use super::error::ForwardError;
-use super::ground::Ground;
 use super::inputs::Inputs;
+use super::masses::{damped, power_of_loads};
 use super::rows::Rows;
-use super::rub::{Contact, is_smooth, law_of, norm};
+use super::rub::{ContactMode, is_smooth, norm};
+use super::situation::Situation;
 use super::solve::Unsolved;
-use crate::dynamics::Pull;
 use crate::friction::{Bristles, Law};
 use crate::kinematics::{State, Target};
+use crate::parameters::ContactParameters;
 
 /// Laws must hold to this part of the largest force.
 const HOLDS: f64 = 1e-9;
@@ -34,7 +35,7 @@ const SLACK: f64 = 1e-3;
 pub(super) struct Leap {
     /// Not yet projected.
     pub(super) state: State<f64>,
-    pub(super) modes: Vec<Contact>,
+    pub(super) modes: Vec<ContactMode>,
     pub(super) bristles: Vec<[f64; 3]>,
     /// Of the surfaces at the end, m/s.
     pub(super) velocities: Vec<[f64; 3]>,
@@ -66,8 +67,7 @@ pub(super) struct Work {
 /// A law that is a smooth function of velocity.
 #[derive(Clone, Debug)]
 struct Regularised {
-    law: Law,
-    backward: Option<Law>,
+    contact: ContactParameters<f64>,
 }
 
 impl Smooth for Regularised {
@@ -76,8 +76,7 @@ impl Smooth for Regularised {
         if speed == 0.0 {
             return [0.0; 3];
         }
-        let backward = self.backward.as_ref().filter(|_| velocity[0] < 0.0);
-        let resistance = backward.unwrap_or(&self.law).sliding(speed);
+        let resistance = self.contact.law_towards(velocity[0]).sliding(speed);
         velocity.map(|v| v / speed * resistance.force(load))
     }
     fn boxed(&self) -> Box<dyn Smooth> {
@@ -88,21 +87,17 @@ impl Smooth for Regularised {
 /// Bristles, whose deflection at the end of the step follows from the velocity there (implicit Euler).
 #[derive(Clone, Debug)]
 struct Bristly {
-    law: Law,
-    backward: Option<Law>,
+    contact: ContactParameters<f64>,
     own: Bristles,
     before: [f64; 3],
     step: f64,
 }
 
 impl Bristly {
-    fn law(&self, velocity: [f64; 3]) -> &Law {
-        self.backward.as_ref().filter(|_| velocity[0] < 0.0).unwrap_or(&self.law)
-    }
-
     fn deflection(&self, velocity: [f64; 3]) -> [f64; 3] {
         let speed = norm(velocity);
-        let decay = self.own.stiffness * speed / self.law(velocity).coefficient(speed);
+        let decay =
+            self.own.stiffness * speed / self.contact.law_towards(velocity[0]).coefficient(speed);
         [0, 1, 2].map(|i| (self.before[i] + self.step * velocity[i]) / (1.0 + self.step * decay))
     }
 }
@@ -110,7 +105,7 @@ impl Bristly {
 impl Smooth for Bristly {
     fn friction(&self, load: f64, velocity: [f64; 3]) -> [f64; 3] {
         let after = self.deflection(velocity);
-        let viscous = self.law(velocity).viscous;
+        let viscous = self.contact.law_towards(velocity[0]).viscous;
         [0, 1, 2].map(|i| {
             let rate = (after[i] - self.before[i]) / self.step;
             load * self.own.coefficient(after[i], rate) + viscous * velocity[i]
@@ -129,18 +124,18 @@ impl Forward {
         time: f64,
         step: f64,
         from: &State<f64>,
-        (modes, bristles, near): (&[Contact], &[[f64; 3]], &[[f64; 3]]),
+        (modes, bristles, near): (&[ContactMode], &[[f64; 3]], &[[f64; 3]]),
         inputs: &mut dyn Inputs,
     ) -> Result<Leap, ForwardError> {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let mut middle = from.clone();
         let half: Vec<f64> = from.rates.iter().map(|v| 0.5 * step * v).collect();
         middle.advance(topology, &half);
-        let ground = self.ground(time + 0.5 * step, middle, bristles, (&[], &[]), inputs);
+        let situation = self.situation(time + 0.5 * step, middle, bristles, (&[], &[]), inputs);
         let ends = self.targets(time + step, inputs);
         let still: Vec<_> = ends.iter().map(|end| Target { acceleration: 0.0, ..*end }).collect();
         let (held, _) = self.held(&still, &[], &[], &[]);
-        let mut rows = Rows::new(topology, parameters, &ground.bodies, &held);
+        let mut rows = Rows::new(topology, parameters, &situation.bodies, &held);
         let n = topology.freedoms();
         for (index, row) in rows.rows.iter_mut().enumerate() {
             let entries = &rows.matrix[index * n..(index + 1) * n];
@@ -149,33 +144,34 @@ impl Forward {
             // At the end the row has changed by half a step's change; `right` is minus the rate of that.
             row.right = (wanted - has) / step + 0.5 * row.right;
         }
-        let scene = self.scene(&ground);
+        let scene = self.scene(&situation);
         let balance = Balance::new(&scene, rows)
             .map_err(|m| self.unsolved(time, Unsolved::Massless(m.body)))?;
-        let smooth = vec![Contact::Sticks; modes.len()];
-        let (_, efforts) = self.acting(&ground, &smooth);
+        let smooth = vec![ContactMode::Sticks; modes.len()];
+        let (_, efforts) = self.acting(&situation, &smooth);
         let base = balance.respond(&scene, &efforts, true);
         let (mut members, mut units) = (Vec::new(), Vec::new());
         for contact in 0..modes.len() {
             let first = units.len();
-            for wrench in self.unit_frictions(&ground.bodies, contact) {
+            for wrench in self.unit_frictions(&situation.bodies, contact) {
                 let joint = parameters.contacts[contact].joint;
                 balance
                     .pushed(&scene, Some((joint, wrench)))
                     .map_err(|m| self.unsolved(time, Unsolved::Massless(m.body)))?;
                 units.push(balance.respond(&scene, &[(joint, wrench)], false));
             }
-            let kind = self.kind(&ground, contact, modes[contact], bristles[contact], step);
+            let kind = self.kind(&situation, contact, modes[contact], bristles[contact], step);
             members.push(Member { contact, places: first..units.len(), kind });
         }
         let count = units.len();
         let (mut free, mut change) = (vec![0.0; count], vec![0.0; count * count]);
-        let none = vec![0.0; n];
+        let drifting = self.accelerated(&situation.bodies, &vec![0.0; n]);
         for member in &members {
-            let drift = self.surface_acceleration_by(&ground.bodies, &none, member.contact);
+            let drift = self.surface_acceleration(&drifting, member.contact);
             for (place, i) in member.places.clone().enumerate() {
-                let rate =
-                    |rates: &[f64]| self.surface_rate(&ground.bodies, rates, member.contact, place);
+                let rate = |rates: &[f64]| {
+                    self.surface_rate(&situation.bodies, rates, member.contact, place)
+                };
                 free[i] =
                     rate(&from.rates) + step * (rate(&base.accelerations) + 0.5 * drift[place]);
                 for (j, unit) in units.iter().enumerate() {
@@ -186,7 +182,7 @@ impl Forward {
         let rate = |k: usize| (from.rates[k] + step * base.accelerations[k]) / self.columns[k];
         let free_rate = (0..n).fold(0.0_f64, |m, k| m.max(rate(k).abs()));
         let mut cone =
-            Cone::new(parameters, &ground.bodies, members, free, change, (&base, &units));
+            Cone::new(parameters, &situation.bodies, members, free, change, (&base, &units));
         // What is redundant agrees to the third power of the step; projection removes the rest.
         cone.slack = SLACK;
         let start: Vec<f64> =
@@ -207,7 +203,7 @@ impl Forward {
             response.add(unit, *amount);
         }
         Ok(self.land(
-            &ground,
+            &situation,
             from,
             step,
             (&members, &found, free_rate),
@@ -218,26 +214,25 @@ impl Forward {
     /// The law of one contact at the end of a step.
     fn kind(
         &self,
-        ground: &Ground,
+        situation: &Situation,
         contact: usize,
-        mode: Contact,
+        mode: ContactMode,
         deflection: [f64; 3],
         step: f64,
     ) -> Kind {
         let content = &self.parameters.contacts[contact];
-        let velocity = ground.velocities[contact];
-        let law = law_of(content, velocity[0]);
+        let velocity = situation.velocities[contact];
+        let law = content.law_towards(velocity[0]);
         if let Some(own) = law.bristles {
-            let (law, backward) = (content.law.clone(), content.backward.clone());
-            let bristly = Bristly { law, backward, own, before: deflection, step };
+            let contact = content.clone();
+            let bristly = Bristly { contact, own, before: deflection, step };
             return Kind::Smooth(Box::new(bristly));
         }
         if law.regularisation.is_some() {
-            let (law, backward) = (content.law.clone(), content.backward.clone());
-            return Kind::Smooth(Box::new(Regularised { law, backward }));
+            return Kind::Smooth(Box::new(Regularised { contact: content.clone() }));
         }
         let speed = norm(velocity);
-        let slides = matches!(mode, Contact::Slides(_)) && speed > 0.0;
+        let slides = matches!(mode, ContactMode::Slides(_)) && speed > 0.0;
         let coefficient = |law: &Law| {
             if is_smooth(content) {
                 0.0
@@ -247,20 +242,17 @@ impl Forward {
                 law.at_rest()
             }
         };
-        Kind::Dry(Dry {
-            forward: coefficient(&content.law),
-            backward: coefficient(content.backward.as_ref().unwrap_or(&content.law)),
-            viscous: law.viscous,
-        })
+        let [forward, backward] = content.laws().map(coefficient);
+        Kind::Dry(Dry { forward, backward, viscous: law.viscous })
     }
 
     fn land(
         &self,
-        ground: &Ground,
+        situation: &Situation,
         from: &State<f64>,
         step: f64,
         (members, found, free_rate): (&[Member], &Found, f64),
-        (before, balance, response): (&[Contact], Balance, Response),
+        (before, balance, response): (&[ContactMode], Balance, Response),
     ) -> Leap {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let count = before.len();
@@ -273,11 +265,11 @@ impl Forward {
         let by: Vec<f64> = mean.iter().map(|v| step * v).collect();
         state.advance(topology, &by);
         state.accelerations.clone_from(&response.accelerations);
-        let mut bodies = ground.bodies.clone();
+        let mut bodies = situation.bodies.clone();
         bodies.move_with(topology, &mean);
         let (mut modes, mut loads) = (before.to_vec(), vec![0.0; count]);
         let (mut velocities, mut frictions) = (vec![[0.0; 3]; count], vec![[0.0; 3]; count]);
-        let mut bristles = ground.bristles.clone();
+        let mut bristles = situation.bristles.clone();
         let mut work = Work { contacts: vec![0.0; count], ..Work::default() };
         for ((member, load), holds) in members.iter().zip(&found.loads).zip(&found.holds) {
             let contact = member.contact;
@@ -286,15 +278,14 @@ impl Forward {
             for (place, i) in member.places.clone().enumerate() {
                 velocities[contact][place] = found.rates[i];
                 frictions[contact][place] = found.amounts[i];
-                let rate = self.surface_rate(&ground.bodies, &mean, contact, place);
+                let rate = self.surface_rate(&situation.bodies, &mean, contact, place);
                 work.contacts[contact] += step * found.amounts[i] * rate;
             }
             if let Kind::Smooth(_) = &member.kind
                 && let Some(own) = content.law.bristles
             {
-                let (law, backward) = (content.law.clone(), content.backward.clone());
                 let before = bristles[contact];
-                let bristly = Bristly { law, backward, own, before, step };
+                let bristly = Bristly { contact: content.clone(), own, before, step };
                 bristles[contact] = bristly.deflection(velocities[contact]);
             }
             if is_smooth(content) {
@@ -302,31 +293,22 @@ impl Forward {
             }
             modes[contact] = if *holds {
                 velocities[contact] = [0.0; 3];
-                Contact::Sticks
+                ContactMode::Sticks
             } else {
                 match mode_of(&found.rates[member.places.clone()], 0.0) {
-                    Contact::AtLimit(direction) => Contact::Slides(direction),
+                    ContactMode::AtLimit(direction) => ContactMode::Slides(direction),
                     other => other,
                 }
             };
         }
-        let mut drives = ground.efforts.clone();
+        let mut drives = situation.efforts.clone();
         for (k, &actuator) in self.prescribed.iter().enumerate() {
             drives[actuator] = response.multipliers[topology.constraints + k];
         }
-        let rate = |actuator: usize| {
-            let at = topology.actuators[actuator];
-            bodies.joint_rates(topology, at.joint)[at.freedom]
-        };
+        let rate = |actuator: usize| bodies.actuator_rate(topology, topology.actuators[actuator]);
         work.drives = drives.iter().enumerate().map(|(k, f)| step * f * rate(k)).collect();
-        let power =
-            |l: &crate::statics::AppliedLoad<f64>| bodies.twist[l.body.0].power(l.wrench(&bodies));
-        work.loads = step * ground.loads.iter().map(power).sum::<f64>();
-        let damper = |spring: &crate::parameters::SpringParameters<f64>| {
-            let rate = Pull::of(spring, &bodies).rate;
-            spring.damping * rate * rate
-        };
-        work.dampers = step * parameters.springs.iter().map(damper).sum::<f64>();
+        work.loads = step * power_of_loads(&situation.loads, &bodies);
+        work.dampers = step * damped(parameters, &bodies);
         Leap {
             state,
             modes,

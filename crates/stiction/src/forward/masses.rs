@@ -2,7 +2,7 @@
 
 use crate::dynamics::Pull;
 use crate::kinematics::Bodies;
-use crate::parameters::Parameters;
+use crate::parameters::{Parameters, SpringParameters};
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Twist, Vec3, Wrench};
 use crate::statics::{AppliedLoad, demand_of_motion};
@@ -41,28 +41,13 @@ impl Inertia {
     /// The momentum of a motion, or what an acceleration demands.
     #[inline(always)]
     pub(super) fn times<T: Scalar>(&self, twist: Twist<T>) -> Wrench<T> {
-        let (mass, moment) = (T::from_f64(self.mass), lift(self.moment));
-        let second = Mat3 { columns: self.second.columns.map(lift) };
+        let (mass, moment) = (T::from_f64(self.mass), self.moment.lift());
+        let second = self.second.lift();
         Wrench {
             force: twist.linear * mass + twist.angular.cross(moment),
             moment: second * twist.angular + moment.cross(twist.linear),
         }
     }
-}
-
-#[inline(always)]
-fn lift<T: Scalar>(v: Vec3<f64>) -> Vec3<T> {
-    Vec3::new(T::from_f64(v.x), T::from_f64(v.y), T::from_f64(v.z))
-}
-
-#[inline(always)]
-pub(super) fn lift_twist<T: Scalar>(twist: Twist<f64>) -> Twist<T> {
-    Twist { angular: lift(twist.angular), linear: lift(twist.linear) }
-}
-
-#[inline(always)]
-pub(super) fn lift_wrench<T: Scalar>(wrench: Wrench<f64>) -> Wrench<T> {
-    Wrench { force: lift(wrench.force), moment: lift(wrench.moment) }
 }
 
 /// Inertia and what drives the tree, at one position and velocity.
@@ -170,6 +155,20 @@ pub(super) fn potential(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f
         0.5 * spring.stiffness * longer * longer
     });
     (1..bodies.pose.len()).map(of_body).chain(of_springs).sum()
+}
+
+/// What dampers of springs dissipate where bodies move like this, W.
+pub(super) fn damped(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
+    let of_spring = |spring: &SpringParameters<f64>| {
+        let rate = Pull::of(spring, bodies).rate;
+        spring.damping * rate * rate
+    };
+    parameters.springs.iter().map(of_spring).sum()
+}
+
+/// The power of all loads where bodies move like this, W.
+pub(super) fn power_of_loads(loads: &[AppliedLoad<f64>], bodies: &Bodies<f64>) -> f64 {
+    loads.iter().map(|load| bodies.twist[load.body.0].power(load.wrench(bodies))).sum()
 }
 
 /// What potential energy grows by where bodies move like this, W.

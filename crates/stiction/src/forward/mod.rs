@@ -10,7 +10,6 @@ mod coupling;
 mod dead;
 mod dop853;
 mod error;
-mod ground;
 mod guess;
 mod initial;
 mod inputs;
@@ -23,6 +22,7 @@ mod project;
 mod rows;
 mod rub;
 mod simulation;
+mod situation;
 mod solve;
 mod stick;
 mod surface;
@@ -30,11 +30,11 @@ mod surface;
 pub use error::{Competitor, ForwardError};
 pub use initial::Known;
 pub use inputs::{ConstantEfforts, Inputs, View};
-pub use instant::{Account, ContactMoment, Instant};
-pub use rub::Contact;
+pub use instant::{Account, ContactInstant, Instant};
+pub use rub::ContactMode;
 pub use simulation::{Checkpoint, Energies, Event, EventKind, Method, Settings, Simulation};
 
-use crate::kinematics::{Assembly, Coordinate, State, Target};
+use crate::kinematics::{Assembly, Coordinate, State, Target, column_scales};
 use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
@@ -107,10 +107,7 @@ impl Forward {
     pub fn with_tree(mechanism: Mechanism, rule: TreeRule, prescribed: &[usize]) -> Self {
         let topology = Topology::with_tree(&mechanism, rule);
         let parameters = Parameters::new(&mechanism);
-        let length = parameters.length;
-        let translates = |dof| topology.dof_translates(dof);
-        let columns =
-            topology.dofs.iter().map(|dof| if translates(dof) { length } else { 1.0 }).collect();
+        let columns = column_scales(&topology, parameters.length);
         let known = 0..topology.actuators.len();
         let prescribed = prescribed.iter().copied().filter(|a| known.contains(a)).collect();
         Self { mechanism, topology, parameters, prescribed, columns }

@@ -5,9 +5,9 @@ use super::balance::DEPENDENT;
 use super::error::ForwardError;
 use super::inputs::joint_coordinate;
 use super::rows::{Held, Rows};
-use crate::joint::Motion;
-use crate::kinematics::{Bodies, State, Target};
+use crate::kinematics::{Bodies, Coordinate, State, Target, deviation, difference};
 use crate::linalg::RowSpace;
+use crate::mechanism::JointId;
 use crate::spatial::{Pose, Quaternion, Twist};
 use crate::topology::{Link, Role};
 
@@ -194,10 +194,8 @@ impl Forward {
         for (target, &Held { joint, freedom, .. }) in targets.iter().zip(&*held) {
             let at = (joint, freedom);
             let found = joint_coordinate((topology, &parameters.pitch), state, bodies, at);
-            let turns = topology.joint_types[joint].freedoms()[freedom].motion == Motion::Rotation
-                && matches!(topology.role[joint], Role::Cut { .. });
-            let apart = found - target.value;
-            errors.push(if turns { apart.sin().atan2(apart.cos()) } else { apart });
+            let coordinate = Coordinate::Joint { joint: JointId(joint), freedom };
+            errors.push(deviation(difference(topology, coordinate), found, target.value));
         }
         errors.extend(self.cut_anchors(anchors).map(|anchor| self.displacement(bodies, anchor)));
     }

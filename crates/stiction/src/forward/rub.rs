@@ -1,15 +1,14 @@
 //! Friction of a contact, affine in its own load.
 
-use crate::dynamics::ContactState;
-use crate::friction::{ContactShape, Law, OwnFriction};
+use crate::dynamics::load_by;
+use crate::friction::{Law, OwnFriction};
 use crate::kinematics::Bodies;
 use crate::parameters::{ContactParameters, Parameters};
 use crate::spatial::Wrench;
-use crate::topology::Topology;
 
 /// What a contact does at the moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Contact {
+pub enum ContactMode {
     /// Friction is a smooth function of velocity and inner state: regularised, viscous alone, or with
     /// bristles.
     Smooth,
@@ -52,50 +51,44 @@ pub(super) fn is_smooth(contact: &ContactParameters<f64>) -> bool {
             || law.regularisation.is_some()
             || (law.at_rest() == 0.0 && law.coefficient(0.0) == 0.0 && law.is_constant())
     };
-    smooth(&contact.law) && contact.backward.as_ref().is_none_or(smooth)
-}
-
-/// The law for this sense of sliding.
-pub(super) fn law_of(contact: &ContactParameters<f64>, sense: f64) -> &Law<f64> {
-    match &contact.backward {
-        Some(backward) if sense < 0.0 => backward,
-        _ => &contact.law,
-    }
+    contact.laws().into_iter().all(smooth)
 }
 
 /// Friction at a surface velocity; `bristles` are deflections, if the law has any.
 pub(super) fn rub(
     contact: &ContactParameters<f64>,
     pitch: f64,
-    mode: Contact,
+    mode: ContactMode,
     velocity: [f64; 3],
     bristles: [f64; 3],
 ) -> Rub {
     let single = contact.shape.has_one_freedom();
     let speed = norm(velocity);
     let direction = match mode {
-        Contact::Sticks => return Rub::none(),
-        Contact::Slides(direction) if single || speed == 0.0 => direction,
-        Contact::AtLimit(direction) => direction,
+        ContactMode::Sticks => return Rub::none(),
+        ContactMode::Slides(direction) if single || speed == 0.0 => direction,
+        ContactMode::AtLimit(direction) => direction,
         _ if single => [if velocity[0] < 0.0 { -1.0 } else { 1.0 }, 0.0, 0.0],
         // Beyond a reversal it keeps its sense for the rest of a step, as contacts with one freedom do.
-        Contact::Slides(before) if dot(velocity, before) < 0.0 => velocity.map(|v| -v / speed),
+        ContactMode::Slides(before) if dot(velocity, before) < 0.0 => velocity.map(|v| -v / speed),
         _ if speed > 0.0 => velocity.map(|v| v / speed),
         _ => [0.0; 3],
     };
     // Along the direction: a little negative where a step looks beyond a reversal.
     let along = dot(velocity, direction);
-    let law = law_of(contact, direction[0]);
+    let law = contact.law_towards(direction[0]);
     let resistance = match mode {
         // Where nothing holds it any more it begins to slide within a step.
-        Contact::AtLimit(_) if along > 0.0 && law.slides_as_at_its_limit() => law.sliding(along),
-        Contact::AtLimit(_) => {
-            crate::friction::Resistance { coefficient: law.at_rest(), viscous: 0.0 }
+        ContactMode::AtLimit(_) if along > 0.0 && law.slides_as_at_its_limit() => {
+            law.sliding(along)
+        }
+        ContactMode::AtLimit(_) => {
+            crate::friction::Resistance { coefficient: law.at_rest(), constant: 0.0 }
         }
         _ => law.sliding(along),
     };
     let mut per_load = direction.map(|d| d * resistance.coefficient);
-    if let (Some(own), Contact::Smooth) = (&law.bristles, mode) {
+    if let (Some(own), ContactMode::Smooth) = (&law.bristles, mode) {
         let rate = bristle_rate(contact, velocity, bristles);
         for i in 0..3 {
             per_load[i] = own.coefficient(bristles[i], rate[i]);
@@ -104,10 +97,10 @@ pub(super) fn rub(
     let arms = contact.arms(pitch);
     let own = OwnFriction {
         coefficient: if single { per_load[0] * direction[0] } else { resistance.coefficient },
-        viscous: resistance.viscous,
+        constant: resistance.constant,
         direction: direction[0],
     };
-    let mut known = direction.map(|d| d * resistance.viscous);
+    let mut known = direction.map(|d| d * resistance.constant);
     for i in 0..3 {
         known[i] *= arms[i];
         per_load[i] *= arms[i];
@@ -121,7 +114,7 @@ pub(super) fn bristle_rate(
     velocity: [f64; 3],
     bristles: [f64; 3],
 ) -> [f64; 3] {
-    let law = law_of(contact, velocity[0]);
+    let law = contact.law_towards(velocity[0]);
     let Some(own) = &law.bristles else { return [0.0; 3] };
     let speed = norm(velocity);
     let mu = law.coefficient(speed);
@@ -133,21 +126,6 @@ pub(super) fn bristle_rate(
     rate
 }
 
-/// The wrench on the joint of efforts on the contact's freedoms.
-pub(super) fn wrench_of(
-    topology: &Topology,
-    bodies: &Bodies<f64>,
-    contact: &ContactParameters<f64>,
-    efforts: [f64; 3],
-) -> Wrench<f64> {
-    let freedoms = topology.joint_types[contact.joint].freedoms();
-    let mut sum = Wrench::zero();
-    for (effort, freedom) in efforts.iter().zip(&freedoms[contact.shape.freedoms()]) {
-        sum += bodies.effort(freedom, contact.joint) * *effort;
-    }
-    sum
-}
-
 /// The load of a contact under its joint's complete wrench.
 pub(super) fn load(
     parameters: &Parameters<f64>,
@@ -156,30 +134,5 @@ pub(super) fn load(
     own: OwnFriction<f64>,
     wrench: Wrench<f64>,
 ) -> crate::friction::Load<f64> {
-    let mut state = ContactState::new();
-    state.press_with(contact, parameters.pitch[contact.joint], bodies, wrench, own);
-    state.load
-}
-
-/// By how much the load can change at most with each of some changes of the wrench.
-pub(super) fn most_changes(
-    parameters: &Parameters<f64>,
-    bodies: &Bodies<f64>,
-    contact: &ContactParameters<f64>,
-    coefficient: f64,
-    wrenches: impl Iterator<Item = Wrench<f64>>,
-    changes: &mut Vec<f64>,
-) {
-    let mut bare = contact.clone();
-    bare.load = bare.load.seminorm();
-    changes.extend(wrenches.map(|wrench| {
-        let of = |direction: f64| {
-            let own = OwnFriction { coefficient, viscous: 0.0, direction };
-            load(parameters, bodies, &bare, own, wrench).value
-        };
-        match contact.shape {
-            ContactShape::Thread => of(1.0).max(of(-1.0)),
-            _ => of(0.0),
-        }
-    }));
+    load_by(&contact.load, contact, parameters.pitch[contact.joint], bodies, wrench, own)
 }

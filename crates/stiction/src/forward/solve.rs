@@ -4,9 +4,9 @@ use super::Forward;
 use super::balance::{Balance, Scratch};
 use super::coupling::{Coupled, Coupling, Lost, Site};
 use super::error::{Competitor, ForwardError};
-use super::ground::Ground;
 use super::rows::Held;
-use super::rub::{Contact, Rub, rub, wrench_of};
+use super::rub::{ContactMode, Rub, rub};
+use super::situation::Situation;
 use crate::kinematics::Target;
 use crate::spatial::Wrench;
 
@@ -37,7 +37,7 @@ impl Forward {
     pub(super) fn held(
         &self,
         targets: &[Target<f64>],
-        modes: &[Contact],
+        modes: &[ContactMode],
         grips: &[f64],
         shares: &[[f64; 3]],
     ) -> (Vec<Held>, Vec<(usize, usize, usize)>) {
@@ -50,7 +50,7 @@ impl Forward {
     pub(super) fn held_into(
         &self,
         targets: &[Target<f64>],
-        modes: &[Contact],
+        modes: &[ContactMode],
         (grips, shares): (&[f64], &[[f64; 3]]),
         held: &mut Vec<Held>,
         holding: &mut Vec<(usize, usize, usize)>,
@@ -69,7 +69,7 @@ impl Forward {
             });
         }
         for (index, (contact, mode)) in self.parameters.contacts.iter().zip(modes).enumerate() {
-            if *mode != Contact::Sticks {
+            if *mode != ContactMode::Sticks {
                 continue;
             }
             for (place, freedom) in contact.shape.freedoms().enumerate() {
@@ -91,19 +91,19 @@ impl Forward {
     /// Friction of all contacts, and the efforts of drives.
     pub(super) fn acting(
         &self,
-        ground: &Ground,
-        modes: &[Contact],
+        situation: &Situation,
+        modes: &[ContactMode],
     ) -> (Vec<Rub>, Vec<(usize, Wrench<f64>)>) {
         let (mut rubs, mut efforts) = (Vec::new(), Vec::new());
-        self.acting_into(ground, modes, &mut rubs, &mut efforts);
+        self.acting_into(situation, modes, &mut rubs, &mut efforts);
         (rubs, efforts)
     }
 
     /// The same in the room that is there.
     fn acting_into(
         &self,
-        ground: &Ground,
-        modes: &[Contact],
+        situation: &Situation,
+        modes: &[ContactMode],
         rubs: &mut Vec<Rub>,
         efforts: &mut Vec<(usize, Wrench<f64>)>,
     ) {
@@ -112,14 +112,14 @@ impl Forward {
         rubs.extend((0..modes.len()).map(|index| {
             let contact = &parameters.contacts[index];
             let pitch = parameters.pitch[contact.joint];
-            let (velocity, deflection) = (ground.velocities[index], ground.bristles[index]);
+            let (velocity, deflection) = (situation.velocities[index], situation.bristles[index]);
             rub(contact, pitch, modes[index], velocity, deflection)
         }));
         efforts.clear();
-        for (actuator, effort) in topology.actuators.iter().zip(&ground.efforts) {
+        for (actuator, effort) in topology.actuators.iter().zip(&situation.efforts) {
             if *effort != 0.0 {
                 let freedom = &topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
-                let unit = ground.bodies.effort(freedom, actuator.joint);
+                let unit = situation.bodies.effort(freedom, actuator.joint);
                 efforts.push((actuator.joint, unit * *effort));
             }
         }
@@ -128,14 +128,14 @@ impl Forward {
     /// The wrenches of friction on joints, with one newton where the load makes it.
     fn rubbing<'r>(
         &'r self,
-        ground: &'r Ground,
+        situation: &'r Situation,
         rubs: &'r [Rub],
     ) -> impl Iterator<Item = (usize, Wrench<f64>)> + 'r {
         let each = self.parameters.contacts.iter().zip(rubs);
         each.flat_map(|(content, rub)| [(content, rub.known), (content, rub.per_load)])
             .filter(|(_, part)| *part != [0.0; 3])
             .map(|(content, part)| {
-                (content.joint, wrench_of(&self.topology, &ground.bodies, content, part))
+                (content.joint, situation.bodies.wrench_of(&self.topology, content, part))
             })
     }
 
@@ -143,70 +143,70 @@ impl Forward {
     /// are coupled.
     pub(super) fn solve(
         &self,
-        ground: &Ground,
-        modes: &[Contact],
+        situation: &Situation,
+        modes: &[ContactMode],
         known: Option<&[f64]>,
         measure: bool,
     ) -> Result<Solved, Unsolved> {
         let mut solved = Solved::default();
-        self.solve_into(ground, modes, known, measure, &mut solved)?;
+        self.solve_into(situation, modes, known, measure, &mut solved)?;
         Ok(solved)
     }
 
     /// The same in the room that is there.
     pub(super) fn solve_into(
         &self,
-        ground: &Ground,
-        modes: &[Contact],
+        situation: &Situation,
+        modes: &[ContactMode],
         known: Option<&[f64]>,
         measure: bool,
         solved: &mut Solved,
     ) -> Result<(), Unsolved> {
-        let scene = self.scene(ground);
+        let scene = self.scene(situation);
         let Solved { balance, held, holding, scratch, .. } = solved;
-        let measures = (&ground.grips[..], &ground.shares[..]);
-        self.held_into(&ground.targets, modes, measures, held, holding);
-        balance.rows.update(&self.topology, &self.parameters, &ground.bodies, held);
+        let measures = (&situation.grips[..], &situation.shares[..]);
+        self.held_into(&situation.targets, modes, measures, held, holding);
+        balance.rows.update(&self.topology, &self.parameters, &situation.bodies, held);
         balance.update(&scene, scratch).map_err(|m| Unsolved::Massless(m.body))?;
-        self.couple(ground, modes, known, measure, solved)
+        self.couple(situation, modes, known, measure, solved)
     }
 
     /// Solves it where conditions and masses are what they were.
     pub(super) fn couple(
         &self,
-        ground: &Ground,
-        modes: &[Contact],
+        situation: &Situation,
+        modes: &[ContactMode],
         known: Option<&[f64]>,
         measure: bool,
         solved: &mut Solved,
     ) -> Result<(), Unsolved> {
         let Solved { coupled, balance, rubs, strength, coupling, efforts, scratch, .. } = solved;
-        self.acting_into(ground, modes, rubs, efforts);
+        self.acting_into(situation, modes, rubs, efforts);
         if balance.has_idle() {
-            let pushes = efforts.iter().copied().chain(self.rubbing(ground, rubs));
+            let pushes = efforts.iter().copied().chain(self.rubbing(situation, rubs));
             for push in pushes {
                 balance
-                    .pushed(&self.scene(ground), Some(push))
+                    .pushed(&self.scene(situation), Some(push))
                     .map_err(|m| Unsolved::Massless(m.body))?;
             }
         }
-        let site = Site { scene: self.scene(ground), rubs };
+        let site = Site { scene: self.scene(situation), rubs };
         coupling.update(site, balance, efforts, scratch);
         *strength = measure.then(|| coupling.strength(site));
         coupling.solve(site, balance, known, scratch, coupled).map_err(Unsolved::Lost)?;
-        balance.keep_spins(&self.scene(ground), &mut coupled.response.accelerations);
+        balance.keep_spins(&self.scene(situation), &mut coupled.response.accelerations);
         Ok(())
     }
 
     /// Other solutions of the same choice than the given one, as far as they are found.
     pub(super) fn others(
         &self,
-        ground: &Ground,
-        modes: &[Contact],
+        situation: &Situation,
+        modes: &[ContactMode],
         solved: &mut Solved,
     ) -> Vec<Competitor> {
         let Solved { coupled, balance, rubs, coupling, scratch, .. } = solved;
-        let site = Site { scene: self.scene(ground), rubs };
+        let site = Site { scene: self.scene(situation), rubs };
         let others =
             coupling.others(site, balance, coupled, scratch).into_iter().map(|other| Competitor {
                 loads: other.loads,

@@ -2,39 +2,15 @@
 
 use super::Forward;
 use super::rows::each_freedom;
-use super::rub::wrench_of;
 use crate::kinematics::Bodies;
-use crate::parameters::{ContactParameters, Parameters};
 use crate::spatial::Wrench;
-use crate::topology::Topology;
-
-/// The sliding velocity at the surface, m/s.
-pub(super) fn surface_velocity(
-    topology: &Topology,
-    parameters: &Parameters<f64>,
-    bodies: &Bodies<f64>,
-    contact: &ContactParameters<f64>,
-) -> [f64; 3] {
-    let rates = bodies.joint_rates(topology, contact.joint);
-    let arms = contact.arms(parameters.pitch[contact.joint]);
-    let mut velocity = [0.0; 3];
-    for ((v, arm), rate) in velocity.iter_mut().zip(arms).zip(&rates[contact.shape.freedoms()]) {
-        *v = rate * arm;
-    }
-    velocity
-}
 
 impl Forward {
-    /// The acceleration of a contact's surface where the tree accelerates so, m/s^2.
-    pub(super) fn surface_acceleration_by(
-        &self,
-        bodies: &Bodies<f64>,
-        accelerations: &[f64],
-        contact: usize,
-    ) -> [f64; 3] {
+    /// The bodies where the tree accelerates so.
+    pub(super) fn accelerated(&self, bodies: &Bodies<f64>, accelerations: &[f64]) -> Bodies<f64> {
         let mut bodies = bodies.clone();
         bodies.accelerate(&self.topology, accelerations);
-        self.surface_acceleration(&bodies, contact)
+        bodies
     }
 
     /// The acceleration of a contact's surface where bodies accelerate as they do, m/s^2.
@@ -63,7 +39,7 @@ impl Forward {
         let each = (0..content.shape.freedoms().len()).map(|place| {
             let mut efforts = [0.0; 3];
             efforts[place] = -arms[place];
-            wrench_of(&self.topology, bodies, content, efforts)
+            bodies.wrench_of(&self.topology, content, efforts)
         });
         each.collect()
     }

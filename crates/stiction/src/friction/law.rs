@@ -70,21 +70,21 @@ pub enum Exponent<T = f64> {
 pub struct Resistance<T> {
     /// Friction force for each newton of load.
     pub coefficient: T,
-    /// Friction force without load, N, not negative.
-    pub viscous: T,
+    /// Friction force whatever the load, N: of a law the viscous one, not negative.
+    pub constant: T,
 }
 
 impl<T: Scalar> Resistance<T> {
     /// Coulomb and viscous friction at a sliding speed of magnitude `speed`, m/s.
     #[inline]
     pub fn coulomb_viscous(coulomb: T, viscous: T, speed: T) -> Self {
-        Self { coefficient: coulomb, viscous: viscous * speed }
+        Self { coefficient: coulomb, constant: viscous * speed }
     }
 
     /// The magnitude of the friction force under a load, N.
     #[inline]
     pub fn force(&self, load: T) -> T {
-        self.viscous + self.coefficient * load
+        self.constant + self.coefficient * load
     }
 }
 
@@ -298,8 +298,8 @@ mod tests {
                     let at = |speed| law.sliding(speed);
                     let resistance = at(speed);
                     prop_assert_eq!(lanes.coefficient.0[lane], resistance.coefficient);
-                    prop_assert_eq!(lanes.viscous.0[lane], resistance.viscous);
-                    prop_assert!(resistance.coefficient >= 0.0 && resistance.viscous >= 0.0);
+                    prop_assert_eq!(lanes.constant.0[lane], resistance.constant);
+                    prop_assert!(resistance.coefficient >= 0.0 && resistance.constant >= 0.0);
 
                     let dual = duals.sliding(Dual::variable(speed, 0));
                     prop_assert_eq!(dual.coefficient.value, resistance.coefficient);

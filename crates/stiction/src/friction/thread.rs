@@ -14,7 +14,7 @@ use crate::spatial::{Twist, Vec3, Wrench};
 /// `d = 1` where it slides forward, `-1` backward, the flanks carry
 ///
 /// ```text
-/// N cos b = | F / cos l + d R tan l |,    R = viscous + coefficient (N + N_other)
+/// N cos b = | F / cos l + d R tan l |,    R = constant + coefficient (N + N_other)
 /// ```
 ///
 /// which is solved here for `N`: on either side of zero it is linear. What drives the joint does
@@ -35,7 +35,7 @@ pub struct OwnFriction<T> {
     /// Its force for each newton of load.
     pub coefficient: T,
     /// Its force without load, N.
-    pub viscous: T,
+    pub constant: T,
     /// 1 where it slides forward, -1 backward; at rest the part of it by which it holds.
     pub direction: T,
 }
@@ -43,7 +43,7 @@ pub struct OwnFriction<T> {
 impl<T: Scalar> OwnFriction<T> {
     /// None.
     pub fn none() -> Self {
-        Self { coefficient: T::zero(), viscous: T::zero(), direction: T::zero() }
+        Self { coefficient: T::zero(), constant: T::zero(), direction: T::zero() }
     }
 }
 
@@ -68,7 +68,7 @@ impl<T: Scalar> Thread<T> {
         let over_cosine = self.way() / self.radius;
         let back = own.direction * lead;
         let axial = wrench.force.dot(axis) * over_cosine
-            + back * (own.viscous + own.coefficient * other.value);
+            + back * (own.constant + own.coefficient * other.value);
         let sign = axial.if_positive(T::one(), (-axial).if_positive(-T::one(), T::zero()));
         let left = map.flank_cosine.unwrap_or(T::one()) - sign * back * own.coefficient;
         // Zero divided into what is not.
@@ -109,7 +109,7 @@ mod tests {
             type D = Dual<Lanes<f64, 2>, 6>;
             let thread = Thread { radius: 0.01, pitch };
             let direction = if forward { 1.0 } else { -1.0 };
-            let own = OwnFriction { coefficient, viscous: 0.7, direction };
+            let own = OwnFriction { coefficient, constant: 0.7, direction };
             let (at, axis) = (Vec3::new(0.1, 0.2, -0.1), Vec3::unit(2));
             let wrench = Wrench {
                 force: Vec3::new(c[0], c[1], c[2]),
@@ -122,7 +122,7 @@ mod tests {
             // Along the axis, per unit: the normal has cos b cos l, friction sin l.
             let lead = (pitch / thread.radius).atan();
             let normal = load.value - other.value;
-            let friction = own.viscous + coefficient * load.value;
+            let friction = own.constant + coefficient * load.value;
             let errors = [1.0, -1.0].map(|flank| {
                 let along = flank * normal * 0.9 * lead.cos() - direction * friction * lead.sin();
                 (along - c[2]).abs()
@@ -138,7 +138,7 @@ mod tests {
             let thread = Thread { radius: lift(thread.radius), pitch: lift(pitch) };
             let own = OwnFriction {
                 coefficient: lift(coefficient),
-                viscous: lift(own.viscous),
+                constant: lift(own.constant),
                 direction: lift(direction),
             };
             let map = MAP.lift::<D>();
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn friction_that_outgrows_its_load_has_no_bound() {
         let thread = Thread { radius: 0.01, pitch: 0.02 };
-        let own = OwnFriction { coefficient: 0.5, viscous: 0.0, direction: 1.0 };
+        let own = OwnFriction { coefficient: 0.5, constant: 0.0, direction: 1.0 };
         let force = Vec3::unit(2) * 10.0;
         let wrench = Wrench { force, moment: Vec3::zero() };
         let map = LoadMap { preload: 0.0, ..MAP };

@@ -3,10 +3,10 @@
 //! Equations (K1) and (K2) of the book's theory.
 
 use crate::joint::{Carrier, Freedom, MOST_FREEDOMS};
-use crate::parameters::Parameters;
+use crate::parameters::{ContactParameters, Parameters};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Quaternion, Twist, Vec3, Wrench};
-use crate::topology::{Link, Topology};
+use crate::topology::{Actuator, Link, Topology};
 
 /// Coordinates, rates and accelerations of the tree: what determines the motion of everything.
 #[derive(Debug, PartialEq)]
@@ -256,6 +256,43 @@ impl<T: Scalar> Bodies<T> {
             *rate = relative.power(self.effort(freedom, joint));
         }
         rates
+    }
+
+    /// The rate of an actuator.
+    pub(crate) fn actuator_rate(&self, topology: &Topology, actuator: Actuator) -> T {
+        self.joint_rates(topology, actuator.joint)[actuator.freedom]
+    }
+
+    /// The velocity of a contact's surface along each of its freedoms, m/s; `pitch` is the joint's.
+    #[inline]
+    pub fn surface_velocity(
+        &self,
+        topology: &Topology,
+        contact: &ContactParameters<T>,
+        pitch: T,
+    ) -> [T; 3] {
+        let rates = self.joint_rates(topology, contact.joint);
+        let rates = &rates[contact.shape.freedoms()];
+        let mut surface = [T::zero(); 3];
+        for ((velocity, arm), &rate) in surface.iter_mut().zip(contact.arms(pitch)).zip(rates) {
+            *velocity = rate * arm;
+        }
+        surface
+    }
+
+    /// The wrench on its joint of efforts on a contact's freedoms.
+    pub(crate) fn wrench_of(
+        &self,
+        topology: &Topology,
+        contact: &ContactParameters<T>,
+        efforts: [T; 3],
+    ) -> Wrench<T> {
+        let freedoms = topology.joint_types[contact.joint].freedoms();
+        let mut sum = Wrench::zero();
+        for (&effort, freedom) in efforts.iter().zip(&freedoms[contact.shape.freedoms()]) {
+            sum += self.effort(freedom, contact.joint) * effort;
+        }
+        sum
     }
 
     /// The wrench of a unit effort on a joint's freedom.

@@ -18,7 +18,7 @@ pub(super) struct Measured<T> {
 
 /// How the difference of two values of a coordinate is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Difference {
+pub(crate) enum Difference {
     /// As of numbers.
     Plain,
     /// As of angles, modulo a full turn.
@@ -46,7 +46,7 @@ pub(super) fn path(topology: &Topology, coordinate: Coordinate) -> Vec<(usize, f
 
 /// How differences of the coordinate are taken. Joint coordinates of the tree are kept as they
 /// are, also over several turns; what is read off a pose is known only modulo a turn.
-pub(super) fn difference(topology: &Topology, coordinate: Coordinate) -> Difference {
+pub(crate) fn difference(topology: &Topology, coordinate: Coordinate) -> Difference {
     match coordinate {
         Coordinate::Angle { .. } => Difference::Angle,
         Coordinate::Joint { joint, freedom } => {
@@ -69,7 +69,7 @@ pub(super) fn tree_angle(topology: &Topology, coordinate: Coordinate) -> Option<
 }
 
 /// `found - wanted` in the sense of `difference`.
-pub(super) fn deviation<T: Scalar>(difference: Difference, found: T, wanted: T) -> T {
+pub(crate) fn deviation<T: Scalar>(difference: Difference, found: T, wanted: T) -> T {
     match difference {
         Difference::Plain => found - wanted,
         Difference::Angle => {

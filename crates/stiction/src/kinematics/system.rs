@@ -9,7 +9,7 @@
 use super::bodies::{Bodies, State};
 use super::coordinate::{Coordinate, Target};
 use super::measure;
-use super::prescription::{Prescription, Row};
+use super::prescription::Prescription;
 use super::rotation_vector::{Orientation, RotationVector};
 use crate::linalg::{Elimination, Plan, RankDeficient, Scales};
 use crate::parameters::Parameters;
@@ -29,7 +29,7 @@ fn wanted_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -> O
 }
 
 /// Factors that make rates of translations and rotations comparable.
-pub(super) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
+pub(crate) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
     let translates = |dof: &crate::topology::Dof| topology.dof_translates(dof);
     topology.dofs.iter().map(|dof| if translates(dof) { length } else { 1.0 }).collect()
 }
@@ -71,10 +71,7 @@ impl<T: Scalar> Kinematics<T> {
     /// The largest loop-closure error over all cut joints, m; angles times `length`.
     pub fn closure_error(&self, prescription: &Prescription, length: f64) -> f64 {
         let errors = self.errors[..self.closures].iter().zip(&prescription.rows);
-        let in_metres =
-            |(error, row): (&T, &Row)| error.largest() * if row.is_angle { length } else { 1.0 };
-        // A NaN must not be passed over.
-        errors.map(in_metres).fold(0.0, |max, e| if e > max || e.is_nan() { e } else { max })
+        largest_in_metres(errors.map(|(error, row)| (error.largest(), row.is_angle)), length)
     }
 
     /// The largest error of any row: loop closure or deviation from the prescription, m or rad.
@@ -367,6 +364,30 @@ impl Kinematics<f64> {
         }
         matrix
     }
+}
+
+/// The largest loop-closure error over all cut joints where bodies are like this, m; angles times the characteristic
+/// length.
+pub(crate) fn closure_error(
+    topology: &Topology,
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+) -> f64 {
+    let errors = topology.cuts.iter().flat_map(|cut| {
+        let joint_type = topology.joint_types[cut.joint];
+        let relative = bodies.frame_j[cut.joint].inverse() * bodies.frame_k[cut.joint];
+        let (misfit, _) = joint_type.misfit(relative, parameters.pitch[cut.joint]);
+        let constraints = joint_type.constraints().iter();
+        misfit.into_iter().zip(constraints).map(|(error, row)| (error.largest(), row.is_moment()))
+    });
+    largest_in_metres(errors, parameters.length)
+}
+
+/// The largest of the sizes of errors; those that are said to be angles times `length`.
+fn largest_in_metres(errors: impl Iterator<Item = (f64, bool)>, length: f64) -> f64 {
+    let in_metres = errors.map(|(size, is_angle)| size * if is_angle { length } else { 1.0 });
+    // A NaN must not be passed over.
+    in_metres.fold(0.0, |max, e| if e > max || e.is_nan() { e } else { max })
 }
 
 fn largest<T: Scalar>(values: &[T]) -> f64 {

@@ -106,6 +106,14 @@ macro_rules! vector_space {
             }
         }
 
+        impl $name<f64> {
+            /// The same as constants of another scalar.
+            #[inline(always)]
+            pub fn lift<T: Scalar>(self) -> $name<T> {
+                $name { $a: self.$a.lift(), $b: self.$b.lift() }
+            }
+        }
+
         impl<T: Scalar> Add for $name<T> {
             type Output = Self;
             #[inline(always)]

@@ -3,7 +3,7 @@
 //! Equation (F5) of the book's theory.
 
 use super::Balance;
-use crate::dynamics::contacts::{ContactState, Contacts, Coupling, wrench_against};
+use crate::dynamics::contacts::{ContactState, Contacts, Coupling};
 use crate::dynamics::plan::BalancePlan;
 use crate::dynamics::setup::Setup;
 use crate::kinematics::Bodies;
@@ -73,7 +73,7 @@ impl<T: Scalar> Balance<T> {
         for (place, index) in range.take(2).enumerate() {
             let (contact, state) = (&parameters.contacts[index], &contacts.states[index]);
             let (force, slope) = state.linear(coupling, self.joint_wrenches[joint]);
-            q[place] = wrench_against(topology, contact, state, bodies);
+            q[place] = bodies.wrench_of(topology, contact, state.against);
             n[place] = slope;
             constant += q[place] * force;
         }
@@ -116,7 +116,7 @@ impl<T: Scalar> Balance<T> {
                 }
             }
             Role::Cut { cut } => {
-                let wrench = wrench_against(topology, contact, state, bodies);
+                let wrench = bodies.wrench_of(topology, contact, state.against);
                 self.cut_constants[cut] = wrench * state.friction();
             }
         }

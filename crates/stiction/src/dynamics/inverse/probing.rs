@@ -4,7 +4,7 @@ use super::Inverse;
 use crate::dynamics::contacts::Coupling;
 use crate::dynamics::settings::{FrictionMode, Settings};
 use crate::dynamics::setup::Setup;
-use crate::friction::{ContactShape, OwnFriction, Resistance};
+use crate::friction::Resistance;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
@@ -85,7 +85,7 @@ impl<T: Scalar> Inverse<T> {
         frictions: &[T],
     ) {
         for (state, friction) in self.contacts.states.iter_mut().zip(frictions) {
-            state.resistance = Resistance { coefficient: T::zero(), viscous: *friction };
+            state.resistance = Resistance { coefficient: T::zero(), constant: *friction };
         }
         self.couple(setup, parameters, bodies, Coupling::Frozen);
         self.finish_friction(setup.topology, parameters, bodies);
@@ -100,35 +100,5 @@ impl<T: Scalar> Inverse<T> {
     ) -> &[Wrench<T>] {
         self.couple(setup, parameters, bodies, Coupling::Frozen);
         &self.balance.joint_wrenches
-    }
-
-    /// The most by which the load of a contact may change where its joint's wrench changes by
-    /// `wrench`, whatever it is: the load of that change alone, with neither preload nor smoothing.
-    /// Where a load contains the contact's own friction, that is the worse of both directions, for
-    /// this coefficient.
-    pub(in crate::dynamics) fn most_change_of_load(
-        &self,
-        contact: usize,
-        parameters: &Parameters<T>,
-        bodies: &Bodies<T>,
-        wrench: Wrench<T>,
-        coefficient: T,
-    ) -> T {
-        let mut content = parameters.contacts[contact].clone();
-        content.load = content.load.seminorm();
-        let pitch = parameters.pitch[content.joint];
-        let mut state = self.contacts.states[contact];
-        let mut most = |direction: T| {
-            let own = OwnFriction { coefficient, viscous: T::zero(), direction };
-            state.press_with(&content, pitch, bodies, wrench, own);
-            state.load.value
-        };
-        let ahead = most(T::one());
-        if content.shape != ContactShape::Thread {
-            // No other load contains its own friction.
-            return ahead;
-        }
-        let back = most(-T::one());
-        (ahead - back).if_positive(ahead, back)
     }
 }

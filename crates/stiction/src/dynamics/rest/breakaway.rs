@@ -60,14 +60,7 @@ pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>
         }
         bodies.move_with(topology, &rates);
         let sliding = parameters.contacts.iter().map(|contact| {
-            let rates = bodies.joint_rates(topology, contact.joint);
-            let arms = contact.arms(parameters.pitch[contact.joint]);
-            let mut surface = [0.0; 3];
-            let own = &rates[contact.shape.freedoms()];
-            for ((velocity, rate), arm) in surface.iter_mut().zip(own).zip(arms) {
-                *velocity = rate * arm;
-            }
-            surface
+            bodies.surface_velocity(topology, contact, parameters.pitch[contact.joint])
         });
         Some(sliding.collect())
     });

@@ -1,11 +1,12 @@
 //! What friction does: joints' wrenches and drives are affine in the friction forces.
 
+use crate::dynamics::contacts::load_by;
 use crate::dynamics::inverse::Inverse;
 use crate::dynamics::settings::{FrictionMode, Settings};
 use crate::dynamics::setup::Setup;
-use crate::friction::{OwnFriction, Resistance};
+use crate::friction::{LoadMap, OwnFriction, Resistance};
 use crate::kinematics::Bodies;
-use crate::parameters::{ContactParameters, Parameters};
+use crate::parameters::Parameters;
 use crate::spatial::Wrench;
 use nalgebra::DMatrix;
 
@@ -48,8 +49,8 @@ impl<'a> FrictionMap<'a> {
         let mut respond = |contact: usize, held: [f64; 3], force: f64| {
             probe.set_held(contact, held);
             probe.rub_at(setup.topology, parameters, bodies, settings, 1.0);
-            probe.set_resistances(Resistance { coefficient: 0.0, viscous: 0.0 });
-            probe.set_resistance(contact, Resistance { coefficient: 0.0, viscous: force });
+            probe.set_resistances(Resistance { coefficient: 0.0, constant: 0.0 });
+            probe.set_resistance(contact, Resistance { coefficient: 0.0, constant: force });
             let wrenches = probe.frozen_wrenches(setup, parameters, bodies).to_vec();
             probe.finish_friction(setup.topology, parameters, bodies);
             probe.set_held(contact, [0.0; 3]);
@@ -118,8 +119,7 @@ impl<'a> FrictionMap<'a> {
             return [state.resistance.coefficient; 2];
         }
         let content = &self.parameters.contacts[contact];
-        let forward = content.law.at_rest();
-        [forward, content.backward.as_ref().map_or(forward, |law| law.at_rest())]
+        content.laws().map(|law| law.at_rest())
     }
 
     /// Whether a contact rests.
@@ -141,12 +141,8 @@ impl<'a> FrictionMap<'a> {
                 }
                 let content = &self.parameters.contacts[contact];
                 let wrench = self.inverse.joint_wrenches()[content.joint];
-                self.load_of(
-                    contact,
-                    content,
-                    wrench + self.change(content.joint, frictions),
-                    frictions,
-                )
+                let change = self.change(content.joint, frictions);
+                self.load_of(contact, &content.load, wrench + change, frictions)
             })
             .collect()
     }
@@ -154,15 +150,12 @@ impl<'a> FrictionMap<'a> {
     /// The most by which the load of each contact changes with frictions that change by these,
     /// whatever they were before: loads are norms of the reaction, up to constants.
     pub(super) fn most_changes(&self, frictions: &[f64]) -> Vec<f64> {
-        let of = |content: &ContactParameters<f64>| ContactParameters {
-            load: content.load.seminorm(),
-            ..content.clone()
-        };
         (0..self.contacts())
             .map(|contact| {
-                let content = of(&self.parameters.contacts[contact]);
-                let change = self.change(content.joint, frictions);
-                if self.coupled { self.load_of(contact, &content, change, frictions) } else { 0.0 }
+                let content = &self.parameters.contacts[contact];
+                let (map, change) =
+                    (content.load.seminorm(), self.change(content.joint, frictions));
+                if self.coupled { self.load_of(contact, &map, change, frictions) } else { 0.0 }
             })
             .collect()
     }
@@ -193,19 +186,19 @@ impl<'a> FrictionMap<'a> {
     fn load_of(
         &self,
         contact: usize,
-        content: &ContactParameters<f64>,
+        map: &LoadMap<f64>,
         wrench: Wrench<f64>,
         frictions: &[f64],
     ) -> f64 {
         // A thread's own friction bears a part of its load; it has one component.
         let own = self.owners().position(|owner| owner == contact);
-        let viscous = own.map_or(0.0, |k| frictions[k]);
-        let mut state = self.inverse.contacts()[contact];
+        let constant = own.map_or(0.0, |k| frictions[k]);
+        let state = &self.inverse.contacts()[contact];
         let direction = if state.sliding > 0.0 { state.sense } else { 1.0 };
-        let own = OwnFriction { coefficient: 0.0, viscous, direction };
+        let own = OwnFriction { coefficient: 0.0, constant, direction };
+        let content = &self.parameters.contacts[contact];
         let pitch = self.parameters.pitch[content.joint];
-        state.press_with(content, pitch, self.bodies, wrench, own);
-        state.load()
+        load_by(map, content, pitch, self.bodies, wrench, own).value
     }
 }
 

@@ -5,7 +5,7 @@
 mod planning;
 mod solve;
 
-use super::contacts::ContactState;
+use super::contacts::load_by;
 use super::coupling::CouplingRoom;
 use super::forces::Forces;
 use super::inverse::Inverse;
@@ -15,12 +15,13 @@ use super::settings::{FrictionMode, Settings};
 use super::setup::Setup;
 use super::shares::{Shares, Sharing};
 use super::structure::Weighting;
+use crate::friction::OwnFriction;
 use crate::kinematics::{
     Assembly, AssemblyError, Bodies, Coordinate, Kinematics, Target, actuator_rate, body_twists,
 };
 use crate::linalg::Elimination;
 use crate::mechanism::{BodyId, JointId, Mechanism};
-use crate::parameters::{ContactParameters, Parameters};
+use crate::parameters::Parameters;
 use crate::spatial::Pose;
 use crate::statics::newton_euler::NewtonEuler;
 use crate::statics::{DETERMINED, IdleAxis, Statics};
@@ -317,7 +318,7 @@ impl InverseDynamics {
     pub fn drive_rates(&self) -> impl Iterator<Item = f64> {
         let (topology, bodies) = (&self.topology, self.bodies());
         let actuators = topology.actuators.iter();
-        actuators.map(|a| bodies.joint_rates(topology, a.joint)[a.freedom])
+        actuators.map(|actuator| bodies.actuator_rate(topology, *actuator))
     }
 
     /// A copy that passes the present position the other way: all rates reversed, accelerations
@@ -399,11 +400,11 @@ impl InverseDynamics {
         for stress in statics.self_stresses() {
             for (flag, contact) in determined.iter_mut().zip(&self.parameters.contacts) {
                 // The load map of the self-stress alone.
-                let alone = ContactParameters { load: contact.load.seminorm(), ..contact.clone() };
+                let map = contact.load.seminorm();
                 let pitch = self.parameters.pitch[contact.joint];
-                let mut state = ContactState::new();
-                state.press(&alone, pitch, self.bodies(), stress[contact.joint]);
-                *flag &= state.load() < DETERMINED;
+                let (wrench, none) = (stress[contact.joint], OwnFriction::none());
+                let load = load_by(&map, contact, pitch, self.bodies(), wrench, none);
+                *flag &= load.value < DETERMINED;
             }
         }
         determined

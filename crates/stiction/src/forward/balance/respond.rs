@@ -5,7 +5,6 @@ use super::response::Response;
 use super::scene::Scene;
 use super::spread;
 use super::{Balance, dot, fill};
-use crate::forward::masses::{lift_twist, lift_wrench};
 use crate::forward::rows::each_freedom;
 use crate::scalar::{Lanes, Scalar};
 use crate::spatial::{Twist, Wrench};
@@ -120,7 +119,7 @@ impl Balance {
         let mut lanes = [(0, Wrench::zero()); 4];
         for (k, (&(joint, effort), lane)) in efforts.iter().zip(&mut lanes).enumerate() {
             let only = Four::from_fn(|l| if l == k { 1.0 } else { 0.0 });
-            *lane = (joint, lift_wrench::<Four>(effort) * only);
+            *lane = (joint, effort.lift::<Four>() * only);
             each_freedom(scene.topology, joint, |dof, sign| {
                 four.push[dof].0[k] += sign * scene.bodies.screws[dof].power(effort);
             });
@@ -199,7 +198,7 @@ impl Balance {
                 _ => Twist::zero(),
             };
             for dof in node.dofs.clone() {
-                sum += lift_twist(bodies.screws[dof]) * accelerations[dof];
+                sum += bodies.screws[dof].lift() * accelerations[dof];
             }
             sums[node.body] = sum;
             beyond[node.body] += masses.inertia[node.body].times(sum);
@@ -208,7 +207,7 @@ impl Balance {
         let in_cuts = |joint: usize| matches!(topology.role[joint], Role::Cut { .. });
         for (row, multiplier) in self.rows.rows.iter().zip(&*multipliers) {
             if in_cuts(row.joint) {
-                wrenches[row.joint] += lift_wrench(row.covector) * *multiplier;
+                wrenches[row.joint] += row.covector.lift() * *multiplier;
             }
         }
         for &(joint, wrench) in efforts {

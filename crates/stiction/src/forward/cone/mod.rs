@@ -28,7 +28,7 @@ mod sweep;
 pub(super) use laws::{Dry, Kind, Smooth};
 pub(super) use problem::{Cone, Member};
 
-use super::rub::{Contact, norm};
+use super::rub::{ContactMode, norm};
 
 /// Laws hold to this part of the largest force.
 const SETTLED: f64 = 1e-12;
@@ -152,9 +152,9 @@ impl Cone<'_> {
 
 /// What a member of dry friction does where its rates and frictions are these: it slides where its rate is
 /// more than `none`.
-pub(super) fn mode_of(rates: &[f64], none: f64) -> Contact {
+pub(super) fn mode_of(rates: &[f64], none: f64) -> ContactMode {
     let mut begins = [0.0; 3];
     begins[..rates.len()].copy_from_slice(rates);
     let rate = norm(begins);
-    if rate > none { Contact::AtLimit(begins.map(|a| a / rate)) } else { Contact::Sticks }
+    if rate > none { ContactMode::AtLimit(begins.map(|a| a / rate)) } else { ContactMode::Sticks }
 }

@@ -99,7 +99,7 @@ impl<'a> Cone<'a> {
                 let friction = amounts[places.start];
                 OwnFriction {
                     coefficient: 0.0,
-                    viscous: friction.abs(),
+                    constant: friction.abs(),
                     direction: friction.signum(),
                 }
             }

@@ -12,7 +12,7 @@ mod uniqueness;
 pub(super) use solution::Lost;
 
 use super::balance::{Balance, Four, Response, Scene, Scratch};
-use super::rub::{Rub, load, wrench_of};
+use super::rub::{Rub, load};
 use crate::friction::Load;
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
@@ -66,7 +66,7 @@ impl Site<'_> {
     fn against(&self, contact: usize, part: [f64; 3]) -> (usize, Wrench<f64>) {
         let Scene { topology, parameters, bodies, .. } = self.scene;
         let content = &parameters.contacts[contact];
-        (content.joint, wrench_of(topology, bodies, content, part.map(|x| -x)))
+        (content.joint, bodies.wrench_of(topology, content, part.map(|x| -x)))
     }
 }
 

@@ -2,10 +2,9 @@
 
 use super::solution::{Room, UNBOUNDED, greatest};
 use super::{Coupled, Coupling, Site};
-use crate::dynamics::radius_bound;
+use crate::dynamics::{most_change_of_load, radius_bound};
 use crate::forward::balance::Scene;
 use crate::forward::balance::{Balance, Four, Scratch};
-use crate::forward::rub::most_changes;
 use crate::random::Random;
 use crate::spatial::{Vec3, Wrench};
 
@@ -32,7 +31,9 @@ impl Coupling {
                 let [a, b, c, d, e, f] = rows.map(|row| row[l / 4].0[l % 4]);
                 Wrench { force: Vec3::new(a, b, c), moment: Vec3::new(d, e, f) }
             });
-            most_changes(parameters, bodies, content, own, wrenches, changes);
+            let pitch = parameters.pitch[content.joint];
+            let most = |wrench| most_change_of_load(content, pitch, bodies, wrench, own);
+            changes.extend(wrenches.map(most));
         }
         let bound = radius_bound(changes, count, bounds);
         self.room = room;

@@ -10,10 +10,10 @@ use super::{Energies, Simulation};
 use crate::forward::Forward;
 use crate::forward::balance::Balance;
 use crate::forward::error::ForwardError;
-use crate::forward::ground::Ground;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use crate::forward::rows::Rows;
+use crate::forward::situation::Situation;
 use crate::kinematics::State;
 
 /// Rates may change by this part of the fastest where they are put back onto the loops. Errors of steps are
@@ -26,16 +26,16 @@ const ROUNDING: f64 = 1e-10;
 
 impl Forward {
     /// Whether some accelerations keep loops closed and what is held in place, friction apart.
-    pub(super) fn can_go_on(&self, ground: &Ground) -> Result<(), ForwardError> {
-        let (held, _) = self.held(&ground.targets, &[], &[], &[]);
-        let rows = Rows::new(&self.topology, &self.parameters, &ground.bodies, &held);
-        let scene = self.scene(ground);
+    pub(super) fn can_go_on(&self, situation: &Situation) -> Result<(), ForwardError> {
+        let (held, _) = self.held(&situation.targets, &[], &[], &[]);
+        let rows = Rows::new(&self.topology, &self.parameters, &situation.bodies, &held);
+        let scene = self.scene(situation);
         // What has no mass is told where it is solved.
         let Ok(balance) = Balance::new(&scene, rows) else { return Ok(()) };
         let Some((row, by)) = balance.contradiction(&scene) else { return Ok(()) };
         let translates = balance.rows.rows[row].scale != 1.0;
         let what = self.condition(row);
-        Err(ForwardError::Blocked { time: ground.time, what, by, translates, at_rest: false })
+        Err(ForwardError::Blocked { time: situation.time, what, by, translates, at_rest: false })
     }
 
     /// Whether accelerations from rest lead on: that they are compatible with all conditions at first order
@@ -54,8 +54,8 @@ impl Forward {
         let mut state = now.state.clone();
         state.rates.clone_from(accelerations);
         let bristles = vec![[0.0; 3]; now.contacts.len()];
-        let ground = self.ground(now.time, state, &bristles, (&[], &[]), inputs);
-        self.can_go_on(&ground).map_err(|error| match error {
+        let situation = self.situation(now.time, state, &bristles, (&[], &[]), inputs);
+        self.can_go_on(&situation).map_err(|error| match error {
             ForwardError::Blocked { time, what, by, translates, .. } => {
                 ForwardError::Blocked { time, what, by, translates, at_rest: true }
             }

@@ -1,14 +1,14 @@
 //! All that a simulation is at one instant, as plain numbers.
 
+use super::scratch::Scratch;
 use super::stepping::{QUIET, Stepping};
-use super::work::Work;
 use super::{Event, Settings, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::instant::Instant;
 use crate::forward::integrator::Steps;
 use crate::forward::project::Anchor;
-use crate::forward::rub::Contact;
-use crate::forward::{Account, ContactMoment, Energies, Forward};
+use crate::forward::rub::ContactMode;
+use crate::forward::{Account, ContactInstant, Energies, Forward};
 use crate::kinematics::{Bodies, State};
 use crate::spatial::{Mat3, Pose, Twist, Vec3, Wrench};
 
@@ -94,20 +94,20 @@ impl Tape<'_> {
         *x = some.then_some(number);
     }
 
-    fn mode(&mut self, mode: &mut Contact) {
+    fn mode(&mut self, mode: &mut ContactMode) {
         let (mut kind, mut direction) = match *mode {
-            Contact::Smooth => (0, [0.0; 3]),
-            Contact::Slides(d) => (1, d),
-            Contact::Sticks => (2, [0.0; 3]),
-            Contact::AtLimit(d) => (3, d),
+            ContactMode::Smooth => (0, [0.0; 3]),
+            ContactMode::Slides(d) => (1, d),
+            ContactMode::Sticks => (2, [0.0; 3]),
+            ContactMode::AtLimit(d) => (3, d),
         };
         self.count(&mut kind);
         self.numbers(&mut direction);
         *mode = match kind {
-            0 => Contact::Smooth,
-            1 => Contact::Slides(direction),
-            2 => Contact::Sticks,
-            _ => Contact::AtLimit(direction),
+            0 => ContactMode::Smooth,
+            1 => ContactMode::Slides(direction),
+            2 => ContactMode::Sticks,
+            _ => ContactMode::AtLimit(direction),
         };
     }
 }
@@ -128,12 +128,12 @@ impl<'a> Simulation<'a> {
         now.bodies.acceleration.iter_mut().for_each(|t| tape.twist(t));
         tape.numbers(&mut now.drives);
         now.wrenches.iter_mut().for_each(|w| tape.wrench(w));
-        for moment in &mut now.contacts {
-            tape.mode(&mut moment.contact);
-            tape.numbers(&mut moment.velocity);
-            tape.number(&mut moment.load);
-            tape.numbers(&mut moment.friction);
-            tape.number(&mut moment.limit);
+        for contact in &mut now.contacts {
+            tape.mode(&mut contact.contact);
+            tape.numbers(&mut contact.velocity);
+            tape.number(&mut contact.load);
+            tape.numbers(&mut contact.friction);
+            tape.number(&mut contact.limit);
         }
         tape.numbers(now.bristle_rates.iter_mut().flatten());
         let account = &mut now.account;
@@ -203,8 +203,8 @@ impl Forward {
     ) -> Result<Simulation<'_>, ForwardError> {
         let topology = &self.topology;
         let (joints, contacts) = (topology.joint_types.len(), self.parameters.contacts.len());
-        let moment = ContactMoment {
-            contact: Contact::Smooth,
+        let contact = ContactInstant {
+            contact: ContactMode::Smooth,
             velocity: [0.0; 3],
             load: 0.0,
             friction: [0.0; 3],
@@ -218,7 +218,7 @@ impl Forward {
             bodies: Bodies::new(topology),
             drives: drives.clone(),
             wrenches: vec![Wrench::zero(); joints],
-            contacts: vec![moment; contacts],
+            contacts: vec![contact; contacts],
             bristle_rates: vec![[0.0; 3]; contacts],
             account: Account {
                 drives: drives.clone(),
@@ -237,7 +237,7 @@ impl Forward {
             model: self,
             settings,
             now,
-            modes: vec![Contact::Smooth; contacts],
+            modes: vec![ContactMode::Smooth; contacts],
             anchors: Vec::new(),
             frozen: vec![false; topology.freedoms()],
             bristles: vec![[0.0; 3]; contacts],
@@ -262,7 +262,7 @@ impl Forward {
             dropped: 0.0,
             stiff: (0, 0),
             wait: QUIET,
-            room: Box::new(Work::new(self)),
+            room: Box::new(Scratch::new(self)),
             lists: Vec::new(),
         };
         let Some((&FORMAT, numbers)) = checkpoint.numbers.split_first() else {

@@ -6,7 +6,7 @@ use super::{Event, EventKind, REST, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::project::Anchor;
-use crate::forward::rub::{Contact, norm};
+use crate::forward::rub::{ContactMode, norm};
 use crate::forward::stick::Choice;
 use crate::kinematics::State;
 use crate::mechanism::JointId;
@@ -39,7 +39,7 @@ impl Simulation<'_> {
     fn leaves_its_limit(&mut self, since: f64) -> bool {
         let mut leaves = false;
         for contact in 0..self.modes.len() {
-            let Contact::AtLimit(direction) = self.modes[contact] else { continue };
+            let ContactMode::AtLimit(direction) = self.modes[contact] else { continue };
             let along = |v: [f64; 3]| v.iter().zip(direction).map(|(v, d)| v * d).sum::<f64>();
             let velocity = self.now.contacts[contact].velocity;
             let moves = norm(velocity) > REST * self.fastest;
@@ -53,7 +53,7 @@ impl Simulation<'_> {
                 // Loops may have lost rank since.
                 let place = self.events.partition_point(|event| event.time <= since);
                 self.events.insert(place, Event { time: since, kind });
-                self.modes[contact] = Contact::Slides(direction);
+                self.modes[contact] = ContactMode::Slides(direction);
             }
         }
         leaves
@@ -100,10 +100,10 @@ impl Simulation<'_> {
                 return self.reverse(contact, inputs);
             }
         }
-        let mut ground =
-            model.ground(time, state, &self.bristles, (&self.grips, &self.shares), inputs);
+        let mut situation =
+            model.situation(time, state, &self.bristles, (&self.grips, &self.shares), inputs);
         if let Some(contact) = stopped
-            && !self.takes_freedom(&ground, contact)
+            && !self.takes_freedom(&situation, contact)
         {
             return self.reverse(contact, inputs);
         }
@@ -111,25 +111,28 @@ impl Simulation<'_> {
         let mut modes = self.modes.clone();
         let mut resting = Vec::new();
         for (index, mode) in modes.iter_mut().enumerate() {
-            let speed = norm(ground.velocities[index]);
-            if *mode == Contact::Smooth {
+            let speed = norm(situation.velocities[index]);
+            if *mode == ContactMode::Smooth {
                 continue;
             }
-            if speed <= REST * self.fastest || stopped == Some(index) || *mode == Contact::Sticks {
+            if speed <= REST * self.fastest
+                || stopped == Some(index)
+                || *mode == ContactMode::Sticks
+            {
                 match model.led(index, (time, self.fastest), inputs) {
                     Some(led) => *mode = led,
                     None => resting.push(index),
                 }
-            } else if matches!(mode, Contact::AtLimit(_)) {
-                *mode = Contact::Slides(ground.velocities[index].map(|v| v / speed));
+            } else if matches!(mode, ContactMode::AtLimit(_)) {
+                *mode = ContactMode::Slides(situation.velocities[index].map(|v| v / speed));
             }
         }
-        let Choice { modes, solved } = model.choose(&mut ground, &modes, &resting)?;
-        self.grips.clone_from(&ground.grips);
-        self.shares.clone_from(&ground.shares);
-        self.overload = ground.overload;
+        let Choice { modes, solved } = model.choose(&mut situation, &modes, &resting)?;
+        self.grips.clone_from(&situation.grips);
+        self.shares.clone_from(&situation.shares);
+        self.overload = situation.overload;
         self.modes = modes;
-        self.now = model.instant(ground, &self.modes, &solved);
+        self.now = model.instant(situation, &self.modes, &solved);
         self.tell(&before);
         self.hold(inputs)?;
         self.look_for_others(inputs)?;
@@ -155,21 +158,21 @@ impl Simulation<'_> {
     /// contact stands while all moves on.
     pub(super) fn takes_freedom(
         &self,
-        ground: &crate::forward::ground::Ground,
+        situation: &crate::forward::situation::Situation,
         contact: usize,
     ) -> bool {
         let model = self.model;
         let mut sticks = self.modes.clone();
-        sticks[contact] = Contact::Sticks;
-        let mobility = |modes: &[Contact]| {
-            let (held, _) = model.held(&ground.targets, modes, &[], &[]);
+        sticks[contact] = ContactMode::Sticks;
+        let mobility = |modes: &[ContactMode]| {
+            let (held, _) = model.held(&situation.targets, modes, &[], &[]);
             let rows = crate::forward::rows::Rows::new(
                 &model.topology,
                 &model.parameters,
-                &ground.bodies,
+                &situation.bodies,
                 &held,
             );
-            let balance = crate::forward::balance::Balance::new(&model.scene(ground), rows);
+            let balance = crate::forward::balance::Balance::new(&model.scene(situation), rows);
             balance.map_or(0, |balance| balance.mobility(model.topology.freedoms()))
         };
         mobility(&sticks) < mobility(&self.modes)
@@ -182,8 +185,8 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let before = self.modes.clone();
-        if let Contact::Slides(direction) = self.modes[contact] {
-            self.modes[contact] = Contact::Slides(direction.map(|d| -d));
+        if let ContactMode::Slides(direction) = self.modes[contact] {
+            self.modes[contact] = ContactMode::Slides(direction.map(|d| -d));
         }
         let y = self.pack();
         self.now = self.evaluate(self.now.time, &y, inputs, self.settings.look_for_others)?;
@@ -192,22 +195,29 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    pub(super) fn tell(&mut self, before: &[Contact]) {
+    pub(super) fn tell(&mut self, before: &[ContactMode]) {
         let time = self.now.time;
         for contact in 0..self.modes.len() {
             let joint = JointId(self.model.parameters.contacts[contact].joint);
             let kind = match (before[contact], self.modes[contact]) {
-                (Contact::Sticks | Contact::AtLimit(_), Contact::Sticks | Contact::AtLimit(_)) => {
+                (
+                    ContactMode::Sticks | ContactMode::AtLimit(_),
+                    ContactMode::Sticks | ContactMode::AtLimit(_),
+                ) => {
                     continue;
                 }
-                (_, Contact::Sticks | Contact::AtLimit(_)) => EventKind::Sticks { contact, joint },
+                (_, ContactMode::Sticks | ContactMode::AtLimit(_)) => {
+                    EventKind::Sticks { contact, joint }
+                }
                 // A direction that turns is no event, one that turns round is.
-                (Contact::Slides(a), Contact::Slides(b))
+                (ContactMode::Slides(a), ContactMode::Slides(b))
                     if a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() > 0.0 =>
                 {
                     continue;
                 }
-                (_, Contact::Slides(direction)) => EventKind::Slides { contact, joint, direction },
+                (_, ContactMode::Slides(direction)) => {
+                    EventKind::Slides { contact, joint, direction }
+                }
                 _ => continue,
             };
             self.events.push(Event { time, kind });

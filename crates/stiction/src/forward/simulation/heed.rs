@@ -5,7 +5,7 @@ use super::{REST, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
-use crate::forward::rub::{Contact, norm};
+use crate::forward::rub::{ContactMode, norm};
 
 impl Simulation<'_> {
     /// Accelerations and reactions under what acts now. Contacts are looked at anew only where they do not clearly
@@ -21,10 +21,10 @@ impl Simulation<'_> {
 
     fn goes_on(&mut self, inputs: &mut dyn Inputs) -> Option<Instant> {
         let still = self.is_still();
-        let clear = self.modes.iter().zip(&self.now.contacts).all(|(mode, moment)| match mode {
-            Contact::Smooth | Contact::Sticks => true,
-            Contact::AtLimit(_) => false,
-            Contact::Slides(_) => norm(moment.velocity) > REST * self.fastest,
+        let clear = self.modes.iter().zip(&self.now.contacts).all(|(mode, contact)| match mode {
+            ContactMode::Smooth | ContactMode::Sticks => true,
+            ContactMode::AtLimit(_) => false,
+            ContactMode::Slides(_) => norm(contact.velocity) > REST * self.fastest,
         });
         if !clear || self.overload != 1.0 {
             return None;
@@ -39,7 +39,7 @@ impl Simulation<'_> {
         self.lists.push(y);
         let instant = found.ok()?;
         // Where more sticks than is needed to hold it, friction is shared anew unless nothing moves at all.
-        let sticks = self.modes.contains(&Contact::Sticks);
+        let sticks = self.modes.contains(&ContactMode::Sticks);
         let shared = sticks && instant.redundant > 0 && !still;
         let unique = instant.coupling.is_some_and(|coupling| coupling < 1.0);
         let holds = self.least_margin(&instant) > 2.0 * LET_GO;

@@ -4,7 +4,7 @@ use super::{Event, EventKind, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::project::Anchor;
-use crate::forward::rub::Contact;
+use crate::forward::rub::ContactMode;
 use crate::topology::Role;
 
 impl Simulation<'_> {
@@ -41,14 +41,14 @@ impl Simulation<'_> {
         let model = self.model;
         self.room.conditions_hold = false;
         let sticks: Vec<usize> =
-            (0..self.modes.len()).filter(|&c| self.modes[c] == Contact::Sticks).collect();
+            (0..self.modes.len()).filter(|&c| self.modes[c] == ContactMode::Sticks).collect();
         (self.anchors, self.frozen) = self.holds_of(&sticks);
         if sticks.is_empty() {
             self.told_of_shares = 0;
             return Ok(());
         }
         let mut state = self.now.state.clone();
-        let ground = model.ground(
+        let situation = model.situation(
             self.now.time,
             state.clone(),
             &self.bristles,
@@ -57,8 +57,8 @@ impl Simulation<'_> {
         );
         let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
         let solved = model
-            .solve(&ground, &self.modes, Some(&loads), true)
-            .map_err(|u| model.unsolved(ground.time, u))?;
+            .solve(&situation, &self.modes, Some(&loads), true)
+            .map_err(|u| model.unsolved(situation.time, u))?;
         // Where nothing is left to move, nothing moves, not even by rounding. A freedom that is immobile
         // while others move may be at a dead centre.
         if model.prescribed.is_empty() && solved.balance.mobility(model.topology.freedoms()) == 0 {
@@ -70,31 +70,39 @@ impl Simulation<'_> {
             }
         }
         let redundant = solved.balance.spread.stresses.len();
-        let without = self.permanently_redundant(&ground);
+        let without = self.permanently_redundant(&situation);
         let shares = redundant.saturating_sub(without);
         if shares > 0 && shares != self.told_of_shares {
             let kind = EventKind::SharesNotUnique { redundant: shares };
             self.events.push(Event { time: self.now.time, kind });
         }
         self.told_of_shares = shares;
-        let ground =
-            model.ground(self.now.time, state, &self.bristles, (&self.grips, &self.shares), inputs);
-        self.now = model.instant(ground, &self.modes, &solved);
+        let situation = model.situation(
+            self.now.time,
+            state,
+            &self.bristles,
+            (&self.grips, &self.shares),
+            inputs,
+        );
+        self.now = model.instant(situation, &self.modes, &solved);
         self.still();
         Ok(())
     }
 
     /// How many constraints are redundant where nothing sticks.
-    pub(super) fn permanently_redundant(&self, ground: &crate::forward::ground::Ground) -> usize {
+    pub(super) fn permanently_redundant(
+        &self,
+        situation: &crate::forward::situation::Situation,
+    ) -> usize {
         let model = self.model;
-        let (held, _) = model.held(&ground.targets, &[], &[], &[]);
+        let (held, _) = model.held(&situation.targets, &[], &[], &[]);
         let rows = crate::forward::rows::Rows::new(
             &model.topology,
             &model.parameters,
-            &ground.bodies,
+            &situation.bodies,
             &held,
         );
-        match crate::forward::balance::Balance::new(&model.scene(ground), rows) {
+        match crate::forward::balance::Balance::new(&model.scene(situation), rows) {
             Ok(balance) => balance.spread.stresses.len(),
             Err(_) => 0,
         }

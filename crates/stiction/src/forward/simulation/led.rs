@@ -5,7 +5,7 @@
 use super::{REST, Simulation};
 use crate::forward::Forward;
 use crate::forward::inputs::Inputs;
-use crate::forward::rub::{Contact, norm};
+use crate::forward::rub::{ContactMode, norm};
 use crate::kinematics::Target;
 
 /// How far ahead of an instant at rest it is looked where to a prescribed motion begins, s.
@@ -44,7 +44,7 @@ impl Forward {
         contact: usize,
         (time, fastest): (f64, f64),
         inputs: &mut dyn Inputs,
-    ) -> Option<Contact> {
+    ) -> Option<ContactMode> {
         let leaders = self.leaders(contact)?;
         let least = self.least_led(fastest);
         for ahead in [0.0, AHEAD] {
@@ -52,10 +52,10 @@ impl Forward {
             let velocity = self.led_velocity(contact, &leaders, &targets);
             let speed = norm(velocity);
             if speed > least {
-                return Some(Contact::Slides(velocity.map(|v| v / speed)));
+                return Some(ContactMode::Slides(velocity.map(|v| v / speed)));
             }
         }
-        Some(Contact::Sticks)
+        Some(ContactMode::Sticks)
     }
 
     fn least_led(&self, fastest: f64) -> f64 {

@@ -5,7 +5,7 @@ use super::{REST, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
-use crate::forward::rub::{Contact, norm};
+use crate::forward::rub::{ContactMode, norm};
 use std::convert::Infallible;
 
 /// How far beyond its limit friction is where a contact lets go: more than the search forgives.
@@ -38,7 +38,7 @@ pub(super) enum Ending {
 impl Simulation<'_> {
     /// How fast a contact slides in its sense, and the change of that.
     pub(super) fn closing_speed(&self, at: &Instant, contact: usize) -> (f64, f64) {
-        let Contact::Slides(direction) = self.modes[contact] else { return (0.0, 1.0) };
+        let ContactMode::Slides(direction) = self.modes[contact] else { return (0.0, 1.0) };
         let dot = |v: [f64; 3]| v.iter().zip(direction).map(|(v, d)| v * d).sum::<f64>();
         (
             dot(at.contacts[contact].velocity),
@@ -59,20 +59,20 @@ impl Simulation<'_> {
         let mut holds = false;
         for contact in 0..self.modes.len() {
             match self.modes[contact] {
-                Contact::Slides(_) => {
+                ContactMode::Slides(_) => {
                     let (v0, a0) = self.closing_speed(&self.now, contact);
                     let (v1, a1) = self.closing_speed(arrived, contact);
                     if v1 < 0.0 || dips((v0, a0 * step), (v1, a1 * step)) {
                         suspects.push(contact);
                     }
                 }
-                Contact::Sticks => {
+                ContactMode::Sticks => {
                     holds = true;
                     if let Some(part) = self.is_led_away(contact, (time, step), inputs) {
                         led = Some(led.map_or(part, |before| before.min(part)));
                     }
                 }
-                Contact::Smooth | Contact::AtLimit(_) => {}
+                ContactMode::Smooth | ContactMode::AtLimit(_) => {}
             }
         }
         // Stages of the step lie all along it.
@@ -118,9 +118,9 @@ impl Simulation<'_> {
             bodies.place(topology, parameters, coordinates);
             bodies.move_with(topology, rates);
             let content = &parameters.contacts[contact];
-            let velocity =
-                crate::forward::surface::surface_velocity(topology, parameters, &bodies, content);
-            let Contact::Slides(direction) = self.modes[contact] else { return 1.0 };
+            let pitch = parameters.pitch[content.joint];
+            let velocity = bodies.surface_velocity(topology, content, pitch);
+            let ContactMode::Slides(direction) = self.modes[contact] else { return 1.0 };
             velocity.iter().zip(direction).map(|(v, d)| v * d).sum()
         };
         let mut below = None;
@@ -151,7 +151,7 @@ impl Simulation<'_> {
         if at.gives_way.is_some() {
             return -1.0;
         }
-        let sticks = at.contacts.iter().filter(|c| c.contact == Contact::Sticks);
+        let sticks = at.contacts.iter().filter(|c| c.contact == ContactMode::Sticks);
         let relative = sticks.map(|c| {
             let has = norm(c.friction);
             let size = c.limit.max(has).max(f64::MIN_POSITIVE);

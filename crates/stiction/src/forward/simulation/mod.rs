@@ -14,6 +14,7 @@ mod packing;
 mod ranks;
 mod rest;
 mod runaway;
+mod scratch;
 mod settings;
 mod singular;
 mod start;
@@ -21,7 +22,6 @@ mod step;
 mod stepping;
 mod turns;
 mod wait;
-mod work;
 
 pub use checkpoint::Checkpoint;
 pub use energies::Energies;
@@ -34,8 +34,8 @@ use super::inputs::{Angle, Inputs};
 use super::integrator::Steps;
 use super::project::Anchor;
 use crate::forward::instant::Instant;
-use crate::forward::rub::Contact;
-use work::Work;
+use crate::forward::rub::ContactMode;
+use scratch::Scratch;
 
 /// Contacts slower than this part of the fastest rest.
 const REST: f64 = 1e-10;
@@ -46,7 +46,7 @@ pub struct Simulation<'a> {
     model: &'a Forward,
     settings: Settings,
     now: Instant,
-    modes: Vec<Contact>,
+    modes: Vec<ContactMode>,
     anchors: Vec<Anchor>,
     frozen: Vec<bool>,
     bristles: Vec<[f64; 3]>,
@@ -76,7 +76,7 @@ pub struct Simulation<'a> {
     stiff: (usize, usize),
     /// How many quiet steps of the time stepper it takes before events are tried again.
     wait: usize,
-    room: Box<Work>,
+    room: Box<Scratch>,
     /// Lists of numbers that nobody needs any more.
     lists: Vec<Vec<f64>>,
 }
@@ -93,7 +93,7 @@ impl Simulation<'_> {
     }
 
     /// What each contact does.
-    pub fn contacts(&self) -> &[Contact] {
+    pub fn contacts(&self) -> &[ContactMode] {
         &self.modes
     }
 

@@ -19,7 +19,7 @@ impl Simulation<'_> {
         self.told_of_others = true;
         let model = self.model;
         let time = self.now.time;
-        let ground = model.ground(
+        let situation = model.situation(
             time,
             self.now.state.clone(),
             &self.bristles,
@@ -28,9 +28,9 @@ impl Simulation<'_> {
         );
         let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
         let mut solved = model
-            .solve(&ground, &self.modes, Some(&loads), false)
+            .solve(&situation, &self.modes, Some(&loads), false)
             .map_err(|u| model.unsolved(time, u))?;
-        let others = model.others(&ground, &self.modes, &mut solved);
+        let others = model.others(&situation, &self.modes, &mut solved);
         let Some(other) = others.first() else { return Ok(()) };
         let differs = |c: &usize| (other.loads[*c] - loads[*c]).abs();
         let most = (0..loads.len()).max_by(|a, b| differs(a).total_cmp(&differs(b)));

@@ -11,7 +11,7 @@ use super::locate::Ending;
 use super::{REST, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
-use crate::forward::rub::{Contact, norm};
+use crate::forward::rub::{ContactMode, norm};
 
 /// Slower than this part of the fastest a plate or ball goes straight to its stop: the stop is then as far off,
 /// as part of the time since it was fastest.
@@ -42,7 +42,7 @@ impl Simulation<'_> {
         let mut most = f64::INFINITY;
         for (contact, mode) in self.modes.iter().enumerate() {
             let single = self.model.parameters.contacts[contact].shape.has_one_freedom();
-            if single || !matches!(mode, Contact::Slides(_)) {
+            if single || !matches!(mode, ContactMode::Slides(_)) {
                 continue;
             }
             let velocity = self.now.contacts[contact].velocity;

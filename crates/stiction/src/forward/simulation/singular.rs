@@ -5,11 +5,11 @@
 //! of time on the way that they are on; no step needs to end there. It is told as an event, since the real
 //! mechanism, with its clearances, may take the other way.
 
-use super::work::Work;
+use super::scratch::Scratch;
 use super::{Event, EventKind, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
-use crate::forward::instant::ContactMoment;
+use crate::forward::instant::ContactInstant;
 use crate::spatial::Wrench;
 
 /// Conditions that are nearer to dependent than this are looked at closely.
@@ -78,15 +78,15 @@ impl Simulation<'_> {
         let topology = &model.topology;
         found.bodies.accelerate(topology, &found.state.accelerations);
         for (index, power) in found.account.drives.iter_mut().enumerate() {
-            let at = topology.actuators[index];
-            *power = found.drives[index] * found.bodies.joint_rates(topology, at.joint)[at.freedom];
+            let rate = found.bodies.actuator_rate(topology, topology.actuators[index]);
+            *power = found.drives[index] * rate;
         }
-        found.account.contacts = found.contacts.iter().map(ContactMoment::dissipated).collect();
+        found.account.contacts = found.contacts.iter().map(ContactInstant::dissipated).collect();
         self.now = found;
         Ok(())
     }
 
-    /// Whether the last step, from [`Work::before`] at `time`, has passed a position in which loops lose rank.
+    /// Whether the last step, from [`Scratch::before`] at `time`, has passed a position in which loops lose rank.
     pub(super) fn watch_rank(
         &mut self,
         time: f64,
@@ -97,7 +97,7 @@ impl Simulation<'_> {
         if model.topology.constraints == 0 || step <= 0.0 {
             return Ok(());
         }
-        let Work { ranks, before, .. } = &mut *self.room;
+        let Scratch { ranks, before, .. } = &mut *self.room;
         model.targets_into(self.now.time, inputs, &mut ranks.targets);
         let (rank, distance) = ranks.at(model, &self.now.state);
         let (rank_before, distance_before) = ranks.at(model, before);

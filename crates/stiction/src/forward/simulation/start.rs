@@ -1,15 +1,14 @@
 //! Where a simulation begins.
 
+use super::scratch::Scratch;
 use super::stepping::{FIRST, QUIET};
-use super::work::Work;
 use super::{Energies, Method, REST, Settings, Simulation};
 use crate::forward::Forward;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::{Inputs, View};
 use crate::forward::integrator::Steps;
-use crate::forward::rub::{Contact, is_smooth, norm};
+use crate::forward::rub::{ContactMode, is_smooth, norm};
 use crate::forward::stick::Choice;
-use crate::forward::surface::surface_velocity;
 use crate::kinematics::{Bodies, State};
 
 impl Forward {
@@ -67,9 +66,10 @@ impl<'a> Simulation<'a> {
         bodies.place(&model.topology, &model.parameters, &state.coordinates);
         bodies.move_with(&model.topology, &state.rates);
         // What prescribed and locked actuators take from the rates leaves rounding of these.
-        let speed =
-            |contact| norm(surface_velocity(&model.topology, &model.parameters, &bodies, contact));
-        let asked = contacts.iter().map(speed).fold(0.0, f64::max);
+        let pitch = &model.parameters.pitch;
+        let velocities =
+            contacts.iter().map(|c| bodies.surface_velocity(&model.topology, c, pitch[c.joint]));
+        let asked = velocities.map(norm).fold(0.0, f64::max);
         let wished = state.rates.clone();
         model.project(time, &mut state, &targets, &[], &frozen)?;
         bodies.place(&model.topology, &model.parameters, &state.coordinates);
@@ -91,47 +91,47 @@ impl<'a> Simulation<'a> {
             pitch,
             angles: &angles,
         });
-        let mut ground = model.ground(time, state, &bristles, (&[], &[]), inputs);
-        model.can_go_on(&ground)?;
-        let fastest = ground.velocities.iter().map(|v| norm(*v)).fold(asked, f64::max);
+        let mut situation = model.situation(time, state, &bristles, (&[], &[]), inputs);
+        model.can_go_on(&situation)?;
+        let fastest = situation.velocities.iter().map(|v| norm(*v)).fold(asked, f64::max);
         let mut modes = Vec::with_capacity(contacts.len());
         let mut resting = Vec::new();
         for (index, contact) in contacts.iter().enumerate() {
-            let velocity = ground.velocities[index];
+            let velocity = situation.velocities[index];
             let speed = norm(velocity);
             modes.push(if is_smooth(contact) {
-                Contact::Smooth
+                ContactMode::Smooth
             } else if speed <= REST * fastest {
                 if let Some(led) = model.led(index, (time, fastest), inputs) {
                     led
                 } else {
                     resting.push(index);
-                    Contact::Sticks
+                    ContactMode::Sticks
                 }
             } else {
-                Contact::Slides(velocity.map(|v| v / speed))
+                ContactMode::Slides(velocity.map(|v| v / speed))
             });
         }
         let in_steps = settings.method == Method::TimeStepping;
         let chosen =
-            if in_steps { None } else { Some(model.choose(&mut ground, &modes, &resting)) };
-        let (mut grips, mut shares) = (ground.grips.clone(), ground.shares.clone());
+            if in_steps { None } else { Some(model.choose(&mut situation, &modes, &resting)) };
+        let (mut grips, mut shares) = (situation.grips.clone(), situation.shares.clone());
         // Where nothing was chosen they have not been made.
         grips.resize(contacts.len(), 1.0);
         shares.resize(contacts.len(), [0.0; 3]);
-        let overload = ground.overload;
+        let overload = situation.overload;
         // Why there are no accelerations at the start.
         let mut refusal = None;
         let (now, modes, stepping) = match chosen {
             Some(Ok(Choice { modes, solved })) => {
-                (model.instant(ground, &modes, &solved), modes, false)
+                (model.instant(situation, &modes, &solved), modes, false)
             }
             // Where no accelerations were found velocities may still have a solution.
             Some(Err(error)) if !may_leap(&error, settings, resting.is_empty()) => {
                 return Err(error);
             }
             failed => {
-                let state = ground.state;
+                let state = situation.state;
                 let first = model.leap(time, FIRST, &state, (&modes, &bristles, &bristles), inputs);
                 let leap = match (first, failed) {
                     (Ok(leap), failed) => {
@@ -181,7 +181,7 @@ impl<'a> Simulation<'a> {
             dropped,
             stiff: (0, 0),
             wait: QUIET,
-            room: Box::new(Work::new(model)),
+            room: Box::new(Scratch::new(model)),
             lists: Vec::new(),
         };
         let rates = simulation.now.state.rates.iter().zip(&model.columns);

@@ -3,14 +3,14 @@
 use super::locate::Ending;
 use super::packing::parts;
 use super::rest::{Approach, PASSED, SLOW};
+use super::scratch::Scratch;
 use super::stepping::{DENSE, LONGEST_WAIT};
-use super::work::Work;
 use super::{Method, REST, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use crate::forward::integrator::Tolerance;
-use crate::forward::rub::{Contact, norm};
+use crate::forward::rub::{ContactMode, norm};
 
 /// Conditions that are as close to dependent as this: stages of steps are moved onto the loops, too.
 const NEAR_SINGULAR: f64 = 0.2;
@@ -253,7 +253,7 @@ impl Simulation<'_> {
     /// Directions of balls and plates are taken afresh at the start of each step.
     pub(super) fn look_along(&mut self) {
         for (contact, mode) in self.modes.iter_mut().enumerate() {
-            if let Contact::Slides(direction) = mode
+            if let ContactMode::Slides(direction) = mode
                 && !self.model.parameters.contacts[contact].shape.has_one_freedom()
             {
                 let velocity = self.now.contacts[contact].velocity;
@@ -278,13 +278,18 @@ impl Simulation<'_> {
         self.energies.dampers = energies[drives + 1];
         self.energies.turnover = energies[drives + 2];
         self.energies.contacts.copy_from_slice(&energies[drives + 3..]);
-        for moment in &arrived.contacts {
-            self.fastest = self.fastest.max(norm(moment.velocity));
+        self.become_now(arrived);
+        self.keep_fastest();
+    }
+
+    /// Remembers the fastest sliding and the fastest rate that there were.
+    pub(super) fn keep_fastest(&mut self) {
+        for contact in &self.now.contacts {
+            self.fastest = self.fastest.max(norm(contact.velocity));
         }
-        for (rate, column) in arrived.state.rates.iter().zip(&self.model.columns) {
+        for (rate, column) in self.now.state.rates.iter().zip(&self.model.columns) {
             self.fastest_rate = self.fastest_rate.max((rate / column).abs());
         }
-        self.become_now(arrived);
     }
 
     pub(super) fn become_now(&mut self, instant: Instant) {
@@ -327,15 +332,15 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let model = self.model;
-        let Work { ground, projection, .. } = &mut *self.room;
-        let state = &mut ground.state;
+        let Scratch { situation, projection, .. } = &mut *self.room;
+        let state = &mut situation.state;
         let (coordinates, rest) = y.split_at_mut(state.coordinates.len());
         let rates = &mut rest[..state.rates.len()];
         state.coordinates.copy_from_slice(coordinates);
         state.rates.copy_from_slice(rates);
-        model.targets_into(time, inputs, &mut ground.targets);
+        model.targets_into(time, inputs, &mut situation.targets);
         let held = (&self.anchors[..], &self.frozen[..]);
-        model.project_in(time, state, &ground.targets, held, projection)?;
+        model.project_in(time, state, &situation.targets, held, projection)?;
         coordinates.copy_from_slice(&state.coordinates);
         rates.copy_from_slice(&state.rates);
         Ok(())
@@ -367,20 +372,20 @@ impl Simulation<'_> {
         if !coordinates.iter().chain(rates).all(|x| x.is_finite()) {
             return Err(ForwardError::NotFinite { time, what: "a coordinate or a rate" });
         }
-        let Work { ground, solved, loads, .. } = &mut *self.room;
-        ground.time = time;
-        ground.state.coordinates.copy_from_slice(coordinates);
-        ground.state.rates.copy_from_slice(rates);
+        let Scratch { situation, solved, loads, .. } = &mut *self.room;
+        situation.time = time;
+        situation.state.coordinates.copy_from_slice(coordinates);
+        situation.state.rates.copy_from_slice(rates);
         let bristles = rest.chunks_exact(3).take(self.modes.len());
-        ground.bristles.clear();
-        ground.bristles.extend(bristles.map(|z| [z[0], z[1], z[2]]));
-        ground.grips.clone_from(&self.grips);
-        ground.shares.clone_from(&self.shares);
-        model.look(ground, inputs);
+        situation.bristles.clear();
+        situation.bristles.extend(bristles.map(|z| [z[0], z[1], z[2]]));
+        situation.grips.clone_from(&self.grips);
+        situation.shares.clone_from(&self.shares);
+        model.look(situation, inputs);
         model
-            .solve_into(ground, &self.modes, Some(loads), measure, solved)
+            .solve_into(situation, &self.modes, Some(loads), measure, solved)
             .map_err(|u| model.unsolved(time, u))?;
-        model.instant_into(ground, &self.modes, solved, &mut instant);
+        model.instant_into(situation, &self.modes, solved, &mut instant);
         for (acceleration, frozen) in instant.state.accelerations.iter_mut().zip(&self.frozen) {
             if *frozen {
                 *acceleration = 0.0;
@@ -407,7 +412,7 @@ impl Simulation<'_> {
         };
         self.derivative_into(&instant, rates);
         self.room.margin = self.room.margin.min(self.least_margin(&instant));
-        let Work { loads, solved, .. } = &mut *self.room;
+        let Scratch { loads, solved, .. } = &mut *self.room;
         loads.clone_from(&solved.coupled.loads);
         self.room.spare(instant);
         Ok(())

@@ -5,11 +5,10 @@ use super::{Event, EventKind, Method, Simulation};
 use crate::forward::Forward;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
-use crate::forward::instant::{Account, ContactMoment, Instant};
+use crate::forward::instant::{Account, ContactInstant, Instant};
 use crate::forward::leap::{Leap, Work};
-use crate::forward::masses::{exchange, potential};
 use crate::forward::project::Anchor;
-use crate::forward::rub::{Contact, law_of, norm};
+use crate::forward::rub::{ContactMode, norm};
 use crate::kinematics::State;
 use crate::mechanism::JointId;
 use crate::parameters::Parameters;
@@ -53,7 +52,7 @@ impl Simulation<'_> {
 
     /// Whether an error of the event-driven method is a reason to go on in steps.
     pub(super) fn may_step(&self, error: &ForwardError) -> bool {
-        let holds = |c: &Contact| matches!(c, Contact::Sticks | Contact::AtLimit(_));
+        let holds = |c: &ContactMode| matches!(c, ContactMode::Sticks | ContactMode::AtLimit(_));
         self.settings.method == Method::Automatic
             && self.stepping.is_none()
             && match error {
@@ -90,16 +89,12 @@ impl Simulation<'_> {
     }
 
     /// Anchors and frozen freedoms where these contacts stick; what stuck before keeps its place.
-    fn places_of(&self, before: &[Contact], after: &[Contact]) -> (Vec<Anchor>, Vec<bool>) {
-        let still = |c: &usize| before[*c] == Contact::Sticks && after[*c] == Contact::Sticks;
+    fn places_of(&self, before: &[ContactMode], after: &[ContactMode]) -> (Vec<Anchor>, Vec<bool>) {
+        let still =
+            |c: &usize| before[*c] == ContactMode::Sticks && after[*c] == ContactMode::Sticks;
         let sticks: Vec<usize> = (0..after.len()).filter(still).collect();
         let (mut anchors, frozen) = self.holds_of(&sticks);
-        for anchor in &mut anchors {
-            let same = |a: &&Anchor| (a.joint, a.freedom) == (anchor.joint, anchor.freedom);
-            if let Some(kept) = self.anchors.iter().find(same) {
-                anchor.pose = kept.pose;
-            }
-        }
+        keep_poses(&mut anchors, &self.anchors);
         (anchors, frozen)
     }
 
@@ -109,7 +104,7 @@ impl Simulation<'_> {
         time: f64,
         step: f64,
         from: &State<f64>,
-        (modes, bristles, near): (&[Contact], &[[f64; 3]], &[[f64; 3]]),
+        (modes, bristles, near): (&[ContactMode], &[[f64; 3]], &[[f64; 3]]),
         inputs: &mut dyn Inputs,
     ) -> Result<Landed, ForwardError> {
         self.evaluations += 1;
@@ -120,7 +115,7 @@ impl Simulation<'_> {
             let held = model.leap(time, step, from, (&stands, bristles, near), inputs);
             let stays = |leap: &Leap| {
                 let each = modes.iter().zip(&stands).zip(&leap.modes);
-                each.into_iter().any(|((a, b), after)| a != b && *after == Contact::Sticks)
+                each.into_iter().any(|((a, b), after)| a != b && *after == ContactMode::Sticks)
             };
             if let Ok(held) = held
                 && stays(&held)
@@ -144,7 +139,7 @@ impl Simulation<'_> {
         model.project(time, &mut state, &targets, &anchors, &frozen)?;
         // What has come to rest is at rest in the new position, too.
         let all: Vec<usize> =
-            (0..leap.modes.len()).filter(|&c| leap.modes[c] == Contact::Sticks).collect();
+            (0..leap.modes.len()).filter(|&c| leap.modes[c] == ContactMode::Sticks).collect();
         let (_, frozen) = self.holds_of(&all);
         model.project(time, &mut state, &targets, &anchors, &frozen)?;
         if !state.coordinates.iter().chain(&state.rates).all(|x| x.is_finite()) {
@@ -155,17 +150,22 @@ impl Simulation<'_> {
 
     /// What contacts do if those that turn back within a step are thought to stand: for an instant they do, and if
     /// friction at rest holds them there they stay. None where friction at rest is no more than in sliding.
-    fn stands_while_it_turns(&self, modes: &[Contact], leap: &Leap) -> Option<Vec<Contact>> {
+    fn stands_while_it_turns(
+        &self,
+        modes: &[ContactMode],
+        leap: &Leap,
+    ) -> Option<Vec<ContactMode>> {
         let mut stands = modes.to_vec();
         for (contact, mode) in stands.iter_mut().enumerate() {
-            let (Contact::Slides(before), Contact::Slides(after)) = (*mode, leap.modes[contact])
+            let (ContactMode::Slides(before), ContactMode::Slides(after)) =
+                (*mode, leap.modes[contact])
             else {
                 continue;
             };
             let turns = before.iter().zip(after).map(|(a, b)| a * b).sum::<f64>() < 0.0;
-            let law = law_of(&self.model.parameters.contacts[contact], after[0]);
+            let law = self.model.parameters.contacts[contact].law_towards(after[0]);
             if turns && law.at_rest() > law.coefficient(norm(leap.velocities[contact])) {
-                *mode = Contact::Sticks;
+                *mode = ContactMode::Sticks;
             }
         }
         (stands != modes).then_some(stands)
@@ -274,7 +274,7 @@ impl Simulation<'_> {
         time: f64,
         half: f64,
         from: &State<f64>,
-        (modes, bristles): (&[Contact], &[[f64; 3]]),
+        (modes, bristles): (&[ContactMode], &[[f64; 3]]),
         inputs: &mut dyn Inputs,
     ) -> Result<(Landed, Landed, Landed), ForwardError> {
         let near: Vec<[f64; 3]> = self.now.contacts.iter().map(|c| c.friction).collect();
@@ -318,22 +318,12 @@ impl Simulation<'_> {
         self.energies.turnover += (self.now.account.potential - before).abs();
         // What stuck before is held where it was, what sticks now where it is.
         let sticks: Vec<usize> =
-            (0..self.modes.len()).filter(|&c| self.modes[c] == Contact::Sticks).collect();
+            (0..self.modes.len()).filter(|&c| self.modes[c] == ContactMode::Sticks).collect();
         let (mut all, _) = self.holds_of(&sticks);
-        for anchor in &mut all {
-            let same = |a: &&Anchor| (a.joint, a.freedom) == (anchor.joint, anchor.freedom);
-            if let Some(kept) = anchors.iter().find(same) {
-                anchor.pose = kept.pose;
-            }
-        }
+        keep_poses(&mut all, &anchors);
         self.anchors = all;
         self.still();
-        for moment in &self.now.contacts {
-            self.fastest = self.fastest.max(norm(moment.velocity));
-        }
-        for (rate, column) in self.now.state.rates.iter().zip(&self.model.columns) {
-            self.fastest_rate = self.fastest_rate.max((rate / column).abs());
-        }
+        self.keep_fastest();
     }
 
     /// Goes back to events where nothing has changed for a while and they find what sticks.
@@ -361,6 +351,16 @@ impl Simulation<'_> {
     }
 }
 
+/// What was held before stays where it was.
+fn keep_poses(anchors: &mut [Anchor], before: &[Anchor]) {
+    for anchor in anchors {
+        let same = |a: &&Anchor| (a.joint, a.freedom) == (anchor.joint, anchor.freedom);
+        if let Some(kept) = before.iter().find(same) {
+            anchor.pose = kept.pose;
+        }
+    }
+}
+
 impl Forward {
     /// An instant whose accelerations and reactions are the means of the step before it.
     pub(super) fn instant_of(
@@ -372,46 +372,25 @@ impl Forward {
     ) -> Instant {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let accelerations = leap.response.accelerations.clone();
-        let ground = self.ground(time, state, &leap.bristles, (&[], &[]), inputs);
-        let (mut state, mut bodies) = (ground.state, ground.bodies);
+        let situation = self.situation(time, state, &leap.bristles, (&[], &[]), inputs);
+        let (mut state, mut bodies) = (situation.state, situation.bodies);
         state.accelerations = accelerations;
         bodies.accelerate(topology, &state.accelerations);
-        let contacts: Vec<ContactMoment> = parameters
+        let contacts: Vec<ContactInstant> = parameters
             .contacts
             .iter()
             .enumerate()
-            .map(|(k, contact)| ContactMoment {
+            .map(|(k, contact)| ContactInstant {
                 contact: leap.modes[k],
                 velocity: leap.velocities[k],
                 load: leap.loads[k],
                 friction: leap.frictions[k],
-                limit: law_of(contact, leap.frictions[k][0]).at_rest() * leap.loads[k],
+                limit: contact.law_towards(leap.frictions[k][0]).at_rest() * leap.loads[k],
             })
             .collect();
-        let power = |actuator: usize| {
-            let at = topology.actuators[actuator];
-            leap.drives[actuator] * bodies.joint_rates(topology, at.joint)[at.freedom]
-        };
-        let damper = |spring: &crate::parameters::SpringParameters<f64>| {
-            let rate = crate::dynamics::Pull::of(spring, &bodies).rate;
-            spring.damping * rate * rate
-        };
-        let account = Account {
-            kinetic: ground.masses.kinetic(&bodies),
-            potential: potential(parameters, &bodies),
-            exchange: exchange(parameters, &bodies),
-            drives: (0..leap.drives.len()).map(power).collect(),
-            loads: ground
-                .loads
-                .iter()
-                .map(|l| bodies.twist[l.body.0].power(l.wrench(&bodies)))
-                .sum(),
-            dampers: parameters.springs.iter().map(damper).sum(),
-            contacts: contacts
-                .iter()
-                .map(|c| c.velocity.iter().zip(c.friction).map(|(v, f)| v * f).sum())
-                .collect(),
-        };
+        let mut account = Account::default();
+        let acting = (&situation.masses, &situation.loads[..]);
+        account.update(self, acting, &bodies, &leap.drives, &contacts);
         Instant {
             time,
             state,

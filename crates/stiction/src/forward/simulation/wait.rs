@@ -2,7 +2,7 @@
 
 use super::Simulation;
 use super::locate::{Ending, falls_below};
-use super::work::Work;
+use super::scratch::Scratch;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
@@ -85,13 +85,13 @@ impl Simulation<'_> {
             self.look_near();
         }
         let mut instant = self.room.instant(model);
-        let Work { ground, solved, loads, .. } = &mut *self.room;
-        ground.time = time;
-        model.look(ground, inputs);
+        let Scratch { situation, solved, loads, .. } = &mut *self.room;
+        situation.time = time;
+        model.look(situation, inputs);
         model
-            .couple(ground, &self.modes, Some(loads), measure, solved)
+            .couple(situation, &self.modes, Some(loads), measure, solved)
             .map_err(|u| model.unsolved(time, u))?;
-        model.instant_into(ground, &self.modes, solved, &mut instant);
+        model.instant_into(situation, &self.modes, solved, &mut instant);
         instant.state.accelerations.fill(0.0);
         Ok(instant)
     }

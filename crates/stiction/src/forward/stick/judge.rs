@@ -1,8 +1,8 @@
 //! What is wrong with a choice, if anything is.
 
 use crate::forward::Forward;
-use crate::forward::ground::Ground;
-use crate::forward::rub::{Contact, law_of, norm};
+use crate::forward::rub::{ContactMode, norm};
+use crate::forward::situation::Situation;
 use crate::forward::solve::{Solved, Unsolved};
 
 /// Friction may exceed its limit by this part: rounding of reactions.
@@ -13,7 +13,7 @@ pub(super) enum Verdict {
     /// It satisfies all laws.
     Stands(Box<Solved>),
     /// This contact does something else.
-    Change(usize, Contact),
+    Change(usize, ContactMode),
 }
 
 impl Forward {
@@ -21,46 +21,43 @@ impl Forward {
     /// marked so.
     pub(super) fn judge(
         &self,
-        ground: &Ground,
-        trial: &mut [Contact],
+        situation: &Situation,
+        trial: &mut [ContactMode],
         resting: &[usize],
     ) -> Result<Verdict, Unsolved> {
-        let (mut solved, turned) = self.turn(ground, trial, resting)?;
+        let (mut solved, turned) = self.turn(situation, trial, resting)?;
         if let Some(contact) = turned {
-            return Ok(Verdict::Change(contact, Contact::Sticks));
+            return Ok(Verdict::Change(contact, ContactMode::Sticks));
         }
-        let slides: Vec<usize> = resting
-            .iter()
-            .copied()
-            .filter(|&c| {
-                matches!(trial[c], Contact::AtLimit(_)) && self.begins(ground, &solved, c).is_some()
-            })
-            .collect();
+        let accelerated = self.accelerated_by(situation, &solved);
+        let begins = |c: usize| self.begins(&accelerated, &solved, c).is_some();
+        let lets_go = |c: &usize| matches!(trial[*c], ContactMode::AtLimit(_)) && begins(*c);
+        let slides: Vec<usize> = resting.iter().copied().filter(lets_go).collect();
         if !slides.is_empty() {
             // Sliding friction from here on; with less friction it slides all the more.
             let kept = trial.to_vec();
             for &contact in &slides {
-                if let Contact::AtLimit(direction) = trial[contact] {
-                    trial[contact] = Contact::Slides(direction);
+                if let ContactMode::AtLimit(direction) = trial[contact] {
+                    trial[contact] = ContactMode::Slides(direction);
                 }
             }
-            let (again, turned) = self.turn(ground, trial, resting)?;
+            let (again, turned) = self.turn(situation, trial, resting)?;
             if let Some(contact) = turned {
                 trial.copy_from_slice(&kept);
-                return Ok(Verdict::Change(contact, Contact::Sticks));
+                return Ok(Verdict::Change(contact, ContactMode::Sticks));
             }
             solved = again;
         }
-        if let Some(less) = self.weaken(ground, trial, resting) {
+        if let Some(less) = self.weaken(situation, trial, resting) {
             solved = less;
         }
-        let worst = self.beyond(ground, trial, &solved, resting);
+        let worst = self.beyond(situation, trial, &solved, resting);
         Ok(match worst {
             None => Verdict::Stands(Box::new(solved)),
             Some((contact, friction)) => {
                 // Friction has the sense of the sliding that it resists.
                 let size = norm(friction);
-                Verdict::Change(contact, Contact::AtLimit(friction.map(|f| f / size)))
+                Verdict::Change(contact, ContactMode::AtLimit(friction.map(|f| f / size)))
             }
         })
     }
@@ -68,24 +65,30 @@ impl Forward {
     /// What lets go where its load grows steadily does so without acceleration. If it rubs less in sliding than at
     /// rest it has one all the same: friction at the limit is that of the instant before. Those contacts slide from
     /// here on; none where others hold them.
-    fn weaken(&self, ground: &Ground, trial: &mut [Contact], resting: &[usize]) -> Option<Solved> {
+    fn weaken(
+        &self,
+        situation: &Situation,
+        trial: &mut [ContactMode],
+        resting: &[usize],
+    ) -> Option<Solved> {
         let mut weak = resting.to_vec();
         weak.retain(|&c| match trial[c] {
-            Contact::AtLimit(d) => {
-                !law_of(&self.parameters.contacts[c], d[0]).slides_as_at_its_limit()
+            ContactMode::AtLimit(d) => {
+                !self.parameters.contacts[c].law_towards(d[0]).slides_as_at_its_limit()
             }
             _ => false,
         });
         while !weak.is_empty() {
             let mut slides = trial.to_vec();
             for &contact in &weak {
-                if let Contact::AtLimit(direction) = trial[contact] {
-                    slides[contact] = Contact::Slides(direction);
+                if let ContactMode::AtLimit(direction) = trial[contact] {
+                    slides[contact] = ContactMode::Slides(direction);
                 }
             }
-            let (solved, turned) = self.turn(ground, &mut slides, resting).ok()?;
+            let (solved, turned) = self.turn(situation, &mut slides, resting).ok()?;
             let count = weak.len();
-            weak.retain(|&c| turned != Some(c) && self.begins(ground, &solved, c).is_some());
+            let accelerated = self.accelerated_by(situation, &solved);
+            weak.retain(|&c| turned != Some(c) && self.begins(&accelerated, &solved, c).is_some());
             if weak.len() < count {
                 continue;
             }
@@ -101,32 +104,34 @@ impl Forward {
     /// held at all, and where it goes: at a dead centre a slider stands, but the motion of all else moves it on.
     pub(super) fn beyond(
         &self,
-        ground: &Ground,
-        trial: &[Contact],
+        situation: &Situation,
+        trial: &[ContactMode],
         solved: &Solved,
         resting: &[usize],
     ) -> Option<(usize, [f64; 3])> {
         // What holds a contact may depend on other constraints, and then need not do what is asked of it.
         if !solved.balance.spread.stresses.is_empty() {
-            if let Some((contact, way)) = self.gives_way(ground, solved)
+            if let Some((contact, way)) = self.gives_way(situation, solved)
                 && resting.contains(&contact)
             {
                 return Some((contact, way));
             }
-            let held = resting.iter().filter(|&&contact| trial[contact] == Contact::Sticks);
-            let mut moving = held.filter_map(|&c| self.begins(ground, solved, c).map(|a| (c, a)));
+            let held = resting.iter().filter(|&&contact| trial[contact] == ContactMode::Sticks);
+            let accelerated = self.accelerated_by(situation, solved);
+            let begins = |c: usize| self.begins(&accelerated, solved, c).map(|begins| (c, begins));
+            let mut moving = held.filter_map(|&c| begins(c));
             if let Some(found) = moving.next() {
                 return Some(found);
             }
         }
-        let contacts = self.contacts(ground, trial, solved);
+        let contacts = self.contacts(situation, trial, solved);
         let mut worst: Option<(f64, usize)> = None;
         for &contact in resting {
-            if trial[contact] != Contact::Sticks {
+            if trial[contact] != ContactMode::Sticks {
                 continue;
             }
-            let moment = &contacts[contact];
-            let (has, most) = (norm(moment.friction), moment.limit * ground.overload);
+            let now = &contacts[contact];
+            let (has, most) = (norm(now.friction), now.limit * situation.overload);
             let beyond = has - most * (1.0 + BEYOND);
             // Forces that are nothing but rounding exceed no limit.
             let size = solved.coupled.response.wrenches.iter().map(|w| w.force.norm());

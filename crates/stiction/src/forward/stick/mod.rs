@@ -12,9 +12,9 @@ mod turn;
 
 use super::Forward;
 use super::error::ForwardError;
-use super::ground::Ground;
 use super::guess::Guess;
-use super::rub::{Contact, norm};
+use super::rub::{ContactMode, norm};
+use super::situation::Situation;
 use super::solve::{Solved, Unsolved};
 use judge::Verdict;
 use std::collections::HashSet;
@@ -35,7 +35,7 @@ const ALIGNED: f64 = 1e-6;
 
 /// A choice that satisfies all laws.
 pub(super) struct Choice {
-    pub(super) modes: Vec<Contact>,
+    pub(super) modes: Vec<ContactMode>,
     pub(super) solved: Solved,
 }
 
@@ -43,66 +43,66 @@ impl Forward {
     /// Chooses for the contacts at rest; all others keep their modes.
     pub(super) fn choose(
         &self,
-        ground: &mut Ground,
-        modes: &[Contact],
+        situation: &mut Situation,
+        modes: &[ContactMode],
         resting: &[usize],
     ) -> Result<Choice, ForwardError> {
-        let permanent = self.grip(ground, modes, resting);
-        ground.shares = vec![[0.0; 3]; modes.len()];
-        ground.overload = 1.0;
+        let permanent = self.grip(situation, modes, resting);
+        situation.shares = vec![[0.0; 3]; modes.len()];
+        situation.overload = 1.0;
         let mut trial = trial_of(modes, resting);
-        if let Ok(Verdict::Stands(solved)) = self.judge(ground, &mut trial, resting) {
+        if let Ok(Verdict::Stands(solved)) = self.judge(situation, &mut trial, resting) {
             return Ok(Choice { modes: trial, solved: *solved });
         }
         // The rule's shares are beyond limits, or something must slide: frictions of all at once.
-        let most = self.guess(ground, modes, resting, 1.0);
+        let most = self.guess(situation, modes, resting, 1.0);
         if let Some(guess) = &most
             && guess.moves
-            && let Some(choice) = self.take(ground, guess, resting)
+            && let Some(choice) = self.take(situation, guess, resting)
         {
             return Ok(choice);
         }
-        let all = self.solve(ground, &trial_of(modes, resting), None, false);
+        let all = self.solve(situation, &trial_of(modes, resting), None, false);
         let shared = all.is_ok_and(|all| all.balance.spread.stresses.len() > permanent);
         if shared && most.as_ref().is_some_and(|guess| !guess.moves) {
             // All can stick, within their limits with some room if possible.
             for bound in BOUNDS {
-                let Some(guess) = self.guess(ground, modes, resting, bound) else { continue };
+                let Some(guess) = self.guess(situation, modes, resting, bound) else { continue };
                 if guess.moves {
                     continue;
                 }
-                if let Some(choice) = self.take(ground, &guess, resting) {
+                if let Some(choice) = self.take(situation, &guess, resting) {
                     return Ok(choice);
                 }
             }
         }
-        ground.shares = vec![[0.0; 3]; modes.len()];
-        ground.overload = 1.0;
+        situation.shares = vec![[0.0; 3]; modes.len()];
+        situation.overload = 1.0;
         let (mut guilty, mut failure) = (resting.first().copied().unwrap_or(0), None);
-        match self.improve(ground, trial_of(modes, resting), resting) {
+        match self.improve(situation, trial_of(modes, resting), resting) {
             Ok(choice) => return Ok(choice),
             Err(Stuck { contact, unsolved }) => {
                 guilty = contact.unwrap_or(guilty);
-                failure = unsolved.map(|u| self.unsolved(ground.time, u)).or(failure);
+                failure = unsolved.map(|u| self.unsolved(situation.time, u)).or(failure);
             }
         }
-        if let Some(choice) = self.look_through(ground, modes, resting) {
+        if let Some(choice) = self.look_through(situation, modes, resting) {
             return Ok(choice);
         }
         let joint = self.joint_name(self.parameters.contacts.get(guilty).map_or(0, |c| c.joint));
-        Err(failure.unwrap_or(ForwardError::NoChoice { time: ground.time, joint }))
+        Err(failure.unwrap_or(ForwardError::NoChoice { time: situation.time, joint }))
     }
 
     /// How much friction each contact at rest can bear, from the loads where all of them slide without it.
     /// Also how many constraints are redundant then.
-    fn grip(&self, ground: &mut Ground, modes: &[Contact], resting: &[usize]) -> usize {
+    fn grip(&self, situation: &mut Situation, modes: &[ContactMode], resting: &[usize]) -> usize {
         let contacts = &self.parameters.contacts;
-        ground.grips = vec![1.0; contacts.len()];
+        situation.grips = vec![1.0; contacts.len()];
         let mut free = modes.to_vec();
         for &contact in resting {
-            free[contact] = Contact::AtLimit([0.0; 3]);
+            free[contact] = ContactMode::AtLimit([0.0; 3]);
         }
-        let Ok(solved) = self.solve(ground, &free, None, false) else { return 0 };
+        let Ok(solved) = self.solve(situation, &free, None, false) else { return 0 };
         let redundant = solved.balance.spread.stresses.len();
         let limits: Vec<f64> = contacts
             .iter()
@@ -111,37 +111,38 @@ impl Forward {
             .collect();
         let largest = limits.iter().fold(0.0_f64, |m, l| m.max(*l));
         if largest > 0.0 && largest.is_finite() {
-            ground.grips = limits.iter().map(|l| (l / largest).max(LEAST_GRIP)).collect();
+            situation.grips = limits.iter().map(|l| (l / largest).max(LEAST_GRIP)).collect();
         }
         redundant
     }
 
     /// A guess, if all laws are satisfied where it is solved exactly, or with few changes.
-    fn take(&self, ground: &mut Ground, guess: &Guess, resting: &[usize]) -> Option<Choice> {
-        ground.shares.clone_from(&guess.shares);
-        ground.overload = if guess.tight { 1.0 + LITTLE } else { 1.0 };
-        let found = self.as_it_is(ground, guess, resting);
-        let found = found.or_else(|| self.improve(ground, guess.modes.clone(), resting).ok());
+    fn take(&self, situation: &mut Situation, guess: &Guess, resting: &[usize]) -> Option<Choice> {
+        situation.shares.clone_from(&guess.shares);
+        situation.overload = if guess.tight { 1.0 + LITTLE } else { 1.0 };
+        let found = self.as_it_is(situation, guess, resting);
+        let found = found.or_else(|| self.improve(situation, guess.modes.clone(), resting).ok());
         if found.is_none() {
-            ground.shares.fill([0.0; 3]);
-            ground.overload = 1.0;
+            situation.shares.fill([0.0; 3]);
+            situation.overload = 1.0;
         }
         found
     }
 
     /// A choice whose directions are right already: nothing is turned, all is checked.
-    fn as_it_is(&self, ground: &Ground, guess: &Guess, resting: &[usize]) -> Option<Choice> {
+    fn as_it_is(&self, situation: &Situation, guess: &Guess, resting: &[usize]) -> Option<Choice> {
         let mut modes = guess.modes.clone();
         for &contact in resting {
-            if let Contact::AtLimit(direction) = modes[contact] {
-                modes[contact] = Contact::Slides(direction);
+            if let ContactMode::AtLimit(direction) = modes[contact] {
+                modes[contact] = ContactMode::Slides(direction);
             }
         }
-        let solved = self.solve(ground, &modes, Some(&guess.loads), true).ok()?;
+        let solved = self.solve(situation, &modes, Some(&guess.loads), true).ok()?;
+        let accelerated = self.accelerated_by(situation, &solved);
         for &contact in resting {
-            let Contact::Slides(direction) = modes[contact] else { continue };
-            let Some(begins) = self.begins(ground, &solved, contact) else {
-                modes[contact] = Contact::AtLimit(direction);
+            let ContactMode::Slides(direction) = modes[contact] else { continue };
+            let Some(begins) = self.begins(&accelerated, &solved, contact) else {
+                modes[contact] = ContactMode::AtLimit(direction);
                 continue;
             };
             let size = norm(begins);
@@ -150,14 +151,16 @@ impl Forward {
                 return None;
             }
         }
-        self.beyond(ground, &modes, &solved, resting).is_none().then_some(Choice { modes, solved })
+        self.beyond(situation, &modes, &solved, resting)
+            .is_none()
+            .then_some(Choice { modes, solved })
     }
 
     /// Changes one contact after the other until all laws are satisfied.
     fn improve(
         &self,
-        ground: &Ground,
-        mut trial: Vec<Contact>,
+        situation: &Situation,
+        mut trial: Vec<ContactMode>,
         resting: &[usize],
     ) -> Result<Choice, Stuck> {
         let mut seen = HashSet::new();
@@ -166,7 +169,7 @@ impl Forward {
             if !seen.insert(pattern(&trial, resting)) {
                 break;
             }
-            match self.judge(ground, &mut trial, resting) {
+            match self.judge(situation, &mut trial, resting) {
                 Ok(Verdict::Stands(solved)) => return Ok(Choice { modes: trial, solved: *solved }),
                 Ok(Verdict::Change(contact, mode)) => {
                     guilty = Some(contact);
@@ -181,8 +184,8 @@ impl Forward {
     /// All choices of sticking, sliding forward or backward, the most sticking first.
     fn look_through(
         &self,
-        ground: &Ground,
-        modes: &[Contact],
+        situation: &Situation,
+        modes: &[ContactMode],
         resting: &[usize],
     ) -> Option<Choice> {
         let count = resting.len() as u32;
@@ -207,13 +210,13 @@ impl Forward {
             let mut trial = modes.to_vec();
             for &contact in resting {
                 trial[contact] = match number % 3 {
-                    0 => Contact::Sticks,
-                    1 => Contact::AtLimit([1.0, 0.0, 0.0]),
-                    _ => Contact::AtLimit([-1.0, 0.0, 0.0]),
+                    0 => ContactMode::Sticks,
+                    1 => ContactMode::AtLimit([1.0, 0.0, 0.0]),
+                    _ => ContactMode::AtLimit([-1.0, 0.0, 0.0]),
                 };
                 number /= 3;
             }
-            if let Ok(Verdict::Stands(solved)) = self.judge(ground, &mut trial, resting) {
+            if let Ok(Verdict::Stands(solved)) = self.judge(situation, &mut trial, resting) {
                 return Some(Choice { modes: trial, solved: *solved });
             }
         }
@@ -222,10 +225,10 @@ impl Forward {
 }
 
 /// All contacts at rest sticking.
-fn trial_of(modes: &[Contact], resting: &[usize]) -> Vec<Contact> {
+fn trial_of(modes: &[ContactMode], resting: &[usize]) -> Vec<ContactMode> {
     let mut trial = modes.to_vec();
     for &contact in resting {
-        trial[contact] = Contact::Sticks;
+        trial[contact] = ContactMode::Sticks;
     }
     trial
 }
@@ -236,10 +239,10 @@ struct Stuck {
     unsolved: Option<Unsolved>,
 }
 
-fn pattern(modes: &[Contact], resting: &[usize]) -> Vec<i64> {
+fn pattern(modes: &[ContactMode], resting: &[usize]) -> Vec<i64> {
     let of = |contact: &usize| match modes[*contact] {
-        Contact::Smooth | Contact::Sticks => 0,
-        Contact::Slides(d) | Contact::AtLimit(d) => {
+        ContactMode::Smooth | ContactMode::Sticks => 0,
+        ContactMode::Slides(d) | ContactMode::AtLimit(d) => {
             1 + d.iter().fold(0, |sum, x| 1000 * sum + (x * 400.0).round() as i64 + 400)
         }
     };

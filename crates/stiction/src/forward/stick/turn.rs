@@ -1,9 +1,10 @@
 //! Directions in which contacts begin to slide: those of balls and plates are those of their acceleration.
 
 use crate::forward::Forward;
-use crate::forward::ground::Ground;
-use crate::forward::rub::{Contact, norm};
+use crate::forward::rub::{ContactMode, norm};
+use crate::forward::situation::Situation;
 use crate::forward::solve::{Solved, Unsolved};
+use crate::kinematics::Bodies;
 use nalgebra::{Matrix3, Vector3};
 
 /// Accelerations below this part of the largest are none.
@@ -18,19 +19,21 @@ impl Forward {
     /// are those of the acceleration. Also a contact that would slide back.
     pub(super) fn turn(
         &self,
-        ground: &Ground,
-        trial: &mut [Contact],
+        situation: &Situation,
+        trial: &mut [ContactMode],
         resting: &[usize],
     ) -> Result<(Solved, Option<usize>), Unsolved> {
         for pass in 0..TURNS {
-            let solved = self.solve(ground, trial, None, true)?;
+            let solved = self.solve(situation, trial, None, true)?;
+            let accelerated = self.accelerated_by(situation, &solved);
             let mut turned = 0.0_f64;
             for &contact in resting {
-                let (Contact::AtLimit(direction) | Contact::Slides(direction)) = trial[contact]
+                let (ContactMode::AtLimit(direction) | ContactMode::Slides(direction)) =
+                    trial[contact]
                 else {
                     continue;
                 };
-                let Some(begins) = self.begins(ground, &solved, contact) else { continue };
+                let Some(begins) = self.begins(&accelerated, &solved, contact) else { continue };
                 let along: f64 = begins.iter().zip(direction).map(|(a, d)| a * d).sum();
                 let single = self.parameters.contacts[contact].shape.has_one_freedom();
                 if along < 0.0 && (single || pass > 3) {
@@ -39,18 +42,18 @@ impl Forward {
                 if single {
                     continue;
                 }
-                let next = self.direction(ground, &solved, contact, begins);
+                let next = self.direction(situation, &solved, contact, begins);
                 turned = turned.max(norm([0, 1, 2].map(|i| next[i] - direction[i])));
                 trial[contact] = match trial[contact] {
-                    Contact::Slides(_) => Contact::Slides(next),
-                    _ => Contact::AtLimit(next),
+                    ContactMode::Slides(_) => ContactMode::Slides(next),
+                    _ => ContactMode::AtLimit(next),
                 };
             }
             if turned < TURNED || pass + 1 == TURNS {
                 return Ok((solved, None));
             }
         }
-        let solved = self.solve(ground, trial, None, true)?;
+        let solved = self.solve(situation, trial, None, true)?;
         Ok((solved, None))
     }
 
@@ -60,21 +63,22 @@ impl Forward {
     /// makes it of length one.
     fn direction(
         &self,
-        ground: &Ground,
+        situation: &Situation,
         solved: &Solved,
         contact: usize,
         begins: [f64; 3],
     ) -> [f64; 3] {
         let content = &self.parameters.contacts[contact];
         let arms = content.arms(self.parameters.pitch[content.joint]);
-        let scene = self.scene(ground);
+        let scene = self.scene(situation);
         let mut taken = Matrix3::zeros();
-        for (column, wrench) in self.unit_frictions(&ground.bodies, contact).into_iter().enumerate()
+        for (column, wrench) in
+            self.unit_frictions(&situation.bodies, contact).into_iter().enumerate()
         {
             let response = solved.balance.respond(&scene, &[(content.joint, wrench)], false);
             for row in 0..3 {
                 taken[(row, column)] =
-                    -self.surface_rate(&ground.bodies, &response.accelerations, contact, row);
+                    -self.surface_rate(&situation.bodies, &response.accelerations, contact, row);
             }
         }
         let load = solved.coupled.loads[contact];
@@ -108,15 +112,21 @@ impl Forward {
         if length > 0.0 { (found / length).into() } else { begins.map(|b| b / norm(begins)) }
     }
 
-    /// The acceleration of a contact's surface, m/s^2, where it is more than rounding.
+    /// The bodies as they accelerate in a solved choice.
+    pub(super) fn accelerated_by(&self, situation: &Situation, solved: &Solved) -> Bodies<f64> {
+        self.accelerated(&situation.bodies, &solved.coupled.response.accelerations)
+    }
+
+    /// The acceleration of a contact's surface, m/s^2, where it is more than rounding; `accelerated` are the bodies as
+    /// they accelerate in this solution.
     pub(super) fn begins(
         &self,
-        ground: &Ground,
+        accelerated: &Bodies<f64>,
         solved: &Solved,
         contact: usize,
     ) -> Option<[f64; 3]> {
         let accelerations = &solved.coupled.response.accelerations;
-        let begins = self.surface_acceleration_by(&ground.bodies, accelerations, contact);
+        let begins = self.surface_acceleration(accelerated, contact);
         (norm(begins) > self.rounding_of_beginnings(accelerations, contact)).then_some(begins)
     }
 

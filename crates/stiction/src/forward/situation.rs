@@ -4,13 +4,12 @@ use super::Forward;
 use super::balance::Scene;
 use super::inputs::{Inputs, View};
 use super::masses::Masses;
-use super::surface::surface_velocity;
 use crate::kinematics::{Bodies, State, Target};
 use crate::statics::AppliedLoad;
 
 /// What is the same for all choices of sticking and sliding at one position and velocity.
 #[derive(Clone, Debug)]
-pub(super) struct Ground {
+pub(super) struct Situation {
     pub(super) time: f64,
     pub(super) state: State<f64>,
     pub(super) bodies: Bodies<f64>,
@@ -29,7 +28,7 @@ pub(super) struct Ground {
     pub(super) overload: f64,
 }
 
-impl Ground {
+impl Situation {
     /// Room for it.
     pub(super) fn new(model: &Forward) -> Self {
         Self {
@@ -51,27 +50,27 @@ impl Ground {
 
 impl Forward {
     /// Positions, velocities and inputs of an instant.
-    pub(super) fn ground(
+    pub(super) fn situation(
         &self,
         time: f64,
         state: State<f64>,
         bristles: &[[f64; 3]],
         (grips, shares): (&[f64], &[[f64; 3]]),
         inputs: &mut dyn Inputs,
-    ) -> Ground {
-        let mut ground = Ground { time, state, ..Ground::new(self) };
-        ground.bristles.extend_from_slice(bristles);
-        ground.grips.extend_from_slice(grips);
-        ground.shares.extend_from_slice(shares);
-        self.look(&mut ground, inputs);
-        ground
+    ) -> Situation {
+        let mut situation = Situation { time, state, ..Situation::new(self) };
+        situation.bristles.extend_from_slice(bristles);
+        situation.grips.extend_from_slice(grips);
+        situation.shares.extend_from_slice(shares);
+        self.look(&mut situation, inputs);
+        situation
     }
 
     /// The same in the room that is there, where time, state, bristles, grips and shares are.
-    pub(super) fn look(&self, ground: &mut Ground, inputs: &mut dyn Inputs) {
+    pub(super) fn look(&self, situation: &mut Situation, inputs: &mut dyn Inputs) {
         let (topology, parameters) = (&self.topology, &self.parameters);
-        let Ground { time, state, bodies, masses, efforts, loads, targets, velocities, .. } =
-            ground;
+        let Situation { time, state, bodies, masses, efforts, loads, targets, velocities, .. } =
+            situation;
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
         let pitch = &parameters.pitch;
@@ -88,8 +87,8 @@ impl Forward {
         masses.update(topology, parameters, bodies, loads);
         velocities.clear();
         let contacts = parameters.contacts.iter();
-        velocities.extend(contacts.map(|c| surface_velocity(topology, parameters, bodies, c)));
-        ground.overload = 1.0;
+        velocities.extend(contacts.map(|c| bodies.surface_velocity(topology, c, pitch[c.joint])));
+        situation.overload = 1.0;
     }
 
     pub(super) fn targets(&self, time: f64, inputs: &mut dyn Inputs) -> Vec<Target<f64>> {
@@ -110,12 +109,12 @@ impl Forward {
         inputs.targets(time, targets);
     }
 
-    pub(super) fn scene<'a>(&'a self, ground: &'a Ground) -> Scene<'a> {
+    pub(super) fn scene<'a>(&'a self, situation: &'a Situation) -> Scene<'a> {
         Scene {
             topology: &self.topology,
             parameters: &self.parameters,
-            bodies: &ground.bodies,
-            masses: &ground.masses,
+            bodies: &situation.bodies,
+            masses: &situation.masses,
             columns: &self.columns,
         }
     }

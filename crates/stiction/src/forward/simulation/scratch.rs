@@ -2,16 +2,16 @@
 
 use super::ranks::Ranks;
 use crate::forward::Forward;
-use crate::forward::ground::Ground;
 use crate::forward::instant::Instant;
 use crate::forward::project::Projection;
+use crate::forward::situation::Situation;
 use crate::forward::solve::Solved;
 use crate::kinematics::State;
 
 /// Room that evaluations use again and again. Nothing in it is part of a simulation's state.
 #[derive(Clone, Debug)]
-pub(super) struct Work {
-    pub(super) ground: Ground,
+pub(super) struct Scratch {
+    pub(super) situation: Situation,
     pub(super) solved: Solved,
     pub(super) projection: Projection,
     /// Loads nearby, where Newton's method starts.
@@ -29,10 +29,10 @@ pub(super) struct Work {
     spare: Vec<Instant>,
 }
 
-impl Work {
+impl Scratch {
     pub(super) fn new(model: &Forward) -> Self {
         Self {
-            ground: Ground::new(model),
+            situation: Situation::new(model),
             solved: Solved::default(),
             projection: Projection::new(model),
             loads: Vec::new(),
