@@ -182,6 +182,7 @@ impl InverseProgram {
     }
 
     /// Inputs have no names of their own: one too few, and the next would be taken for it.
+    #[inline]
     pub(crate) fn check(&self, targets: &[Target<f64>], loads: &[AppliedLoad<f64>]) {
         self.check_targets(targets);
         check_loads(&self.loaded, loads);
@@ -197,6 +198,7 @@ impl InverseProgram {
     }
 
     /// Where motions of bodies say all, nobody reads what is prescribed.
+    #[inline]
     fn read_of<'a>(&self, targets: &'a [Target<f64>]) -> &'a [Target<f64>] {
         if self.reads_targets { targets } else { &[] }
     }
