@@ -87,6 +87,41 @@ fn poles_are_refused() {
     folder.stiction(&load).fails(2, &["the load on `bob` has no finite value at t = 0.25 s"]);
 }
 
+/// Jumps and zeros are no poles, however many there are and wherever the look at them falls.
+#[test]
+fn jumps_are_no_poles() {
+    let folder = folder("jumps");
+    for drive in [
+        "0.05 N m*atan2(sin(2*pi*50*t), cos(2*pi*50*t) + 1e-9)",
+        "1e-3 N m*sin(2*pi*t)*cos(14000*t)/abs(cos(14000*t))",
+        "0.1 N m*(t - 0.0201234)/abs(t - 0.0201234)",
+    ] {
+        let drives = format!("pivot = {drive}");
+        let run = ["forward", "pendulum.toml", "--drives", &drives, "--until", "0.03"];
+        folder.stiction(&run).succeeds();
+    }
+}
+
+/// A parameter is a factor of something, however small.
+#[test]
+fn small_parameters_are_what_they_are() {
+    let folder = folder("small");
+    let peak = |text: &str| {
+        folder.write("small.toml", text);
+        folder.stiction(&["inverse", "small.toml"]).succeeds().to_owned()
+    };
+    let named = format!(
+        "[parameters]\neps = 1e-31\n{}",
+        PENDULUM.replace("[bodies.bob]\nmass = 2", "[bodies.bob]\nmass = \"eps*2e31*1 kg\"")
+    );
+    let gravity = "gravity = [0, -9.81, 0]\n";
+    let named = format!("{gravity}{}", named.replace(gravity, ""));
+    let same = |text: &str| {
+        text.lines().filter(|line| !line.contains("loops")).map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(same(&peak(&named)), same(&peak(PENDULUM)));
+}
+
 /// Programs are told in JSON, whatever is wrong.
 #[test]
 fn wrong_options_are_told_in_json() {

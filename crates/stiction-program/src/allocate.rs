@@ -147,13 +147,13 @@ impl<'a> Allocator<'a> {
             Source::Common(place) => self.address(Base::Common, place as usize, 1),
             Source::Slot(slot) => self.address(Base::Slots, slot as usize, lanes),
             Source::Constant(place) => self.constant(OWN + place as usize),
-            Source::Step(step) if let Some(slot) = self.slot_of_step[step as usize] => {
-                self.address(Base::Slots, slot as usize, lanes)
-            }
-            Source::Step(step) => {
-                let spill = self.spill_of_step[step as usize].unwrap_or(0);
-                self.address(Base::Spills, spill, lanes)
-            }
+            Source::Step(step) => match self.slot_of_step[step as usize] {
+                Some(slot) => self.address(Base::Slots, slot as usize, lanes),
+                None => {
+                    let spill = self.spill_of_step[step as usize].unwrap_or(0);
+                    self.address(Base::Spills, spill, lanes)
+                }
+            },
         }
     }
 

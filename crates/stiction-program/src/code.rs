@@ -310,14 +310,15 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
             };
             let mut of = |node: Node| source(node, &mut code, &mut constants);
             let pair = with[k].map(|other| (other, cut[other as usize]));
-            let step = match *op {
+            let step = match (*op, pair) {
                 // The other one does it.
-                Op::Mul(..) if matches!(pair, Some((_, Op::Add(..) | Op::Sub(..)))) => continue,
-                Op::Div(..) if pair.is_some() => continue,
-                Op::Mul(a, b) if let Some((over, Op::Div(_, by))) = pair => {
+                (Op::Mul(..), Some((_, Op::Add(..) | Op::Sub(..)))) | (Op::Div(..), Some(_)) => {
+                    continue;
+                }
+                (Op::Mul(a, b), Some((over, Op::Div(_, by)))) => {
                     Step::Div(of(if over == a { b } else { a }), of(by))
                 }
-                Op::Add(x, y) | Op::Sub(x, y) if let Some((product, Op::Mul(a, b))) = pair => {
+                (Op::Add(x, y) | Op::Sub(x, y), Some((product, Op::Mul(a, b)))) => {
                     let (kind, c) = match op {
                         Op::Add(..) => (Fused::Add, if product == x { y } else { x }),
                         _ if product == x => (Fused::Sub, y),
@@ -325,16 +326,16 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
                     };
                     Step::Fused(kind, [of(a), of(b), of(c)])
                 }
-                Op::Add(a, b) => Step::Add(of(a), of(b)),
-                Op::Sub(a, b) => Step::Sub(of(a), of(b)),
-                Op::Mul(a, b) => Step::Mul(of(a), of(b)),
-                Op::Div(a, b) => Step::Div(of(a), of(b)),
-                Op::Neg(a) => Step::Neg(of(a)),
-                Op::Sqrt(a) => Step::Sqrt(of(a)),
-                Op::Select { of: c, yes, no } => {
+                (Op::Add(a, b), _) => Step::Add(of(a), of(b)),
+                (Op::Sub(a, b), _) => Step::Sub(of(a), of(b)),
+                (Op::Mul(a, b), _) => Step::Mul(of(a), of(b)),
+                (Op::Div(a, b), _) => Step::Div(of(a), of(b)),
+                (Op::Neg(a), _) => Step::Neg(of(a)),
+                (Op::Sqrt(a), _) => Step::Sqrt(of(a)),
+                (Op::Select { of: c, yes, no }, _) => {
                     Step::Select { of: of(c), yes: of(yes), no: of(no) }
                 }
-                Op::Constant(_) => {
+                (Op::Constant(_), _) => {
                     if crosses[k] {
                         let from = of(node);
                         let slot = slots.made(node);
@@ -342,7 +343,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
                     }
                     continue;
                 }
-                Op::Input(_) | Op::Call(..) | Op::Held(_) => continue,
+                (Op::Input(_) | Op::Call(..) | Op::Held(_), _) => continue,
             };
             code.steps.push(step);
             let place = code.steps.len() as u32 - 1;

@@ -97,7 +97,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
     let mut rows = Rows::default();
 
     let progress = RefCell::new(Progress::new());
-    let done = Cell::new(0);
+    let done = Cell::new(kept.as_ref().map_or(0, |kept| kept.mark.samples));
     let tables_cell = RefCell::new(&mut tables);
     let outcome = job.run(
         |sample| {

@@ -15,8 +15,10 @@ use stiction::spatial::Vec3;
 
 /// Products of several numbers of this size are still numbers.
 pub(crate) const LARGEST: f64 = 1e30;
-/// Numbers below this are zero: rounding of something that vanishes, or what no product could have any more.
-const SMALLEST: f64 = 1e-30;
+/// Lengths below this, m, are zero: rounding of something that vanishes.
+const SHORTEST: f64 = 1e-30;
+/// Other quantities below this are zero: they have no squares.
+const SMALLEST: f64 = 1e-150;
 
 /// A text that is being read, and what has been said about it.
 pub(crate) struct Context<'a> {
@@ -118,7 +120,7 @@ impl<'a> Context<'a> {
     pub(crate) fn quantity(&self, value: &Value, measure: Measure) -> Option<f64> {
         match &value.node {
             Node::Number(number) => {
-                let number = self.finite(value, *number)?;
+                let number = self.finite(value, *number, measure)?;
                 self.doubt(value, measure, number, true);
                 Some(number)
             }
@@ -131,7 +133,7 @@ impl<'a> Context<'a> {
                         None => {
                             let bare = quantity.dimension == Dimension::NONE;
                             self.doubt(value, measure, quantity.value, bare);
-                            Ok(self.finite(value, quantity.value))
+                            Ok(self.finite(value, quantity.value, measure))
                         }
                         Some(fault) => Err(fault(0..text.content.len())),
                     }
@@ -154,7 +156,9 @@ impl<'a> Context<'a> {
             return None;
         }
         match expression::in_time(&text.content, self.parameters, measure) {
-            Ok(TimeFormula::Constant(number)) => self.finite(value, number).map(Course::constant),
+            Ok(TimeFormula::Constant(number)) => {
+                self.finite(value, number, measure).map(Course::constant)
+            }
             Ok(TimeFormula::Changing(formula)) => {
                 Some(Course::formula(formula, &self.source, value.span.clone(), text.start))
             }
@@ -182,9 +186,15 @@ impl<'a> Context<'a> {
     }
 
     /// The number, if it can be computed with.
-    fn finite(&self, value: &Value, number: f64) -> Option<f64> {
+    fn finite(&self, value: &Value, number: f64, measure: Measure) -> Option<f64> {
         if number.abs() <= LARGEST {
-            return Some(if number.abs() < SMALLEST { 0.0 } else { number });
+            let smallest = match measure {
+                // A parameter may be a factor of anything.
+                Measure::Any => 0.0,
+                Measure::Length => SHORTEST,
+                _ => SMALLEST,
+            };
+            return Some(if number.abs() < smallest { 0.0 } else { number });
         }
         if number.is_finite() {
             let message = format!("{} is too large", crate::diagnostic::number(number));
