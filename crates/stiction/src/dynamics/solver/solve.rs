@@ -162,7 +162,7 @@ impl InverseDynamics {
 
     /// The same by dense decompositions, friction by a plain fixed point: slow, for special
     /// positions, and as an oracle. It leaves the intervals of contacts at rest at zero width, and
-    /// says so in [`Forces::bounded`].
+    /// says so in [`Forces::bounds`].
     ///
     /// # Errors
     /// See [`InverseError`].
