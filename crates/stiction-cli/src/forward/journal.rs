@@ -114,13 +114,12 @@ fn checksum_of(tables: &Value, mark: &Value) -> String {
 /// # Errors
 /// One of them is gone: a checkpoint without it would be worth nothing.
 pub(super) fn partials(outputs: &Outputs) -> Result<[(String, u64); FILES.len()], Failure> {
-    let [a, b, c, d, e, f] = FILES.map(|name| {
+    for_each_file(|_, name| {
         outputs.partial(name).ok_or_else(|| {
             Failure::no_answer(format!("{name} is gone from the folder while it is written"))
                 .help("begin anew, and leave files named *.partial alone until it ends")
         })
-    });
-    Ok([a?, b?, c?, d?, e?, f?])
+    })
 }
 
 /// Begins the tables anew or with what is kept.
@@ -128,14 +127,16 @@ pub(super) fn begin(
     outputs: &mut Outputs,
     kept: Option<&Kept>,
 ) -> Result<[BufWriter<File>; FILES.len()], Failure> {
-    let mut index = 0;
-    let [a, b, c, d, e, f] = FILES.map(|name| {
-        let file = kept.and_then(|kept| kept.files.get(index));
-        index += 1;
-        match file {
-            None => outputs.begin(name),
-            Some((at, bytes)) => outputs.begin_with(name, at, *bytes),
-        }
-    });
-    Ok([a?, b?, c?, d?, e?, f?])
+    for_each_file(|index, name| match kept.and_then(|kept| kept.files.get(index)) {
+        None => outputs.begin(name),
+        Some((at, bytes)) => outputs.begin_with(name, at, *bytes),
+    })
+}
+
+/// What is made of each table by its place and its name; the first failure is the last.
+fn for_each_file<T>(
+    mut make: impl FnMut(usize, &'static str) -> Result<T, Failure>,
+) -> Result<[T; FILES.len()], Failure> {
+    let [a, b, c, d, e, f] = FILES;
+    Ok([make(0, a)?, make(1, b)?, make(2, c)?, make(3, d)?, make(4, e)?, make(5, f)?])
 }

@@ -111,9 +111,8 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
                 None => Ok(()),
             }
         },
-        |now, of, mark| {
+        |now, _, mark| {
             done.set(now);
-            progress.borrow_mut().tell_samples("simulating", now, of);
             if let (Some(outputs), Some(tables)) = (&outputs, &mut *tables_cell.borrow_mut())
                 && journal.is_due()
             {
@@ -125,7 +124,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
             Ok(())
         },
         &|| {
-            // A single row may take long.
+            // Asked for at every evaluation: a single row may take long.
             progress.borrow_mut().tell_samples("simulating", done.get(), count);
             interrupted.load(Ordering::Relaxed)
         },

@@ -223,9 +223,7 @@ impl Setup {
         };
         Ok(job)
     }
-}
 
-impl Setup {
     /// Forces that pass through infinity would be integrated over it, with whatever comes out.
     fn refuse_poles(&self, job: &Job<'_>) -> Result<(), Failure> {
         let (from, until) = (job.from, job.until);
@@ -248,8 +246,8 @@ impl Setup {
             }
         }
         for wrench in &self.load.0.wrenches {
-            let courses = wrench.force.iter().chain(&wrench.moment);
-            if let Some(at) = courses.filter_map(|course| pole(course, from, until)).next() {
+            let mut courses = wrench.force.iter().chain(&wrench.moment);
+            if let Some(at) = courses.find_map(|course| pole(course, from, until)) {
                 return refuse(
                     format!("the load on `{}`", mechanism.bodies()[wrench.body.0].name),
                     at,

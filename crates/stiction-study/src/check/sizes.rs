@@ -138,7 +138,7 @@ impl Measuring {
 
 /// Thousandths, or four digits where these say little.
 fn told(x: f64) -> String {
-    if x != 0.0 && x.abs() < 0.1 && x.abs() > ROUNDING { number(x) } else { fixed(x, 3) }
+    if x.abs() > ROUNDING && x.abs() < 0.1 { number(x) } else { fixed(x, 3) }
 }
 
 impl Range {

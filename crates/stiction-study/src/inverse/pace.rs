@@ -2,7 +2,8 @@
 
 use super::chunks::Work;
 use super::error::Error;
-use stiction::dynamics::{InverseDynamics, Weighting};
+use super::uniqueness::is_determined;
+use stiction::dynamics::InverseDynamics;
 use stiction::parameters::ContactParameters;
 use stiction::statics::{Constraints, Proximity};
 
@@ -62,9 +63,7 @@ const INDEPENDENT: f64 = 1e-8;
 /// sparse matrices can tell, these are the driven ones.
 fn mobility(solver: &InverseDynamics) -> usize {
     let mechanism = solver.mechanism();
-    let has_spins = !solver.assembly().prescription().spins().is_empty();
-    if solver.weighting() == Some(Weighting::Determined)
-        && !has_spins
+    if is_determined(solver)
         && let Some(mut proximity) = Proximity::new(mechanism)
         && proximity.measure(mechanism, solver.parameters(), solver.bodies()).constraint
             > INDEPENDENT

@@ -67,9 +67,8 @@ impl Uniqueness {
     /// Looks at the present position.
     pub(super) fn look(&mut self, solver: &InverseDynamics, time: f64) {
         (self.is_singular, self.singular) = (false, None);
-        let spins = solver.assembly().prescription().spins().len();
-        if solver.weighting() == Some(Weighting::Determined) && spins == 0 {
-            // Everything is unique; only the distances are asked for.
+        if is_determined(solver) {
+            // Only the distances are asked for.
             self.redundancy = 0;
             self.reactions.fill([true; 6]);
             self.loads.fill(true);
@@ -82,6 +81,7 @@ impl Uniqueness {
             };
             return;
         }
+        let spins = solver.assembly().prescription().spins().len();
         let statics: Statics = solver.statics();
         self.redundancy = statics.redundancy();
         self.reactions = statics.determined_reactions();
@@ -94,6 +94,12 @@ impl Uniqueness {
             self.told = self.singular.is_some();
         }
     }
+}
+
+/// Whether the balance leaves nothing open: no redundancy, and no body that spins idly.
+pub(super) fn is_determined(solver: &InverseDynamics) -> bool {
+    let has_spins = !solver.assembly().prescription().spins().is_empty();
+    solver.weighting() == Some(Weighting::Determined) && !has_spins
 }
 
 /// What a singular position is like.

@@ -10,9 +10,8 @@ use crate::kinematics::Bodies;
 use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
-use crate::statics::AppliedLoad;
 use crate::statics::newton_euler::Unknown;
-use crate::statics::{Statics, Uncarried};
+use crate::statics::{AppliedLoad, Statics, Uncarried};
 use crate::topology::Topology;
 use nalgebra::DVector;
 

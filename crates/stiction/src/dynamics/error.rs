@@ -4,7 +4,7 @@ use crate::words::significant;
 use thiserror::Error;
 
 /// A part of the coefficients, percent, below which it would be told as none.
-const NO_PART: f64 = 0.05;
+pub(crate) const NO_PART: f64 = 0.05;
 
 /// Why there are no forces to tell.
 #[derive(Clone, Debug, PartialEq, Error)]

@@ -3,8 +3,6 @@
 //! Signs: a joint's reaction is the complete wrench that its predecessor exerts on its successor,
 //! constraint, drive and friction together.
 
-pub use crate::statics::{AppliedLoad, LoadAxes};
-
 mod balance;
 mod branches;
 mod careful;
@@ -26,11 +24,13 @@ mod spring;
 mod structure;
 mod wedge;
 
+pub use crate::statics::{AppliedLoad, LoadAxes};
 pub use branches::FrictionMargin;
 pub use contacts::ContactState;
 pub(crate) use contacts::{load_by, most_change_of_load};
 pub(crate) use coupling::radius_bound;
 pub use error::InverseError;
+pub(crate) use error::NO_PART;
 pub use forces::{Bounds, ContactForce, Forces};
 pub use inverse::Inverse;
 pub use kernel::{Kernel, Workspace};

@@ -1,6 +1,7 @@
 //! Why a simulation cannot go on.
 
 use super::rub::ContactMode;
+use crate::dynamics::NO_PART;
 use crate::kinematics::AssemblyError;
 use thiserror::Error;
 
@@ -15,9 +16,6 @@ pub struct Competitor {
     pub contacts: Vec<ContactMode>,
 }
 
-/// A part of the coefficients, percent, below which it would be told as none.
-const LEAST: f64 = 0.05;
-
 /// Why a simulation cannot go on.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -29,9 +27,9 @@ pub enum ForwardError {
     #[error(
         "at t = {time} s the rigid model with this friction has no acceleration: {at} \
          the loads grow without bound, first in joint `{joint}` ({kind}",
-        at = if *percent < LEAST { "with a small part of the given coefficients".to_owned() }
+        at = if *percent < NO_PART { "with a small part of the given coefficients".to_owned() }
             else { format!("at {percent:.1} % of the given coefficients") },
-        kind = if *percent < LEAST { "the position is singular, or as good as: its joints bear \
+        kind = if *percent < NO_PART { "the position is singular, or as good as: its joints bear \
             next to any load there, and hold by friction what comes along; or the coefficients are immense); \
             start elsewhere, hold what is loose, or look at the coefficients" }
             else { "jamming, Painleve's paradox); give its guide a longer span, less friction, or some \
