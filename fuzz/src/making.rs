@@ -5,7 +5,7 @@
 
 use arbitrary::Unstructured;
 use std::fmt::Write as _;
-use stiction_model::gallery;
+use stiction_format::gallery;
 
 /// Writes a model to the file that `STICTION_FUZZ_TEXT` names, if it does: of a finding, the bytes say
 /// nothing to a reader.

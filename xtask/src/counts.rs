@@ -9,7 +9,7 @@ use crate::cargo;
 use serde_json::{Map, Value, json};
 use std::process::{Command, ExitCode, Stdio};
 
-const FILE: &str = "crates/stiction-study/benches/counts.json";
+const FILE: &str = "crates/stiction-run/benches/counts.json";
 /// More than this, relative, is a loss that was meant or is not.
 const TOLERANCE: f64 = 0.03;
 
@@ -71,7 +71,7 @@ fn count(write: bool) -> Result<bool, String> {
 
 /// Builds what is counted; the program's path.
 fn build() -> Result<String, String> {
-    let mut command = cargo(&["bench", "-p", "stiction-study", "--bench", "counts", "--no-run"]);
+    let mut command = cargo(&["bench", "-p", "stiction-run", "--bench", "counts", "--no-run"]);
     let messages = output(command.arg("--message-format=json"))?;
     let artifacts = messages.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
     artifacts

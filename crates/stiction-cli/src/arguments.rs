@@ -2,7 +2,7 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
-use stiction::dynamics::FrictionMode;
+use stiction_core::dynamics::FrictionMode;
 
 /// What a robot with closed kinematic chains needs from its actuators when its joints have friction
 ///

@@ -5,9 +5,9 @@ use crate::failure::Failure;
 use crate::inverse::{DEFAULT_MODEL, failure_of, warn};
 use crate::print;
 use crate::sources;
-use stiction::dynamics::{FrictionMode, InverseError};
-use stiction_study::breakaway::{BreakawayError, look, write_report};
-use stiction_study::inverse::{Error, Job};
+use stiction_core::dynamics::{FrictionMode, InverseError};
+use stiction_run::breakaway::{BreakawayError, look, write_report};
+use stiction_run::inverse::{Error, Job};
 
 pub(crate) fn run(options: &Breakaway) -> Result<(), Failure> {
     carry_out(options).map_err(|failure| failure.for_programs(options.json))

@@ -8,10 +8,10 @@ use crate::print;
 use crate::progress::Progress;
 use crate::sources;
 use std::sync::atomic::Ordering;
-use stiction::dynamics::FrictionMode;
-use stiction_model::LoadCase;
-use stiction_study::check::{draw_page, examine, write_report};
-use stiction_study::inverse::Job;
+use stiction_core::dynamics::FrictionMode;
+use stiction_format::LoadCase;
+use stiction_run::check::{draw_page, examine, write_report};
+use stiction_run::inverse::Job;
 
 pub(crate) fn run(options: &Check) -> Result<(), Failure> {
     carry_out(options).map_err(|failure| failure.for_programs(options.json))

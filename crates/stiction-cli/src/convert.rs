@@ -8,10 +8,10 @@ use crate::print;
 use crate::sources;
 use std::io::Write as _;
 use std::path::Path;
-use stiction::dynamics::FrictionMode;
-use stiction_model::LoadCase;
-use stiction_study::exchange::{Home, Instant, json_text, mjcf, model_file};
-use stiction_study::inverse::Job;
+use stiction_core::dynamics::FrictionMode;
+use stiction_format::LoadCase;
+use stiction_run::exchange::{Home, Instant, json_text, mjcf, model_file};
+use stiction_run::inverse::Job;
 
 pub(crate) fn run(options: &Convert) -> Result<(), Failure> {
     let found = sources::find(&options.model)?;

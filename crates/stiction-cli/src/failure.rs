@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use std::io::IsTerminal;
 use std::process::ExitCode;
-use stiction_model::Diagnostics;
+use stiction_format::Diagnostics;
 
 /// Why there is no result.
 #[derive(Debug)]

@@ -10,11 +10,11 @@ use serde_json::json;
 use std::io::IsTerminal;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use stiction::dynamics::{FrictionMode, InverseError};
-use stiction::kinematics::AssemblyError;
-use stiction::words::significant;
-use stiction_model::Diagnostics;
-use stiction_study::inverse::{
+use stiction_core::dynamics::{FrictionMode, InverseError};
+use stiction_core::kinematics::AssemblyError;
+use stiction_core::words::significant;
+use stiction_format::Diagnostics;
+use stiction_run::inverse::{
     BodyTable, Curves, Error, Job, Missing, ShareTable, Summary, Tables, write_summary,
 };
 

@@ -44,7 +44,7 @@ fn main() -> ExitCode {
         Some(Command::Study(options)) => study::run(&options),
         Some(Command::Convert(options)) => convert::run(&options),
         Some(Command::Models(options)) => models::run(&options),
-        Some(Command::Schema) => print(&format!("{:#}\n", stiction_model::json_schema())),
+        Some(Command::Schema) => print(&format!("{:#}\n", stiction_format::json_schema())),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

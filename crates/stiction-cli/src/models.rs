@@ -4,7 +4,7 @@ use crate::arguments::Models;
 use crate::failure::Failure;
 use crate::print;
 use serde_json::json;
-use stiction_model::{Model, Source, gallery};
+use stiction_format::{Model, Source, gallery};
 
 pub(crate) fn run(options: &Models) -> Result<(), Failure> {
     list(options).map_err(|failure| failure.for_programs(options.json))
@@ -47,5 +47,5 @@ fn list(options: &Models) -> Result<(), Failure> {
 fn read(name: &str) -> Result<Model, Failure> {
     let text = gallery::get(name).unwrap_or_default();
     let source = Source::new(format!("{name}.toml"), text);
-    Ok(stiction_model::read(&source, &|_| Err("the gallery has no other files".to_owned()))?)
+    Ok(stiction_format::read(&source, &|_| Err("the gallery has no other files".to_owned()))?)
 }

@@ -3,7 +3,7 @@
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
-use stiction_study::inverse::Phase;
+use stiction_run::inverse::Phase;
 
 const PATIENCE: Duration = Duration::from_secs(2);
 /// Where nobody watches a terminal, a line so often.

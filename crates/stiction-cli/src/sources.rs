@@ -6,7 +6,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
-use stiction_model::{
+use stiction_format::{
     Contents, Control, Drives, LoadCase, Model, Motion, Source, gallery, not_text,
 };
 
@@ -47,7 +47,7 @@ pub(crate) fn find(name: &str) -> Result<Found, Failure> {
     if !looks_like_file && let Some(text) = gallery::get(name) {
         let source = Source::new(format!("{name}.toml"), text);
         let no_files = |_: &str| Err("a built-in model has no other files".to_owned());
-        return Ok(Found { model: stiction_model::read(&source, &no_files)? });
+        return Ok(Found { model: stiction_format::read(&source, &no_files)? });
     }
     if !looks_like_file && !path.exists() {
         return Err(unknown_model(name));
@@ -58,7 +58,7 @@ pub(crate) fn find(name: &str) -> Result<Found, Failure> {
     })?;
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let files = |file: &str| contents(&folder.join(file));
-    let model = stiction_model::read(&Source::new(name, text), &files)?;
+    let model = stiction_format::read(&Source::new(name, text), &files)?;
     Ok(Found { model })
 }
 
@@ -68,7 +68,7 @@ fn standard_input() -> Result<Found, Failure> {
         Failure::input(format!("cannot read the model from standard input: {why}"))
             .help("give a model file, or a name from `stiction models`")
     })?;
-    let model = stiction_model::read(&Source::new("standard input", text), &beside)?;
+    let model = stiction_format::read(&Source::new("standard input", text), &beside)?;
     Ok(Found { model })
 }
 

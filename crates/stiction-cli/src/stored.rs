@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
-use stiction_model::Store;
+use stiction_format::Store;
 
 /// A file that is read again and again.
 #[derive(Debug)]

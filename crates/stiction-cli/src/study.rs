@@ -9,9 +9,9 @@ use crate::progress::Progress;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-use stiction_model::gallery;
-use stiction_study::report::Report;
-use stiction_study::zhang2018;
+use stiction_format::gallery;
+use stiction_run::report::Report;
+use stiction_run::zhang2018;
 
 /// Names and titles of all studies.
 const STUDIES: [(&str, &str); 1] = [(

@@ -1,7 +1,7 @@
 //! What programs cost beside one evaluation of inverse dynamics with friction, in turn: derivatives in eight
 //! directions, and forward dynamics. Prints medians, and medians of ratios within a round.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/suite/common/mod.rs"]
 mod common;
 
 use common::Robot;

@@ -2,8 +2,8 @@
 
 use crate::given::StateOfMotion;
 use crate::inverse::InverseProgram;
-use stiction::dynamics::{InverseDynamics, InverseError};
-use stiction::kinematics::AssemblyError;
+use stiction_core::dynamics::{InverseDynamics, InverseError};
+use stiction_core::kinematics::AssemblyError;
 
 /// Forces at one state.
 #[derive(Clone, Copy, Debug)]

@@ -9,10 +9,10 @@ use crate::forward::ForwardProgram;
 use crate::motions::run;
 use crate::recipe::Recipe;
 use crate::wrench::from_components;
-use stiction::dynamics::AppliedLoad;
-use stiction::kinematics::{State, Target};
-use stiction::random::Random;
-use stiction::spatial::Wrench;
+use stiction_core::dynamics::AppliedLoad;
+use stiction_core::kinematics::{State, Target};
+use stiction_core::random::Random;
+use stiction_core::spatial::Wrench;
 
 /// What rounding may leave of efforts, loads, forces and moments, each as a part of the largest of its kind.
 const ROUNDING: f64 = 1e-11;

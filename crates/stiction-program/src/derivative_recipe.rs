@@ -17,11 +17,11 @@ use crate::slopes::slopes;
 use crate::stages::with_inputs_replaced;
 use crate::wrench::from_components;
 use core::ops::Range;
-use stiction::kinematics::Target;
-use stiction::parameters::Parameters;
-use stiction::random::Random;
-use stiction::scalar::Scalar;
-use stiction::spatial::Wrench;
+use stiction_core::kinematics::Target;
+use stiction_core::parameters::Parameters;
+use stiction_core::random::Random;
+use stiction_core::scalar::Scalar;
+use stiction_core::spatial::Wrench;
 
 /// Derivatives that are asked for, and where their inputs stand behind those of inverse dynamics: the reactions of
 /// joints with contacts as six numbers each, the slopes of all quantities; and, while it is recorded, numbers of

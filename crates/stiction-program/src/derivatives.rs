@@ -5,8 +5,8 @@ use crate::inverse::{Beside, InverseProgram};
 use crate::memory::Memory;
 use crate::quantity::Quantity;
 use crate::run::natural_lanes;
-use stiction::dynamics::{AppliedLoad, InverseDynamics};
-use stiction::kinematics::{State, Target};
+use stiction_core::dynamics::{AppliedLoad, InverseDynamics};
+use stiction_core::kinematics::{State, Target};
 
 /// Inverse dynamics of one mechanism and the derivatives of its driving forces, exact to round-off, by chosen
 /// quantities of motion and mechanism. Several directions at once.
@@ -15,11 +15,11 @@ use stiction::kinematics::{State, Target};
 /// Friction is that of sliding contacts, coupled to the loads, and its change with them is in the derivatives.
 ///
 /// ```
-/// use stiction::dynamics::{InverseDynamics, Settings};
-/// use stiction::joint::JointType;
-/// use stiction::kinematics::{Coordinate, Target};
-/// use stiction::mechanism::{BodyId, BodySpec, JointId, JointSpec, MechanismBuilder};
-/// use stiction::spatial::Vec3;
+/// use stiction_core::dynamics::{InverseDynamics, Settings};
+/// use stiction_core::joint::JointType;
+/// use stiction_core::kinematics::{Coordinate, Target};
+/// use stiction_core::mechanism::{BodyId, BodySpec, JointId, JointSpec, MechanismBuilder};
+/// use stiction_core::spatial::Vec3;
 /// use stiction_program::{DerivativeProgram, Quantity};
 ///
 /// let pendulum = MechanismBuilder::new("pendulum")

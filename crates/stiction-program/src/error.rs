@@ -2,7 +2,7 @@
 
 use crate::quantity::Quantity;
 use core::fmt;
-use stiction::kinematics::AssemblyError;
+use stiction_core::kinematics::AssemblyError;
 
 /// Why a mechanism has no program. Its solver serves it nevertheless.
 #[derive(Clone, Debug, PartialEq)]

@@ -18,8 +18,8 @@ use crate::recipe::{Counts, Recipe};
 use crate::run::MOST_LANES;
 use crate::samples::{Sample, samples, seeded_samples};
 use crate::stages::{coupled, early};
-use stiction::dynamics::{AppliedLoad, InverseDynamics, Weighting};
-use stiction::kinematics::{State, Target};
+use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Weighting};
+use stiction_core::kinematics::{State, Target};
 
 /// Steps for the loads, at most.
 const STEPS: usize = 24;
@@ -48,11 +48,11 @@ const LAST: usize = 4;
 /// accelerations and all reactions, with friction of sliding contacts that is in balance with the reactions.
 ///
 /// ```
-/// use stiction::dynamics::{InverseDynamics, Settings};
-/// use stiction::joint::JointType;
-/// use stiction::kinematics::{Coordinate, Target};
-/// use stiction::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
-/// use stiction::spatial::Vec3;
+/// use stiction_core::dynamics::{InverseDynamics, Settings};
+/// use stiction_core::joint::JointType;
+/// use stiction_core::kinematics::{Coordinate, Target};
+/// use stiction_core::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
+/// use stiction_core::spatial::Vec3;
 /// use stiction_program::ForwardProgram;
 ///
 /// let pendulum = MechanismBuilder::new("pendulum")
@@ -270,7 +270,7 @@ impl ForwardProgram {
     }
 
     /// Sets one lane's position and rates, loads, and the efforts of all actuators, N or N m, in the order of
-    /// [`stiction::mechanism::Mechanism::actuators`]. The state must close the loops; `targets` are values
+    /// [`stiction_core::mechanism::Mechanism::actuators`]. The state must close the loops; `targets` are values
     /// and rates of the coordinates that the recording solver prescribes, in this state. Accelerations in either
     /// are not read. Results are still those of the last run.
     ///
@@ -324,7 +324,7 @@ impl ForwardProgram {
     /// Everything with friction, coupled to round-off. For each lane whether friction and reactions are in
     /// balance and what the program takes for granted holds: that all contacts slide, that loads do not
     /// vanish, that no branch is taken that no sample took. Where not, results mean nothing, and
-    /// [`stiction::forward`] does it. Results without friction are still those of the last
+    /// [`stiction_core::forward`] does it. Results without friction are still those of the last
     /// [`Self::run_frictionless`].
     ///
     /// # Panics

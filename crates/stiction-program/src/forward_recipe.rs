@@ -20,13 +20,13 @@ use crate::recorded::{Recorded, go_on, record_groups};
 use crate::small::{Factors, diagonal, largest_pivots};
 use crate::stages::{holds, with_inputs_replaced};
 use crate::wrench::{local, reaction};
-use stiction::dynamics::{AppliedLoad, Response, Sharing, Workspace};
-use stiction::friction::{ContactShape, Load};
-use stiction::kinematics::Target;
-use stiction::parameters::Parameters;
-use stiction::random::Random;
-use stiction::scalar::Scalar;
-use stiction::spatial::{Mat3, Pose, Vec3, Wrench};
+use stiction_core::dynamics::{AppliedLoad, Response, Sharing, Workspace};
+use stiction_core::friction::{ContactShape, Load};
+use stiction_core::kinematics::Target;
+use stiction_core::parameters::Parameters;
+use stiction_core::random::Random;
+use stiction_core::scalar::Scalar;
+use stiction_core::spatial::{Mat3, Pose, Vec3, Wrench};
 
 /// The stages as results of one graph.
 pub(crate) struct ForwardStages {

@@ -2,13 +2,13 @@
 //! values, loads.
 
 use crate::samples::Sample;
-use stiction::dynamics::{AppliedLoad, InverseDynamics};
-use stiction::kinematics::{Legs, State, Target};
-use stiction::mechanism::{BodyId, Mechanism};
-use stiction::parameters::Parameters;
-use stiction::scalar::{Dual, Scalar};
-use stiction::spatial::{Mat3, Pose, Quaternion, Vec3};
-use stiction::topology::Topology;
+use stiction_core::dynamics::{AppliedLoad, InverseDynamics};
+use stiction_core::kinematics::{Legs, State, Target};
+use stiction_core::mechanism::{BodyId, Mechanism};
+use stiction_core::parameters::Parameters;
+use stiction_core::scalar::{Dual, Scalar};
+use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
+use stiction_core::topology::Topology;
 
 /// The motion of a body: of its origin, and its turning, in world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -18,12 +18,12 @@ use crate::recorded::{Recorded, go_on, record_groups, with_slopes};
 use crate::stages::holds;
 use crate::wrench::{components, reaction};
 use core::ops::Range;
-use stiction::dynamics::{AppliedLoad, FrictionMode, Inverse, Settings};
-use stiction::kinematics::Target;
-use stiction::parameters::Parameters;
-use stiction::random::Random;
-use stiction::scalar::Scalar;
-use stiction::spatial::{Vec3, Wrench};
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, Inverse, Settings};
+use stiction_core::kinematics::Target;
+use stiction_core::parameters::Parameters;
+use stiction_core::random::Random;
+use stiction_core::scalar::Scalar;
+use stiction_core::spatial::{Vec3, Wrench};
 
 /// The stages as results of one graph. Inputs are what is given, then what a step begins with: the components of
 /// each cut joint's wrench, and accelerations of idle spins; then what derivatives are given, see [`Asked`].

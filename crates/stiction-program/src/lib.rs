@@ -8,11 +8,11 @@
 //! (`machine`), or interpreted where that cannot be.
 //!
 //! ```
-//! use stiction::dynamics::{InverseDynamics, Settings};
-//! use stiction::joint::JointType;
-//! use stiction::kinematics::{Coordinate, Target};
-//! use stiction::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
-//! use stiction::spatial::Vec3;
+//! use stiction_core::dynamics::{InverseDynamics, Settings};
+//! use stiction_core::joint::JointType;
+//! use stiction_core::kinematics::{Coordinate, Target};
+//! use stiction_core::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
+//! use stiction_core::spatial::Vec3;
 //! use stiction_program::InverseProgram;
 //!
 //! let pendulum = MechanismBuilder::new("pendulum")

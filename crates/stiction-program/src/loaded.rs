@@ -1,8 +1,8 @@
 //! Where loads act, which a recording takes for given: their forces and moments are inputs.
 
-use stiction::dynamics::{AppliedLoad, LoadAxes};
-use stiction::mechanism::BodyId;
-use stiction::spatial::Vec3;
+use stiction_core::dynamics::{AppliedLoad, LoadAxes};
+use stiction_core::mechanism::BodyId;
+use stiction_core::spatial::Vec3;
 
 /// A load's body, point and axes.
 pub(crate) type LoadPlace = (BodyId, Vec3<f64>, LoadAxes);

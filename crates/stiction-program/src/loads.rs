@@ -4,12 +4,12 @@
 //! loads. All programs couple friction through these.
 
 use crate::recorded::Recorded;
-use stiction::dynamics::ContactState;
-use stiction::friction::Load;
-use stiction::kinematics::Bodies;
-use stiction::parameters::{ContactParameters, Parameters};
-use stiction::scalar::Scalar;
-use stiction::spatial::{Mat3, Pose, Vec3, Wrench};
+use stiction_core::dynamics::ContactState;
+use stiction_core::friction::Load;
+use stiction_core::kinematics::Bodies;
+use stiction_core::parameters::{ContactParameters, Parameters};
+use stiction_core::scalar::Scalar;
+use stiction_core::spatial::{Mat3, Pose, Vec3, Wrench};
 
 /// All that loads depend on once the frictionless forces are known.
 pub(crate) struct Loads<'a> {

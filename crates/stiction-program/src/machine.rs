@@ -161,7 +161,7 @@ impl Machine {
 mod tests {
     use super::*;
     use crate::code::{Fused, Source, Step};
-    use stiction::random::Random;
+    use stiction_core::random::Random;
 
     /// Numbers that are common to all lanes: more than short addresses reach.
     const COMMON: usize = 300;

@@ -253,8 +253,8 @@ fn bucket(x: f64) -> i64 {
 mod tests {
     use super::*;
     use crate::recorded::record;
-    use stiction::random::Random;
-    use stiction::scalar::Scalar;
+    use stiction_core::random::Random;
+    use stiction_core::scalar::Scalar;
 
     /// In a long recurrence bounds grow beyond all values, though errors do not: values stay different.
     #[test]

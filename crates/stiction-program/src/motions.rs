@@ -1,10 +1,10 @@
 //! Forces and accelerations as they depend on the accelerations of the coordinates that are prescribed.
 
-use stiction::dynamics::{AppliedLoad, FrictionMode, Inverse, Kernel, Settings, Workspace};
-use stiction::kinematics::{State, Target};
-use stiction::parameters::Parameters;
-use stiction::scalar::Scalar;
-use stiction::spatial::{Vec3, Wrench};
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, Inverse, Kernel, Settings, Workspace};
+use stiction_core::kinematics::{State, Target};
+use stiction_core::parameters::Parameters;
+use stiction_core::scalar::Scalar;
+use stiction_core::spatial::{Vec3, Wrench};
 
 /// Runs the kernel without friction, from given coordinates, which are corrected in so many steps.
 // Not inlined: the kernel is large, and its compiler slow.

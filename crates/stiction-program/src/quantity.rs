@@ -1,10 +1,10 @@
 //! What driving forces are differentiated with respect to.
 
-use stiction::kinematics::Target;
-use stiction::mechanism::{BodyId, JointId};
-use stiction::parameters::Parameters;
-use stiction::scalar::Scalar;
-use stiction::spatial::Vec3;
+use stiction_core::kinematics::Target;
+use stiction_core::mechanism::{BodyId, JointId};
+use stiction_core::parameters::Parameters;
+use stiction_core::scalar::Scalar;
+use stiction_core::spatial::Vec3;
 
 /// A number of a state of motion or of a mechanism. Derivatives are in units of drives (N, N m) over its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,8 +1,8 @@
 //! What all programs are recorded from, and its sizes.
 
 use crate::recorded::Recorded;
-use stiction::dynamics::{AppliedLoad, InverseDynamics, Kernel};
-use stiction::kinematics::Target;
+use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Kernel};
+use stiction_core::kinematics::Target;
 
 /// Sizes of a mechanism and of what is asked of it.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,7 @@
 use crate::graph::{Function, Graph, Node, Op};
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 use std::cell::{Cell, RefCell};
-use stiction::scalar::Scalar;
+use stiction_core::scalar::Scalar;
 
 thread_local! {
     // Scalars are copied like numbers, so what they record into cannot be theirs.

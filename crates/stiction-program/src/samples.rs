@@ -1,10 +1,10 @@
 //! States of motion at which the meaning of nodes is compared.
 
 use crate::error::RecordError;
-use stiction::dynamics::{AppliedLoad, InverseDynamics};
-use stiction::kinematics::{State, Target};
-use stiction::random::Random;
-use stiction::spatial::Vec3;
+use stiction_core::dynamics::{AppliedLoad, InverseDynamics};
+use stiction_core::kinematics::{State, Target};
+use stiction_core::random::Random;
+use stiction_core::spatial::Vec3;
 
 /// How many samples there are: branches are told apart by their patterns over all of them.
 const SAMPLES: usize = 40;

@@ -150,7 +150,7 @@ impl Code {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction::random::Random;
+    use stiction_core::random::Random;
 
     /// Sums and products of earlier ones, some of which are results, come to the same in another order.
     #[test]

@@ -118,7 +118,7 @@ fn called(
 mod tests {
     use super::*;
     use crate::recorded::{record, with_slopes};
-    use stiction::scalar::{Dual, Scalar};
+    use stiction_core::scalar::{Dual, Scalar};
 
     /// Something of everything.
     fn mixture<T: Scalar>(x: T, y: T) -> Vec<T> {

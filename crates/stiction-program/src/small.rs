@@ -1,6 +1,6 @@
 //! Small dense systems without branches: pivots are chosen once, from numbers, and stay.
 
-use stiction::scalar::Scalar;
+use stiction_core::scalar::Scalar;
 
 /// Factors of a square matrix.
 #[derive(Clone, Debug)]
@@ -106,7 +106,7 @@ impl<T: Scalar> Factors<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction::random::Random;
+    use stiction_core::random::Random;
 
     #[test]
     fn systems_are_solved_whatever_has_to_be_the_pivot() {

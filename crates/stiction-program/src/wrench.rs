@@ -1,9 +1,9 @@
 //! Wrenches in other axes, and as numbers.
 
-use stiction::dynamics::Inverse;
-use stiction::kinematics::Bodies;
-use stiction::scalar::Scalar;
-use stiction::spatial::{Pose, Vec3, Wrench};
+use stiction_core::dynamics::Inverse;
+use stiction_core::kinematics::Bodies;
+use stiction_core::scalar::Scalar;
+use stiction_core::spatial::{Pose, Vec3, Wrench};
 
 /// Components of a wrench: force, then moment.
 pub(crate) fn components<T: Copy>(wrench: Wrench<T>) -> [T; 6] {

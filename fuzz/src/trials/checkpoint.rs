@@ -3,9 +3,9 @@
 use super::texts::{files, model_of};
 use serde_json::Value;
 use std::cell::Cell;
-use stiction::forward::Settings;
-use stiction_model::{Drives, LoadCase, Model, Source};
-use stiction_study::forward::{
+use stiction_core::forward::Settings;
+use stiction_format::{Drives, LoadCase, Model, Source};
+use stiction_run::forward::{
     Feed, Job, Layout, Mark, Rows, Scribe, Start, Summary, Tables, write_events, write_summary,
 };
 

@@ -3,11 +3,11 @@
 use super::finite;
 use super::texts::model_of;
 use std::time::{Duration, Instant};
-use stiction::dynamics::FrictionMode;
-use stiction::forward::Settings;
-use stiction_model::{Control, Drives, LoadCase, Model, Motion, Source};
-use stiction_study::exchange::{Home, json_text, mjcf};
-use stiction_study::{breakaway, check, forward, inverse};
+use stiction_core::dynamics::FrictionMode;
+use stiction_core::forward::Settings;
+use stiction_format::{Control, Drives, LoadCase, Model, Motion, Source};
+use stiction_run::exchange::{Home, json_text, mjcf};
+use stiction_run::{breakaway, check, forward, inverse};
 
 /// Samples of a run.
 const SAMPLES: f64 = 3.0;

@@ -1,7 +1,7 @@
 //! Texts that are read and not run: model files, units, expressions, recordings, options.
 
 use std::sync::{Arc, OnceLock};
-use stiction_model::{Contents, Course, Diagnostics, Model, Motion, Source, Store, gallery, read};
+use stiction_format::{Contents, Course, Diagnostics, Model, Motion, Source, Store, gallery, read};
 
 /// Messages in all ways in which they are given out.
 fn render(diagnostics: &Diagnostics) {

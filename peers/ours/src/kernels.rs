@@ -7,10 +7,10 @@ use crate::expected::{Difference, Expected, Forces};
 use crate::robot::Robot;
 use crate::subject::Subject;
 use std::hint::black_box;
-use stiction::dynamics::{AppliedLoad, FrictionMode, Settings, Workspace};
-use stiction::kinematics::Target;
-use stiction::parameters::Parameters;
-use stiction::scalar::{Lanes, Scalar};
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, Settings, Workspace};
+use stiction_core::kinematics::Target;
+use stiction_core::parameters::Parameters;
+use stiction_core::scalar::{Lanes, Scalar};
 
 const LANES: usize = 8;
 type L = Lanes<f64, LANES>;

@@ -1,9 +1,9 @@
 //! A robot of the gallery along its default motion, under its default load.
 
 use crate::expected::Expected;
-use stiction::dynamics::{AppliedLoad, InverseDynamics, Kernel, Settings};
-use stiction::kinematics::{State, Target};
-use stiction_model::{Source, gallery, read};
+use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Kernel, Settings};
+use stiction_core::kinematics::{State, Target};
+use stiction_format::{Source, gallery, read};
 
 pub(crate) struct Robot {
     pub(crate) solver: InverseDynamics,

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::fs::File;
 use std::io::BufWriter;
 use std::time::{Duration, Instant};
-use stiction_study::forward::{Job, Mark, checksum};
+use stiction_run::forward::{Job, Mark, checksum};
 
 /// Says when it is time to write.
 pub(super) struct Journal {

@@ -17,9 +17,9 @@ use std::cell::{Cell, RefCell};
 use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use stiction::forward::ForwardError;
-use stiction::kinematics::AssemblyError;
-use stiction_study::forward::{
+use stiction_core::forward::ForwardError;
+use stiction_core::kinematics::AssemblyError;
+use stiction_run::forward::{
     Curves, Ending, Error, Layout, Outcome, Rows, Scribe, Summary, Tables, read_rows, write_events,
     write_summary,
 };
@@ -262,7 +262,7 @@ pub(crate) fn failure_of(error: Error) -> Failure {
     match error {
         Error::Motion(error) => failure_of_motion(error),
         Error::NotFinite(diagnostic) => {
-            failure_of_motion(stiction_study::inverse::Error::NotFinite(diagnostic))
+            failure_of_motion(stiction_run::inverse::Error::NotFinite(diagnostic))
         }
         Error::Instants(_) => {
             Failure::input(words).help("give another one with --step, or another end with --until")

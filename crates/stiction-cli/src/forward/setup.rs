@@ -3,11 +3,11 @@
 use crate::arguments::{Forward, Method as Asked, Switch};
 use crate::failure::Failure;
 use crate::sources::Found;
-use stiction::dynamics::FrictionMode;
-use stiction::forward::{Method, Settings};
-use stiction::mechanism::{JointId, Mechanism};
-use stiction_model::{Control, Drives, LoadCase, Model, Motion};
-use stiction_study::forward::{Feed, Job, Start, arrange, pole};
+use stiction_core::dynamics::FrictionMode;
+use stiction_core::forward::{Method, Settings};
+use stiction_core::mechanism::{JointId, Mechanism};
+use stiction_format::{Control, Drives, LoadCase, Model, Motion};
+use stiction_run::forward::{Feed, Job, Start, arrange, pole};
 
 /// Everything that a job borrows.
 pub(super) struct Setup {

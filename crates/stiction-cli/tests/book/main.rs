@@ -13,7 +13,7 @@
 mod links;
 mod pages;
 mod pictures;
-#[path = "../program/mod.rs"]
+#[path = "../suite/program/mod.rs"]
 mod program;
 mod reference;
 mod theory;

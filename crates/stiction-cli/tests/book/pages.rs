@@ -193,8 +193,8 @@ pub(crate) fn accepted(path: &Path) {
         // Controllers and the like are read where a command names them.
         if block.info == "toml" && text.contains("gravity") {
             let model = block.lines[0].trim_start_matches("# ");
-            let source = stiction_model::Source::new(model, text);
-            if let Err(diagnostics) = stiction_model::read(&source, &|_| Err("no files".into())) {
+            let source = stiction_format::Source::new(model, text);
+            if let Err(diagnostics) = stiction_format::read(&source, &|_| Err("no files".into())) {
                 // A page may show a mistake, if it runs it as one.
                 assert!(name == "first-robot.md", "{name}:{}: {diagnostics}", block.line);
             }

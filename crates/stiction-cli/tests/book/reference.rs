@@ -156,7 +156,7 @@ fn default(text: &str) -> (String, String) {
 
 #[test]
 fn the_reference_is_that_of_the_schema() {
-    let schema = stiction_model::json_schema();
+    let schema = stiction_format::json_schema();
     let mut page = HEAD.to_owned();
     for (heading, path) in SECTIONS {
         table(&mut page, &schema, heading, path);
@@ -218,7 +218,7 @@ fn no_table_is_left_out() {
             _ => {}
         }
     }
-    let schema = stiction_model::json_schema();
+    let schema = stiction_format::json_schema();
     let mut lost = Vec::new();
     walk(&schema, &schema, "", &mut lost);
     assert!(lost.is_empty(), "{lost:?}");

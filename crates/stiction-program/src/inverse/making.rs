@@ -14,8 +14,8 @@ use crate::recipe::{Counts, Recipe};
 use crate::run::{Runner, natural_lanes};
 use crate::samples::{Sample, samples, seeded_samples};
 use crate::stages::{early, handed};
-use stiction::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
-use stiction::kinematics::Target;
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
+use stiction_core::kinematics::Target;
 
 /// A program whose forces differ from the solver's by more than this part of the largest is not one: rounding
 /// behind bad conditions, since samples may come near singular positions.

@@ -12,9 +12,9 @@ use crate::loaded::{LoadPlace, check_count, check_loads};
 use crate::memory::Memory;
 use crate::recipe::Counts;
 use crate::run::{MOST_LANES, Runner};
-use stiction::dynamics::AppliedLoad;
-use stiction::kinematics::{State, Target};
-use stiction::mechanism::BodyId;
+use stiction_core::dynamics::AppliedLoad;
+use stiction_core::kinematics::{State, Target};
+use stiction_core::mechanism::BodyId;
 
 /// Newton steps, at most.
 const STEPS: usize = 12;
@@ -225,7 +225,7 @@ impl InverseProgram {
     /// Everything with friction, coupled to round-off. For each lane whether friction and reactions are in
     /// balance and what the program takes for granted holds: that all contacts slide, that loads do not
     /// vanish, that no branch is taken that no sample took. Where not, results mean nothing, and
-    /// [`stiction::dynamics::InverseDynamics::solve`] does it. Results without friction are still those of the last
+    /// [`stiction_core::dynamics::InverseDynamics::solve`] does it. Results without friction are still those of the last
     /// [`Self::run_frictionless`].
     ///
     /// # Panics

@@ -1,0 +1,65 @@
+//! `stiction check` as its users meet it.
+
+use crate::program::Folder;
+use serde_json::Value;
+
+#[test]
+fn the_report_is_written() {
+    let folder = Folder::new("check-report");
+    let said = folder.stiction(&["check", "zhang2018", "-o", "new/deep"]);
+    let out = said.succeeds();
+    assert!(out.contains("degrees of freedom: 3"), "{out}");
+    assert!(said.err.contains("wrote") && said.err.contains("check.html"), "{}", said.err);
+    let inner = Folder(folder.0.join("new/deep"));
+    assert_eq!(inner.files(), ["check.html", "check.json", "mechanism.svg"]);
+    let page = inner.read("check.html");
+    assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));
+    assert!(page.contains("<svg") && page.contains("singular in actuation in every position"));
+    assert!(inner.read("mechanism.svg").starts_with("<svg xmlns="));
+}
+
+#[test]
+fn the_json_is_what_programs_are_told() {
+    let folder = Folder::new("check-json");
+    let said = folder.stiction(&["check", "3rps", "--json", "-o", "."]);
+    assert_eq!((said.succeeds(), said.err.as_str()), (folder.read("check.json").as_str(), ""));
+    let value: Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!(value["mobility"]["finite"], 3);
+}
+
+#[test]
+fn a_folder_that_cannot_be_is_told() {
+    let folder = Folder::new("check-file");
+    folder.write("taken", "a file");
+    let said = folder.stiction(&["check", "four-bar", "-o", "taken"]);
+    said.fails(2, &["-o wants a folder, but taken is a file", "which may be new"]);
+    assert_eq!(said.out, "");
+    assert_eq!((folder.read("taken").as_str(), folder.files().len()), ("a file", 1));
+
+    let inner = folder.stiction(&["check", "four-bar", "-o", "taken/inner"]);
+    inner.fails(2, &["taken is a file"]);
+}
+
+#[test]
+fn what_stood_there_stays_when_there_is_no_answer() {
+    let folder = Folder::new("check-kept");
+    folder.write("check.html", "mine");
+    let motion = "A = 60 deg + 100*t; duration = 1 s; step = 0 s";
+    let said = folder.stiction(&["check", "four-bar", "--motion", motion, "-o", "."]);
+    assert_eq!(said.code, 2, "{}", said.err);
+    let said = folder.stiction(&["check", "slider-crank", "--motion", "guide = 1 m", "-o", "."]);
+    assert_eq!(said.code, 1, "{}", said.err);
+    assert_eq!(
+        (folder.files(), folder.read("check.html").as_str()),
+        (vec!["check.html".into()], "mine")
+    );
+}
+
+#[test]
+fn a_folder_in_the_way_of_a_file_is_told() {
+    let folder = Folder::new("check-in-the-way");
+    std::fs::create_dir(folder.0.join("check.html")).unwrap();
+    let said = folder.stiction(&["check", "four-bar", "-o", "."]);
+    said.fails(2, &["cannot write", "check.html", "there is a folder of that name"]);
+    assert_eq!((said.out.as_str(), folder.files().len()), ("", 1));
+}

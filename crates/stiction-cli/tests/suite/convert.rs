@@ -1,0 +1,162 @@
+//! `stiction convert` as its users meet it.
+
+use crate::program::Folder;
+use serde_json::Value;
+
+/// Without what changes from version to version, and from one library of sines to another: numbers
+/// have nine digits, and none are as small as rounding.
+fn stable(text: &str) -> String {
+    let text = text.replace(env!("CARGO_PKG_VERSION"), "VERSION");
+    let mut stable = String::new();
+    for token in text.split_inclusive([' ', '"', ',', '[', ']', '\n']) {
+        let (word, end) = token.split_at(token.len() - 1);
+        match word.parse::<f64>() {
+            Ok(number) if number.abs() < 1e-15 => stable.push('0'),
+            Ok(number) => {
+                let rounded: f64 = format!("{number:.8e}").parse().unwrap();
+                stable += &rounded.to_string();
+            }
+            Err(_) => stable.push_str(word),
+        }
+        stable.push_str(end);
+    }
+    stable
+}
+
+#[test]
+fn a_linkage_in_both_formats() {
+    let folder = Folder::new("convert");
+    let json = folder.stiction(&["convert", "four-bar", "--to", "json"]);
+    assert_eq!(json.err, "");
+    insta::assert_snapshot!("four-bar-json", stable(json.succeeds()));
+    let mjcf = folder.stiction(&["convert", "four-bar", "--to", "mjcf"]);
+    assert!(mjcf.err.starts_with("note: friction is left out at 4 of 4 contacts"), "{}", mjcf.err);
+    assert_eq!(mjcf.err.lines().count(), 1);
+    insta::assert_snapshot!("four-bar-mjcf", stable(mjcf.succeeds()));
+}
+
+#[test]
+fn a_file_is_written_whole() {
+    let folder = Folder::new("convert-file");
+    for format in ["json", "mjcf"] {
+        let printed = folder.stiction(&["convert", "3rps", "--to", format]);
+        for name in ["robot", "deep/er/robot"] {
+            let said = folder.stiction(&["convert", "3rps", "--to", format, "-o", name]);
+            assert_eq!(said.succeeds(), "");
+            assert!(said.err.ends_with(&format!("wrote {name}\n")), "{}", said.err);
+            assert_eq!(folder.read(name), printed.out);
+        }
+    }
+    assert_eq!(folder.files(), ["deep", "robot"]);
+}
+
+/// A model written out and read again has the forces of the model.
+#[test]
+fn a_model_written_out_is_the_model() {
+    let folder = Folder::new("convert-model");
+    for name in ["3rps", "andrews", "delta", "five-bar", "gough", "slider-crank"] {
+        let text = folder.stiction(&["convert", name, "--to", "model"]);
+        folder.write("copy.toml", text.succeeds());
+        let again = folder.stiction(&["convert", "copy.toml", "--to", "model"]);
+        assert_eq!(stable(again.succeeds()), stable(&text.out), "{name}");
+        let first = |model: &str, rest: &[&str]| {
+            let options = ["--load", "none", "-o", "out"];
+            folder.stiction(&[&["inverse", model], &options[..], rest].concat()).succeeds();
+            let table = folder.read("out/inverse.csv");
+            let mut lines = table.lines();
+            let (header, row) = (lines.next().unwrap(), lines.next().unwrap());
+            let cells = header.split(',').zip(row.split(','));
+            let drives = cells.filter(|(name, _)| name.contains(".drive ["));
+            drives.map(|(name, x)| (name.to_owned(), x.parse().unwrap())).collect::<Vec<_>>()
+        };
+        let (original, copy): (Vec<(String, f64)>, _) = (first(name, &[]), first("copy.toml", &[]));
+        let largest = original.iter().fold(0.0_f64, |max, (_, x)| max.max(x.abs()));
+        assert!(!original.is_empty() && original.len() == copy.len());
+        for ((name, x), (copied, y)) in original.iter().zip(&copy) {
+            // Numbers are written as they are; axes and angles of rotations round in their last digits.
+            assert!(name == copied && (x - y).abs() <= 1e-12 * largest, "{name} {x}, {copied} {y}");
+        }
+    }
+}
+
+#[test]
+fn a_motion_says_where() {
+    let folder = Folder::new("convert-motion");
+    let at = |motion: &[&str]| {
+        let arguments = [&["convert", "four-bar", "--to", "json"], motion].concat();
+        let said = folder.stiction(&arguments);
+        let value: Value = serde_json::from_str(said.succeeds()).unwrap();
+        value["joints"][0]["freedoms"][0]["coordinate"].as_f64().unwrap().to_degrees()
+    };
+    assert!((at(&[]) - 60.0).abs() < 1e-12);
+    assert!((at(&["--motion", "A = 75 deg; duration = 0"]) - 75.0).abs() < 1e-12);
+}
+
+#[test]
+fn wrong_use_is_told() {
+    let folder = Folder::new("convert-wrong");
+    let convert = |rest: &[&str]| folder.stiction(&[&["convert"], rest].concat());
+    convert(&["four-bar"]).fails(2, &["--to <FORMAT>"]);
+    convert(&["four-bar", "--to", "urdf"]).fails(2, &["invalid value 'urdf'", "json, mjcf, model"]);
+    convert(&["--to", "json"]).fails(2, &["<MODEL>"]);
+    convert(&["fourbar", "--to", "json"]).fails(2, &["no built-in model", "`four-bar`"]);
+    let motion = ["four-bar", "--to", "json", "--motion", "trun"];
+    convert(&motion).fails(2, &["trun"]);
+    let beyond = ["slider-crank", "--to", "mjcf", "--motion", "guide = 1 m; duration = 0"];
+    let said = convert(&beyond);
+    said.fails(1, &["at t = 0 s"]);
+    assert_eq!(said.out, "");
+    folder
+        .stiction(&["convert", "four-bar", "--to", "json", "-o", "."])
+        .fails(2, &["cannot write .: it is a folder", "give the name of a file with -o"]);
+    folder.write("taken", "a file");
+    convert(&["four-bar", "--to", "json", "-o", "taken/robot"]).fails(2, &["taken"]);
+    folder.stiction(&["covnert"]).fails(2, &["did you mean `stiction convert`?"]);
+    assert_eq!((folder.files(), folder.read("taken").as_str()), (vec!["taken".into()], "a file"));
+}
+
+/// What MuJoCo cannot take is an error with a way out.
+#[test]
+fn a_body_without_mass_is_told() {
+    let folder = Folder::new("convert-massless");
+    let text = folder.stiction(&["models", "four-bar"]).out;
+    let from = text.find("[bodies.coupler]").unwrap();
+    let to = from + text[from..].find("\n\n").unwrap();
+    folder.write("light.toml", &format!("{}[bodies.coupler]{}", &text[..from], &text[to..]));
+    folder.stiction(&["convert", "light.toml", "--to", "json"]).succeeds();
+    folder.stiction(&["convert", "light.toml", "--to", "mjcf"]).fails(
+        2,
+        &[
+            "MuJoCo takes no moving body without mass, such as `coupler`",
+            "help: give it a small mass",
+        ],
+    );
+}
+
+/// What is no file is written into, not replaced; the model is not overwritten; a link leads where it led.
+#[cfg(unix)]
+#[test]
+fn what_is_there_is_kept() {
+    let folder = Folder::new("convert-kept");
+    let model = folder.stiction(&["models", "four-bar"]).succeeds().to_owned();
+    folder.write("own.toml", &model);
+    folder
+        .stiction(&["convert", "own.toml", "--to", "json", "-o", "own.toml"])
+        .fails(2, &["cannot write own.toml: that is the model itself"]);
+    assert_eq!(folder.read("own.toml"), model);
+
+    folder.write("target.json", "old");
+    std::os::unix::fs::symlink("target.json", folder.0.join("link.json")).unwrap();
+    folder.stiction(&["convert", "four-bar", "--to", "json", "-o", "link.json"]).succeeds();
+    assert!(folder.0.join("link.json").is_symlink());
+    assert!(folder.read("target.json").starts_with('{'));
+
+    let said = folder.stiction(&["convert", "four-bar", "--to", "json", "-o", "/dev/stdout"]);
+    assert!(said.succeeds().starts_with('{'), "{}", said.out);
+    folder
+        .stiction(&["convert", "four-bar", "--to", "json", "-o", "own.toml/x.json"])
+        .fails(2, &["own.toml is a file"]);
+    folder
+        .stiction(&["convert", "four-bar", "--to", "json", "-o", "new/"])
+        .fails(2, &["it is a folder"]);
+}

@@ -1,0 +1,44 @@
+//! What fuzzing has found, tried again: every file below `fuzz/findings`, each with what its target tries.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// A single finding takes less, even in a build with little optimisation on a machine that is busy.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+fn findings(target: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/findings").join(target);
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    paths
+}
+
+#[test]
+fn nothing_that_was_found_does_harm_again() {
+    let mut failed = Vec::new();
+    let mut count = 0;
+    for (target, trial) in crate::trials::TRIALS {
+        for path in findings(target) {
+            count += 1;
+            let bytes = fs::read(&path).unwrap();
+            let text = String::from_utf8_lossy(&bytes).into_owned();
+            let begun = Instant::now();
+            let outcome = std::panic::catch_unwind(|| trial(&text));
+            if outcome.is_err() || begun.elapsed() > PATIENCE {
+                failed.push(format!("{} ({:?})", path.display(), begun.elapsed()));
+            }
+        }
+    }
+    assert!(failed.is_empty(), "{failed:#?}");
+    assert!(count > 0, "the findings are not where they should be");
+}
+
+/// The trials see what they are to see: a mark that is whole is gone on from.
+#[test]
+fn a_whole_mark_passes() {
+    let text = crate::trials::checkpoint::whole();
+    assert!(text.contains("\"simulation\""), "{text}");
+    crate::trials::checkpoint::checkpoint(&text);
+}

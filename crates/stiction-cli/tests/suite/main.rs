@@ -1,0 +1,16 @@
+//! All tests of this crate in one program: it is linked once.
+
+mod breakaway;
+mod check;
+mod convert;
+mod findings;
+mod forward;
+mod hostile;
+mod inverse;
+mod program;
+mod spared;
+mod study;
+#[path = "../../../../fuzz/src/trials/mod.rs"]
+#[allow(unreachable_pub, reason = "the fuzz targets are another crate, which reaches it")]
+mod trials;
+mod words;

@@ -1,0 +1,61 @@
+//! Words about what cannot be: of large mechanisms and of small ones, of loops open by lengths and by angles.
+
+use crate::program::Folder;
+
+/// A sound linkage, and a loop of guides of which one is turned against the others.
+const TWISTED: &str = r#"
+gravity = [0, 0, 0]
+[bodies.crank]
+mass = 1
+com = [0, 0, 0]
+inertia = [1, 1, 1]
+[bodies.rod]
+[bodies.rocker]
+[bodies.block]
+[bodies.slide]
+[joints]
+a = { type = "R", from = "ground", to = "crank", axis = "z", actuated = true, start = ["60 deg"] }
+b = { type = "R", from = "crank", to = "rod", at = [0.2, 0, 0], axis = "z", start = ["-40 deg"] }
+c = { type = "R", from = "rod", to = "rocker", at = [0.3, 0, 0], axis = "z", start = ["-100 deg"] }
+d = { type = "R", from = "ground", to = "rocker", at = [0.4, 0, 0], to_at = [0.25, 0, 0], axis = "z" }
+p1 = { type = "P", from = "ground", to = "block", axis = "x", actuated = true }
+p2 = { type = "P", from = "block", to = "slide", axis = "y" }
+p3 = { type = "P", from = "ground", to = "slide", axis = "x", turn = { axis = "z", angle = "30 deg" } }
+[motions.go]
+duration = "0.1 s"
+a = "60 deg + 40 deg/s*t"
+p1 = "0.1 m/s*t"
+"#;
+
+/// A loop that is open by an angle is named, although another one closes with a smaller gap of none.
+#[test]
+fn a_loop_that_is_open_by_an_angle_is_named() {
+    let folder = Folder::new("twisted");
+    folder.write("model.toml", TWISTED);
+    let said = folder.stiction(&["inverse", "model.toml"]);
+    said.fails(1, &["joint `p", "stays open by", " deg"]);
+}
+
+/// Nothing bears the weight of a pendulum of 1 ug that no actuator holds: 1e-13 N m are something.
+#[test]
+fn what_is_small_is_told() {
+    let folder = Folder::new("small");
+    let model = r#"
+        gravity = [0, -10, 0]
+        [bodies.bob]
+        mass = 1e-9
+        com = [1e-4, 0, 0]
+        inertia = [0, 1e-18, 1e-18]
+        [joints.pivot]
+        type = "R"
+        from = "ground"
+        to = "bob"
+        axis = "z"
+        [motions.sit]
+        duration = 0
+        pivot = 0
+    "#;
+    folder.write("model.toml", model);
+    let said = folder.stiction(&["inverse", "model.toml"]);
+    said.fails(1, &["a moment of 1.00000e-12 N m is missing there"]);
+}

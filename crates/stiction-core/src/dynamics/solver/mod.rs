@@ -1,0 +1,436 @@
+//! Inverse dynamics in `f64` with every check: the library's front door.
+//!
+//! Equation (F9) of the book's theory.
+
+mod planning;
+mod solve;
+
+use super::contacts::load_by;
+use super::coupling::CouplingRoom;
+use super::forces::Forces;
+use super::inverse::Inverse;
+use super::kernel::Kernel;
+use super::plan::{BalancePlan, NotPlanned};
+use super::settings::{FrictionMode, Settings};
+use super::setup::Setup;
+use super::shares::{Shares, Sharing};
+use super::structure::Weighting;
+use crate::friction::OwnFriction;
+use crate::kinematics::{
+    Assembly, AssemblyError, Bodies, Coordinate, Kinematics, Target, actuator_rate, body_twists,
+};
+use crate::linalg::Elimination;
+use crate::mechanism::{BodyId, JointId, Mechanism};
+use crate::parameters::Parameters;
+use crate::spatial::Pose;
+use crate::statics::newton_euler::NewtonEuler;
+use crate::statics::{DETERMINED, IdleAxis, Statics};
+use crate::topology::{Topology, TreeRule};
+use nalgebra::DMatrix;
+
+/// Moves a mechanism and computes all its forces.
+///
+/// ```
+/// use stiction_core::dynamics::{InverseDynamics, Settings};
+/// use stiction_core::joint::JointType;
+/// use stiction_core::kinematics::{Coordinate, Target};
+/// use stiction_core::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
+/// use stiction_core::spatial::Vec3;
+///
+/// let pendulum = MechanismBuilder::new("pendulum")
+///     .gravity(Vec3::new(0.0, -9.81, 0.0))
+///     .body(BodySpec::new("bob").mass(2.0).com(Vec3::new(0.5, 0.0, 0.0)))
+///     .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob").actuated())
+///     .build()?;
+/// let angle = Coordinate::Joint { joint: JointId(0), freedom: 0 };
+/// let level = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+/// let mut solver =
+///     InverseDynamics::new(pendulum, &[], &[angle], &[level], Settings::default())?;
+/// // Held level, it weighs 2 kg * 9.81 m/s^2 at half a metre.
+/// assert!((solver.solve(&[])?.drives[0] - 9.81).abs() < 1e-14);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct InverseDynamics {
+    mechanism: Mechanism,
+    topology: Topology,
+    parameters: Parameters<f64>,
+    assembly: Assembly,
+    settings: Settings,
+    plan: Result<BalancePlan, NotPlanned>,
+    inverse: Option<Inverse<f64>>,
+    /// By which rates were solved for first: whatever is planned later, its signs compare.
+    first_program: Elimination,
+    forces: Forces,
+    /// The strength of the coupling in the last solution by the kernel.
+    strength: f64,
+    room: CouplingRoom,
+    /// Made when it is first asked for.
+    sharing: Option<Sharing<f64>>,
+    /// Whether the last forces are those of the kernel, and not of the dense system.
+    forces_by_kernel: bool,
+    shares: Shares<f64>,
+    /// How often the balance was planned.
+    plans: u64,
+}
+
+/// The motion of a solver the other way, at position after position: see [`InverseDynamics::reversed`].
+/// Most of what a copy consists of stays the same along a motion and is copied once.
+#[derive(Clone, Debug, Default)]
+pub struct Mirror {
+    copy: Option<InverseDynamics>,
+    /// The plans of the original and of the copy when they were the same.
+    plans: [(u64, u64); 2],
+}
+
+impl Mirror {
+    /// The same as [`InverseDynamics::reversed`] of `solver`, which must be the same one every time, but for
+    /// the forces of the last solution.
+    pub fn of(&mut self, solver: &InverseDynamics) -> &mut InverseDynamics {
+        let plans = |solver: &InverseDynamics| (solver.plans, solver.assembly.plans());
+        let kept = self.copy.take().filter(|copy| self.plans == [plans(solver), plans(copy)]);
+        let mut copy = kept.unwrap_or_else(|| solver.clone());
+        self.plans = [plans(solver), plans(&copy)];
+        copy.settings = solver.settings;
+        copy.assembly.go_to(&solver.assembly);
+        copy.assembly.reverse(&copy.topology, &copy.parameters);
+        self.copy.insert(copy)
+    }
+}
+
+/// What the kernel works with.
+pub(super) struct Parts<'a> {
+    pub(super) setup: Setup<'a>,
+    pub(super) inverse: &'a Inverse<f64>,
+    pub(super) parameters: &'a Parameters<f64>,
+    pub(super) kinematics: &'a mut Kinematics<f64>,
+    pub(super) settings: &'a Settings,
+}
+
+impl InverseDynamics {
+    /// Assembles the mechanism at `targets`, one for each of `coordinates`. `homes` are guesses of
+    /// the poses of bodies in the ground's frame. Which of several assembly modes it finds is told by
+    /// [`JointSpec::start`](crate::mechanism::JointSpec::start) and these guesses.
+    ///
+    /// # Errors
+    /// See [`AssemblyError`].
+    ///
+    /// # Panics
+    /// Unless there is one target for each coordinate, and all bodies, joints and freedoms that are named exist.
+    pub fn new(
+        mechanism: Mechanism,
+        homes: &[(BodyId, Pose<f64>)],
+        coordinates: &[Coordinate],
+        targets: &[Target<f64>],
+        settings: Settings,
+    ) -> Result<Self, AssemblyError> {
+        let rule = TreeRule::Structure;
+        Self::with_tree(mechanism, rule, homes, coordinates, targets, settings)
+    }
+
+    /// The same with a tree chosen by `rule`.
+    ///
+    /// # Errors
+    /// See [`AssemblyError`].
+    ///
+    /// # Panics
+    /// As [`Self::new`].
+    pub fn with_tree(
+        mechanism: Mechanism,
+        rule: TreeRule,
+        homes: &[(BodyId, Pose<f64>)],
+        coordinates: &[Coordinate],
+        targets: &[Target<f64>],
+        settings: Settings,
+    ) -> Result<Self, AssemblyError> {
+        let topology = Topology::with_tree(&mechanism, rule);
+        let parameters = Parameters::new(&mechanism);
+        let assembly =
+            Assembly::new(&mechanism, &topology, &parameters, homes, coordinates, targets)?;
+        let forces = Forces::new(
+            topology.actuators.len(),
+            mechanism.joints().len(),
+            parameters.contacts.len(),
+        );
+        let first_program = assembly.program().clone();
+        let shares = Shares::new(topology.actuators.len(), parameters.contacts.len());
+        let mut solver = Self {
+            mechanism,
+            topology,
+            parameters,
+            assembly,
+            settings,
+            plan: Err(NotPlanned::Singular),
+            inverse: None,
+            first_program,
+            forces,
+            strength: 0.0,
+            room: CouplingRoom::default(),
+            sharing: None,
+            forces_by_kernel: true,
+            shares,
+            plans: 0,
+        };
+        solver.replan();
+        Ok(solver)
+    }
+
+    /// The mechanism.
+    pub fn mechanism(&self) -> &Mechanism {
+        &self.mechanism
+    }
+
+    /// The graph.
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    /// The numbers.
+    pub fn parameters(&self) -> &Parameters<f64> {
+        &self.parameters
+    }
+
+    /// What is computed, and how accurately.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The same, to be changed: it matters from the next [`Self::solve`] on.
+    pub fn settings_mut(&mut self) -> &mut Settings {
+        &mut self.settings
+    }
+
+    /// The position and its derivatives as assembled.
+    pub fn assembly(&self) -> &Assembly {
+        &self.assembly
+    }
+
+    /// Motion of all bodies; accelerations of idle spins are those of the last [`Self::solve`].
+    pub fn bodies(&self) -> &Bodies<f64> {
+        &self.assembly.kinematics().bodies
+    }
+
+    /// How strongly friction and reactions are coupled where the last [`Self::solve`] was: below one
+    /// there is no other solution than the one it found; above, there may be, and it found the one
+    /// that is connected with no friction. Zero without friction or where it is not coupled. None
+    /// where the position is singular, or constraints and actuators are both redundant.
+    pub fn coupling(&self) -> Option<f64> {
+        if self.settings.friction != FrictionMode::Converged || self.parameters.contacts.is_empty()
+        {
+            return Some(0.0);
+        }
+        // Of the last solution by the kernel; the dense path does not know it.
+        let strength = if self.forces_by_kernel { self.strength } else { f64::INFINITY };
+        strength.is_finite().then_some(strength)
+    }
+
+    /// The kernel's parts at the present position; none where it is singular, or redundant in
+    /// constraints and actuators at once.
+    pub(super) fn parts(&mut self) -> Option<Parts<'_>> {
+        let (Ok(balance), Some(inverse)) = (&self.plan, &self.inverse) else { return None };
+        let (topology, parameters, settings) = (&self.topology, &self.parameters, &self.settings);
+        let (prescription, motion, kinematics) = self.assembly.parts();
+        let setup = Setup { topology, prescription, motion, balance };
+        Some(Parts { setup, inverse, parameters, kinematics, settings })
+    }
+
+    /// On which side of the singular positions of its actuators the mechanism is: the sign of the
+    /// determinant of closures and actuators by the freedoms of the tree, up to a constant. It
+    /// vanishes where something can move while all actuators stand still. None unless there are as
+    /// many actuators as prescribed coordinates.
+    pub fn side(&mut self) -> Option<f64> {
+        let topology = &self.topology;
+        let freedoms = topology.freedoms();
+        let (prescription, motion, kinematics) = self.assembly.parts();
+        let count = prescription.coordinates().len();
+        if count == 0 || count != topology.actuators.len() {
+            return None;
+        }
+        // Where just the actuators are prescribed the matrix is a permutation.
+        if let Some(sign) = order_of_actuators(topology, prescription.coordinates()) {
+            return Some(sign * kinematics.sign_by(&self.first_program)?.signum());
+        }
+        let mut rates = vec![0.0; freedoms];
+        let mut matrix = DMatrix::zeros(count, count);
+        for column in 0..count {
+            kinematics.response_to_coordinate(prescription, motion, column, &mut rates);
+            let bodies = &kinematics.bodies;
+            let twists = body_twists(topology, bodies, &rates);
+            for (row, actuator) in topology.actuators.iter().enumerate() {
+                matrix[(row, column)] = actuator_rate(topology, bodies, actuator, &twists);
+            }
+        }
+        // Closures and actuators by the tree are these times closures and coordinates by the tree.
+        let prescription = kinematics.sign_by(&self.first_program)?;
+        let determinant = matrix.determinant() * prescription;
+        determinant.is_finite().then(|| determinant.signum())
+    }
+
+    /// Where bodies spin idly: each body's index and the axis of its spin in world axes.
+    pub fn idle_axes(&self) -> Vec<IdleAxis> {
+        let spins = self.assembly.prescription().spins().iter();
+        let pose = &self.bodies().pose;
+        spins.map(|spin| (spin.body.0, pose[spin.body.0].rotation * spin.axis)).collect()
+    }
+
+    /// The scalar coordinates of a joint, m and rad, angles within half a turn; nothing for joints
+    /// that turn in all directions.
+    pub fn joint_coordinates(&self, joint: JointId) -> Vec<f64> {
+        let content = &self.mechanism.joints()[joint.0];
+        if !content.joint_type.has_scalar_coordinates() {
+            return Vec::new();
+        }
+        let bodies = self.bodies();
+        let relative = bodies.frame_j[joint.0].inverse() * bodies.frame_k[joint.0];
+        let (_, coordinates) = content.joint_type.misfit(relative, content.pitch);
+        coordinates[..content.joint_type.freedoms().len()].to_vec()
+    }
+
+    /// The largest loop-closure error at the present position, m; angles times the characteristic
+    /// length.
+    pub fn closure_error(&self) -> f64 {
+        let assembly = &self.assembly;
+        assembly.kinematics().closure_error(assembly.prescription(), self.parameters.length)
+    }
+
+    /// The forces of the last [`Self::solve`] that succeeded, wherever the mechanism was moved since; zeros before the
+    /// first. Take what [`Self::solve`] returns where you can.
+    pub fn forces(&self) -> &Forces {
+        &self.forces
+    }
+
+    /// How much of each drive of the last [`Self::solve`] each contact's friction causes. Ask before the mechanism is moved on.
+    pub fn shares(&mut self) -> &Shares<f64> {
+        // Those of the dense system are there already.
+        if let (true, Ok(balance), Some(inverse)) =
+            (self.forces_by_kernel, &self.plan, &self.inverse)
+        {
+            let (topology, parameters) = (&self.topology, &self.parameters);
+            let (prescription, motion, kinematics) = self.assembly.parts();
+            let setup = Setup { topology, prescription, motion, balance };
+            let sharing = self.sharing.get_or_insert_with(|| Sharing::new(&setup));
+            sharing.run(&setup, parameters, &kinematics.bodies, inverse, &mut self.shares);
+        }
+        &self.shares
+    }
+
+    /// Rates of the actuators, rad/s or m/s, in the order of [`Mechanism::actuators`].
+    pub fn drive_rates(&self) -> impl Iterator<Item = f64> {
+        let (topology, bodies) = (&self.topology, self.bodies());
+        let actuators = topology.actuators.iter();
+        actuators.map(|actuator| bodies.actuator_rate(topology, *actuator))
+    }
+
+    /// A copy that passes the present position the other way: all rates reversed, accelerations
+    /// the same, as when time runs backward. Only friction and dampers tell the difference.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let mut copy = self.clone();
+        copy.assembly.reverse(&copy.topology, &copy.parameters);
+        copy
+    }
+
+    /// Which weighting decides what is redundant; none if the position is singular.
+    pub fn weighting(&self) -> Option<Weighting> {
+        self.plan.as_ref().ok().map(BalancePlan::weighting)
+    }
+
+    /// The compiled kernel for use in other scalars and in control loops; none where the position
+    /// is singular, or redundant in constraints and actuators at once.
+    pub fn kernel(&self) -> Option<Kernel> {
+        let balance = self.plan.as_ref().ok()?;
+        Some(Kernel::new(&Setup {
+            topology: &self.topology,
+            prescription: self.assembly.prescription(),
+            motion: self.assembly.program(),
+            balance,
+        }))
+    }
+
+    /// Moves to new targets, one for each coordinate, near the present ones; see [`Assembly::move_to`]. Forces stay those of
+    /// the last [`Self::solve`].
+    ///
+    /// # Errors
+    /// See [`AssemblyError`]; it is then where it was before.
+    ///
+    /// # Panics
+    /// Unless there is one target for each prescribed coordinate.
+    pub fn move_to(&mut self, targets: &[Target<f64>]) -> Result<(), AssemblyError> {
+        self.assembly.move_to(&self.topology, &self.parameters, targets)
+    }
+
+    /// Moves along a motion in the same assembly mode, from time `from`, where it is, to time `to`, s; see
+    /// [`Assembly::follow`]. `motion` writes the targets of an instant. Forces stay those of the last [`Self::solve`].
+    ///
+    /// # Errors
+    /// See [`AssemblyError`]. Loops may be open then: move it to a position that it can reach before solving again.
+    pub fn follow(
+        &mut self,
+        from: f64,
+        to: f64,
+        motion: impl FnMut(f64, &mut [Target<f64>]),
+    ) -> Result<(), AssemblyError> {
+        self.assembly.follow(&self.topology, &self.parameters, from, to, motion)
+    }
+
+    /// Moves along a motion in one step of `step` seconds to `targets`, if it is smooth enough for that; see
+    /// [`Assembly::leap`]. If not, it stays where it is and this is false.
+    ///
+    /// # Panics
+    /// Unless there is one target for each prescribed coordinate.
+    #[must_use = "it may have stayed where it was"]
+    pub fn leap(&mut self, step: f64, targets: &[Target<f64>]) -> bool {
+        self.assembly.leap(&self.topology, &self.parameters, step, targets)
+    }
+
+    /// The balance of all bodies at the present position.
+    pub fn balance(&self) -> NewtonEuler {
+        NewtonEuler::new(&self.mechanism, &self.parameters, self.bodies())
+    }
+
+    /// The balance at the present position, decomposed.
+    pub fn statics(&self) -> Statics {
+        Statics::new(&self.mechanism, self.balance(), self.bodies().frame_j.clone())
+    }
+
+    /// For each contact whether its load, and with it its friction, is determined by the balance
+    /// alone; `statics` is that of the present position.
+    pub fn determined_loads(&self, statics: &Statics) -> Vec<bool> {
+        let mut determined = vec![true; self.parameters.contacts.len()];
+        for stress in statics.self_stresses() {
+            for (flag, contact) in determined.iter_mut().zip(&self.parameters.contacts) {
+                // The load map of the self-stress alone.
+                let map = contact.load.seminorm();
+                let pitch = self.parameters.pitch[contact.joint];
+                let (wrench, none) = (stress[contact.joint], OwnFriction::none());
+                let load = load_by(&map, contact, pitch, self.bodies(), wrench, none);
+                *flag &= load.value < DETERMINED;
+            }
+        }
+        determined
+    }
+}
+
+/// The sign of the permutation by which `coordinates` are the actuators; none if they are not.
+fn order_of_actuators(topology: &Topology, coordinates: &[Coordinate]) -> Option<f64> {
+    let place = |coordinate: &Coordinate| {
+        let &Coordinate::Joint { joint: JointId(joint), freedom } = coordinate else { return None };
+        let actuators = &topology.actuators;
+        actuators.binary_search_by_key(&(joint, freedom), |a| (a.joint, a.freedom)).ok()
+    };
+    let mut places = coordinates.iter().map(place).collect::<Option<Vec<usize>>>()?;
+    // Each exchange puts one where it belongs, so there are fewer than coordinates; a coordinate that is
+    // prescribed twice never gets there.
+    let mut sign = 1.0;
+    for here in 0..places.len() {
+        while places[here] != here {
+            let there = places[here];
+            if *places.get(there)? == there {
+                return None;
+            }
+            places.swap(here, there);
+            sign = -sign;
+        }
+    }
+    Some(sign)
+}

@@ -1,0 +1,147 @@
+//! Forward dynamics: what a mechanism does under given forces, with joints that stick and slip.
+//!
+//! Accelerations and all reactions come together from one linear system (index 1); friction, bounded by
+//! each joint's own reaction, is coupled to it implicitly. Whether a contact at rest sticks is decided
+//! among the accelerations; one that sticks does not move at all. See [`Forward`] and [`Simulation`].
+
+mod balance;
+mod cone;
+mod coupling;
+mod dead;
+mod dop853;
+mod error;
+mod guess;
+mod initial;
+mod inputs;
+mod instant;
+mod integrator;
+mod joints;
+mod leap;
+mod masses;
+mod project;
+mod rows;
+mod rub;
+mod simulation;
+mod situation;
+mod solve;
+mod stick;
+mod surface;
+
+pub use error::{Competitor, ForwardError};
+pub use initial::Known;
+pub use inputs::{ConstantEfforts, Inputs, View};
+pub use instant::{Account, ContactInstant, Instant};
+pub use rub::ContactMode;
+pub use simulation::{Checkpoint, Energies, Event, EventKind, Method, Settings, Simulation};
+
+use crate::kinematics::{Assembly, Coordinate, State, Target, column_scales};
+use crate::mechanism::{BodyId, Mechanism};
+use crate::parameters::Parameters;
+use crate::spatial::Pose;
+use crate::topology::{Topology, TreeRule};
+
+/// A mechanism, ready to be simulated.
+///
+/// ```
+/// use stiction_core::forward::{ConstantEfforts, EventKind, Forward, Settings};
+/// use stiction_core::friction::{Contact, Law};
+/// use stiction_core::joint::JointType;
+/// use stiction_core::kinematics::{Coordinate, Target};
+/// use stiction_core::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
+/// use stiction_core::spatial::{Mat3, Pose, Vec3};
+///
+/// // A block of 2 kg that is pushed along x: the rail's z axis is its direction of sliding.
+/// let rail = Pose { rotation: Mat3::between(Vec3::new(0.0, 0.0, 1.0), Vec3::new(1.0, 0.0, 0.0)), ..Pose::identity() };
+/// let dry = Contact::guide(Law::coulomb_viscous(0.25, 0.0));
+/// let mechanism = MechanismBuilder::new("block")
+///     .gravity(Vec3::new(0.0, -10.0, 0.0))
+///     .body(BodySpec::new("block").mass(2.0))
+///     .joint(
+///         JointSpec::new("rail", JointType::Prismatic, "ground", "block")
+///             .frames(rail, rail)
+///             .actuated()
+///             .friction(dry),
+///     )
+///     .build()?;
+/// let forward = Forward::new(mechanism, &[]);
+/// let slide = Coordinate::Joint { joint: JointId(0), freedom: 0 };
+/// let start = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+/// let state = forward.assemble(&[], &[slide], &[start])?;
+///
+/// // 4 N do not overcome 0.25 * 20 N, 9 N leave 4 N for 2 kg.
+/// let mut weak = ConstantEfforts(vec![4.0]);
+/// let mut simulation = forward.start(0.0, state.clone(), Settings::default(), &mut weak)?;
+/// simulation.advance(1.0, &mut weak)?;
+/// assert_eq!(simulation.joint_motion(JointId(0), 0).value, 0.0);
+///
+/// let mut strong = ConstantEfforts(vec![9.0]);
+/// let mut simulation = forward.start(0.0, state, Settings::default(), &mut strong)?;
+/// simulation.advance(1.0, &mut strong)?;
+/// let motion = simulation.joint_motion(JointId(0), 0);
+/// assert!((motion.acceleration - 2.0).abs() < 1e-12 && (motion.value - 1.0).abs() < 1e-9);
+/// // What holds the block up, and what friction leaves of the push.
+/// let (force, _) = simulation.instant().reactions()[0];
+/// assert!((force.y - 20.0).abs() < 1e-12 && (force.x - 4.0).abs() < 1e-12);
+/// assert!(!simulation.events().iter().any(|event| matches!(event.kind, EventKind::Sticks { .. })));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Forward {
+    mechanism: Mechanism,
+    topology: Topology,
+    parameters: Parameters<f64>,
+    /// Actuators whose motion is prescribed.
+    prescribed: Vec<usize>,
+    /// For each freedom of the tree the characteristic length where it translates, else one.
+    columns: Vec<f64>,
+}
+
+impl Forward {
+    /// `prescribed` are the indices of actuators whose coordinate is a given function of time; all
+    /// others exert efforts. They count in the order of [`Mechanism::actuators`]; one that is not there is ignored.
+    pub fn new(mechanism: Mechanism, prescribed: &[usize]) -> Self {
+        Self::with_tree(mechanism, TreeRule::Structure, prescribed)
+    }
+
+    /// The same with a tree chosen by `rule`.
+    pub fn with_tree(mechanism: Mechanism, rule: TreeRule, prescribed: &[usize]) -> Self {
+        let topology = Topology::with_tree(&mechanism, rule);
+        let parameters = Parameters::new(&mechanism);
+        let columns = column_scales(&topology, parameters.length);
+        let known = 0..topology.actuators.len();
+        let prescribed = prescribed.iter().copied().filter(|a| known.contains(a)).collect();
+        Self { mechanism, topology, parameters, prescribed, columns }
+    }
+
+    /// The mechanism.
+    pub fn mechanism(&self) -> &Mechanism {
+        &self.mechanism
+    }
+
+    /// The graph.
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    /// The numbers.
+    pub fn parameters(&self) -> &Parameters<f64> {
+        &self.parameters
+    }
+
+    /// Coordinates and rates of the tree where `coordinates` have these values and rates; `homes` are
+    /// guesses of the poses of bodies in the ground's frame.
+    ///
+    /// # Errors
+    /// See [`crate::kinematics::AssemblyError`].
+    pub fn assemble(
+        &self,
+        homes: &[(BodyId, Pose<f64>)],
+        coordinates: &[Coordinate],
+        targets: &[Target<f64>],
+    ) -> Result<State<f64>, ForwardError> {
+        let (topology, parameters) = (&self.topology, &self.parameters);
+        let assembly =
+            Assembly::new(&self.mechanism, topology, parameters, homes, coordinates, targets)?;
+        Ok(assembly.state().clone())
+    }
+}

@@ -1,0 +1,228 @@
+//! Building a mechanism, with all its defects at once.
+
+mod body;
+mod friction;
+mod joint;
+mod length;
+
+pub use body::BodySpec;
+pub use joint::JointSpec;
+
+use super::{Body, BodyId, Defect, Defects, GROUND_NAME, Joint, Mechanism, SpringSpec};
+use crate::spatial::{Pose, Vec3};
+use length::own_length;
+use std::collections::{HashMap, HashSet};
+
+/// What columns of results are of beside joints.
+const TAKEN: [&str; 3] = ["time", "loads", "dampers"];
+
+/// Freedoms of joints are called `joint.freedom` where there are several: no other joint may be.
+fn check_names(joints: &[Joint], defects: &mut Vec<Defect>) {
+    for joint in joints {
+        if TAKEN.contains(&joint.name.as_str()) {
+            defects.push(Defect::NameTaken { name: joint.name.clone() });
+        }
+        let freedoms = joint.joint_type.freedoms();
+        if freedoms.len() == 1 {
+            continue;
+        }
+        let own: Vec<String> = (0..freedoms.len()).map(|k| joint.freedom_name(k)).collect();
+        for other in joints.iter().filter(|other| own.contains(&other.name)) {
+            let (joint, other) = (other.name.clone(), joint.name.clone());
+            defects.push(Defect::NameOfFreedom { joint, other });
+        }
+    }
+}
+
+/// Collects the parts of a mechanism by name, in any order.
+///
+/// ```
+/// use stiction_core::joint::JointType;
+/// use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder};
+/// use stiction_core::spatial::Vec3;
+///
+/// let pendulum = MechanismBuilder::new("pendulum")
+///     .gravity(Vec3::new(0.0, -9.81, 0.0))
+///     .body(BodySpec::new("bob").mass(1.0).com(Vec3::new(0.0, -1.0, 0.0)))
+///     .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob").actuated())
+///     .build()?;
+/// assert_eq!(pendulum.bodies().len(), 2);
+/// # Ok::<(), stiction_core::mechanism::Defects>(())
+/// ```
+#[must_use = "it has no effect unless a mechanism is built with it"]
+#[derive(Clone, Debug)]
+pub struct MechanismBuilder {
+    name: String,
+    bodies: Vec<BodySpec>,
+    joints: Vec<JointSpec>,
+    springs: Vec<SpringSpec>,
+    gravity: Vec3<f64>,
+    base: Pose<f64>,
+    characteristic_length: Option<f64>,
+}
+
+impl MechanismBuilder {
+    /// An empty mechanism in a world without gravity.
+    pub fn new(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            bodies: Vec::new(),
+            joints: Vec::new(),
+            springs: Vec::new(),
+            gravity: Vec3::zero(),
+            base: Pose::identity(),
+            characteristic_length: None,
+        }
+    }
+
+    /// Acceleration of gravity in world axes, m/s^2.
+    pub fn gravity(mut self, gravity: Vec3<f64>) -> Self {
+        self.gravity = gravity;
+        self
+    }
+
+    /// `X_WG`: the ground's frame in the world.
+    pub fn base(mut self, base: Pose<f64>) -> Self {
+        self.base = base;
+        self
+    }
+
+    /// Declares [`Mechanism::characteristic_length`], m.
+    pub fn characteristic_length(mut self, length: f64) -> Self {
+        self.characteristic_length = Some(length);
+        self
+    }
+
+    /// Adds a body.
+    pub fn body(mut self, body: BodySpec) -> Self {
+        self.bodies.push(body);
+        self
+    }
+
+    /// Adds a joint.
+    pub fn joint(mut self, joint: JointSpec) -> Self {
+        self.joints.push(joint);
+        self
+    }
+
+    /// Adds a spring.
+    pub fn spring(mut self, spring: SpringSpec) -> Self {
+        self.springs.push(spring);
+        self
+    }
+
+    /// The mechanism, or everything that is wrong with it.
+    ///
+    /// # Errors
+    /// All [`Defect`]s of the description together.
+    pub fn build(self) -> Result<Mechanism, Defects> {
+        let mut defects = Vec::new();
+        check_finite(&mut defects, "gravity", &self.gravity.to_array());
+        check_finite(&mut defects, "the place of the base", &pose_numbers(&self.base));
+
+        let ground = BodySpec::new(GROUND_NAME).body;
+        let mut ids = HashMap::from([(GROUND_NAME.to_owned(), BodyId::GROUND)]);
+        let mut bodies = vec![ground];
+        if self.bodies.is_empty() {
+            defects.push(Defect::NoBodies);
+        }
+        for spec in self.bodies {
+            spec.check(&mut defects);
+            if spec.body.name == GROUND_NAME {
+                defects.push(Defect::GroundTaken);
+            } else if ids.insert(spec.body.name.clone(), BodyId(bodies.len())).is_some() {
+                let name = spec.body.name.clone();
+                defects.push(Defect::DuplicateName { what: "bodies", name });
+            }
+            bodies.push(spec.body);
+        }
+
+        let mut names = HashSet::new();
+        let mut joints = Vec::new();
+        for spec in self.joints {
+            if !names.insert(spec.name.clone()) {
+                let name = spec.name.clone();
+                defects.push(Defect::DuplicateName { what: "joints", name });
+            }
+            joints.extend(spec.resolve(&ids, &mut defects));
+        }
+
+        check_names(&joints, &mut defects);
+
+        let mut names = HashSet::new();
+        let mut springs = Vec::new();
+        for spec in self.springs {
+            if !names.insert(spec.name().to_owned()) {
+                let name = spec.name().to_owned();
+                defects.push(Defect::DuplicateName { what: "springs", name });
+            }
+            springs.extend(spec.resolve(&ids, &mut defects));
+        }
+
+        // Connection makes sense only once every joint knows its bodies.
+        if defects.is_empty() {
+            defects.extend(disconnected(&bodies, &joints));
+        }
+        let own = own_length(&bodies, &joints);
+        if let Some(length) = self.characteristic_length {
+            if !(length > 0.0 && length.is_finite()) {
+                defects.push(Defect::CharacteristicLength(length));
+            } else if own.is_finite() {
+                // Points that are meant to coincide may be apart by rounding: then they say nothing about a size.
+                let (least, most) = (1e-6 * own, 1e6 * own.max(1.0));
+                if !(least..=most).contains(&length) {
+                    defects.push(Defect::CharacteristicLengthFar { length, own, least, most });
+                }
+            }
+        }
+        if let Some(defects) = Defects::new(defects) {
+            return Err(defects);
+        }
+        let characteristic_length = self.characteristic_length.unwrap_or(own);
+        Ok(Mechanism {
+            name: self.name,
+            bodies,
+            joints,
+            springs,
+            gravity: self.gravity,
+            base: self.base,
+            characteristic_length,
+        })
+    }
+}
+
+fn pose_numbers(pose: &Pose<f64>) -> Vec<f64> {
+    let [x, y, z] = pose.rotation.columns;
+    [x, y, z, pose.position].iter().flat_map(|v| v.to_array()).collect()
+}
+
+fn check_finite(defects: &mut Vec<Defect>, place: &str, numbers: &[f64]) {
+    if numbers.iter().any(|x| !x.is_finite()) {
+        defects.push(Defect::NotFinite { place: place.to_owned() });
+    }
+}
+
+/// Bodies that no joints connect with the ground.
+fn disconnected(bodies: &[Body], joints: &[Joint]) -> Vec<Defect> {
+    let mut reached = vec![false; bodies.len()];
+    reached[BodyId::GROUND.0] = true;
+    loop {
+        let mut grew = false;
+        for joint in joints {
+            let (a, b) = (joint.predecessor.0, joint.successor.0);
+            if reached[a] != reached[b] {
+                (reached[a], reached[b]) = (true, true);
+                grew = true;
+            }
+        }
+        if !grew {
+            break;
+        }
+    }
+    bodies
+        .iter()
+        .zip(reached)
+        .filter(|(_, reached)| !reached)
+        .map(|(body, _)| Defect::Disconnected { body: body.name.clone() })
+        .collect()
+}

@@ -1,0 +1,248 @@
+//! A second opinion on finite mobility: bodies in six coordinates each, conditions of the joints
+//! written out from geometry, derivatives by differences, another way back onto closed joints, and
+//! the dimension counted at the ends of ways that lead twice as far from where the mechanism was drawn.
+
+use super::{Drawing, Ints};
+use crate::common::random::Random;
+use nalgebra::{DMatrix, DVector};
+use stiction_core::joint::JointType::*;
+use stiction_core::linalg::Svd;
+use stiction_core::spatial::{Mat3, Pose, Vec3};
+
+/// Loops closed better than this are closed. A freedom blocked to second order then stays open by
+/// some 1e-6.
+const CLOSED: f64 = 1e-13;
+/// Of the first step away from the drawing, then of those along the way (rad, units of length).
+const STEPS: [f64; 5] = [0.02, 0.04, 0.04, 0.05, 0.05];
+/// Of the steps by which the dimension is counted. Where branches met at the drawing, some 0.2 away,
+/// they bend by some 0.02 of themselves.
+const PROBE: f64 = 0.004;
+/// Parts of a probing step above the greater are motion, below the lesser none; between them the
+/// tracer does not know.
+const MOTION: (f64, f64) = (0.06, 0.25);
+
+/// What was found from the drawn position.
+#[derive(Clone, Debug, Default)]
+pub struct Traced {
+    /// Dimensions of the branches of motion that were met, sorted, each once.
+    pub dimensions: Vec<usize>,
+    /// Whether some count was not clear, or none was made.
+    pub doubtful: bool,
+    /// Ways that were not followed to their ends.
+    pub lost: usize,
+}
+
+/// Where a way led.
+enum Away {
+    There(State),
+    /// Closing the joints undid the first step.
+    Back,
+    Lost,
+}
+
+/// Poses of all moving bodies relative to the drawing.
+type State = Vec<Pose<f64>>;
+
+pub struct Tracer<'a> {
+    drawing: &'a Drawing,
+    random: Random,
+}
+
+impl<'a> Tracer<'a> {
+    pub fn new(drawing: &'a Drawing, seed: u64) -> Self {
+        Self { drawing, random: Random(seed) }
+    }
+
+    /// Goes away from the drawing `ways` times and counts there.
+    pub fn trace(&mut self, ways: usize) -> Traced {
+        let start = vec![Pose::identity(); self.drawing.coms.len()];
+        let mut traced = Traced::default();
+        for _ in 0..ways {
+            match self.away(&start) {
+                Away::There(there) => {
+                    let (dimension, clear) = self.dimension(&there);
+                    traced.doubtful |= !clear;
+                    traced.dimensions.push(dimension);
+                }
+                Away::Back => traced.dimensions.push(0),
+                Away::Lost => traced.lost += 1,
+            }
+        }
+        // Where some ways lead on, others that come back say nothing.
+        if traced.dimensions.iter().any(|&dimension| dimension > 0) {
+            traced.dimensions.retain(|&dimension| dimension > 0);
+        }
+        traced.doubtful |= traced.dimensions.is_empty();
+        traced.dimensions.sort_unstable();
+        traced.dimensions.dedup();
+        traced
+    }
+
+    /// Some way off, on a way that does not turn back.
+    fn away(&mut self, start: &State) -> Away {
+        let mut here = start.clone();
+        let mut heading: Option<DVector<f64>> = None;
+        for size in STEPS {
+            let open = self.open(&here);
+            if open.is_empty() {
+                return if heading.is_none() { Away::Back } else { Away::Lost };
+            }
+            let direction = match &heading {
+                None => self.within(&open),
+                Some(heading) => {
+                    let zero = DVector::zeros(heading.len());
+                    let along = open.iter().fold(zero, |sum, n| sum + n * n.dot(heading));
+                    &along / along.norm()
+                }
+            };
+            let Some((next, moved)) = self.step(&here, &(&direction * size)) else {
+                return Away::Lost;
+            };
+            match moved.norm() / size {
+                part if part < MOTION.0 && heading.is_none() => return Away::Back,
+                part if !(MOTION.1..3.0).contains(&part) => return Away::Lost,
+                _ => {}
+            }
+            here = next;
+            heading = Some(&moved / moved.norm());
+        }
+        Away::There(here)
+    }
+
+    /// The dimension of what can be reached from a position, and whether it is clear.
+    fn dimension(&mut self, here: &State) -> (usize, bool) {
+        let open = self.open(here);
+        let mut moves = Vec::new();
+        for _ in 0..2 * open.len() + 4 {
+            let step = self.within(&open) * PROBE;
+            if let Some((_, moved)) = self.step(here, &step) {
+                moves.push(moved / PROBE);
+            }
+        }
+        if moves.is_empty() {
+            return (0, false);
+        }
+        let scale = (moves.len() as f64 / open.len() as f64).sqrt();
+        let spread = Svd::new(&DMatrix::from_columns(&moves).transpose());
+        let values = spread.singular_values.iter().map(|value| value / scale);
+        let (least, sure) = MOTION;
+        let clear = values.clone().all(|value| value < least || value > sure);
+        (values.filter(|&value| value > sure).count(), clear)
+    }
+
+    fn within(&mut self, basis: &[DVector<f64>]) -> DVector<f64> {
+        let mut sum = DVector::zeros(basis[0].len());
+        for vector in basis {
+            sum.axpy(self.random.signed(), vector, 1.0);
+        }
+        let size = sum.norm();
+        sum / size
+    }
+
+    /// Motions open to first order.
+    fn open(&self, state: &State) -> Vec<DVector<f64>> {
+        let svd = Svd::new(&self.derivatives(state));
+        // Differences are exact to 1e-10; double roots are closed to 1e-6.
+        let rank = svd.singular_values.iter().filter(|&&value| value > 1e-5).count();
+        svd.null_space(rank)
+    }
+
+    /// Takes a step and closes the joints again by damped least squares; how far that led in all.
+    fn step(&self, from: &State, step: &DVector<f64>) -> Option<(State, DVector<f64>)> {
+        let (mut state, mut moved) = (advanced(from, step), step.clone());
+        let mut errors = self.errors(&state);
+        let mut more = 2.0;
+        for _ in 0..1000 {
+            if errors.amax() < CLOSED {
+                return Some((state, moved));
+            }
+            // What is on its way back all the way is slow there.
+            if errors.amax() < 1e-9 && moved.norm() < 0.5 * MOTION.0 * step.norm() {
+                return Some((state, moved));
+            }
+            let derivatives = self.derivatives(&state);
+            let mut normal = derivatives.tr_mul(&derivatives);
+            // In proportion to the errors: where `x^2 = 0` and `x y = 0` are asked for, undamped steps
+            // would go straight to the origin, though y is free. These descend to the line x = 0, and
+            // are fast once it is near. Not below the rounding of the normal matrix.
+            let damping = (more * errors.norm()).max(1e-12);
+            (0..normal.nrows()).for_each(|k| normal[(k, k)] += damping);
+            let back = -normal.cholesky()?.solve(&derivatives.tr_mul(&errors));
+            let next = advanced(&state, &back);
+            let next_errors = self.errors(&next);
+            if next_errors.norm() < errors.norm() {
+                (state, errors) = (next, next_errors);
+                moved += back;
+                more = (more * 0.5_f64).max(2.0);
+            } else {
+                more *= 10.0;
+            }
+        }
+        None
+    }
+
+    fn derivatives(&self, state: &State) -> DMatrix<f64> {
+        // The error of a central difference is of the order of its square.
+        const H: f64 = 1e-5;
+        let columns: Vec<DVector<f64>> = (0..6 * state.len())
+            .map(|k| {
+                let mut step = DVector::zeros(6 * state.len());
+                step[k] = H;
+                let ahead = self.errors(&advanced(state, &step));
+                (ahead - self.errors(&advanced(state, &-step))) / (2.0 * H)
+            })
+            .collect();
+        DMatrix::from_columns(&columns)
+    }
+
+    /// How far every joint is from what it allows.
+    fn errors(&self, state: &State) -> DVector<f64> {
+        let pose = |body: usize| if body == 0 { Pose::identity() } else { state[body - 1] };
+        let mut errors = Vec::new();
+        for joint in &self.drawing.joints {
+            let (p, s) = (pose(joint.ends.0), pose(joint.ends.1));
+            let [at, z, x] = [joint.at, joint.axis, joint.second].map(vector);
+            let (z, x) = (z * (1.0 / z.norm()), x * (1.0 / x.norm()));
+            let y = z.cross(x);
+            // Seen from the predecessor.
+            let apart = p.rotation.transpose_mul(s.apply(at) - p.apply(at));
+            let turn = p.rotation.transpose() * s.rotation;
+            let (dx, dy, dz) = (apart.dot(x), apart.dot(y), apart.dot(z));
+            let tilts = [z.dot(turn * x), z.dot(turn * y)];
+            let twists = turn.skew_part().to_array();
+            match joint.joint_type {
+                Revolute => errors.extend([dx, dy, dz, tilts[0], tilts[1]]),
+                Prismatic => errors.extend([dx, dy, twists[0], twists[1], twists[2]]),
+                Helical => {
+                    let angle = y.dot(turn * x).atan2(x.dot(turn * x));
+                    errors.extend([dx, dy, tilts[0], tilts[1], dz - joint.pitch as f64 * angle]);
+                }
+                Cylindrical => errors.extend([dx, dy, tilts[0], tilts[1]]),
+                Universal => errors.extend([dx, dy, dz, tilts[0]]),
+                Spherical => errors.extend([dx, dy, dz]),
+                Planar => errors.extend([dz, tilts[0], tilts[1]]),
+                Fixed => errors.extend([dx, dy, dz, twists[0], twists[1], twists[2]]),
+                Free => {}
+            }
+        }
+        DVector::from_vec(errors)
+    }
+}
+
+fn vector(x: Ints) -> Vec3<f64> {
+    Vec3::new(x[0] as f64, x[1] as f64, x[2] as f64)
+}
+
+/// Every body turned about the origin and moved.
+fn advanced(state: &State, step: &DVector<f64>) -> State {
+    let move_by = |(body, pose): (usize, &Pose<f64>)| {
+        let part = |k: usize| Vec3::new(step[k], step[k + 1], step[k + 2]);
+        let (turn, shift) = (part(6 * body), part(6 * body + 3));
+        let rotation = match turn.norm() {
+            0.0 => Mat3::identity(),
+            angle => Mat3::rotation(turn, angle),
+        };
+        Pose { rotation, position: shift } * *pose
+    };
+    state.iter().enumerate().map(move_by).collect()
+}

@@ -1,0 +1,522 @@
+//! Sticking and sliding in closed loops, jamming, the order of convergence, and reference R3.
+
+use crate::common::simulated::*;
+use crate::common::*;
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, LoadAxes};
+use stiction_core::forward::{
+    ConstantEfforts, ContactMode as Doing, EventKind, Forward, ForwardError, Inputs, Settings, View,
+};
+use stiction_core::joint::JointType;
+use stiction_core::kinematics::{Coordinate, State, Target};
+use stiction_core::mechanism::{
+    BodyId, BodySpec, JointSpec, Mechanism, MechanismBuilder, SpringSpec,
+};
+use stiction_core::spatial::{Pose, Vec3};
+
+fn fine() -> Settings {
+    Settings { relative: 1e-12, absolute: 1e-13, ..Settings::default() }
+}
+
+fn at(value: f64, rate: f64, acceleration: f64) -> Target<f64> {
+    Target { value, rate, acceleration }
+}
+
+#[test]
+fn a_crank_with_friction_everywhere_sticks_within_its_interval_and_slides_beyond() {
+    let robot = slider_crank();
+    for degrees in [40.0_f64, 100.0, 200.0] {
+        let start = [at(degrees.to_radians(), 0.0, 0.0)];
+        let mut solver = InverseDynamics::new(
+            robot.mechanism.clone(),
+            &[],
+            &robot.coordinates,
+            &start,
+            Default::default(),
+        )
+        .unwrap();
+        solver.rest(&[]).unwrap();
+        let (low, high) = solver.forces().drive_bounds[0];
+        assert!(high - low > 0.01, "{low} {high}");
+        let model = Forward::new(robot.mechanism.clone(), &[]);
+        let state = model.assemble(&[], &robot.coordinates, &start).unwrap();
+        // Certainly not beyond these: frictions that are not all at their limits may hold a little more
+        // than those that are, for they change the loads.
+        let (least, most) = solver.forces().drive_outer_bounds[0];
+        assert!(least <= low && high <= most && most - least < 1.2 * (high - low));
+        for (part, sticks) in [
+            (0.31, true),
+            (-0.95, true),
+            (0.95, true),
+            (0.9999, true),
+            (-0.9999, true),
+            (1.0001, false),
+            (-1.0001, false),
+        ] {
+            let (low, high) = if sticks { (low, high) } else { (least, most) };
+            let drive = 0.5 * (low + high) + part * 0.5 * (high - low);
+            let mut inputs = ConstantEfforts(vec![drive]);
+            let settings = Settings { longest_step: 5.0, ..Settings::default() };
+            let mut simulation = model
+                .start(0.0, state.clone(), settings, &mut inputs)
+                .unwrap_or_else(|e| panic!("{degrees} {part}: {e}"));
+            let before = simulation.instant().state.coordinates.clone();
+            simulation.advance(if sticks { 1000.0 } else { 0.1 }, &mut inputs).unwrap();
+            let now = simulation.instant();
+            assert_eq!(now.state.coordinates == before, sticks, "{degrees} {part}");
+            if sticks {
+                assert!(now.state.rates.iter().all(|rate| *rate == 0.0));
+                // One freedom, four contacts: three shares follow from the declared rule.
+                let told = simulation
+                    .events()
+                    .iter()
+                    .any(|event| matches!(event.kind, EventKind::SharesNotUnique { redundant: 3 }));
+                let stuck = simulation.contacts().iter().filter(|c| **c == Doing::Sticks).count();
+                assert!(told || stuck < 4, "{:?}", simulation.events());
+                for contact in &now.contacts {
+                    assert!(contact.margin() > -1e-9 * contact.limit, "{contact:?}");
+                }
+            } else {
+                let forward = now.bodies.joint_rates(model.topology(), 0)[0];
+                assert_eq!(forward > 0.0, part > 0.0, "{degrees} {part}");
+            }
+        }
+    }
+}
+
+/// A crank swings down, is braked by friction, and everything in the loop comes to rest at once.
+#[test]
+fn inverse_of_forward_is_what_drove_it() {
+    let robot = slider_crank();
+    let model = Forward::new(robot.mechanism.clone(), &[]);
+    let start = [at(1.0, 4.0, 0.0)];
+    let state = model.assemble(&[], &robot.coordinates, &start).unwrap();
+    let mut inputs = ConstantEfforts(vec![0.1]);
+    let mut simulation = model.start(0.0, state, fine(), &mut inputs).unwrap();
+    let mut solver = InverseDynamics::new(
+        robot.mechanism.clone(),
+        &[],
+        &robot.coordinates,
+        &start,
+        stiction_core::dynamics::Settings {
+            friction: FrictionMode::Converged,
+            ..Default::default()
+        },
+    )
+    .unwrap();
+    let mut compared = 0;
+    for k in 1..=200 {
+        simulation.advance(0.02 * f64::from(k), &mut inputs).unwrap();
+        let now = simulation.instant();
+        if simulation.contacts().iter().any(|c| !matches!(c, Doing::Slides(_))) {
+            continue;
+        }
+        let slow = now.contacts.iter().any(|c| c.velocity[0].abs() < 1e-6);
+        let angle = crank_angle(now);
+        let rate = now.bodies.joint_rates(model.topology(), 0)[0];
+        let acceleration = now.state.accelerations[0];
+        if slow {
+            continue;
+        }
+        solver.move_to(&[at(angle, rate, acceleration)]).unwrap();
+        let forces = solver.solve(&[]).unwrap();
+        // A 3 kg machine under 30 N: of round-off and steps of 1e-12.
+        assert!((forces.drives[0] - 0.1).abs() < 1e-9, "{k}: {}", forces.drives[0]);
+        for (found, wanted) in now.reactions().iter().zip(&forces.reactions) {
+            assert!((found.0 - wanted.0).norm() < 1e-8, "{k}");
+        }
+        compared += 1;
+    }
+    println!("compared {compared}, {:?}", simulation.events().len());
+    assert!(compared > 10, "{compared}");
+    let turnover = simulation.energies().turnover;
+    assert!(simulation.energy_error().abs() < 1e-9 * turnover, "{:e}", simulation.energy_error());
+}
+
+/// The crank's angle, as a tree coordinate.
+struct Shake;
+
+impl Inputs for Shake {
+    fn efforts(&mut self, view: &View<'_>, efforts: &mut [f64]) {
+        efforts[0] = 1.5 * (15.0 * view.time).sin();
+    }
+}
+
+/// Contacts stop, let go and reverse: at none of these energy jumps. Between two looks the account loses no more
+/// than elsewhere, whether an event lies between or not.
+#[test]
+fn energy_does_not_jump_at_events() {
+    let robot = slider_crank();
+    let model = Forward::new(robot.mechanism.clone(), &[]);
+    let state = model.assemble(&[], &robot.coordinates, &[at(0.3, 4.0, 0.0)]).unwrap();
+    let mut simulation = model.start(0.0, state, Settings::default(), &mut Shake).unwrap();
+    let mut with_events = 0;
+    for k in 1..=1000 {
+        let (before, told) = (simulation.energy_error(), simulation.events().len());
+        simulation.advance(1e-3 * f64::from(k), &mut Shake).unwrap();
+        with_events += usize::from(simulation.events().len() > told);
+        let lost = (simulation.energy_error() - before).abs();
+        // Steps are good to 1e-10 of coordinates and rates; some joules are turned over.
+        assert!(lost < 1e-9, "{k}: {lost:e}, {:?}", &simulation.events()[told..]);
+    }
+    println!("{with_events} {:?}", simulation.energies());
+    assert!(with_events > 5 && simulation.energies().turnover > 0.1);
+    let steps =
+        |event: &&stiction_core::forward::Event| matches!(event.kind, EventKind::Method { .. });
+    assert_eq!(simulation.events().iter().filter(steps).count(), 0);
+}
+
+fn crank_angle(now: &stiction_core::forward::Instant) -> f64 {
+    let relative = now.bodies.frame_j[0].inverse() * now.bodies.frame_k[0];
+    relative.rotation.at(1, 0).atan2(relative.rotation.at(0, 0))
+}
+
+/// Errors fall with the eighth power of the step: the pendulum of reference R1 after one second.
+#[test]
+fn steps_are_of_order_eight() {
+    let mechanism = MechanismBuilder::new("pendulum")
+        .gravity(v(0.0, -9.81, 0.0))
+        .body(BodySpec::new("bob").mass(1.0).com(v(-1.0, 0.0, 0.0)))
+        .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob"))
+        .build()
+        .unwrap();
+    let model = Forward::new(mechanism, &[]);
+    let mut inputs = ConstantEfforts(vec![]);
+    let errors = [1.0 / 6.0, 1.0 / 12.0, 1.0 / 24.0].map(|step| {
+        // Any error is good enough: all steps are the longest, but for the first few.
+        let settings = Settings { relative: 1e9, longest_step: step, ..Settings::default() };
+        let state = State::new(model.topology());
+        let mut simulation = model.start(0.0, state, settings, &mut inputs).unwrap();
+        simulation.advance(1.0, &mut inputs).unwrap();
+        let pose = simulation.instant().bodies.pose[1];
+        (pose.apply(v(-1.0, 0.0, 0.0)) - v(0.9862917511319, -0.1650108531255, 0.0)).norm()
+    });
+    let orders = [errors[0] / errors[1], errors[1] / errors[2]].map(f64::log2);
+    println!("{errors:?} {orders:?}");
+    assert!(orders.iter().all(|order| *order > 7.5), "{orders:?} {errors:?}");
+}
+
+/// The centre of mass is `e` beside a guide that slides forward under a force `F` along it: the pads carry
+/// the moment `m e |a|` with a load `2 m e |a| / span`, so `m a = F - k m |a|` with
+/// `k = 2 mu e / span`.
+#[test]
+fn short_guides_jam_and_say_so() {
+    let (mu, span) = (0.12, 0.02);
+    for (e, force) in [(0.05, 5.0), (0.05, -5.0), (0.2, 5.0), (0.2, -5.0)] {
+        let k = 2.0 * mu * e / span;
+        let model = Forward::new(collar(e), &[]);
+        let mut state = State::new(model.topology());
+        state.rates[0] = 0.3;
+        let mut inputs = ConstantEfforts(vec![force]);
+        let started = model.start(0.0, state, Settings::default(), &mut inputs);
+        if force < 0.0 && k > 1.0 {
+            // Neither sign of the acceleration is its own cause.
+            let error = started.unwrap_err();
+            let ForwardError::NoAcceleration { time, joint, percent } = &error else {
+                panic!("{error}")
+            };
+            assert_eq!((*time, joint.as_str()), (0.0, "guide"));
+            assert!((percent - 100.0 / k).abs() < 0.01, "{percent}");
+            continue;
+        }
+        let simulation = started.unwrap();
+        let acceleration = simulation.instant().state.accelerations[0];
+        let expected = if force > 0.0 { force / (1.0 + k) } else { force / (1.0 - k) };
+        assert!((acceleration - expected).abs() < 1e-12, "{acceleration} {expected}");
+        // With k > 1 a jolt backwards, F / (1 - k), satisfies all laws as well.
+        let others: Vec<f64> = simulation
+            .events()
+            .iter()
+            .filter_map(|event| match &event.kind {
+                EventKind::NotUnique { others, .. } => Some(others),
+                _ => None,
+            })
+            .flatten()
+            .map(|other| other.accelerations[0])
+            .collect();
+        if k > 1.0 {
+            assert_eq!(others.len(), 1, "{others:?}");
+            assert!((others[0] - force / (1.0 - k)).abs() < 1e-9, "{others:?}");
+        } else {
+            assert!(others.is_empty(), "{others:?}");
+        }
+    }
+}
+
+/// A load along the guide, at its line or beside it.
+struct Push {
+    force: f64,
+    point: Vec3<f64>,
+}
+
+impl Inputs for Push {
+    fn efforts(&mut self, _: &View<'_>, _: &mut [f64]) {}
+    fn loads(&mut self, _: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
+        loads.push(AppliedLoad {
+            body: BodyId(1),
+            point: self.point,
+            axes: LoadAxes::World,
+            force: v(self.force, 0.0, 0.0),
+            moment: Vec3::zero(),
+        });
+    }
+}
+
+#[test]
+fn r7_a_collar_pushed_at_an_offset_slides_or_locks() {
+    // A force at `e` beside the rod and the centre of mass on it: friction mu 2 e F / s.
+    let model = Forward::new(collar(0.0), &[]);
+    let (mu, span) = (0.12, 0.02);
+    for e in [0.04, 0.08, 0.0834, 0.2] {
+        let mut inputs = Push { force: 5.0, point: v(0.0, e, 0.0) };
+        let state = State::new(model.topology());
+        let simulation = model.start(0.0, state, Settings::default(), &mut inputs).unwrap();
+        let acceleration = simulation.instant().state.accelerations[0];
+        let part = 2.0 * mu * e / span;
+        let expected = if part < 1.0 { 5.0 * (1.0 - part) } else { 0.0 };
+        assert!((acceleration - expected).abs() < 1e-12, "{e}: {acceleration} {expected}");
+    }
+}
+
+/// Andrews' squeezer without friction; lengths and masses of reference R3.
+fn andrews() -> Mechanism {
+    let start = [
+        ("beta", -0.061_713_890_014_276_45),
+        ("theta", 0.0),
+        ("gamma", 0.455_279_819_163_070_4),
+        ("phi", 0.222_668_390_165_885_88),
+        ("delta", 0.487_364_979_543_842_55),
+        ("Omega", -0.222_668_390_165_885_88),
+        ("epsilon", 1.230_547_444_549_821_2),
+    ];
+    let bodies = [
+        (0.04325, 2.194e-6, v(0.00092, 0.0, 0.0)),
+        (0.00365, 4.410e-7, v(-0.0115, 0.0, 0.0)),
+        (0.02373, 5.255e-6, v(0.01043, -0.01874, 0.0)),
+        (0.00706, 5.667e-7, v(0.0, -(0.02 - 0.01421), 0.0)),
+        (0.07050, 1.169e-5, v(0.02308, 0.00916, 0.0)),
+        (0.00706, 5.667e-7, v(0.02 - 0.01421, 0.0, 0.0)),
+        (0.05498, 1.912e-5, v(-0.00449, -0.01228, 0.0)),
+    ];
+    let mut builder = MechanismBuilder::new("andrews").gravity(Vec3::zero());
+    for (k, (mass, inertia, com)) in bodies.into_iter().enumerate() {
+        let body = BodySpec::new(format!("K{}", k + 1)).mass(mass).com(com);
+        builder = builder.body(body.inertia(diagonal(0.0, 0.0, inertia)));
+    }
+    let a = v(-0.06934, -0.00227, 0.0);
+    let joints = [
+        ("beta", "ground", "K1", v(0.0, 0.0, 0.0), v(0.0, 0.0, 0.0)),
+        ("theta", "K1", "K2", v(0.007, 0.0, 0.0), v(0.0, 0.0, 0.0)),
+        ("gamma", "ground", "K3", v(-0.03635, 0.03273, 0.0), v(0.0, 0.0, 0.0)),
+        ("phi", "K5", "K4", v(0.04, 0.0, 0.0), v(0.0, 0.0, 0.0)),
+        ("delta", "ground", "K5", a, v(0.0, 0.0, 0.0)),
+        ("Omega", "K7", "K6", v(0.0, -0.04, 0.0), v(0.0, 0.0, 0.0)),
+        ("epsilon", "ground", "K7", a, v(0.0, 0.0, 0.0)),
+        ("pin3", "K2", "K3", v(-0.028, 0.0, 0.0), v(0.0, -0.035, 0.0)),
+        ("pin4", "K2", "K4", v(-0.028, 0.0, 0.0), v(0.0, -0.02, 0.0)),
+        ("pin6", "K2", "K6", v(-0.028, 0.0, 0.0), v(0.02, 0.0, 0.0)),
+    ];
+    for (name, from, to, in_from, in_to) in joints {
+        let mut joint = JointSpec::new(name, JointType::Revolute, from, to)
+            .frames(Pose::at(in_from), Pose::at(in_to));
+        if name == "beta" {
+            joint = joint.actuated();
+        }
+        let from_pins = [("pin3", 0.517), ("pin4", 0.7717), ("pin6", 1.0696)];
+        if let Some((_, angle)) = start.iter().chain(&from_pins).find(|(n, _)| *n == name) {
+            joint = joint.start([*angle]);
+        }
+        builder = builder.joint(joint);
+    }
+    let spring = SpringSpec::new("spring", "ground", "K3")
+        .points(v(0.014, 0.072, 0.0), v(0.035 - 0.015, -0.018, 0.0))
+        .stiffness(4530.0, 0.07785);
+    builder.spring(spring).build().unwrap()
+}
+
+#[test]
+fn r3_andrews_squeezer_with_its_reactions() {
+    let mechanism = andrews();
+    let model = Forward::new(mechanism.clone(), &[]);
+    let beta = Coordinate::Joint { joint: mechanism.joint_id("beta").unwrap(), freedom: 0 };
+    let state = model.assemble(&[], &[beta], &[at(-0.061_713_890_014_276_45, 0.0, 0.0)]).unwrap();
+    let mut inputs = ConstantEfforts(vec![0.033]);
+    let finest = Settings { relative: 1e-13, absolute: 1e-14, ..Settings::default() };
+    let mut simulation = model.start(0.0, state, finest, &mut inputs).unwrap();
+    let joint = |name: &str| mechanism.joint_id(name).unwrap().0;
+    let pins = |simulation: &stiction_core::forward::Simulation<'_>| {
+        let reactions = simulation.instant().reactions();
+        ["pin3", "pin4", "pin6"].map(|name| reactions[joint(name)].0)
+    };
+    let now = simulation.instant();
+    let spin = |body: usize| now.bodies.acceleration[body].angular.z;
+    println!("{} {} {:?}", spin(1), spin(2) - spin(1), pins(&simulation));
+    // Printed with 15 digits.
+    assert!((spin(1) - 14222.4439199541).abs() < 1e-7);
+    assert!((spin(2) - spin(1) + 10666.8329399656).abs() < 1e-7);
+    let first = pins(&simulation)[0];
+    assert!((first - v(98.5668703962411, -6.12268834425567, 0.0)).norm() < 1e-9, "{first:?}");
+    simulation.advance(0.03, &mut inputs).unwrap();
+    let now = simulation.instant();
+    let expected = [
+        ("beta", 15.81077119629904),
+        ("theta", -15.75637105984298),
+        ("gamma", 0.04082224013073101),
+        ("phi", -0.5347301163226948),
+        ("delta", 0.5244099658805304),
+        ("Omega", 0.5347301163226948),
+        ("epsilon", 1.048080741042263),
+    ];
+    for (name, angle) in expected {
+        let index = joint(name);
+        let relative = now.bodies.frame_j[index].inverse() * now.bodies.frame_k[index];
+        let found = relative.rotation.at(1, 0).atan2(relative.rotation.at(0, 0));
+        let apart = (found - angle).sin().atan2((found - angle).cos());
+        println!("R3 {name} {apart:.1e}");
+        // The published angles are 1.1e-9 rad from ours. A program of other equations (21 redundant
+        // coordinates, numpy and DOP853 with tolerance 1e-13) has the same difference to 1e-12, so it is
+        // the published solution's error.
+        assert!(apart.abs() < 3e-9, "{name} {apart:e}");
+    }
+    let expected = [
+        v(199.175333373191, -29.75531228015052, 0.0),
+        v(23.06654119098399, 31.45271365475927, 0.0),
+        v(22.64249232082739, 11.61740700019673, 0.0),
+    ];
+    // As that program prints it.
+    assert!((pins(&simulation)[0].x - 199.1753481).abs() < 1e-7);
+    for (found, expected) in pins(&simulation).into_iter().zip(expected) {
+        println!("R3 reaction {:.1e}", (found - expected).norm());
+        // The same holds of the reactions, by 1.5e-5 N: that other program has ours, to 1e-8 N.
+        assert!((found - expected).norm() < 3e-5, "{found:?} {expected:?}");
+    }
+}
+
+/// A block on an inclined plane along x, moved by a connecting rod from the rocker of a four-bar linkage. All
+/// links are balanced, so that the pins, which have no friction, pass nothing on at rest: the crank and the
+/// rocker carry half of the coupler each as their counterweights, the rod's centre of mass is at its pin in
+/// the block. The plane is level, and `angle` is that of gravity.
+fn block_on_an_incline(angle: f64, mu: f64) -> Mechanism {
+    let (crank, coupler, rocker, rod) = (0.15_f64, 0.4_f64, 0.3_f64, 0.8_f64);
+    let (pivot, height) = (v(0.4, 0.0, 0.0), -0.2);
+    // Where the joints are: the crank at 60 deg, the coupler and the rocker on the upper side.
+    let b = v(crank * 60_f64.to_radians().cos(), crank * 60_f64.to_radians().sin(), 0.0);
+    let way = pivot - b;
+    let base = way.norm();
+    let along_way = (coupler * coupler - rocker * rocker + base * base) / (2.0 * base);
+    let up = (coupler * coupler - along_way * along_way).sqrt();
+    let c = b + v(
+        (way.x * along_way - way.y * up) / base,
+        (way.y * along_way + way.x * up) / base,
+        0.0,
+    );
+    let block = v(c.x + (rod * rod - (c.y - height).powi(2)).sqrt(), height, 0.0);
+    let direction = |from: Vec3<f64>, to: Vec3<f64>| (to.y - from.y).atan2(to.x - from.x);
+    let (first, second) = (60_f64.to_radians(), direction(b, c));
+    let (third, last) = (direction(pivot, c), direction(c, block));
+    let slim = |mass: f64, length: f64| {
+        let j = mass * length * length / 12.0;
+        diagonal(0.01 * j, j, j)
+    };
+    let pin = |name: &str, from: &str, to: &str, at: Vec3<f64>, start: f64| {
+        JointSpec::new(name, JointType::Revolute, from, to)
+            .frames(Pose::at(at), Pose::identity())
+            .start([start])
+    };
+    let guide = |x: f64| along(v(x, height, 0.0), Vec3::unit(0));
+    let half = 0.5 * 0.8;
+    MechanismBuilder::new("incline")
+        .gravity(v(9.81 * angle.sin(), -9.81 * angle.cos(), 0.0))
+        .body(
+            BodySpec::new("crank")
+                .mass(1.0)
+                .com(v(-half * crank / 1.0, 0.0, 0.0))
+                .inertia(slim(1.0, crank)),
+        )
+        .body(
+            BodySpec::new("coupler")
+                .mass(2.0 * half)
+                .com(v(0.5 * coupler, 0.0, 0.0))
+                .inertia(slim(0.8, coupler)),
+        )
+        .body(
+            BodySpec::new("rocker")
+                .mass(1.6)
+                .com(v(-half * rocker / 1.6, 0.0, 0.0))
+                .inertia(slim(1.6, rocker)),
+        )
+        .body(BodySpec::new("rod").mass(0.5).com(v(rod, 0.0, 0.0)).inertia(slim(0.5, rod)))
+        .body(BodySpec::new("block").mass(2.0).inertia(diagonal(0.01, 0.01, 0.01)))
+        .joint(pin("A", "ground", "crank", Vec3::zero(), first).actuated())
+        .joint(pin("B", "crank", "coupler", v(crank, 0.0, 0.0), second - first))
+        .joint(pin("D", "ground", "rocker", pivot, third))
+        .joint(
+            JointSpec::new("C", JointType::Revolute, "coupler", "rocker")
+                .frames(Pose::at(v(coupler, 0.0, 0.0)), Pose::at(v(rocker, 0.0, 0.0)))
+                .start([third - second]),
+        )
+        .joint(pin("E", "rocker", "rod", v(rocker, 0.0, 0.0), last - third))
+        .joint(
+            JointSpec::new("F", JointType::Revolute, "rod", "block")
+                .frames(Pose::at(v(rod, 0.0, 0.0)), Pose::identity())
+                .start([-last]),
+        )
+        .joint(
+            JointSpec::new("plane", JointType::Prismatic, "ground", "block")
+                .frames(guide(0.0), along(Vec3::zero(), Vec3::unit(0)))
+                .start([block.x])
+                .friction(friction(mu, 0.0, None)),
+        )
+        .build()
+        .unwrap()
+}
+
+#[test]
+fn a_block_moved_by_a_four_bar_sticks_just_below_the_friction_angle_and_slides_just_above() {
+    let mu = 0.3_f64;
+    for (part, sticks) in [(1.0 - 1e-8, true), (1.0 + 1e-8, false)] {
+        for sign in [1.0, -1.0] {
+            let mechanism = block_on_an_incline(sign * part * mu.atan(), mu);
+            let crank = mechanism.joint_id("A").unwrap();
+            let coordinates = [Coordinate::Joint { joint: crank, freedom: 0 }];
+            let block = mechanism.body_id("block").unwrap();
+            let model = Forward::new(mechanism, &[]);
+            let start = [at(60_f64.to_radians(), 0.0, 0.0)];
+            let state = model.assemble(&[], &coordinates, &start).unwrap();
+            let mut inputs = ConstantEfforts(vec![0.0]);
+            let settings = Settings { longest_step: 5.0, ..Settings::default() };
+            let mut simulation = model.start(0.0, state, settings, &mut inputs).unwrap();
+            let before = simulation.instant().state.coordinates.clone();
+            let place = simulation.instant().bodies.pose[block.0].position.x;
+            simulation.advance(if sticks { 1000.0 } else { 1.0 }, &mut inputs).unwrap();
+            let now = simulation.instant();
+            let moved = now.bodies.pose[block.0].position.x - place;
+            assert_eq!(now.state.coordinates == before, sticks, "{part} {sign}: {moved:e}");
+            // Without the linkage's inertia it would slide so far; that makes it slower, not much else.
+            let freely = 0.5 * 9.81 * ((part * mu.atan()).sin() - mu * (part * mu.atan()).cos());
+            if sticks {
+                assert!(now.state.rates.iter().all(|rate| *rate == 0.0));
+            } else {
+                assert!(
+                    moved * sign > 0.3 * freely && moved * sign < freely,
+                    "{moved:e} {freely:e}"
+                );
+            }
+        }
+    }
+}
+
+/// At a dead centre the slider stands still while the crank moves on. It is no freedom of the mechanism there and
+/// cannot stick: it only reverses, as it does at every later dead centre.
+#[test]
+fn a_crank_that_starts_at_a_dead_centre_only_reverses_its_slider() {
+    let robot = slider_crank();
+    let model = Forward::new(robot.mechanism.clone(), &[]);
+    let state = model.assemble(&[], &robot.coordinates, &[at(0.0, 10.0, 0.0)]).unwrap();
+    let mut inputs = ConstantEfforts(vec![0.0]);
+    let mut simulation = model.start(0.0, state, fine(), &mut inputs).unwrap();
+    simulation.advance(0.05, &mut inputs).unwrap();
+    assert!(simulation.events().is_empty(), "{:?}", simulation.events());
+    assert!(simulation.contacts().iter().all(|c| matches!(c, Doing::Slides(_))));
+    let turnover = simulation.energies().turnover;
+    assert!(simulation.energy_error().abs() < 1e-11 * turnover, "{:e}", simulation.energy_error());
+}

@@ -1,0 +1,55 @@
+//! Random mechanisms with friction in all joints are let go: whatever happens, loops stay closed, the
+//! account of energy closes, nothing is NaN, and if it cannot go on it says why.
+
+use crate::common::random::*;
+use stiction_core::forward::{ConstantEfforts, ContactMode, Forward, Settings};
+
+#[test]
+fn random_mechanisms_fall_stick_and_slide() {
+    let (mut ended, mut stuck, mut worst) = (0, 0, 0.0_f64);
+    let mut errors = Vec::new();
+    for class in CLASSES {
+        for seed in 100..103 {
+            let (_, case) = case(class, seed, 0.3);
+            let model = Forward::new(case.mechanism.clone(), &[]);
+            let Ok(state) = model.assemble(&[], &case.coordinates, &case.targets) else { continue };
+            let mut inputs = ConstantEfforts(vec![]);
+            let settings = Settings { relative: 1e-9, absolute: 1e-11, ..Settings::default() };
+            let mut simulation = match model.start(0.0, state, settings, &mut inputs) {
+                Ok(simulation) => simulation,
+                Err(error) => {
+                    errors.push(format!("{class:?} {seed} start: {error}"));
+                    continue;
+                }
+            };
+            for k in 1..=5 {
+                if let Err(error) = simulation.advance(0.02 * f64::from(k), &mut inputs) {
+                    errors.push(format!("{class:?} {seed}: {error}"));
+                    break;
+                }
+            }
+            let now = simulation.instant();
+            assert!(now.state.coordinates.iter().all(|q| q.is_finite()));
+            assert!(now.state.accelerations.iter().all(|a| a.is_finite()));
+            let turnover = simulation.energies().turnover + now.account.kinetic;
+            let error = simulation.energy_error().abs() / turnover.max(1e-6);
+            worst = worst.max(error);
+            // Steps are accurate to 1e-9.
+            assert!(error < 1e-8, "{class:?} {seed}: {error:e}");
+            for contact in &now.contacts {
+                if contact.contact == ContactMode::Sticks {
+                    stuck += 1;
+                    assert!(contact.margin() > -1e-6 * contact.limit, "{contact:?}");
+                }
+            }
+            ended += 1;
+        }
+    }
+    println!("{ended} ended, {stuck} contacts stick, energy {worst:.1e}");
+    // What ends before its time says which joint it is, and when.
+    for error in &errors {
+        println!("{error}");
+        assert!(error.contains("joint `") && error.contains("t = "), "{error}");
+    }
+    assert!(ended >= 20, "{ended} {stuck} {errors:?}");
+}

@@ -1,0 +1,377 @@
+//! Forward dynamics against the references.
+
+use crate::common::*;
+use stiction_core::forward::{
+    ConstantEfforts, EventKind, Forward, ForwardError, Known, Settings, Simulation,
+};
+use stiction_core::friction::{Contact, Law};
+use stiction_core::joint::JointType;
+use stiction_core::kinematics::{Coordinate, Target};
+use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder};
+use stiction_core::spatial::{Pose, Vec3};
+
+fn at(value: f64, rate: f64) -> Target<f64> {
+    Target { value, rate, acceleration: 0.0 }
+}
+
+fn fine() -> Settings {
+    Settings { relative: 1e-12, absolute: 1e-13, ..Settings::default() }
+}
+
+fn none() -> ConstantEfforts {
+    ConstantEfforts(vec![])
+}
+
+/// The angle of the first joint of a mechanism with one freedom.
+fn first_joint(mechanism: &Mechanism) -> Coordinate {
+    Coordinate::Joint {
+        joint: mechanism.joint_id(&mechanism.joints()[0].name).unwrap(),
+        freedom: 0,
+    }
+}
+
+/// Where a point of a body is in the world, m.
+fn point(simulation: &Simulation<'_>, model: &Forward, body: &str, local: Vec3<f64>) -> Vec3<f64> {
+    let id = model.mechanism().body_id(body).unwrap();
+    simulation.instant().bodies.pose[id.0].apply(local) + model.parameters().origin
+}
+
+fn pendulum() -> Mechanism {
+    MechanismBuilder::new("pendulum")
+        .gravity(v(0.0, -9.81, 0.0))
+        .body(BodySpec::new("bob").mass(1.0).com(v(1.0, 0.0, 0.0)))
+        .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob"))
+        .build()
+        .unwrap()
+}
+
+#[test]
+fn r1_pendulum() {
+    let model = Forward::new(pendulum(), &[]);
+    let half = std::f64::consts::PI;
+    let state = model.assemble(&[], &[first_joint(model.mechanism())], &[at(half, 0.0)]).unwrap();
+    let mut simulation = model.start(0.0, state, fine(), &mut none()).unwrap();
+    for (t, x, y) in [
+        (1.0, 0.9862917511319, -0.1650108531255),
+        (5.0, -0.9423054350438, -0.334754338414),
+        (10.0, -0.2750874625761, -0.9614192050991),
+    ] {
+        simulation.advance(t, &mut none()).unwrap();
+        let bob = point(&simulation, &model, "bob", v(1.0, 0.0, 0.0));
+        let error = (bob - v(x, y, 0.0)).norm();
+        println!("R1 t={t}: {error:.2e}, energy {:.2e}", simulation.energy_error());
+        // The reference's last digit is 1e-13; tolerances of steps add up over 10 s.
+        assert!(error < 1e-10, "{t}: {error:e}");
+    }
+    println!("R1 evaluations {}", simulation.evaluations());
+    assert!(simulation.energy_error().abs() < 1e-9);
+}
+
+/// Reference R2: N loops of four bars, all verticals parallel. Singular where all lie in a line.
+fn n_four_bar(n: usize) -> Mechanism {
+    let rod = || diagonal(0.0, 1.0 / 12.0, 1.0 / 12.0);
+    let mut builder = MechanismBuilder::new("n-four-bar").gravity(v(0.0, -9.81, 0.0));
+    for k in 0..=n {
+        let vertical = format!("v{k}");
+        builder = builder
+            .body(BodySpec::new(&vertical).mass(1.0).com(v(0.5, 0.0, 0.0)).inertia(rod()))
+            .joint(
+                JointSpec::new(format!("A{k}"), JointType::Revolute, "ground", &vertical)
+                    .frames(Pose::at(v(k as f64, 0.0, 0.0)), Pose::identity())
+                    .start([std::f64::consts::FRAC_PI_2]),
+            );
+    }
+    for k in 0..n {
+        let coupler = format!("c{k}");
+        let (left, right) = (format!("v{k}"), format!("v{}", k + 1));
+        builder = builder
+            .body(BodySpec::new(&coupler).mass(1.0).com(v(0.5, 0.0, 0.0)).inertia(rod()))
+            .joint(
+                JointSpec::new(format!("B{k}"), JointType::Revolute, &left, &coupler)
+                    .frames(Pose::at(v(1.0, 0.0, 0.0)), Pose::identity())
+                    .start([-std::f64::consts::FRAC_PI_2]),
+            )
+            .joint(
+                JointSpec::new(format!("C{k}"), JointType::Revolute, &coupler, &right)
+                    .frames(Pose::at(v(1.0, 0.0, 0.0)), Pose::at(v(1.0, 0.0, 0.0)))
+                    .start([std::f64::consts::FRAC_PI_2]),
+            );
+    }
+    builder.build().unwrap()
+}
+
+#[test]
+fn r2_four_bars_pass_singular_positions() {
+    let model = Forward::new(n_four_bar(2), &[]);
+    let up = std::f64::consts::FRAC_PI_2;
+    let state = model.assemble(&[], &[first_joint(model.mechanism())], &[at(up, -1.0)]).unwrap();
+    let mut simulation = model.start(0.0, state, fine(), &mut none()).unwrap();
+    let account = &simulation.instant().account;
+    assert!((account.kinetic - 1.5).abs() < 1e-13);
+    for (t, x, y) in [
+        (1.0, -0.1950203019, -0.9807992057),
+        (2.0, 0.0578157958, 0.9983272679),
+        (5.0, -0.8113104610, -0.5846155454),
+        (10.0, 0.3284581115, 0.9445185382),
+    ] {
+        simulation.advance(t, &mut none()).unwrap();
+        let tip = point(&simulation, &model, "v0", v(1.0, 0.0, 0.0));
+        let error = (tip - v(x, y, 0.0)).norm();
+        println!("R2 t={t}: {error:.2e}, energy {:.2e}", simulation.energy_error());
+        // Ten decimals are given. Singular positions are passed some 25 times; in each rounding is
+        // magnified by the square of how near a stage of a step comes.
+        assert!(error < if t < 9.0 { 1e-8 } else { 5e-8 }, "{t}: {error:e}");
+    }
+    // All lie in a line where the verticals are at 0 or 180 degrees: each time it is told, with the rule.
+    let told: Vec<f64> = simulation
+        .events()
+        .iter()
+        .filter(|event| matches!(event.kind, EventKind::Singular { .. }))
+        .map(|event| event.time)
+        .collect();
+    // The time from one angle to another, by Simpson's rule.
+    let pull = 3.5 / 3.0 * 9.81;
+    let between = |from: f64, to: f64| {
+        let n = 4000;
+        let at = |k: usize| {
+            let angle = from + (to - from) * k as f64 / n as f64;
+            1.0 / (1.0 + 2.0 * pull * (1.0 - angle.sin())).sqrt()
+        };
+        let weight = |k: usize| if k == 0 || k == n { 1.0 } else { 2.0 + 2.0 * (k % 2) as f64 };
+        (from - to) / (3.0 * n as f64) * (0..=n).map(|k| weight(k) * at(k)).sum::<f64>()
+    };
+    let half = std::f64::consts::PI;
+    let (first, below, above) = (between(up, 0.0), between(0.0, -half), between(half, 0.0));
+    println!("R2 passes singular positions at {told:?}, first {first}");
+    let mut expected = Vec::new();
+    let mut time = first;
+    while time < 10.0 {
+        expected.push(time);
+        time += if expected.len() % 2 == 1 { below } else { above };
+    }
+    assert_eq!(told.len(), expected.len(), "{told:?} {expected:?}");
+    for (told, expected) in told.iter().zip(&expected) {
+        // A minimum of what is zero there only to 1e-8 or so.
+        assert!((told - expected).abs() < 1e-6, "{told} {expected}");
+    }
+}
+
+/// Started in a singular position, with rates of one of its ways, it goes on as if it had come there.
+#[test]
+fn r2_starts_in_a_singular_position() {
+    let model = Forward::new(n_four_bar(2), &[]);
+    // With 2 loops `I = 3`, `G = 7/2`.
+    let pull: f64 = 3.5 / 3.0 * 9.81;
+    let up = std::f64::consts::FRAC_PI_2;
+    let first = first_joint(model.mechanism());
+    let come = model.assemble(&[], &[first], &[at(up, -1.0)]).unwrap();
+    let mut come = model.start(0.0, come, fine(), &mut none()).unwrap();
+    come.advance(0.5, &mut none()).unwrap();
+    let singular = |simulation: &Simulation<'_>| {
+        let mut told = simulation.events().iter();
+        told.find(|e| matches!(e.kind, EventKind::Singular { .. })).map(|e| e.time)
+    };
+    let mut until = 0.5;
+    while singular(&come).is_none() {
+        until += 0.1;
+        come.advance(until, &mut none()).unwrap();
+    }
+    let passed = singular(&come).unwrap();
+    let rate = -(1.0 + 2.0 * pull).sqrt();
+    let known: Vec<Known> = model
+        .mechanism()
+        .joints()
+        .iter()
+        .map(|joint| {
+            let turns = if joint.name.starts_with('C') { 1.0 } else { -1.0 };
+            let (value, turns) =
+                if joint.name.starts_with('A') { (0.0, 1.0) } else { (0.0, turns) };
+            let id = model.mechanism().joint_id(&joint.name).unwrap();
+            let coordinate = Coordinate::Joint { joint: id, freedom: 0 };
+            Known { coordinate, value: Some(value), rate: Some(turns * rate) }
+        })
+        .collect();
+    let state = model.assemble_from(&[], &known).unwrap();
+    let mut starts = model.start(0.0, state, fine(), &mut none()).unwrap();
+    for time in [0.05, 0.2, 0.4] {
+        starts.advance(time, &mut none()).unwrap();
+        let target = passed + time;
+        come.advance(target.max(come.instant().time), &mut none()).unwrap();
+        let tip = |s: &Simulation<'_>| point(s, &model, "v0", v(1.0, 0.0, 0.0));
+        // The same energy, so the angle is told by the closed form's rate, too.
+        let (a, b) = (tip(&starts), tip(&come));
+        println!("{time}: {:.1e}, energy {:.1e}", (a - b).norm(), starts.energy_error());
+        if come.instant().time == target {
+            assert!((a - b).norm() < 1e-7, "{time}: {:e}", (a - b).norm());
+        }
+    }
+    assert_eq!(singular(&starts), Some(0.0));
+    // Rates of both ways at once lead nowhere.
+    let mixed: Vec<Known> = known
+        .iter()
+        .enumerate()
+        .map(|(k, known)| {
+            let rate = known.rate.map(|r| if k == 0 { -r } else { r });
+            Known { rate, ..*known }
+        })
+        .collect();
+    if let Ok(state) = model.assemble_from(&[], &mixed) {
+        let error = model.start(0.0, state, fine(), &mut none()).map(|_| ()).unwrap_err();
+        println!("{error}");
+        assert!(matches!(error, ForwardError::Blocked { .. }), "{error}");
+    }
+}
+
+fn bricard() -> Mechanism {
+    let points = [
+        v(0.0, 0.0, 0.0),
+        v(1.0, 0.0, 0.0),
+        v(1.0, -1.0, 0.0),
+        v(1.0, -1.0, 1.0),
+        v(0.0, -1.0, 1.0),
+        v(0.0, 0.0, 1.0),
+    ];
+    let axes = [1, 2, 0, 1, 2, 0].map(Vec3::unit);
+    let mut builder = MechanismBuilder::new("bricard").gravity(v(0.0, -9.81, 0.0));
+    for k in 0..5 {
+        let along_rod = points[k + 1] - points[k];
+        let inertia = |axis: Vec3<f64>| {
+            let axial = along_rod.dot(axis).abs() > 0.5;
+            if axial { 0.02 / 12.0 } else { 1.01 / 12.0 }
+        };
+        let inertia =
+            diagonal(inertia(Vec3::unit(0)), inertia(Vec3::unit(1)), inertia(Vec3::unit(2)));
+        builder = builder
+            .body(BodySpec::new(format!("rod{k}")).mass(1.0).com(along_rod * 0.5).inertia(inertia));
+    }
+    let body = |k: usize| if k == 5 { "ground".to_owned() } else { format!("rod{k}") };
+    for k in 0..6 {
+        // Between the rod before (the ground at P0) and the rod after (the ground at P5).
+        let before = if k == 0 { "ground".to_owned() } else { body(k - 1) };
+        let in_before = if k == 0 { points[0] } else { points[k] - points[k - 1] };
+        let in_after = if k == 5 { points[5] } else { Vec3::zero() };
+        builder = builder.joint(
+            JointSpec::new(format!("P{k}"), JointType::Revolute, before, body(k))
+                .frames(along(in_before, axes[k]), along(in_after, axes[k])),
+        );
+    }
+    builder.build().unwrap()
+}
+
+#[test]
+fn r4_bricard_with_its_redundant_constraint() {
+    let model = Forward::new(bricard(), &[]);
+    let state = model.assemble(&[], &[first_joint(model.mechanism())], &[at(0.0, 0.0)]).unwrap();
+    let mut simulation = model.start(0.0, state, fine(), &mut none()).unwrap();
+    assert_eq!((simulation.instant().redundant, simulation.instant().mobility), (1, 1));
+    for (t, expected) in [
+        (1.0, v(0.51050146, -1.6491676, 0.14012311)),
+        (2.0, v(-0.96934034, -1.22124689, 0.75427801)),
+        (5.0, v(1.0, -1.00006726, 0.99993274)),
+    ] {
+        simulation.advance(t, &mut none()).unwrap();
+        let p3 = point(&simulation, &model, "rod2", v(0.0, 0.0, 1.0));
+        let error = (p3 - expected).norm();
+        println!("R4 t={t}: {error:.2e}, energy {:.2e}", simulation.energy_error());
+        // Seven or eight decimals are given.
+        assert!(error < 1e-7, "{t}: {error:e}");
+    }
+    assert!(simulation.energy_error().abs() < 1e-9);
+}
+
+#[test]
+fn case_a_of_the_3rps() {
+    let rub = [
+        friction(0.0, 0.4 / 0.0125_f64.powi(2), Some(0.0125)),
+        friction(0.0, 30.0, None),
+        friction(0.0, 0.0, Some(0.025)),
+    ];
+    let worst = follow_3rps("3rps_symmetric_forward_A.csv", rub, [56.0, 52.0, 55.0], 0.0);
+    // The reference agrees with itself to 5e-11 in states.
+    assert!(worst.state < 1e-9, "{worst:?}");
+    assert!(worst.reaction < 1e-8, "{worst:?}");
+    assert!(worst.energy < 1e-9, "{worst:?}");
+}
+
+#[test]
+fn load_dependent_friction_in_all_joints_of_the_3rps() {
+    let law = |b: f64, radius: f64| Law {
+        regularisation: Some(0.005),
+        ..Law::coulomb_viscous(0.12, b / radius.powi(2))
+    };
+    let with = |b: f64, radius: Option<f64>| Contact {
+        radius,
+        ..Contact::guide(law(b, radius.unwrap_or(1.0)))
+    };
+    let rub = [with(0.4, Some(0.0125)), with(30.0, None), with(0.1, Some(0.025))];
+    let worst =
+        follow_3rps("3rps_symmetric_forward_loadfriction.csv", rub, [58.0, 52.0, 55.0], 0.0);
+    // The reference differs by 1.6e-8 between two tolerances.
+    assert!(worst.state < 1e-7, "{worst:?}");
+    assert!(worst.energy < 1e-9, "{worst:?}");
+}
+
+#[derive(Debug, Default)]
+struct Worst {
+    state: f64,
+    reaction: f64,
+    energy: f64,
+}
+
+fn follow_3rps(file: &str, rub: [Contact; 3], efforts: [f64; 3], _: f64) -> Worst {
+    let robot = symmetric_3rps(Some(rub));
+    let model = Forward::new(robot.mechanism.clone(), &[]);
+    let start = [at(0.55, 0.0), at(0.0, 0.0), at(0.0, 0.0)];
+    let state = model.assemble(&robot.homes, &robot.coordinates, &start).unwrap();
+    let mut inputs = ConstantEfforts(efforts.to_vec());
+    let mut simulation = model.start(0.0, state, fine(), &mut inputs).unwrap();
+    let platform = robot.mechanism.body_id("platform").unwrap().0;
+    let origin = model.parameters().origin;
+    let mut worst = Worst::default();
+    for row in table(file) {
+        let get = |name: &str| number(&row, name);
+        simulation.advance(get("t"), &mut inputs).unwrap();
+        let now = simulation.instant();
+        let pose = now.bodies.pose[platform];
+        let position = pose.position + origin;
+        let has = |name: &str| row.contains_key(name);
+        let mut state = |found: f64, name: &str| {
+            if has(name) {
+                worst.state = worst.state.max((found - get(name)).abs());
+            }
+        };
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            state(position.component(axis), name);
+            let velocity = now.bodies.twist[platform].velocity_at(pose.position);
+            state(velocity.component(axis), &format!("v{name}"));
+            state(now.bodies.twist[platform].angular.component(axis), &format!("om{name}"));
+            for column in 0..3 {
+                let entry = pose.rotation.at(axis, column);
+                state(entry, &format!("R{}{}", axis + 1, column + 1));
+            }
+        }
+        for leg in 1..=3 {
+            for (joint, value, rate) in [("R", "phi", "phid"), ("P", "d", "dd")] {
+                let index = robot.mechanism.joint_id(&format!("leg{leg}.{joint}")).unwrap();
+                let rates = now.bodies.joint_rates(model.topology(), index.0);
+                state(rates[0], &format!("{rate}{leg}"));
+                let relative = now.bodies.frame_j[index.0].inverse() * now.bodies.frame_k[index.0];
+                if joint == "P" {
+                    state(relative.position.norm(), &format!("{value}{leg}"));
+                }
+            }
+        }
+        let reactions = now.reactions();
+        for leg in 1..=3 {
+            let joint = robot.mechanism.joint_id(&format!("leg{leg}.S")).unwrap().0;
+            for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+                let found = reactions[joint].0.component(axis);
+                worst.reaction =
+                    worst.reaction.max((found - get(&format!("FS{leg}_{name}"))).abs());
+            }
+        }
+        worst.energy = worst.energy.max(simulation.energy_error().abs());
+    }
+    println!("{file}: {worst:?}, {} evaluations", simulation.evaluations());
+    worst
+}

@@ -1,0 +1,232 @@
+//! Where a simulation begins: from partial information, and from where another one was.
+
+use crate::common::simulated::*;
+use crate::common::*;
+use stiction_core::forward::{
+    Checkpoint, ConstantEfforts, Forward, ForwardError, Inputs, Known, Method, Settings, View,
+};
+use stiction_core::kinematics::{Coordinate, Target};
+
+fn crank(model: &Forward, joint: &str, value: Option<f64>, rate: Option<f64>) -> Known {
+    let joint = model.mechanism().joint_id(joint).unwrap();
+    Known { coordinate: Coordinate::Joint { joint, freedom: 0 }, value, rate }
+}
+
+/// The slider-crank from its crank's angle and its slider's speed: `l = 0.3`, `r = 0.1`.
+#[test]
+fn values_of_one_joint_and_rates_of_another() {
+    let model = Forward::new(slider_crank().mechanism, &[]);
+    let (angle, speed) = (0.7_f64, -0.4);
+    let known = [crank(&model, "A", Some(angle), None), crank(&model, "guide", None, Some(speed))];
+    let state = model.assemble_from(&[], &known).unwrap();
+    let mut inputs = ConstantEfforts(vec![0.0]);
+    let simulation = model.start(0.0, state, Settings::default(), &mut inputs).unwrap();
+    let now = simulation.instant();
+    let relative = |joint: usize| now.bodies.frame_j[joint].inverse() * now.bodies.frame_k[joint];
+    let slide = relative(3).position.norm();
+    let (r, l) = (0.1, 0.3);
+    let root = (l * l - (r * angle.sin()).powi(2)).sqrt();
+    assert!((slide - (r * angle.cos() + root)).abs() < 1e-13, "{slide}");
+    let ratio = -r * angle.sin() - r * r * angle.sin() * angle.cos() / root;
+    let rate = now.bodies.joint_rates(model.topology(), 0)[0];
+    assert!((rate - speed / ratio).abs() < 1e-12, "{rate}");
+}
+
+#[test]
+fn what_contradicts_is_named() {
+    let model = Forward::new(slider_crank().mechanism, &[]);
+    // The crank at 0.7 rad has its slider at 0.369 m, not at 0.2 m.
+    let known = [crank(&model, "A", Some(0.7), None), crank(&model, "guide", Some(0.2), None)];
+    let error = model.assemble_from(&[], &known).unwrap_err();
+    println!("{error}");
+    let ForwardError::Contradiction { rates: false, by, .. } = error else { panic!("{error}") };
+    assert!(by > 1e-3);
+    let known = [crank(&model, "A", Some(0.7), Some(1.0)), crank(&model, "guide", None, Some(1.0))];
+    let error = model.assemble_from(&[], &known).unwrap_err();
+    println!("{error}");
+    assert!(matches!(error, ForwardError::Contradiction { rates: true, .. }));
+    assert!(error.to_string().contains("joint `"));
+    let known = [crank(&model, "A", Some(f64::NAN), None)];
+    assert!(model.assemble_from(&[], &known).is_err());
+}
+
+/// A platform of three freedoms of which one rate is known: the others are such that no other motion with
+/// this rate has less kinetic energy.
+#[test]
+fn open_rates_have_least_kinetic_energy() {
+    let robot = symmetric_3rps(None);
+    let model = Forward::new(robot.mechanism.clone(), &[]);
+    let known: Vec<Known> = robot
+        .coordinates
+        .iter()
+        .zip([(Some(0.55), None), (Some(0.1), Some(0.8)), (Some(-0.05), None)])
+        .map(|(&coordinate, (value, rate))| Known { coordinate, value, rate })
+        .collect();
+    let state = model.assemble_from(&robot.homes, &known).unwrap();
+    let energy = |state| {
+        let mut inputs = ConstantEfforts(vec![0.0; 3]);
+        let simulation = model.start(0.0, state, Settings::default(), &mut inputs).unwrap();
+        simulation.instant().account.kinetic
+    };
+    let least = energy(state.clone());
+    let all = |rates: [f64; 3]| {
+        let known: Vec<Known> = known
+            .iter()
+            .zip(rates)
+            .map(|(known, rate)| Known { rate: Some(rate), ..*known })
+            .collect();
+        energy(model.assemble_from(&robot.homes, &known).unwrap())
+    };
+    let mut smallest = f64::INFINITY;
+    for z in -20..=20 {
+        for beta in -20..=20 {
+            smallest = smallest.min(all([0.02 * f64::from(z), 0.8, 0.1 * f64::from(beta)]));
+        }
+    }
+    println!("{least} {smallest}");
+    assert!(least > 0.0 && least <= smallest * (1.0 + 1e-12), "{least} {smallest}");
+    assert!(smallest < 1.02 * least, "{least} {smallest}");
+}
+
+/// Nothing known but nothing asked: the model's own guess, loops closed, at rest.
+#[test]
+fn nothing_known_is_rest_at_the_guess() {
+    let robot = symmetric_3rps(None);
+    let model = Forward::new(robot.mechanism.clone(), &[]);
+    let state = model.assemble_from(&robot.homes, &[]).unwrap();
+    assert!(state.rates.iter().all(|rate| *rate == 0.0));
+    let same = model.assemble(&robot.homes, &robot.coordinates, &level()).unwrap();
+    // The guess of this robot is closed to rounding.
+    let apart = state.coordinates.iter().zip(&same.coordinates).map(|(a, b)| (a - b).abs());
+    assert!(apart.fold(0.0, f64::max) < 1e-12);
+}
+
+struct Swing;
+
+impl Inputs for Swing {
+    fn efforts(&mut self, view: &View<'_>, efforts: &mut [f64]) {
+        for (k, effort) in efforts.iter_mut().enumerate() {
+            *effort = 47.4 + 12.0 * (9.0 * view.time * (1.0 + 0.2 * k as f64)).sin();
+        }
+    }
+}
+
+/// Interrupted and resumed in the middle of sticking and sliding: every number is the same, bit by bit.
+#[test]
+fn a_resumed_simulation_is_the_same_bit_by_bit() {
+    let (_, model, state) = rubbing_3rps(0.1);
+    for method in [Method::Automatic, Method::TimeStepping] {
+        let settings = Settings {
+            relative: 1e-7,
+            absolute: 1e-9,
+            method,
+            time_step_tolerance: 1e-5,
+            ..Settings::default()
+        };
+        let mut whole = model.start(0.0, state.clone(), settings, &mut Swing).unwrap();
+        whole.advance(0.06, &mut Swing).unwrap();
+        let saved = whole.checkpoint();
+        // As text and back, as a file would have it.
+        let text: Vec<String> = saved.numbers.iter().map(|x| format!("{x:e}")).collect();
+        let numbers = text.iter().map(|x| x.parse().unwrap()).collect();
+        let read = Checkpoint { numbers, events: saved.events.clone() };
+        assert_eq!(read, saved);
+        let mut resumed = model.resume(&read, settings).unwrap();
+        assert_eq!(resumed.checkpoint(), saved);
+        for until in [0.11, 0.4] {
+            whole.advance(until, &mut Swing).unwrap();
+            resumed.advance(until, &mut Swing).unwrap();
+            assert_eq!(whole.checkpoint(), resumed.checkpoint(), "{until}");
+        }
+        assert!(whole.events().len() > saved.events.len());
+        for wrong in [vec![], saved.numbers[1..].to_vec(), [&saved.numbers[..], &[0.0]].concat()] {
+            let wrong = Checkpoint { numbers: wrong, events: vec![] };
+            assert!(matches!(model.resume(&wrong, settings), Err(ForwardError::Checkpoint)));
+        }
+    }
+}
+
+/// A lock that stays where the mechanism starts.
+struct Lock(f64);
+
+impl Inputs for Lock {
+    fn efforts(&mut self, _view: &View<'_>, _efforts: &mut [f64]) {}
+    fn targets(&mut self, _time: f64, targets: &mut [Target<f64>]) {
+        targets[0] = Target { value: self.0, rate: 0.0, acceleration: 0.0 };
+    }
+}
+
+/// The rod's pin is locked, so nothing can move; the rate that is asked for is dropped, which is told, and
+/// what rounding leaves of it is rest.
+#[test]
+fn a_forbidden_rate_is_told_and_leaves_all_at_rest() {
+    let mechanism = slider_crank().mechanism;
+    let pin = mechanism.joint_id("B").unwrap();
+    let mechanism = mechanism.with_actuator(pin, 0);
+    let is_pin = |actuator: &(stiction_core::mechanism::JointId, usize)| actuator.0 == pin;
+    let lock = mechanism.actuators().position(|actuator| is_pin(&actuator)).unwrap();
+    let model = Forward::new(mechanism, &[lock]);
+    let known = [crank(&model, "A", Some(0.5), Some(3.0))];
+    let state = model.assemble_from(&[], &known).unwrap();
+    let free = Forward::new(model.mechanism().clone(), &[]);
+    let mut nothing = ConstantEfforts(vec![0.0; 2]);
+    let asked = free.start(0.0, state.clone(), Settings::default(), &mut nothing).unwrap();
+    assert!(asked.dropped() < 1e-12, "{}", asked.dropped());
+    let now = asked.instant();
+    let angle = model.joint_coordinate(&now.state, &now.bodies, pin, 0);
+    let simulation = model.start(0.0, state, Settings::default(), &mut Lock(angle)).unwrap();
+    assert!((simulation.dropped() - 1.0).abs() < 1e-12, "{}", simulation.dropped());
+    assert_eq!(simulation.contacts().len(), 4);
+    for contact in simulation.contacts() {
+        // One may be at its limit, the lock bearing what is beyond.
+        assert!(!matches!(contact, stiction_core::forward::ContactMode::Slides(_)), "{contact:?}");
+    }
+    assert_eq!(simulation.instant().mobility, 0);
+}
+
+/// A screw in a loop: a nut on a guide, its spindle on a bearing; the actuator turns the spindle in the nut.
+/// Whichever joint is cut, the actuator's coordinate is the one that its advance tells, beyond full turns.
+#[test]
+fn a_screw_that_closes_a_loop_tells_its_turns() {
+    use stiction_core::joint::JointType;
+    use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder};
+    use stiction_core::topology::TreeRule;
+    let angle = 4.0 * std::f64::consts::PI + 0.3;
+    let body = |name: &str| BodySpec::new(name).mass(1.0).inertia(diagonal(0.01, 0.01, 0.01));
+    let mechanism = MechanismBuilder::new("screw")
+        .gravity(v(0.0, 0.0, -9.81))
+        .body(body("nut"))
+        .body(body("spindle"))
+        .joint(JointSpec::new("guide", JointType::Prismatic, "ground", "nut").start([2e-3 * angle]))
+        .joint(JointSpec::new("bearing", JointType::Revolute, "ground", "spindle").start([-angle]))
+        .joint(
+            JointSpec::new("thread", JointType::Helical, "spindle", "nut")
+                .pitch(2e-3)
+                .start([angle])
+                .actuated(),
+        )
+        .build()
+        .unwrap();
+    struct Look(f64);
+    impl Inputs for Look {
+        fn efforts(&mut self, view: &View<'_>, _efforts: &mut [f64]) {
+            self.0 = view.actuator_coordinate(0);
+        }
+    }
+    let thread = mechanism.joint_id("thread").unwrap();
+    let mut cut = 0;
+    for seed in 0..12 {
+        let model = Forward::with_tree(mechanism.clone(), TreeRule::Random(seed), &[]);
+        let state = model.assemble_from(&[], &[]).unwrap();
+        let mut look = Look(f64::NAN);
+        let simulation = model.start(0.0, state, Settings::default(), &mut look).unwrap();
+        let now = simulation.instant();
+        // The tree has two freedoms where the thread is cut: a slide and a turn of about minus `angle`.
+        let turns = now.state.coordinates.iter().filter(|q| (**q + angle).abs() < 1e-9).count();
+        cut += usize::from(turns == 1 && now.state.coordinates.len() == 2);
+        assert!((look.0 - angle).abs() < 1e-9, "{seed}: {} {angle}", look.0);
+        let own = model.joint_coordinate(&now.state, &now.bodies, thread, 0);
+        assert!((look.0 - own).abs() < 1e-12);
+    }
+    assert!(cut > 0);
+}

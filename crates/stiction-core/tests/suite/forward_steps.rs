@@ -1,0 +1,177 @@
+//! The nonsmooth time stepper: closed forms, no drift, jumps that are told, order of convergence.
+
+use crate::common::simulated::*;
+use crate::common::*;
+use stiction_core::forward::{
+    ConstantEfforts, ContactMode as Doing, EventKind, Forward, Method, Settings, Simulation,
+};
+use stiction_core::friction::{Contact, Curve};
+use stiction_core::joint::JointType;
+use stiction_core::kinematics::{State, Target};
+use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder, SpringSpec};
+use stiction_core::spatial::Vec3;
+
+fn in_steps(tolerance: f64) -> Settings {
+    let method = Method::TimeStepping;
+    Settings { method, time_step_tolerance: tolerance, longest_step: 10.0, ..Settings::default() }
+}
+
+fn jumps(simulation: &Simulation<'_>) -> usize {
+    simulation.events().iter().filter(|e| matches!(e.kind, EventKind::Jump { .. })).count()
+}
+
+/// The mass of reference R6: 1 kg on a table, friction 0.981 N, a spring of 100 N/m.
+fn mass_and_spring(contact: Contact) -> Mechanism {
+    let x = along(Vec3::zero(), Vec3::unit(0));
+    MechanismBuilder::new("mass")
+        .gravity(v(0.0, -9.81, 0.0))
+        .body(BodySpec::new("block").mass(1.0).inertia(diagonal(0.1, 0.1, 0.1)))
+        .joint(
+            JointSpec::new("table", JointType::Prismatic, "ground", "block")
+                .frames(x, x)
+                .friction(contact),
+        )
+        .spring(
+            SpringSpec::new("spring", "ground", "block")
+                .points(v(-1.0, 0.0, 0.0), Vec3::zero())
+                .stiffness(100.0, 1.0),
+        )
+        .build()
+        .unwrap()
+}
+
+/// It was let go two seconds ago, with its spring 0.1 m longer than it is by itself.
+fn let_go(model: &Forward, tolerance: f64) -> Simulation<'_> {
+    let mut inputs = ConstantEfforts(vec![]);
+    let mut state = State::new(model.topology());
+    state.coordinates[0] = 0.1;
+    let mut simulation = model.start(0.0, state, in_steps(tolerance), &mut inputs).unwrap();
+    simulation.advance(2.0, &mut inputs).unwrap();
+    simulation
+}
+
+/// R6: it stops after five half-cycles at -0.0019 m and has dissipated 0.4998195 J. The error falls with
+/// the step, which is as the root of the tolerance.
+#[test]
+fn r6_stops_where_it_must_and_stays() {
+    let model = Forward::new(mass_and_spring(friction(0.1, 0.0, None)), &[]);
+    let mut errors = Vec::new();
+    for tolerance in [1e-6, 1e-8] {
+        let mut simulation = let_go(&model, tolerance);
+        assert_eq!(simulation.method(), Method::TimeStepping);
+        assert!(matches!(simulation.contacts()[0], Doing::Sticks));
+        let x = simulation.instant().state.coordinates[0];
+        let dissipated = simulation.energies().contacts[0];
+        println!(
+            "{tolerance:e}: {x} {dissipated} energy {:.1e}, {} steps",
+            simulation.energy_error(),
+            simulation.evaluations()
+        );
+        errors.push((x + 0.0019).abs());
+        simulation.advance(1000.0, &mut ConstantEfforts(vec![])).unwrap();
+        assert_eq!(simulation.instant().state.coordinates[0], x);
+        assert_eq!(simulation.instant().state.rates[0], 0.0);
+        assert_eq!(jumps(&simulation), 0);
+        // Masses do not change: the mean velocity does exactly the work that the kinetic energy gains, the
+        // spring's force is taken in the middle of a step.
+        assert!((dissipated - 0.4998195).abs() < 2e3 * tolerance.sqrt() * 1e-2);
+    }
+    assert!(errors[0] < 5e-4 && errors[1] < 0.3 * errors[0], "{errors:?}");
+}
+
+/// The same with 0.3 at rest: at its fourth turning point, 0.1 - 8 * 0.00981 m, the spring pulls with 2.15 N, more than
+/// friction has while it slides and less than the 2.94 N that it has at rest. There it stays.
+#[test]
+fn friction_at_rest_holds_what_turns_back() {
+    let mut contact = friction(0.1, 0.0, None);
+    contact.law.curve = Curve::Breakaway { coefficient: 0.3 };
+    let model = Forward::new(mass_and_spring(contact), &[]);
+    let mut errors = Vec::new();
+    for tolerance in [1e-6, 1e-8] {
+        let simulation = let_go(&model, tolerance);
+        assert_eq!(simulation.contacts()[0], Doing::Sticks);
+        let turns = simulation.events().iter();
+        let turns = turns.filter(|e| matches!(e.kind, EventKind::Slides { .. })).count();
+        assert_eq!(turns, 3, "{:?}", simulation.events());
+        errors.push((simulation.instant().state.coordinates[0] - (0.1 - 8.0 * 0.00981)).abs());
+    }
+    // As in R6.
+    assert!(errors[0] < 5e-4 && errors[1] < 0.3 * errors[0], "{errors:?}");
+}
+
+/// The crank of reference R8 within and beyond its interval, in steps.
+#[test]
+fn a_held_crank_does_not_move_at_all() {
+    let robot = slider_crank();
+    let model = Forward::new(robot.mechanism.clone(), &[]);
+    let at = Target { value: 1.0, rate: 0.0, acceleration: 0.0 };
+    let state = model.assemble(&[], &robot.coordinates, &[at]).unwrap();
+    // What holds it without friction, from the event-driven method: no acceleration, none needed.
+    for (drive, sticks) in [(1.0, true), (0.0, false)] {
+        let mut solver = stiction_core::dynamics::InverseDynamics::new(
+            robot.mechanism.clone(),
+            &[],
+            &robot.coordinates,
+            &[at],
+            Default::default(),
+        )
+        .unwrap();
+        solver.rest(&[]).unwrap();
+        let (low, high) = solver.forces().drive_bounds[0];
+        let effort = if drive == 1.0 { low + 0.975 * (high - low) } else { high + 0.5 };
+        let mut inputs = ConstantEfforts(vec![effort]);
+        let mut simulation = model.start(0.0, state.clone(), in_steps(1e-7), &mut inputs).unwrap();
+        let before = simulation.instant().state.coordinates.clone();
+        simulation.advance(if sticks { 1000.0 } else { 0.05 }, &mut inputs).unwrap();
+        assert_eq!(simulation.instant().state.coordinates == before, sticks);
+        for moment in &simulation.instant().contacts {
+            let has = moment.friction.iter().map(|f| f * f).sum::<f64>().sqrt();
+            assert!(has <= moment.limit * (1.0 + 1e-8), "{moment:?}");
+        }
+    }
+}
+
+/// A rod in two pads, pushed back so that no acceleration satisfies the laws (as in `forward_loops`): in
+/// steps it stops at once, and says so.
+#[test]
+fn where_there_is_no_acceleration_velocities_jump_and_it_is_told() {
+    let model = Forward::new(collar(0.2), &[]);
+    let mut state = State::new(model.topology());
+    state.rates[0] = 0.3;
+    let mut inputs = ConstantEfforts(vec![-5.0]);
+    let mut simulation = model.start(0.0, state, in_steps(1e-7), &mut inputs).unwrap();
+    simulation.advance(0.01, &mut inputs).unwrap();
+    println!("{:?} {:?}", simulation.events(), simulation.instant().state);
+    assert!(jumps(&simulation) > 0);
+    // All of its kinetic energy goes into the pads at once; then it slides back, at -5 / (1 + 2.4) m/s^2.
+    let rate = simulation.instant().state.rates[0];
+    let back = -5.0 / 3.4 * 0.01;
+    assert!((rate - back).abs() < 1e-5 * back.abs(), "{rate} {back}");
+    let lost = simulation.energies().contacts[0];
+    let on_the_way = 5.0 * (2.4 / 3.4) * 0.5 * (5.0 / 3.4) * 0.01 * 0.01;
+    assert!((lost - 0.5 * 0.3 * 0.3 - on_the_way).abs() < 1e-6, "{lost}");
+}
+
+/// Both methods go the same way: the symmetric 3-RPS with friction in guides and pins.
+#[test]
+fn steps_go_where_events_go() {
+    let (robot, model, state) = rubbing_3rps(0.1);
+    let run = |settings: Settings| {
+        let mut inputs = ConstantEfforts(vec![70.0, 45.0, 50.0]);
+        let mut simulation = model.start(0.0, state.clone(), settings, &mut inputs).unwrap();
+        simulation.advance(0.05, &mut inputs).unwrap();
+        println!(
+            "{} evaluations, energy {:.1e} of {:.1e}",
+            simulation.evaluations(),
+            simulation.energy_error(),
+            simulation.energies().turnover
+        );
+        simulation.instant().bodies.pose[robot.mechanism.body_id("platform").unwrap().0].position
+    };
+    let exact = run(Settings { method: Method::EventDriven, ..Settings::default() });
+    let errors = [1e-5, 1e-7].map(|tolerance| (run(in_steps(tolerance)) - exact).norm());
+    println!("{errors:?}");
+    // Steps are as the root of the tolerance and the error is as the steps, a tenth, but for those that events
+    // and the start shorten in both.
+    assert!(errors[0] < 1e-4 && errors[1] < 0.4 * errors[0], "{errors:?}");
+}

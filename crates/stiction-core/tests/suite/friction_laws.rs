@@ -1,0 +1,272 @@
+//! What must hold for friction of every law and every load map, on random mechanisms.
+
+use crate::common::random::*;
+use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
+use stiction_core::friction::{
+    Bristles, Combine, Contact, ContactShape, Curve, Exponent, Law, LoadMap, Supports, contacts_of,
+};
+use stiction_core::joint::JointType;
+use stiction_core::kinematics::Target;
+use stiction_core::parameters::{ContactParameters, Parameters};
+
+/// A random law; coefficients up to `mu`.
+fn law(random: &mut Random, mu: f64) -> Law {
+    let coulomb = mu * random.between(0.3, 0.7);
+    let breakaway = mu * random.between(0.7, 1.0);
+    let velocity = random.between(0.002, 0.05);
+    let exponent = Exponent::new(random.pick(&[0.7, 1.0, 2.0, 3.0]));
+    let curve = match random.below(4) {
+        0 => Curve::Constant,
+        1 => Curve::Breakaway { coefficient: breakaway },
+        2 => Curve::Stribeck { breakaway, velocity, exponent },
+        _ => Curve::Table(vec![[0.0, breakaway], [velocity, 0.5 * mu], [4.0 * velocity, mu]]),
+    };
+    let mut law = Law { curve, ..Law::coulomb_viscous(coulomb, random.between(0.0, 5.0)) };
+    match random.below(4) {
+        0 => law.regularisation = Some(velocity),
+        1 => law.bristles = Some(Bristles { stiffness: 1e5, damping: 100.0 }),
+        _ => {}
+    }
+    law
+}
+
+fn load(random: &mut Random, shape: ContactShape, joint_type: JointType) -> LoadMap<f64> {
+    let (pin, guide) =
+        (matches!(shape, ContactShape::Pin { .. }), matches!(shape, ContactShape::Guide { .. }));
+    let thread = shape == ContactShape::Thread;
+    let ball = shape == ContactShape::Ball;
+    let length = |random: &mut Random| Some(random.between(0.05, 0.2)).filter(|_| !ball);
+    let mut map = LoadMap {
+        bending_span: length(random),
+        axial_ratio: pin.then(|| random.between(0.5, 1.5)),
+        torsion_arm: guide.then(|| random.between(0.05, 0.2)),
+        preload: random.between(0.0, 3.0),
+        flank_cosine: thread.then(|| random.between(0.8, 1.0)),
+        ..LoadMap::force_only()
+    };
+    map.combine = match (shape, random.below(3)) {
+        (ContactShape::Ball, _) | (_, 0) => Combine::Sum,
+        (ContactShape::Plate, _) => Combine::RootSumSquare,
+        (ContactShape::Thread, _) | (_, 1) => Combine::Pads,
+        _ => Combine::RootSumSquare,
+    };
+    if !thread && random.below(2) == 0 {
+        map.smoothing = Some(0.1);
+    }
+    use JointType::{Cylindrical, Helical, Prismatic};
+    if matches!(joint_type, Prismatic | Cylindrical | Helical) {
+        match random.below(3) {
+            0 => {}
+            1 => map.supports = Supports::Successor,
+            _ => {
+                map.supports = Supports::OneOnEach { gland: 0.1, piston: -0.1 };
+                map.bending_span = None;
+            }
+        }
+    }
+    map
+}
+
+/// A mechanism of a class with friction of all kinds in all its joints.
+fn rich_case(class: Class, seed: u64, mu: f64) -> Case {
+    let (mut draft, case) = case(class, seed, 0.0);
+    let mut random = Random(seed + 77);
+    for joint in &mut draft.joints {
+        for (place, (_, shape)) in contacts_of(joint.joint_type).iter().enumerate() {
+            let backward = shape.has_one_freedom() && random.below(2) == 0;
+            joint.friction.push(Contact {
+                place,
+                radius: shape.turns().then(|| random.between(0.005, 0.03)),
+                law: law(&mut random, mu),
+                backward: backward.then(|| law(&mut random, mu)),
+                load: load(&mut random, *shape, joint.joint_type),
+            });
+        }
+    }
+    Case { mechanism: draft.build_in_order(), ..case }
+}
+
+/// Calls `check` for all cases of all classes that are far enough from singularities for their
+/// digits to mean something.
+fn for_each_case(mu: f64, seeds: u64, mut check: impl FnMut(&Case, &mut InverseDynamics)) {
+    for class in CLASSES {
+        for seed in 0..seeds {
+            let case = rich_case(class, seed, mu);
+            let mechanism = case.mechanism.clone();
+            let settings = Settings::default();
+            let Ok(mut solver) =
+                InverseDynamics::new(mechanism, &[], &case.coordinates, &case.targets, settings)
+            else {
+                continue;
+            };
+            let statics = solver.statics();
+            let smallest = statics.singular_values()[statics.rank() - 1];
+            let spins = solver.assembly().prescription().spins().len();
+            if smallest > 1e-2 && statics.open_motions() <= spins {
+                check(&case, &mut solver);
+            }
+        }
+    }
+}
+
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    let largest = a.iter().chain(b).fold(1e-9f64, |max, x| max.max(x.abs()));
+    a.iter().zip(b).fold(0.0f64, |max, (x, y)| max.max((x - y).abs())) / largest
+}
+
+#[test]
+fn friction_dissipates_and_both_methods_agree() {
+    let (mut compared, mut dissipating) = (0, 0);
+    for_each_case(0.15, 250, |case, solver| {
+        let Ok(forces) = solver.solve(&case.loads) else { return };
+        let forces = forces.clone();
+        for contact in &forces.contacts {
+            assert!(contact.power >= 0.0 && contact.load >= 0.0 && contact.limit >= 0.0);
+            dissipating += usize::from(contact.power > 0.0);
+        }
+        let power = forces.power;
+        assert!(power.residual().abs() <= 1e-11 * power.turnover, "{:?} {power:?}", case.class);
+        // Near locking rounding grows as loads do: there it is only asked whether it is the same
+        // solution, of which others differ by much more.
+        let strong = solver.coupling().is_none_or(|coupling| coupling > 0.9);
+        let careful = solver.solve_carefully(&case.loads).unwrap();
+        let apart = apart(&forces.drives, &careful.drives);
+        let limit = if strong { 1e-4 } else { 1e-9 };
+        assert!(
+            apart < limit,
+            "{:?}: {apart} {:?} {:?}",
+            case.class,
+            forces.drives,
+            careful.drives
+        );
+        compared += 1;
+    });
+    assert!(compared > 40 && dissipating > 400, "{compared} {dissipating}");
+}
+
+/// All coefficients of a contact times a factor.
+fn scale(contact: &mut ContactParameters<f64>, factor: f64) {
+    for law in [Some(&mut contact.law), contact.backward.as_mut()].into_iter().flatten() {
+        law.coulomb *= factor;
+        law.viscous *= factor;
+        match &mut law.curve {
+            Curve::Constant => {}
+            Curve::Breakaway { coefficient: breakaway } | Curve::Stribeck { breakaway, .. } => {
+                *breakaway *= factor;
+            }
+            Curve::Table(rows) => rows.iter_mut().for_each(|row| row[1] *= factor),
+        }
+    }
+}
+
+/// Drives by the kernel with changed parameters and rates.
+fn drives(
+    case: &Case,
+    solver: &InverseDynamics,
+    friction: FrictionMode,
+    rates: f64,
+    change: impl Fn(&mut Parameters<f64>),
+) -> Option<Vec<f64>> {
+    let kernel = solver.kernel()?;
+    let mut parameters = solver.parameters().clone();
+    change(&mut parameters);
+    let targets: Vec<_> =
+        case.targets.iter().map(|t| Target { rate: rates * t.rate, ..*t }).collect();
+    let settings = Settings { friction, ..Settings::default() };
+    let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
+    kernel.run(&parameters, &mut workspace, &targets, &case.loads, &settings);
+    let settled = workspace.inverse.friction_settled(&settings);
+    settled.then(|| workspace.inverse.drives().to_vec())
+}
+
+/// One pass is exact to first order in the coefficients: half of them, a quarter of the error.
+#[test]
+fn without_friction_and_with_little() {
+    use FrictionMode::{Converged, Off, OnePass};
+    let mut compared = 0;
+    for_each_case(0.15, 12, |case, solver| {
+        let scaled = |friction, factor| {
+            drives(case, solver, friction, 1.0, |parameters| {
+                parameters.contacts.iter_mut().for_each(|contact| scale(contact, factor));
+            })
+        };
+        let Some(none) = scaled(Off, 1.0) else { return };
+        let largest = none.iter().fold(1e-9f64, |max, x| max.max(x.abs()));
+        for tiny in [0.0, 1e-11] {
+            let Some(with) = scaled(Converged, tiny) else { return };
+            // Friction of this part of some newtons, in reactions that loops may multiply.
+            assert!(apart(&none, &with) <= 1e4 * tiny, "{:?}", case.class);
+        }
+        let error = |factor| {
+            let (once, converged) = (scaled(OnePass, factor)?, scaled(Converged, factor)?);
+            let pairs = once.iter().zip(&converged);
+            Some(pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max))
+        };
+        let (Some(one), Some(half)) = (error(2e-3), error(1e-3)) else { return };
+        // Much smaller ones are rounding; third-order terms are the rest.
+        if half > 1e-9 * largest && one < 1e-4 * largest {
+            assert!((one / half - 4.0).abs() < 0.1, "{:?} {one} {half}", case.class);
+            compared += 1;
+        }
+    });
+    assert!(compared > 30, "{compared}");
+}
+
+/// Time run backwards turns friction round and nothing else. What is different backward changes
+/// places with what is forward.
+#[test]
+fn time_reversal_turns_friction_round() {
+    let mut compared = 0;
+    for_each_case(0.05, 12, |case, solver| {
+        let run = |rates, change: fn(&mut ContactParameters<f64>)| {
+            drives(case, solver, FrictionMode::Converged, rates, |parameters| {
+                parameters.contacts.iter_mut().for_each(change);
+            })
+        };
+        let swap = |contact: &mut ContactParameters<f64>| {
+            if let Some(backward) = &mut contact.backward {
+                std::mem::swap(backward, &mut contact.law);
+            }
+        };
+        let Some(reversed) = run(-1.0, swap) else { return };
+        let Some(negative) = run(1.0, |contact| scale(contact, -1.0)) else { return };
+        let Some(forward) = run(1.0, |_| {}) else { return };
+        assert!(apart(&reversed, &negative) < 1e-9, "{:?}", case.class);
+        assert!(apart(&forward, &negative) > 1e-6, "{:?}", case.class);
+        compared += 1;
+    });
+    assert!(compared > 40, "{compared}");
+}
+
+/// Pins, balls and threads without radius rub without moment: the friction of guides is left. A
+/// plate keeps that of its sliding.
+#[test]
+fn without_radius_nothing_that_turns_rubs() {
+    let mut compared = 0;
+    for_each_case(0.15, 8, |case, solver| {
+        let run = |change: fn(&mut ContactParameters<f64>)| {
+            drives(case, solver, FrictionMode::Converged, 1.0, |parameters| {
+                parameters.contacts.iter_mut().for_each(change);
+            })
+        };
+        let turns = |contact: &ContactParameters<f64>| {
+            matches!(contact.shape, ContactShape::Pin { .. } | ContactShape::Ball)
+        };
+        if !solver.parameters().contacts.iter().any(turns) {
+            return;
+        }
+        let small = run(|contact| match contact.shape {
+            ContactShape::Pin { .. } | ContactShape::Ball => contact.radius *= 1e-12,
+            _ => {}
+        });
+        let off = run(|contact| match contact.shape {
+            ContactShape::Pin { .. } | ContactShape::Ball => scale(contact, 0.0),
+            _ => {}
+        });
+        let (Some(small), Some(off)) = (small, off) else { return };
+        // A radius of 1e-14 m; the rest is rounding.
+        assert!(apart(&small, &off) < 1e-9, "{:?}", case.class);
+        compared += 1;
+    });
+    assert!(compared > 30, "{compared}");
+}

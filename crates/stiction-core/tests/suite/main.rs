@@ -1,0 +1,40 @@
+//! All tests of this crate in one program: it is linked once.
+
+mod allocation;
+mod common;
+mod compliance;
+#[path = "common/counting.rs"]
+mod counting;
+mod distance;
+mod exact;
+mod exact_rank;
+mod finite_mobility;
+mod forward_abrupt;
+mod forward_bristles;
+mod forward_idle;
+mod forward_inverse;
+mod forward_led;
+mod forward_let_go;
+mod forward_loops;
+mod forward_many;
+mod forward_random;
+mod forward_reference;
+mod forward_runaway;
+mod forward_start;
+mod forward_steps;
+mod forward_stick;
+mod forward_stops;
+mod forward_turns;
+mod friction_laws;
+mod kernels;
+mod misuse;
+mod oracle;
+mod proximity;
+mod reference_3rps;
+mod reference_planar;
+mod reference_twin;
+mod shares;
+mod singular;
+mod springs;
+mod svd;
+mod sweep;

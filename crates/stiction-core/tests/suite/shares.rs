@@ -1,0 +1,229 @@
+//! What each friction causes of each drive: sums, the dense system, and virtual work.
+
+use crate::common::random::*;
+use crate::common::*;
+use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
+use stiction_core::kinematics::Target;
+
+const FRICTION: [FrictionMode; 2] = [FrictionMode::OnePass, FrictionMode::Converged];
+
+/// All shares, drive by drive.
+fn shares(solver: &mut InverseDynamics) -> Vec<Vec<f64>> {
+    let drives = solver.forces().drives.len();
+    let shares = solver.shares();
+    (0..drives).map(|drive| shares.of_drive(drive).collect()).collect()
+}
+
+/// The largest amount by which shares do not add up to what friction makes of a drive, relative to
+/// all that is added.
+fn misses(solver: &InverseDynamics, shares: &[Vec<f64>]) -> f64 {
+    let forces = solver.forces();
+    let pairs = forces.drives.iter().zip(&forces.drives_frictionless).zip(shares);
+    let miss = pairs.map(|((with, without), shares)| {
+        let sum: f64 = shares.iter().sum();
+        let size = shares.iter().map(|share| share.abs()).sum::<f64>() + with.abs();
+        (with - without - sum).abs() / size.max(f64::MIN_POSITIVE)
+    });
+    miss.fold(0.0, f64::max)
+}
+
+/// Solvers of regular random mechanisms with everything solved.
+fn solved(mut each: impl FnMut(&Case, &mut InverseDynamics, f64)) {
+    for class in CLASSES {
+        for seed in 0..10 {
+            for friction in FRICTION {
+                let (_, case) = case(class, seed, 0.1);
+                let settings = Settings { friction, ..Settings::default() };
+                let solver = InverseDynamics::new(
+                    case.mechanism.clone(),
+                    &[],
+                    &case.coordinates,
+                    &case.targets,
+                    settings,
+                );
+                let Ok(mut solver) = solver else { continue };
+                let statics = solver.statics();
+                let smallest = *statics.singular_values()[..statics.rank()].last().unwrap();
+                // Random mechanisms may be near singular; those magnify round-off.
+                if smallest > 1e-3 && solver.solve(&case.loads).is_ok() {
+                    each(&case, &mut solver, smallest);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn shares_add_up_and_agree_with_the_dense_system() {
+    let (mut summed, mut compared) = (0, 0);
+    solved(|case, solver, smallest| {
+        let kernel = shares(solver);
+        let miss = misses(solver, &kernel);
+        assert!(miss < 1e-13 / smallest, "{:?}: {miss:e}", case.class);
+        assert_eq!(shares(solver), kernel, "asked twice");
+        summed += 1;
+        if solver.solve_carefully(&case.loads).is_err() {
+            return;
+        }
+        let dense = shares(solver);
+        let miss = misses(solver, &dense);
+        assert!(miss < 1e-13 / smallest, "{:?} dense: {miss:e}", case.class);
+        let drives = solver.forces().drives.clone();
+        for ((kernel, dense), drive) in kernel.iter().zip(&dense).zip(drives) {
+            let size = dense.iter().map(|share| share.abs()).sum::<f64>() + drive.abs();
+            for (a, b) in kernel.iter().zip(dense) {
+                assert!((a - b).abs() <= 1e-12 / smallest * size, "{:?} {a} {b}", case.class);
+            }
+        }
+        compared += 1;
+    });
+    assert!(summed > 100 && compared > 100, "{summed} {compared}");
+}
+
+/// A share is the friction times the sliding velocity in the motion of one unit of rate of the
+/// drive while the others stand still: rates are those of the mechanism itself, moved so.
+#[test]
+fn shares_are_those_of_virtual_work() {
+    let mut compared = 0;
+    solved(|case, solver, smallest| {
+        let spins = solver.assembly().prescription().spins().len();
+        let count = case.coordinates.len();
+        // Only where each drive has a motion of its own. Idle spins are accelerated by friction.
+        if spins > 0 || solver.drive_rates().count() != count {
+            return;
+        }
+        let found = shares(solver);
+        let topology = solver.topology().clone();
+        let contacts = solver.parameters().contacts.clone();
+        let mut moved = solver.clone();
+        let mut rates = nalgebra::DMatrix::zeros(count, count);
+        let mut joints = Vec::new();
+        for k in 0..count {
+            let unit = |(i, target): (usize, &Target<f64>)| {
+                let rate = if i == k { 1.0 } else { 0.0 };
+                Target { rate, ..*target }
+            };
+            let targets: Vec<_> = case.targets.iter().enumerate().map(unit).collect();
+            moved.move_to(&targets).unwrap();
+            for (drive, rate) in moved.drive_rates().enumerate() {
+                rates[(drive, k)] = rate;
+            }
+            let of_joint = |joint| moved.bodies().joint_rates(&topology, joint);
+            joints.push((0..case.mechanism.joints().len()).map(of_joint).collect::<Vec<_>>());
+        }
+        let Some(inverse) = rates.clone().try_inverse() else { return };
+        if inverse.norm() * rates.norm() > 1e3 {
+            return;
+        }
+        for drive in 0..count {
+            let size: f64 = found[drive].iter().map(|share| share.abs()).sum();
+            for (index, contact) in contacts.iter().enumerate() {
+                // Velocities at the surface, and what they are for a unit of each drive.
+                let arms = contact.arms(solver.parameters().pitch[contact.joint]);
+                let surface = |rates: &[f64]| {
+                    let own = rates[contact.shape.freedoms()].iter().zip(arms);
+                    own.map(|(rate, arm)| rate * arm).collect::<Vec<f64>>()
+                };
+                let sliding = surface(&solver.bodies().joint_rates(&topology, contact.joint));
+                let speed = sliding.iter().map(|u| u * u).sum::<f64>().sqrt();
+                let force = solver.forces().contacts[index].limit;
+                let mut work = 0.0;
+                for k in 0..count {
+                    let unit = surface(&joints[k][contact.joint]);
+                    let along: f64 = sliding.iter().zip(unit).map(|(a, b)| a * b).sum();
+                    work += force * along / speed * inverse[(k, drive)];
+                }
+                assert!(
+                    (work - found[drive][index]).abs() <= 1e-9 / smallest * size,
+                    "{:?} {drive} {index}: {work} {}",
+                    case.class,
+                    found[drive][index]
+                );
+                compared += 1;
+            }
+        }
+    });
+    assert!(compared > 500, "{compared}");
+}
+
+/// What is dissipated is what the shares take of the drives' power.
+#[test]
+fn shares_dissipate_what_friction_dissipates() {
+    let mut compared = 0;
+    solved(|case, solver, smallest| {
+        if !solver.assembly().prescription().spins().is_empty() {
+            return;
+        }
+        let found = shares(solver);
+        let forces = solver.forces();
+        for (index, contact) in forces.contacts.iter().enumerate() {
+            let rates = solver.drive_rates();
+            let taken: f64 =
+                found.iter().zip(rates).map(|(shares, rate)| shares[index] * rate).sum();
+            let size = forces.power.turnover;
+            assert!((taken - contact.power).abs() <= 1e-12 / smallest * size, "{:?}", case.class);
+            compared += 1;
+        }
+    });
+    assert!(compared > 500, "{compared}");
+}
+
+/// Rates the other way, friction the other way, everything else as it was; and back again.
+#[test]
+fn time_run_backward_reverses_friction_and_nothing_else() {
+    let mut compared = 0;
+    solved(|case, solver, smallest| {
+        let mut back = solver.reversed();
+        for (ahead, back) in solver.drive_rates().zip(back.drive_rates()) {
+            assert!((ahead + back).abs() <= 1e-12 * ahead.abs(), "{ahead} {back}");
+        }
+        if back.solve(&case.loads).is_err() {
+            return;
+        }
+        let drives = |solver: &InverseDynamics| {
+            let forces = solver.forces();
+            (forces.drives.clone(), forces.drives_frictionless.clone())
+        };
+        let ((with, without), (_, without_back)) = (drives(solver), drives(&back));
+        let near = |a: &[f64], b: &[f64]| {
+            let largest = a.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+            a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-11 / smallest * largest)
+        };
+        assert!(near(&without, &without_back), "{:?}", case.class);
+        assert!(back.forces().contacts.iter().all(|contact| contact.power >= 0.0));
+        let mut again = back.reversed();
+        again.solve(&case.loads).unwrap();
+        assert!(near(&with, &drives(&again).0), "{:?}", case.class);
+        compared += 1;
+    });
+    assert!(compared > 100, "{compared}");
+}
+
+/// The slider-crank of reference R8 at 60 degrees, by hand: with the crank at rate one, the rod
+/// turns at `-a cos(q) / (l cos(b))` against the ground, and so on.
+#[test]
+fn slider_crank_by_hand() {
+    let robot = slider_crank();
+    let (angle, crank, rod) = (60f64.to_radians(), 0.1, 0.3);
+    let turning = |t: f64| Target { value: 10.0 * t, rate: 10.0, acceleration: 0.0 };
+    let (mechanism, coordinates) = (robot.mechanism, &robot.coordinates);
+    let start = [turning(0.0)];
+    let mut solver =
+        InverseDynamics::new(mechanism, &[], coordinates, &start, Settings::default()).unwrap();
+    solver.follow(0.0, 0.1 * angle, |t, targets| targets[0] = turning(t)).unwrap();
+    solver.solve(&[]).unwrap();
+    let found = shares(&mut solver)[0].clone();
+    // The rod's angle below the horizontal, and its rate for a unit rate of the crank.
+    let tilt = (crank * angle.sin() / rod).asin();
+    let rod_rate = -crank * angle.cos() / (rod * tilt.cos());
+    let slider_rate = -crank * angle.sin() + rod * tilt.sin() * rod_rate;
+    // Sliding velocities: pins of 10 mm at A, B (rod against crank), C (slider against rod).
+    let sliding = [0.01, 0.01 * (rod_rate - 1.0), 0.01 * -rod_rate, slider_rate];
+    for ((contact, share), sliding) in solver.forces().contacts.iter().zip(&found).zip(sliding) {
+        assert!((contact.velocity - 10.0 * sliding).abs() < 1e-12);
+        let expected = contact.friction * sliding;
+        assert!((share - expected).abs() < 1e-12, "{share} {expected}");
+        // A crank that turns forward is held back by every joint.
+        assert!(*share > 0.0);
+    }
+}

@@ -1,0 +1,368 @@
+//! Springs between bodies.
+
+use crate::common::random::*;
+use crate::common::*;
+use crate::counting::allocations;
+use stiction_core::dynamics::{
+    AppliedLoad, FrictionMode, InverseDynamics, InverseError, LoadAxes, Settings,
+};
+use stiction_core::joint::JointType;
+use stiction_core::kinematics::{AssemblyError, Coordinate, Target};
+use stiction_core::mechanism::{
+    BodySpec, Defect, JointSpec, Mechanism, MechanismBuilder, Spring, SpringSpec,
+};
+use stiction_core::parameters::Parameters;
+use stiction_core::scalar::{Dual, Scalar};
+use stiction_core::spatial::Vec3;
+
+/// The same mechanism with springs; bodies and joints keep their order.
+fn with_springs(mechanism: &Mechanism, springs: &[SpringSpec]) -> Mechanism {
+    let mut builder = MechanismBuilder::new("sprung").gravity(mechanism.gravity());
+    let name = |id: stiction_core::mechanism::BodyId| mechanism.bodies()[id.0].name.clone();
+    for body in &mechanism.bodies()[1..] {
+        let spec = BodySpec::new(&body.name).mass(body.mass).com(body.com).inertia(body.inertia);
+        builder = builder.body(spec);
+    }
+    for joint in mechanism.joints() {
+        let ends = [name(joint.predecessor), name(joint.successor)];
+        let [from, to] = ends;
+        let mut spec = JointSpec::new(&joint.name, joint.joint_type, from, to)
+            .frames(joint.frame_j, joint.frame_k)
+            .pitch(joint.pitch)
+            .actuated_freedoms(joint.actuated_freedoms().collect::<Vec<_>>());
+        for contact in &joint.friction {
+            spec = spec.friction(contact.clone());
+        }
+        builder = builder.joint(spec);
+    }
+    springs.iter().cloned().fold(builder, MechanismBuilder::spring).build().unwrap()
+}
+
+/// A few springs between random bodies, some to the ground, stiff enough to outweigh the bodies.
+fn random_springs(random: &mut Random, mechanism: &Mechanism) -> Vec<SpringSpec> {
+    let bodies = mechanism.bodies();
+    (0..3)
+        .map(|k| {
+            let from = random.below(bodies.len());
+            let to = (from + 1 + random.below(bodies.len() - 1)) % bodies.len();
+            SpringSpec::new(format!("s{k}"), &bodies[from].name, &bodies[to].name)
+                .points(random.vector() * 0.1, random.vector() * 0.1)
+                .stiffness(random.between(100.0, 900.0), random.between(0.0, 0.5))
+                .damping(random.between(0.0, 40.0))
+        })
+        .collect()
+}
+
+fn solver(mechanism: &Mechanism, case: &Case, settings: Settings) -> Option<InverseDynamics> {
+    let (coordinates, targets) = (&case.coordinates, &case.targets);
+    let solver = InverseDynamics::new(mechanism.clone(), &[], coordinates, targets, settings);
+    match solver {
+        // Two legs whose balls are held leave the platform the turn about their line.
+        Err(AssemblyError::Open { .. }) => None,
+        solver => Some(solver.unwrap()),
+    }
+}
+
+/// A spring's forces on its ends by Hooke's law, as loads.
+fn as_loads(spring: &Spring, solver: &InverseDynamics) -> [AppliedLoad<f64>; 2] {
+    let bodies = solver.bodies();
+    let place = |k: usize| bodies.pose[spring.ends[k].0].apply(spring.points[k]);
+    let velocity = |k: usize| bodies.twist[spring.ends[k].0].velocity_at(place(k));
+    let length = (place(1) - place(0)).norm();
+    let direction = (place(1) - place(0)).direction().unwrap();
+    let rate = (velocity(1) - velocity(0)).dot(direction);
+    let tension = spring.stiffness * (length - spring.free_length) + spring.damping * rate;
+    [(0, 1.0), (1, -1.0)].map(|(k, sign)| AppliedLoad {
+        body: spring.ends[k],
+        point: spring.points[k],
+        axes: LoadAxes::World,
+        force: direction * (sign * tension),
+        moment: Vec3::zero(),
+    })
+}
+
+fn numbers(solver: &InverseDynamics) -> Vec<f64> {
+    let forces = solver.forces();
+    let reactions = forces.reactions.iter().flat_map(|(f, m)| [f.to_array(), m.to_array()]);
+    forces.drives.iter().copied().chain(reactions.flatten()).collect()
+}
+
+fn assert_near(what: &str, found: &[f64], expected: &[f64], part: f64) {
+    assert_eq!(found.len(), expected.len());
+    let largest = expected.iter().fold(1e-9f64, |max, x| max.max(x.abs()));
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() <= part * largest, "{what}: {found} {expected}");
+    }
+}
+
+/// A spring is a pair of loads: in the kernel, in the dense system, and in the power balance.
+#[test]
+fn a_spring_is_a_pair_of_loads() {
+    let (mut compared, mut carefully) = (0, 0);
+    for class in CLASSES {
+        for seed in 0..10 {
+            for friction in [FrictionMode::Off, FrictionMode::Converged] {
+                let (_, case) = case(class, seed, 0.1);
+                let springs = random_springs(&mut Random(seed + 77), &case.mechanism);
+                let mechanism = with_springs(&case.mechanism, &springs);
+                let settings = Settings { friction, ..Settings::default() };
+                let Some(mut plain) = solver(&case.mechanism, &case, settings) else { continue };
+                let statics = plain.statics();
+                let smallest = *statics.singular_values()[..statics.rank()].last().unwrap();
+                let spins = plain.assembly().prescription().spins().len();
+                // Near singular positions round-off is magnified.
+                if smallest < 1e-2 || statics.open_motions() > spins {
+                    continue;
+                }
+                let mut loads = case.loads.clone();
+                for spring in mechanism.springs() {
+                    loads.extend(as_loads(spring, &plain));
+                }
+                if plain.solve(&loads).is_err() {
+                    continue;
+                }
+                let what = format!("{class:?} {seed} {friction:?}");
+                let mut sprung = solver(&mechanism, &case, settings).unwrap();
+                let forces = sprung.solve(&case.loads).unwrap();
+                let (power, with_loads) = (forces.power, plain.forces().power);
+                assert!(power.residual().abs() <= 1e-11 * power.turnover, "{what}: {power:?}");
+                // The loads are the same to round-off of what they are made of.
+                assert_near(&what, &numbers(&sprung), &numbers(&plain), 1e-10);
+                let parts = [power.loads, power.drives];
+                let error = 1e-10 * with_loads.turnover;
+                assert!((parts[0] - with_loads.loads).abs() <= error, "{what}: {power:?}");
+                assert!((parts[1] - with_loads.drives).abs() <= error, "{what}: {power:?}");
+                compared += 1;
+                if sprung.solve_carefully(&case.loads).is_ok() {
+                    // The plain fixed point of the careful path stops at 1e-13 of the largest load.
+                    assert_near(&what, &numbers(&sprung), &numbers(&plain), 1e-9);
+                    carefully += 1;
+                }
+            }
+        }
+    }
+    assert!(compared > 60 && carefully > 50, "{compared} {carefully}");
+}
+
+/// Which end is called the first does not matter.
+#[test]
+fn springs_may_be_turned_round() {
+    let (_, case) = case(Class::Parallel, 3, 0.1);
+    let mut random = Random(5);
+    let (a, b) = (random.vector() * 0.1, random.vector() * 0.1);
+    let results = [false, true].map(|turned| {
+        let spring = if turned {
+            SpringSpec::new("s", "b2", "b1").points(b, a)
+        } else {
+            SpringSpec::new("s", "b1", "b2").points(a, b)
+        };
+        let mechanism =
+            with_springs(&case.mechanism, &[spring.stiffness(700.0, 0.1).damping(20.0)]);
+        let mut solver = solver(&mechanism, &case, Settings::default()).unwrap();
+        solver.solve(&case.loads).unwrap();
+        numbers(&solver)
+    });
+    assert_near("turned round", &results[0], &results[1], 1e-12);
+}
+
+/// A pendulum of mass m on a rod l, held at `angle` from upright.
+fn pendulum(spring: SpringSpec, angle: f64) -> InverseDynamics {
+    let mechanism = MechanismBuilder::new("pendulum")
+        .gravity(v(0.0, 0.0, -9.81))
+        .body(BodySpec::new("arm").mass(2.0).com(v(0.0, 0.0, 0.5)))
+        .joint(
+            JointSpec::new("pivot", JointType::Revolute, "ground", "arm")
+                .frames(
+                    along(Vec3::zero(), v(0.0, 1.0, 0.0)),
+                    along(Vec3::zero(), v(0.0, 1.0, 0.0)),
+                )
+                .actuated(),
+        )
+        .spring(spring)
+        .build()
+        .unwrap();
+    let joint = mechanism.joint_id("pivot").unwrap();
+    let targets = [Target { value: angle, rate: 0.0, acceleration: 0.0 }];
+    let coordinates = [Coordinate::Joint { joint, freedom: 0 }];
+    InverseDynamics::new(mechanism, &[], &coordinates, &targets, Settings::default()).unwrap()
+}
+
+/// The classic equilibrator: a spring without free length from a point h above the pivot to a point r
+/// up the arm carries the arm everywhere if k h r = m g l.
+#[test]
+fn a_spring_without_free_length_balances_an_arm_in_every_position() {
+    let (h, r) = (0.3, 0.2);
+    let stiffness = 2.0 * 9.81 * 0.5 / (h * r);
+    let spring = SpringSpec::new("balancer", "ground", "arm")
+        .points(v(0.0, 0.0, h), v(0.0, 0.0, r))
+        .stiffness(stiffness, 0.0);
+    for k in -8..=8 {
+        let angle = 0.37 * f64::from(k);
+        let mut solver = pendulum(spring.clone(), angle);
+        let torque = solver.solve(&[]).unwrap().drives[0];
+        // Of 9.81 N m that the weight asks for.
+        assert!(torque.abs() < 1e-14 * 9.81 * 10.0, "{angle}: {torque:e}");
+    }
+}
+
+/// A slide against a damper: F = m a + c v.
+#[test]
+fn a_damper_alone() {
+    let mechanism = MechanismBuilder::new("slide")
+        .body(BodySpec::new("carriage").mass(3.0))
+        .joint(JointSpec::new("guide", JointType::Prismatic, "ground", "carriage").actuated())
+        .spring(
+            SpringSpec::new("damper", "carriage", "ground")
+                .points(Vec3::zero(), v(0.0, 0.0, -1.0))
+                .damping(40.0),
+        )
+        .build()
+        .unwrap();
+    let coordinates =
+        [Coordinate::Joint { joint: mechanism.joint_id("guide").unwrap(), freedom: 0 }];
+    let targets = [Target { value: 0.5, rate: -0.7, acceleration: 2.0 }];
+    let mut solver =
+        InverseDynamics::new(mechanism, &[], &coordinates, &targets, Settings::default()).unwrap();
+    let forces = solver.solve(&[]).unwrap();
+    assert!((forces.drives[0] - (3.0 * 2.0 - 40.0 * 0.7)).abs() < 1e-13);
+    assert!((forces.power.loads + 40.0 * 0.7 * 0.7).abs() < 1e-13, "{:?}", forces.power);
+}
+
+/// The end on the arm passes through the end on the ground.
+#[test]
+fn ends_that_coincide() {
+    let spring = |free_length, damping| {
+        SpringSpec::new("s", "ground", "arm")
+            .points(v(0.0, 0.0, 0.2), v(0.0, 0.0, 0.2))
+            .stiffness(500.0, free_length)
+            .damping(damping)
+    };
+    // Without free length and damping the force is zero there, whatever its direction.
+    let torque = pendulum(spring(0.0, 0.0), 0.0).solve(&[]).unwrap().drives[0];
+    assert_eq!(torque, 0.0);
+    for (free_length, damping) in [(0.05, 0.0), (0.0, 3.0)] {
+        for angle in [0.0, 1e-16] {
+            let mut solver = pendulum(spring(free_length, damping), angle);
+            let expected = InverseError::SpringWithoutDirection { spring: "s".into() };
+            assert_eq!(solver.solve(&[]).unwrap_err(), expected);
+            assert_eq!(solver.solve_carefully(&[]).unwrap_err(), expected);
+            // The bare kernel has numbers even there, and derivatives.
+            let kernel = solver.kernel().unwrap();
+            let parameters = Parameters::<Dual<f64, 5>>::new(solver.mechanism());
+            let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
+            let zero = Dual::variable(0.0, 0);
+            let target = Target { value: zero, rate: zero, acceleration: zero };
+            kernel.run(&parameters, &mut workspace, &[target], &[], &Settings::default());
+            let drive = workspace.inverse.drives()[0];
+            assert!(drive.value.is_finite() && drive.slope[0].is_finite());
+        }
+        // And a little beside it, all is as ever.
+        let drive = pendulum(spring(free_length, damping), 1e-3).solve(&[]).unwrap().drives[0];
+        assert!(drive.is_finite());
+    }
+}
+
+/// Dual numbers differentiate by all five numbers of a spring; no friction, so drives are affine in
+/// stiffness and damping and their derivatives are differences, and the others are compared with
+/// central differences.
+#[test]
+fn derivatives_by_the_numbers_of_a_spring() {
+    let (_, case) = case(Class::Parallel, 4, 0.1);
+    let springs = random_springs(&mut Random(11), &case.mechanism);
+    let mechanism = with_springs(&case.mechanism, &springs);
+    let settings = Settings { friction: FrictionMode::Off, ..Settings::default() };
+    let solver = solver(&mechanism, &case, settings).unwrap();
+    let kernel = solver.kernel().unwrap();
+    fn vary<T: Scalar>(parameters: &mut Parameters<T>, direction: usize, by: T) {
+        let spring = &mut parameters.springs[0];
+        match direction {
+            0 => spring.stiffness += by,
+            1 => spring.free_length += by,
+            2 => spring.damping += by,
+            3 => spring.points[0].x += by,
+            _ => spring.points[1].z += by,
+        }
+    }
+    let at = |direction: usize, by: f64| {
+        let mut parameters = solver.parameters().clone();
+        vary(&mut parameters, direction, by);
+        let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
+        kernel.run(&parameters, &mut workspace, &case.targets, &case.loads, &settings);
+        workspace.inverse.drives().to_vec()
+    };
+    let mut parameters = Parameters::<Dual<f64, 5>>::new(&mechanism);
+    for direction in 0..5 {
+        vary(&mut parameters, direction, Dual::variable(0.0, direction));
+    }
+    let constant = |x: f64| Dual::constant(x);
+    let targets: Vec<_> = case
+        .targets
+        .iter()
+        .map(|t| Target {
+            value: constant(t.value),
+            rate: constant(t.rate),
+            acceleration: constant(t.acceleration),
+        })
+        .collect();
+    let loads: Vec<_> = case.loads.iter().map(|load| load.lift()).collect();
+    let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
+    kernel.run(&parameters, &mut workspace, &targets, &loads, &settings);
+    let duals = workspace.inverse.drives().to_vec();
+    for direction in 0..5 {
+        // Steps of 1 N/m and 1 N s/m, and of 10 um, whose square is 1e-9 of the lengths'.
+        let step = if matches!(direction, 0 | 2) { 1.0 } else { 1e-5 };
+        let (ahead, back) = (at(direction, step), at(direction, -step));
+        let expected: Vec<f64> =
+            ahead.iter().zip(&back).map(|(a, b)| (a - b) / (2.0 * step)).collect();
+        assert!(expected.iter().any(|slope| slope.abs() > 1e-6), "{direction}: {expected:?}");
+        let found: Vec<f64> = duals.iter().map(|dual| dual.slope[direction]).collect();
+        assert_near(&format!("{direction}"), &found, &expected, 1e-7);
+    }
+}
+
+#[test]
+fn springs_allocate_nothing() {
+    let (_, case) = case(Class::Parallel, 3, 0.01);
+    let springs = random_springs(&mut Random(3), &case.mechanism);
+    let mechanism = with_springs(&case.mechanism, &springs);
+    let mut solver = solver(&mechanism, &case, Settings::default()).unwrap();
+    solver.solve(&case.loads).unwrap();
+    let solve = || {
+        solver.move_to(&case.targets).unwrap();
+        solver.solve(&case.loads).unwrap();
+    };
+    assert_eq!(allocations(solve), 0);
+}
+
+#[test]
+fn defects_of_springs() {
+    let arm = || BodySpec::new("arm").mass(1.0);
+    let pivot = || JointSpec::new("pivot", JointType::Revolute, "ground", "arm");
+    let defects = MechanismBuilder::new("wrong")
+        .body(arm())
+        .joint(pivot())
+        .spring(SpringSpec::new("a", "ground", "leg").stiffness(1.0, 0.0))
+        .spring(SpringSpec::new("b", "arm", "arm").stiffness(1.0, 0.0))
+        .spring(SpringSpec::new("c", "ground", "arm").stiffness(-1.0, f64::NAN).damping(-2.0))
+        .spring(
+            SpringSpec::new("c", "ground", "arm")
+                .points(v(f64::INFINITY, 0.0, 0.0), v(0.0, 0.0, 0.0)),
+        )
+        .build()
+        .unwrap_err();
+    let kinds: Vec<&str> = defects
+        .iter()
+        .map(|defect| match defect {
+            Defect::UnknownBodyOfSpring { .. } => "body",
+            Defect::SpringWithinBody { .. } => "within",
+            Defect::SpringParameter { parameter, .. } => parameter,
+            Defect::DuplicateName { what, .. } => what,
+            Defect::NotFinite { .. } => "place",
+            other => panic!("{other}"),
+        })
+        .collect();
+    assert_eq!(
+        kinds,
+        ["body", "within", "stiffness", "free length", "damping", "springs", "place"]
+    );
+}

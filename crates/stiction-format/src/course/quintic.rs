@@ -1,0 +1,255 @@
+//! The quintic spline through values: rates and accelerations at the samples.
+//!
+//! In B-splines of order six whose knots are the samples without the two next to each end (the
+//! not-a-knot condition). The collocation matrix is banded and totally positive, so that elimination
+//! needs no pivoting; a million samples take linear time.
+
+use super::banded::Banded;
+
+const ORDER: usize = 6;
+/// B-splines that differ from zero at a sample lie within this many columns of the diagonal.
+const BAND: usize = 4;
+
+/// Rates and accelerations at all samples, seven at least.
+pub(super) fn rates_and_accelerations(times: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let n = values.len().min(times.len());
+    let knots = Knots { times, count: n };
+    let mut matrix = Banded::new(n, BAND);
+    for (row, &t) in times.iter().enumerate() {
+        let first = knots.first_spline(row);
+        for (k, value) in knots.splines::<ORDER>(first, t).into_iter().enumerate() {
+            matrix.set(row, first + k, value);
+        }
+    }
+    let mut coefficients = values.to_vec();
+    matrix.factor().solve(&mut coefficients);
+    times
+        .iter()
+        .enumerate()
+        .map(|(row, &t)| knots.derivatives(&coefficients, knots.first_spline(row), t))
+        .unzip()
+}
+
+/// The knots: the first sample six times, the samples from the fourth to the fourth from the end,
+/// the last sample six times.
+struct Knots<'a> {
+    times: &'a [f64],
+    count: usize,
+}
+
+impl Knots<'_> {
+    fn at(&self, index: usize) -> f64 {
+        let sample = match index.checked_sub(ORDER) {
+            None => 0,
+            Some(inner) if inner + ORDER < self.count => inner + 3,
+            Some(_) => self.count.saturating_sub(1),
+        };
+        self.times.get(sample).copied().unwrap_or(f64::NAN)
+    }
+
+    /// The first of the six B-splines that may differ from zero at a sample: those of the interval
+    /// that begins there.
+    fn first_spline(&self, sample: usize) -> usize {
+        sample.saturating_sub(2).min(self.count.saturating_sub(ORDER))
+    }
+
+    /// The values at `t` of the B-splines of order `K` from number `first + 6 - K` on that are not
+    /// zero in the interval where those of order six begin with `first` (Cox and de Boor).
+    fn splines<const K: usize>(&self, first: usize, t: f64) -> [f64; K] {
+        let mut values = [0.0; K];
+        // The interval begins at knot `first + 5`.
+        let left = first + ORDER - 1;
+        if let Some(value) = values.first_mut() {
+            *value = 1.0;
+        }
+        for order in 1..K {
+            let mut carried = 0.0;
+            for k in 0..order {
+                let (below, above) = (self.at(left + k + 1 - order), self.at(left + k + 1));
+                let share = values[k] / (above - below);
+                values[k] = carried + (above - t) * share;
+                carried = (t - below) * share;
+            }
+            values[order] = carried;
+        }
+        values
+    }
+
+    /// First and second derivative at `t` of the spline with these coefficients. A derivative is a
+    /// spline of one order less, `c'_k = (order - 1) (c_k - c_(k-1)) / (t_(k+order-1) - t_k)`.
+    fn derivatives(&self, coefficients: &[f64], first: usize, t: f64) -> (f64, f64) {
+        let mut c: [f64; ORDER] =
+            std::array::from_fn(|k| coefficients.get(first + k).copied().unwrap_or(f64::NAN));
+        let mut differentiate = |order: usize| {
+            let degree = order - 1;
+            for k in (ORDER - degree..ORDER).rev() {
+                let width = self.at(first + k + degree) - self.at(first + k);
+                c[k] = degree as f64 * (c[k] - c[k - 1]) / width;
+            }
+            c
+        };
+        let once = differentiate(ORDER);
+        let twice = differentiate(ORDER - 1);
+        (
+            dot(&once[1..], &self.splines::<{ ORDER - 1 }>(first, t)),
+            dot(&twice[2..], &self.splines::<{ ORDER - 2 }>(first, t)),
+        )
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::hermite::{Samples, Spline};
+    use std::sync::Arc;
+    use stiction_core::kinematics::Target;
+
+    /// Value and derivatives of a polynomial, lowest power first.
+    fn polynomial(c: &[f64], t: f64) -> Target<f64> {
+        let sum = |factor: fn(f64) -> f64, lost: i32| -> f64 {
+            c.iter()
+                .enumerate()
+                .map(|(k, c)| {
+                    let power = k as i32 - lost;
+                    if power < 0 { 0.0 } else { factor(k as f64) * c * t.powi(power) }
+                })
+                .sum()
+        };
+        Target {
+            value: sum(|_| 1.0, 0),
+            rate: sum(|k| k, 1),
+            acceleration: sum(|k| k * (k - 1.0), 2),
+        }
+    }
+
+    /// Unequal steps between 0 and 1, neighbours differing by up to a factor of three.
+    fn uneven(n: usize) -> Arc<[f64]> {
+        let steps: Vec<f64> = (0..n - 1).map(|i| [1.0, 0.4, 1.2, 0.7][i % 4]).collect();
+        let total: f64 = steps.iter().sum();
+        let mut t = 0.0;
+        let mut times = vec![0.0];
+        times.extend(steps.iter().map(|step| {
+            t += step / total;
+            t
+        }));
+        times.into()
+    }
+
+    fn sampled(times: &Arc<[f64]>, kind: usize, f: &dyn Fn(f64) -> Target<f64>) -> Spline {
+        let list = |pick: fn(Target<f64>) -> f64| times.iter().map(|&t| pick(f(t))).collect();
+        let (values, rates, accelerations) =
+            (list(|k| k.value), list(|k| k.rate), list(|k| k.acceleration));
+        Spline::new(times, Samples::new([values, rates, accelerations].into_iter().take(kind + 1)))
+    }
+
+    /// All kinds reproduce quintics, as soon as the samples determine one, and polynomials of lower
+    /// degree with fewer samples.
+    #[test]
+    fn polynomials_are_reproduced() {
+        let c = [0.3, -1.0, 2.0, 0.5, -1.5, 0.7];
+        for kind in 0..3 {
+            for n in 2..40 {
+                let times = uneven(n);
+                let determined = (n * (kind + 1)).min(6);
+                let f = |t| polynomial(&c[..determined], t);
+                let spline = sampled(&times, kind, &f);
+                for step in 0..=100 {
+                    let t = step as f64 / 100.0;
+                    let (found, expected) = (spline.at(t), f(t));
+                    // Round-off of values of order one; a second difference over steps of 1/n
+                    // magnifies it by n^2, the splines' condition by some ten.
+                    let tolerance = 1e-14 * (1.0 + (n * n) as f64);
+                    assert!((found.value - expected.value).abs() < 1e-13, "{kind} {n} {t}");
+                    assert!((found.rate - expected.rate).abs() < tolerance, "{kind} {n} {t}");
+                    let error = (found.acceleration - expected.acceleration).abs();
+                    assert!(error < 10.0 * tolerance, "{kind} {n} {t} {error:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn samples_are_met_exactly() {
+        let times = uneven(23);
+        let f = |t: f64| Target {
+            value: (3.0 * t).sin(),
+            rate: 3.0 * (3.0 * t).cos(),
+            acceleration: 1.0,
+        };
+        for kind in 0..3 {
+            let spline = sampled(&times, kind, &f);
+            for &t in times.iter() {
+                assert_eq!(spline.at(t).value, f(t).value);
+            }
+        }
+    }
+
+    /// Halving the step divides the error by 2^6 (value), 2^5 (rate), 2^4 (acceleration).
+    #[test]
+    fn errors_fall_with_the_order_of_a_quintic() {
+        let f = |t: f64| {
+            let (s, c) = (6.0 * t).sin_cos();
+            Target { value: s, rate: 6.0 * c, acceleration: -36.0 * s }
+        };
+        for kind in 0..3 {
+            let error = |n: usize| {
+                let spline = sampled(&uneven(n), kind, &f);
+                let mut worst = [0.0f64; 3];
+                for step in 0..=1000 {
+                    let t = step as f64 / 1000.0;
+                    let (a, b) = (spline.at(t), f(t));
+                    let errors =
+                        [a.value - b.value, a.rate - b.rate, a.acceleration - b.acceleration];
+                    for (worst, error) in worst.iter_mut().zip(errors) {
+                        *worst = worst.max(error.abs());
+                    }
+                }
+                worst
+            };
+            let (coarse, fine) = (error(21), error(41));
+            for (derivative, (coarse, fine)) in coarse.iter().zip(&fine).enumerate() {
+                let order = (coarse / fine).log2();
+                let expected = 6.0 - derivative as f64;
+                assert!(order > expected - 0.5, "{kind} {derivative}: order {order}");
+            }
+        }
+    }
+
+    /// Jumps of the third and fourth derivative at the samples, by differences of the acceleration.
+    #[test]
+    fn pieces_join_smoothly() {
+        let times = uneven(30);
+        let f = |t: f64| Target {
+            value: (6.0 * t).sin(),
+            rate: 6.0 * (6.0 * t).cos(),
+            acceleration: 0.0,
+        };
+        let h = 1e-4;
+        for kind in 0..2 {
+            let spline = sampled(&times, kind, &f);
+            for &t in &times[1..29] {
+                let a = |t: f64| spline.at(t).acceleration;
+                let third = (a(t + h) - a(t)) / h - (a(t) - a(t - h)) / h;
+                // A jump would be of the order of 6^5 times the step, 100; the difference itself
+                // leaves h times the fourth derivative, 0.13.
+                assert!(third.abs() < 0.5, "{kind} {t}: {third}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_long_recording_takes_linear_time() {
+        let n = 200_000;
+        let times: Arc<[f64]> = (0..n).map(|i| i as f64 * 1e-3).collect();
+        let f = |t: f64| Target { value: t.sin(), rate: t.cos(), acceleration: -t.sin() };
+        for kind in 0..3 {
+            let spline = sampled(&times, kind, &f);
+            assert!(spline.is_finite());
+            let t = 100.0005;
+            assert!((spline.at(t).value - t.sin()).abs() < 1e-12);
+        }
+    }
+}

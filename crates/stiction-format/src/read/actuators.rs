@@ -1,0 +1,82 @@
+//! The names of actuators.
+
+use super::context::Context;
+use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
+use crate::expression::Measure;
+use crate::source::Span;
+use stiction_core::mechanism::Mechanism;
+
+/// All actuators of a mechanism in their order.
+pub(crate) struct Actuators {
+    all: Vec<Actuator>,
+    /// The names of all joints.
+    joints: Vec<String>,
+}
+
+struct Actuator {
+    /// The name of the joint, followed by that of the freedom where the joint has several actuators.
+    name: String,
+    /// Always with the freedom.
+    long_name: String,
+    translates: bool,
+}
+
+impl Actuators {
+    pub(crate) fn of(mechanism: &Mechanism) -> Self {
+        let joints = mechanism.joints();
+        let all = mechanism.actuators().map(|(id, freedom)| {
+            let joint = &joints[id.0];
+            let own = &joint.joint_type.freedoms()[freedom];
+            Actuator {
+                name: joint.actuator_name(freedom),
+                long_name: format!("{}.{}", joint.name, own.name),
+                translates: own.translates(),
+            }
+        });
+        Self { all: all.collect(), joints: joints.iter().map(|j| j.name.clone()).collect() }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.all.len()
+    }
+
+    /// The actuator with this name.
+    pub(crate) fn find(&self, name: &str) -> Option<usize> {
+        self.all.iter().position(|a| a.name == name || a.long_name == name)
+    }
+
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        self.all.iter().map(|actuator| actuator.name.as_str())
+    }
+
+    /// Of a force and a moment that of this actuator.
+    pub(crate) fn measure(&self, actuator: usize, linear: Measure, angular: Measure) -> Measure {
+        let translates = self.all.get(actuator).is_none_or(|actuator| actuator.translates);
+        if translates { linear } else { angular }
+    }
+
+    /// Says that there is no actuator of this name.
+    pub(crate) fn unknown(&self, name: &str) -> (String, Option<String>) {
+        if self.joints.iter().any(|joint| joint == name) {
+            let message = format!("joint {} has no actuator", quoted(name));
+            let none = || "the model has no actuators".to_owned();
+            return (
+                message,
+                did_you_mean(name, "actuators", self.names()).or_else(|| Some(none())),
+            );
+        }
+        let help = did_you_mean(name, "actuators", self.names());
+        let none = || "the model has no actuators: give joints `actuated = true`".to_owned();
+        (format!("there is no actuator {}", quoted(name)), help.or_else(|| Some(none())))
+    }
+
+    /// Says so at a place.
+    pub(crate) fn report(&self, context: &Context<'_>, name: &str, span: &Span) {
+        let (message, help) = self.unknown(name);
+        context.push_missing(
+            Diagnostic::error("unknown-name", message)
+                .at(context.place(span), "unknown actuator")
+                .maybe_help(help),
+        );
+    }
+}

@@ -1,0 +1,279 @@
+//! The chain of a leg: `R cylinder P* rod S`, or shorter `R P* S`.
+
+use super::context::Context;
+use super::names;
+use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
+use crate::document::{self, Node, Value};
+use crate::fields::tables::JOINT_TYPES;
+use crate::source::Span;
+use std::collections::HashMap;
+use stiction_core::joint::JointType;
+
+/// Joints and the bodies between them, in order.
+pub(crate) struct Chain {
+    pub(crate) joints: Vec<JointLink>,
+    pub(crate) bodies: Vec<Link>,
+}
+
+/// A body or joint of the chain: its key in the tables of the group, and where it stands.
+pub(crate) struct Link {
+    pub(crate) key: String,
+    pub(crate) span: Span,
+}
+
+/// A joint of the chain.
+pub(crate) struct JointLink {
+    pub(crate) key: String,
+    pub(crate) span: Span,
+    pub(crate) joint_type: JointType,
+    pub(crate) actuated: bool,
+}
+
+impl JointLink {
+    pub(crate) fn link(&self) -> Link {
+        Link { key: self.key.clone(), span: self.span.clone() }
+    }
+}
+
+const EXAMPLE: &str = "write the joints and the bodies between them in turn, \"R cylinder P* rod S\", or \
+     the joints alone, \"R P* S\"; * means actuated";
+
+/// No leg has nearly as many joints and bodies; a text of two megabytes might, and would be read for hours.
+const MOST_WORDS: usize = 1000;
+
+/// A word of the chain and where it stands in the chain's text.
+type Word<'a> = (&'a str, Span);
+
+/// The chain's text, and what is said about it.
+struct Text<'a> {
+    context: &'a Context<'a>,
+    value: &'a Value,
+    text: &'a document::Text,
+}
+
+impl Text<'_> {
+    fn place(&self, span: &Span) -> Span {
+        self.text.place_of(&self.value.span, span)
+    }
+
+    fn complain(&self, span: &Span, message: String, label: &str) {
+        self.complain_with(span, message, label, EXAMPLE.to_owned());
+    }
+
+    fn complain_with(&self, span: &Span, message: String, label: &str, help: String) {
+        let place = self.context.place(&self.place(span));
+        self.context.push(Diagnostic::error("chain", message).at(place, label).help(help));
+    }
+
+    fn joint(&self, (word, span): &Word<'_>) -> Option<JointLink> {
+        let symbol = symbol(word);
+        let Some(joint_type) = JointType::from_symbol(symbol) else {
+            let message = format!("{} is not a type of joint", quoted(word));
+            let types = JOINT_TYPES.iter().copied();
+            let bare = symbol.trim_end_matches(|c: char| c.is_ascii_digit());
+            let numbered = bare.len() < symbol.len() && JointType::from_symbol(bare).is_some();
+            let near = apart(word)
+                .map(|apart| format!("put blanks between the joints: {apart:?}"))
+                .or_else(|| {
+                    numbered.then(|| {
+                        format!(
+                            "write {bare}: several of a kind in a chain are numbered by themselves"
+                        )
+                    })
+                })
+                .or_else(|| did_you_mean(symbol, "types of joints", types));
+            self.complain_with(
+                span,
+                message,
+                "expected a joint",
+                near.unwrap_or_else(|| EXAMPLE.to_owned()),
+            );
+            return None;
+        };
+        let actuated = word.len() > symbol.len();
+        Some(JointLink { key: symbol.to_owned(), span: self.place(span), joint_type, actuated })
+    }
+}
+
+/// A joint without the mark of an actuator.
+fn symbol(word: &str) -> &str {
+    word.trim_end_matches('*')
+}
+
+/// Letters of joints run together, `RP*S`, with blanks between them.
+fn apart(word: &str) -> Option<String> {
+    let letters = word.chars().filter(|c| !matches!(c, '-' | '_' | ',' | '.'));
+    let mut apart = String::new();
+    for letter in letters {
+        if letter != '*' && !apart.is_empty() {
+            apart.push(' ');
+        }
+        apart.push(letter);
+    }
+    let joints = || apart.split(' ').map(symbol);
+    let all = joints().all(|joint| JointType::from_symbol(joint).is_some());
+    (all && joints().count() > 1).then_some(apart)
+}
+
+/// Whether the chain consists of joints alone: no body stands behind the first joint, and nothing
+/// that is left could be the name of one.
+fn is_bare(words: &[Word<'_>]) -> bool {
+    let is_joint = |word: &str| JointType::from_symbol(symbol(word)).is_some();
+    let is_letter = |word: &str| symbol(word).chars().count() == 1 || word.ends_with('*');
+    words.get(1).is_some_and(|(second, _)| is_joint(second))
+        && words.iter().all(|(word, _)| is_joint(word) || is_letter(word))
+}
+
+impl Chain {
+    /// Reads the chain, with the names of its bodies where these stand apart; `None` if it cannot be
+    /// understood.
+    pub(crate) fn read(
+        context: &Context<'_>,
+        value: &Value,
+        between: Option<&Value>,
+    ) -> Option<Self> {
+        let Node::Text(text) = &value.node else {
+            context.wrong(value, "a chain such as \"R cylinder P* rod S\"");
+            return None;
+        };
+        let words = words(&text.content);
+        let text = Text { context, value, text };
+        if let Some((_, beyond)) = words.get(MOST_WORDS) {
+            let message =
+                format!("a chain of {} joints and bodies; the most is {MOST_WORDS}", words.len());
+            text.complain(beyond, message, "too many from here on");
+            return None;
+        }
+        let mut chain = if is_bare(&words) {
+            Self::of_joints(&text, &words, between)?
+        } else {
+            let chain = Self::of_joints_and_bodies(&text, &words)?;
+            if let Some(between) = between.filter(|_| !chain.bodies.is_empty()) {
+                context.push(
+                    Diagnostic::error("chain", "the bodies of the chain are named twice")
+                        .at(context.place(&between.span), "once here")
+                        .also(context.place(&value.span), "once here")
+                        .help("delete `between`, or leave the bodies out of `chain`"),
+                );
+            }
+            chain
+        };
+        chain.number();
+        Some(chain)
+    }
+
+    /// `R P* S`
+    fn of_joints(text: &Text<'_>, words: &[Word<'_>], between: Option<&Value>) -> Option<Self> {
+        let joints = words.iter().map(|word| text.joint(word)).collect::<Option<Vec<_>>>()?;
+        let count = joints.len().saturating_sub(1);
+        let bodies = match between {
+            Some(list) => names_of(text.context, list, count)?,
+            // They stand nowhere: what is wrong with them is shown at the joint before.
+            None => joints
+                .iter()
+                .take(count)
+                .zip(1..)
+                .map(|(joint, i)| Link { key: format!("link{i}"), span: joint.span.clone() })
+                .collect(),
+        };
+        Some(Self { joints, bodies })
+    }
+
+    /// `R cylinder P* rod S`
+    fn of_joints_and_bodies(text: &Text<'_>, words: &[Word<'_>]) -> Option<Self> {
+        let mut chain = Self { joints: Vec::new(), bodies: Vec::new() };
+        for (i, word) in words.iter().enumerate() {
+            let (name, span) = word;
+            if i % 2 == 0 {
+                chain.joints.push(text.joint(word)?);
+            } else if JointType::from_symbol(symbol(name)).is_some() {
+                let message = format!("there is no body before the joint {}", quoted(name));
+                text.complain(span, message, "expected the name of a body");
+                return None;
+            } else {
+                let link = Link { key: (*name).to_owned(), span: text.place(span) };
+                names::check(text.context, name, &link.span, "body");
+                chain.bodies.push(link);
+            }
+        }
+        let different = are_different(text.context, &chain.bodies);
+        if chain.joints.len() != chain.bodies.len() + 1 {
+            let end = text.text.content.len();
+            let message = "a chain begins and ends with a joint".to_owned();
+            text.complain(&(0..end), message, "expected a joint at the end");
+            return None;
+        }
+        different.then_some(chain)
+    }
+
+    /// Joints of the same letter are told apart by a number.
+    fn number(&mut self) {
+        let letters: Vec<_> = self.joints.iter().map(|joint| joint.key.clone()).collect();
+        for (i, joint) in self.joints.iter_mut().enumerate() {
+            let same = |other: &&String| **other == joint.key;
+            if letters.iter().filter(same).count() > 1 {
+                let number = letters.iter().take(i + 1).filter(same).count();
+                joint.key = format!("{}{number}", joint.key);
+            }
+        }
+    }
+}
+
+/// The names of `count` bodies.
+fn names_of(context: &Context<'_>, list: &Value, count: usize) -> Option<Vec<Link>> {
+    let expected = "a list of names such as [\"cylinder\", \"rod\"]";
+    let Some(items) = list.as_list() else {
+        context.wrong(list, expected);
+        return None;
+    };
+    if items.len() != count {
+        let bodies = |n: usize| if n == 1 { "1 body".to_owned() } else { format!("{n} bodies") };
+        let message =
+            format!("the chain has {} between its joints, not {}", bodies(count), items.len());
+        context.push(
+            Diagnostic::error("chain", message)
+                .at(context.place(&list.span), format!("expected {count}, found {}", items.len())),
+        );
+        return None;
+    }
+    let link = |item: &Value| {
+        let name = context.text(item, "the name of a body between quotes")?;
+        names::check(context, name, &item.span, "body");
+        Some(Link { key: name.to_owned(), span: item.span.clone() })
+    };
+    let links = items.iter().map(link).collect::<Option<Vec<_>>>()?;
+    are_different(context, &links).then_some(links)
+}
+
+/// Says which bodies have a name that was used before.
+fn are_different(context: &Context<'_>, bodies: &[Link]) -> bool {
+    let mut first: HashMap<&str, &Link> = HashMap::new();
+    let mut different = true;
+    for body in bodies {
+        let Some(before) = first.insert(&body.key, body) else { continue };
+        let message = format!("body {} occurs twice in the chain", quoted(&body.key));
+        context.push(
+            Diagnostic::error("chain", message)
+                .at(context.place(&body.span), "again here")
+                .also(context.place(&before.span), "first here")
+                .help("give it another name, such as its place in the leg"),
+        );
+        different = false;
+    }
+    different
+}
+
+/// Words and where they stand.
+fn words(text: &str) -> Vec<Word<'_>> {
+    let mut words: Vec<Span> = Vec::new();
+    let mut inside = false;
+    for (at, c) in text.char_indices() {
+        match words.last_mut().filter(|_| inside) {
+            Some(word) if !c.is_whitespace() => word.end = at + c.len_utf8(),
+            None if !c.is_whitespace() => words.push(at..at + c.len_utf8()),
+            _ => {}
+        }
+        inside = !c.is_whitespace();
+    }
+    words.into_iter().map(|span| (text.get(span.clone()).unwrap_or_default(), span)).collect()
+}

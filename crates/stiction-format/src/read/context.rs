@@ -1,0 +1,482 @@
+//! Reading single values, and saying what is wrong with them.
+
+use crate::course::Course;
+use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, nearest, or, quoted};
+use crate::document::{Node, Table, Text, Value};
+use crate::expression::Measure;
+use crate::expression::{self, Dimension, Fault, TimeFormula};
+use crate::fields::tables::MODEL;
+use crate::fields::{self, Field, Shape};
+use crate::parameters::Parameters;
+use crate::source::{Place, Source, Span};
+use std::cell::RefCell;
+use std::sync::Arc;
+use stiction_core::spatial::Vec3;
+
+/// Products of several numbers of this size are still numbers.
+pub(crate) const LARGEST: f64 = 1e30;
+/// Lengths below this, m, are zero: rounding of something that vanishes.
+const SHORTEST: f64 = 1e-30;
+/// Other quantities below this are zero: they have no squares.
+const SMALLEST: f64 = 1e-150;
+
+/// A text that is being read, and what has been said about it.
+pub(crate) struct Context<'a> {
+    pub(crate) source: Arc<Source>,
+    pub(crate) parameters: &'a Parameters,
+    /// Lines with syntax errors, about which nothing more is said.
+    pub(crate) broken: &'a [Span],
+    pub(crate) out: RefCell<Diagnostics>,
+}
+
+impl<'a> Context<'a> {
+    pub(crate) fn new(
+        source: &Arc<Source>,
+        parameters: &'a Parameters,
+        broken: &'a [Span],
+    ) -> Self {
+        let out = RefCell::new(Diagnostics::new());
+        Self { source: Arc::clone(source), parameters, broken, out }
+    }
+
+    pub(crate) fn place(&self, span: &Span) -> Place {
+        Place::new(&self.source, span.clone())
+    }
+
+    pub(crate) fn push(&self, diagnostic: Diagnostic) {
+        let told = |place: &Place| {
+            let at = place.span.start;
+            // Sorted by start; an unclosed value may begin in a broken line and end far below.
+            let candidates = self.broken.partition_point(|part| part.start <= at);
+            let mut before = self.broken.iter().take(candidates).rev().take(20);
+            Arc::ptr_eq(&place.source, &self.source) && before.any(|part| at <= part.end)
+        };
+        if diagnostic.place.as_ref().is_some_and(told) {
+            return;
+        }
+        self.out.borrow_mut().push(diagnostic);
+    }
+
+    /// Says that something which should be in the text is not: unknown in a text with syntax errors.
+    pub(crate) fn push_missing(&self, diagnostic: Diagnostic) {
+        if self.broken.is_empty() {
+            self.push(diagnostic);
+        }
+    }
+
+    /// Whether enough has been said. Advice takes time; what nobody will read need not be good.
+    pub(crate) fn is_full(&self) -> bool {
+        self.out.borrow().is_full()
+    }
+
+    /// Says that a value is not what was expected.
+    pub(crate) fn wrong(&self, value: &Value, expected: &str) {
+        let found = value.describe();
+        self.push(
+            Diagnostic::error("wrong-type", format!("expected {expected}, found {found}"))
+                .at(self.place(&value.span), format!("this is {found}")),
+        );
+    }
+
+    /// Says that a name means nothing.
+    pub(crate) fn unknown_name<'n>(
+        &self,
+        span: &Span,
+        kind: &str,
+        kinds: &str,
+        name: &str,
+        known: impl IntoIterator<Item = &'n str>,
+    ) {
+        if !self.broken.is_empty() {
+            return;
+        }
+        if self.is_full() {
+            return self.out.borrow_mut().add_untold_errors(1);
+        }
+        self.push_missing(
+            Diagnostic::error("unknown-name", format!("there is no {kind} {}", quoted(name)))
+                .at(self.place(span), format!("unknown {kind}"))
+                .help(
+                    did_you_mean(name, kinds, known)
+                        .unwrap_or_else(|| format!("the model has no {kinds}")),
+                ),
+        );
+    }
+
+    /// Says what is wrong with an expression.
+    pub(crate) fn fault(&self, value: &Span, text: &Text, fault: Fault) {
+        if fault.echo {
+            return;
+        }
+        let span = text.place_of(value, &fault.span);
+        self.push(
+            Diagnostic::error(fault.code, fault.message)
+                .at(self.place(&span), fault.label)
+                .maybe_help(fault.help),
+        );
+    }
+
+    /// A number or an expression.
+    pub(crate) fn quantity(&self, value: &Value, measure: Measure) -> Option<f64> {
+        match &value.node {
+            Node::Number(number) => {
+                let number = self.finite(value, *number, measure)?;
+                self.doubt(value, measure, number, true);
+                Some(number)
+            }
+            Node::Text(_) if self.is_full() => None,
+            Node::Text(text) => {
+                let read = || {
+                    let program = expression::parse(&text.content, self.parameters, false)?;
+                    let quantity = expression::constant(&program, self.parameters)?;
+                    match measure.complaint(quantity.dimension) {
+                        None => {
+                            let bare = quantity.dimension == Dimension::NONE;
+                            self.doubt(value, measure, quantity.value, bare);
+                            Ok(self.finite(value, quantity.value, measure))
+                        }
+                        Some(fault) => Err(fault(0..text.content.len())),
+                    }
+                };
+                read().map_err(|fault| self.fault(&value.span, text, fault)).ok().flatten()
+            }
+            _ => {
+                self.wrong(value, &measure.expected());
+                None
+            }
+        }
+    }
+
+    /// A number or an expression in which `t` is the time.
+    pub(crate) fn course(&self, value: &Value, measure: Measure) -> Option<Course> {
+        let Node::Text(text) = &value.node else {
+            return self.quantity(value, measure).map(Course::constant);
+        };
+        if self.is_full() {
+            return None;
+        }
+        match expression::in_time(&text.content, self.parameters, measure) {
+            Ok(TimeFormula::Constant(number)) => {
+                self.finite(value, number, measure).map(Course::constant)
+            }
+            Ok(TimeFormula::Changing(formula)) => {
+                Some(Course::formula(formula, &self.source, value.span.clone(), text.start))
+            }
+            Err(fault) => {
+                self.fault(&value.span, text, fault);
+                None
+            }
+        }
+    }
+
+    /// Asks whether a bare number was meant to be in degrees.
+    fn doubt(&self, value: &Value, measure: Measure, number: f64, bare: bool) {
+        if measure != Measure::Angle || !bare || number.abs() <= std::f64::consts::TAU {
+            return;
+        }
+        let (shown, turns) = (crate::diagnostic::number(number), number / std::f64::consts::TAU);
+        let message = format!("{shown} rad is {turns:.1} turns");
+        self.push(
+            Diagnostic::warning("angle", message)
+                .at(self.place(&value.span), "bare angles are in rad")
+                .help(format!(
+                    "for degrees write \"{shown} deg\"; if this is meant, \"{shown} rad\""
+                )),
+        );
+    }
+
+    /// The number, if it can be computed with.
+    fn finite(&self, value: &Value, number: f64, measure: Measure) -> Option<f64> {
+        if number.abs() <= LARGEST {
+            let smallest = match measure {
+                // A parameter may be a factor of anything.
+                Measure::Any => 0.0,
+                Measure::Length => SHORTEST,
+                _ => SMALLEST,
+            };
+            return Some(if number.abs() < smallest { 0.0 } else { number });
+        }
+        if number.is_finite() {
+            let message = format!("{} is too large", crate::diagnostic::number(number));
+            self.push(
+                Diagnostic::error("range", message)
+                    .at(self.place(&value.span), "too large to compute with")
+                    .help(format!("numbers in SI units may be as large as {LARGEST:e}")),
+            );
+            return None;
+        }
+        let what = if number.is_nan() { "`nan`" } else { "infinity" };
+        self.push(
+            Diagnostic::error("not-finite", format!("{what} is not a usable number"))
+                .at(self.place(&value.span), "expected a finite number"),
+        );
+        None
+    }
+
+    /// A list of three of something.
+    pub(crate) fn three<'v>(&self, value: &'v Value, each: &str) -> Option<[&'v Value; 3]> {
+        if let Some([x, y, z]) = value.as_list() {
+            return Some([x, y, z]);
+        }
+        match value.as_list() {
+            Some(list) => {
+                let count = list.len();
+                let message = format!("expected a list of 3 {each}, found {count}");
+                let comma = (count > 3).then(|| "decimals have a point: 0.5".to_owned());
+                self.push(
+                    Diagnostic::error("wrong-type", message)
+                        .at(self.place(&value.span), "expected [x, y, z]")
+                        .maybe_help(comma),
+                );
+            }
+            None => self.wrong(value, &format!("a list [x, y, z] of 3 {each}")),
+        }
+        None
+    }
+
+    /// A list of three quantities.
+    pub(crate) fn vector(&self, value: &Value, measure: Measure) -> Option<Vec3<f64>> {
+        let each = format!("{}s", plural_stem(measure));
+        let components = self.three(value, &each)?.map(|item| self.quantity(item, measure));
+        match components {
+            [Some(x), Some(y), Some(z)] => Some(Vec3::new(x, y, z)),
+            _ => None,
+        }
+    }
+
+    /// A string.
+    pub(crate) fn text<'v>(&self, value: &'v Value, what: &str) -> Option<&'v str> {
+        let text = value.as_text();
+        if text.is_none() {
+            self.wrong(value, what);
+        }
+        text
+    }
+
+    /// One of some words.
+    pub(crate) fn choice(
+        &self,
+        value: &Value,
+        words: &'static [&'static str],
+    ) -> Option<&'static str> {
+        let all: Vec<_> = words.iter().map(|word| format!("{word:?}")).collect();
+        let text = self.text(value, &or(&all))?;
+        let found = words.iter().copied().find(|word| *word == text);
+        if found.is_none() {
+            self.push(
+                Diagnostic::error("unknown-name", format!("{} is not understood", quoted(text)))
+                    .at(self.place(&value.span), "not understood")
+                    .maybe_help(did_you_mean(text, "expected one of", words.iter().copied())),
+            );
+        }
+        found
+    }
+}
+
+/// What to do with a key of the whole model in one of its tables: in TOML a key belongs to the last
+/// `[table]` above it.
+pub(crate) fn of_the_top(key: &str) -> Option<String> {
+    fields::find(MODEL, key)?;
+    Some(format!("`{key}` belongs to the whole model: put it above the first [table]"))
+}
+
+/// `a length` to `length`: the plural takes an s.
+fn plural_stem(measure: Measure) -> &'static str {
+    match measure {
+        Measure::Inertia => "moment",
+        _ => measure.words().noun.trim_start_matches("an ").trim_start_matches("a "),
+    }
+}
+
+/// A table whose keys are known.
+pub(crate) struct Record<'a> {
+    pub(crate) context: &'a Context<'a>,
+    pub(crate) table: &'a Table,
+    fields: &'static [Field],
+    /// What the table describes, in words.
+    what: String,
+}
+
+impl<'a> Record<'a> {
+    /// A table in which nothing else may stand; says which keys are unknown or missing.
+    pub(crate) fn new(
+        context: &'a Context<'a>,
+        table: &'a Table,
+        fields: &'static [Field],
+        what: impl Into<String>,
+    ) -> Self {
+        let record = Self { context, table, fields, what: what.into() };
+        let mut meant = Vec::new();
+        for (key, _) in &table.entries {
+            if fields::find(fields, &key.name).is_none() {
+                record.unknown_key(&key.name, &key.span);
+                meant.extend(nearest(&key.name, fields.iter().map(|field| field.key)));
+            }
+        }
+        for field in fields.iter().filter(|field| field.required) {
+            // A misspelt key is not missing.
+            if table.get(field.key).is_none() && !meant.contains(&field.key) {
+                record.missing(field.key, "");
+            }
+        }
+        record
+    }
+
+    /// A table in which names may stand beside the keys.
+    pub(crate) fn open(
+        context: &'a Context<'a>,
+        table: &'a Table,
+        fields: &'static [Field],
+        what: impl Into<String>,
+    ) -> Self {
+        Self { context, table, fields, what: what.into() }
+    }
+
+    fn unknown_key(&self, name: &str, span: &Span) {
+        if self.context.is_full() {
+            return self.context.out.borrow_mut().add_untold_errors(1);
+        }
+        let known = self.fields.iter().map(|field| field.key);
+        let message = format!("{} has no key {}", self.what, quoted(name));
+        let help = of_the_top(name).or_else(|| did_you_mean(name, "known keys", known));
+        self.context.push(
+            Diagnostic::error("unknown-key", message)
+                .at(self.context.place(span), "unknown key")
+                .maybe_help(help),
+        );
+    }
+
+    /// Says that a key is missing, and under which condition it is needed.
+    pub(crate) fn missing(&self, key: &str, why: &str) {
+        let doc = fields::find(self.fields, key).map_or("", |field| field.doc);
+        let message = format!("{} has no `{key}`{why}", self.what);
+        let doc = doc.trim_end_matches('.');
+        self.context.push_missing(
+            Diagnostic::error("missing-key", message)
+                .at(self.context.place(&self.table.span), format!("`{key}` is missing"))
+                .help(format!("`{key}`: {doc}")),
+        );
+    }
+
+    /// Says that at least one of two keys is needed.
+    pub(crate) fn missing_both(&self, keys: [&str; 2]) {
+        let [first, second] = keys;
+        let message = format!("{} has neither `{first}` nor `{second}`", self.what);
+        self.context.push_missing(
+            Diagnostic::error("missing-key", message)
+                .at(self.context.place(&self.table.span), "one of them is needed"),
+        );
+    }
+
+    /// The value of a key.
+    pub(crate) fn value(&self, key: &str) -> Option<&'a Value> {
+        debug_assert!(fields::find(self.fields, key).is_some(), "no field {key}");
+        self.table.get(key)
+    }
+
+    /// Whether a key may stand in the table.
+    pub(crate) fn knows(&self, key: &str) -> bool {
+        fields::find(self.fields, key).is_some()
+    }
+
+    /// The place of a key's value; of the table where the key is missing.
+    pub(crate) fn span(&self, key: &str) -> Span {
+        self.table.get(key).map_or(&self.table.span, |value| &value.span).clone()
+    }
+
+    fn measure(&self, key: &str) -> Measure {
+        match fields::find(self.fields, key).map(|field| field.shape) {
+            Some(
+                Shape::Quantity(measure) | Shape::Vector(measure) | Shape::Quantities(measure),
+            ) => measure,
+            _ => Measure::Any,
+        }
+    }
+
+    /// A quantity.
+    pub(crate) fn quantity(&self, key: &str) -> Option<f64> {
+        self.context.quantity(self.value(key)?, self.measure(key))
+    }
+
+    /// Three quantities.
+    pub(crate) fn vector(&self, key: &str) -> Option<Vec3<f64>> {
+        self.context.vector(self.value(key)?, self.measure(key))
+    }
+
+    /// A quantity that may change in time.
+    pub(crate) fn course(&self, key: &str) -> Option<Course> {
+        self.context.course(self.value(key)?, self.measure(key))
+    }
+
+    /// A line of text, empty where there is none; what would move a terminal's cursor is a blank.
+    pub(crate) fn line(&self, key: &str) -> String {
+        let text = self.text(key).unwrap_or_default().trim();
+        let pieces: Vec<&str> = text.split(char::is_control).filter(|p| !p.is_empty()).collect();
+        pieces.join(" ")
+    }
+
+    /// A string.
+    pub(crate) fn text(&self, key: &str) -> Option<&'a str> {
+        let what = match fields::find(self.fields, key).map(|field| field.shape) {
+            Some(Shape::Name) => "a name between quotes",
+            _ => "a string between quotes",
+        };
+        self.context.text(self.value(key)?, what)
+    }
+
+    /// Pairs of quantities, each with its place.
+    pub(crate) fn pairs(&self, key: &str) -> Option<Vec<([f64; 2], Span)>> {
+        let value = self.value(key)?;
+        let Some(Shape::Pairs(first, second)) = fields::find(self.fields, key).map(|f| f.shape)
+        else {
+            return None;
+        };
+        let Some(list) = value.as_list() else {
+            self.context.wrong(value, "a list of pairs");
+            return None;
+        };
+        let pair = |item: &Value| {
+            let Some([a, b]) = item.as_list() else {
+                let (first, second) = (first.words().noun, second.words().noun);
+                self.context.wrong(item, &format!("a pair of {first} and {second}"));
+                return None;
+            };
+            let pair = (self.context.quantity(a, first), self.context.quantity(b, second));
+            let (Some(a), Some(b)) = pair else { return None };
+            Some(([a, b], item.span.clone()))
+        };
+        let pairs: Vec<_> = list.iter().map(pair).collect();
+        pairs.into_iter().collect()
+    }
+
+    /// One of the words of the field.
+    pub(crate) fn choice(&self, key: &str) -> Option<&'static str> {
+        match fields::find(self.fields, key).map(|field| field.shape) {
+            Some(Shape::Choice(words)) => self.context.choice(self.value(key)?, words),
+            _ => None,
+        }
+    }
+
+    /// The tables of a key by name.
+    pub(crate) fn tables(&self, key: &str) -> Vec<(&'a crate::document::Key, &'a Table)> {
+        let Some(value) = self.value(key) else { return Vec::new() };
+        let Some(table) = self.sub_table(value, key) else { return Vec::new() };
+        let each = |(name, value): &'a (crate::document::Key, Value)| {
+            Some((name, self.sub_table(value, &name.name)?))
+        };
+        table.entries.iter().filter_map(each).collect()
+    }
+
+    /// The table of a key.
+    pub(crate) fn table(&self, key: &str) -> Option<&'a Table> {
+        self.sub_table(self.value(key)?, key)
+    }
+
+    fn sub_table(&self, value: &'a Value, key: &str) -> Option<&'a Table> {
+        let table = value.as_table();
+        if table.is_none() {
+            self.context.wrong(value, &format!("a table for {}", quoted(key)));
+        }
+        table
+    }
+}

@@ -1,0 +1,264 @@
+//! What the mechanism's builder finds, at the places in the text where it comes from.
+
+use super::body::BodyDraft;
+use super::context::Context;
+use super::joint::JointDraft;
+use super::names::Names;
+use super::spring::SpringDraft;
+use crate::diagnostic::{Diagnostic, did_you_mean};
+use crate::source::Span;
+use std::mem::discriminant;
+use stiction_core::joint::JointType;
+use stiction_core::mechanism::{Defect, Warning};
+
+/// The place of what concerns the whole.
+const WHOLE: Span = 0..0;
+
+/// The parts of the mechanism and where they stand.
+pub(crate) struct Origin<'a> {
+    pub(crate) context: &'a Context<'a>,
+    pub(crate) bodies: &'a [BodyDraft],
+    pub(crate) joints: &'a [JointDraft],
+    pub(crate) springs: &'a [SpringDraft],
+    pub(crate) names: &'a Names,
+    /// Where the characteristic length stands.
+    pub(crate) length: Span,
+}
+
+impl Origin<'_> {
+    /// Reports defects; those that many legs share only once.
+    pub(crate) fn report(&self, defects: &[Defect]) {
+        // They say what is missing, and in a text with syntax errors nobody knows.
+        if !self.context.broken.is_empty() {
+            return;
+        }
+        let incomplete =
+            self.joints.iter().any(|joint| joint.spec.is_none()) || self.names.has_lost_legs();
+        let mut told = Vec::new();
+        for defect in defects {
+            // Without all joints nothing can be said about what they connect.
+            let consequence = match defect {
+                Defect::Disconnected { .. } => incomplete,
+                Defect::UnknownBody { body, .. } | Defect::UnknownBodyOfSpring { body, .. } => {
+                    self.names.may_be_lost(body)
+                }
+                _ => false,
+            };
+            if consequence {
+                continue;
+            }
+            if self.context.is_full() {
+                self.context.out.borrow_mut().add_untold_errors(1);
+                continue;
+            }
+            let (span, label, help) = self.locate(defect);
+            let key = (discriminant(defect), span.clone());
+            if told.contains(&key) {
+                continue;
+            }
+            told.push(key);
+            self.context.push(
+                Diagnostic::error("mechanism", self.message(defect))
+                    .at(self.context.place(&span), label)
+                    .maybe_help(help),
+            );
+        }
+    }
+
+    /// The defect in the words of the file.
+    fn message(&self, defect: &Defect) -> String {
+        let joint = |name: &str| self.joints.iter().find(|joint| joint.name == name);
+        let symbol = |name: &str| {
+            joint(name)
+                .and_then(|joint| joint.joint_type)
+                .map_or("?", |joint_type| joint_type.symbol())
+        };
+        match defect {
+            Defect::Pitch { joint } if symbol(joint) == "H" => {
+                format!("joint `{joint}` needs a `pitch` other than 0")
+            }
+            Defect::Pitch { joint } => {
+                format!("joint `{joint}` of type {} has no pitch", symbol(joint))
+            }
+            Defect::NotActuable { joint, .. } => {
+                format!("joint `{joint}` of type {} cannot be driven", symbol(joint))
+            }
+            other => other.to_string(),
+        }
+    }
+
+    fn locate(&self, defect: &Defect) -> (Span, String, Option<String>) {
+        let body = |name: &str| self.bodies.iter().find(|body| body.name == name);
+        // Of two with one name, the second is one too many.
+        let last_body = |name: &str| self.bodies.iter().rev().find(|body| body.name == name);
+        let joint = |name: &str| self.joints.iter().find(|joint| joint.name == name);
+        let last_joint = |name: &str| self.joints.iter().rev().find(|joint| joint.name == name);
+        let spring = |name: &str| self.springs.iter().find(|spring| spring.name == name);
+        let whole = || WHOLE;
+        let mut help = None;
+        let (span, label) = match defect {
+            Defect::NoBodies => {
+                help = Some("add a table such as [bodies.crank]".to_owned());
+                (whole(), "no table [bodies.…]")
+            }
+            Defect::DuplicateName { what: "bodies", name } => {
+                (last_body(name).map_or_else(whole, |b| b.name_span.clone()), "used already")
+            }
+            Defect::DuplicateName { what: "springs", name } => {
+                let last = self.springs.iter().rev().find(|spring| spring.name == *name);
+                (last.map_or_else(whole, |s| s.spans.name.clone()), "used already")
+            }
+            Defect::DuplicateName { name, .. } => {
+                (last_joint(name).map_or_else(whole, |j| j.spans.name.clone()), "used already")
+            }
+            Defect::NameOfFreedom { joint: name, .. } | Defect::NameTaken { name } => {
+                help = Some("give it another name".to_owned());
+                (joint(name).map_or_else(whole, |j| j.spans.name.clone()), "this name is taken")
+            }
+            Defect::GroundTaken => {
+                help = Some("delete it: the ground needs no table".to_owned());
+                let ground = body(stiction_core::mechanism::GROUND_NAME);
+                (ground.map_or_else(whole, |b| b.name_span.clone()), "this name is taken")
+            }
+            Defect::UnknownBody { joint: name, body } => {
+                help = did_you_mean(body, "bodies", self.names.body_names());
+                (self.end_of(name, body), "unknown body")
+            }
+            Defect::SameBody { joint: name, .. } => {
+                (joint(name).map_or_else(whole, |j| j.spans.to.clone()), "the same as `from`")
+            }
+            Defect::Disconnected { body: name } => {
+                (body(name).map_or_else(whole, |b| b.name_span.clone()), "not connected")
+            }
+            Defect::NegativeMass { body: name, .. } => {
+                (body(name).map_or_else(whole, |b| b.mass_span.clone()), "negative")
+            }
+            Defect::AsymmetricInertia { body: name }
+            | Defect::NegativeInertia { body: name, .. } => {
+                (body(name).map_or_else(whole, |b| b.inertia_span.clone()), "not an inertia")
+            }
+            Defect::Pitch { joint: name } => {
+                let draft = joint(name);
+                let helical = draft.is_some_and(|j| j.joint_type == Some(JointType::Helical));
+                help = helical.then(|| "for example `pitch = \"5 mm/rev\"`".to_owned());
+                let label = if helical { "the pitch is missing or 0" } else { "not for this type" };
+                (draft.map_or_else(whole, |j| j.spans.pitch.clone()), label)
+            }
+            Defect::NotActuable { joint: name, .. } => {
+                help = Some(
+                    "actuators drive the freedoms of R, P, H, C, U and E joints; model a driven ball \
+                     as R and U"
+                        .to_owned(),
+                );
+                (joint(name).map_or_else(whole, |j| j.spans.actuated.clone()), "cannot be driven")
+            }
+            Defect::StartLength { joint: name, .. } => (
+                joint(name).map_or_else(whole, |j| j.spans.start.clone()),
+                "not as many as there are",
+            ),
+            Defect::NoContact { joint: name, .. }
+            | Defect::DuplicateContact { joint: name }
+            | Defect::Friction { joint: name, .. } => {
+                let span = joint(name).map_or_else(whole, |j| j.spans.friction.table.clone());
+                (span, "friction cannot act here")
+            }
+            Defect::Radius { joint: name, .. } => {
+                let friction = joint(name).map(|j| &j.spans.friction);
+                let given = friction
+                    .and_then(|f| f.numbers.iter().find(|(key, ..)| *key == "radius"))
+                    .map(|(.., span)| span.clone());
+                let label = if given.is_some() { "not for a guide" } else { "`radius` is missing" };
+                (given.or_else(|| friction.map(|f| f.table.clone())).unwrap_or(WHOLE), label)
+            }
+            Defect::FrictionParameter { joint: name, parameter, value, .. } => {
+                let span = joint(name)
+                    .map_or_else(whole, |j| j.spans.friction.of_parameter(parameter, *value));
+                (span, "out of range")
+            }
+            Defect::Compliance { joint: name, part, .. } => {
+                let place = joint(name).map(|j| {
+                    let (table, parts) = &j.spans.compliance;
+                    let place = parts.iter().find(|(known, _)| known == part);
+                    place.map_or(table, |(_, span)| span).clone()
+                });
+                (place.unwrap_or(WHOLE), "not possible here")
+            }
+            Defect::UnknownBodyOfSpring { spring: name, body } => {
+                help = did_you_mean(body, "bodies", self.names.body_names());
+                let spans = spring(name).map(|s| [&s.spans.from, &s.spans.to]);
+                (spans.map_or_else(whole, |[from, to]| self.naming(body, from, to)), "unknown body")
+            }
+            Defect::SpringWithinBody { spring: name, .. } => {
+                (spring(name).map_or_else(whole, |s| s.spans.to.clone()), "the same as `from`")
+            }
+            Defect::SpringParameter { spring: name, parameter, .. } => {
+                let span = spring(name).map(|s| match *parameter {
+                    "stiffness" => s.spans.stiffness.clone(),
+                    "damping" => s.spans.damping.clone(),
+                    _ => s.spans.free_length.clone(),
+                });
+                (span.unwrap_or(WHOLE), "out of range")
+            }
+            Defect::CharacteristicLength(_) => (self.length.clone(), "not positive"),
+            Defect::CharacteristicLengthFar { .. } => {
+                (self.length.clone(), "far from the size of the mechanism")
+            }
+            // Whatever comes: the first name in the message that is known says where.
+            other => (self.named_in(&other.to_string()), ""),
+        };
+        (span, label.to_owned(), help)
+    }
+
+    /// Where a joint names this body.
+    fn end_of(&self, joint: &str, body: &str) -> Span {
+        let Some(draft) = self.joints.iter().find(|draft| draft.name == joint) else {
+            return WHOLE;
+        };
+        self.naming(body, &draft.spans.from, &draft.spans.to)
+    }
+
+    /// The one of two places that names this body.
+    fn naming(&self, body: &str, from: &Span, to: &Span) -> Span {
+        let text = |span: &Span| self.context.source.text.get(span.clone()).unwrap_or_default();
+        let names_it = |span: &Span| text(span).trim_matches(['"', '\'']) == body;
+        if names_it(to) && !names_it(from) { to } else { from }.clone()
+    }
+
+    fn named_in(&self, message: &str) -> Span {
+        for name in message.split('`').skip(1).step_by(2) {
+            if let Some(body) = self.bodies.iter().find(|body| body.name == name) {
+                return body.name_span.clone();
+            }
+            if let Some(joint) = self.joints.iter().find(|joint| joint.name == name) {
+                return joint.spans.name.clone();
+            }
+        }
+        WHOLE
+    }
+
+    /// Reports what is suspicious, once for many legs.
+    pub(crate) fn warn(&self, warnings: &[Warning]) {
+        let mut told = Vec::new();
+        for warning in warnings {
+            let body = |name: &str| self.bodies.iter().find(|body| body.name == name);
+            let (span, label) = match warning {
+                Warning::ImpossibleInertia { body: name, .. } => {
+                    (body(name).map(|b| b.inertia_span.clone()), "not physical")
+                }
+                Warning::InertiaWithoutMass { body: name } => {
+                    (body(name).map(|b| b.inertia_span.clone()), "without a `mass`")
+                }
+                _ => (None, ""),
+            };
+            let span = span.unwrap_or(WHOLE);
+            let key = (discriminant(warning), span.clone());
+            if !told.contains(&key) {
+                told.push(key);
+                self.context.push(
+                    Diagnostic::warning("mechanism", warning.to_string())
+                        .at(self.context.place(&span), label),
+                );
+            }
+        }
+    }
+}

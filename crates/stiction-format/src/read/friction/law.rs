@@ -1,0 +1,230 @@
+//! Friction laws.
+
+use super::layers::{Given, Layers, Notes};
+use crate::diagnostic::Diagnostic;
+use stiction_core::friction::{Bristles, Curve, Exponent, Law};
+
+/// Reads the law that the tables amount to. What contradicts is complained about and left out.
+pub(super) fn read(layers: &Layers<'_>, notes: &mut Notes) -> Law {
+    let given = |key| layers.given(key);
+    let word = layers.word("law").unwrap_or_default();
+    let has_state = matches!(word, "dahl" | "lugre");
+    let (mu, viscous) = (layers.number("mu", notes), layers.number("viscous", notes));
+    let table = table_in_force(layers, notes);
+    if table.is_none() && mu.is_none() && (viscous.is_none() || has_state) {
+        if has_state {
+            layers.missing(given("law"), "mu", " for a law with a state", notes);
+        } else if let Some(record) = layers.records.first() {
+            record.missing_both(["mu", "viscous"]);
+        }
+    }
+    let mut law = Law::coulomb_viscous(mu.unwrap_or(0.0), viscous.unwrap_or(0.0));
+    law.curve = match table {
+        Some(table) => {
+            law.coulomb = 0.0;
+            curve_of_table(layers, word, table, notes)
+        }
+        None => curve_of_numbers(layers, word, &law, notes),
+    };
+    law.bristles = bristles(layers, word, &mut law.viscous, notes);
+    law.regularisation = regularisation(layers, &law, notes);
+    if has_state && mu.is_none() && table.is_none() {
+        // Said already; the builder need not say it again.
+        law.coulomb = 1.0;
+    }
+    law
+}
+
+/// The table of coefficients, unless a nearer `mu` takes its place.
+fn table_in_force<'a>(layers: &Layers<'a>, notes: &mut Notes) -> Option<Given<'a>> {
+    let table = layers.given("table")?;
+    let Some(mu) = layers.given("mu") else { return Some(table) };
+    if mu.layer == table.layer {
+        let help = "delete `mu`, or the table";
+        layers.conflict(mu, "mu", "the table says all coefficients", help, notes);
+    }
+    (table.layer <= mu.layer).then_some(table)
+}
+
+fn curve_of_table(layers: &Layers<'_>, word: &str, table: Given<'_>, notes: &mut Notes) -> Curve {
+    const WHY: &str = "the table says how friction changes with speed; its first row is rest";
+    let nearer = |key| layers.given(key).filter(|given| given.layer <= table.layer);
+    for key in ["mu_static", "stribeck_velocity", "stribeck_exponent"] {
+        if let Some(given) = nearer(key) {
+            layers.conflict(given, key, WHY, &format!("delete `{key}`, or the table"), notes);
+        }
+    }
+    if let ("coulomb" | "stribeck" | "exponential" | "dahl", Some(given)) = (word, nearer("law")) {
+        layers.conflict(given, "law", WHY, "delete `law`, or the table", notes);
+    }
+    rows(table).map_or(Curve::Constant, Curve::Table)
+}
+
+/// The rows of a table, if they are in order.
+fn rows(table: Given<'_>) -> Option<Vec<[f64; 2]>> {
+    let rows = table.record.pairs("table")?;
+    let context = table.record.context;
+    let wrong = |span, message: &str, label: &str| {
+        context.push(
+            Diagnostic::error("friction", message)
+                .at(context.place(span), label)
+                .help("for example `table = [[0, 0.2], [\"5 mm/s\", 0.15], [\"0.1 m/s\", 0.12]]`"),
+        );
+    };
+    if rows.len() < 2 {
+        wrong(&table.value.span, "a table of coefficients needs two rows at least", "too short");
+        return None;
+    }
+    let mut before = None;
+    for ([speed, coefficient], span) in &rows {
+        let (message, label) = match before {
+            None if *speed != 0.0 => ("a table of coefficients begins at the speed 0", "not 0"),
+            Some(before) if *speed <= before => {
+                ("the speeds in a table of coefficients must increase", "not beyond the row above")
+            }
+            _ if *coefficient < 0.0 => ("a coefficient of friction is at least 0", "negative"),
+            _ => {
+                before = Some(*speed);
+                continue;
+            }
+        };
+        wrong(span, message, label);
+        return None;
+    }
+    Some(rows.into_iter().map(|(row, _)| row).collect())
+}
+
+fn curve_of_numbers(layers: &Layers<'_>, word: &str, law: &Law, notes: &mut Notes) -> Curve {
+    let given = |key| layers.given(key);
+    let refuse = |keys: &[&'static str], why: &str, help: &str, notes: &mut Notes| {
+        for key in keys.iter().copied() {
+            if let Some(given) = given(key) {
+                layers.conflict(given, key, why, help, notes);
+            }
+        }
+    };
+    match word {
+        "coulomb" => {
+            let why = "Coulomb's coefficient does not change with the sliding speed";
+            let help = "delete the key, or write `law = \"stribeck\"`";
+            refuse(&["stribeck_velocity", "stribeck_exponent"], why, help, notes);
+        }
+        "dahl" => {
+            let why = "Dahl's law has one coefficient";
+            let help = "delete the key, or write `law = \"lugre\"`";
+            let keys = ["mu_static", "stribeck_velocity", "stribeck_exponent"];
+            refuse(&keys, why, help, notes);
+            return Curve::Constant;
+        }
+        "exponential" => {
+            let why = "the exponential law is Stribeck's with the exponent 1";
+            let help = "delete the key, or write `law = \"stribeck\"`";
+            refuse(&["stribeck_exponent"], why, help, notes);
+        }
+        _ => {}
+    }
+    let breakaway = layers.number("mu_static", notes);
+    let shaped = given("stribeck_velocity").or_else(|| given("stribeck_exponent"));
+    let by_word = matches!(word, "stribeck" | "exponential");
+    let changes = word != "coulomb"
+        && (by_word || shaped.is_some() || (word == "lugre" && breakaway.is_some()));
+    if breakaway.is_some() && given("mu").is_none() {
+        layers.missing(given("mu_static"), "mu", " beside `mu_static`", notes);
+    }
+    if !changes {
+        return breakaway.map_or(Curve::Constant, |coefficient| Curve::Breakaway { coefficient });
+    }
+    let velocity = layers.number("stribeck_velocity", notes);
+    let beside = shaped.or_else(|| given("law"));
+    if velocity.is_none() {
+        layers.missing(beside, "stribeck_velocity", ": the coefficient changes with speed", notes);
+    }
+    if breakaway.is_none() {
+        layers.missing(beside, "mu_static", ": the coefficient changes with speed", notes);
+    }
+    let exponent = match word {
+        "exponential" => 1.0,
+        _ => layers.number("stribeck_exponent", notes).unwrap_or(2.0),
+    };
+    Curve::Stribeck {
+        breakaway: breakaway.unwrap_or(law.coulomb),
+        velocity: velocity.unwrap_or(1.0),
+        exponent: Exponent::new(exponent),
+    }
+}
+
+/// The state of a law that has one; the viscous part of the LuGre model may be called `sigma2`.
+fn bristles(
+    layers: &Layers<'_>,
+    word: &str,
+    viscous: &mut f64,
+    notes: &mut Notes,
+) -> Option<Bristles> {
+    let given = |key| layers.given(key);
+    let refused: &[&'static str] = match word {
+        "lugre" => &[],
+        "dahl" => &["sigma1", "sigma2"],
+        _ => &["sigma0", "sigma1", "sigma2"],
+    };
+    for key in refused.iter().copied() {
+        if let Some(given) = given(key) {
+            let (why, help) = match word {
+                "dahl" => ("Dahl's law has only `sigma0`", "write `law = \"lugre\"`, or `viscous`"),
+                _ => ("it belongs to a law with a state", "write `law = \"lugre\"`, or delete it"),
+            };
+            layers.conflict(given, key, why, help, notes);
+        }
+    }
+    if !matches!(word, "dahl" | "lugre") {
+        return None;
+    }
+    if word == "lugre" {
+        if let (Some(sigma2), Some(_)) = (given("sigma2"), given("viscous")) {
+            let help = "keep one of them";
+            layers.conflict(sigma2, "sigma2", "`viscous` is the same", help, notes);
+        } else if let Some(sigma2) = layers.number("sigma2", notes) {
+            *viscous = sigma2;
+        }
+    }
+    let law = given("law");
+    let mut needed = |key| {
+        let number = layers.number(key, notes);
+        if number.is_none() {
+            layers.missing(law, key, " for this law", notes);
+        }
+        number.unwrap_or(1.0)
+    };
+    let stiffness = needed("sigma0");
+    let damping = if word == "lugre" { needed("sigma1") } else { 0.0 };
+    Some(Bristles { stiffness, damping })
+}
+
+fn regularisation(layers: &Layers<'_>, law: &Law, notes: &mut Notes) -> Option<f64> {
+    let (wanted, velocity) = (layers.given("regularised"), layers.given("regularisation_velocity"));
+    match (wanted, velocity) {
+        (None, None) => return None,
+        (None, Some(velocity)) => {
+            let (why, help) = ("nothing is regularised", "add `regularised = \"tanh\"`");
+            layers.conflict(velocity, "regularisation_velocity", why, help, notes);
+            return None;
+        }
+        (Some(wanted), None) => {
+            let why = " beside `regularised`";
+            layers.missing(Some(wanted), "regularisation_velocity", why, notes);
+            return None;
+        }
+        (Some(wanted), Some(_)) => {
+            let why = match law.curve {
+                _ if law.bristles.is_some() => "a law with a state sticks by its state",
+                Curve::Breakaway { .. } => "a regularised friction has no coefficient at rest",
+                _ => {
+                    layers.word("regularised");
+                    return layers.number("regularisation_velocity", notes);
+                }
+            };
+            let help = "delete `regularised`, or what sticks";
+            layers.conflict(wanted, "regularised", why, help, notes);
+        }
+    }
+    None
+}

@@ -1,0 +1,184 @@
+//! Friction of joints.
+
+mod law;
+mod layers;
+mod load;
+
+use super::context::{Context, Record};
+use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
+use crate::document::Table;
+use crate::fields::tables::{BACKWARD_LAW, CONTACT, JOINT_FRICTION};
+use crate::source::Span;
+use layers::{Layers, Notes};
+use stiction_core::friction::{Contact, ContactShape, Law, contacts_of};
+use stiction_core::joint::JointType;
+
+/// The joint whose friction is read.
+pub(crate) struct Place<'a> {
+    pub(crate) joint_type: JointType,
+    /// m/rad; zero where there is none.
+    pub(crate) pitch: f64,
+    /// What to call the joint.
+    pub(crate) what: &'a str,
+}
+
+/// Where the numbers of a friction stand.
+#[derive(Default)]
+pub(crate) struct FrictionSpans {
+    pub(crate) table: Span,
+    /// Key, value and place of every number.
+    pub(crate) numbers: Vec<(&'static str, f64, Span)>,
+}
+
+impl FrictionSpans {
+    /// The place of the parameter that the mechanism's builder calls `parameter`.
+    pub(crate) fn of_parameter(&self, parameter: &str, value: f64) -> Span {
+        let key = match parameter {
+            "coefficient" => "mu",
+            "coefficient at rest" => "mu_static",
+            "viscous coefficient" => "viscous",
+            "Stribeck velocity" => "stribeck_velocity",
+            "Stribeck exponent" => "stribeck_exponent",
+            "velocity of regularisation" => "regularisation_velocity",
+            "stiffness of bristles" => "sigma0",
+            "damping of bristles" => "sigma1",
+            "bending span" => "bending_span",
+            "collar ratio" => "collar_radius",
+            "torsion arm" => "torsion_arm",
+            "place of the gland" => "gland",
+            "place of the piston" => "piston",
+            other => other,
+        };
+        let is_it = |known: &str| known == key || (known == "sigma2" && key == "viscous");
+        let mut places = self.numbers.iter().filter(|(known, ..)| is_it(known));
+        let exact = places.clone().find(|(_, number, _)| *number == value);
+        exact.or_else(|| places.next()).map_or(&self.table, |(_, _, span)| span).clone()
+    }
+}
+
+/// Reads the friction of all contacts of a joint.
+pub(crate) fn read(
+    context: &Context<'_>,
+    table: &Table,
+    joint: &Place<'_>,
+) -> (Vec<Contact>, FrictionSpans) {
+    let &Place { joint_type, what, .. } = joint;
+    let places = contacts_of(joint_type);
+    let shared = Record::new(context, table, JOINT_FRICTION, format!("the friction of {what}"));
+    let spans = FrictionSpans { table: table.span.clone(), numbers: Vec::new() };
+    let mut notes = Notes { spans, told: Vec::new() };
+    let own_name = |name: &str| places.iter().any(|(place, _)| !place.is_empty() && *place == name);
+    for (key, _) in &table.entries {
+        let is_contact = !CONTACT.iter().any(|field| field.key == key.name)
+            && JOINT_FRICTION.iter().any(|field| field.key == key.name);
+        if is_contact && !own_name(&key.name) {
+            let symbol = joint_type.symbol();
+            let names = places.iter().map(|(name, _)| *name).filter(|name| !name.is_empty());
+            context.push(
+                Diagnostic::error(
+                    "unknown-key",
+                    format!("a joint of type {symbol} has no contact {}", quoted(&key.name)),
+                )
+                .at(context.place(&key.span), "unknown contact")
+                .maybe_help(did_you_mean(&key.name, "its contacts", names)),
+            );
+        }
+    }
+    // What is different backward, in the table of a contact or of the whole joint.
+    let backward = |record: &Record<'_>, what: &str| {
+        let what = format!("the backward friction of {what}");
+        let table = record.value("backward").and_then(|_| record.table("backward"));
+        table.map(|table| (table.clone(), what))
+    };
+    let shared_backward = backward(&shared, what);
+    let shared_backward = shared_backward
+        .as_ref()
+        .map(|(table, what)| Record::new(context, table, BACKWARD_LAW, what.clone()));
+    let mut contacts = Vec::new();
+    for (place, (name, shape)) in places.iter().enumerate() {
+        let own = (!name.is_empty()).then(|| shared.table(name)).flatten();
+        let what = format!("contact `{name}` of {what}");
+        let own = own.map(|table| Record::new(context, table, CONTACT, what.clone()));
+        let own_backward = own.as_ref().and_then(|own| backward(own, &what));
+        let own_backward = own_backward
+            .as_ref()
+            .map(|(table, what)| Record::new(context, table, BACKWARD_LAW, what.clone()));
+        // In a C joint the shared radius is that of the pin; its guide has none.
+        let no_shared_radius = places.len() > 1 && !shape.turns();
+        let sides = [own_backward.as_ref(), shared_backward.as_ref()];
+        let forward: Vec<_> = own.as_ref().into_iter().chain([&shared]).collect();
+        let both: Vec<_> = sides.into_iter().flatten().chain(forward.iter().copied()).collect();
+        let differs = both.len() > forward.len() && shape.has_one_freedom();
+        let forward = Layers { records: &forward, no_shared_radius };
+        let both = Layers { records: &both, no_shared_radius };
+        let law = law::read(&forward, &mut notes);
+        let radius = forward.number("radius", &mut notes);
+        let load = load::read(&forward, *shape, joint, radius, &mut notes);
+        let backward = differs.then(|| law::read(&both, &mut notes));
+        contacts.push(Contact { place, radius, law, backward, load });
+        if let Some(own) = &own {
+            not_applicable(context, own, CONTACT, &[*shape], joint_type);
+        }
+    }
+    if places.is_empty() {
+        // The builder says that this joint has no friction.
+        contacts.push(Contact::guide(Law::coulomb_viscous(0.0, 0.0)));
+    } else {
+        let shapes: Vec<_> = places.iter().map(|(_, shape)| *shape).collect();
+        not_applicable(context, &shared, JOINT_FRICTION, &shapes, joint_type);
+    }
+    (contacts, notes.spans)
+}
+
+/// Whether a contact of this shape has the part. A radius of a guide is the builder's to refuse.
+fn applies(key: &str, shape: ContactShape, joint_type: JointType) -> bool {
+    use ContactShape::{Ball, Guide, Pin, Plate, Thread};
+    match key {
+        "bending_span" | "combine" => shape != Ball,
+        "collar_radius" => matches!(shape, Pin { .. }),
+        "torsion_arm" => matches!(shape, Guide { .. }),
+        "supports" | "gland" | "piston" => match shape {
+            Guide { .. } | Thread => true,
+            Pin { .. } => joint_type == JointType::Cylindrical,
+            Ball | Plate => false,
+        },
+        "flank_angle" => shape == Thread,
+        "smoothing" => shape != Thread,
+        "backward" => shape.has_one_freedom(),
+        _ => true,
+    }
+}
+
+/// Says which keys mean nothing at any of these contacts.
+fn not_applicable(
+    context: &Context<'_>,
+    record: &Record<'_>,
+    fields: &[crate::fields::Field],
+    shapes: &[ContactShape],
+    joint_type: JointType,
+) {
+    for field in fields {
+        let Some(value) = record.table.get(field.key) else { continue };
+        if shapes.iter().any(|shape| applies(field.key, *shape, joint_type)) {
+            continue;
+        }
+        let what = match shapes {
+            [ContactShape::Ball] => "a ball",
+            [ContactShape::Plate] => "a plate",
+            [ContactShape::Thread] => "a thread",
+            [ContactShape::Guide { .. }] => "a straight guide",
+            _ => "a pin",
+        };
+        let label = match field.key {
+            "bending_span" | "collar_radius" | "torsion_arm" => "nothing takes this load",
+            _ => "not for this contact",
+        };
+        let message =
+            format!("`{}` means nothing at {what} (type {})", field.key, joint_type.symbol());
+        context.push(
+            Diagnostic::error("unknown-key", message)
+                .at(context.place(&value.span), label)
+                .help(format!("`{}`: {}", field.key, field.doc.trim_end_matches('.'))),
+        );
+    }
+}

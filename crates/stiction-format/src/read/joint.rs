@@ -1,0 +1,345 @@
+//! Joints.
+
+use super::context::{Context, Record};
+use super::friction::{self, FrictionSpans};
+use super::geometry::frame;
+use super::proofread::proofread;
+use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
+use crate::document::{Node, Table, Value};
+use crate::expression::Measure;
+use crate::fields::tables::{JOINT, JOINT_COMPLIANCE, LEG_JOINT};
+use crate::source::Span;
+use stiction_core::joint::{Freedom, JointType, Motion};
+use stiction_core::mechanism::{Compliance, JointSpec};
+use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
+
+/// A joint that was read, and where its parts stand.
+pub(crate) struct JointDraft {
+    pub(crate) name: String,
+    /// `None` where the type is not known.
+    pub(crate) spec: Option<JointSpec>,
+    pub(crate) joint_type: Option<JointType>,
+    pub(crate) spans: JointSpans,
+}
+
+/// Where the parts of a joint stand.
+pub(crate) struct JointSpans {
+    pub(crate) name: Span,
+    pub(crate) from: Span,
+    pub(crate) to: Span,
+    pub(crate) pitch: Span,
+    pub(crate) start: Span,
+    pub(crate) actuated: Span,
+    pub(crate) friction: FrictionSpans,
+    /// The table of compliances, and the place of each of its parts.
+    pub(crate) compliance: (Span, Vec<(&'static str, Span)>),
+}
+
+/// What a leg says about one of its joints.
+pub(crate) struct Placement<'a> {
+    pub(crate) joint_type: JointType,
+    pub(crate) actuated: bool,
+    pub(crate) from: (&'a str, Span),
+    pub(crate) to: (&'a str, Span),
+    /// For a leg's first joint: its origin in the turned frame of `from`, and the turn.
+    pub(crate) first: Option<(Vec3<f64>, Mat3<f64>)>,
+    /// For a leg's last joint: its origin in the turned frame of `to`, and the turn.
+    pub(crate) last: Option<(Vec3<f64>, Mat3<f64>)>,
+}
+
+/// Reads a joint; `what` is what to call it.
+pub(crate) fn read(
+    context: &Context<'_>,
+    name: String,
+    name_span: &Span,
+    table: &Table,
+    placement: Option<&Placement<'_>>,
+    what: &str,
+) -> JointDraft {
+    let fields = if placement.is_some() { LEG_JOINT } else { JOINT };
+    let record = Record::new(context, table, fields, what);
+    let joint_type = match placement {
+        Some(placement) => Some(placement.joint_type),
+        None => read_type(context, &record),
+    };
+    let end = |key: &str, of_leg: Option<&(&str, Span)>| match of_leg {
+        Some((name, span)) => (Some((*name).to_owned()), span.clone()),
+        None => (record.text(key).map(str::to_owned), record.span(key)),
+    };
+    let (from, from_span) = end("from", placement.map(|p| &p.from));
+    let (to, to_span) = end("to", placement.map(|p| &p.to));
+    let mut spans = JointSpans {
+        name: name_span.clone(),
+        from: from_span,
+        to: to_span,
+        pitch: record.span("pitch"),
+        start: record.span("start"),
+        actuated: record.span("actuated"),
+        friction: FrictionSpans::default(),
+        compliance: (record.span("compliance"), Vec::new()),
+    };
+    let mut spec = None;
+    if let (Some(joint_type), Some(from), Some(to)) = (joint_type, from, to) {
+        let reader = Reader { context, record: &record, joint_type };
+        let mut built = JointSpec::new(name.as_str(), joint_type, from, to);
+        if let Some((frame_j, frame_k)) = reader.frames(placement) {
+            built = built.frames(frame_j, frame_k);
+        }
+        let pitch = record.quantity("pitch");
+        if let Some(pitch) = pitch {
+            built = built.pitch(pitch);
+        } else if record.value("pitch").is_some() {
+            // It stands there but cannot be read, which has been said: no complaint about 0.
+            built = built.pitch(f64::from(u8::from(joint_type == JointType::Helical)));
+        }
+        built = reader.actuated(built, placement);
+        if let Some(start) = reader.start() {
+            built = built.start(start);
+        }
+        if let Some(table) = record.table("friction") {
+            let joint = friction::Place { joint_type, pitch: pitch.unwrap_or(0.0), what };
+            let (contacts, friction_spans) = friction::read(context, table, &joint);
+            spans.friction = friction_spans;
+            built = contacts.into_iter().fold(built, JointSpec::friction);
+        }
+        if let Some(table) = record.table("compliance") {
+            let what = format!("the compliance of {what}");
+            let record = Record::new(context, table, JOINT_COMPLIANCE, what);
+            let mut part = |key: &'static str| {
+                spans.compliance.1.push((key, record.span(key)));
+                record.quantity(key).unwrap_or(0.0)
+            };
+            built = built.compliance(Compliance {
+                radial: part("radial"),
+                axial: part("axial"),
+                bending: part("bending"),
+                torsional: part("torsional"),
+            });
+        }
+        spec = Some(built);
+    } else {
+        proofread(&record, fields);
+    }
+    JointDraft { name, spec, joint_type, spans }
+}
+
+/// The type by its symbol; whole words get their symbol as an answer.
+fn read_type(context: &Context<'_>, record: &Record<'_>) -> Option<JointType> {
+    const WORDS: &[(&str, &str)] = &[
+        ("revolute", "R"),
+        ("hinge", "R"),
+        ("prismatic", "P"),
+        ("slider", "P"),
+        ("helical", "H"),
+        ("screw", "H"),
+        ("cylindrical", "C"),
+        ("universal", "U"),
+        ("cardan", "U"),
+        ("hooke", "U"),
+        ("spherical", "S"),
+        ("ball", "S"),
+        ("planar", "E"),
+    ];
+    let value = record.value("type")?;
+    let word = value.as_text().unwrap_or_default().to_lowercase();
+    if let Some((_, symbol)) = WORDS.iter().find(|(known, _)| *known == word) {
+        context.push(
+            Diagnostic::error("unknown-name", "joint types are written as letters")
+                .at(context.place(&value.span), "a word")
+                .help(format!("write \"{symbol}\"")),
+        );
+        return None;
+    }
+    record.choice("type").and_then(JointType::from_symbol)
+}
+
+struct Reader<'a> {
+    context: &'a Context<'a>,
+    record: &'a Record<'a>,
+    joint_type: JointType,
+}
+
+impl Reader<'_> {
+    /// `X_PJ` and `X_SK`.
+    fn frames(&self, placement: Option<&Placement<'_>>) -> Option<(Pose<f64>, Pose<f64>)> {
+        let first = placement.and_then(|p| p.first);
+        let last = placement.and_then(|p| p.last);
+        let at = self.origin("at", first.map(|(origin, _)| origin), "foot");
+        let to_at = self.origin("to_at", last.map(|(origin, _)| origin), "tip");
+        let axes = self.axes();
+        let turn = match self.record.value("turn") {
+            Some(value) => self.context.rotation(value),
+            None => Some(Mat3::identity()),
+        };
+        let (at, to_at, axes, turn) = (at?, to_at?, axes?, turn?);
+        let turned = |by: Option<(Vec3<f64>, Mat3<f64>)>, pose: Pose<f64>| match by {
+            Some((_, rotation)) => Pose { rotation, position: Vec3::zero() } * pose,
+            None => pose,
+        };
+        let frame_j = Pose { rotation: axes, position: at };
+        let frame_k = Pose { rotation: turn.transpose() * axes, position: to_at };
+        Some((turned(first, frame_j), turned(last, frame_k)))
+    }
+
+    fn origin(&self, key: &str, of_leg: Option<Vec3<f64>>, named: &str) -> Option<Vec3<f64>> {
+        match (self.record.value(key), of_leg) {
+            (None, origin) => Some(origin.unwrap_or(Vec3::zero())),
+            (Some(_), None) => self.record.vector(key),
+            (Some(value), Some(_)) => {
+                let message = format!("the origin of this joint is the leg's `{named}`");
+                self.context.push(
+                    Diagnostic::error("unknown-key", message)
+                        .at(self.context.place(&value.span), "given twice")
+                        .help(format!("delete `{key}`, or change `{named}`")),
+                );
+                None
+            }
+        }
+    }
+
+    /// The axes of J in the predecessor.
+    fn axes(&self) -> Option<Mat3<f64>> {
+        use JointType::{Fixed, Free, Spherical, Universal};
+        let symbol = self.joint_type.symbol();
+        if matches!(self.joint_type, Spherical | Fixed | Free) {
+            for key in ["axis", "second_axis", "x_axis"] {
+                if let Some(value) = self.record.value(key) {
+                    let help = "to turn the bodies against each other, use `turn`".to_owned();
+                    self.not_for_type(value, key, &format!("a joint of type {symbol}"), Some(help));
+                }
+            }
+            return Some(Mat3::identity());
+        }
+        let universal = self.joint_type == Universal;
+        let (x_key, other) =
+            if universal { ("second_axis", "x_axis") } else { ("x_axis", "second_axis") };
+        if let Some(value) = self.record.value(other) {
+            let help = universal.then(|| "x of a U joint's frame is its `second_axis`".to_owned());
+            self.not_for_type(value, other, &format!("a joint of type {symbol}"), help);
+        }
+        let axis = self.record.value("axis");
+        if axis.is_none() {
+            self.record.missing("axis", &format!(", which type {symbol} needs"));
+        }
+        let x = self.record.value(x_key);
+        if universal && x.is_none() {
+            self.record.missing("second_axis", ", which type U needs");
+        }
+        let axis_vector = axis.and_then(|value| self.context.axis(value));
+        let x_vector = x.map(|value| self.context.axis(value));
+        let axis_vector = axis_vector?;
+        let x = match (x, x_vector) {
+            (Some(value), Some(x)) => {
+                Some(self.context.square_to(axis_vector, x?, value, x_key)?)
+            }
+            _ if universal => return None,
+            _ => None,
+        };
+        Some(frame(axis_vector, x))
+    }
+
+    fn not_for_type(&self, value: &Value, key: &str, what: &str, help: Option<String>) {
+        self.context.push(
+            Diagnostic::error("unknown-key", format!("{what} has no `{key}`"))
+                .at(self.context.place(&value.span), "not for this type")
+                .maybe_help(help),
+        );
+    }
+
+    fn actuated(&self, spec: JointSpec, placement: Option<&Placement<'_>>) -> JointSpec {
+        let Some(value) = self.record.value("actuated") else {
+            return if placement.is_some_and(|p| p.actuated) { spec.actuated() } else { spec };
+        };
+        let freedoms = self.joint_type.freedoms();
+        let nothing_to_drive = freedoms.is_empty()
+            && (matches!(value.node, Node::Flag(true))
+                || value.as_list().is_some_and(|l| !l.is_empty()));
+        if nothing_to_drive {
+            self.context.push(
+                Diagnostic::error("mechanism", "a fixed joint has no freedom that could be driven")
+                    .at(self.context.place(&value.span), "nothing to drive"),
+            );
+            return spec;
+        }
+        match &value.node {
+            Node::Flag(true) => spec.actuated(),
+            Node::Flag(false) => spec,
+            Node::List(names) => {
+                let driven: Vec<_> =
+                    names.iter().filter_map(|name| self.freedom(name, freedoms)).collect();
+                spec.actuated_freedoms(driven)
+            }
+            _ => {
+                self.context.wrong(value, "true, false or a list of freedoms such as [\"slide\"]");
+                spec
+            }
+        }
+    }
+
+    fn freedom(&self, value: &Value, freedoms: &[Freedom]) -> Option<usize> {
+        let name = self.context.text(value, "the name of a freedom between quotes")?;
+        let found = freedoms.iter().position(|freedom| freedom.name == name);
+        if found.is_none() {
+            let symbol = self.joint_type.symbol();
+            let message = format!("a joint of type {symbol} has no freedom {}", quoted(name));
+            self.context.push(
+                Diagnostic::error("unknown-name", message)
+                    .at(self.context.place(&value.span), "unknown freedom")
+                    .maybe_help(did_you_mean(
+                        name,
+                        "its freedoms",
+                        freedoms.iter().map(|f| f.name),
+                    )),
+            );
+        }
+        found
+    }
+
+    /// The start coordinates.
+    fn start(&self) -> Option<Vec<f64>> {
+        let value = self.record.value("start")?;
+        let measure = |freedom: &Freedom| match freedom.motion {
+            Motion::Translation => Measure::Length,
+            Motion::Rotation | Motion::Screw => Measure::Angle,
+        };
+        match self.joint_type {
+            JointType::Fixed => {
+                self.not_for_type(value, "start", "a fixed joint", None);
+                None
+            }
+            JointType::Spherical => {
+                let mut q = vec![0.0; 4];
+                Quaternion::from_rotation(self.context.rotation(value)?).write(&mut q);
+                Some(q)
+            }
+            JointType::Free => {
+                let Some(table) = value.as_table() else {
+                    self.context.wrong(value, "a pose { position = [x, y, z], rotation = … }");
+                    return None;
+                };
+                let pose = self.context.pose(table, "`start`")?;
+                let mut q = pose.position.to_array().to_vec();
+                q.resize(7, 0.0);
+                if let Some(quaternion) = q.get_mut(3..) {
+                    Quaternion::from_rotation(pose.rotation).write(quaternion);
+                }
+                Some(q)
+            }
+            _ => {
+                let freedoms = self.joint_type.freedoms();
+                let single = std::slice::from_ref(value);
+                let list = match value.as_list() {
+                    Some(list) => list,
+                    None if freedoms.len() == 1 => single,
+                    None => {
+                        let names: Vec<_> = freedoms.iter().map(|f| f.name).collect();
+                        self.context.wrong(value, &format!("a list [{}]", names.join(", ")));
+                        return None;
+                    }
+                };
+                let measures = freedoms.iter().map(measure).chain(std::iter::repeat(Measure::Any));
+                list.iter().zip(measures).map(|(item, m)| self.context.quantity(item, m)).collect()
+            }
+        }
+    }
+}

@@ -1,0 +1,326 @@
+//! Equal legs around an axis, written out as bodies and joints.
+
+use super::body::{self, BodyDraft};
+use super::chain::{Chain, Link};
+use super::context::{Context, Record};
+use super::geometry::about;
+use super::joint::{self, JointDraft, Placement};
+use super::names;
+use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
+use crate::document::{Key, Node, Table, Value};
+use crate::expression::Measure;
+use crate::fields::tables::{LEGS, PLACE};
+use crate::source::Span;
+use std::collections::HashSet;
+use stiction_core::mechanism::GROUND_NAME;
+use stiction_core::spatial::{Mat3, Pose, Vec3};
+
+/// A leg: its name, and the names of its joints and bodies.
+pub(crate) struct LegDraft {
+    pub(crate) name: String,
+    pub(crate) joints: Vec<String>,
+    pub(crate) bodies: Vec<String>,
+}
+
+/// Everything that the legs add to the mechanism.
+#[derive(Default)]
+pub(crate) struct Expansion {
+    pub(crate) bodies: Vec<BodyDraft>,
+    pub(crate) joints: Vec<JointDraft>,
+    pub(crate) legs: Vec<LegDraft>,
+    /// Whether there are legs that could not be read: what seems to be missing may be theirs.
+    pub(crate) lost: bool,
+}
+
+/// Expands all groups of legs. The numbering of legs goes on across groups.
+pub(crate) fn read(context: &Context<'_>, value: &Value) -> Expansion {
+    let mut all = Expansion::default();
+    let groups = match &value.node {
+        Node::List(groups) => groups.as_slice(),
+        _ => std::slice::from_ref(value),
+    };
+    for group in groups {
+        match group.as_table() {
+            Some(table) => read_group(context, table, &mut all),
+            None => {
+                context.wrong(group, "a table of legs");
+                all.lost = true;
+            }
+        }
+    }
+    all
+}
+
+/// Where a leg stands, and what is different there.
+struct Spot<'a> {
+    angle: f64,
+    table: Option<&'a Table>,
+}
+
+fn read_group(context: &Context<'_>, table: &Table, all: &mut Expansion) {
+    let record = Record::new(context, table, LEGS, "a group of legs");
+    let chain = record
+        .value("chain")
+        .and_then(|value| Chain::read(context, value, record.value("between")));
+    let about_axis = match record.value("about") {
+        Some(value) => context.axis(value),
+        None => Some(Vec3::unit(2)),
+    };
+    let to = record.text("to").map(|to| (to, record.span("to")));
+    let from = match record.value("from") {
+        Some(value) => context.text(value, "the name of a body between quotes"),
+        None => Some(GROUND_NAME),
+    };
+    let (spots, complete) = spots(context, &record);
+    all.lost |= !complete;
+    let (Some(chain), Some(axis), Some(to), Some(from)) = (chain, about_axis, to, from) else {
+        all.lost = true;
+        return;
+    };
+    let group = Group {
+        context,
+        record: &record,
+        chain: &chain,
+        axis,
+        from: (from, record.span("from")),
+        to,
+    };
+    group.check_names(record.value("joints"), record.value("bodies"));
+    for spot in spots {
+        group.expand(&spot, all);
+    }
+}
+
+/// Where the legs stand, and whether these are all.
+fn spots<'a>(context: &'a Context<'a>, record: &Record<'a>) -> (Vec<Spot<'a>>, bool) {
+    let mut spots = Vec::new();
+    let mut count = 1;
+    match (record.value("angles"), record.value("place")) {
+        (None, None) => {
+            record.missing_both(["angles", "place"]);
+        }
+        (Some(angles), Some(place)) => context.push(
+            Diagnostic::error("legs", "the places of the legs are given twice")
+                .at(context.place(&place.span), "once here")
+                .also(context.place(&angles.span), "once here")
+                .help(
+                    "`angles` is short for a `place` list with angles alone: keep one of the two",
+                ),
+        ),
+        (Some(angles), None) => match angles.as_list() {
+            Some([]) => no_legs(context, angles),
+            Some(list) => {
+                count = list.len();
+                spots.extend(list.iter().filter_map(|angle| {
+                    Some(Spot { angle: context.quantity(angle, Measure::Angle)?, table: None })
+                }));
+            }
+            None => context.wrong(angles, "a list of angles such as [\"0 deg\", \"120 deg\"]"),
+        },
+        (None, Some(place)) => match place.as_list() {
+            Some([]) => no_legs(context, place),
+            Some(list) => {
+                count = list.len();
+                spots.extend(list.iter().filter_map(|entry| spot(context, entry)));
+            }
+            None => context.wrong(place, "a list of places such as [{ angle = \"0 deg\" }]"),
+        },
+    }
+    let complete = spots.len() == count;
+    (spots, complete)
+}
+
+fn spot<'a>(context: &'a Context<'a>, entry: &'a Value) -> Option<Spot<'a>> {
+    let Some(table) = entry.as_table() else {
+        context.wrong(entry, "a place such as { angle = \"0 deg\" }");
+        return None;
+    };
+    let record = Record::new(context, table, PLACE, "the place of a leg");
+    let angle = match record.value("angle") {
+        Some(_) => record.quantity("angle")?,
+        None => 0.0,
+    };
+    Some(Spot { angle, table: Some(table) })
+}
+
+/// A robot that loses all its legs to a slip would still be a mechanism.
+fn no_legs(context: &Context<'_>, list: &Value) {
+    context.push(
+        Diagnostic::error("legs", "a group of legs has no leg")
+            .at(context.place(&list.span), "nothing stands here")
+            .help("give each leg its place here, or delete the group"),
+    );
+}
+
+struct Group<'a> {
+    context: &'a Context<'a>,
+    record: &'a Record<'a>,
+    chain: &'a Chain,
+    axis: Vec3<f64>,
+    from: (&'a str, Span),
+    to: (&'a str, Span),
+}
+
+impl Group<'_> {
+    /// Says which names of joints and bodies are not in the chain.
+    fn check_names(&self, joints: Option<&Value>, bodies: Option<&Value>) {
+        let of = |value: Option<&Value>, kind: &str, known: Vec<&str>| {
+            let table = value.and_then(Value::as_table);
+            for (key, _) in table.into_iter().flat_map(|table| &table.entries) {
+                if !known.contains(&key.name.as_str()) {
+                    let message = format!("the chain has no {kind} {}", quoted(&key.name));
+                    let help = did_you_mean(&key.name, "it has", known.iter().copied());
+                    self.context.push(
+                        Diagnostic::error("unknown-name", message)
+                            .at(self.context.place(&key.span), "not in the chain")
+                            .maybe_help(help),
+                    );
+                }
+            }
+        };
+        of(joints, "joint", self.chain.joints.iter().map(|joint| joint.key.as_str()).collect());
+        of(bodies, "body", self.chain.bodies.iter().map(|body| body.key.as_str()).collect());
+    }
+
+    fn expand(&self, spot: &Spot<'_>, all: &mut Expansion) {
+        let context = self.context;
+        let own = |key: &str| spot.table.and_then(|table| table.get(key));
+        let name = match own("name") {
+            Some(value) => {
+                let Some(name) = context.text(value, "a name between quotes") else {
+                    all.lost = true;
+                    return;
+                };
+                names::check(context, name, &value.span, "leg");
+                if all.legs.iter().any(|leg| leg.name == name) {
+                    context.push(
+                        Diagnostic::error(
+                            "duplicate",
+                            format!("there are two legs named {}", quoted(name)),
+                        )
+                        .at(context.place(&value.span), "used already"),
+                    );
+                    return;
+                }
+                name.to_owned()
+            }
+            None => format!("leg{}", all.legs.len() + 1),
+        };
+        if spot.table.is_some() {
+            self.check_names(own("joints"), own("bodies"));
+        }
+        let turn = about(self.axis, spot.angle);
+        let origin = |key: &str| match own(key).or_else(|| self.record.value(key)) {
+            Some(value) => context.vector(value, Measure::Length),
+            None => {
+                self.record.missing(key, "");
+                None
+            }
+        };
+        // An origin that cannot be read has been complained about.
+        let foot = origin("foot").unwrap_or(Vec3::zero());
+        let tip = origin("tip").unwrap_or(Vec3::zero());
+
+        let full = |link: &Link| format!("{name}.{}", link.key);
+        for link in &self.chain.bodies {
+            let table = self.merged("bodies", link, spot);
+            let what = format!("body `{}` of the legs", link.key);
+            let key = Key { name: link.key.clone(), span: link.span.clone() };
+            let mut body = body::read(context, full(link), &key, &table, &what);
+            body.home = body.home.and_then(|home| self.placed_home(home, turn, &table));
+            all.bodies.push(body);
+        }
+        let last = self.chain.joints.len().saturating_sub(1);
+        let ends: Vec<String> = self.chain.bodies.iter().map(full).collect();
+        for (i, link) in self.chain.joints.iter().enumerate() {
+            let inner = |k: Option<usize>| k.and_then(|k| ends.get(k)).map(String::as_str);
+            let span = &link.span;
+            let from = inner(i.checked_sub(1)).map(|body| (body, span.clone()));
+            let to = inner(Some(i)).map(|body| (body, span.clone()));
+            let placement = Placement {
+                joint_type: link.joint_type,
+                actuated: link.actuated,
+                from: from.unwrap_or_else(|| self.from.clone()),
+                to: to.unwrap_or_else(|| self.to.clone()),
+                first: (i == 0).then_some((foot, turn)),
+                last: (i == last).then_some((tip, turn)),
+            };
+            let table = self.merged("joints", &link.link(), spot);
+            let what = format!("joint `{}` of the legs", link.key);
+            let joint_name = format!("{name}.{}", link.key);
+            all.joints.push(joint::read(
+                context,
+                joint_name,
+                span,
+                &table,
+                Some(&placement),
+                &what,
+            ));
+        }
+        let joints = self.chain.joints.iter().map(|link| format!("{name}.{}", link.key)).collect();
+        all.legs.push(LegDraft { name, joints, bodies: ends });
+    }
+
+    /// A leg's home is seen from the turned frame of `from`; where that is in the ground's frame is
+    /// known only if it is the ground.
+    fn placed_home(&self, home: Pose<f64>, turn: Mat3<f64>, table: &Table) -> Option<Pose<f64>> {
+        if self.from.0 == GROUND_NAME {
+            return Some(Pose { rotation: turn, position: Vec3::zero() } * home);
+        }
+        let span = table.get("home").map_or(&table.span, |value| &value.span);
+        self.context.push(
+            Diagnostic::error("legs", "`home` is known only for legs that start from the ground")
+                .at(self.context.place(span), "not in the ground's frame")
+                .help("give the legs' joints a `start` instead"),
+        );
+        None
+    }
+
+    /// The table of a joint or body of one leg: the group's, with what the place says on top.
+    fn merged(&self, kind: &str, link: &Link, spot: &Spot<'_>) -> Table {
+        let of = |table: &Table| {
+            table.get(kind).and_then(Value::as_table).and_then(|t| t.get(&link.key)).cloned()
+        };
+        let (base, own) = (of(self.record.table), spot.table.and_then(of));
+        let empty = Table { span: link.span.clone(), entries: Vec::new() };
+        match (base, own) {
+            (Some(base), Some(own)) => match merge(base, own).node {
+                Node::Table(table) => table,
+                _ => empty,
+            },
+            (Some(value), None) | (None, Some(value)) => match value.node {
+                Node::Table(table) => table,
+                _ => {
+                    self.context.wrong(&value, &format!("a table for {}", quoted(&link.key)));
+                    empty
+                }
+            },
+            (None, None) => empty,
+        }
+    }
+}
+
+/// `over` on top of `base`. Tables merge key by key, but not those that are one value (rotations,
+/// inertia), which the later replaces as a whole.
+fn merge(base: Value, over: Value) -> Value {
+    const WHOLE: &[&str] = &["turn", "rotation", "inertia", "start", "home"];
+    match (base.node, over.node) {
+        (Node::Table(mut base), Node::Table(over_table)) => {
+            let known: HashSet<String> =
+                base.entries.iter().map(|(key, _)| key.name.clone()).collect();
+            for (key, value) in over_table.entries {
+                if !known.contains(&key.name) {
+                    base.entries.push((key, value));
+                } else if let Some((_, old)) =
+                    base.entries.iter_mut().find(|(known, _)| known.name == key.name)
+                {
+                    let whole = WHOLE.contains(&key.name.as_str());
+                    let before = old.clone();
+                    *old = if whole { value } else { merge(before, value) };
+                }
+            }
+            Value { span: base.span.clone(), node: Node::Table(base) }
+        }
+        (_, node) => Value { span: over.span, node },
+    }
+}

@@ -1,0 +1,135 @@
+//! Loads from outside.
+
+use super::context::{Context, Record};
+use super::names::Names;
+use super::path::{Leaf, leaves};
+use crate::course::Course;
+use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
+use crate::document::{Key, Table};
+use crate::expression::Measure;
+use crate::fields::tables::{BODY_LOAD, LOAD};
+use crate::model::{AppliedWrench, LoadCase};
+use stiction_core::dynamics::LoadAxes;
+use stiction_core::mechanism::{BodyId, GROUND_NAME};
+use stiction_core::spatial::Vec3;
+
+/// Reads a load case.
+pub(crate) fn read(context: &Context<'_>, names: &Names, table: &Table) -> LoadCase {
+    let record = Record::open(context, table, LOAD, "a load");
+    let title = record.line("title");
+    // Keys by body, in the order of the text.
+    let mut bodies: Vec<(BodyId, Table)> = Vec::new();
+    let found = leaves(table, LOAD);
+    for leaf in &found {
+        if context.is_full() {
+            break;
+        }
+        let Some((body, key)) = owner(context, names, leaf) else { continue };
+        let known = bodies.iter().position(|(known, _)| *known == body);
+        let index = known.unwrap_or_else(|| {
+            bodies.push((body, Table { span: leaf.key.clone(), entries: Vec::new() }));
+            bodies.len() - 1
+        });
+        if let (Some(value), Some((_, table))) = (leaf.value, bodies.get_mut(index)) {
+            let key = Key { name: key.to_owned(), span: leaf.key.clone() };
+            table.entries.push((key, value.clone()));
+        }
+    }
+    let wrenches =
+        bodies.iter().filter_map(|(body, table)| wrench(context, *body, table)).collect();
+    LoadCase { title, wrenches }
+}
+
+/// The body of a path, and what of it the path names.
+fn owner<'a>(
+    context: &Context<'_>,
+    names: &Names,
+    leaf: &'a Leaf<'_>,
+) -> Option<(BodyId, &'a str)> {
+    let path = leaf.path.as_str();
+    let (body, key) = match leaf.value {
+        Some(_) => path.rsplit_once('.').unwrap_or((path, "")),
+        None => (path, ""),
+    };
+    if leaf.value.is_some() && names.body(path).is_some() {
+        context.push(
+            Diagnostic::error("wrong-type", format!("what acts on {} is missing", quoted(path)))
+                .at(context.place(&leaf.key), "a body")
+                .help(format!("for example `{path}.force = [\"20 N\", 0, 0]`")),
+        );
+        return None;
+    }
+    match names.body(body) {
+        Some(BodyId::GROUND) => {
+            context.push(
+                Diagnostic::error("unknown-name", "a load on the ground moves nothing")
+                    .at(context.place(&leaf.owner), "the ground")
+                    .maybe_help(did_you_mean(GROUND_NAME, "bodies", names.body_names())),
+            );
+            None
+        }
+        Some(id) => Some((id, key)),
+        None if !context.broken.is_empty() || names.may_be_lost(body) => None,
+        None => {
+            let near = did_you_mean(body, "bodies", names.body_names());
+            context.push_missing(
+                Diagnostic::error("unknown-name", format!("there is no body {}", quoted(body)))
+                    .at(context.place(&leaf.owner), "unknown body")
+                    .maybe_help(near),
+            );
+            None
+        }
+    }
+}
+
+fn wrench(context: &Context<'_>, body: BodyId, table: &Table) -> Option<AppliedWrench> {
+    if table.entries.is_empty() {
+        return None;
+    }
+    let record = Record::new(context, table, BODY_LOAD, "the load on a body");
+    let force = components(context, &record, "force", ["fx", "fy", "fz"], Measure::Force);
+    let moment = components(context, &record, "moment", ["mx", "my", "mz"], Measure::Moment);
+    let point = match record.value("at") {
+        Some(_) => record.vector("at"),
+        None => Some(Vec3::zero()),
+    };
+    let axes = match record.value("axes") {
+        Some(_) => record.choice("axes"),
+        None => Some("world"),
+    };
+    Some(AppliedWrench {
+        body,
+        point: point?,
+        axes: if axes? == "body" { LoadAxes::Body } else { LoadAxes::World },
+        force: force?,
+        moment: moment?,
+    })
+}
+
+/// Three components, given as a list or one by one.
+fn components(
+    context: &Context<'_>,
+    record: &Record<'_>,
+    whole: &str,
+    single: [&str; 3],
+    measure: Measure,
+) -> Option<[Course; 3]> {
+    let given = single.iter().find_map(|key| Some((*key, record.value(key)?)));
+    let Some(value) = record.value(whole) else {
+        let [x, y, z] = single.map(|key| match record.value(key) {
+            Some(_) => record.course(key),
+            None => Some(Course::constant(0.0)),
+        });
+        return Some([x?, y?, z?]);
+    };
+    if let Some((key, other)) = given {
+        context.push(
+            Diagnostic::error("duplicate", format!("the {whole} is given twice"))
+                .at(context.place(&other.span), format!("`{key}` here"))
+                .also(context.place(&value.span), format!("`{whole}` here")),
+        );
+    }
+    let each = format!("{whole}s");
+    let [x, y, z] = context.three(value, &each)?.map(|item| context.course(item, measure));
+    Some([x?, y?, z?])
+}

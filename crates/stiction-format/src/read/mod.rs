@@ -1,0 +1,322 @@
+//! From the document to the model.
+
+mod actuators;
+mod body;
+mod chain;
+mod context;
+mod control;
+mod defects;
+mod drives;
+mod friction;
+mod geometry;
+mod given;
+mod joint;
+mod legs;
+mod load;
+mod motion;
+mod names;
+pub(crate) mod parameters;
+mod path;
+mod proofread;
+mod recording;
+mod spring;
+mod statement;
+
+use crate::parameters::Parameters;
+
+use crate::contents::Contents;
+use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
+use crate::document::{self, Document, Table, Value};
+use crate::fields::Field;
+use crate::fields::tables::{BODY, DEFAULT, JOINT, MODEL, SPRING};
+use crate::model::{Leg, LoadCase, Model, Motion};
+use crate::source::{Place, Source};
+use body::BodyDraft;
+use context::{Context, Record};
+use defects::Origin;
+use joint::JointDraft;
+use legs::Expansion;
+use motion::Files;
+use names::Names;
+use spring::SpringDraft;
+use std::sync::Arc;
+use stiction_core::dynamics::FrictionMode;
+use stiction_core::mechanism::{BodyId, GROUND_NAME, JointId, Mechanism, MechanismBuilder};
+
+/// Reads a model.
+///
+/// `files` gives the contents of a file that a motion names, by its name as it stands there (relative to
+/// the model's own file), or a reason why not.
+///
+/// # Errors
+/// Everything that is wrong with the text, each at its place.
+pub fn read(
+    source: &Source,
+    files: &dyn Fn(&str) -> Result<Contents, String>,
+) -> Result<Model, Diagnostics> {
+    let source = Arc::new(source.clone());
+    let mut out = Diagnostics::new();
+    let model = document::parse(&source, &mut out)
+        .and_then(|document| read_document(&source, &document, files, &mut out));
+    out.sort();
+    match model {
+        Some(model) if !out.has_errors() => Ok(Model { warnings: out, ..model }),
+        _ => Err(out),
+    }
+}
+
+fn read_document(
+    source: &Arc<Source>,
+    document: &Document,
+    files: Files<'_>,
+    out: &mut Diagnostics,
+) -> Option<Model> {
+    let Document { root, broken } = document;
+    if root.entries.is_empty() && broken.is_empty() {
+        out.push(
+            Diagnostic::error("syntax", "there is nothing in the file")
+                .at(Place::new(source, 0..0), "")
+                .help("a model needs `gravity`, [bodies.NAME] and [joints.NAME]"),
+        );
+        return None;
+    }
+    let parameters = match root.get("parameters").and_then(Value::as_table) {
+        Some(table) => parameters::read_parameters(table, source, broken, out),
+        None => Parameters::default(),
+    };
+    let context = Context::new(source, &parameters, broken);
+    // What is known to be wrong so far keeps suspicions about its consequences quiet.
+    context.out.replace(std::mem::take(out));
+    let model = read_model(&context, root, files);
+    *out = context.out.into_inner();
+    model.map(|model| Model { parameters, ..model })
+}
+
+fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<Model> {
+    let record = Record::new(context, table, MODEL, "the model");
+    // Says so if it is no table; its content has been read.
+    record.table("parameters");
+    let parts = Parts::read(&record);
+    let names = parts.names();
+    let mechanism = parts.build(&record, &names);
+
+    let motions = read_motions(&record, &names, files);
+    let loads = read_loads(&record, &names, &motions);
+    let default =
+        record.table("default").map(|table| Record::new(context, table, DEFAULT, "`default`"));
+    let default_name = |key: &str, known: Vec<&str>| {
+        let default = default.as_ref()?;
+        let name = default.text(key)?;
+        if !known.contains(&name) {
+            let kinds = format!("{key}s");
+            context.unknown_name(&default.span(key), key, &kinds, name, known);
+        }
+        Some(name.to_owned())
+    };
+    // The names as they stand, also of what could not be read.
+    let keys = |key: &str| match table.get(key).and_then(Value::as_table) {
+        Some(table) => table.entries.iter().map(|(key, _)| key.name.as_str()).collect(),
+        None => Vec::new(),
+    };
+    let default_motion = default_name("motion", keys("motions"));
+    let default_load = default_name("load", keys("loads"));
+    let mode = default.as_ref().and_then(|default| default.choice("friction"));
+    let default_friction = mode.map(|mode| match mode {
+        "off" => FrictionMode::Off,
+        "one-pass" => FrictionMode::OnePass,
+        _ => FrictionMode::Converged,
+    });
+    let mechanism = mechanism?;
+    // Of a text with errors, what is suspicious may just be unreadable.
+    if !context.out.borrow().has_errors() {
+        parts.origin(&record, &names).warn(&mechanism.warnings());
+    }
+    Some(Model {
+        name: parts.name.clone(),
+        title: record.line("title"),
+        source: record.line("source"),
+        mechanism,
+        homes: parts.homes(),
+        motions,
+        loads,
+        default_motion,
+        default_load,
+        default_friction,
+        legs: parts.legs(&names),
+        warnings: Diagnostics::new(),
+        parameters: Parameters::default(),
+    })
+}
+
+fn read_motions(record: &Record<'_>, names: &Names, files: Files<'_>) -> Vec<(String, Motion)> {
+    let read = |(key, table): (&document::Key, &Table)| {
+        let motion = motion::read(record.context, names, table, files)?;
+        Some((key.name.clone(), motion))
+    };
+    record.tables("motions").into_iter().filter_map(read).collect()
+}
+
+fn read_loads(
+    record: &Record<'_>,
+    names: &Names,
+    motions: &[(String, Motion)],
+) -> Vec<(String, LoadCase)> {
+    let loads: Vec<_> = record
+        .tables("loads")
+        .into_iter()
+        .map(|(key, table)| (key.name.clone(), load::read(record.context, names, table)))
+        .collect();
+    // Loads are computed at the instants of motions.
+    for (_, load) in &loads {
+        for (_, motion) in motions {
+            motion::check_load(record.context, load, motion);
+        }
+    }
+    loads
+}
+
+/// What stands in `[joints.leg1.R]` where the joint `leg1.R` was meant, by that name; it says so.
+fn dotted<'a>(
+    context: &Context<'_>,
+    kind: &str,
+    key: &'a document::Key,
+    table: &'a Table,
+    fields: &[Field],
+) -> Vec<(document::Key, &'a Table)> {
+    let is_name = |(inner, value): &&(document::Key, Value)| {
+        value.as_table().is_some() && !fields.iter().any(|field| field.key == inner.name)
+    };
+    let own = table.entries.iter().any(|entry| !is_name(&entry));
+    if own || table.entries.is_empty() {
+        return vec![(key.clone(), table)];
+    }
+    let meant = |(inner, value): &'a (document::Key, Value)| {
+        let name = format!("{}.{}", key.name, inner.name);
+        context.push(
+            Diagnostic::error("name", "a name with a dot stands between quotes")
+                .at(context.place(&inner.span), "taken for a table within a table")
+                .help(format!("write [{kind}.{name:?}]")),
+        );
+        Some((document::Key { name, span: inner.span.clone() }, value.as_table()?))
+    };
+    table.entries.iter().filter_map(meant).collect()
+}
+
+/// The bodies, joints and springs of the text, those of legs included.
+struct Parts {
+    name: String,
+    bodies: Vec<BodyDraft>,
+    joints: Vec<JointDraft>,
+    springs: Vec<SpringDraft>,
+    legs: Vec<legs::LegDraft>,
+    /// Whether some legs could not be read.
+    lost_legs: bool,
+}
+
+impl Parts {
+    fn read(record: &Record<'_>) -> Self {
+        let context = record.context;
+        let mut bodies = Vec::new();
+        let tables = |kind: &str, fields| -> Vec<(document::Key, &Table)> {
+            let tables = record.tables(kind).into_iter();
+            tables.flat_map(|(key, table)| dotted(context, kind, key, table, fields)).collect()
+        };
+        for (key, table) in tables("bodies", BODY) {
+            // The ground is refused for a better reason than its name.
+            if key.name != GROUND_NAME {
+                names::check(context, &key.name, &key.span, "body");
+            }
+            let what = format!("body {}", quoted(&key.name));
+            bodies.push(body::read(context, key.name.clone(), &key, table, &what));
+        }
+        let mut joints = Vec::new();
+        for (key, table) in tables("joints", JOINT) {
+            names::check(context, &key.name, &key.span, "joint");
+            let what = format!("joint {}", quoted(&key.name));
+            let name = key.name.clone();
+            joints.push(joint::read(context, name, &key.span, table, None, &what));
+        }
+        let mut springs = Vec::new();
+        for (key, table) in tables("springs", SPRING) {
+            names::check(context, &key.name, &key.span, "spring");
+            let what = format!("spring {}", quoted(&key.name));
+            springs.push(spring::read(context, &key, table, &what));
+        }
+        let legs = record.value("legs").map(|value| legs::read(context, value));
+        let Expansion { bodies: more_bodies, joints: more_joints, legs, lost: lost_legs } =
+            legs.unwrap_or_default();
+        bodies.extend(more_bodies);
+        joints.extend(more_joints);
+        let file = context.source.name.rsplit(['/', '\\']).next().unwrap_or_default();
+        let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
+        let name = record.text("name").unwrap_or(stem).to_owned();
+        Self { name, bodies, joints, springs, legs, lost_legs }
+    }
+
+    fn names(&self) -> Names {
+        Names::new(
+            self.bodies.iter().map(|body| body.name.as_str()),
+            self.joints.iter().map(|joint| (joint.name.as_str(), joint.joint_type)),
+        )
+        .with_lost_legs(self.lost_legs)
+    }
+
+    /// The mechanism; its defects are reported.
+    fn build(&self, record: &Record<'_>, names: &Names) -> Option<Mechanism> {
+        let context = record.context;
+        let origin = self.origin(record, names);
+        let mut builder = MechanismBuilder::new(self.name.as_str());
+        if let Some(gravity) = record.vector("gravity") {
+            builder = builder.gravity(gravity);
+        }
+        if let Some(length) = record.quantity("characteristic_length") {
+            builder = builder.characteristic_length(length);
+        }
+        let base = record.table("base").and_then(|table| context.pose(table, "`base`"));
+        if let Some(base) = base {
+            builder = builder.base(base);
+        }
+        for body in &self.bodies {
+            builder = builder.body(body.spec.clone());
+        }
+        for spec in self.joints.iter().filter_map(|joint| joint.spec.clone()) {
+            builder = builder.joint(spec);
+        }
+        for spec in self.springs.iter().filter_map(|spring| spring.spec.clone()) {
+            builder = builder.spring(spec);
+        }
+        match builder.build() {
+            Ok(mechanism) => Some(mechanism),
+            Err(defects) => {
+                origin.report(&defects);
+                None
+            }
+        }
+    }
+
+    fn origin<'a>(&'a self, record: &Record<'a>, names: &'a Names) -> Origin<'a> {
+        Origin {
+            context: record.context,
+            bodies: &self.bodies,
+            joints: &self.joints,
+            springs: &self.springs,
+            names,
+            length: record.span("characteristic_length"),
+        }
+    }
+
+    fn homes(&self) -> Vec<(BodyId, stiction_core::spatial::Pose<f64>)> {
+        let home = |(i, body): (usize, &BodyDraft)| Some((BodyId(i + 1), body.home?));
+        self.bodies.iter().enumerate().filter_map(home).collect()
+    }
+
+    fn legs(&self, names: &Names) -> Vec<Leg> {
+        let joint = |name: &String| names.joint(name).map(|(id, _)| id);
+        let leg = |leg: &legs::LegDraft| Leg {
+            name: leg.name.clone(),
+            joints: leg.joints.iter().filter_map(joint).collect::<Vec<JointId>>(),
+            bodies: leg.bodies.iter().filter_map(|name| names.body(name)).collect(),
+        };
+        self.legs.iter().map(leg).collect()
+    }
+}

@@ -1,0 +1,256 @@
+//! Motions.
+
+use super::context::{Context, Record, of_the_top};
+use super::names::Names;
+use super::path::{Leaf, Meaning, Orders, Trouble, coordinate, leaves, resolve};
+use super::recording::{self, Tape};
+use crate::contents::Contents;
+use crate::course::Course;
+use crate::diagnostic::{Diagnostic, number};
+use crate::document::{Table, Value};
+use crate::expression::Measure;
+use crate::fields::tables::{MOTION, ORDERS};
+use crate::model::Motion;
+use crate::source::Span;
+use stiction_core::kinematics::{AngleOrder, Coordinate};
+
+/// How files that a text names are read: the name as it is written to what is in the file.
+pub(crate) type Files<'a> = &'a dyn Fn(&str) -> Result<Contents, String>;
+
+/// Time between samples where nothing else is said, s.
+pub(crate) const STEP: f64 = 0.01;
+/// Nobody waits for more samples.
+const MOST_SAMPLES: f64 = 1e8;
+/// At so many instants formulas are tried out in advance.
+const TRIALS: f64 = 10_000.0;
+
+/// Reads a motion; `None` if it cannot be used.
+pub(crate) fn read(
+    context: &Context<'_>,
+    names: &Names,
+    table: &Table,
+    files: Files<'_>,
+) -> Option<Motion> {
+    let record = Record::open(context, table, MOTION, "a motion");
+    let title = record.line("title");
+    let refuse = |key: &str, value: f64, expected: &str| {
+        let message = format!("`{key}` is {} s, but must {expected}", number(value));
+        context.push(
+            Diagnostic::error("range", message)
+                .at(context.place(&record.span(key)), "out of range"),
+        );
+    };
+    let step = record.quantity("step").filter(|&step| {
+        if step <= 0.0 {
+            refuse("step", step, "be greater than 0");
+        }
+        step > 0.0
+    });
+    let mut reader = Reader { context, names, orders: Orders::new() };
+    let coordinates = reader.coordinates(table, record.value("file"));
+    if let Some(file) = record.value("file") {
+        for key in ["start", "duration"] {
+            if let Some(value) = record.value(key) {
+                context.push(
+                    Diagnostic::error("motion", format!("a motion from a file has no `{key}`"))
+                        .at(context.place(&value.span), "the samples say when")
+                        .help(format!("delete `{key}`")),
+                );
+            }
+        }
+        return reader.recorded(title, step, file, files);
+    }
+    let start = record.quantity("start").unwrap_or(0.0);
+    let duration =
+        if record.value("duration").is_some() { record.quantity("duration")? } else { 1.0 };
+    if duration < 0.0 {
+        refuse("duration", duration, "not be negative; 0 is a single pose");
+        return None;
+    }
+    let mut motion =
+        Motion { title, start, duration, step, samples: None, coordinates, interpolation: None };
+    let count = duration / step.unwrap_or(STEP);
+    if !(start + duration).is_finite() || count > MOST_SAMPLES {
+        let key = if step.is_some() { "step" } else { "duration" };
+        let message = format!("the motion would have {} samples", number(count.round()));
+        context.push(
+            Diagnostic::error("range", message)
+                .at(context.place(&record.span(key)), "too long for its step")
+                .help(format!("at most {} samples: choose a greater `step`", number(MOST_SAMPLES))),
+        );
+        motion.coordinates.clear();
+        return None;
+    }
+    // Instants are sums of `start` and a part of `duration`.
+    if duration > 0.0 && start.abs() * f64::EPSILON > 1e-3 * step.unwrap_or(STEP) {
+        let message = "so late, instants one step apart cannot be told from each other";
+        context.push(
+            Diagnostic::error("range", message)
+                .at(context.place(&record.span("start")), "too far from 0")
+                .help("let the motion start at 0"),
+        );
+        return None;
+    }
+    let courses = motion.coordinates.iter().map(|(_, course)| course);
+    check_courses(context, courses, start, duration, step);
+    Some(motion)
+}
+
+/// Says which formulas have no finite value at some instant.
+pub(crate) fn check_courses<'a>(
+    context: &Context<'_>,
+    courses: impl IntoIterator<Item = &'a Course>,
+    start: f64,
+    duration: f64,
+    step: Option<f64>,
+) {
+    let count = (duration / step.unwrap_or(STEP)).round().clamp(1.0, TRIALS);
+    for course in courses.into_iter().filter(|course| course.as_constant().is_none()) {
+        let instants = (0..=count as usize).map(|k| start + duration * k as f64 / count);
+        if let Some(fault) =
+            instants.filter(|&t| !is_finite(course, t)).find_map(|t| course.fault_at(t))
+        {
+            context.push(fault);
+        }
+    }
+}
+
+fn is_finite(course: &Course, t: f64) -> bool {
+    let target = course.at(t);
+    target.value.is_finite() && target.rate.is_finite() && target.acceleration.is_finite()
+}
+
+struct Reader<'a> {
+    context: &'a Context<'a>,
+    names: &'a Names,
+    orders: Orders,
+}
+
+impl Reader<'_> {
+    /// The coordinates in the table; with a file there are none but orders of angles.
+    fn coordinates(&mut self, table: &Table, file: Option<&Value>) -> Vec<(Coordinate, Course)> {
+        let context = self.context;
+        let mut meanings = Vec::new();
+        let found = leaves(table, MOTION);
+        for leaf in &found {
+            if context.is_full() {
+                break;
+            }
+            let path = match leaf.value {
+                Some(_) => leaf.path.clone(),
+                // An empty table still names something.
+                None => format!("{}.x", leaf.path),
+            };
+            match resolve(self.names, &path) {
+                Err(trouble) => {
+                    self.trouble(leaf, trouble);
+                    leaf.value.into_iter().for_each(|value| self.proofread(value));
+                }
+                Ok(Meaning::Body(body, "order")) => {
+                    let order = leaf.value.and_then(|value| context.choice(value, ORDERS));
+                    if let Some(order) = order.and_then(AngleOrder::from_name) {
+                        self.orders.insert(body, order);
+                    }
+                }
+                Ok(_) => meanings.extend(leaf.value.map(|value| (leaf, value))),
+            }
+        }
+        let mut coordinates: Vec<(Coordinate, Course)> = Vec::new();
+        let mut places: Vec<(Coordinate, Span)> = Vec::new();
+        for (leaf, value) in meanings {
+            if let Some(file) = file {
+                context.push(
+                    Diagnostic::error("motion", "a motion is either a file or expressions")
+                        .at(context.place(&leaf.key), "an expression")
+                        .also(context.place(&file.span), "a file"),
+                );
+                break;
+            }
+            let meant = resolve(self.names, &leaf.path).and_then(|m| coordinate(m, &self.orders));
+            let (coordinate, measure) = match meant {
+                Ok(meant) => meant,
+                Err(trouble) => {
+                    self.trouble(leaf, trouble);
+                    self.proofread(value);
+                    continue;
+                }
+            };
+            if let Some((_, first)) = places.iter().find(|(known, _)| *known == coordinate) {
+                context.push(
+                    Diagnostic::error("duplicate", "this coordinate is prescribed twice")
+                        .at(context.place(&leaf.key), "again here")
+                        .also(context.place(first), "first here"),
+                );
+                continue;
+            }
+            places.push((coordinate, leaf.key.clone()));
+            if let Some(course) = context.course(value, measure) {
+                coordinates.push((coordinate, course));
+            }
+        }
+        coordinates
+    }
+
+    /// Says what is wrong with an expression whatever it is meant for.
+    fn proofread(&self, value: &Value) {
+        if value.as_text().is_some() {
+            self.context.course(value, Measure::Any);
+        }
+    }
+
+    fn trouble(&self, leaf: &Leaf<'_>, trouble: Trouble) {
+        // In a text with syntax errors, what seems unknown may be unreadable.
+        if !self.context.broken.is_empty() {
+            return;
+        }
+        let Some((message, help, in_owner)) = trouble.explain(self.names, MOTION, &leaf.path)
+        else {
+            return;
+        };
+        let (span, label) = match in_owner {
+            true => (&leaf.owner, "unknown name"),
+            false => (&leaf.key, "not a coordinate"),
+        };
+        self.context.push(
+            Diagnostic::error("unknown-name", message)
+                .at(self.context.place(span), label)
+                .maybe_help(of_the_top(&leaf.path).or(help)),
+        );
+    }
+
+    fn recorded(
+        &self,
+        title: String,
+        step: Option<f64>,
+        value: &Value,
+        files: Files<'_>,
+    ) -> Option<Motion> {
+        let name = self.context.text(value, "the name of a CSV file between quotes")?;
+        let motion = files(name).and_then(|contents| {
+            let tape = Tape::new(name, contents);
+            recording::read(&tape, self.names, &self.orders, self.context)
+        });
+        match motion {
+            Ok(motion) => motion.map(|motion| Motion { title, step, ..motion }),
+            Err(reason) => {
+                self.context.push(
+                    Diagnostic::error("file", format!("the file cannot be read: {reason}"))
+                        .at(self.context.place(&value.span), "this file")
+                        .help(
+                            "a motion is a CSV file in UTF-8; its name is relative to the folder of \
+                             the model",
+                        ),
+                );
+                None
+            }
+        }
+    }
+}
+
+/// Says which formulas of a load have no finite value at some instant of a motion.
+pub(crate) fn check_load(context: &Context<'_>, load: &crate::model::LoadCase, motion: &Motion) {
+    for wrench in &load.wrenches {
+        let courses = wrench.force.iter().chain(&wrench.moment);
+        check_courses(context, courses, motion.start, motion.duration, motion.step);
+    }
+}

@@ -1,0 +1,110 @@
+//! The names of bodies and joints.
+
+use super::context::Context;
+use crate::diagnostic::{Diagnostic, quoted};
+use crate::source::Span;
+use std::collections::HashMap;
+use stiction_core::joint::JointType;
+use stiction_core::mechanism::{BodyId, GROUND_NAME, JointId, Mechanism};
+
+/// All bodies and joints by name, also of a model that has defects.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Names {
+    bodies: HashMap<String, BodyId>,
+    /// The type is `None` where it could not be read.
+    joints: HashMap<String, (JointId, Option<JointType>)>,
+    /// Whether there are legs that could not be read.
+    lost_legs: bool,
+}
+
+impl Names {
+    /// The names of bodies (without the ground) and joints, in their order.
+    pub(crate) fn new<'a>(
+        bodies: impl IntoIterator<Item = &'a str>,
+        joints: impl IntoIterator<Item = (&'a str, Option<JointType>)>,
+    ) -> Self {
+        let mut names = Self::default();
+        let bodies = std::iter::once(GROUND_NAME).chain(bodies);
+        for (i, body) in bodies.into_iter().enumerate() {
+            names.bodies.entry(body.to_owned()).or_insert(BodyId(i));
+        }
+        for (i, (joint, joint_type)) in joints.into_iter().enumerate() {
+            names.joints.entry(joint.to_owned()).or_insert((JointId(i), joint_type));
+        }
+        names
+    }
+
+    /// Those of a mechanism.
+    pub(crate) fn of(mechanism: &Mechanism) -> Self {
+        Self::new(
+            mechanism.bodies().iter().skip(1).map(|body| body.name.as_str()),
+            mechanism.joints().iter().map(|joint| (joint.name.as_str(), Some(joint.joint_type))),
+        )
+    }
+
+    /// The same where some legs could not be read.
+    pub(crate) fn with_lost_legs(self, lost_legs: bool) -> Self {
+        Self { lost_legs, ..self }
+    }
+
+    /// Whether some parts of the mechanism are not known.
+    pub(crate) fn has_lost_legs(&self) -> bool {
+        self.lost_legs
+    }
+
+    /// Whether a path may name a part of a leg that could not be read.
+    pub(crate) fn may_be_lost(&self, path: &str) -> bool {
+        let number = path.strip_prefix("leg");
+        self.lost_legs && number.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
+    }
+
+    /// The body with this name.
+    pub(crate) fn body(&self, name: &str) -> Option<BodyId> {
+        self.bodies.get(name).copied()
+    }
+
+    /// The joint with this name.
+    pub(crate) fn joint(&self, name: &str) -> Option<(JointId, Option<JointType>)> {
+        self.joints.get(name).copied()
+    }
+
+    /// All bodies that move, sorted.
+    pub(crate) fn body_names(&self) -> Vec<&str> {
+        let mut names: Vec<_> =
+            self.bodies.keys().map(String::as_str).filter(|name| *name != GROUND_NAME).collect();
+        names.sort_unstable();
+        names
+    }
+
+    /// All joints, sorted.
+    pub(crate) fn joint_names(&self) -> Vec<&str> {
+        let mut names: Vec<_> = self.joints.keys().map(String::as_str).collect();
+        names.sort_unstable();
+        names
+    }
+}
+
+/// Keys of motions and loads: a body of such a name could not be told from them.
+const TAKEN: &[&str] = &["title", "start", "duration", "step", "file", "order"];
+
+/// Says what is wrong with a new name.
+pub(crate) fn check(context: &Context<'_>, name: &str, span: &Span, kind: &str) {
+    let letters = |part: &str| {
+        !part.is_empty() && part.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-')
+    };
+    let first = name.split('.').next().unwrap_or_default();
+    let (problem, help) = if !name.split('.').all(letters) {
+        let problem = format!("{} cannot be the name of a {kind}", quoted(name));
+        (problem, "names consist of letters, digits, `_` and `-`")
+    } else if TAKEN.contains(&first) {
+        let problem = format!("no {kind} can be named {}", quoted(name));
+        (problem, "choose another name: motions and loads have a key of that name")
+    } else {
+        return;
+    };
+    context.push(
+        Diagnostic::error("name", problem)
+            .at(context.place(span), "not a possible name")
+            .help(help),
+    );
+}

@@ -1,0 +1,248 @@
+//! What a name like `leg1.P` or `platform.x` in a motion means.
+
+use super::names::Names;
+use crate::diagnostic::{nearest, or, quoted};
+use crate::document::{Node, Table, Value};
+use crate::expression::Measure;
+use crate::fields::Field;
+use crate::fields::tables::BODY_MOTION;
+use crate::source::Span;
+use std::collections::HashMap;
+use stiction_core::joint::JointType;
+use stiction_core::kinematics::{AngleOrder, Coordinate};
+use stiction_core::mechanism::{BodyId, JointId};
+
+/// A value in nested tables under its full name.
+pub(crate) struct Leaf<'a> {
+    pub(crate) path: String,
+    /// The last key of the path.
+    pub(crate) key: Span,
+    /// The key before it; the same where there is none.
+    pub(crate) owner: Span,
+    /// `None` for an empty table.
+    pub(crate) value: Option<&'a Value>,
+}
+
+/// All values in the table and in the tables within, but for the keys `own`.
+pub(crate) fn leaves<'a>(table: &'a Table, own: &[Field]) -> Vec<Leaf<'a>> {
+    struct Pending<'a> {
+        path: String,
+        key: Span,
+        owner: Span,
+        value: &'a Value,
+    }
+    let mut all = Vec::new();
+    let names = table.entries.iter().filter(|(key, _)| !own.iter().any(|f| f.key == key.name));
+    let mut pending: Vec<Pending<'a>> = names
+        .rev()
+        .map(|(key, value)| {
+            let (path, key) = (key.name.clone(), key.span.clone());
+            Pending { path, owner: key.clone(), key, value }
+        })
+        .collect();
+    while let Some(Pending { path, key, owner, value }) = pending.pop() {
+        match &value.node {
+            Node::Table(table) if table.entries.is_empty() => {
+                all.push(Leaf { path, key, owner, value: None });
+            }
+            Node::Table(table) => {
+                pending.extend(table.entries.iter().rev().map(|(inner, value)| Pending {
+                    path: format!("{path}.{}", inner.name),
+                    key: inner.span.clone(),
+                    owner: key.clone(),
+                    value,
+                }));
+            }
+            _ => all.push(Leaf { path, key, owner, value: Some(value) }),
+        }
+    }
+    all
+}
+
+/// What a path names.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Meaning<'a> {
+    /// Something of a body.
+    Body(BodyId, &'a str),
+    /// A freedom of a joint.
+    Joint(JointId, JointType, usize),
+}
+
+/// Why a path means nothing.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Trouble {
+    /// The reason has been given elsewhere.
+    Told,
+    /// Nothing has this name.
+    Unknown,
+    /// The name is known, but what is asked of it is not there: message and help.
+    Wrong(String, Option<String>),
+}
+
+impl Trouble {
+    fn new(message: String, help: impl Into<Option<String>>) -> Self {
+        Self::Wrong(message, help.into())
+    }
+
+    /// What to say about it: message, help, and whether the trouble lies in the name of the body or
+    /// joint rather than in that of the coordinate. The keys `own` could stand there as well. This
+    /// takes time: advice compares all names.
+    pub(crate) fn explain(
+        self,
+        names: &Names,
+        own: &'static [Field],
+        path: &str,
+    ) -> Option<(String, Option<String>, bool)> {
+        match self {
+            Self::Told => None,
+            Self::Wrong(message, help) => Some((message, help, false)),
+            Self::Unknown => Some(unknown(names, own, path)),
+        }
+    }
+}
+
+/// What a path means.
+pub(crate) fn resolve<'a>(names: &Names, path: &'a str) -> Result<Meaning<'a>, Trouble> {
+    let split = path.rsplit_once('.');
+    let body = split.and_then(|(body, key)| Some(Meaning::Body(names.body(body)?, key)));
+    let joint = if let Some((id, joint_type)) = names.joint(path) {
+        Some(whole_joint(path, id, joint_type))
+    } else if let Some((name, freedom)) = split
+        && let Some((id, joint_type)) = names.joint(name)
+    {
+        Some(joint_freedom(name, id, joint_type, freedom))
+    } else {
+        None
+    };
+    match (body, joint) {
+        (Some(Meaning::Body(BodyId::GROUND, _)), _) => {
+            Err(Trouble::new("the ground does not move".to_owned(), None))
+        }
+        (Some(_), Some(Ok(_))) => {
+            let message = format!("{} could be of a body or of a joint", quoted(path));
+            Err(Trouble::new(message, "give one of them another name".to_owned()))
+        }
+        (Some(body), _) => Ok(body),
+        (None, Some(joint)) => joint,
+        (None, None) if names.may_be_lost(path) => Err(Trouble::Told),
+        (None, None) => Err(Trouble::Unknown),
+    }
+}
+
+fn whole_joint<'a>(
+    name: &str,
+    id: JointId,
+    joint_type: Option<JointType>,
+) -> Result<Meaning<'a>, Trouble> {
+    let joint_type = joint_type.ok_or(Trouble::Told)?;
+    let freedoms = joint_type.freedoms();
+    if !joint_type.has_scalar_coordinates() || freedoms.is_empty() {
+        return Err(no_coordinates(name, joint_type));
+    }
+    if freedoms.len() > 1 {
+        let names: Vec<_> = freedoms.iter().map(|f| format!("`{name}.{}`", f.name)).collect();
+        let message = format!("joint {} has {} coordinates", quoted(name), freedoms.len());
+        return Err(Trouble::new(message, format!("say which: {}", or(&names))));
+    }
+    Ok(Meaning::Joint(id, joint_type, 0))
+}
+
+fn joint_freedom<'a>(
+    name: &str,
+    id: JointId,
+    joint_type: Option<JointType>,
+    freedom: &str,
+) -> Result<Meaning<'a>, Trouble> {
+    let joint_type = joint_type.ok_or(Trouble::Told)?;
+    if !joint_type.has_scalar_coordinates() {
+        return Err(no_coordinates(name, joint_type));
+    }
+    let freedoms = joint_type.freedoms();
+    match freedoms.iter().position(|known| known.name == freedom) {
+        Some(index) => Ok(Meaning::Joint(id, joint_type, index)),
+        None => {
+            let names: Vec<_> = freedoms.iter().map(|f| quoted(f.name)).collect();
+            let message = format!("joint {} has no coordinate {}", quoted(name), quoted(freedom));
+            let help = (!names.is_empty()).then(|| format!("it has {}", or(&names)));
+            Err(Trouble::new(message, help))
+        }
+    }
+}
+
+fn no_coordinates(name: &str, joint_type: JointType) -> Trouble {
+    let message = format!(
+        "joint {} of type {} has no coordinate that could be prescribed",
+        quoted(name),
+        joint_type.symbol()
+    );
+    Trouble::new(message, "prescribe the pose of a body instead".to_owned())
+}
+
+fn unknown(names: &Names, own: &'static [Field], path: &str) -> (String, Option<String>, bool) {
+    if names.body(path).is_some() {
+        let message = format!("{} is a body; one of its coordinates is missing", quoted(path));
+        return (message, Some(format!("for example `{path}.x`")), false);
+    }
+    let (bodies, joints) = (names.body_names(), names.joint_names());
+    let owner = path.rsplit_once('.').map_or(path, |(owner, _)| owner);
+    // A slip may be in the name of the joint, or before the coordinate.
+    let near = nearest(path, joints.iter().copied().chain(own.iter().map(|field| field.key)))
+        .or_else(|| nearest(owner, bodies.iter().chain(&joints).copied()));
+    // `leg1.Q` is meant as a name itself where others begin like that.
+    let prefix = format!("{owner}.");
+    let within = bodies.iter().chain(&joints).any(|name| name.starts_with(&prefix));
+    let missing = if within { path } else { owner };
+    let message = format!("there is no body or joint {}", quoted(missing));
+    let help = near.map(|near| format!("did you mean {}?", quoted(near))).or_else(|| {
+        const MOST: usize = 10;
+        let shown: Vec<_> = bodies.iter().chain(&joints).take(MOST).map(|n| quoted(n)).collect();
+        let more = if bodies.len() + joints.len() > MOST { ", …" } else { "" };
+        (!shown.is_empty()).then(|| format!("there are {}{more}", shown.join(", ")))
+    });
+    (message, help, !within)
+}
+
+/// Orders of intrinsic angles by body; xyz where there is none.
+pub(crate) type Orders = HashMap<BodyId, AngleOrder>;
+
+/// The coordinate that a path means, and what it is measured in.
+pub(crate) fn coordinate(
+    meaning: Meaning<'_>,
+    orders: &Orders,
+) -> Result<(Coordinate, Measure), Trouble> {
+    let (body, key) = match meaning {
+        Meaning::Joint(joint, joint_type, freedom) => {
+            let translation =
+                joint_type.freedoms().get(freedom).is_some_and(|freedom| freedom.translates());
+            let measure = if translation { Measure::Length } else { Measure::Angle };
+            return Ok((Coordinate::Joint { joint, freedom }, measure));
+        }
+        Meaning::Body(body, key) => (body, key),
+    };
+    let order = orders.get(&body).copied().unwrap_or(AngleOrder::XYZ);
+    let axis_of = |name: &str| ["x", "y", "z"].iter().position(|axis| *axis == name);
+    if let Some(axis) = axis_of(key) {
+        return Ok((Coordinate::Position { body, axis }, Measure::Length));
+    }
+    if let Some(axis) = key.strip_prefix("rv").and_then(axis_of) {
+        return Ok((Coordinate::RotationVector { body, axis }, Measure::Angle));
+    }
+    let letter = key.strip_prefix('r').and_then(axis_of);
+    if letter.is_some() && !order.is_tait_bryan() {
+        return Err(Trouble::new(
+            format!("{} is not one angle: an axis occurs twice in the order", quoted(key)),
+            "name the angles `r1`, `r2`, `r3`".to_owned(),
+        ));
+    }
+    let by_axis = letter.and_then(|axis| order.axes().iter().position(|&a| a == axis));
+    let by_number = ["r1", "r2", "r3"].iter().position(|name| *name == key);
+    match by_axis.or(by_number) {
+        Some(index) => Ok((Coordinate::Angle { body, order, index }, Measure::Angle)),
+        None => Err(Trouble::new(
+            format!("a body has no coordinate {}", quoted(key)),
+            nearest(key, BODY_MOTION.iter().map(|field| field.key))
+                .map(|near| format!("did you mean `{near}`?"))
+                .unwrap_or_else(|| "x y z, rx ry rz (or r1 r2 r3), rvx rvy rvz".to_owned()),
+        )),
+    }
+}

@@ -1,0 +1,306 @@
+//! The first line of a recording: what is in which column.
+
+use super::super::actuators::Actuators;
+use super::super::names::Names;
+use super::super::path::{Meaning, Orders, coordinate, resolve};
+use super::messages::Messages;
+use crate::course::recorded::lines::{Line, cells};
+use crate::diagnostic::quoted;
+use crate::expression::Measure;
+use crate::expression::unit::Scale;
+use crate::expression::{Dimension, unit_of};
+use crate::source::Span;
+use stiction_core::kinematics::Coordinate;
+
+/// What a column contains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Role {
+    Time,
+    /// A coordinate, or its first or second derivative.
+    Coordinate {
+        coordinate: Coordinate,
+        order: u8,
+    },
+    /// The effort of an actuator, by index.
+    Effort(usize),
+    /// It could not be understood, which has been said; or nobody asks for it.
+    Unknown,
+}
+
+/// A column.
+pub(super) struct Column {
+    pub(super) role: Role,
+    pub(super) scale: Scale,
+    /// Whether it is an angle itself, no derivative of one.
+    pub(super) is_angle: bool,
+    /// The name of the coordinate as it is written.
+    pub(super) name: String,
+    pub(super) span: Span,
+}
+
+/// All columns.
+pub(super) struct Header {
+    pub(super) columns: Vec<Column>,
+    /// The index of the time's column.
+    pub(super) time: Option<usize>,
+}
+
+impl Header {
+    /// Reads the header.
+    pub(super) fn read(
+        text: &str,
+        line: Line,
+        names: &Names,
+        orders: &Orders,
+        messages: &mut Messages,
+    ) -> Self {
+        let whole = text.get(line.clone()).unwrap_or_default();
+        if whole.contains(';') && !whole.contains(',') {
+            let help = "separate columns with commas, and write decimals with a point".to_owned();
+            let message = "the columns are separated by semicolons".to_owned();
+            messages.push_help("syntax", message, line, "expected commas", Some(help));
+            return Self { columns: Vec::new(), time: None };
+        }
+        let mut columns: Vec<Column> = Vec::new();
+        for cell in cells(text, line.clone()) {
+            let column = read_column(text, cell, names, orders, messages);
+            let again = columns
+                .iter()
+                .any(|known| known.role == column.role && column.role != Role::Unknown);
+            if again {
+                let message = format!("the column {} is there twice", quoted(&column.name));
+                messages.push("duplicate", message, column.span.clone(), "again here");
+            }
+            columns.push(column);
+        }
+        let header = Self { time: columns.iter().position(|c| c.role == Role::Time), columns };
+        header.check(line, messages);
+        header
+    }
+
+    fn check(&self, line: Line, messages: &mut Messages) {
+        let unknown = self.columns.iter().any(|column| column.role == Role::Unknown);
+        if self.time.is_none() {
+            let help = Some("name the column of instants `time [s]`".to_owned());
+            let message = "there is no column `time`".to_owned();
+            messages.push_help("missing-key", message, line.clone(), "the columns", help);
+        } else if self.columns.len() == 1 {
+            let help = Some("for example: time [s], platform.x [mm]".to_owned());
+            let message = "there is no column with a coordinate".to_owned();
+            messages.push_help("missing-key", message, line, "only the time", help);
+        }
+        for column in &self.columns {
+            let Role::Coordinate { coordinate, order: order @ 1.. } = column.role else { continue };
+            let below = Role::Coordinate { coordinate, order: order - 1 };
+            if !unknown && !self.columns.iter().any(|other| other.role == below) {
+                let (name, what) = (&column.name, ["positions", "velocities"]);
+                let what = what.get(usize::from(order - 1)).copied().unwrap_or_default();
+                let wanted = if order == 1 { name.clone() } else { format!("d({name})") };
+                let message = format!("there are no {what} that belong to this column");
+                let help = Some(format!("add a column `{wanted}`"));
+                messages.push_help("missing-key", message, column.span.clone(), "alone", help);
+            }
+        }
+    }
+}
+
+impl Header {
+    /// Reads the header of a file of efforts: columns like `leg1.P [N]`; where some end in `.drive`, only
+    /// these are asked for.
+    pub(super) fn of_drives(
+        text: &str,
+        line: Line,
+        actuators: &Actuators,
+        messages: &mut Messages,
+    ) -> Self {
+        let label = |cell: &Span| {
+            let content = text.get(cell.clone()).unwrap_or_default();
+            content.split_once('[').map_or(content, |(label, _)| label).trim_end()
+        };
+        let results = cells(text, line.clone()).any(|cell| label(&cell).ends_with(".drive"));
+        let mut columns: Vec<Column> = Vec::new();
+        for cell in cells(text, line.clone()) {
+            let label = label(&cell);
+            let drive = label.strip_suffix(".drive");
+            let name = if results { drive.unwrap_or(label) } else { label };
+            let mut column = Column {
+                role: Role::Unknown,
+                scale: Scale::ONE,
+                is_angle: false,
+                name: name.to_owned(),
+                span: cell.clone(),
+            };
+            let measure = if name == "time" || name == "t" {
+                column.role = Role::Time;
+                Measure::Time
+            } else if results && drive.is_none() {
+                // Of what else results have none is the effort of an actuator.
+                if actuators.find(name).is_some() {
+                    let message = format!(
+                        "the column {} is not asked for beside columns `….drive`",
+                        quoted(name)
+                    );
+                    messages.push("duplicate", message, cell, "one or the other");
+                }
+                columns.push(column);
+                continue;
+            } else if let Some(actuator) = actuators.find(name) {
+                column.role = Role::Effort(actuator);
+                actuators.measure(actuator, Measure::Force, Measure::Moment)
+            } else {
+                let (message, help) = actuators.unknown(name);
+                messages.push_help("unknown-name", message, cell, "unknown column", help);
+                columns.push(column);
+                continue;
+            };
+            if let Some((_, unit)) = text.get(cell.clone()).unwrap_or_default().split_once('[') {
+                let at = cell.end - unit.len();
+                column.scale = read_unit(unit, at, measure, 0, messages).unwrap_or(Scale::ONE);
+            }
+            let again = columns.iter().any(|known| known.role == column.role);
+            if again {
+                let message = format!("the column {} is there twice", quoted(name));
+                messages.push("duplicate", message, cell, "again here");
+            }
+            columns.push(column);
+        }
+        let header = Self { time: columns.iter().position(|c| c.role == Role::Time), columns };
+        if header.time.is_none() {
+            let help = Some("name the column of instants `time [s]`".to_owned());
+            let message = "there is no column `time`".to_owned();
+            messages.push_help("missing-key", message, line, "the columns", help);
+        } else if !header.columns.iter().any(|c| matches!(c.role, Role::Effort(_))) {
+            let help = Some("for example: time [s], leg1.P [N]".to_owned());
+            let message = "there is no column with an effort".to_owned();
+            messages.push_help("missing-key", message, line, "the columns", help);
+        }
+        header
+    }
+}
+
+fn read_column(
+    text: &str,
+    cell: Span,
+    names: &Names,
+    orders: &Orders,
+    messages: &mut Messages,
+) -> Column {
+    let content = text.get(cell.clone()).unwrap_or_default();
+    let (label, unit) = match content.split_once('[') {
+        Some((label, unit)) => (label.trim_end(), Some(unit)),
+        None => (content, None),
+    };
+    let (name, order) = derivative(label);
+    let name_span = {
+        let start = cell.start + content.find(name).unwrap_or(0);
+        start..start + name.len()
+    };
+    let mut column = Column {
+        role: Role::Unknown,
+        scale: Scale::ONE,
+        is_angle: false,
+        name: name.to_owned(),
+        span: cell.clone(),
+    };
+    if name.is_empty() {
+        let message = "a column has no name".to_owned();
+        messages.push("syntax", message, cell, "expected a name");
+        return column;
+    }
+    let measure = if name == "time" || name == "t" {
+        column.role = Role::Time;
+        Measure::Time
+    } else {
+        let meaning = match resolve(names, name) {
+            Ok(Meaning::Body(_, "order")) => {
+                let help = Some(
+                    "say it in the model: `platform.order = \"zyx\"` beside `file`".to_owned(),
+                );
+                let message = "the order of angles is not a column".to_owned();
+                messages.push_help("unknown-name", message, name_span, "not a coordinate", help);
+                return column;
+            }
+            other => other.and_then(|meaning| coordinate(meaning, orders)),
+        };
+        match meaning {
+            Ok((coordinate, measure)) => {
+                column.role = Role::Coordinate { coordinate, order };
+                column.is_angle = measure == Measure::Angle && order == 0;
+                measure
+            }
+            Err(trouble) => {
+                let explained =
+                    (!messages.is_full()).then(|| trouble.explain(names, &[], name)).flatten();
+                if let Some((message, help, _)) = explained {
+                    let label = "unknown column";
+                    messages.push_help("unknown-name", message, name_span, label, help);
+                }
+                return column;
+            }
+        }
+    };
+    if let Some(unit) = unit {
+        let at = cell.start + content.len() - unit.len();
+        // The scale of a wrong unit does not matter: the motion is refused.
+        column.scale = read_unit(unit, at, measure, order, messages).unwrap_or(Scale::ONE);
+    }
+    column
+}
+
+/// The name within `d(...)` or `dd(...)`, and which derivative that is.
+fn derivative(label: &str) -> (&str, u8) {
+    let within =
+        |open: &str| label.strip_prefix(open)?.trim_start().strip_prefix('(')?.strip_suffix(')');
+    match (within("dd"), within("d")) {
+        (Some(name), _) => (name.trim(), 2),
+        (_, Some(name)) => (name.trim(), 1),
+        _ => (label, 0),
+    }
+}
+
+fn read_unit(
+    unit: &str,
+    at: usize,
+    measure: Measure,
+    order: u8,
+    messages: &mut Messages,
+) -> Option<Scale> {
+    let Some(inner) = unit.trim_end().strip_suffix(']') else {
+        let message = "this bracket is never closed".to_owned();
+        messages.push("syntax", message, at - 1..at, "opened here");
+        return None;
+    };
+    let (scale, found) = match unit_of(inner) {
+        Ok(unit) => unit,
+        Err(fault) => {
+            let span = at + fault.span.start..at + fault.span.end;
+            messages.push_help(fault.code, fault.message, span, &fault.label, fault.help);
+            return None;
+        }
+    };
+    let per_time = Dimension::TIME.power(f64::from(order)).unwrap_or(Dimension::NONE);
+    let wanted = measure.dimension().over(per_time).unwrap_or(Dimension::NONE);
+    if wanted.same(found) && !(found.is_none() && found.is_angle() && !wanted.is_angle()) {
+        return Some(scale);
+    }
+    let message =
+        format!("the unit of this column should be one of {}", expected_unit(measure, order));
+    let label = format!("this is the unit of {}", found.describe());
+    let span = at..at + inner.len();
+    messages.push("dimension", message, span, &label);
+    None
+}
+
+fn expected_unit(measure: Measure, order: u8) -> &'static str {
+    match (measure, order) {
+        (Measure::Time, _) => "s, ms, …",
+        (Measure::Force, _) => "N, kN, …",
+        (Measure::Moment, _) => "N m, …",
+        (Measure::Angle, 0) => "rad, deg, …",
+        (Measure::Angle, 1) => "rad/s, deg/s, …",
+        (Measure::Angle, _) => "rad/s^2, deg/s^2, …",
+        (_, 0) => "m, mm, …",
+        (_, 1) => "m/s, mm/s, …",
+        (_, _) => "m/s^2, mm/s^2, …",
+    }
+}

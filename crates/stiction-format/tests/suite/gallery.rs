@@ -1,0 +1,235 @@
+//! The models that ship are right, and what they say is what they mean.
+
+use stiction_format::{Source, gallery, read};
+
+#[test]
+fn all_models_are_read_without_a_word() {
+    for name in gallery::names() {
+        let text = gallery::get(name).unwrap();
+        match read(&Source::new(format!("{name}.toml"), text), &|_| Err("no files".into())) {
+            Ok(model) => {
+                assert!(model.warnings.is_empty(), "{name}:\n{}", model.warnings);
+                assert_eq!(model.name, name);
+                assert!(!model.title.is_empty() && !model.source.is_empty());
+                assert!(model.default_motion.is_some());
+            }
+            Err(diagnostics) => panic!("{diagnostics}"),
+        }
+    }
+}
+
+mod reference {
+    use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
+    use stiction_format::{Model, Source, gallery, read};
+
+    fn model(name: &str) -> Model {
+        let text = gallery::get(name).unwrap();
+        read(&Source::new(format!("{name}.toml"), text), &|_| Err("no files".into())).unwrap()
+    }
+
+    /// The rows of a reference file as cells.
+    fn rows(file: &str) -> (Vec<String>, Vec<Vec<String>>) {
+        let path = format!("{}/../../reference/{file}", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(path).unwrap();
+        let mut lines = text
+            .lines()
+            .filter(|line| !line.starts_with('#'))
+            .map(|line| line.split(',').map(str::to_owned).collect::<Vec<_>>());
+        (lines.next().unwrap(), lines.collect())
+    }
+
+    /// The driving forces at an instant of the default motion under a load.
+    fn drives(model: &Model, load: &str, friction: FrictionMode, t: f64) -> Vec<f64> {
+        let motion = model.motion(model.default_motion.as_ref().unwrap()).unwrap();
+        let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
+        let targets: Vec<_> = motion.at(t).collect();
+        let settings = Settings { friction, ..Settings::default() };
+        let mechanism = model.mechanism.clone();
+        let mut solver =
+            InverseDynamics::new(mechanism, &model.homes, &coordinates, &targets, settings)
+                .unwrap();
+        let loads: Vec<_> = model.load(load).unwrap().at(t).collect();
+        solver.solve(&loads).unwrap().drives.clone()
+    }
+
+    #[test]
+    fn the_3rps_is_that_of_the_reference() {
+        let model = model("3rps");
+        assert_eq!(model.default_friction, Some(FrictionMode::Off));
+        let (_, rows) = rows("3rps_symmetric_actuator.csv");
+        for row in rows.iter().step_by(10) {
+            let row: Vec<f64> = row.iter().map(|cell| cell.parse().unwrap()).collect();
+            let found = drives(&model, "reference", FrictionMode::Off, row[0]);
+            for (found, expected) in found.iter().zip(&row[1..]) {
+                // Five programs agree on these numbers of order 100 N within 1e-12 of them.
+                assert!((found - expected).abs() < 1e-10, "{}: {found} {expected}", row[0]);
+            }
+        }
+    }
+
+    #[test]
+    fn the_regular_twin_is_that_of_the_reference() {
+        let model = model("zhang2018-regular");
+        assert_eq!(model.default_friction, Some(FrictionMode::Converged));
+        let (header, rows) = rows("3rps_parallel_axis_regular_L0.csv");
+        let column = |name: &str| header.iter().position(|cell| cell == name).unwrap();
+        for row in &rows {
+            let friction = match row[column("case")].as_str() {
+                "frictionless" => FrictionMode::Off,
+                "onepass" => FrictionMode::OnePass,
+                _ => FrictionMode::Converged,
+            };
+            let t = row[column("t")].parse().unwrap();
+            let found = drives(&model, "L0", friction, t);
+            for (found, name) in found.iter().zip(["tau1", "tau2", "tau3"]) {
+                let expected: f64 = row[column(name)].parse().unwrap();
+                // The reference is printed with ten digits.
+                assert!((found - expected).abs() < 1e-7, "{t} {name}: {found} {expected}");
+            }
+        }
+    }
+
+    /// Along all its motions and under all its loads, with and without friction.
+    #[test]
+    fn the_five_bar_moves() {
+        let mut model = model("five-bar");
+        for (motion, _) in model.motions.clone() {
+            model.default_motion = Some(motion.clone());
+            for (load, _) in &model.loads {
+                let duration = model.motion(&motion).unwrap().duration;
+                for k in 0..=20 {
+                    let t = duration * f64::from(k) / 20.0;
+                    for friction in [FrictionMode::Off, FrictionMode::Converged] {
+                        let drives = drives(&model, load, friction, t);
+                        assert_eq!(drives.len(), 2);
+                        // Two kilograms at a fifth of a metre and some accelerations of gravity.
+                        assert!(drives.iter().all(|drive| drive.abs() < 20.0), "{motion} {t}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The benchmark A03, whose numbers stand in many places; here those of the test set for solvers of
+/// initial value problems.
+mod andrews {
+    use stiction_core::dynamics::InverseDynamics;
+    use stiction_core::kinematics::{Coordinate, Target};
+    use stiction_format::{Model, Source, gallery, read};
+
+    const NAMES: [&str; 7] = ["beta", "theta", "gamma", "phi", "delta", "Omega", "epsilon"];
+    /// The angles at t = 0, rad.
+    #[expect(clippy::excessive_precision, reason = "as they are published")]
+    const START: [f64; 7] = [
+        -0.0617138900142764496,
+        0.0,
+        0.455279819163070380,
+        0.222668390165885885,
+        0.487364979543842550,
+        -0.222668390165885885,
+        1.23054744454982119,
+    ];
+    /// Those at t = 30 ms, after more than two turns.
+    const END: [f64; 7] = [
+        15.81077119629904,
+        -15.75637105984298,
+        0.04082224013073101,
+        -0.5347301163226948,
+        0.5244099658805304,
+        0.5347301163226948,
+        1.048080741042263,
+    ];
+
+    fn model() -> Model {
+        let source = Source::new("andrews.toml", gallery::get("andrews").unwrap());
+        read(&source, &|_| Err("no files".into())).unwrap()
+    }
+
+    /// At the first instant of the default motion.
+    fn at_the_start(model: &Model) -> (InverseDynamics, Coordinate) {
+        let motion = model.motion("squeeze").unwrap();
+        let [(coordinate, _)] = motion.coordinates.as_slice() else { panic!() };
+        let targets: Vec<_> = motion.at(0.0).collect();
+        let (mechanism, homes) = (model.mechanism.clone(), &model.homes);
+        let solver = InverseDynamics::new(
+            mechanism,
+            homes,
+            &[*coordinate],
+            &targets,
+            stiction_core::dynamics::Settings {
+                friction: model.default_friction.unwrap(),
+                ..Default::default()
+            },
+        );
+        (solver.unwrap(), *coordinate)
+    }
+
+    fn angles(solver: &InverseDynamics) -> [f64; 7] {
+        NAMES.map(|name| {
+            let joint = solver.mechanism().joint_id(name).unwrap();
+            solver.joint_coordinates(joint)[0]
+        })
+    }
+
+    /// Angles but for whole turns.
+    fn assert_angles(found: [f64; 7], expected: [f64; 7], error: f64) {
+        for (name, (found, expected)) in NAMES.iter().zip(found.iter().zip(expected)) {
+            let difference = (found - expected).rem_euclid(std::f64::consts::TAU);
+            let difference = difference.min(std::f64::consts::TAU - difference);
+            assert!(difference <= error, "{name}: {found} {expected}");
+        }
+    }
+
+    #[test]
+    fn starts_as_the_benchmark_does() {
+        let model = model();
+        let (mut solver, _) = at_the_start(&model);
+        assert_angles(angles(&solver), START, 1e-15);
+        // Accelerations of the joints, rad/s^2.
+        let bodies = solver.bodies();
+        let about_z = |joint: &str| {
+            let joint = model.mechanism.joint_id(joint).unwrap();
+            let joint = &model.mechanism.joints()[joint.0];
+            let of = |body: usize| bodies.acceleration[body].angular.z;
+            of(joint.successor.0) - of(joint.predecessor.0)
+        };
+        let expected = [14222.4439199541, -10666.8329399656, 0.0, 0.0, 0.0, 0.0, 0.0];
+        for (name, expected) in NAMES.iter().zip(expected) {
+            // Printed with fifteen digits: to half a unit of the last.
+            assert!((about_z(name) - expected).abs() <= 1e-10, "{name}: {}", about_z(name));
+        }
+
+        let forces = solver.solve(&[]).unwrap();
+        // What the given acceleration, of fifteen digits, leaves of the torque.
+        assert!((forces.drives[0] - 0.033).abs() <= 1e-16 * 10.0, "{}", forces.drives[0]);
+        // The multipliers are the forces of K2 on the others at the common pin.
+        let expected = [
+            ("pin3", [98.5668703962411, -6.12268834425567]),
+            ("pin4", [0.0, 0.0]),
+            ("pin6", [0.0, 0.0]),
+        ];
+        for (name, [x, y]) in expected {
+            let joint = model.mechanism.joint_id(name).unwrap();
+            let (force, _) = forces.reactions[joint.0];
+            // Fifteen digits again; the spring's 99 N are the scale of all.
+            assert!((force.x - x).abs() <= 1e-13, "{name}: {force:?}");
+            assert!((force.y - y).abs() <= 1e-13, "{name}: {force:?}");
+        }
+    }
+
+    /// The loops have the benchmark's geometry also far from the start.
+    #[test]
+    fn passes_through_its_last_position() {
+        let model = model();
+        let (mut solver, _) = at_the_start(&model);
+        solver
+            .follow(0.0, 1.0, |part, targets| {
+                let rate = END[0] - START[0];
+                targets[0] = Target { value: START[0] + part * rate, rate, acceleration: 0.0 };
+            })
+            .unwrap();
+        // All digits of the reference; it is itself a solution to some 1e-13.
+        assert_angles(angles(&solver), END, 1e-11);
+    }
+}

@@ -1,0 +1,359 @@
+//! Legs are nothing but bodies and joints, written shorter.
+
+use stiction_core::mechanism::{Mechanism, MechanismBuilder};
+use stiction_core::spatial::Vec3;
+use stiction_format::{Model, Source, read};
+
+fn model(text: &str) -> Model {
+    read(&Source::new("robot.toml", text), &|_| Err(String::new()))
+        .unwrap_or_else(|diagnostics| panic!("{diagnostics}"))
+}
+
+/// Largest difference of all numbers; everything else must be equal.
+fn difference(a: &Mechanism, b: &Mechanism) -> f64 {
+    let mut largest = 0.0f64;
+    let mut compare = |a: f64, b: f64| largest = largest.max((a - b).abs());
+    assert_eq!(a.bodies(), b.bodies());
+    assert_eq!(a.joints().len(), b.joints().len());
+    for (a, b) in a.joints().iter().zip(b.joints()) {
+        assert_eq!((&a.name, a.joint_type), (&b.name, b.joint_type));
+        assert_eq!((a.predecessor, a.successor), (b.predecessor, b.successor));
+        assert_eq!((&a.actuated, &a.start, &a.friction), (&b.actuated, &b.start, &b.friction));
+        for (a, b) in [(a.frame_j, b.frame_j), (a.frame_k, b.frame_k)] {
+            for i in 0..3 {
+                compare(a.position.component(i), b.position.component(i));
+                for k in 0..3 {
+                    compare(a.rotation.at(i, k), b.rotation.at(i, k));
+                }
+            }
+        }
+    }
+    largest
+}
+
+const HEAD: &str = r#"
+gravity = [0, 0, -9.81]
+[bodies.platform]
+mass = 1
+com = [0, 0, 0]
+inertia = [1, 1, 1]
+"#;
+
+/// Three legs at different angles, one of them heavier, against the same written by hand: all
+/// directions of the ground and the platform turned by the leg's angle.
+#[test]
+fn legs_equal_bodies_and_joints_written_by_hand() {
+    let legs = model(&format!(
+        r#"{HEAD}
+[legs]
+chain = "R* arm U forearm U"
+to = "platform"
+foot = ["450 mm", 0, "10 mm"]
+tip = [0.15, 0.02, 0.01]
+place = [
+    {{ angle = "0 deg" }},
+    {{ angle = "90 deg", name = "heavy", bodies.arm.mass = "5 kg", joints.R.friction.mu = 0.3 }},
+    {{ angle = "-30 deg", foot = [0.5, 0, 0] }},
+]
+[legs.joints.R]
+axis = "y"
+start = "10 deg"
+friction = {{ mu = 0.1, radius = "5 mm" }}
+[legs.joints.U1]
+axis = "z"
+second_axis = "x"
+[legs.joints.U2]
+axis = [0, 1, 1]
+second_axis = "x"
+turn = {{ axis = "x", angle = "20 deg" }}
+[legs.bodies.arm]
+mass = 2
+com = [0, 0, 0.1]
+inertia = [1, 1, 1]
+"#,
+    ));
+    let mut by_hand = HEAD.to_owned();
+    for (name, mass, mu, angle, foot) in [
+        ("leg1", 2, 0.1, "0 deg", "[\"450 mm\", 0, \"10 mm\"]"),
+        ("heavy", 5, 0.3, "90 deg", "[0, \"450 mm\", \"10 mm\"]"),
+        ("leg3", 2, 0.1, "-30 deg", "[\"0.5*cos(a3)\", \"0.5*sin(a3)\", 0]"),
+    ] {
+        let turned = |x: f64, y: f64, z: f64| {
+            format!(
+                "[\"{x}*cos({angle}) - {y}*sin({angle})\", \"{x}*sin({angle}) + {y}*cos({angle})\", {z}]"
+            )
+        };
+        by_hand.push_str(&format!(
+            r#"
+[bodies."{name}.arm"]
+mass = {mass}
+com = [0, 0, 0.1]
+inertia = [1, 1, 1]
+[bodies."{name}.forearm"]
+[joints."{name}.R"]
+type = "R"
+from = "ground"
+to = "{name}.arm"
+at = {foot}
+axis = {y}
+x_axis = {x}
+turn = {{ axis = "z", angle = "{angle}" }}
+actuated = true
+start = "10 deg"
+friction = {{ mu = {mu}, radius = "5 mm" }}
+[joints."{name}.U1"]
+type = "U"
+from = "{name}.arm"
+to = "{name}.forearm"
+axis = "z"
+second_axis = "x"
+[joints."{name}.U2"]
+type = "U"
+from = "{name}.forearm"
+to = "platform"
+to_at = {tip}
+axis = [0, 1, 1]
+second_axis = "x"
+turn = {{ xyz = ["20 deg", 0, "-({angle})"] }}
+"#,
+            x = turned(1.0, 0.0, 0.0),
+            y = turned(0.0, 1.0, 0.0),
+            tip = turned(0.15, 0.02, 0.01),
+        ));
+    }
+    let by_hand = model(&format!("{by_hand}\n[parameters]\na3 = \"-30 deg\"\n"));
+    // Rounding of a few products of sines and cosines.
+    assert!(difference(&legs.mechanism, &by_hand.mechanism) < 1e-15 * 4.0);
+
+    assert_eq!(legs.legs.len(), 3);
+    let heavy = &legs.legs[1];
+    assert_eq!(heavy.name, "heavy");
+    let names: Vec<_> =
+        heavy.joints.iter().map(|id| legs.mechanism.joints()[id.0].name.as_str()).collect();
+    assert_eq!(names, ["heavy.R", "heavy.U1", "heavy.U2"]);
+    let bodies: Vec<_> =
+        heavy.bodies.iter().map(|id| legs.mechanism.bodies()[id.0].name.as_str()).collect();
+    assert_eq!(bodies, ["heavy.arm", "heavy.forearm"]);
+}
+
+/// With all joints at zero and no turn, the body at the end is parallel to the ground, whatever the
+/// leg's angle, and the joints' frames follow from `foot` and `tip`.
+#[test]
+fn the_end_of_a_leg_is_turned_back() {
+    for chain in ["S", "fixed", "R link S"] {
+        let text = format!(
+            "{HEAD}
+[legs]
+chain = \"{chain}\"
+to = \"platform\"
+about = [1, 2, 3]
+angles = [\"77 deg\"]
+foot = [1, 0, 0]
+tip = [0, 0, 0]
+{}",
+            if chain.contains('R') { "[legs.joints.R]\naxis = [3, 1, 0]\n" } else { "" }
+        );
+        let model = model(&text);
+        let pose = model
+            .mechanism
+            .joints()
+            .iter()
+            .fold(stiction_core::spatial::Pose::identity(), |pose, joint| {
+                pose * joint.frame_j * joint.frame_k.inverse()
+            });
+        let turn = pose.rotation.rotation_vector().norm();
+        assert!(turn < 1e-15, "{chain}: {turn}");
+    }
+}
+
+/// Numbers go on across groups; a body of a leg has its home in the turned frame.
+#[test]
+fn groups_are_numbered_through() {
+    let text = format!(
+        "{HEAD}
+[[legs]]
+chain = \"S rod S\"
+to = \"platform\"
+angles = [0, 1]
+foot = [1, 0, 0]
+tip = [1, 0, 0]
+[legs.bodies.rod]
+home = {{ position = [1, 0, 0.5] }}
+[[legs]]
+chain = \"S rod S\"
+to = \"platform\"
+angles = [2]
+foot = [1, 0, 0]
+tip = [1, 0, 0]
+"
+    );
+    let model = model(&text);
+    let names: Vec<_> = model.legs.iter().map(|leg| leg.name.as_str()).collect();
+    assert_eq!(names, ["leg1", "leg2", "leg3"]);
+    assert!(model.mechanism.joint_id("leg3.S2").is_some());
+    let (body, home) = model.homes[1];
+    assert_eq!(model.mechanism.bodies()[body.0].name, "leg2.rod");
+    let expected = Vec3::new(1f64.cos(), 1f64.sin(), 0.5);
+    assert!((home.position - expected).norm() < 1e-15);
+}
+
+/// The order of tables in the file decides the order of bodies and joints and nothing else.
+#[test]
+fn a_model_is_what_the_builder_makes_of_it() {
+    use stiction_core::joint::JointType;
+    use stiction_core::mechanism::{BodySpec, JointSpec};
+    let model = model(
+        r#"
+name = "crank"
+gravity = [0, "-9.81 m/s^2", 0]
+characteristic_length = "0.3 m"
+[joints.zeta]
+type = "R"
+from = "ground"
+to = "b"
+axis = "z"
+actuated = true
+[bodies.b]
+mass = "1 kg"
+com = [0.1, 0, 0]
+inertia = { zz = 2e-3, yy = 1e-3, xx = 1e-3, xy = -1e-4 }
+[bodies.a]
+[joints.alpha]
+type = "H"
+from = "b"
+to = "a"
+axis = "z"
+pitch = "5 mm/rev"
+"#,
+    );
+    let tensor = |xx: f64, yy: f64, zz: f64, xy: f64| {
+        stiction_core::spatial::Mat3::from_columns(
+            Vec3::new(xx, xy, 0.0),
+            Vec3::new(xy, yy, 0.0),
+            Vec3::new(0.0, 0.0, zz),
+        )
+    };
+    let expected = MechanismBuilder::new("crank")
+        .gravity(Vec3::new(0.0, -9.81, 0.0))
+        .characteristic_length(0.3)
+        .body(
+            BodySpec::new("b")
+                .mass(1.0)
+                .com(Vec3::new(0.1, 0.0, 0.0))
+                .inertia(tensor(1e-3, 1e-3, 2e-3, -1e-4)),
+        )
+        .body(BodySpec::new("a"))
+        .joint(JointSpec::new("zeta", JointType::Revolute, "ground", "b").actuated())
+        .joint(
+            JointSpec::new("alpha", JointType::Helical, "b", "a")
+                .pitch(0.005 / std::f64::consts::TAU),
+        )
+        .build()
+        .unwrap();
+    assert_eq!(model.mechanism, expected);
+}
+
+/// The three ways to write a chain are the same robot but for the names of the bodies.
+#[test]
+fn a_chain_may_name_joints_alone() {
+    let legs = |chain: &str, [first, second]: [&str; 2]| {
+        model(&format!(
+            r#"{HEAD}
+[legs]
+{chain}
+to = "platform"
+angles = ["0 deg", "120 deg", "240 deg"]
+foot = [0.4, 0, 0]
+tip = [0.2, 0, 0]
+[legs.joints.R]
+axis = "y"
+friction = {{ mu = 0.1, radius = "5 mm" }}
+[legs.joints.P]
+axis = "z"
+start = 0.5
+[legs.bodies.{first}]
+mass = 2
+com = [0, 0, 0.1]
+inertia = [1, 1, 1]
+[legs.bodies.{second}]
+mass = 1
+com = [0, 0, -0.1]
+inertia = [1, 1, 1]
+"#
+        ))
+    };
+    let named = legs("chain = \"R cylinder P* rod S\"", ["cylinder", "rod"]);
+    let apart = legs("chain = \"R P* S\"\nbetween = [\"cylinder\", \"rod\"]", ["cylinder", "rod"]);
+    assert_eq!(named.mechanism, apart.mechanism);
+
+    let short = legs("chain = \"R P* S\"", ["link1", "link2"]);
+    assert_eq!(short.mechanism.bodies()[2].name, "leg1.link1");
+    assert_eq!(short.mechanism.bodies()[7].name, "leg3.link2");
+    assert_eq!(short.legs[1].bodies.len(), 2);
+    for (a, b) in named.mechanism.bodies().iter().zip(short.mechanism.bodies()) {
+        assert_eq!((a.mass, a.com, a.inertia), (b.mass, b.com, b.inertia));
+    }
+    assert_eq!(named.mechanism.joints(), short.mechanism.joints());
+}
+
+/// Whatever differs in one leg is said at its place, and changes no other.
+#[test]
+fn one_leg_may_differ_in_anything() {
+    let legs = |places: &str| {
+        model(&format!(
+            r#"{HEAD}
+[legs]
+chain = "R P* S"
+to = "platform"
+foot = [0.4, 0, 0]
+tip = [0.2, 0, 0]
+place = [{places}]
+[legs.joints.R]
+axis = "y"
+start = "10 deg"
+friction = {{ mu = 0.1, radius = "5 mm", viscous = "0.02 N s/m" }}
+[legs.joints.P]
+axis = "z"
+start = "0.5 m"
+friction = {{ mu = 0.1 }}
+[legs.bodies.link1]
+mass = "2 kg"
+com = [0, 0, 0.1]
+inertia = [0.1, 0.2, 0.3]
+"#
+        ))
+    };
+    let equal = legs("{ angle = 0 }, { angle = \"120 deg\" }, { angle = \"240 deg\" }");
+    let one = legs(
+        r#"
+    { angle = 0 },
+    { angle = "120 deg", bodies.link1 = { mass = "5 kg", inertia = { xx = 1, yy = 1, zz = 1 } }, joints = { R = { friction.mu = 0.3, start = "20 deg" }, P.start = "0.6 m" } },
+    { angle = "240 deg" },
+"#,
+    );
+    let (a, b) = (&equal.mechanism, &one.mechanism);
+    for (a, b) in a.bodies().iter().zip(b.bodies()) {
+        if a.name == "leg2.link1" {
+            assert_eq!((a.mass, b.mass), (2.0, 5.0));
+            // A tensor is replaced as a whole; what is not said stays.
+            assert_eq!((b.inertia.at(0, 0), b.inertia.at(2, 2), b.com), (1.0, 1.0, a.com));
+        } else {
+            assert_eq!(a, b);
+        }
+    }
+    for (a, b) in a.joints().iter().zip(b.joints()) {
+        let law = |joint: &stiction_core::mechanism::Joint| format!("{:?}", joint.friction);
+        match a.name.as_str() {
+            "leg2.R" => {
+                assert_ne!(a.start, b.start);
+                // The rest of the friction is that of the other legs.
+                assert_eq!(law(b), law(a).replace("0.1", "0.3"));
+            }
+            "leg2.P" => {
+                assert_ne!(a.start, b.start);
+                assert_eq!(law(a), law(b));
+            }
+            _ => assert_eq!(a, b),
+        }
+    }
+}

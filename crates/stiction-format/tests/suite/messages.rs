@@ -1,0 +1,128 @@
+//! What people see when something is wrong.
+
+use stiction_format::{Diagnostics, Source, read};
+
+fn messages(name: &str) -> Diagnostics {
+    let path = format!("{}/tests/wrong/{name}", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).unwrap();
+    let files = |_: &str| Err("no such file".to_owned());
+    match read(&Source::new(name, text), &files) {
+        Ok(model) => model.warnings,
+        Err(diagnostics) => diagnostics,
+    }
+}
+
+macro_rules! wrong_files {
+    ($($name:ident)*) => {
+        $(
+            #[test]
+            fn $name() {
+                insta::assert_snapshot!(messages(concat!(stringify!($name), ".toml")).to_string());
+            }
+        )*
+    };
+}
+
+wrong_files! {
+    syntax keys units parameters misnamed bodies joints friction springs mechanism disconnected suspicious legs chains lost_legs twice motions
+}
+
+mod given {
+    use stiction_format::{Diagnostics, Model, Source, read};
+
+    fn robot() -> Model {
+        let text = include_str!("../wrong/robot.toml");
+        read(&Source::new("robot.toml", text), &|_| Err(String::new())).unwrap()
+    }
+
+    /// The messages about several texts, one after the other.
+    fn each<T>(texts: &[&str], parse: impl Fn(&Source) -> Result<T, Diagnostics>) -> String {
+        let message = |text: &&str| match parse(&Source::new("--given", *text)) {
+            Ok(_) => format!("fine: {text}\n"),
+            Err(diagnostics) => diagnostics.to_string(),
+        };
+        texts.iter().map(message).collect::<Vec<_>>().join("\n")
+    }
+
+    #[test]
+    fn motions() {
+        let robot = robot();
+        insta::assert_snapshot!(each(
+            &[
+                "smal",
+                "A = 5 mm*sin(2*pi*t); B.angle = 30 deg",
+                "A = 5 mm*sin(2*pi*t; B.angle = 30 degrees; duration = 2 m",
+                "A 5 mm*t = 3; = 3; A =; B.slide = 1 mm; B.slide = 2 mm; platform.order = xyx; platform.rx = 1",
+                "motion.csv",
+                "A = 1 mm/(t - 0.5); B = 1",
+                "B.slide = 1 mm; B = 2 mm; B.slide.x = 2",
+                "A = \"1 mm*t",
+                "A = wdth*t; C = 3; platform.X = 3; duration = \"2 s\"",
+                "A = [1, 2]",
+            ],
+            |source| robot.parse_motion(source, &|_| Err("no such file".into())),
+        ));
+    }
+
+    #[test]
+    fn loads() {
+        let robot = robot();
+        insta::assert_snapshot!(each(
+            &[
+                "light",
+                "none",
+                "heavy",
+                "platform.force = [20 N, 0, 0]; platform.mz = 3 N m; platform.axes = body",
+                "platform.force = [20 N, 0]; platform.moment = 3; platfrm.fx = 1 N; platform.fq = 1",
+                "A = 3; ground.fx = 1; platform = 3",
+            ],
+            |source| robot.parse_load(source, &|_| Err("no such file".into())),
+        ));
+    }
+
+    #[test]
+    fn recordings() {
+        let robot = robot();
+        let many: String = (0..40).map(|i| format!("{i},x{i}\n")).collect();
+        let files = [
+            "",
+            "# only a comment\n",
+            "time [s], A [mm]\n0, 1\n",
+            "time;A\n0;1\n1;2\n",
+            "t [ms], A [deg], d(A) [mm], dd(B.angle) [deg/s^2], B.angle [deg], platfrom.x, , A [m]\n0,1,2,3,4,5,6,7\n",
+            "A [m], B.angle [Nm], platform.order\n0, 1, 2\n1, 2, 3\n",
+            "time,A\n0,1\n0.5,2,3\n0.5,nan\n0.4,1e999\n,\n1,0x10\n",
+            "time [s\n0\n1\n",
+            &format!("time, A\n{many}"),
+            "time, A\n0, 0\n1e-320, 1\n2e-320, 1e29\n",
+            "time, A\n0, 0\n1, 1e300\n",
+        ];
+        insta::assert_snapshot!(each(&files, |source| robot
+            .read_motion(&Source::new("motion.csv", source.text.as_str()), &|_| Err(
+                String::new()
+            ),)));
+    }
+}
+
+/// The same as data, for other programs.
+#[test]
+fn messages_as_json() {
+    let json = messages("disconnected.toml").to_json();
+    insta::assert_snapshot!(serde_json::to_string_pretty(&json).unwrap());
+}
+
+/// Colours change nothing but colours.
+#[test]
+fn coloured_messages_say_the_same() {
+    let diagnostics = messages("keys.toml");
+    let coloured = diagnostics.render(true);
+    assert!(coloured.contains('\u{1b}'));
+    let mut plain = String::new();
+    let mut rest = coloured.as_str();
+    while let Some(at) = rest.find('\u{1b}') {
+        plain.push_str(&rest[..at]);
+        rest = rest[at..].find('m').map_or("", |end| &rest[at + end + 1..]);
+    }
+    plain.push_str(rest);
+    assert_eq!(plain, diagnostics.render(false));
+}

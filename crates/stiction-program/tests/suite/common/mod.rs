@@ -1,0 +1,45 @@
+//! Robots of the gallery along their default motions, as programs are recorded from them.
+#![allow(dead_code, reason = "each test uses a part")]
+
+use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Settings};
+use stiction_core::kinematics::Target;
+use stiction_format::{Model, Source, gallery, read};
+
+/// A solver at the first position of a course.
+pub(crate) struct Robot {
+    pub(crate) solver: InverseDynamics,
+    /// Prescribed values amid the motion.
+    pub(crate) course: Vec<Vec<Target<f64>>>,
+    pub(crate) loads: Vec<AppliedLoad<f64>>,
+}
+
+/// A model from its text.
+pub(crate) fn model(name: &str, text: &str) -> Model {
+    match read(&Source::new(name, text), &|_| Err("no files".into())) {
+        Ok(model) => model,
+        Err(error) => panic!("{name}: {error:?}"),
+    }
+}
+
+impl Robot {
+    /// Of the gallery, under one of its loads, or the default one.
+    pub(crate) fn new(name: &str, load: Option<&str>) -> Self {
+        Self::of(&model(name, gallery::get(name).unwrap()), load)
+    }
+
+    /// Of a model.
+    pub(crate) fn of(model: &Model, load: Option<&str>) -> Self {
+        let motion = model.motion(model.default_motion.as_deref().unwrap()).unwrap();
+        let load = model.load(load.or(model.default_load.as_deref()).unwrap()).unwrap();
+        let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
+        let course: Vec<Vec<_>> = (0..10)
+            .map(|k| motion.at(0.1 * (f64::from(k) + 0.37) * motion.duration).collect())
+            .collect();
+        let (mechanism, homes) = (model.mechanism.clone(), &model.homes);
+        let solver =
+            InverseDynamics::new(mechanism, homes, &coordinates, &course[0], Settings::default());
+        let solver = solver.unwrap_or_else(|error| panic!("{error}"));
+        let loads = load.at(0.1).collect();
+        Self { solver, course, loads }
+    }
+}

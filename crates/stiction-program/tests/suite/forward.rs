@@ -1,0 +1,310 @@
+//! Programs of forward dynamics against the general solvers, inverse and forward.
+
+use crate::common::Robot;
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
+use stiction_core::forward::{
+    Event, EventKind, Forward, Inputs, Settings as ForwardSettings, View,
+};
+use stiction_core::kinematics::{Coordinate, Target};
+use stiction_core::mechanism::{BodyId, JointId};
+use stiction_core::random::Random;
+use stiction_core::spatial::{Pose, Vec3};
+use stiction_program::{ForwardProgram, Memory, RecordError};
+
+/// The same robot with its actuators prescribed along the same course.
+fn by_actuators(robot: &Robot) -> Robot {
+    let mechanism = robot.solver.mechanism().clone();
+    let actuators: Vec<(JointId, usize)> = mechanism.actuators().collect();
+    let coordinates: Vec<_> =
+        actuators.iter().map(|&(joint, freedom)| Coordinate::Joint { joint, freedom }).collect();
+    let mut solver = robot.solver.clone();
+    let mut course = Vec::new();
+    for targets in &robot.course {
+        solver.move_to(targets).unwrap();
+        let rates = solver.drive_rates();
+        let at = |(&(joint, freedom), rate): (&(JointId, usize), f64)| Target {
+            value: solver.joint_coordinates(joint)[freedom],
+            rate,
+            acceleration: 1.0,
+        };
+        course.push(actuators.iter().zip(rates).map(at).collect::<Vec<_>>());
+    }
+    solver.move_to(&robot.course[0]).unwrap();
+    let homes: Vec<_> = (1..mechanism.bodies().len())
+        .map(|body| (BodyId(body), mechanism.base().inverse() * world_pose(&solver, body)))
+        .collect();
+    let solver =
+        InverseDynamics::new(mechanism, &homes, &coordinates, &course[0], Settings::default())
+            .unwrap();
+    Robot { solver, course, loads: robot.loads.clone() }
+}
+
+fn world_pose(solver: &InverseDynamics, body: usize) -> Pose<f64> {
+    let pose = solver.bodies().pose[body];
+    Pose { position: pose.position + solver.parameters().origin, ..pose }
+}
+
+fn record(robot: &Robot, machine: bool) -> ForwardProgram {
+    ForwardProgram::record_with(&robot.solver, &robot.course, &robot.loads, machine).unwrap()
+}
+
+/// Largest difference over the largest number of both.
+fn apart(found: &[f64], wanted: &[f64]) -> f64 {
+    assert_eq!(found.len(), wanted.len());
+    let largest = found.iter().chain(wanted).fold(1e-9_f64, |max, x| max.max(x.abs()));
+    let each = found.iter().zip(wanted).map(|(a, b)| (a - b).abs());
+    each.fold(0.0, |max, x| if x > max || x.is_nan() { x } else { max }) / largest
+}
+
+/// All forces, then all moments, of reactions.
+fn split(reactions: impl Iterator<Item = [f64; 6]>) -> [Vec<f64>; 2] {
+    let mut lists = [Vec::new(), Vec::new()];
+    for wrench in reactions {
+        lists[0].extend_from_slice(&wrench[..3]);
+        lists[1].extend_from_slice(&wrench[3..]);
+    }
+    lists
+}
+
+fn wrenches(reactions: &[(Vec3<f64>, Vec3<f64>)]) -> [Vec<f64>; 2] {
+    split(reactions.iter().map(|(f, m)| {
+        let ([a, b, c], [d, e, g]) = (f.to_array(), m.to_array());
+        [a, b, c, d, e, g]
+    }))
+}
+
+struct Found {
+    coordinates: Vec<f64>,
+    tree: Vec<f64>,
+    reactions: [Vec<f64>; 2],
+    contacts: Vec<[f64; 3]>,
+}
+
+fn found(program: &ForwardProgram, memory: &Memory, lane: usize, friction: bool) -> Found {
+    let [targets, freedoms, joints, contacts] = program.sizes();
+    Found {
+        coordinates: (0..targets)
+            .map(|k| match friction {
+                true => program.acceleration(memory, lane, k),
+                false => program.ideal_acceleration(memory, lane, k),
+            })
+            .collect(),
+        tree: (0..freedoms)
+            .map(|k| match friction {
+                true => program.tree_acceleration(memory, lane, k),
+                false => program.ideal_tree_acceleration(memory, lane, k),
+            })
+            .collect(),
+        reactions: split((0..joints).map(|k| match friction {
+            true => program.reaction(memory, lane, k),
+            false => program.ideal_reaction(memory, lane, k),
+        })),
+        contacts: (0..contacts).map(|k| program.contact(memory, lane, k)).collect(),
+    }
+}
+
+const ROBOTS: [(&str, Option<&str>); 5] = [
+    ("3rps", None),
+    ("zhang2018-regular", Some("L1")),
+    ("gough", None),
+    ("3upu", None),
+    ("4ups-upu", None),
+];
+
+/// Any rates and accelerations at a position of the course.
+fn anyhow(course: &[Target<f64>], random: &mut Random, length: f64) -> Vec<Target<f64>> {
+    let any = |target: &Target<f64>| Target {
+        value: target.value + 0.01 * length.min(1.0) * random.number(),
+        rate: 0.3 * random.number(),
+        acceleration: 3.0 * random.number(),
+    };
+    course.iter().map(any).collect()
+}
+
+/// Efforts that inverse dynamics finds cause the accelerations for which it found them, and its reactions,
+/// whichever coordinates are the independent ones, interpreted and by the processor.
+#[test]
+fn what_inverse_dynamics_asks_for_comes() {
+    for (name, load) in ROBOTS {
+        let given = Robot::new(name, load);
+        // By its actuators the elimination of 4ups-upu lets bounds of rounding errors grow beyond all values.
+        for mut robot in [by_actuators(&given), given] {
+            for machine in [false, true] {
+                let (compared, worst) = return_from_inverse(&mut robot, machine);
+                // Rounding behind condition numbers of some hundred.
+                assert!(worst < 1e-12, "{name}, machine {machine}: {worst:e}");
+                assert!(compared >= 8, "{name}: {compared}");
+            }
+        }
+    }
+}
+
+/// At how many states forward and inverse dynamics were compared, and the largest difference.
+fn return_from_inverse(robot: &mut Robot, machine: bool) -> (usize, f64) {
+    let length = robot.solver.mechanism().characteristic_length();
+    let mut random = Random::new(5);
+    let program = record(robot, machine);
+    let mut memory = program.memory(1);
+    let mut settled = [false];
+    let (mut compared, mut worst) = (0, 0.0_f64);
+    for course in robot.course.clone() {
+        let targets = anyhow(&course, &mut random, length);
+        robot.solver.move_to(&targets).unwrap();
+        robot.solver.settings_mut().friction = FrictionMode::Off;
+        let ideal_forces = robot.solver.solve(&robot.loads).unwrap().clone();
+        robot.solver.settings_mut().friction = FrictionMode::Converged;
+        let state = robot.solver.assembly().state().clone();
+        let asked: Vec<f64> = targets.iter().map(|t| t.acceleration).collect();
+        let mut compare = |found: &Found, reactions: &[(Vec3<f64>, Vec3<f64>)]| {
+            let reactions = wrenches(reactions);
+            for difference in [
+                apart(&found.coordinates, &asked),
+                apart(&found.tree, &state.accelerations),
+                apart(&found.reactions[0], &reactions[0]),
+                apart(&found.reactions[1], &reactions[1]),
+            ] {
+                worst = if difference.is_nan() { f64::INFINITY } else { worst.max(difference) };
+            }
+        };
+        program.set(&mut memory, 0, &state, &targets, &robot.loads, &ideal_forces.drives);
+        program.run_frictionless(&mut memory, &mut settled);
+        assert!(settled[0]);
+        compare(&found(&program, &memory, 0, false), &ideal_forces.reactions);
+        // Where friction is strong several motions may belong to the same efforts.
+        let Ok(forces) = robot.solver.solve(&robot.loads).cloned() else { continue };
+        if robot.solver.coupling().is_none_or(|coupling| coupling > 0.9) {
+            continue;
+        }
+        program.set(&mut memory, 0, &state, &targets, &robot.loads, &forces.drives);
+        program.run(&mut memory, &mut settled);
+        // Something may have a sign that it has in no sample: then the program says so.
+        if !settled[0] {
+            continue;
+        }
+        let real = found(&program, &memory, 0, true);
+        compare(&real, &forces.reactions);
+        let scale = forces.contacts.iter().fold(1e-9_f64, |max, c| max.max(c.load));
+        for ([load, velocity, friction], expected) in real.contacts.iter().zip(&forces.contacts) {
+            worst = worst.max((load - expected.load).abs() / scale);
+            worst = worst.max((friction - expected.limit).abs() / scale);
+            assert!((velocity - expected.velocity).abs() < 1e-12);
+        }
+        compared += 1;
+    }
+    (compared, worst)
+}
+
+struct Given {
+    efforts: Vec<f64>,
+    loads: Vec<AppliedLoad<f64>>,
+}
+
+impl Inputs for Given {
+    fn efforts(&mut self, _: &View<'_>, efforts: &mut [f64]) {
+        efforts.copy_from_slice(&self.efforts);
+    }
+    fn loads(&mut self, _: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
+        loads.extend_from_slice(&self.loads);
+    }
+}
+
+/// Under any efforts programs give what the general solver of forward dynamics gives, which shares neither
+/// unknowns nor elimination with them; and lanes what single states give.
+#[test]
+fn programs_are_what_forward_dynamics_says() {
+    for (name, load) in ROBOTS {
+        let mut robot = Robot::new(name, load);
+        let length = robot.solver.mechanism().characteristic_length();
+        let model = Forward::new(robot.solver.mechanism().clone(), &[]);
+        let mut random = Random::new(6);
+        let program = record(&robot, true);
+        let lanes = program.lanes();
+        let (mut memory, mut many) = (program.memory(1), program.memory(lanes));
+        let mut settled = vec![false; lanes];
+        let (mut compared, mut singles) = (0, Vec::new());
+        for k in 0..(2 * lanes).max(16) {
+            let course = &robot.course[k % robot.course.len()];
+            let mut targets = anyhow(course, &mut random, length);
+            if k == 1 {
+                // All stands still: alone among its neighbours it has to be left to the general solver.
+                targets.iter_mut().for_each(|target| target.rate = 0.0);
+            }
+            robot.solver.move_to(&targets).unwrap();
+            robot.solver.settings_mut().friction = FrictionMode::Off;
+            let mut efforts = robot.solver.solve(&robot.loads).unwrap().drives.clone();
+            let scale = efforts.iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
+            efforts.iter_mut().for_each(|effort| *effort += 0.2 * scale * random.number());
+            let state = robot.solver.assembly().state().clone();
+            program.set(&mut memory, 0, &state, &targets, &robot.loads, &efforts);
+            let mut alone = [false];
+            program.run(&mut memory, &mut alone);
+            program.set(&mut many, k % lanes, &state, &targets, &robot.loads, &efforts);
+            singles.push((alone[0], found(&program, &memory, 0, true)));
+            if (k + 1) % lanes == 0 {
+                program.run(&mut many, &mut settled);
+                for (lane, (alone, single)) in singles.drain(..).enumerate() {
+                    assert_eq!(settled[lane], alone, "{name}");
+                    let wide = found(&program, &many, lane, true);
+                    if alone {
+                        // The number of steps may differ, by those that neighbours need.
+                        assert!(apart(&wide.tree, &single.tree) < 1e-12, "{name}");
+                        assert!(apart(&wide.reactions[0], &single.reactions[0]) < 1e-12, "{name}");
+                        assert!(apart(&wide.reactions[1], &single.reactions[1]) < 1e-12, "{name}");
+                    }
+                }
+            }
+            if !alone[0] {
+                let has_friction = program.sizes()[3] > 0;
+                assert!(k == 1 && has_friction, "{name} {k}");
+                continue;
+            }
+            let mut given = Given { efforts, loads: robot.loads.clone() };
+            let settings = ForwardSettings::default();
+            let simulation = model.start(0.0, state, settings, &mut given).unwrap();
+            let now = simulation.instant();
+            let is_other = |event: &Event| matches!(event.kind, EventKind::NotUnique { .. });
+            if simulation.events().iter().any(is_other) {
+                continue;
+            }
+            compared += 1;
+            let single = found(&program, &memory, 0, true);
+            let reactions = wrenches(&now.reactions());
+            let loads: Vec<f64> = now.contacts.iter().map(|c| c.load).collect();
+            let found_loads: Vec<f64> = single.contacts.iter().map(|c| c[0]).collect();
+            for difference in [
+                apart(&single.tree, &now.state.accelerations),
+                apart(&single.reactions[0], &reactions[0]),
+                apart(&single.reactions[1], &reactions[1]),
+                apart(&found_loads, &loads),
+            ] {
+                // Rounding behind condition numbers of some hundred, of two programs.
+                assert!(difference < 1e-12, "{name}: {difference:e}");
+            }
+        }
+        assert!(compared >= 5, "{name}: {compared}");
+    }
+}
+
+/// Refused is where accelerations do not follow from efforts, or where there are more drives than coordinates.
+#[test]
+fn what_has_no_program_is_refused() {
+    for (name, why) in [
+        ("four-bar", RecordError::Redundant),
+        ("delta", RecordError::IdleSpins),
+        ("bricard", RecordError::Redundant),
+    ] {
+        let robot = Robot::new(name, None);
+        let program = ForwardProgram::record(&robot.solver, &robot.course, &robot.loads);
+        assert_eq!(program.map(|_| ()), Err(why), "{name}");
+    }
+}
+
+/// Accelerations and reactions of a robot with three legs take some three thousand operations without friction.
+#[test]
+fn what_means_the_same_is_computed_once() {
+    let robot = Robot::new("3rps", None);
+    let program = record(&robot, true);
+    let [ideal, first, newton, chord, last] = program.operations();
+    assert!(ideal < 3200 && first < 5600, "{:?}", program.operations());
+    assert!(newton < 1600 && chord < 600 && last < 1500, "{:?}", program.operations());
+}

@@ -1,0 +1,10 @@
+//! All tests of this crate in one program: it is linked once.
+
+mod allocation;
+mod common;
+#[path = "../../../stiction-core/tests/suite/common/counting.rs"]
+mod counting;
+mod derivatives;
+mod forward;
+mod inverse;
+mod legs;

@@ -1,0 +1,185 @@
+//! Findings for people.
+
+use super::Findings;
+use crate::inverse::Job;
+use crate::names::Names;
+use crate::numbers::number;
+use std::fmt::{self, Write};
+use stiction_core::dynamics::{Bounds, Holding, Verdict};
+
+/// Contacts listed at most.
+const LISTED: usize = 6;
+/// Numbers closer than this are told as one.
+const SAME: f64 = 1e-6;
+/// Nobody asks what more than so many times the friction would do, and beyond it bounds are rounding.
+const BEYOND: f64 = 1e6;
+
+/// Writes the findings as plain text.
+///
+/// # Errors
+/// What the receiver says.
+pub fn write_report(out: &mut impl Write, job: &Job<'_>, found: &Findings) -> fmt::Result {
+    let (model, names) = (job.model, Names::new(&job.model.mechanism));
+    match model.title.as_str() {
+        "" => writeln!(out, "{}", model.name)?,
+        title => writeln!(out, "{}: {title}", model.name)?,
+    }
+    let time = number(found.time);
+    writeln!(
+        out,
+        "at rest at t = {time} s of motion {}, load {}\n",
+        job.motion_name, job.load_name
+    )?;
+    if names.drives.is_empty() {
+        return writeln!(out, "no joint is actuated: there are no driving forces");
+    }
+    write_drives(out, &names, found)?;
+    write_certainty(out, &names, found)?;
+    write_unpowered(out, &found.rest.unpowered)
+}
+
+fn write_drives(out: &mut impl Write, names: &Names, found: &Findings) -> fmt::Result {
+    let wide = names.drives.iter().map(|(name, _)| name.len()).fold(13, usize::max);
+    writeln!(
+        out,
+        "{:wide$}  {:>11}  {:>23}  {:>23}  unpowered,",
+        "", "", "static friction allows", "more to move",
+    )?;
+    writeln!(
+        out,
+        "{:wide$}  {:>11}  {:>11} {:>11}  {:>11} {:>11}  others held",
+        "driving force", "no friction", "from", "to", "backward", "forward",
+    )?;
+    for (k, (name, unit)) in names.drives.iter().enumerate() {
+        let without = found.forces.drives_frictionless[k];
+        let (low, high) = found.forces.drive_bounds[k];
+        let more = |effort: f64| match effort.is_finite() {
+            true => number((effort - without).abs()),
+            false => "locked".to_owned(),
+        };
+        let (backward, forward) = match &found.rest.breakaway[k] {
+            Some(breakaway) => (more(breakaway.backward.1), more(breakaway.forward.1)),
+            None => ("-".to_owned(), "-".to_owned()),
+        };
+        writeln!(
+            out,
+            "{name:wide$}  {:>11}  {:>11} {:>11}  {backward:>11} {forward:>11}  {:11}  {unit}",
+            number(without),
+            number(low),
+            number(high),
+            verdict_word(found.rest.alone[k].verdict),
+        )?;
+    }
+    writeln!(out)
+}
+
+fn write_certainty(out: &mut impl Write, names: &Names, found: &Findings) -> fmt::Result {
+    let forces = &found.forces;
+    match forces.bounds {
+        Bounds::Exact => writeln!(out, "the intervals are exact")?,
+        Bounds::Certified => {
+            let each = forces.drive_bounds.iter().zip(&forces.drive_outer_bounds);
+            let beyond = each.map(|(inner, outer)| (inner.0 - outer.0).max(outer.1 - inner.1));
+            let beyond = beyond.zip(&names.drives).max_by(|a, b| a.0.total_cmp(&b.0));
+            if let Some((beyond, (name, unit))) = beyond {
+                writeln!(
+                    out,
+                    "the intervals are attained; certainly nothing lies more than {} {unit} beyond \
+                     ({name})",
+                    number(beyond),
+                )?;
+            }
+        }
+        Bounds::Attained | Bounds::Unknown => writeln!(
+            out,
+            "the intervals are attained; friction and reactions are coupled too strongly to say that \
+             nothing lies beyond"
+        )?,
+    }
+    if found.redundant_actuators {
+        writeln!(
+            out,
+            "actuators are redundant: shown are the driving forces of the least sum of squares, and \
+             none can move alone"
+        )?;
+    }
+    if !found.undetermined_loads.is_empty() {
+        let listed = found.undetermined_loads.iter().take(LISTED);
+        let listed: Vec<&str> = listed.map(|&k| names.contacts[k].0.as_str()).collect();
+        let more = if found.undetermined_loads.len() > LISTED { ", ..." } else { "" };
+        writeln!(
+            out,
+            "friction at {}{more} depends on reactions that the balance does not determine: the \
+             numbers are those of the reactions chosen (see `stiction inverse`)",
+            listed.join(", "),
+        )?;
+    }
+    Ok(())
+}
+
+fn write_unpowered(out: &mut impl Write, holding: &Holding) -> fmt::Result {
+    let (not_enough, enough) = holding.needed;
+    match holding.verdict {
+        Verdict::Holds if enough == 0.0 => {
+            writeln!(out, "in balance without drives and without friction")
+        }
+        Verdict::Holds => {
+            let factor = 1.0 / enough;
+            writeln!(
+                out,
+                "self-locking under this load: it holds without drives, and would with all static \
+                 coefficients divided by {}{}",
+                number(factor),
+                if enough - not_enough <= SAME * enough {
+                    String::new()
+                } else if not_enough > 0.0 {
+                    format!(" (certainly not by more than {})", number(1.0 / not_enough))
+                } else {
+                    " (perhaps by more)".to_owned()
+                },
+            )
+        }
+        Verdict::Slips if enough.is_infinite() => writeln!(
+            out,
+            "not self-locking under this load: without drives it slips{}",
+            if not_enough.is_infinite() {
+                ", whatever the coefficients".to_owned()
+            } else {
+                format!(
+                    "; static coefficients up to {} times as great would not hold it",
+                    number(not_enough.min(BEYOND))
+                )
+            },
+        ),
+        Verdict::Slips => writeln!(
+            out,
+            "not self-locking under this load: without drives it slips; static coefficients {} times as \
+             great would hold it{}",
+            number(enough),
+            if enough - not_enough <= SAME * enough {
+                String::new()
+            } else {
+                format!(" (certainly none below {} times)", number(not_enough))
+            },
+        ),
+        Verdict::Undecided => writeln!(
+            out,
+            "whether it holds without drives is not decided: below {} times the static coefficients it \
+             certainly slips{}",
+            number(not_enough),
+            if enough.is_finite() {
+                format!(", from {} times on it holds", number(enough))
+            } else {
+                String::new()
+            },
+        ),
+    }
+}
+
+fn verdict_word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Holds => "holds",
+        Verdict::Slips => "slips",
+        Verdict::Undecided => "not decided",
+    }
+}

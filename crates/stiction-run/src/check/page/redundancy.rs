@@ -1,0 +1,92 @@
+//! What is redundant, and what statics does not determine.
+
+use super::html::{Column, folded, note, paragraph, section, table};
+use crate::check::Findings;
+use crate::inverse::Job;
+use crate::numbers::number;
+use stiction_core::statics::JointLoad;
+
+/// Self-stresses that are listed at most.
+const LISTED: usize = 24;
+
+pub(super) fn redundancy(job: &Job<'_>, findings: &Findings) -> String {
+    let mut inner = match findings.mobility.redundant_constraints {
+        0 => paragraph("No constraint is redundant."),
+        1 => paragraph("One constraint is redundant."),
+        count => paragraph(&format!("{count} constraints are redundant.")),
+    };
+    if !findings.self_stresses.is_empty() {
+        inner += &note(
+            "In a self-stress joints load each other without any load from outside: errors of \
+             manufacture and heat cause it. The wrenches are those of the predecessor on the \
+             successor in world axes, moments about the joint's origin. Only their ratios mean \
+             anything.",
+        );
+    }
+    for (k, stress) in findings.self_stresses.iter().take(LISTED).enumerate() {
+        let title = format!("self-stress {}: {}", k + 1, joints_of(job, stress));
+        inner += &folded(&title, &self_stress(job, stress));
+    }
+    if findings.self_stresses.len() > LISTED {
+        let more = findings.self_stresses.len() - LISTED;
+        inner += &note(&format!("And {more} more, which check.json lists."));
+    }
+    inner += &undetermined(findings);
+    inner += &paragraph(if findings.drives_unique {
+        "Driving forces are unique (friction apart)."
+    } else {
+        "Driving forces are not unique (friction apart)."
+    });
+    section("Redundancy and uniqueness", &inner)
+}
+
+/// A few names, and how many more.
+fn joints_of(job: &Job<'_>, stress: &[JointLoad]) -> String {
+    let name = |load: &JointLoad| job.model.mechanism.joints()[load.joint.0].name.as_str();
+    let few: Vec<&str> = stress.iter().take(6).map(name).collect();
+    match stress.len() - few.len() {
+        0 => few.join(", "),
+        1 => format!("{} and one more joint", few.join(", ")),
+        more => format!("{} and {more} more joints", few.join(", ")),
+    }
+}
+
+fn self_stress(job: &Job<'_>, stress: &[JointLoad]) -> String {
+    let largest = |part: fn(&JointLoad) -> f64| stress.iter().map(part).fold(0.0, f64::max);
+    let (force, moment) = (largest(|load| load.force.norm()), largest(|load| load.moment.norm()));
+    // What is rounding error beside the largest is none.
+    let clean = |x: f64, largest: f64| {
+        if x.abs() < 1e-9 * largest { "0".to_owned() } else { number(x) }
+    };
+    let rows: Vec<Vec<String>> = stress
+        .iter()
+        .map(|load| {
+            let mut row = vec![job.model.mechanism.joints()[load.joint.0].name.clone()];
+            row.extend(load.force.to_array().map(|x| clean(x, force)));
+            row.extend(load.moment.to_array().map(|x| clean(x, moment)));
+            row
+        })
+        .collect();
+    let mut head = vec![("joint", Column::Text)];
+    let components = ["fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]"];
+    head.extend(components.map(|name| (name, Column::Number)));
+    table(&head, &rows)
+}
+
+fn undetermined(findings: &Findings) -> String {
+    if findings.undetermined.is_empty() {
+        return paragraph("Statics determines all reactions along the motion.");
+    }
+    let rows: Vec<Vec<String>> = findings
+        .undetermined
+        .iter()
+        .map(|(joint, components)| vec![joint.clone(), components.join(" ")])
+        .collect();
+    let head = [("joint", Column::Text), ("not determined by statics", Column::Text)];
+    table(&head, &rows)
+        + &note(
+            "These components of reactions depend on the stiffness of parts and on errors of \
+             manufacture, not on loads alone. Where such a reaction presses a sliding surface, its \
+             friction is not determined either.",
+        )
+}

@@ -1,0 +1,250 @@
+//! Masses, ranges of joints, lengths of legs and the reach of bodies along a motion.
+
+use crate::numbers::{fixed, number};
+use serde_json::{Value, json};
+use std::f64::consts::TAU;
+use stiction_core::dynamics::InverseDynamics;
+use stiction_core::mechanism::{BodyId, JointId, Mechanism};
+use stiction_core::spatial::Vec3;
+
+/// Positions are known to this, mm or deg.
+const ROUNDING: f64 = 1e-9;
+
+/// A range of a quantity along a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Range {
+    /// What it is of.
+    pub name: String,
+    /// rad or m.
+    pub unit: &'static str,
+    /// The least and the greatest value.
+    pub least: f64,
+    /// See `least`.
+    pub greatest: f64,
+}
+
+/// A moving body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyMass {
+    /// Its name.
+    pub name: String,
+    /// Mass, kg.
+    pub mass: f64,
+    /// Centre of mass at the beginning, in the world, m.
+    pub centre: Vec3<f64>,
+    /// Principal moments of inertia, kg m^2, smallest first.
+    pub moments: [f64; 3],
+}
+
+/// How large a mechanism is, and how far it moves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sizes {
+    /// All moving bodies.
+    pub bodies: Vec<BodyMass>,
+    /// Their mass, kg, and common centre at the beginning, in the world, m.
+    pub mass: f64,
+    /// See `mass`.
+    pub centre: Vec3<f64>,
+    /// For each scalar freedom of a joint its range; angles over several turns.
+    pub joints: Vec<Range>,
+    /// For each leg the distance between the origins of its first and its last joint.
+    pub legs: Vec<Range>,
+    /// For each body where legs end, and for other bodies if there is none, the box in which its
+    /// centre of mass stays, in the world, m: least and greatest corner.
+    pub reach: Vec<(String, Vec3<f64>, Vec3<f64>)>,
+}
+
+/// Collects them.
+pub(super) struct Measuring {
+    sizes: Sizes,
+    joints: Vec<(usize, usize, f64)>,
+    legs: Vec<(usize, usize)>,
+    bodies: Vec<usize>,
+}
+
+impl Measuring {
+    pub(super) fn new(solver: &InverseDynamics) -> Self {
+        let mechanism = solver.mechanism();
+        let (mut joints, mut ranges) = (Vec::new(), Vec::new());
+        for (joint, content) in mechanism.joints().iter().enumerate() {
+            let freedoms = content.joint_type.freedoms();
+            let coordinates = solver.joint_coordinates(JointId(joint));
+            for (freedom, value) in coordinates.into_iter().enumerate() {
+                let name = content.freedom_name(freedom);
+                let unit = freedoms[freedom].units().0;
+                joints.push((joint, freedom, value));
+                ranges.push(Range { name, unit, least: value, greatest: value });
+            }
+        }
+        let legs = legs(mechanism);
+        let empty = |name: String| Range {
+            name,
+            unit: "m",
+            least: f64::INFINITY,
+            greatest: f64::NEG_INFINITY,
+        };
+        let leg_ranges = legs.iter().map(|&(first, last)| {
+            let name = |joint: usize| mechanism.joints()[joint].name.as_str();
+            empty(leg_name(name(first), name(last)))
+        });
+        let hubs: Vec<usize> =
+            (1..mechanism.bodies().len()).filter(|&body| joints_at(mechanism, body) > 2).collect();
+        let bodies = if hubs.is_empty() { (1..mechanism.bodies().len()).collect() } else { hubs };
+        let far = f64::INFINITY;
+        let reach = bodies.iter().map(|&body: &usize| {
+            let name = mechanism.bodies()[body].name.clone();
+            (name, Vec3::new(far, far, far), Vec3::new(-far, -far, -far))
+        });
+        let (bodies_masses, mass, centre) = masses(solver);
+        let sizes = Sizes {
+            bodies: bodies_masses,
+            mass,
+            centre,
+            joints: ranges,
+            legs: leg_ranges.collect(),
+            reach: reach.collect(),
+        };
+        Self { sizes, joints, legs, bodies }
+    }
+
+    /// Looks at a sample.
+    pub(super) fn look(&mut self, solver: &InverseDynamics) {
+        for ((joint, freedom, last), range) in self.joints.iter_mut().zip(&mut self.sizes.joints) {
+            let value = solver.joint_coordinates(JointId(*joint))[*freedom];
+            let turns = if range.unit == "rad" { ((*last - value) / TAU).round() } else { 0.0 };
+            *last = value + turns * TAU;
+            range.add(*last);
+        }
+        let bodies = solver.bodies();
+        for (&(first, last), range) in self.legs.iter().zip(&mut self.sizes.legs) {
+            let (foot, tip) = (bodies.frame_j[first].position, bodies.frame_k[last].position);
+            range.add((tip - foot).norm());
+        }
+        for (&body, (_, least, greatest)) in self.bodies.iter().zip(&mut self.sizes.reach) {
+            let com = bodies.pose[body].apply(solver.parameters().com[body]);
+            let at = (com + solver.parameters().origin).to_array();
+            let each = |box_: Vec3<f64>, f: fn(f64, f64) -> f64| {
+                let [x, y, z] = box_.to_array();
+                Vec3::new(f(x, at[0]), f(y, at[1]), f(z, at[2]))
+            };
+            (*least, *greatest) = (each(*least, f64::min), each(*greatest, f64::max));
+        }
+    }
+
+    pub(super) fn finish(self) -> Sizes {
+        self.sizes
+    }
+}
+
+/// Thousandths, or four digits where these say little.
+fn told(x: f64) -> String {
+    if x.abs() > ROUNDING && x.abs() < 0.1 { number(x) } else { fixed(x, 3) }
+}
+
+impl Range {
+    fn add(&mut self, value: f64) {
+        (self.least, self.greatest) = (self.least.min(value), self.greatest.max(value));
+    }
+
+    /// The least and the greatest value and what is between them, for people, with their unit.
+    pub(super) fn in_words(&self) -> ([String; 3], &'static str) {
+        let (scale, unit) = match self.unit {
+            "rad" => (1f64.to_degrees(), "deg"),
+            _ => (1e3, "mm"),
+        };
+        let values = [self.least, self.greatest, self.greatest - self.least];
+        (values.map(|x| told(x * scale)), unit)
+    }
+
+    pub(super) fn json(&self) -> Value {
+        json!({
+            "name": self.name,
+            "unit": self.unit,
+            "least": self.least,
+            "greatest": self.greatest,
+        })
+    }
+}
+
+impl Sizes {
+    pub(super) fn json(&self) -> Value {
+        let bodies = self.bodies.iter().map(|body| {
+            json!({
+                "body": body.name,
+                "mass": body.mass,
+                "centre": body.centre.to_array(),
+                "principal_moments": body.moments,
+            })
+        });
+        json!({
+            "total": self.mass,
+            "centre": self.centre.to_array(),
+            "bodies": bodies.collect::<Vec<_>>(),
+        })
+    }
+
+    pub(super) fn reach_json(&self) -> Value {
+        let each = self.reach.iter().map(|(body, least, greatest)| {
+            json!({ "body": body, "least": least.to_array(), "greatest": greatest.to_array() })
+        });
+        Value::Array(each.collect())
+    }
+}
+
+/// All bodies with mass or without, their mass and their common centre.
+fn masses(solver: &InverseDynamics) -> (Vec<BodyMass>, f64, Vec3<f64>) {
+    let origin = solver.parameters().origin;
+    let bodies = solver.mechanism().bodies().iter().zip(&solver.bodies().pose).skip(1);
+    let (mut all, mut mass, mut moment) = (Vec::new(), 0.0, Vec3::zero());
+    for (body, pose) in bodies {
+        let centre = pose.apply(body.com);
+        mass += body.mass;
+        moment += centre * body.mass;
+        let (name, moments) = (body.name.clone(), body.principal_moments());
+        all.push(BodyMass { name, mass: body.mass, centre: centre + origin, moments });
+    }
+    let from_origin = if mass > 0.0 { moment * (1.0 / mass) } else { Vec3::zero() };
+    (all, mass, from_origin + origin)
+}
+
+fn joints_at(mechanism: &Mechanism, body: usize) -> usize {
+    let at = |id: BodyId| id == BodyId(body);
+    mechanism.joints().iter().filter(|j| at(j.predecessor) || at(j.successor)).count()
+}
+
+/// The first and last joint of each leg: of each chain of bodies with two joints that leads from the
+/// ground to a body where three joints or more meet.
+fn legs(mechanism: &Mechanism) -> Vec<(usize, usize)> {
+    let joints = mechanism.joints();
+    let mut legs = Vec::new();
+    for (first, joint) in joints.iter().enumerate() {
+        let mut body = match BodyId::GROUND {
+            ground if joint.predecessor == ground => joint.successor,
+            ground if joint.successor == ground => joint.predecessor,
+            _ => continue,
+        };
+        let mut at = first;
+        while body != BodyId::GROUND && joints_at(mechanism, body.0) == 2 {
+            let next = joints
+                .iter()
+                .enumerate()
+                .find(|(k, j)| *k != at && (j.predecessor == body || j.successor == body));
+            let Some((k, j)) = next else { break };
+            body = if j.predecessor == body { j.successor } else { j.predecessor };
+            at = k;
+        }
+        if at != first && body != BodyId::GROUND && joints_at(mechanism, body.0) > 2 {
+            legs.push((first, at));
+        }
+    }
+    legs
+}
+
+/// What the names of a leg's first and last joint have in common, `leg1` of `leg1.R` and `leg1.S`; or
+/// both.
+fn leg_name(first: &str, last: &str) -> String {
+    match (first.rsplit_once('.'), last.rsplit_once('.')) {
+        (Some((a, _)), Some((b, _))) if a == b => a.to_owned(),
+        _ => format!("{first} to {last}"),
+    }
+}

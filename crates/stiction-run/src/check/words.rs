@@ -1,0 +1,100 @@
+//! Findings in sentences, the same on the terminal and on the page.
+
+use super::json::CLEARANCE;
+use super::{Findings, Kind, Weakness};
+use crate::inverse::Job;
+use crate::numbers::number;
+use stiction_core::mobility::{Architecture, GenericRank};
+
+/// What a singular position brings.
+pub(super) fn gained(kind: Kind, weakness: &Weakness) -> String {
+    let Weakness { body, motion, load, left } = weakness;
+    let but = match kind {
+        Kind::Actuation => "while the actuators stand",
+        Kind::Constraint => "against the constraints",
+        Kind::Leg => "while the bodies where legs end stand",
+    };
+    let left = left.as_ref().map_or(String::new(), |left| format!("; {left}"));
+    format!("{body} gains, {but}, {motion}; nothing carries {load} there{left}")
+}
+
+/// Whether what is singular is so in every position.
+pub(super) fn in_general(findings: &Findings) -> Vec<String> {
+    let Architecture { positions, constraints, actuated, .. } = &findings.architecture;
+    let values = |rank: &GenericRank| {
+        let kept = rank.kept.map_or("none counts".to_owned(), |kept| {
+            format!("singular values that count are at least {}", power_of_ten(kept))
+        });
+        match rank.dropped {
+            Some(dropped) => format!("{kept}, the others at most {}", power_of_ten(dropped)),
+            None => format!("all {kept}"),
+        }
+    };
+    let kinds = [(Kind::Actuation, actuated), (Kind::Constraint, constraints)];
+    let sentence = |(kind, rank): (Kind, &GenericRank)| {
+        let word = kind.word();
+        match findings.everywhere(kind)? {
+            true => Some(format!(
+                "in every position: at {positions} positions taken at random it is singular in {word}, \
+                 too ({})",
+                values(rank)
+            )),
+            false => findings.is_singular(kind).then(|| {
+                format!(
+                    "not in every position: at {positions} positions taken at random it is not \
+                     singular in {word} ({})",
+                    values(rank)
+                )
+            }),
+        }
+    };
+    kinds.into_iter().filter_map(sentence).collect()
+}
+
+/// The axes about which so many bodies spin idly.
+pub(super) fn own_axes(count: usize) -> &'static str {
+    if count == 1 { "an axis of its own" } else { "axes of their own" }
+}
+
+/// How actuators govern motions of finite size where others are free to first order.
+pub(super) fn governance(findings: &Findings) -> Option<String> {
+    let (least, greatest, time) = findings.governance?;
+    let zero = |x: f64| number(if x < 1e-9 { 0.0 } else { x });
+    let here = format!(
+        "leaving aside what is open to first order only, the distance in actuation is {} (t = {} s) to {} along \
+         this motion",
+        zero(least),
+        number(time),
+        zero(greatest),
+    );
+    Some(match findings.architecture.governance {
+        Some(elsewhere) => format!(
+            "{here}, in other positions up to {} (0: something else moves while the actuators stand)",
+            number(elsewhere)
+        ),
+        None => here,
+    })
+}
+
+/// What clearance makes of motions that are blocked to second order.
+pub(super) fn play(job: &Job<'_>, findings: &Findings) -> Vec<String> {
+    let mechanism = &job.model.mechanism;
+    let each = findings.play().iter().map(|play| {
+        let body = &mechanism.bodies()[play.motion.body].name;
+        let joint = &mechanism.joints()[play.joint.0].name;
+        let (amount, verb) = match play.motion.turns {
+            true => (format!("{:.2} deg", play.with(CLEARANCE).to_degrees()), "turn"),
+            false => (format!("{:.3} mm", play.with(CLEARANCE) * 1e3), "move"),
+        };
+        format!(
+            "{:.0} um of clearance in {joint} lets {body} {verb} by {amount} to either side",
+            CLEARANCE * 1e6
+        )
+    });
+    each.collect()
+}
+
+/// The order of magnitude of what may be zero.
+pub(super) fn power_of_ten(value: f64) -> String {
+    if value == 0.0 { "0".to_owned() } else { format!("{value:.0e}") }
+}

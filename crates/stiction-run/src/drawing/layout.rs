@@ -1,0 +1,207 @@
+//! Where in space the parts of a mechanism are drawn, and which bodies make a leg.
+
+use stiction_core::dynamics::InverseDynamics;
+use stiction_core::joint::JointType;
+use stiction_core::mechanism::{BodyId, Mechanism};
+use stiction_core::spatial::Vec3;
+
+/// A body with so many joints is where legs end.
+const HUB: usize = 3;
+
+/// What is drawn where. Points are in world axes, from the kernel origin, m.
+#[derive(Clone, Debug)]
+pub(super) struct Layout {
+    /// For each joint where its symbol is.
+    pub(super) places: Vec<Vec3<f64>>,
+    /// For each body its joints.
+    pub(super) joints: Vec<Vec<usize>>,
+    /// For each body whether legs end there; the ground always is such a body.
+    pub(super) hubs: Vec<bool>,
+    /// For each body the branch it is in; none for hubs.
+    pub(super) branch: Vec<Option<usize>>,
+    /// For each branch what it is called.
+    pub(super) branches: Vec<String>,
+}
+
+impl Layout {
+    pub(super) fn new(solver: &InverseDynamics) -> Self {
+        let mechanism = solver.mechanism();
+        let joints = joints_of_bodies(mechanism);
+        let hubs = hubs(mechanism, &joints);
+        let places = places(solver, &joints, &hubs);
+        let (branch, branches) = branches(mechanism, &joints, &hubs);
+        Self { places, joints, hubs, branch, branches }
+    }
+
+    /// The branch of a joint: that of either of its bodies.
+    pub(super) fn branch_of_joint(&self, mechanism: &Mechanism, joint: usize) -> Option<usize> {
+        let (p, s) = ends(mechanism, joint);
+        self.branch[s].or(self.branch[p])
+    }
+
+    /// The mean of the places of a body's joints; none without joints.
+    pub(super) fn middle(&self, body: usize) -> Option<Vec3<f64>> {
+        mean(self.joints[body].iter().map(|&joint| self.places[joint]))
+    }
+}
+
+/// The part of a name before its first dot: the leg it belongs to.
+pub(super) fn leg_of(name: &str) -> Option<&str> {
+    name.split_once('.').map(|(leg, _)| leg)
+}
+
+pub(super) fn ends(mechanism: &Mechanism, joint: usize) -> (usize, usize) {
+    let joint = &mechanism.joints()[joint];
+    (joint.predecessor.0, joint.successor.0)
+}
+
+fn joints_of_bodies(mechanism: &Mechanism) -> Vec<Vec<usize>> {
+    let mut joints = vec![Vec::new(); mechanism.bodies().len()];
+    for (index, joint) in mechanism.joints().iter().enumerate() {
+        // A free joint connects nothing.
+        if joint.joint_type != JointType::Free {
+            joints[joint.predecessor.0].push(index);
+            joints[joint.successor.0].push(index);
+        }
+    }
+    joints
+}
+
+/// The ground, and bodies with three joints or more that are not part of a named leg themselves, as
+/// the upper arms of a Delta robot are.
+fn hubs(mechanism: &Mechanism, joints: &[Vec<usize>]) -> Vec<bool> {
+    let is_hub = |(body, own): (usize, &Vec<usize>)| {
+        body == BodyId::GROUND.0
+            || own.len() >= HUB && leg_of(&mechanism.bodies()[body].name).is_none()
+    };
+    joints.iter().enumerate().map(is_hub).collect()
+}
+
+/// Legs: bodies connected without the hubs, and those whose names say that they belong together. A
+/// mechanism without legs, a plain loop, has every body for itself.
+fn branches(
+    mechanism: &Mechanism,
+    joints: &[Vec<usize>],
+    hubs: &[bool],
+) -> (Vec<Option<usize>>, Vec<String>) {
+    let bodies = mechanism.bodies();
+    let mut group: Vec<usize> = (0..bodies.len()).collect();
+    let unite = |group: &mut Vec<usize>, a: usize, b: usize| {
+        let (keep, drop) = (group[a].min(group[b]), group[a].max(group[b]));
+        group.iter_mut().filter(|of| **of == drop).for_each(|of| *of = keep);
+    };
+    for joint in 0..mechanism.joints().len() {
+        let (p, s) = ends(mechanism, joint);
+        if !hubs[p] && !hubs[s] && joints[p].contains(&joint) {
+            unite(&mut group, p, s);
+        }
+    }
+    for a in 1..bodies.len() {
+        let same = |b: &usize| leg_of(&bodies[*b].name) == leg_of(&bodies[a].name);
+        if leg_of(&bodies[a].name).is_some()
+            && let Some(b) = (1..a).find(same)
+        {
+            unite(&mut group, a, b);
+        }
+    }
+    // A chain that leads from one hub to nowhere, a serial arm, is no leg.
+    let held = |member: usize| {
+        let is_member = |body: usize| !hubs[body] && group[body] == member;
+        let at_hub = (0..mechanism.joints().len()).filter(|&joint| {
+            let (p, s) = ends(mechanism, joint);
+            joints[p].contains(&joint) && (is_member(p) && hubs[s] || is_member(s) && hubs[p])
+        });
+        at_hub.count()
+    };
+    let serial: Vec<bool> = (0..bodies.len())
+        .map(|body| leg_of(&bodies[body].name).is_none() && held(group[body]) < 2)
+        .collect();
+    for body in (0..bodies.len()).filter(|&body| serial[body]) {
+        group[body] = body;
+    }
+    let mut roots: Vec<usize> = (0..bodies.len()).filter(|&b| !hubs[b]).map(|b| group[b]).collect();
+    roots.sort_unstable();
+    roots.dedup();
+    if roots.len() < 2 {
+        roots = (0..bodies.len()).filter(|&b| !hubs[b]).collect();
+        group = (0..bodies.len()).collect();
+    }
+    let branch = |b: usize| roots.binary_search(&group[b]).ok().filter(|_| !hubs[b]);
+    let branch: Vec<Option<usize>> = (0..bodies.len()).map(branch).collect();
+    let names = (0..roots.len()).map(|k| {
+        let members: Vec<&str> = (0..bodies.len())
+            .filter(|&b| branch[b] == Some(k))
+            .map(|b| bodies[b].name.as_str())
+            .collect();
+        let leg = members.first().and_then(|name| leg_of(name));
+        match leg {
+            Some(leg) if members.iter().all(|name| leg_of(name) == Some(leg)) => leg.to_owned(),
+            _ => members.join(", "),
+        }
+    });
+    let names = names.collect();
+    (branch, names)
+}
+
+/// A joint's origin is where the symbol belongs, unless the joint slides: along an axis its frames
+/// may stand anywhere, so that it is drawn where its bodies are.
+fn places(solver: &InverseDynamics, joints: &[Vec<usize>], hubs: &[bool]) -> Vec<Vec3<f64>> {
+    let mechanism = solver.mechanism();
+    let frames = solver.bodies();
+    let on_body = |joint: usize, body: usize| {
+        let frame = if mechanism.joints()[joint].predecessor.0 == body {
+            frames.frame_j[joint]
+        } else {
+            frames.frame_k[joint]
+        };
+        frame.position
+    };
+    // Where else the body is held; without other joints its centre of mass, or this joint's frame.
+    let anchor = |joint: usize, body: usize| {
+        let others = joints[body].iter().filter(|&&other| other != joint);
+        mean(others.map(|&other| on_body(other, body))).unwrap_or_else(|| {
+            let content = &mechanism.bodies()[body];
+            if body != BodyId::GROUND.0 && content.mass > 0.0 {
+                frames.pose[body].apply(content.com)
+            } else {
+                on_body(joint, body)
+            }
+        })
+    };
+    let place = |joint: usize| {
+        let content = &mechanism.joints()[joint];
+        let (p, s) = ends(mechanism, joint);
+        let frame = &frames.frame_j[joint];
+        let (origin, axis) = (frame.position, frame.rotation.columns[2]);
+        let along = |point: Vec3<f64>| (point - origin).dot(axis);
+        match content.joint_type {
+            JointType::Prismatic | JointType::Cylindrical | JointType::Helical => {
+                let amount = match (hubs[p], hubs[s]) {
+                    (true, false) => along(anchor(joint, s)),
+                    (false, true) => along(anchor(joint, p)),
+                    _ => between(along(anchor(joint, p)), along(anchor(joint, s))),
+                };
+                origin + axis * amount
+            }
+            JointType::Planar => {
+                let slider = if hubs[s] && !hubs[p] { p } else { s };
+                origin + (anchor(joint, slider) - origin).across(axis)
+            }
+            JointType::Free => frames.frame_k[joint].position,
+            _ => origin,
+        }
+    };
+    (0..mechanism.joints().len()).map(place).collect()
+}
+
+/// Where along the axis, with zero at the joint's origin, the guide of two bodies is drawn: at the
+/// origin if it lies well between them.
+fn between(from: f64, to: f64) -> f64 {
+    let margin = 0.2 * (to - from).abs();
+    if from.min(to) + margin < 0.0 && 0.0 < from.max(to) - margin { 0.0 } else { 0.5 * (from + to) }
+}
+
+pub(super) fn mean(points: impl Iterator<Item = Vec3<f64>>) -> Option<Vec3<f64>> {
+    let (sum, count) = points.fold((Vec3::zero(), 0), |(sum, count), p| (sum + p, count + 1));
+    (count > 0).then(|| sum * (1.0 / f64::from(count)))
+}

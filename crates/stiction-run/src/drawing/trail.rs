@@ -1,0 +1,117 @@
+//! What a motion leaves in a picture: paths of bodies, strokes of slides.
+
+use super::layout::Layout;
+use stiction_core::dynamics::InverseDynamics;
+use stiction_core::mechanism::JointId;
+use stiction_core::spatial::Vec3;
+
+/// Points of a path that are kept at most.
+const KEPT: usize = 600;
+/// More bodies than this are not traced.
+const TRACED: usize = 4;
+
+/// Where the bodies that matter have been, and how far slides have moved.
+#[derive(Clone, Debug)]
+pub struct Trail {
+    bodies: Vec<Path>,
+    slides: Vec<Slide>,
+    samples: usize,
+    stride: usize,
+}
+
+#[derive(Clone, Debug)]
+struct Path {
+    body: usize,
+    /// In the body's frame.
+    point: Vec3<f64>,
+    points: Vec<Vec3<f64>>,
+}
+
+#[derive(Clone, Debug)]
+struct Slide {
+    joint: usize,
+    freedom: usize,
+    least: f64,
+    greatest: f64,
+}
+
+impl Trail {
+    /// Begins at the solver's present position: traced are the bodies where legs end, or those that
+    /// do not hang on the ground, as a coupler does.
+    pub fn new(solver: &InverseDynamics) -> Self {
+        let layout = Layout::new(solver);
+        let bodies = layout.joints.len();
+        let hubs: Vec<usize> = (1..bodies).filter(|&body| layout.hubs[body]).collect();
+        let off_ground = |body: &usize| {
+            layout.joints[*body].iter().all(|joint| !layout.joints[0].contains(joint))
+        };
+        let traced = if hubs.is_empty() { (1..bodies).filter(off_ground).collect() } else { hubs };
+        let path = |body: usize| {
+            let pose = solver.bodies().pose[body];
+            let middle = layout.middle(body).unwrap_or(pose.position);
+            Path { body, point: pose.inverse().apply(middle), points: Vec::new() }
+        };
+        let bodies = if traced.len() > TRACED { Vec::new() } else { traced };
+        let mut trail = Self {
+            bodies: bodies.into_iter().map(path).collect(),
+            slides: slides(solver),
+            samples: 0,
+            stride: 1,
+        };
+        trail.add(solver);
+        trail
+    }
+
+    /// Adds the solver's present position.
+    pub fn add(&mut self, solver: &InverseDynamics) {
+        for slide in &mut self.slides {
+            let value = solver.joint_coordinates(JointId(slide.joint))[slide.freedom];
+            slide.least = slide.least.min(value);
+            slide.greatest = slide.greatest.max(value);
+        }
+        if self.samples.is_multiple_of(self.stride) {
+            for path in &mut self.bodies {
+                path.points.push(solver.bodies().pose[path.body].apply(path.point));
+            }
+            // When it is full, every second point will do.
+            if self.samples / self.stride >= KEPT {
+                self.stride *= 2;
+                for path in &mut self.bodies {
+                    let mut keep = false;
+                    path.points.retain(|_| {
+                        keep = !keep;
+                        keep
+                    });
+                }
+            }
+        }
+        self.samples += 1;
+    }
+
+    /// The paths, in world axes from the kernel origin.
+    pub(super) fn paths(&self) -> impl Iterator<Item = &[Vec3<f64>]> {
+        self.bodies.iter().map(|path| path.points.as_slice())
+    }
+
+    /// How far back and how far forth a joint slides from where the solver is now, m.
+    pub(super) fn stroke(&self, solver: &InverseDynamics, joint: usize) -> Option<(f64, f64)> {
+        let slide = self.slides.iter().find(|slide| slide.joint == joint)?;
+        let now = *solver.joint_coordinates(JointId(joint)).get(slide.freedom)?;
+        Some((slide.least - now, slide.greatest - now))
+    }
+}
+
+fn slides(solver: &InverseDynamics) -> Vec<Slide> {
+    let mut slides = Vec::new();
+    for (joint, content) in solver.mechanism().joints().iter().enumerate() {
+        let freedoms = content.joint_type.freedoms();
+        let along = freedoms.iter().position(|f| f.translates() && f.axis == 2);
+        let coordinates = solver.joint_coordinates(JointId(joint));
+        if let Some(freedom) = along
+            && let Some(&first) = coordinates.get(freedom)
+        {
+            slides.push(Slide { joint, freedom, least: first, greatest: first });
+        }
+    }
+    slides
+}

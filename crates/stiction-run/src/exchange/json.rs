@@ -1,0 +1,217 @@
+//! The neutral description: everything as numbers in SI units, for programs that build the mechanism
+//! themselves.
+
+use super::Home;
+use serde_json::{Value, json};
+use std::fmt::{self, Write};
+use stiction_core::friction::{
+    Combine, Contact, ContactShape, Curve, Law, LoadMap, Supports, contacts_of,
+};
+use stiction_core::joint::Motion;
+use stiction_core::mechanism::{Body, BodyId, Compliance, Joint, Spring};
+use stiction_core::spatial::{Mat3, Pose};
+
+/// What is written when the meaning of what is there changes.
+const VERSION: u32 = 1;
+
+/// The assembled mechanism as an object. Poses are those of the second frame in the first;
+/// rotations are lists of rows, their columns the axes of the second frame.
+pub fn json(home: &Home<'_>) -> Value {
+    let mechanism = &home.model.mechanism;
+    let name_of = |body: BodyId| mechanism.bodies()[body.0].name.as_str();
+    let bodies = mechanism.bodies().iter().zip(&home.poses);
+    let joints = mechanism.joints().iter().zip(&home.coordinates).map(|(joint, coordinates)| {
+        json!({
+            "name": joint.name,
+            "type": joint.joint_type.symbol(),
+            "from": name_of(joint.predecessor),
+            "to": name_of(joint.successor),
+            "frame_from": pose_json(&joint.frame_j),
+            "frame_to": pose_json(&joint.frame_k),
+            "pitch": joint.pitch,
+            "freedoms": freedoms_json(joint, coordinates),
+            "friction": joint.friction.iter().map(|c| contact_json(joint, c)).collect::<Vec<_>>(),
+            "compliance": joint.compliance.as_ref().map(compliance_json),
+        })
+    });
+    let spring = |spring: &Spring| {
+        json!({
+            "name": spring.name,
+            "from": name_of(spring.ends[0]),
+            "to": name_of(spring.ends[1]),
+            "point_from": spring.points[0].to_array(),
+            "point_to": spring.points[1].to_array(),
+            "stiffness": spring.stiffness,
+            "free_length": spring.free_length,
+            "damping": spring.damping,
+        })
+    };
+    json!({
+        "format": "stiction-mechanism",
+        "version": VERSION,
+        "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
+        "name": home.model.name,
+        "title": home.model.title,
+        "units": "SI: s, m, rad, kg, N, N m",
+        "gravity": mechanism.gravity().to_array(),
+        "base": pose_json(&mechanism.base()),
+        "characteristic_length": mechanism.characteristic_length(),
+        "bodies": bodies.map(|(body, home)| body_json(body, home)).collect::<Vec<_>>(),
+        "joints": joints.collect::<Vec<_>>(),
+        "springs": mechanism.springs().iter().map(spring).collect::<Vec<_>>(),
+    })
+}
+
+/// The text of the object: vectors and matrices on one line, everything else on lines of its own.
+pub fn json_text(home: &Home<'_>) -> String {
+    let mut text = String::new();
+    // Writing to a string does not fail.
+    let _ = write_value(&mut text, &json(home), 0);
+    text + "\n"
+}
+
+fn write_value(out: &mut String, value: &Value, depth: usize) -> fmt::Result {
+    let items: Vec<(Option<&str>, &Value)> = match value {
+        Value::Array(items) if !items.iter().all(is_numeric) => {
+            items.iter().map(|item| (None, item)).collect()
+        }
+        Value::Object(entries) => {
+            entries.iter().map(|(key, entry)| (Some(key.as_str()), entry)).collect()
+        }
+        // Nothing but numbers has commas between them only.
+        Value::Array(_) => return out.write_str(&value.to_string().replace(',', ", ")),
+        _ => return write!(out, "{value}"),
+    };
+    let (open, close) = if value.is_array() { ('[', ']') } else { ('{', '}') };
+    out.write_char(open)?;
+    for (k, (key, item)) in items.into_iter().enumerate() {
+        let comma = if k == 0 { "" } else { "," };
+        write!(out, "{comma}\n{:1$}", "", 2 * depth + 2)?;
+        if let Some(key) = key {
+            write!(out, "{}: ", Value::from(key))?;
+        }
+        write_value(out, item, depth + 1)?;
+    }
+    write!(out, "\n{:1$}{close}", "", 2 * depth)
+}
+
+/// A number, or lists of nothing else.
+fn is_numeric(value: &Value) -> bool {
+    match value {
+        Value::Number(_) => true,
+        Value::Array(items) => items.iter().all(is_numeric),
+        _ => false,
+    }
+}
+
+fn rows(matrix: &Mat3<f64>) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| matrix.at(i, j)))
+}
+
+fn pose_json(pose: &Pose<f64>) -> Value {
+    json!({ "position": pose.position.to_array(), "rotation": rows(&pose.rotation) })
+}
+
+fn body_json(body: &Body, home: &Pose<f64>) -> Value {
+    json!({
+        "name": body.name,
+        "mass": body.mass,
+        "com": body.com.to_array(),
+        "inertia": rows(&body.inertia),
+        "home": pose_json(home),
+    })
+}
+
+fn freedoms_json(joint: &Joint, coordinates: &[Option<f64>]) -> Value {
+    let freedoms = joint.joint_type.freedoms().iter().zip(&joint.actuated).zip(coordinates);
+    let freedom = freedoms.map(|((freedom, actuated), coordinate)| {
+        let kind = match freedom.motion {
+            Motion::Rotation => "rotation",
+            Motion::Translation => "translation",
+            Motion::Screw => "screw",
+        };
+        json!({
+            "name": freedom.name,
+            "kind": kind,
+            "actuated": actuated,
+            "coordinate": coordinate,
+        })
+    });
+    freedom.collect()
+}
+
+fn contact_json(joint: &Joint, contact: &Contact) -> Value {
+    let (place, shape) = contacts_of(joint.joint_type)[contact.place];
+    let word = match shape {
+        ContactShape::Pin { .. } => "pin",
+        ContactShape::Guide { .. } => "guide",
+        ContactShape::Thread => "thread",
+        ContactShape::Ball => "ball",
+        ContactShape::Plate => "plate",
+    };
+    let freedoms = joint.joint_type.freedoms()[shape.freedoms()].iter().map(|f| f.name);
+    json!({
+        "place": place,
+        "shape": word,
+        "freedoms": freedoms.collect::<Vec<_>>(),
+        "radius": contact.radius,
+        "law": law_json(&contact.law),
+        "backward": contact.backward.as_ref().map(law_json),
+        "load": load_json(&contact.load),
+    })
+}
+
+fn law_json(law: &Law) -> Value {
+    let curve = match &law.curve {
+        Curve::Constant => json!({ "kind": "constant" }),
+        Curve::Breakaway { coefficient } => {
+            json!({ "kind": "breakaway", "breakaway": coefficient })
+        }
+        Curve::Stribeck { breakaway, velocity, exponent } => json!({
+            "kind": "stribeck",
+            "breakaway": breakaway,
+            "velocity": velocity,
+            "exponent": exponent.value(),
+        }),
+        Curve::Table(rows) => json!({ "kind": "table", "rows": rows }),
+    };
+    let bristles = law
+        .bristles
+        .map(|bristles| json!({ "stiffness": bristles.stiffness, "damping": bristles.damping }));
+    json!({
+        "coulomb": law.coulomb,
+        "viscous": law.viscous,
+        "curve": curve,
+        "regularisation": law.regularisation,
+        "bristles": bristles,
+    })
+}
+
+fn load_json(load: &LoadMap<f64>) -> Value {
+    let combine = match load.combine {
+        Combine::Sum => "sum",
+        Combine::Pads => "pads",
+        Combine::RootSumSquare => "root-sum-square",
+    };
+    let supports = match load.supports {
+        Supports::Predecessor => json!({ "on": "from" }),
+        Supports::Successor => json!({ "on": "to" }),
+        Supports::OneOnEach { gland, piston } => {
+            json!({ "on": "one-on-each", "gland": gland, "piston": piston })
+        }
+    };
+    json!({
+        "bending_span": load.bending_span,
+        "axial_ratio": load.axial_ratio,
+        "torsion_arm": load.torsion_arm,
+        "preload": load.preload,
+        "combine": combine,
+        "supports": supports,
+        "flank_cosine": load.flank_cosine,
+        "smoothing": load.smoothing,
+    })
+}
+
+fn compliance_json(compliance: &Compliance) -> Value {
+    compliance.parts().into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect()
+}

@@ -1,0 +1,66 @@
+//! Equalities: what closes loops, and what ties a screw's advance to its angle.
+
+use super::names::Names;
+use super::tree::Closing;
+use super::writer::Writer;
+use super::xml::numbers;
+use stiction_core::joint::JointType;
+
+/// How stiff equalities are: of MuJoCo's soft constraints among the stiffest that its integrators
+/// follow with the step of the file.
+const SOLREF: &str = "0.002 1";
+const SOLIMP: &str = "0.9999 0.9999 0.001 0.5 2";
+
+impl Writer<'_> {
+    /// All equalities, if there are any.
+    pub(super) fn write_equalities(&mut self) {
+        let mut joint_names = Names::default();
+        let threads: Vec<usize> = (0..self.tree.parts.len())
+            .filter(|&k| self.joint(self.tree.parts[k].joint).joint_type == JointType::Helical)
+            .collect();
+        let closings = &self.tree.closings;
+        if closings.iter().all(|(_, closing)| *closing == Closing::Nothing) && threads.is_empty() {
+            return;
+        }
+        self.xml.open("equality", &[]);
+        self.xml.comment(&["MuJoCo's equalities are soft: solref and solimp say how far."]);
+        if closings.iter().any(|(_, closing)| *closing == Closing::Part) {
+            self.xml.comment(&[
+                "A body behind a joint that closes a loop is in two parts, one of which hangs by that joint",
+                "and is named after it: welded together, they have the mass and the inertia of the body.",
+            ]);
+        }
+        for (&(joint, closing), sites) in closings.iter().zip(&self.sites.of_closing) {
+            let tag = match closing {
+                Closing::Nothing => continue,
+                Closing::Connect => "connect",
+                Closing::Weld | Closing::Part => "weld",
+            };
+            let [from, to] = sites.clone();
+            let name = joint_names.take(&self.joint(joint).name);
+            let mut attributes = vec![("name", name), ("site1", from), ("site2", to)];
+            attributes.extend(stiffness());
+            self.xml.empty(tag, &attributes);
+        }
+        for part in threads {
+            let joint = self.joint(self.tree.parts[part].joint);
+            let names = self.parts[part].steps.iter();
+            let (advance, angle): (Vec<_>, Vec<_>) =
+                names.partition(|named| named.step.freedom.is_none());
+            let (Some(advance), Some(angle)) = (advance.first(), angle.first()) else { continue };
+            let mut attributes = vec![
+                ("name", joint_names.take(&advance.name)),
+                ("joint1", advance.name.clone()),
+                ("joint2", angle.name.clone()),
+                ("polycoef", numbers(&[0.0, joint.pitch, 0.0, 0.0, 0.0])),
+            ];
+            attributes.extend(stiffness());
+            self.xml.empty("joint", &attributes);
+        }
+        self.xml.close();
+    }
+}
+
+fn stiffness() -> [(&'static str, String); 2] {
+    [("solref", SOLREF.into()), ("solimp", SOLIMP.into())]
+}

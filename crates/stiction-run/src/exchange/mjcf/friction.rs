@@ -1,0 +1,51 @@
+//! What of friction MJCF can say: damping that does not depend on load.
+
+use stiction_core::friction::{Contact, ContactShape, Curve, Law, Thread, contacts_of};
+use stiction_core::mechanism::Joint;
+
+/// For each freedom of a joint its damping, N s/m or N m s.
+pub(super) fn damping(joint: &Joint) -> Vec<f64> {
+    let mut damping = vec![0.0; joint.joint_type.freedoms().len()];
+    for contact in &joint.friction {
+        let Some(viscous) = viscous(contact) else { continue };
+        let (_, shape) = contacts_of(joint.joint_type)[contact.place];
+        let radius = contact.radius.unwrap_or(1.0);
+        // The power that is lost: coefficient times speed at the surface squared.
+        let squares = match shape {
+            ContactShape::Plate => [1.0, 1.0, radius * radius],
+            ContactShape::Thread => {
+                let way = Thread { radius, pitch: joint.pitch }.way();
+                [way * way; 3]
+            }
+            ContactShape::Guide { .. } => [1.0; 3],
+            ContactShape::Pin { .. } | ContactShape::Ball => [radius * radius; 3],
+        };
+        for (freedom, square) in shape.freedoms().zip(squares) {
+            damping[freedom] += viscous * square;
+        }
+    }
+    damping
+}
+
+/// The viscous coefficient, N s/m; none if it is different backward.
+fn viscous(contact: &Contact) -> Option<f64> {
+    let same = contact.backward.as_ref().is_none_or(|law| law.viscous == contact.law.viscous);
+    same.then_some(contact.law.viscous)
+}
+
+/// Whether damping is all the friction that there is; where there can be none, whether there is no
+/// friction.
+pub(super) fn is_damping_alone(contact: &Contact, can_be_damped: bool) -> bool {
+    let laws = [Some(&contact.law), contact.backward.as_ref()];
+    viscous(contact).is_some_and(|viscous| can_be_damped || viscous == 0.0)
+        && laws.into_iter().flatten().all(has_no_coefficient)
+}
+
+fn has_no_coefficient(law: &Law) -> bool {
+    match &law.curve {
+        Curve::Constant => law.coulomb == 0.0,
+        Curve::Breakaway { coefficient } => law.coulomb == 0.0 && *coefficient == 0.0,
+        Curve::Stribeck { breakaway, .. } => law.coulomb == 0.0 && *breakaway == 0.0,
+        Curve::Table(rows) => rows.iter().all(|row| row[1] == 0.0),
+    }
+}

@@ -1,0 +1,89 @@
+//! MuJoCo's XML: the mechanism as a tree of nested bodies, and equalities that close the loops.
+
+mod contents;
+mod equalities;
+mod friction;
+mod inertia;
+mod names;
+mod notes;
+mod parts;
+mod sites;
+mod steps;
+mod tree;
+mod writer;
+mod xml;
+
+use super::Home;
+use stiction_core::joint::JointType;
+use thiserror::Error;
+use tree::{Part, Tree};
+use writer::Writer;
+
+/// A file for MuJoCo, and what it could not say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mjcf {
+    /// The file.
+    pub text: String,
+    /// What is left out or changed, a line each.
+    pub notes: Vec<String>,
+}
+
+/// Why a mechanism cannot be a file for MuJoCo.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum Unfit {
+    /// A moving body has no mass.
+    #[error("MuJoCo takes no moving body without mass, such as `{body}`")]
+    Massless {
+        /// The body.
+        body: String,
+    },
+    /// A joint closes a loop, and no body beside it has a mass to hang on it.
+    #[error(
+        "joint `{joint}` closes a loop, for which MuJoCo needs a part of a body beside it, and \
+         neither of them has mass"
+    )]
+    CannotClose {
+        /// The joint.
+        joint: String,
+    },
+}
+
+impl Unfit {
+    /// A way out.
+    pub fn help(&self) -> &'static str {
+        match self {
+            Self::Massless { .. } => {
+                "give it a small mass, or leave it out and join its neighbours"
+            }
+            Self::CannotClose { .. } => "give one of them a small mass",
+        }
+    }
+}
+
+/// The file.
+///
+/// # Errors
+/// Bodies without mass that MuJoCo would refuse.
+pub fn mjcf(home: &Home<'_>) -> Result<Mjcf, Unfit> {
+    let tree = Tree::new(&home.model.mechanism)?;
+    check_masses(home, &tree)?;
+    let notes = notes::notes(&home.model.mechanism, &tree);
+    let text = Writer::new(home, &tree).write(&notes);
+    Ok(Mjcf { text, notes })
+}
+
+/// Every body with joints has mass, its own or of bodies that are fixed to it.
+fn check_masses(home: &Home<'_>, tree: &Tree) -> Result<(), Unfit> {
+    let mechanism = &home.model.mechanism;
+    let is_fixed = |part: &Part| mechanism.joints()[part.joint].joint_type == JointType::Fixed;
+    // Children stand behind their parents.
+    let mut heavy: Vec<bool> = mechanism.bodies().iter().map(|body| body.mass > 0.0).collect();
+    for part in tree.parts.iter().rev().filter(|part| is_fixed(part)) {
+        heavy[part.parent] |= heavy[part.body];
+    }
+    match tree.parts.iter().find(|part| !is_fixed(part) && !heavy[part.body]) {
+        None => Ok(()),
+        Some(part) => Err(Unfit::Massless { body: mechanism.bodies()[part.body].name.clone() }),
+    }
+}

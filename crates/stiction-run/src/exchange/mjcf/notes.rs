@@ -1,0 +1,43 @@
+//! What a file for MuJoCo cannot say.
+
+use super::tree::Tree;
+use super::{friction, inertia};
+use stiction_core::mechanism::Mechanism;
+
+/// What the file leaves out or changes, a line each.
+pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
+    let mut notes = Vec::new();
+    let (mut all, mut left_out) = (0, 0);
+    for (index, joint) in mechanism.joints().iter().enumerate() {
+        let has_steps = tree.parts.iter().any(|part| part.joint == index);
+        all += joint.friction.len();
+        let carried = |contact: &&_| friction::is_damping_alone(contact, has_steps);
+        left_out += joint.friction.len() - joint.friction.iter().filter(carried).count();
+    }
+    if left_out > 0 {
+        notes.push(format!(
+            "friction is left out at {left_out} of {all} contacts: MJCF has none that grows with \
+             the load or is different backward, and none where a ball closes a loop; viscous \
+             friction elsewhere is there as damping"
+        ));
+    }
+    let length = mechanism.characteristic_length();
+    let raised: Vec<&str> = (1..mechanism.bodies().len())
+        .filter(|&body| {
+            let content = &mechanism.bodies()[body];
+            content.mass > 0.0 && inertia::accepted(content, length, tree.count[body]).1
+        })
+        .map(|body| mechanism.bodies()[body].name.as_str())
+        .collect();
+    if !raised.is_empty() {
+        notes.push(format!(
+            "the least moments of inertia of {} are raised, since MuJoCo takes none that no body \
+             can have; this changes nothing as long as they turn about their other axes only",
+            raised.join(", ")
+        ));
+    }
+    if mechanism.joints().iter().any(|joint| joint.compliance.is_some()) {
+        notes.push("compliances of joints are left out".to_owned());
+    }
+    notes
+}

@@ -1,0 +1,174 @@
+//! The file as it grows: its head and its bodies.
+
+use super::parts::{NamedPart, NamedStep, named};
+use super::sites::Sites;
+use super::steps::Kind;
+use super::tree::Tree;
+use super::xml::{Xml, numbers};
+use super::{friction, inertia};
+use crate::exchange::Home;
+use stiction_core::mechanism::{BodyId, GROUND_NAME, Joint};
+use stiction_core::spatial::{Pose, Quaternion};
+
+/// The step of a simulation, s: half the time constant of the equalities, as MuJoCo asks for.
+const TIMESTEP: f64 = 0.001;
+
+/// The file as it grows.
+pub(super) struct Writer<'a> {
+    pub(super) home: &'a Home<'a>,
+    pub(super) tree: &'a Tree,
+    pub(super) xml: Xml,
+    pub(super) parts: Vec<NamedPart>,
+    pub(super) sites: Sites,
+}
+
+impl<'a> Writer<'a> {
+    pub(super) fn new(home: &'a Home<'a>, tree: &'a Tree) -> Self {
+        let sites = Sites::new(&home.model.mechanism, tree);
+        Self { home, tree, xml: Xml::default(), parts: named(home, tree), sites }
+    }
+
+    pub(super) fn joint(&self, index: usize) -> &'a Joint {
+        &self.home.model.mechanism.joints()[index]
+    }
+
+    /// The whole file.
+    pub(super) fn write(mut self, notes: &[String]) -> String {
+        let mechanism = &self.home.model.mechanism;
+        self.xml.open("mujoco", &[("model", self.home.model.name.clone())]);
+        let title = &*self.home.model.title;
+        let made = format!("Written by stiction {}. SI units.", env!("CARGO_PKG_VERSION"));
+        let lines: Vec<&str> = [title, &made].into_iter().filter(|l| !l.is_empty()).collect();
+        self.xml.comment(&lines);
+        self.xml.comment(&[
+            "Bodies have their frames, joints their coordinates (qpos) as in the model. A ball's qpos is",
+            "the rotation of its body since the home position, in the body's axes. The file's own",
+            "position (qpos0) is the home: the mechanism put together at the start of a motion.",
+        ]);
+        for note in notes {
+            self.xml.comment(&[&format!("Note: {note}.")]);
+        }
+        self.xml.empty(
+            "compiler",
+            &[
+                ("angle", "radian".into()),
+                ("autolimits", "false".into()),
+                ("inertiafromgeom", "false".into()),
+            ],
+        );
+        let gravity = numbers(&mechanism.gravity().to_array());
+        self.xml.empty("option", &[("gravity", gravity), ("timestep", numbers(&[TIMESTEP]))]);
+        self.write_bodies();
+        self.write_equalities();
+        self.write_springs();
+        self.write_drives();
+        self.write_keyframe();
+        self.xml.finish()
+    }
+
+    fn write_bodies(&mut self) {
+        self.xml.open("worldbody", &[]);
+        let base = self.xml.depth();
+        // A body of its own: programs that read only the first body of the world find everything in it.
+        let mut attributes = vec![("name", GROUND_NAME.to_owned())];
+        attributes.extend(placed(self.home.model.mechanism.base()));
+        self.xml.open("body", &attributes);
+        self.xml.empty("inertial", &massless());
+        self.write_sites(BodyId::GROUND.0, None);
+        for index in 0..self.tree.parts.len() {
+            while self.xml.depth() > base + self.tree.parts[index].depth {
+                self.xml.close();
+            }
+            self.write_part(index);
+        }
+        while self.xml.depth() >= base {
+            self.xml.close();
+        }
+    }
+
+    fn write_part(&mut self, index: usize) {
+        let (home, part) = (self.home, &self.tree.parts[index]);
+        let mechanism = &home.model.mechanism;
+        let body = &mechanism.bodies()[part.body];
+        let in_parent = match part.is_free {
+            true => home.poses[part.body],
+            false => home.poses[part.parent].inverse() * home.poses[part.body],
+        };
+        let mut attributes = vec![("name", self.parts[index].name.clone())];
+        attributes.extend(placed(in_parent));
+        self.xml.open("body", &attributes);
+        if body.mass > 0.0 {
+            let (length, count) = (mechanism.characteristic_length(), self.tree.count[part.body]);
+            let share = 1.0 / count as f64;
+            let (inertia, _) = inertia::accepted(body, length, count);
+            let entry = |(i, j)| inertia.at(i, j) * share;
+            let entries = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(entry);
+            self.xml.empty(
+                "inertial",
+                &[
+                    ("pos", numbers(&body.com.to_array())),
+                    ("mass", numbers(&[body.mass * share])),
+                    ("fullinertia", numbers(&entries)),
+                ],
+            );
+        } else {
+            self.xml.empty("inertial", &massless());
+        }
+        self.write_steps(index);
+        self.write_sites(part.body, part.is_further.then_some(part.joint));
+    }
+
+    fn write_steps(&mut self, index: usize) {
+        let part = &self.tree.parts[index];
+        let joint = self.joint(part.joint);
+        let NamedPart { free, steps, .. } = &self.parts[index];
+        if let Some(name) = free {
+            self.xml.empty("freejoint", &[("name", name.clone())]);
+        }
+        let damping = friction::damping(joint);
+        for NamedStep { step, name } in steps {
+            let kind = match step.kind {
+                Kind::Hinge => "hinge",
+                Kind::Slide => "slide",
+                Kind::Ball => "ball",
+            };
+            let mut attributes = vec![("name", name.clone()), ("type", kind.into())];
+            attributes.push(("pos", numbers(&step.position.to_array())));
+            if step.kind != Kind::Ball {
+                attributes.push(("axis", numbers(&step.axis.to_array())));
+                attributes.push(("ref", numbers(&[step.home])));
+            }
+            let damping = step.freedom.map_or(0.0, |freedom| damping[freedom]);
+            if damping > 0.0 {
+                attributes.push(("damping", numbers(&[damping])));
+            }
+            self.xml.empty("joint", &attributes);
+        }
+    }
+
+    /// The sites of a body, or of a further part of it.
+    fn write_sites(&mut self, body: usize, part: Option<usize>) {
+        for site in self.sites.of_body[body].iter().filter(|site| site.part == part) {
+            let mut attributes = vec![("name", site.name.clone())];
+            attributes.extend(placed(site.pose));
+            self.xml.empty("site", &attributes);
+        }
+    }
+}
+
+/// Inertia of what has none; not every program takes it for granted.
+fn massless() -> [(&'static str, String); 3] {
+    let zeros = numbers(&[0.0; 3]);
+    [("pos", zeros.clone()), ("mass", numbers(&[0.0])), ("diaginertia", zeros)]
+}
+
+fn placed(pose: Pose<f64>) -> [(&'static str, String); 2] {
+    let Pose { position, .. } = pose;
+    [("pos", numbers(&position.to_array())), ("quat", numbers(&quaternion(pose)))]
+}
+
+pub(super) fn quaternion(pose: Pose<f64>) -> [f64; 4] {
+    let mut quaternion = [0.0; 4];
+    Quaternion::from_rotation(pose.rotation).write(&mut quaternion);
+    quaternion
+}

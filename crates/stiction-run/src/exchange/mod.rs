@@ -1,0 +1,69 @@
+//! A mechanism for other programs: assembled, as plain numbers.
+
+mod json;
+mod mjcf;
+mod model_file;
+
+pub use json::{json, json_text};
+pub use mjcf::{Mjcf, Unfit, mjcf};
+pub use model_file::{Instant, Unwritable, model_file};
+
+use crate::inverse::{Error, Job};
+use stiction_core::joint::JointType;
+use stiction_core::kinematics::{Coordinate, Target};
+use stiction_core::mechanism::{JointId, Mechanism};
+use stiction_core::spatial::Pose;
+use stiction_format::Model;
+
+/// A model with its mechanism put together.
+#[derive(Clone, Debug)]
+pub struct Home<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// For each body its frame in the world, loops closed.
+    pub poses: Vec<Pose<f64>>,
+    /// For each joint `X_JK`.
+    pub across: Vec<Pose<f64>>,
+    /// For each joint and each of its freedoms the coordinate, rad or m, angles within half a turn;
+    /// none where it has none, as turning in all directions.
+    pub coordinates: Vec<Vec<Option<f64>>>,
+    /// The mechanism, whose joints start from where they are.
+    pub mechanism: Mechanism,
+    /// What the motion prescribes at its first instant.
+    pub motion: Vec<(Coordinate, Target<f64>)>,
+}
+
+impl<'a> Home<'a> {
+    /// The mechanism at the first instant of a motion.
+    ///
+    /// # Errors
+    /// Where the motion begins the loops cannot be closed, or its formulas have no values.
+    pub fn of(job: &Job<'a>) -> Result<Self, Error> {
+        let solver = job.assemble(job.motion.start)?;
+        let origin = solver.parameters().origin;
+        let bodies = solver.bodies();
+        let in_world = |pose: &Pose<f64>| Pose { position: pose.position + origin, ..*pose };
+        let across: Vec<Pose<f64>> =
+            bodies.frame_j.iter().zip(&bodies.frame_k).map(|(j, k)| j.inverse() * *k).collect();
+        let joints = job.model.mechanism.joints();
+        let coordinates = joints.iter().enumerate().map(|(index, joint)| {
+            if joint.joint_type == JointType::Free {
+                let place = across[index].position.to_array().map(Some);
+                return place.into_iter().chain([None; 3]).collect();
+            }
+            let mut values: Vec<Option<f64>> =
+                solver.joint_coordinates(JointId(index)).into_iter().map(Some).collect();
+            values.resize(joint.joint_type.freedoms().len(), None);
+            values
+        });
+        let motion = job.motion.coordinates.iter().map(|(coordinate, _)| *coordinate);
+        Ok(Self {
+            model: job.model,
+            poses: bodies.pose.iter().map(in_world).collect(),
+            coordinates: coordinates.collect(),
+            mechanism: job.model.mechanism.starting_at(bodies.joint_poses()),
+            motion: motion.zip(job.motion.at(job.motion.start)).collect(),
+            across,
+        })
+    }
+}

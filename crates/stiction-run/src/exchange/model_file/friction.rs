@@ -1,0 +1,157 @@
+//! The friction of a joint.
+
+use super::Unwritable;
+use stiction_core::friction::{
+    Combine, Contact, ContactShape, Curve, Law, LoadMap, Supports, contacts_of,
+};
+use stiction_core::mechanism::Joint;
+use toml::{Table, Value};
+
+/// The table of all contacts; none without friction.
+pub(super) fn table(joint: &Joint) -> Result<Option<Table>, Unwritable> {
+    if joint.friction.is_empty() {
+        return Ok(None);
+    }
+    let places = contacts_of(joint.joint_type);
+    let of_place = |place: usize| joint.friction.iter().find(|contact| contact.place == place);
+    if let ([_], Some(contact)) = (places, of_place(0)) {
+        return contact_table(joint, contact).map(Some);
+    }
+    let mut all = Table::new();
+    for (place, (name, shape)) in places.iter().enumerate() {
+        let contact = match of_place(place) {
+            Some(contact) => contact_table(joint, contact)?,
+            None => frictionless(*shape),
+        };
+        all.insert((*name).to_owned(), contact.into());
+    }
+    Ok(Some(all))
+}
+
+/// A contact beside one that has friction.
+fn frictionless(shape: ContactShape) -> Table {
+    let mut table = Table::from_iter([("mu".to_owned(), Value::from(0.0))]);
+    if shape.turns() {
+        // Any will do: nothing is multiplied by it.
+        table.insert("radius".into(), 1.0.into());
+    }
+    table
+}
+
+fn contact_table(joint: &Joint, contact: &Contact) -> Result<Table, Unwritable> {
+    let mut table = law_table(&contact.law);
+    if let Some(radius) = contact.radius {
+        table.insert("radius".into(), radius.into());
+    }
+    load(&mut table, joint, contact);
+    if let Some(backward) = &contact.backward {
+        let backward = backward_table(&contact.law, backward)
+            .ok_or_else(|| Unwritable { joint: joint.name.clone() })?;
+        table.insert("backward".into(), backward.into());
+    }
+    Ok(table)
+}
+
+fn law_table(law: &Law) -> Table {
+    let mut table = Table::new();
+    let mut put = |key: &str, value: Value| table.insert(key.to_owned(), value);
+    if !matches!(law.curve, Curve::Table(_)) {
+        put("mu", law.coulomb.into());
+    }
+    put("viscous", law.viscous.into());
+    match &law.curve {
+        Curve::Constant => {}
+        Curve::Breakaway { coefficient } => {
+            put("mu_static", (*coefficient).into());
+        }
+        Curve::Stribeck { breakaway, velocity, exponent } => {
+            put("mu_static", (*breakaway).into());
+            put("stribeck_velocity", (*velocity).into());
+            put("stribeck_exponent", exponent.value().into());
+        }
+        Curve::Table(rows) => {
+            let rows = rows.iter().map(|row| Value::Array(row.map(Value::from).into()));
+            put("table", rows.collect::<Vec<_>>().into());
+        }
+    }
+    if let Some(bristles) = law.bristles {
+        let has_one_parameter = bristles.damping == 0.0 && law.curve == Curve::Constant;
+        put("law", if has_one_parameter { "dahl" } else { "lugre" }.into());
+        put("sigma0", bristles.stiffness.into());
+        if !has_one_parameter {
+            put("sigma1", bristles.damping.into());
+        }
+    }
+    if let Some(velocity) = law.regularisation {
+        put("regularised", "tanh".into());
+        put("regularisation_velocity", velocity.into());
+    }
+    table
+}
+
+/// What is different backward; what is not said there is as forward. None where that cannot be undone.
+fn backward_table(forward: &Law, backward: &Law) -> Option<Table> {
+    let shared = (forward.bristles, forward.regularisation);
+    if shared != (backward.bristles, backward.regularisation) {
+        return None;
+    }
+    let mut table = law_table(&Law { bristles: None, regularisation: None, ..backward.clone() });
+    // One coefficient for all speeds where forward there are more: those become the same.
+    let mut flat = |key: &str| table.insert(key.to_owned(), backward.coulomb.into());
+    match (&forward.curve, &backward.curve) {
+        (Curve::Breakaway { .. } | Curve::Stribeck { .. }, Curve::Constant) => {
+            flat("mu_static");
+        }
+        (Curve::Stribeck { .. }, Curve::Breakaway { .. }) => return None,
+        _ => {}
+    }
+    Some(table)
+}
+
+fn load(table: &mut Table, joint: &Joint, contact: &Contact) {
+    let LoadMap {
+        bending_span,
+        axial_ratio,
+        torsion_arm,
+        preload,
+        combine,
+        supports,
+        flank_cosine,
+        smoothing,
+    } = contact.load;
+    let mut put = |key: &str, value: Value| table.insert(key.to_owned(), value);
+    let radius = contact.radius.unwrap_or(0.0);
+    let numbers = [
+        ("bending_span", bending_span),
+        ("collar_radius", axial_ratio.map(|ratio| ratio * radius)),
+        ("torsion_arm", torsion_arm),
+        ("preload", (preload != 0.0).then_some(preload)),
+        ("flank_angle", flank_cosine.map(|cosine| flank_angle(cosine, joint.pitch, radius))),
+        ("smoothing", smoothing),
+    ];
+    for (key, number) in numbers {
+        if let Some(number) = number {
+            put(key, number.into());
+        }
+    }
+    match combine {
+        Combine::Sum => None,
+        Combine::Pads => put("combine", "pads".into()),
+        Combine::RootSumSquare => put("combine", "root-sum-square".into()),
+    };
+    match supports {
+        Supports::Predecessor => None,
+        Supports::Successor => put("supports", "to".into()),
+        Supports::OneOnEach { gland, piston } => {
+            put("gland", gland.into());
+            put("piston", piston.into())
+        }
+    };
+}
+
+/// From the angle across the thread to that in a section along its axis, which drawings give:
+/// `tan normal = tan axial cos lead`.
+fn flank_angle(cosine: f64, pitch: f64, radius: f64) -> f64 {
+    let lead = (pitch / radius).atan();
+    (cosine.acos().tan() / lead.cos()).atan()
+}

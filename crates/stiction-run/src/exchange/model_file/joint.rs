@@ -1,0 +1,75 @@
+//! A joint.
+
+use super::{Unwritable, friction, pose, rotation, vector};
+use stiction_core::joint::JointType;
+use stiction_core::mechanism::{Joint, Mechanism};
+use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
+use toml::{Table, Value};
+
+pub(super) fn table(mechanism: &Mechanism, joint: &Joint) -> Result<Table, Unwritable> {
+    let mut table = Table::new();
+    let mut put = |key: &str, value: Value| table.insert(key.to_owned(), value);
+    let name = |body: usize| Value::from(mechanism.bodies()[body].name.as_str());
+    put("type", joint.joint_type.symbol().into());
+    put("from", name(joint.predecessor.0));
+    put("to", name(joint.successor.0));
+    put("at", vector(joint.frame_j.position));
+    put("to_at", vector(joint.frame_k.position));
+    let axes = joint.frame_j.rotation;
+    if !has_no_axes(joint.joint_type) {
+        put("axis", vector(column(&axes, 2)));
+        let x = if joint.joint_type == JointType::Universal { "second_axis" } else { "x_axis" };
+        put(x, vector(column(&axes, 0)));
+    }
+    let turn = axes * joint.frame_k.rotation.transpose();
+    if turn.rotation_vector() != Vec3::zero() {
+        put("turn", rotation(turn));
+    }
+    if joint.pitch != 0.0 {
+        put("pitch", joint.pitch.into());
+    }
+    let driven: Vec<Value> =
+        joint.actuated_freedoms().map(|k| joint.joint_type.freedoms()[k].name.into()).collect();
+    if !driven.is_empty() {
+        put("actuated", driven.into());
+    }
+    if let Some(start) = start(joint) {
+        put("start", start);
+    }
+    if let Some(friction) = friction::table(joint)? {
+        put("friction", friction.into());
+    }
+    let parts = joint.compliance.iter().flat_map(|compliance| compliance.parts());
+    let parts: Table = parts
+        .filter(|(_, value)| *value != 0.0)
+        .map(|(part, value)| (part.to_owned(), value.into()))
+        .collect();
+    if joint.compliance.is_some() {
+        put("compliance", parts.into());
+    }
+    Ok(table)
+}
+
+const fn has_no_axes(joint_type: JointType) -> bool {
+    matches!(joint_type, JointType::Spherical | JointType::Fixed | JointType::Free)
+}
+
+fn column(matrix: &Mat3<f64>, j: usize) -> Vec3<f64> {
+    Vec3::from(std::array::from_fn(|i| matrix.at(i, j)))
+}
+
+/// Where the assembly starts, with the frames turned where the joint has no axes.
+fn start(joint: &Joint) -> Option<Value> {
+    let axes = joint.frame_j.rotation;
+    let turned = |x: &[f64]| axes * Quaternion::from_coordinates(x).rotation() * axes.transpose();
+    match (joint.joint_type, joint.start.as_slice()) {
+        (JointType::Fixed, _) => None,
+        (JointType::Spherical, q) => Some(rotation(turned(q))),
+        (JointType::Free, [x, y, z, q @ ..]) => {
+            let position = axes * Vec3::new(*x, *y, *z);
+            Some(pose(Pose { position, rotation: turned(q) }))
+        }
+        (_, [q]) => Some((*q).into()),
+        (_, q) => Some(q.iter().copied().map(Value::from).collect::<Vec<_>>().into()),
+    }
+}

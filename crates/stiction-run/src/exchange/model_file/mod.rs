@@ -1,0 +1,203 @@
+//! The model file of a mechanism as it stands: legs written out, expressions evaluated.
+
+mod friction;
+mod joint;
+
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
+use stiction_core::kinematics::{Coordinate, Target};
+use stiction_core::mechanism::{Body, Mechanism, Spring};
+use stiction_core::spatial::{Mat3, Pose, Vec3};
+use thiserror::Error;
+use toml::{Table, Value};
+
+/// Why a mechanism cannot be a model file. Mechanisms that were read from one can.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error(
+    "the friction of `{joint}` backward is of another kind than forward, which no model file says"
+)]
+pub struct Unwritable {
+    /// The joint.
+    pub joint: String,
+}
+
+/// The state in which a mechanism is written down.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Instant<'a> {
+    /// What is prescribed. The file's motion `here` begins with it: a polynomial of second order in
+    /// time, which lasts for no time at all.
+    pub motion: &'a [(Coordinate, Target<f64>)],
+    /// The forces from outside, the file's load `here`.
+    pub loads: &'a [AppliedLoad<f64>],
+    /// How friction acts when nothing is said.
+    pub friction: Option<FrictionMode>,
+}
+
+/// The text of a model file, numbers in SI units that read back as they are, with the joints'
+/// [`start`](stiction_core::mechanism::Joint::start) as first guesses ([`Mechanism::starting_at`] puts an
+/// assembled position there).
+///
+/// The frames of S, fixed and free joints, which have no axes, are turned so that frame J is parallel
+/// to its body; components of their reactions are written in other axes then. A contact without
+/// friction that has a neighbour with some in its joint becomes one of coefficient zero.
+///
+/// # Errors
+/// Frictions that differ backward in a way that the model file has no words for.
+pub fn model_file(
+    mechanism: &Mechanism,
+    title: &str,
+    instant: Instant<'_>,
+) -> Result<String, Unwritable> {
+    let mut file = Table::new();
+    let mut put = |key: &str, value: Value| file.insert(key.to_owned(), value);
+    put("name", mechanism.name().into());
+    if !title.is_empty() {
+        put("title", title.into());
+    }
+    put("gravity", vector(mechanism.gravity()));
+    put("characteristic_length", mechanism.characteristic_length().into());
+    if mechanism.base() != Pose::identity() {
+        put("base", pose(mechanism.base()));
+    }
+    let bodies = mechanism.bodies().iter().skip(1);
+    put("bodies", named(bodies.map(|body| (body.name.clone(), body_table(body)))));
+    let mut joints = Table::new();
+    for written in mechanism.joints() {
+        joints.insert(written.name.clone(), joint::table(mechanism, written)?.into());
+    }
+    put("joints", joints.into());
+    if !mechanism.springs().is_empty() {
+        let springs = mechanism.springs().iter();
+        let springs = springs.map(|spring| (spring.name.clone(), spring_table(mechanism, spring)));
+        put("springs", named(springs));
+    }
+    let here = |table: Table| named([("here".to_owned(), table)]);
+    let mut default = Table::new();
+    if !instant.motion.is_empty() {
+        put("motions", here(motion_table(mechanism, instant.motion)));
+        default.insert("motion".into(), "here".into());
+    }
+    if !instant.loads.is_empty() {
+        put("loads", here(load_table(mechanism, instant.loads)));
+        default.insert("load".into(), "here".into());
+    }
+    if let Some(mode) = instant.friction {
+        let word = match mode {
+            FrictionMode::Off => "off",
+            FrictionMode::OnePass => "one-pass",
+            FrictionMode::Converged => "on",
+        };
+        default.insert("friction".into(), word.into());
+    }
+    if !default.is_empty() {
+        put("default", default.into());
+    }
+    Ok(file.to_string())
+}
+
+fn named(tables: impl IntoIterator<Item = (String, Table)>) -> Value {
+    Value::Table(tables.into_iter().map(|(name, table)| (name, Value::Table(table))).collect())
+}
+
+fn vector(v: Vec3<f64>) -> Value {
+    Value::Array(v.to_array().map(Value::from).into())
+}
+
+/// Axis and angle.
+fn rotation(rotation: Mat3<f64>) -> Value {
+    let turn = rotation.rotation_vector();
+    let angle = turn.norm();
+    let axis = if angle > 0.0 { turn * angle.recip() } else { Vec3::unit(2) };
+    let entries = [("axis".to_owned(), vector(axis)), ("angle".to_owned(), angle.into())];
+    Value::Table(entries.into_iter().collect())
+}
+
+fn pose(pose: Pose<f64>) -> Value {
+    let entries = [
+        ("position".to_owned(), vector(pose.position)),
+        ("rotation".to_owned(), rotation(pose.rotation)),
+    ];
+    Value::Table(entries.into_iter().collect())
+}
+
+fn body_table(body: &Body) -> Table {
+    let mut table = Table::new();
+    if body.mass == 0.0 && body.inertia == Mat3::zero() {
+        return table;
+    }
+    table.insert("mass".into(), body.mass.into());
+    table.insert("com".into(), vector(body.com));
+    let entries =
+        [("xx", 0, 0), ("yy", 1, 1), ("zz", 2, 2), ("xy", 0, 1), ("xz", 0, 2), ("yz", 1, 2)];
+    let inertia: Table = entries
+        .into_iter()
+        .map(|(key, i, j)| (key.to_owned(), Value::from(body.inertia.at(i, j))))
+        .collect();
+    table.insert("inertia".into(), inertia.into());
+    table
+}
+
+fn spring_table(mechanism: &Mechanism, spring: &Spring) -> Table {
+    let name = |end: usize| Value::from(mechanism.bodies()[spring.ends[end].0].name.as_str());
+    let entries = [
+        ("from", name(0)),
+        ("at", vector(spring.points[0])),
+        ("to", name(1)),
+        ("to_at", vector(spring.points[1])),
+        ("stiffness", spring.stiffness.into()),
+        ("free_length", spring.free_length.into()),
+        ("damping", spring.damping.into()),
+    ];
+    entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+fn motion_table(mechanism: &Mechanism, motion: &[(Coordinate, Target<f64>)]) -> Table {
+    let mut table = Table::new();
+    table.insert("duration".into(), 0.0.into());
+    let body_name = |body: stiction_core::mechanism::BodyId| &mechanism.bodies()[body.0].name;
+    const AXES: [char; 3] = ['x', 'y', 'z'];
+    for &(coordinate, target) in motion {
+        let name = match coordinate {
+            Coordinate::Position { body, axis } => format!("{}.{}", body_name(body), AXES[axis]),
+            Coordinate::RotationVector { body, axis } => {
+                format!("{}.rv{}", body_name(body), AXES[axis])
+            }
+            Coordinate::Angle { body, order, index } => {
+                let order: String = order.axes().into_iter().map(|axis| AXES[axis]).collect();
+                table.insert(format!("{}.order", body_name(body)), order.into());
+                format!("{}.r{}", body_name(body), index + 1)
+            }
+            Coordinate::Joint { joint, freedom } => {
+                mechanism.joints()[joint.0].freedom_name(freedom)
+            }
+        };
+        let is_angle = coordinate
+            .is_angle(&mechanism.joints().iter().map(|joint| joint.joint_type).collect::<Vec<_>>());
+        let unit = if is_angle { "rad" } else { "m" };
+        let Target { value, rate, acceleration } = target;
+        let text = format!(
+            "{value:?} {unit} + {rate:?} {unit}/s*t + {:?} {unit}/s^2*t^2",
+            0.5 * acceleration
+        );
+        // A minus binds weaker than a unit, but not after a plus.
+        table.insert(name, text.replace("+ -", "- ").into());
+    }
+    table
+}
+
+fn load_table(mechanism: &Mechanism, loads: &[AppliedLoad<f64>]) -> Table {
+    let table = |load: &AppliedLoad<f64>| {
+        let axes = match load.axes {
+            LoadAxes::World => "world",
+            LoadAxes::Body => "body",
+        };
+        let entries = [
+            ("force", vector(load.force)),
+            ("moment", vector(load.moment)),
+            ("at", vector(load.point)),
+            ("axes", axes.into()),
+        ];
+        entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect::<Table>()
+    };
+    let name = |load: &AppliedLoad<f64>| mechanism.bodies()[load.body.0].name.clone();
+    loads.iter().map(|load| (name(load), Value::Table(table(load)))).collect()
+}

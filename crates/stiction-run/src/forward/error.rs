@@ -1,0 +1,68 @@
+//! Why there is no simulation, or no more of it.
+
+use crate::{InstantsError, inverse};
+use stiction_core::dynamics::InverseError;
+use stiction_core::forward::ForwardError;
+use stiction_core::kinematics::AssemblyError;
+use stiction_format::Diagnostic;
+use thiserror::Error;
+
+/// Why there is no simulation, or no more of it.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// There are no instants.
+    #[error(transparent)]
+    Instants(#[from] InstantsError),
+    /// The motion cannot be followed, or its efforts cannot be computed.
+    #[error(transparent)]
+    Motion(inverse::Error),
+    /// A formula has no finite value.
+    #[error("{}", .0.message)]
+    NotFinite(Box<Diagnostic>),
+    /// The controller's own model cannot be in the position that was measured.
+    #[error("{0}")]
+    Controller(AssemblyError),
+    /// The controller's own model has no efforts.
+    #[error("{0}")]
+    ControllerForces(InverseError),
+    /// The controller had no answer at this time.
+    #[error("at t = {time} s the controller has no efforts: {error}")]
+    ControllerAt {
+        /// s.
+        time: f64,
+        /// Why.
+        error: Box<Error>,
+    },
+    /// The mechanism cannot go on.
+    #[error(transparent)]
+    Forward(ForwardError),
+    /// The samples could not be received.
+    #[error("{0}")]
+    Receiver(String),
+    /// The mark is of another simulation.
+    #[error("its numbers are not those of a simulation of this mechanism")]
+    Mark,
+    /// It was stopped before its first sample.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl Error {
+    /// Whether the input cannot be used (rather than that the question has no answer).
+    pub fn is_bad_input(&self) -> bool {
+        let incomplete = |error: &AssemblyError| {
+            matches!(error, AssemblyError::Open { .. } | AssemblyError::AngleRange { .. })
+        };
+        match self {
+            Self::Instants(_) | Self::NotFinite(_) | Self::Mark => true,
+            Self::Motion(error) => error.is_bad_input(),
+            Self::Controller(_) | Self::ControllerForces(_) => true,
+            Self::Forward(ForwardError::Assembly(error)) => incomplete(error),
+            Self::Forward(ForwardError::Contradiction { .. } | ForwardError::Blocked { .. }) => {
+                true
+            }
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! What happened, in words.
+
+use super::rows::Layout;
+use crate::numbers::number;
+use stiction_core::forward::{Event, EventKind, Method};
+use stiction_core::mechanism::JointId;
+
+/// An event in words.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Told {
+    /// s.
+    pub(crate) time: f64,
+    /// A word for programs.
+    pub(crate) what: &'static str,
+    /// The contact or the joint; may be empty.
+    pub(crate) at: String,
+    /// More; may be empty.
+    pub(crate) detail: String,
+}
+
+/// Says what happened; `at_rest` says which contacts stick at the start.
+pub(crate) fn tell_all(layout: &Layout, mut at_rest: Vec<bool>, events: &[Event]) -> Vec<Told> {
+    at_rest.resize(layout.names.contacts.len(), false);
+    events.iter().map(|event| tell(layout, &mut at_rest, event)).collect()
+}
+
+fn tell(layout: &Layout, at_rest: &mut [bool], event: &Event) -> Told {
+    let contact_name = |contact: usize| layout.names.contacts[contact].0.clone();
+    let joint_name = |joint: JointId| layout.names.joints[joint.0].clone();
+    let (what, at, detail) = match &event.kind {
+        EventKind::Sticks { contact, .. } => {
+            at_rest[*contact] = true;
+            ("sticks", contact_name(*contact), String::new())
+        }
+        EventKind::Slides { contact, direction, .. } => {
+            let rested = std::mem::replace(&mut at_rest[*contact], false);
+            let what = if rested { "slides" } else { "reverses" };
+            (what, contact_name(*contact), way(*direction, layout.signed[*contact]))
+        }
+        EventKind::SharesNotUnique { redundant } => {
+            ("shares-not-unique", String::new(), format!("{redundant} redundant"))
+        }
+        EventKind::NotUnique { joint, coupling, others } => {
+            let count = others.len();
+            let detail = format!("coupling {}, {count} found", number(*coupling));
+            ("not-unique", joint_name(*joint), detail)
+        }
+        EventKind::Singular { lost } => {
+            let detail = format!("{lost} of the loops' conditions depend on the others");
+            ("singular", String::new(), detail)
+        }
+        EventKind::Method { method } => ("method", String::new(), method_name(*method).to_owned()),
+        EventKind::Jump { joint, change } => {
+            let detail = format!("no acceleration; a rate changes by {}", number(*change));
+            ("jump", joint_name(*joint), detail)
+        }
+    };
+    Told { time: event.time, what, at, detail }
+}
+
+/// Seconds passed event by event and in steps, between the first sample and the last.
+pub(crate) fn methods(events: &[Event], (first, last): (f64, f64)) -> [f64; 2] {
+    let (mut passed, mut since, mut now) = ([0.0; 2], first, 0);
+    for event in events {
+        if let EventKind::Method { method } = event.kind {
+            let time = event.time.clamp(first, last);
+            passed[now] += time - since;
+            (since, now) = (time, usize::from(method == Method::TimeStepping));
+        }
+    }
+    passed[now] += last - since;
+    passed
+}
+
+/// How time is passed.
+pub(crate) fn method_name(method: Method) -> &'static str {
+    match method {
+        Method::Automatic => "automatic",
+        Method::EventDriven => "event-driven",
+        Method::TimeStepping => "time-stepping",
+    }
+}
+
+/// A direction of sliding.
+fn way(direction: [f64; 3], signed: bool) -> String {
+    match (signed, direction[0] < 0.0) {
+        (true, true) => "backward".to_owned(),
+        (true, false) => "forward".to_owned(),
+        // A unit vector: what is rounding is zero.
+        _ => direction.map(|x| number(if x.abs() < 1e-12 { 0.0 } else { x })).join(" "),
+    }
+}

@@ -1,0 +1,181 @@
+//! The plots of a simulation.
+
+use super::job::Job;
+use super::rows::{Layout, Rows};
+use super::summary::Summary;
+use crate::figure::by_leg::ByLeg;
+use crate::figure::{Figure, Panel, Trace};
+use stiction_core::forward::{Event, EventKind};
+
+/// Gathers a simulation's curves row by row.
+#[derive(Clone, Debug)]
+pub struct Curves {
+    layout: Layout,
+    title: String,
+    /// The freedoms that are drawn.
+    drawn: Vec<usize>,
+    positions: Vec<Trace>,
+    wanted: Vec<Trace>,
+    errors: Vec<Trace>,
+    drives: Vec<Trace>,
+    friction: ByLeg,
+    energy: [Trace; 5],
+    lost: Trace,
+    first: Option<(f64, f64)>,
+}
+
+/// Panels of one figure at most.
+const PANELS: usize = 9;
+
+impl Curves {
+    /// No points yet; `count` samples will come.
+    pub fn new(job: &Job<'_>, layout: &Layout, count: usize) -> Self {
+        let trace = Trace::new(count);
+        let driven = layout.freedom_of_actuator.clone();
+        let drawn = if driven.is_empty() { (0..layout.freedoms.len()).collect() } else { driven };
+        let actuators = layout.names.drives.len();
+        Self {
+            title: format!("{} - {}", job.model.name, doing(job)),
+            positions: vec![trace.clone(); drawn.len()],
+            wanted: vec![trace.clone(); actuators],
+            errors: vec![trace.clone(); actuators],
+            drives: vec![trace.clone(); actuators],
+            friction: ByLeg::new(job.model, &layout.names, count),
+            energy: std::array::from_fn(|_| trace.clone()),
+            lost: trace,
+            drawn,
+            first: None,
+            layout: layout.clone(),
+        }
+    }
+
+    /// Adds a sample.
+    pub fn add(&mut self, rows: &Rows) {
+        let time = rows.time;
+        for (trace, &freedom) in self.positions.iter_mut().zip(&self.drawn) {
+            trace.push(time, self.layout.motion_in(&rows.forward, freedom)[0]);
+        }
+        for actuator in 0..self.drives.len() {
+            let (drive, wanted) = self.layout.drive_in(&rows.forward, actuator);
+            self.drives[actuator].push(time, drive);
+            if let Some(wanted) = wanted {
+                let freedom = self.layout.freedom_of_actuator[actuator];
+                let position = self.layout.motion_in(&rows.forward, freedom)[0];
+                self.wanted[actuator].push(time, wanted);
+                self.errors[actuator].push(time, 1e3 * (position - wanted));
+            }
+        }
+        self.friction.add(time, rows.friction.chunks_exact(6).map(|row| row[2]));
+        let energy = &rows.energy;
+        let drives = self.drives.len();
+        let first = *self.first.get_or_insert((energy[0], energy[1]));
+        let work: f64 = energy[2..2 + drives].iter().sum();
+        let dissipated: f64 = energy[3 + drives..energy.len() - 2].iter().sum();
+        let parts =
+            [energy[0] - first.0, energy[1] - first.1, work, energy[2 + drives], dissipated];
+        for (trace, value) in self.energy.iter_mut().zip(parts) {
+            trace.push(time, value);
+        }
+        self.lost.push(time, energy[energy.len() - 2]);
+    }
+
+    /// The figures, each with the name of its file.
+    pub fn figures(self, summary: &Summary, events: &[Event]) -> Vec<(&'static str, Figure)> {
+        let x_label = "time [s]".to_owned();
+        let layout = &self.layout;
+        let follows = layout.wanted.contains(&true);
+        let mut figures = Vec::new();
+
+        let mut panels = Vec::new();
+        let mut wanted = self.wanted.into_iter();
+        for (&freedom, trace) in self.drawn.iter().zip(self.positions).take(PANELS) {
+            let freedom = &layout.freedoms[freedom];
+            let mut lines = vec![trace.line("position", 0, false)];
+            let wanted =
+                wanted.next().filter(|_| freedom.actuator.is_some_and(|a| layout.wanted[a]));
+            lines.extend(wanted.map(|wanted| wanted.line("wanted", 1, true)));
+            let y_label = format!("{} [{}]", freedom.name, freedom.units()[0]);
+            panels.push(Panel { y_label, lines });
+        }
+        if !panels.is_empty() {
+            let title = format!("Motion: {}", self.title);
+            figures.push(("motion", Figure { title, x_label: x_label.clone(), panels }));
+        }
+        if follows {
+            let errors = self.errors.into_iter().zip(&layout.freedom_of_actuator);
+            let errors = errors.zip(&layout.wanted).filter(|(_, wanted)| **wanted).take(PANELS);
+            let panels = errors.map(|((trace, &freedom), _)| {
+                let freedom = &layout.freedoms[freedom];
+                let y_label = format!("{} [m{}]", freedom.name, freedom.units()[0]);
+                Panel { y_label, lines: vec![trace.line("error", 1, false)] }
+            });
+            let title = format!("Off the motion by: {}", self.title);
+            let panels = panels.collect();
+            figures.push(("error", Figure { title, x_label: x_label.clone(), panels }));
+        }
+        let drives = self.drives.into_iter().zip(&layout.names.drives).take(PANELS);
+        let panels: Vec<Panel> = drives
+            .map(|(trace, (name, unit))| Panel {
+                y_label: format!("{name} [{unit}]"),
+                lines: vec![trace.line("drive", 0, false)],
+            })
+            .collect();
+        if !panels.is_empty() {
+            let title = format!("Driving forces: {}", self.title);
+            figures.push(("drives", Figure { title, x_label: x_label.clone(), panels }));
+        }
+        if !self.friction.is_empty() {
+            let mut panels = self.friction.panels(&layout.names, "N");
+            panels.push(Panel {
+                y_label: "contacts that stick".to_owned(),
+                lines: vec![sticking(summary, events).line("sticking", 6, false)],
+            });
+            let title = format!("Friction: {}", self.title);
+            figures.push(("friction", Figure { title, x_label: x_label.clone(), panels }));
+        }
+        let labels = ["kinetic", "potential", "by drives", "by loads", "dissipated"];
+        let lines = labels.iter().zip(self.energy).enumerate();
+        let lines = lines.map(|(k, (label, trace))| trace.line(label, k, false)).collect();
+        let panels = vec![
+            Panel { y_label: "energy since the start [J]".to_owned(), lines },
+            Panel {
+                y_label: "error [J]".to_owned(),
+                lines: vec![self.lost.line("error", 6, false)],
+            },
+        ];
+        let title = format!("Account of energy: {}", self.title);
+        figures.push(("energy", Figure { title, x_label, panels }));
+        figures
+    }
+}
+
+/// How many contacts stick, event by event.
+fn sticking(summary: &Summary, events: &[Event]) -> Trace {
+    let mut at_rest = summary.at_rest_first();
+    let mut trace = Trace::new(2 * events.len() + 2);
+    let (first, last) = summary.span();
+    let count = |at_rest: &[bool]| at_rest.iter().filter(|rests| **rests).count() as f64;
+    trace.push(first, count(&at_rest));
+    for event in events {
+        let before = count(&at_rest);
+        match event.kind {
+            EventKind::Sticks { contact, .. } => at_rest[contact] = true,
+            EventKind::Slides { contact, .. } => at_rest[contact] = false,
+            _ => continue,
+        }
+        if count(&at_rest) != before {
+            trace.push(event.time, before);
+            trace.push(event.time, count(&at_rest));
+        }
+    }
+    trace.push(last, count(&at_rest));
+    trace
+}
+
+/// What drives it, in a few words.
+fn doing(job: &Job<'_>) -> String {
+    match job.control {
+        Some(_) => format!("motion {}, controller {}", job.motion_name, job.control_name),
+        None => format!("drives {}", job.drives_name),
+    }
+}

@@ -1,0 +1,67 @@
+//! The motion that is to be followed, as actuators see it, and the efforts that it takes.
+
+use super::error::Error;
+use super::job::Job;
+use crate::inverse;
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
+use stiction_core::forward::Forward;
+use stiction_core::kinematics::Target;
+
+/// Follows the motion of a job.
+#[derive(Clone, Debug)]
+pub(super) struct Guide<'a> {
+    job: inverse::Job<'a>,
+    solver: InverseDynamics,
+    /// s.
+    time: f64,
+    loads: Vec<AppliedLoad<f64>>,
+}
+
+impl<'a> Guide<'a> {
+    /// The motion at the job's first instant; none if the job has no motion.
+    pub(super) fn new(job: &Job<'a>) -> Result<Option<Self>, Error> {
+        let Some(motion) = job.motion else { return Ok(None) };
+        let friction = if job.friction { FrictionMode::Converged } else { FrictionMode::Off };
+        let job = inverse::Job {
+            model: job.model,
+            motion,
+            motion_name: job.motion_name.clone(),
+            load: job.load,
+            load_name: job.load_name.clone(),
+            friction,
+            step: None,
+            friction_margin: false,
+        };
+        let time = motion.start;
+        let mut solver = job.assemble(time).map_err(Error::Motion)?;
+        solver.settings_mut().friction = friction;
+        Ok(Some(Self { job, solver, time, loads: Vec::new() }))
+    }
+
+    /// Goes to another instant.
+    pub(super) fn go_to(&mut self, time: f64) -> Result<(), Error> {
+        if time != self.time {
+            self.job.follow(&mut self.solver, self.time, time).map_err(Error::Motion)?;
+            self.time = time;
+        }
+        Ok(())
+    }
+
+    /// How the actuators move.
+    pub(super) fn actuators(&self, forward: &Forward, out: &mut [Target<f64>]) {
+        let (state, bodies) = (self.solver.assembly().state(), self.solver.bodies());
+        for (target, (joint, freedom)) in out.iter_mut().zip(forward.mechanism().actuators()) {
+            *target = forward.joint_motion(state, bodies, joint, freedom);
+        }
+    }
+
+    /// The efforts that the motion takes, and those without friction.
+    pub(super) fn drives(&mut self) -> Result<(&[f64], &[f64]), Error> {
+        self.job.loads_at(self.time, &mut self.loads).map_err(Error::Motion)?;
+        let time = self.time;
+        match self.solver.solve(&self.loads) {
+            Ok(forces) => Ok((&forces.drives, &forces.drives_frictionless)),
+            Err(error) => Err(Error::Motion(inverse::Error::Forces { time, error })),
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Forces that pass through infinity.
+
+use stiction_format::Course;
+
+/// Instants that are looked at: a prime number, so that none is a simple part of the whole, as poles often are.
+const LOOKS: usize = 4099;
+/// Growth over the last halvings towards a change of sign from which it is no zero and no jump: a pole grows by some
+/// million.
+const GROWTH: f64 = 1e3;
+/// From here on growth counts, as a multiple of the distance of neighbouring numbers: nothing else changes by much in it.
+const NEAR: f64 = 1048576.0;
+
+/// The instant at which a course changes its sign by way of infinity, between these instants; the first of several. A pole
+/// without a change of sign makes whatever it drives too fast, which is told by itself.
+pub fn pole(course: &Course, from: f64, until: f64) -> Option<f64> {
+    if course.is_constant() {
+        return None;
+    }
+    let value = |t: f64| course.at(t).value;
+    let at = |k: usize| from + (until - from) * (k as f64 / LOOKS as f64);
+    let mut left = (from, value(from));
+    for k in 1..=LOOKS {
+        let right = (at(k), value(at(k)));
+        if left.1 * right.1 < 0.0
+            && let Some(found) = between(&value, left, right)
+        {
+            return Some(found);
+        }
+        left = right;
+    }
+    None
+}
+
+/// Bisects towards the change of sign: at a zero values vanish, at a jump they stay, at a pole they grow.
+fn between(value: &dyn Fn(f64) -> f64, left: (f64, f64), right: (f64, f64)) -> Option<f64> {
+    let least = |low: (f64, f64), high: (f64, f64)| low.1.abs().min(high.1.abs());
+    let (mut low, mut high) = (left, right);
+    let mut near = None;
+    loop {
+        let middle = 0.5 * (low.0 + high.0);
+        if middle <= low.0 || middle >= high.0 {
+            break;
+        }
+        if high.0 - low.0 <= NEAR * f64::EPSILON * low.0.abs().max(high.0.abs()) {
+            near.get_or_insert(least(low, high));
+        }
+        let found = value(middle);
+        match found {
+            // Zero over zero: a sign that is written as a quotient.
+            found if found.is_nan() => break,
+            found if found.is_infinite() => return Some(middle),
+            0.0 => return None,
+            found if found * low.1 > 0.0 => low = (middle, found),
+            found => high = (middle, found),
+        }
+    }
+    (least(low, high) > GROWTH * near?).then_some(low.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_and_jumps_are_no_poles() {
+        let found =
+            |value: &dyn Fn(f64) -> f64| between(value, (0.0, value(0.0)), (1.0, value(1.0)));
+        assert_eq!(found(&|t| t - 0.3), None);
+        assert_eq!(found(&|t| if t < 0.3 { -2.0 } else { 2.0 }), None);
+        assert_eq!(found(&|t| (1e9 * (t - 0.3)).tanh()), None);
+        assert_eq!(found(&|t| if t < 0.3 { -1e-17 } else { 2.0 }), None);
+        assert_eq!(found(&|t| (t - 0.3) / (t - 0.3).abs()), None);
+        assert_eq!(found(&|t| (t - 0.3).powi(9)), None);
+        for at in [0.25, 0.251_234_5] {
+            let pole = found(&|t| 1.0 / (t - at)).unwrap();
+            assert!((pole - at).abs() < 1e-12, "{pole}");
+        }
+        let steep = found(&|t| (t - 0.25).powi(-3)).unwrap();
+        assert!((steep - 0.25).abs() < 1e-12, "{steep}");
+        let pole = found(&|t| (std::f64::consts::PI * (t + 0.25)).tan()).unwrap();
+        assert!((pole - 0.25).abs() < 1e-12, "{pole}");
+    }
+}

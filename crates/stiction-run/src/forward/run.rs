@@ -1,0 +1,196 @@
+//! A simulation carried out.
+
+use super::acting::{Acting, prescribed};
+use super::controller::by_actuators;
+use super::error::Error;
+use super::job::{Feed, Job};
+use super::mark::Mark;
+use super::outcome::{Ending, Outcome};
+use super::rows::freedoms_of;
+use super::sample::Sample;
+use super::start;
+use crate::{Instants, InstantsError};
+use stiction_core::dynamics::AppliedLoad;
+use stiction_core::forward::{Checkpoint, Event, Forward};
+use stiction_format::Course;
+
+/// Rates at the start may differ by this part: projection and rounding.
+const CHANGED: f64 = 1e-6;
+
+impl Job<'_> {
+    /// The instants of the samples; the last is [`Self::until`], whether the step divides the time or not.
+    ///
+    /// # Errors
+    /// See [`InstantsError`].
+    pub fn instants(&self) -> Result<Instants, InstantsError> {
+        Instants::up_to(self.from, self.until, self.step)
+    }
+
+    /// Carries it out; hands each sample to `receive`, and says how far it is to `progress` (samples done,
+    /// samples in all, and what makes a mark). `stopped` is asked again and again whether the user wants it
+    /// to stop. From `mark` it goes on after the samples that were done then.
+    ///
+    /// # Errors
+    /// Where there is not even a first sample. What happens later is in [`Outcome::ending`].
+    pub fn run(
+        &self,
+        mut receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
+        mut progress: impl FnMut(usize, usize, &dyn Fn() -> Mark) -> Result<(), String>,
+        stopped: &dyn Fn() -> bool,
+        mark: Option<&Mark>,
+    ) -> Result<Outcome, Error> {
+        let instants = self.instants()?;
+        let count = instants.count();
+        let forward = Forward::new(self.model.mechanism.clone(), &prescribed(self));
+        let state = start::state(self, &forward)?;
+        let mut acting = Acting::new(self, &forward, &state, stopped)?;
+        self.check(self.from)?;
+        let started = match mark {
+            None => forward.start(self.from, state, self.settings, &mut acting),
+            Some(mark) => {
+                if !mark.fits(&self.model.mechanism) {
+                    return Err(Error::Mark);
+                }
+                // Events before it are the mark's.
+                let numbers = mark.simulation.clone();
+                let point = Checkpoint { numbers, events: Vec::new() };
+                let resumed = forward.resume(&point, self.settings);
+                let simulation = resumed.map_err(|_| Error::Mark)?;
+                // The motion is followed again, in steps as small as before.
+                for time in instants.iter().take(mark.samples) {
+                    acting.walk(time)?;
+                }
+                let now = simulation.instant();
+                let at = (&now.state, &now.bodies);
+                acting.remember(&mark.inputs, at).ok_or(Error::Mark)?;
+                Ok(simulation)
+            }
+        };
+        if acting.is_stopped {
+            return Err(Error::Interrupted);
+        }
+        let mut simulation = match (started, acting.failed.take()) {
+            (_, Some(error)) => return Err(error),
+            (Err(error), None) => return Err(self.explain(Error::Forward(error), self.from)),
+            (Ok(simulation), None) => simulation,
+        };
+        let now = simulation.instant();
+        let rates_changed = simulation.dropped() > CHANGED;
+        let invertible = by_actuators(self.model, &forward, (&now.state, &now.bodies)).is_ok();
+        let freedoms = freedoms_of(&self.model.mechanism);
+        let mut joints = Vec::with_capacity(freedoms.len());
+        let mut wanted = Vec::new();
+        let mut ending = Ending::Reached;
+        let (mut done, mut last) = (0, self.from);
+        let mut before = Vec::new();
+        if let Some(mark) = mark {
+            (done, last) = (mark.samples, simulation.instant().time);
+            before.clone_from(&mark.events);
+        }
+        // Without events, and how many of these there were.
+        let mut kept: Option<(Mark, usize)> = None;
+        let (mut redundant, mut open_drives) = (0, 0);
+        for time in instants.iter().skip(done) {
+            acting.go_to(time);
+            let advanced = self
+                .check(time)
+                .and_then(|()| {
+                    let moved = simulation.advance(time, &mut acting);
+                    moved.map_err(Error::Forward)
+                })
+                .and_then(|()| {
+                    wanted.clear();
+                    wanted.extend_from_slice(acting.wanted_at(time)?);
+                    Ok(())
+                });
+            if acting.is_stopped || (stopped() && done > 0) {
+                ending = Ending::Interrupted;
+                break;
+            }
+            if let Some(error) = acting.failed.take() {
+                ending = Ending::Failed(Box::new(error));
+                break;
+            }
+            if let Err(error) = advanced {
+                ending = Ending::Failed(Box::new(self.explain(error, time)));
+                break;
+            }
+            let now = simulation.instant();
+            joints.clear();
+            joints.extend(freedoms.iter().map(|f| simulation.joint_motion(f.joint, f.index)));
+            let loads: Vec<AppliedLoad<f64>> = self.load.at(time).collect();
+            let sample = Sample {
+                forward: &forward,
+                instant: now,
+                energies: simulation.energies(),
+                energy_error: simulation.energy_error(),
+                joints: &joints,
+                wanted: &wanted,
+                loads: &loads,
+                closure: forward.closure_error(&now.bodies),
+            };
+            redundant = redundant.max(now.redundant);
+            open_drives = open_drives.max(now.open_drives);
+            receive(&sample).map_err(Error::Receiver)?;
+            done += 1;
+            last = time;
+            let bare = || Mark {
+                samples: done,
+                simulation: simulation.checkpoint().numbers,
+                inputs: acting.memory(),
+                events: Vec::new(),
+            };
+            let make = || {
+                let events = before.iter().chain(simulation.events()).cloned().collect();
+                Mark { events, ..bare() }
+            };
+            progress(done, count, &make).map_err(Error::Receiver)?;
+            kept = Some((bare(), before.len() + simulation.events().len()));
+        }
+        let mut events: Vec<Event> = before.iter().chain(simulation.events()).cloned().collect();
+        let stopped = matches!(ending, Ending::Interrupted);
+        let mark = kept.filter(|_| stopped).map(|(mark, count)| {
+            // Those after the last sample come again.
+            events.truncate(count);
+            Mark { events: events.clone(), ..mark }
+        });
+        Ok(Outcome {
+            samples: done,
+            events,
+            last,
+            mark,
+            redundant,
+            open_drives,
+            evaluations: simulation.evaluations(),
+            invertible,
+            rates_changed,
+            ending,
+        })
+    }
+
+    /// Whether all formulas have finite values.
+    fn check(&self, time: f64) -> Result<(), Error> {
+        let drives: &[(usize, Course)] = match self.drives {
+            Feed::Given(drives) => &drives.efforts,
+            Feed::Inverse => &[],
+        };
+        let loads = self.load.wrenches.iter().flat_map(|w| w.force.iter().chain(&w.moment));
+        for course in drives.iter().map(|(_, course)| course).chain(loads) {
+            if let Some(fault) = course.fault_at(time) {
+                return Err(Error::NotFinite(Box::new(fault)));
+            }
+        }
+        Ok(())
+    }
+
+    /// What is behind an error on the way to an instant: a recording that could not be read any more, or a
+    /// motion without a value. Else the error itself.
+    fn explain(&self, error: Error, time: f64) -> Error {
+        let mut courses = self.motion.iter().flat_map(|motion| &motion.coordinates);
+        let fault = courses.find_map(|(_, course)| course.fault_at(time));
+        match fault {
+            Some(fault) => Error::NotFinite(Box::new(fault)),
+            None => self.check(time).err().unwrap_or(error),
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! Where a simulation starts.
+
+use super::error::Error;
+use super::job::{Job, Start};
+use stiction_core::forward::{Forward, ForwardError, Known};
+use stiction_core::kinematics::{AssemblyError, Coordinate, State, Target};
+use stiction_core::mechanism::BodyId;
+use stiction_core::spatial::Vec3;
+use stiction_format::Motion;
+
+/// The tree's coordinates and rates at the start.
+pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Error> {
+    let (motion, moves) = match job.start {
+        Start::Moving => (job.motion, true),
+        Start::AtRest => (job.motion, false),
+        Start::Given(motion) => (Some(motion), true),
+        Start::Home => (None, false),
+    };
+    let homes = &job.model.homes;
+    let (mut coordinates, mut targets) = (Vec::new(), Vec::new());
+    if let Some(motion) = motion {
+        check(motion)?;
+        for ((coordinate, _), target) in motion.coordinates.iter().zip(motion.at(motion.start)) {
+            let rate = if moves { target.rate } else { 0.0 };
+            coordinates.push(*coordinate);
+            targets.push(Target { rate, ..target });
+        }
+        match forward.assemble(homes, &coordinates, &targets) {
+            // Not everything is given, or not where the mechanism is singular.
+            Err(ForwardError::Assembly(error))
+                if !matches!(error, AssemblyError::AngleRange { .. }) => {}
+            other => return other.map_err(Error::Forward),
+        }
+    }
+    let each = coordinates.iter().zip(&targets);
+    let known: Vec<Known> = each
+        .map(|(&coordinate, target)| {
+            let (value, rate) = (Some(target.value), Some(target.rate));
+            Known { coordinate, value, rate }
+        })
+        .collect();
+    let known = angular(known);
+    forward.assemble_from(homes, &known).map_err(Error::Forward)
+}
+
+/// Rates of whole rotation vectors become angular velocities, which is what is known of a body:
+/// `omega = (1 + (1 - cos a)/a^2 [v] + (a - sin a)/a^3 [v]^2) dv/dt` with `a = |v|`.
+fn angular(mut known: Vec<Known>) -> Vec<Known> {
+    let place = |known: &[Known], of: BodyId, axis: usize| {
+        let is = |k: &Known| k.coordinate == Coordinate::RotationVector { body: of, axis };
+        known.iter().position(is)
+    };
+    for first in 0..known.len() {
+        let Coordinate::RotationVector { body, axis: 0 } = known[first].coordinate else {
+            continue;
+        };
+        let (Some(second), Some(third)) = (place(&known, body, 1), place(&known, body, 2)) else {
+            continue;
+        };
+        let places = [first, second, third];
+        let vector = |of: fn(&Known) -> Option<f64>| {
+            let [x, y, z] = places.map(|k| of(&known[k]).unwrap_or(0.0));
+            Vec3::new(x, y, z)
+        };
+        let (turned, rate) = (vector(|k| k.value), vector(|k| k.rate));
+        let angle = turned.norm();
+        let across = turned.cross(rate);
+        // Half the angle keeps digits where it is small.
+        let half = (0.5 * angle).sin();
+        let (once, twice) = if angle < 1e-4 {
+            (0.5, 1.0 / 6.0)
+        } else {
+            (2.0 * half * half / angle.powi(2), (angle - angle.sin()) / angle.powi(3))
+        };
+        let omega = rate + across * once + turned.cross(across) * twice;
+        for (k, rate) in places.into_iter().zip(omega.to_array()) {
+            known[k].rate = Some(rate);
+        }
+    }
+    known
+}
+
+/// A formula without a finite value starts nothing.
+fn check(motion: &Motion) -> Result<(), Error> {
+    for (_, course) in &motion.coordinates {
+        if let Some(fault) = course.fault_at(motion.start) {
+            return Err(Error::Motion(crate::inverse::Error::NotFinite(Box::new(fault))));
+        }
+    }
+    Ok(())
+}

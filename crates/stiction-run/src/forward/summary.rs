@@ -1,0 +1,328 @@
+//! What a simulation comes to.
+
+use super::events::{method_name, methods, tell_all};
+use super::job::Job;
+use super::outcome::{Ending, Outcome};
+use super::rows::{Layout, Rows};
+use crate::statistics::Size;
+use serde_json::{Map, Value, json};
+use stiction_core::forward::{Event, EventKind, Settings};
+
+/// Gathers a simulation's figures row by row.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    pub(super) layout: Layout,
+    pub(super) first: Option<Rows>,
+    pub(super) last: Rows,
+    pub(super) samples: usize,
+    pub(super) drives: Vec<Size>,
+    /// Where actuators are less where they are wanted.
+    pub(super) errors: Vec<Size>,
+    /// Magnitudes of force and moment of each joint's reaction.
+    pub(super) reactions: Vec<(Size, Size)>,
+    pub(super) loads: Vec<Size>,
+    pub(super) closure: Size,
+    pub(super) energy_error: Size,
+    /// Magnitudes of the energies of which it is a difference.
+    energies: Size,
+}
+
+/// The account of energy may be off by so many times the tolerance of steps, as a part of what is turned over: event
+/// by event errors of steps add up, some thousands of them, and singular positions magnify rounding; the time
+/// stepper is of first order, its errors are as the root of its tolerance.
+const LOST: f64 = 1e5;
+const LOST_IN_STEPS: f64 = 3e4;
+
+/// How long a contact sticks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Sticking {
+    /// s.
+    pub(super) time: f64,
+    /// How often it came to rest.
+    pub(super) stops: usize,
+}
+
+impl Summary {
+    /// Nothing yet.
+    pub fn new(layout: &Layout) -> Self {
+        let (drives, joints, contacts) =
+            (layout.names.drives.len(), layout.names.joints.len(), layout.names.contacts.len());
+        Self {
+            layout: layout.clone(),
+            first: None,
+            last: Rows::default(),
+            samples: 0,
+            drives: vec![Size::default(); drives],
+            errors: vec![Size::default(); drives],
+            reactions: vec![Default::default(); joints],
+            loads: vec![Size::default(); contacts],
+            closure: Size::default(),
+            energy_error: Size::default(),
+            energies: Size::default(),
+        }
+    }
+
+    /// Adds a sample.
+    pub fn add(&mut self, rows: &Rows) {
+        let time = rows.time;
+        self.first.get_or_insert_with(|| rows.clone());
+        self.last.clone_from(rows);
+        self.samples += 1;
+        for actuator in 0..self.drives.len() {
+            let (drive, wanted) = self.layout.drive_in(&rows.forward, actuator);
+            self.drives[actuator].add(time, drive);
+            if let Some(wanted) = wanted {
+                let freedom = self.layout.freedom_of_actuator[actuator];
+                let position = self.layout.motion_in(&rows.forward, freedom)[0];
+                self.errors[actuator].add(time, position - wanted);
+            }
+        }
+        let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        for ((force, moment), row) in self.reactions.iter_mut().zip(rows.reactions.chunks_exact(7))
+        {
+            force.add(time, length(&row[..3]));
+            moment.add(time, length(&row[3..6]));
+        }
+        for (load, row) in self.loads.iter_mut().zip(rows.friction.chunks_exact(6)) {
+            load.add(time, row[1]);
+        }
+        self.closure.add(time, rows.forward.last().copied().unwrap_or(0.0));
+        self.energy_error.add(time, rows.energy[rows.energy.len() - 2]);
+        self.energies.add(time, rows.energy[0] + rows.energy[1].abs());
+    }
+
+    /// For each contact how long it sticks up to the last sample.
+    pub(super) fn sticking(&self, events: &[Event]) -> Vec<Sticking> {
+        let Some(first) = &self.first else { return Vec::new() };
+        let mut since: Vec<Option<f64>> = first
+            .friction
+            .chunks_exact(6)
+            .map(|row| (row[5] == 1.0).then_some(first.time))
+            .collect();
+        let mut all = vec![Sticking::default(); since.len()];
+        for event in events {
+            match event.kind {
+                EventKind::Sticks { contact, .. } => {
+                    all[contact].stops += 1;
+                    since[contact].get_or_insert(event.time);
+                }
+                EventKind::Slides { contact, .. } => {
+                    if let Some(begun) = since[contact].take() {
+                        all[contact].time += event.time - begun;
+                    }
+                }
+                _ => {}
+            }
+        }
+        for (sticking, since) in all.iter_mut().zip(since) {
+            sticking.time += since.map_or(0.0, |begun| (self.last.time - begun).max(0.0));
+        }
+        all
+    }
+
+    /// The instants of the first and the last sample, s.
+    pub(super) fn span(&self) -> (f64, f64) {
+        (self.first.as_ref().map_or(0.0, |first| first.time), self.last.time)
+    }
+
+    /// For each contact whether it sticks at the first sample.
+    pub fn at_rest_first(&self) -> Vec<bool> {
+        let first = self.first.iter().flat_map(|rows| rows.friction.chunks_exact(6));
+        first.map(|row| row[5] == 1.0).collect()
+    }
+
+    /// The parts of the account of energy at the end.
+    pub(super) fn account(&self) -> Account<'_> {
+        let (drives, contacts) = (self.drives.len(), self.loads.len());
+        let last = self.last.energy.as_slice();
+        let start = |k: usize| self.first.as_ref().map_or(0.0, |first| first.energy[k]);
+        let at = |k: usize| last.get(k).copied().unwrap_or(0.0);
+        Account {
+            kinetic: (start(0), at(0)),
+            potential: (start(1), at(1)),
+            drives: last.get(2..2 + drives).unwrap_or(&[]),
+            loads: at(2 + drives),
+            dampers: at(3 + drives),
+            contacts: last.get(4 + drives..4 + drives + contacts).unwrap_or(&[]),
+            turnover: at(5 + drives + contacts),
+        }
+    }
+
+    /// The content of `summary.json`.
+    pub fn json(&self, job: &Job<'_>, outcome: &Outcome) -> Value {
+        let names = &self.layout.names;
+        let account = self.account();
+        let sticking = self.sticking(&outcome.events);
+        let mut drives = Map::new();
+        for (k, (name, unit)) in names.drives.iter().enumerate() {
+            let freedom = &self.layout.freedoms[self.layout.freedom_of_actuator[k]];
+            let at_end = self.last.forward.as_slice();
+            let motion = (!at_end.is_empty())
+                .then(|| self.layout.motion_in(at_end, self.layout.freedom_of_actuator[k]));
+            drives.insert(
+                name.clone(),
+                json!({
+                    "unit": unit,
+                    "drive": self.drives[k].json(),
+                    "work": account.drives.get(k),
+                    "error": self.layout.wanted[k].then(|| self.errors[k].json()),
+                    "error_unit": self.layout.wanted[k].then(|| freedom.units()[0]),
+                    "position_at_end": motion.map(|m| m[0]),
+                    "rate_at_end": motion.map(|m| m[1]),
+                }),
+            );
+        }
+        let mut joints = Map::new();
+        for (name, (force, moment)) in names.joints.iter().zip(&self.reactions) {
+            joints.insert(name.clone(), json!({ "force": force.json(), "moment": moment.json() }));
+        }
+        let mut friction = Map::new();
+        for (k, (name, _)) in names.contacts.iter().enumerate() {
+            friction.insert(
+                name.clone(),
+                json!({
+                    "load": self.loads[k].json(),
+                    "dissipated": account.contacts.get(k),
+                    "sticks": sticking.get(k).map(|s| s.time),
+                    "stops": sticking.get(k).map(|s| s.stops),
+                }),
+            );
+        }
+        let (ended, why) = match &outcome.ending {
+            Ending::Reached => ("reached", None),
+            Ending::Interrupted => ("interrupted", None),
+            Ending::Failed(error) => ("failed", Some(error.to_string())),
+        };
+        let [by_events, in_steps] = methods(&outcome.events, self.span());
+        let turnover = account.turnover;
+        let error = self.energy_error.peak.abs();
+        let others: Vec<Value> =
+            outcome.events.iter().filter_map(|event| self.others(event)).collect();
+        json!({
+            "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
+            "model": { "name": job.model.name, "title": job.model.title },
+            "options": {
+                "motion": job.motion.map(|_| &job.motion_name),
+                "load": job.load_name,
+                "drives": job.drives_name,
+                "controller": job.control.map(|_| &job.control_name),
+                "friction": if job.friction { "on" } else { "off" },
+                "from": job.from,
+                "until": job.until,
+                "step": job.step,
+                "method": method_name(job.settings.method),
+                "relative_tolerance": job.settings.relative,
+                "absolute_tolerance": job.settings.absolute,
+                "time_step_tolerance": job.settings.time_step_tolerance,
+            },
+            "units": "SI: s, m, rad, kg, N, N m, J, W",
+            "ended": ended,
+            "ended_because": why,
+            "last_time": self.last.time,
+            "samples": self.samples,
+            "drives": drives,
+            "joints": joints,
+            "friction": friction,
+            "energy": {
+                "kinetic": { "start": account.kinetic.0, "end": account.kinetic.1 },
+                "potential": { "start": account.potential.0, "end": account.potential.1 },
+                "drives": account.drives.iter().sum::<f64>(),
+                "loads": account.loads,
+                "dampers": account.dampers,
+                "contacts": account.contacts.iter().sum::<f64>(),
+                "error": error,
+                "turnover": turnover,
+                "error_relative": self.energy_error_relative(),
+                "closes": self.energy_lost(&job.settings, &outcome.events).is_none(),
+            },
+            "method": { "event_driven": by_events, "time_stepping": in_steps },
+            "events": self.count_events(&outcome.events),
+            "verdicts": {
+                "shares_unique": !outcome
+                    .events
+                    .iter()
+                    .any(|e| matches!(e.kind, EventKind::SharesNotUnique { .. })),
+                "motion_unique": !outcome
+                    .events
+                    .iter()
+                    .any(|e| matches!(e.kind, EventKind::NotUnique { .. })),
+                "other_motions": others,
+                "start_rates_as_asked": !outcome.rates_changed,
+                "redundant": outcome.redundant,
+                "drives_unique": outcome.open_drives == 0,
+                "closure": self.closure.peak,
+                "evaluations": outcome.evaluations,
+            },
+        })
+    }
+
+    /// Amounts of energy below this are rounding, J.
+    pub(super) fn rounding(&self) -> f64 {
+        1e-13 * self.energies.peak.abs()
+    }
+
+    /// What the account of energy loses as a part of what is turned over; none if nothing is.
+    pub(super) fn energy_error_relative(&self) -> Option<f64> {
+        let turnover = self.account().turnover;
+        (turnover > self.rounding()).then(|| self.energy_error.peak.abs() / turnover)
+    }
+
+    /// What the account of energy loses as a part of what is turned over, where that is more than the method's
+    /// errors explain: then something is wrong with the results, and nobody knows what.
+    pub fn energy_lost(&self, settings: &Settings, events: &[Event]) -> Option<f64> {
+        let [_, in_steps] = methods(events, self.span());
+        let most = match in_steps > 0.0 {
+            true => LOST_IN_STEPS * settings.time_step_tolerance,
+            false => LOST * settings.relative,
+        };
+        // A run that hardly moves turns over rounding.
+        let matters = self.energy_error.peak.abs() > 1e3 * self.rounding();
+        self.energy_error_relative().filter(|part| *part > most && matters)
+    }
+
+    /// The motions that were possible as well, if an event tells of some.
+    fn others(&self, event: &Event) -> Option<Value> {
+        let EventKind::NotUnique { joint, coupling, others } = &event.kind else { return None };
+        let names = &self.layout.names;
+        let each = others.iter().map(|other| {
+            let loads = names.contacts.iter().zip(&other.loads);
+            let loads: Map<String, Value> =
+                loads.map(|((name, _), load)| (name.clone(), json!(load))).collect();
+            json!({ "loads": loads })
+        });
+        Some(json!({
+            "time": event.time,
+            "joint": names.joints[joint.0],
+            "coupling": coupling,
+            "others": each.collect::<Vec<_>>(),
+        }))
+    }
+
+    /// How many events there are of each kind.
+    fn count_events(&self, events: &[Event]) -> Value {
+        let told = tell_all(&self.layout, self.at_rest_first(), events);
+        let kinds = [
+            "sticks",
+            "slides",
+            "reverses",
+            "shares-not-unique",
+            "not-unique",
+            "singular",
+            "method",
+            "jump",
+        ];
+        let count = |kind: &str| told.iter().filter(|event| event.what == kind).count();
+        Value::Object(kinds.map(|kind| (kind.to_owned(), json!(count(kind)))).into_iter().collect())
+    }
+}
+
+/// The account of energy, J: values at the start and at the end, and work.
+pub(super) struct Account<'a> {
+    pub(super) kinetic: (f64, f64),
+    pub(super) potential: (f64, f64),
+    pub(super) drives: &'a [f64],
+    pub(super) loads: f64,
+    pub(super) dampers: f64,
+    pub(super) contacts: &'a [f64],
+    pub(super) turnover: f64,
+}

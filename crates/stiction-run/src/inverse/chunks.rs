@@ -1,0 +1,366 @@
+//! A motion in pieces, carried out on several threads at once.
+//!
+//! Positions follow one another, so each piece needs one to begin with. It is found by leaps along the
+//! motion, many samples at a time, and checked: the piece before must arrive at it. Pieces have the same
+//! number of samples whatever the number of threads, and what is made of them is put together in their
+//! order; so results are the same to the last bit. Where leaps fail, or lead elsewhere, the rest of the
+//! motion is followed sample by sample.
+
+use super::error::Error;
+use super::job::Job;
+use crate::Instants;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use stiction_core::dynamics::InverseDynamics;
+use stiction_core::kinematics::Target;
+use stiction_core::spatial::Pose;
+
+/// Samples of a piece of a small mechanism at most, and of a large one at least.
+const CHUNK: (usize, usize) = (16, 256);
+/// Bodies and joints of all samples of a piece together, but for that: a piece waits in memory.
+const WEIGHT: usize = 8192;
+/// Samples of a leap at most: longer ones save nothing any more.
+const LEAP: usize = 16;
+/// Positions are the same if no entry of a pose differs by more, m or one: Newton's method ends at 1e-14,
+/// other ways of assembly are far apart.
+const SAME: f64 = 1e-8;
+
+/// What becomes of the samples of one piece.
+pub(super) trait Work: Sync {
+    /// What a piece leaves.
+    type Piece: Send;
+    /// Where it is gathered while it is carried out.
+    fn begin(&self) -> Self::Piece;
+    /// Looks at a sample, at which the solver is.
+    fn look(
+        &self,
+        piece: &mut Self::Piece,
+        solver: &mut InverseDynamics,
+        sample: usize,
+        time: f64,
+    ) -> Result<(), Error>;
+}
+
+/// A piece that was carried out.
+struct Done<P> {
+    piece: P,
+    /// Poses at its begin.
+    begin: Vec<Pose<f64>>,
+    /// At the first sample of the next piece; none at the motion's end.
+    end: Option<InverseDynamics>,
+    /// What stopped it.
+    error: Option<Error>,
+}
+
+/// Carries out all pieces on so many threads, and hands them to `receive` in their order.
+pub(super) fn carry_out<W: Work>(
+    job: &Job<'_>,
+    start: &InverseDynamics,
+    work: &W,
+    threads: usize,
+    mut receive: impl FnMut(Range<usize>, W::Piece) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let instants = job.instants()?;
+    let mechanism = start.mechanism();
+    let size = mechanism.bodies().len() + mechanism.joints().len();
+    let chunk = (WEIGHT / size.max(1)).clamp(CHUNK.0, CHUNK.1);
+    let walk = Walk { job, instants: &instants, work, chunk };
+    // More threads than pieces have nothing to do.
+    let threads = threads.min(instants.count().div_ceil(chunk));
+    let mut collector = Collector { walk, last: None, receive: &mut receive };
+    if threads <= 1 {
+        let mut seeds = Seeds::new(job, &instants, start, chunk);
+        while let Some((chunk, seed)) = seeds.next() {
+            let done = walk.carry(chunk, seed);
+            if !collector.take(chunk, done)? {
+                break;
+            }
+        }
+    } else {
+        let board = Board::new(threads);
+        let seeds = Mutex::new(Seeds::new(job, &instants, start, chunk));
+        std::thread::scope(|scope| {
+            for _ in 0..threads {
+                scope.spawn(|| {
+                    // Whoever waits must know if this thread ends before its time.
+                    let _leaving = Leaving(&board);
+                    while board.has_room() {
+                        let next = lock(&seeds).next();
+                        let Some((chunk, seed)) = next else { break };
+                        board.put(chunk, walk.carry(chunk, seed));
+                    }
+                });
+            }
+            // However this ends, nobody is left waiting.
+            let _closing = Closing(&board);
+            let mut chunk = 0;
+            while let Some(done) = board.take(chunk) {
+                if !collector.take(chunk, done)? {
+                    break;
+                }
+                chunk += 1;
+            }
+            Ok::<(), Error>(())
+        })?;
+    }
+    collector.finish()
+}
+
+/// What is needed to carry out a piece.
+struct Walk<'a, W> {
+    job: &'a Job<'a>,
+    instants: &'a Instants,
+    work: &'a W,
+    /// Samples of a piece.
+    chunk: usize,
+}
+
+impl<W> Clone for Walk<'_, W> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<W> Copy for Walk<'_, W> {}
+
+impl<W: Work> Walk<'_, W> {
+    fn range(&self, chunk: usize) -> Range<usize> {
+        let count = self.instants.count();
+        (chunk * self.chunk).min(count)..((chunk + 1) * self.chunk).min(count)
+    }
+
+    /// A piece, from the position of its first sample.
+    fn carry(&self, chunk: usize, mut solver: InverseDynamics) -> Done<W::Piece> {
+        let range = self.range(chunk);
+        let begin = solver.bodies().pose.clone();
+        let mut piece = self.work.begin();
+        let walked = self.walk(range, &mut solver, &mut piece);
+        let (end, error) = match walked {
+            Ok(true) => (Some(solver), None),
+            Ok(false) => (None, None),
+            Err(error) => (None, Some(error)),
+        };
+        Done { piece, begin, end, error }
+    }
+
+    /// Looks at all samples of a range, at whose first the solver is, and goes on to the first behind;
+    /// false if there is none.
+    fn walk(
+        &self,
+        range: Range<usize>,
+        solver: &mut InverseDynamics,
+        piece: &mut W::Piece,
+    ) -> Result<bool, Error> {
+        let count = self.instants.count();
+        let mut time = self.instants.at(range.start);
+        self.job.check_motion(time)?;
+        for sample in range {
+            self.work.look(piece, solver, sample, time)?;
+            if sample + 1 == count {
+                return Ok(false);
+            }
+            let next = self.instants.at(sample + 1);
+            self.job.follow(solver, time, next)?;
+            time = next;
+        }
+        Ok(true)
+    }
+}
+
+/// Puts pieces together.
+struct Collector<'a, 'b, W: Work, R> {
+    walk: Walk<'a, W>,
+    /// Behind the last piece, if there is a sample left: its number and the solver there.
+    last: Option<(usize, InverseDynamics)>,
+    receive: &'b mut R,
+}
+
+impl<W: Work, R> Collector<'_, '_, W, R>
+where
+    R: FnMut(Range<usize>, W::Piece) -> Result<(), Error>,
+{
+    /// Takes the next piece; false if it does not begin where the one before has arrived.
+    fn take(&mut self, chunk: usize, done: Done<W::Piece>) -> Result<bool, Error> {
+        if let Some((_, arrived)) = &self.last
+            && !is_same(&arrived.bodies().pose, &done.begin)
+        {
+            return Ok(false);
+        }
+        let range = self.walk.range(chunk);
+        (self.receive)(range.clone(), done.piece)?;
+        if let Some(error) = done.error {
+            return Err(error);
+        }
+        self.last = done.end.map(|end| (range.end, end));
+        Ok(true)
+    }
+
+    /// What is left, sample by sample.
+    fn finish(mut self) -> Result<(), Error> {
+        while let Some((first, mut solver)) = self.last.take() {
+            let range = first..(first + self.walk.chunk).min(self.walk.instants.count());
+            let mut piece = self.walk.work.begin();
+            let walked = self.walk.walk(range.clone(), &mut solver, &mut piece);
+            (self.receive)(range.clone(), piece)?;
+            if walked? {
+                self.last = Some((range.end, solver));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn is_same(a: &[Pose<f64>], b: &[Pose<f64>]) -> bool {
+    let entries = |pose: &Pose<f64>| {
+        let turn = pose.rotation.columns.map(|column| column.to_array());
+        turn.into_iter().flatten().chain(pose.position.to_array()).collect::<Vec<_>>()
+    };
+    let near = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME * (1.0 + a.abs());
+    a.iter().zip(b).all(|(a, b)| entries(a).iter().zip(&entries(b)).all(near))
+}
+
+/// Finds where pieces begin.
+struct Seeds<'a> {
+    job: &'a Job<'a>,
+    instants: &'a Instants,
+    /// Where the motion was followed to; nothing where that failed.
+    solver: Option<InverseDynamics>,
+    at: usize,
+    /// The next piece, and the samples of each.
+    next: usize,
+    chunk: usize,
+    leap: usize,
+}
+
+impl<'a> Seeds<'a> {
+    fn new(
+        job: &'a Job<'a>,
+        instants: &'a Instants,
+        start: &InverseDynamics,
+        chunk: usize,
+    ) -> Self {
+        let solver = Some(start.clone());
+        Self { job, instants, solver, at: 0, next: 0, chunk, leap: LEAP }
+    }
+
+    /// The next piece and the solver at its first sample.
+    fn next(&mut self) -> Option<(usize, InverseDynamics)> {
+        let first = self.next * self.chunk;
+        if first >= self.instants.count() {
+            return None;
+        }
+        let mut solver = self.solver.take()?;
+        while self.at < first {
+            self.advance(&mut solver, first)?;
+        }
+        let next = self.next;
+        self.next += 1;
+        self.solver = Some(solver.clone());
+        Some((next, solver))
+    }
+
+    /// One leap, or none if it was too long; nothing if the motion cannot be followed.
+    fn advance(&mut self, solver: &mut InverseDynamics, first: usize) -> Option<()> {
+        let samples = self.leap.min(first - self.at);
+        let [from, to] = [self.at, self.at + samples].map(|sample| self.instants.at(sample));
+        if samples == 1 {
+            self.job.follow(solver, from, to).ok()?;
+        } else {
+            let targets: Vec<Target<f64>> = self.job.motion.at(to).collect();
+            if !solver.leap(to - from, &targets) {
+                self.leap = samples / 2;
+                return Some(());
+            }
+        }
+        self.at += samples;
+        self.leap = (2 * self.leap).min(LEAP);
+        Some(())
+    }
+}
+
+/// Pieces between those who carry them out and the one who puts them together.
+struct Board<P> {
+    state: Mutex<State<P>>,
+    changed: Condvar,
+    is_closed: AtomicBool,
+    most: usize,
+}
+
+struct State<P> {
+    done: BTreeMap<usize, Done<P>>,
+    /// Pieces that are being carried out or wait.
+    under_way: usize,
+    workers: usize,
+}
+
+/// A thread that panicked has nothing half done that others would see.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl<P> Board<P> {
+    fn new(workers: usize) -> Self {
+        Self {
+            state: Mutex::new(State { done: BTreeMap::new(), under_way: 0, workers }),
+            changed: Condvar::new(),
+            is_closed: AtomicBool::new(false),
+            // Each thread has one piece, and one waits for it: memory stays bounded.
+            most: 2 * workers + 1,
+        }
+    }
+
+    /// Waits until another piece may be begun; false if nobody wants one any more.
+    fn has_room(&self) -> bool {
+        let mut state = lock(&self.state);
+        while state.under_way >= self.most && !self.is_closed.load(Ordering::Relaxed) {
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+        state.under_way += 1;
+        !self.is_closed.load(Ordering::Relaxed)
+    }
+
+    fn put(&self, chunk: usize, done: Done<P>) {
+        lock(&self.state).done.insert(chunk, done);
+        self.changed.notify_all();
+    }
+
+    /// Waits for a piece; none if it will not come.
+    fn take(&self, chunk: usize) -> Option<Done<P>> {
+        let mut state = lock(&self.state);
+        loop {
+            if let Some(done) = state.done.remove(&chunk) {
+                state.under_way -= 1;
+                self.changed.notify_all();
+                return Some(done);
+            }
+            if state.workers == 0 {
+                return None;
+            }
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+/// Says that a thread has left.
+struct Leaving<'a, P>(&'a Board<P>);
+
+impl<P> Drop for Leaving<'_, P> {
+    fn drop(&mut self) {
+        lock(&self.0.state).workers -= 1;
+        self.0.changed.notify_all();
+    }
+}
+
+/// Sends all threads home.
+struct Closing<'a, P>(&'a Board<P>);
+
+impl<P> Drop for Closing<'_, P> {
+    fn drop(&mut self) {
+        // Under the lock, so that nobody begins to wait in between.
+        let _state = lock(&self.0.state);
+        self.0.is_closed.store(true, Ordering::Relaxed);
+        self.0.changed.notify_all();
+    }
+}

@@ -1,0 +1,275 @@
+//! What arrives of the work that is put in: by the drives, or by the load that drives them back.
+//!
+//! Equation (E3) of the book's theory.
+
+use crate::names::Names;
+use crate::numbers::{number, percent};
+use crate::statistics::Least;
+use serde_json::{Map, Value, json};
+use std::fmt::{self, Write};
+use stiction_core::dynamics::{AppliedLoad, Forces, InverseDynamics, InverseError, Mirror};
+
+/// Powers below this part of what is turned over are rounding.
+const ROUNDING: f64 = 1e-9;
+/// Actuators named at most.
+const NAMED: usize = 3;
+
+/// What friction leaves of the power by which the load drives an actuator back, at one position in
+/// the direction in which it does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Backward {
+    /// The load drives the actuator in neither direction.
+    Undriven,
+    /// Friction takes a part.
+    Driven {
+        /// Power at the actuator without friction, W, positive.
+        given: f64,
+        /// Power at the actuator with friction, W. Where it is not positive the actuator must push,
+        /// and cannot be back-driven.
+        left: f64,
+    },
+    /// Friction locks the mechanism in that direction, whatever the actuators do.
+    Locked,
+    /// The forces in that direction could not be computed.
+    Unknown,
+}
+
+/// Looks at the present position of a solved mechanism, both the way that it moves and the other:
+/// rates reversed, loads and accelerations the same.
+pub(super) fn look_back(
+    solver: &InverseDynamics,
+    mirror: &mut Mirror,
+    loads: &[AppliedLoad<f64>],
+    backward: &mut Vec<Backward>,
+) {
+    let powers = |solver: &InverseDynamics, forces: &Forces| -> Vec<(f64, f64)> {
+        let drives = forces.drives_frictionless.iter().zip(&forces.drives);
+        let at_rates = drives.zip(solver.drive_rates());
+        // What the actuator takes in.
+        at_rates.map(|((without, with), rate)| (-without * rate, -with * rate)).collect()
+    };
+    let forces = solver.forces();
+    let rounding = ROUNDING * forces.power.turnover;
+    let driven = |(given, left): (f64, f64)| {
+        if given > rounding { Backward::Driven { given, left } } else { Backward::Undriven }
+    };
+    let ahead = powers(solver, forces);
+    backward.clear();
+    backward.extend(ahead.iter().copied().map(driven));
+    // What a drive works against as the mechanism moves would drive it the other way.
+    let works = |(given, _): &(f64, f64)| *given < -rounding;
+    if !ahead.iter().any(works) {
+        return;
+    }
+    let mirror = mirror.of(solver);
+    let back = match mirror.solve(loads) {
+        Ok(_) => Ok(powers(mirror, mirror.forces())),
+        Err(error) => Err(error),
+    };
+    for (k, backward) in backward.iter_mut().enumerate().filter(|(k, _)| works(&ahead[*k])) {
+        *backward = match &back {
+            Ok(powers) => driven(powers[k]),
+            Err(InverseError::Locked { .. }) => Backward::Locked,
+            Err(_) => Backward::Unknown,
+        };
+    }
+}
+
+/// How well one actuator can be driven back along a motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct BackDriving {
+    /// Samples at which the load drives it in one direction or the other.
+    samples: usize,
+    /// Those at which friction takes all.
+    stopped: usize,
+    /// Those of which nothing is known.
+    unknown: usize,
+    least: Least,
+    given: f64,
+    left: f64,
+}
+
+impl BackDriving {
+    fn add(&mut self, time: f64, backward: Backward) {
+        match backward {
+            Backward::Undriven => {}
+            Backward::Unknown => self.unknown += 1,
+            Backward::Locked => {
+                self.samples += 1;
+                self.stopped += 1;
+                self.least.add(time, 0.0);
+            }
+            Backward::Driven { given, left } => {
+                self.samples += 1;
+                self.stopped += usize::from(left <= 0.0);
+                self.given += given;
+                self.left += left.max(0.0);
+                self.least.add(time, left.max(0.0) / given);
+            }
+        }
+    }
+
+    fn json(&self) -> Value {
+        let is_driven = self.samples > 0;
+        json!({
+            "samples": self.samples,
+            "samples_not_back_driven": self.stopped,
+            "samples_not_known": self.unknown,
+            "least": is_driven.then_some(self.least.value),
+            "time_of_least": is_driven.then_some(self.least.time),
+            "mean": (self.given > 0.0).then(|| self.left / self.given),
+        })
+    }
+}
+
+/// Efficiencies along a motion.
+#[derive(Clone, Debug)]
+pub(super) struct Efficiency {
+    last: Option<Powers>,
+    samples: usize,
+    /// Work while the drives in sum deliver: theirs, and what is dissipated of it, J.
+    delivered: f64,
+    dissipated: f64,
+    turnover: f64,
+    backward: Vec<BackDriving>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Powers {
+    time: f64,
+    drives: f64,
+    dissipated: f64,
+    turnover: f64,
+}
+
+impl Efficiency {
+    pub(super) fn new(drives: usize) -> Self {
+        Self {
+            last: None,
+            samples: 0,
+            delivered: 0.0,
+            dissipated: 0.0,
+            turnover: 0.0,
+            backward: vec![BackDriving::default(); drives],
+        }
+    }
+
+    pub(super) fn add(&mut self, time: f64, forces: &Forces, backward: &[Backward]) {
+        for (sum, backward) in self.backward.iter_mut().zip(backward) {
+            sum.add(time, *backward);
+        }
+        let power = &forces.power;
+        let (drives, dissipated, turnover) = (power.drives, power.dissipated, power.turnover);
+        let now = Powers { time, drives, dissipated, turnover };
+        if let Some(last) = self.last.replace(now) {
+            self.integrate(&last, &now);
+        }
+        self.samples += 1;
+    }
+
+    /// The trapezoidal rule over that part of the step in which the drives deliver.
+    fn integrate(&mut self, a: &Powers, b: &Powers) {
+        let step = b.time - a.time;
+        self.turnover += 0.5 * (a.turnover + b.turnover) * step;
+        // Where the straight line between the samples passes zero.
+        let zero = || a.drives / (a.drives - b.drives);
+        let (from, to) = match (a.drives > 0.0, b.drives > 0.0) {
+            (true, true) => (0.0, 1.0),
+            (true, false) => (0.0, zero()),
+            (false, true) => (zero(), 1.0),
+            (false, false) => return,
+        };
+        let amid = 0.5 * (from + to);
+        let duration = (to - from) * step;
+        self.delivered += (a.drives + (b.drives - a.drives) * amid) * duration;
+        self.dissipated += (a.dissipated + (b.dissipated - a.dissipated) * amid) * duration;
+    }
+
+    /// The part of the drives' work that is not dissipated; none where they deliver none. At a
+    /// single instant that of their power.
+    pub(super) fn forward(&self) -> Option<f64> {
+        let (delivered, dissipated, turnover) = match (self.samples, self.last) {
+            (1, Some(only)) => (only.drives, only.dissipated, only.turnover),
+            _ => (self.delivered, self.dissipated, self.turnover),
+        };
+        // If the load helps and friction takes it all, nothing arrives.
+        (delivered > ROUNDING * turnover).then(|| (1.0 - dissipated / delivered).max(0.0))
+    }
+
+    pub(super) fn json(&self, names: &Names) -> Value {
+        let each = names.drives.iter().zip(&self.backward);
+        let backward: Map<String, Value> =
+            each.map(|((name, _), backward)| (name.clone(), backward.json())).collect();
+        json!({ "forward": self.forward(), "backward": backward })
+    }
+
+    /// One line, or none if there is nothing to say.
+    pub(super) fn write(&self, out: &mut impl Write, names: &Names) -> fmt::Result {
+        let forward = self.forward().map(|part| format!("forward {}", percent(Some(part))));
+        let pairs = || names.drives.iter().map(|(name, _)| name).zip(&self.backward);
+        let mut stopped: Vec<_> = pairs().filter(|(_, back)| back.stopped > 0).collect();
+        let worst = pairs().filter(|(_, back)| back.samples > 0);
+        let worst = worst.min_by(|a, b| a.1.least.value.total_cmp(&b.1.least.value));
+        let backward = if stopped.is_empty() {
+            worst.map(|(name, back)| {
+                let (part, time) = (percent(Some(back.least.value)), number(back.least.time));
+                format!("backward at least {part} ({name} at t = {time} s)")
+            })
+        } else {
+            // Worst first.
+            stopped.sort_by_key(|(_, back)| std::cmp::Reverse(back.stopped));
+            let words = stopped.iter().take(NAMED).enumerate().map(|(k, (name, back))| {
+                let unit = if k == 0 { " samples" } else { "" };
+                format!("{name} at {} of {}{unit}", back.stopped, back.samples)
+            });
+            let words: Vec<String> = words.collect();
+            let more = if stopped.len() > NAMED { ", ..." } else { "" };
+            Some(format!("cannot be back-driven by the load: {}{more}", words.join(", ")))
+        };
+        let words: Vec<String> = forward.into_iter().chain(backward).collect();
+        if words.is_empty() {
+            return Ok(());
+        }
+        writeln!(out, "efficiency: {}", words.join("; "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Drives that deliver `2 - t` watts for two seconds and then take; a tenth of a watt is lost.
+    #[test]
+    fn only_work_that_is_delivered_counts() {
+        let mut efficiency = Efficiency::new(0);
+        let at = |time: f64| Powers { time, drives: 2.0 - time, dissipated: 0.1, turnover: 1.0 };
+        // The sign changes amid a step.
+        for (a, b) in [(0.0, 1.5), (1.5, 3.0), (3.0, 4.0)] {
+            efficiency.integrate(&at(a), &at(b));
+        }
+        assert!((efficiency.delivered - 2.0).abs() < 1e-15);
+        assert!((efficiency.dissipated - 0.2).abs() < 1e-15);
+        assert!((efficiency.forward().unwrap() - 0.9).abs() < 1e-15);
+    }
+
+    #[test]
+    fn drives_that_only_take_have_no_efficiency() {
+        let mut efficiency = Efficiency::new(0);
+        let at = |time: f64| Powers { time, drives: -1.0, dissipated: 0.1, turnover: 1.0 };
+        efficiency.integrate(&at(0.0), &at(1.0));
+        assert_eq!(efficiency.forward(), None);
+    }
+
+    #[test]
+    fn what_friction_takes_whole_is_not_driven_back() {
+        let mut back = BackDriving::default();
+        back.add(0.0, Backward::Driven { given: 2.0, left: 1.0 });
+        back.add(1.0, Backward::Driven { given: 2.0, left: -1.0 });
+        back.add(2.0, Backward::Locked);
+        back.add(3.0, Backward::Undriven);
+        back.add(4.0, Backward::Unknown);
+        assert_eq!((back.samples, back.stopped, back.unknown), (3, 2, 1));
+        assert_eq!((back.least.value, back.least.time), (0.0, 1.0));
+        assert_eq!((back.given, back.left), (4.0, 1.0));
+    }
+}

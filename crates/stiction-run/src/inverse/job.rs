@@ -1,0 +1,100 @@
+//! A mechanism to be carried along a motion under a load.
+
+use super::error::Error;
+use crate::{Instants, InstantsError};
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
+use stiction_core::kinematics::{Coordinate, Target};
+use stiction_format::{LoadCase, Model, Motion};
+
+/// What is to be computed.
+#[derive(Clone, Debug)]
+pub struct Job<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// Its motion.
+    pub motion: &'a Motion,
+    /// How the motion is called.
+    pub motion_name: String,
+    /// The load.
+    pub load: &'a LoadCase,
+    /// How the load is called.
+    pub load_name: String,
+    /// How friction is coupled.
+    pub friction: FrictionMode,
+    /// Time between samples, s, if it is not left to the motion.
+    pub step: Option<f64>,
+    /// Whether to find out how far friction can grow before it locks the mechanism.
+    pub friction_margin: bool,
+}
+
+impl Job<'_> {
+    /// The instants of the samples.
+    ///
+    /// # Errors
+    /// See [`InstantsError`].
+    pub fn instants(&self) -> Result<Instants, InstantsError> {
+        Instants::of(self.motion, self.step)
+    }
+
+    /// The mechanism at an instant.
+    pub(crate) fn assemble(&self, time: f64) -> Result<InverseDynamics, Error> {
+        let coordinates: Vec<Coordinate> =
+            self.motion.coordinates.iter().map(|(coordinate, _)| *coordinate).collect();
+        let mut targets =
+            vec![Target { value: 0.0, rate: 0.0, acceleration: 0.0 }; coordinates.len()];
+        self.check_motion(time)?;
+        self.targets_at(time, &mut targets);
+        let (mechanism, homes) = (self.model.mechanism.clone(), &self.model.homes);
+        InverseDynamics::new(mechanism, homes, &coordinates, &targets, Settings::default())
+            .map_err(|error| Error::Assembly { time, error })
+    }
+
+    /// From one instant to the next.
+    pub(crate) fn follow(
+        &self,
+        solver: &mut InverseDynamics,
+        from: f64,
+        to: f64,
+    ) -> Result<(), Error> {
+        self.check_motion(to)?;
+        let followed = solver.follow(from, to, |t, targets| self.targets_at(t, targets));
+        followed.or_else(|error| {
+            // A recording may have failed on the way.
+            self.check_motion(to)?;
+            Err(Error::Assembly { time: to, error })
+        })
+    }
+
+    fn targets_at(&self, time: f64, targets: &mut [Target<f64>]) {
+        for (target, (_, course)) in targets.iter_mut().zip(&self.motion.coordinates) {
+            *target = course.at(time);
+        }
+    }
+
+    /// Why the motion has no value at an instant, if it has none.
+    pub(crate) fn check_motion(&self, time: f64) -> Result<(), Error> {
+        for (_, course) in &self.motion.coordinates {
+            if let Some(fault) = course.fault_at(time) {
+                return Err(Error::NotFinite(Box::new(fault)));
+            }
+        }
+        Ok(())
+    }
+
+    pub(crate) fn loads_at(
+        &self,
+        time: f64,
+        loads: &mut Vec<AppliedLoad<f64>>,
+    ) -> Result<(), Error> {
+        loads.clear();
+        for wrench in &self.load.wrenches {
+            for course in wrench.force.iter().chain(&wrench.moment) {
+                if let Some(fault) = course.fault_at(time) {
+                    return Err(Error::NotFinite(Box::new(fault)));
+                }
+            }
+            loads.push(wrench.at(time));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,152 @@
+//! Everything that is found at the samples of a piece of the motion.
+
+use super::certainty::Asked;
+use super::chunks::Work;
+use super::efficiency::{Backward, look_back};
+use super::error::Error;
+use super::job::Job;
+use super::sample::Sample;
+use super::uniqueness::{Singular, Uniqueness};
+use stiction_core::dynamics::{
+    AppliedLoad, Forces, FrictionMode, InverseDynamics, InverseError, Mirror, Shares,
+};
+use stiction_core::kinematics::Bodies;
+use stiction_core::spatial::Vec3;
+use stiction_core::statics::Distances;
+
+/// Computes everything at each sample.
+pub(super) struct Solving<'a> {
+    pub(super) job: &'a Job<'a>,
+    /// Room to begin with.
+    pub(super) uniqueness: Uniqueness,
+}
+
+/// What was found in a piece of the motion.
+pub(super) struct Looks {
+    pub(super) looks: Vec<Look>,
+    uniqueness: Uniqueness,
+    mirror: Mirror,
+    has_failed: bool,
+}
+
+/// What was found at one sample.
+pub(super) struct Look {
+    pub(super) time: f64,
+    pub(super) found: Result<Box<Found>, InverseError>,
+}
+
+/// Everything about a sample at which there are forces.
+pub(super) struct Found {
+    forces: Forces,
+    bodies: Bodies<f64>,
+    loads: Vec<AppliedLoad<f64>>,
+    closure: f64,
+    pub(super) distances: Distances,
+    pub(super) redundancy: usize,
+    determined_reactions: Vec<[bool; 6]>,
+    determined_loads: Vec<bool>,
+    determined_drives: Vec<bool>,
+    pub(super) is_singular: bool,
+    pub(super) singular: Option<Singular>,
+    pub(super) asked: Asked,
+    shares: Shares<f64>,
+    backward: Vec<Backward>,
+    pub(super) side: Option<f64>,
+}
+
+impl Found {
+    /// What is told of it.
+    pub(super) fn sample(&self, time: f64, origin: Vec3<f64>) -> Sample<'_> {
+        Sample {
+            time,
+            forces: &self.forces,
+            bodies: &self.bodies,
+            origin,
+            loads: &self.loads,
+            closure: self.closure,
+            distances: self.distances,
+            determined_reactions: &self.determined_reactions,
+            determined_loads: &self.determined_loads,
+            determined_drives: &self.determined_drives,
+            coupling: self.asked.coupling,
+            friction_margin: self.asked.locks_at(),
+            shares: &self.shares,
+            backward: &self.backward,
+        }
+    }
+}
+
+impl Work for Solving<'_> {
+    type Piece = Looks;
+
+    fn begin(&self) -> Looks {
+        Looks {
+            looks: Vec::new(),
+            uniqueness: self.uniqueness.clone(),
+            mirror: Mirror::default(),
+            has_failed: false,
+        }
+    }
+
+    fn look(
+        &self,
+        piece: &mut Looks,
+        solver: &mut InverseDynamics,
+        _sample: usize,
+        time: f64,
+    ) -> Result<(), Error> {
+        let mut loads = Vec::new();
+        self.job.loads_at(time, &mut loads)?;
+        match solver.solve(&loads) {
+            Err(error) => {
+                piece.has_failed = true;
+                piece.looks.push(Look { time, found: Err(error) });
+            }
+            // Where something failed nobody asks for the rest.
+            Ok(_) if piece.has_failed => {}
+            Ok(_) => {
+                let found = self.find(piece, solver, loads, time);
+                piece.looks.push(Look { time, found: Ok(Box::new(found)) });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Solving<'_> {
+    /// Everything that is told of a solved sample.
+    fn find(
+        &self,
+        piece: &mut Looks,
+        solver: &mut InverseDynamics,
+        loads: Vec<AppliedLoad<f64>>,
+        time: f64,
+    ) -> Found {
+        let side = solver.side();
+        let mut backward = Vec::new();
+        if self.job.friction != FrictionMode::Off && !solver.forces().contacts.is_empty() {
+            look_back(solver, &mut piece.mirror, &loads, &mut backward);
+        }
+        let shares = solver.shares().clone();
+        let uniqueness = &mut piece.uniqueness;
+        uniqueness.look(solver, time);
+        let asked = Asked::of(solver, &loads, self.job.friction_margin);
+        Found {
+            forces: solver.forces().clone(),
+            bodies: solver.bodies().clone(),
+            loads,
+            closure: solver.closure_error(),
+            distances: uniqueness.distances,
+            redundancy: uniqueness.redundancy,
+            determined_reactions: uniqueness.reactions.clone(),
+            determined_loads: uniqueness.loads.clone(),
+            determined_drives: uniqueness.drives.clone(),
+            is_singular: uniqueness.is_singular,
+            singular: uniqueness.singular.take(),
+            asked,
+            shares,
+            backward,
+            side,
+        }
+    }
+}

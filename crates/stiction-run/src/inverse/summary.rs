@@ -1,0 +1,376 @@
+//! What a run comes to.
+
+use super::certainty::MOST_MARGIN;
+use super::efficiency::Efficiency;
+use super::job::Job;
+use super::sample::Sample;
+use super::shares::Ranking;
+use super::uniqueness::Singular;
+use super::verdict::Verdict;
+use crate::names::Names;
+use crate::statistics::{Comparison, Integral, Least, Size};
+use crate::undetermined::open_components;
+use serde_json::{Map, Value, json};
+use stiction_core::dynamics::{Bounds, FrictionMode, Weighting};
+
+/// Gathers a run's figures sample by sample.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    pub(super) names: Names,
+    pub(super) drives: Vec<Comparison>,
+    /// For each drive: bounds at instants where contacts rest.
+    pub(super) widest: Vec<Size>,
+    /// The same where nothing certainly exceeds them, at the same instants.
+    widest_outer: Vec<(f64, f64)>,
+    /// For each drive by how much more the certified bounds are apart at most, and at how many
+    /// samples with contacts at rest what is certain.
+    pub(super) certified_within: Vec<f64>,
+    pub(super) certainty: Certainty,
+    pub(super) resting_samples: usize,
+    /// Samples with contacts at rest for which the intervals of drives are not known.
+    pub(super) unbounded_samples: usize,
+    pub(super) reactions: Vec<(Size, Size)>,
+    pub(super) dissipated: Vec<Integral>,
+    pub(super) contact_loads: Vec<Size>,
+    pub(super) work: Work,
+    pub(super) shares: Ranking,
+    pub(super) efficiency: Efficiency,
+    pub(super) power_residual: Size,
+    pub(super) power_residual_relative: Size,
+    /// The characteristic length, m.
+    length: f64,
+    pub(super) closure: Size,
+    pub(super) actuation: Least,
+    pub(super) constraint: Least,
+    /// For each joint and component whether it is determined at all samples.
+    pub(super) determined_reactions: Vec<[bool; 6]>,
+    pub(super) determined_loads: Vec<bool>,
+    pub(super) determined_drives: Vec<bool>,
+}
+
+/// At how many samples what is certain of the intervals of drives.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Certainty {
+    pub(super) exact: usize,
+    pub(super) certified: usize,
+    pub(super) attained: usize,
+}
+
+/// Work along the motion, J.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Work {
+    pub(super) drives: Integral,
+    pub(super) loads: Integral,
+    pub(super) dissipated: Integral,
+}
+
+impl Summary {
+    /// Nothing yet.
+    pub fn new(job: &Job<'_>) -> Self {
+        let names = Names::new(&job.model.mechanism);
+        let (drives, joints, contacts) =
+            (names.drives.len(), names.joints.len(), names.contacts.len());
+        Self {
+            names,
+            drives: vec![Comparison::default(); drives],
+            widest: vec![Size::default(); drives],
+            widest_outer: vec![(0.0, 0.0); drives],
+            certified_within: vec![0.0; drives],
+            certainty: Certainty::default(),
+            resting_samples: 0,
+            unbounded_samples: 0,
+            reactions: vec![Default::default(); joints],
+            dissipated: vec![Integral::default(); contacts],
+            contact_loads: vec![Size::default(); contacts],
+            work: Work::default(),
+            shares: Ranking::new(drives, contacts),
+            efficiency: Efficiency::new(drives),
+            power_residual: Size::default(),
+            power_residual_relative: Size::default(),
+            length: job.model.mechanism.characteristic_length(),
+            closure: Size::default(),
+            actuation: Least::default(),
+            constraint: Least::default(),
+            determined_reactions: vec![[true; 6]; joints],
+            determined_loads: vec![true; contacts],
+            determined_drives: vec![true; drives],
+        }
+    }
+
+    /// Adds a sample.
+    pub fn add(&mut self, sample: &Sample<'_>) {
+        let (time, forces) = (sample.time, sample.forces);
+        for (k, comparison) in self.drives.iter_mut().enumerate() {
+            comparison.add(time, forces.drives[k], forces.drives_frictionless[k]);
+            let (low, high) = forces.drive_bounds[k];
+            let outer = forces.drive_outer_bounds[k];
+            self.widest[k].add(time, high - low);
+            if self.widest[k].peak_time == time {
+                self.widest_outer[k] = outer;
+            }
+            if forces.bounds == Bounds::Certified {
+                let beyond = (low - outer.0).max(outer.1 - high);
+                self.certified_within[k] = self.certified_within[k].max(beyond);
+            }
+        }
+        if forces.contacts.iter().any(|c| !c.slides && c.limit > 0.0) {
+            let certainty = &mut self.certainty;
+            match forces.bounds {
+                Bounds::Exact => certainty.exact += 1,
+                Bounds::Certified => certainty.certified += 1,
+                Bounds::Attained => certainty.attained += 1,
+                Bounds::Unknown => {}
+            }
+        }
+        self.unbounded_samples += usize::from(forces.bounds == Bounds::Unknown);
+        self.resting_samples +=
+            usize::from(forces.contacts.iter().any(|c| !c.slides && c.limit > 0.0));
+        for ((force, moment), (f, m)) in self.reactions.iter_mut().zip(&forces.reactions) {
+            force.add(time, f.norm());
+            moment.add(time, m.norm());
+        }
+        for (k, contact) in forces.contacts.iter().enumerate() {
+            self.dissipated[k].add(time, contact.power);
+            self.contact_loads[k].add(time, contact.load);
+        }
+        self.shares.add(time, sample.shares);
+        self.efficiency.add(time, forces, sample.backward);
+        let power = &forces.power;
+        self.work.drives.add(time, power.drives);
+        self.work.loads.add(time, power.loads);
+        self.work.dissipated.add(time, power.dissipated);
+        self.power_residual.add(time, power.residual());
+        self.power_residual_relative.add(time, forces.imbalance(self.length));
+        self.closure.add(time, sample.closure);
+        self.actuation.add(time, sample.distances.actuation);
+        self.constraint.add(time, sample.distances.constraint);
+        for (all, now) in self.determined_reactions.iter_mut().zip(sample.determined_reactions) {
+            all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);
+        }
+        for (all, now) in self.determined_loads.iter_mut().zip(sample.determined_loads) {
+            *all &= now;
+        }
+        for (all, now) in self.determined_drives.iter_mut().zip(sample.determined_drives) {
+            *all &= now;
+        }
+    }
+
+    /// Components of reactions that the balance alone does not determine, by joint.
+    pub(super) fn undetermined(&self) -> Vec<(&str, Vec<&'static str>)> {
+        self.names
+            .joints
+            .iter()
+            .zip(&self.determined_reactions)
+            .filter(|(_, flags)| flags.contains(&false))
+            .map(|(name, flags)| (name.as_str(), open_components(flags)))
+            .collect()
+    }
+
+    /// Whether driving forces are unique: no actuator is redundant, and no friction depends on a
+    /// reaction that is not unique.
+    pub(super) fn drives_are_unique(&self, friction: FrictionMode) -> bool {
+        let frictions = friction == FrictionMode::Off || !self.determined_loads.contains(&false);
+        frictions && !self.determined_drives.contains(&false)
+    }
+
+    /// Contacts whose load, and so friction, is not unique.
+    pub(super) fn frictions_that_are_not_unique(&self) -> impl Iterator<Item = &str> {
+        let contacts = self.names.contacts.iter().zip(&self.determined_loads);
+        contacts.filter(|(_, determined)| !**determined).map(|((name, _), _)| name.as_str())
+    }
+
+    /// The content of `summary.json`.
+    pub fn json(&self, job: &Job<'_>, verdict: &Verdict) -> Value {
+        json!({
+            "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
+            "model": { "name": job.model.name, "title": job.model.title },
+            "options": {
+                "motion": job.motion_name,
+                "load": job.load_name,
+                "friction": friction_word(job.friction),
+                "start": job.motion.start,
+                "duration": job.motion.duration,
+                "samples": verdict.samples,
+                "interpolation": job.motion.interpolation,
+            },
+            "units": "SI: s, m, rad, kg, N, N m, J, W",
+            "drives": self.drives_json(job),
+            "joints": self.joints_json(),
+            "friction": self.friction_json(),
+            "work": {
+                "drives": self.work.drives.value,
+                "loads": self.work.loads.value,
+                "dissipated": self.work.dissipated.value,
+            },
+            "efficiency": self.has_friction(job).then(|| self.efficiency.json(&self.names)),
+            "verdicts": self.verdicts_json(job, verdict),
+        })
+    }
+
+    /// Whether there is friction to tell of.
+    pub(super) fn has_friction(&self, job: &Job<'_>) -> bool {
+        job.friction != FrictionMode::Off && !self.names.contacts.is_empty()
+    }
+
+    fn drives_json(&self, job: &Job<'_>) -> Value {
+        let mut drives = Map::new();
+        for (k, (name, unit)) in self.names.drives.iter().enumerate() {
+            let comparison = &self.drives[k];
+            let mut value = json!({
+                "unit": unit,
+                "with_friction": comparison.with.json(),
+                "frictionless": comparison.without.json(),
+                "friction_effect": comparison.metrics().json(),
+                "widest_interval": self.widest[k].peak,
+                "interval_without_limit": self.widest[k].peak.is_infinite(),
+                "drive_outer_low": self.widest_outer[k].0,
+                "drive_outer_high": self.widest_outer[k].1,
+                "interval_certified_within": self.certified_within[k],
+                "determined": self.determined_drives[k],
+            });
+            if self.has_friction(job) {
+                value["friction_shares"] = self.shares.json(&self.names, k);
+            }
+            drives.insert(name.clone(), value);
+        }
+        Value::Object(drives)
+    }
+
+    fn joints_json(&self) -> Value {
+        let mut joints = Map::new();
+        for (k, name) in self.names.joints.iter().enumerate() {
+            let (force, moment) = &self.reactions[k];
+            joints.insert(name.clone(), json!({ "force": force.json(), "moment": moment.json() }));
+        }
+        Value::Object(joints)
+    }
+
+    fn friction_json(&self) -> Value {
+        let mut contacts = Map::new();
+        let total: f64 = self.dissipated.iter().map(|integral| integral.value).sum();
+        for (k, (name, _)) in self.names.contacts.iter().enumerate() {
+            let mut value = json!({
+                "load": self.contact_loads[k].json(),
+                "dissipated": self.dissipated[k].value,
+                "dissipated_part": (total > 0.0).then(|| self.dissipated[k].value / total),
+                "determined": self.determined_loads[k],
+            });
+            // Said only where there is something to say.
+            if self.names.steady.contains(name) {
+                value["law"] = json!("steady state of a law with a state");
+            }
+            contacts.insert(name.clone(), value);
+        }
+        Value::Object(contacts)
+    }
+
+    fn verdicts_json(&self, job: &Job<'_>, verdict: &Verdict) -> Value {
+        let undetermined: Map<String, Value> = self
+            .undetermined()
+            .into_iter()
+            .map(|(name, open)| (name.to_owned(), json!(open)))
+            .collect();
+        json!({
+            "drives_unique": self.drives_are_unique(job.friction),
+            "mobility": verdict.mobility,
+            "idle_spins": verdict.idle_spins,
+            "redundancy": verdict.redundancy,
+            "undetermined_reactions": undetermined,
+            "weighting": weighting_words(job, verdict),
+            "samples_with_contacts_at_rest": self.resting_samples,
+            "samples_without_intervals": self.unbounded_samples,
+            "intervals": {
+                "exact": self.certainty.exact,
+                "certified": self.certainty.certified,
+                "attained": self.certainty.attained,
+            },
+            "rest_speed": verdict.rest_speed,
+            "closure": self.closure.peak,
+            "power_residual": self.power_residual.peak.abs(),
+            "power_residual_relative": self.power_residual_relative.peak.abs(),
+            "friction_coupling": verdict.coupling,
+            "friction_is_unique": verdict.coupling.is_some_and(|coupling| coupling < 1.0),
+            "friction_unique_up_to": verdict
+                .coupling
+                .filter(|coupling| *coupling > 0.0)
+                .map(|coupling| 1.0 / coupling),
+            "other_solutions": verdict.other_solutions.as_ref().map(|others| {
+                json!({ "samples": others.samples, "time": others.time, "drives": others.drives })
+            }),
+            "friction_margin": verdict.friction_margin.as_ref().map(|margin| {
+                json!({
+                    "factor": margin.factor,
+                    "most": MOST_MARGIN,
+                    "time": margin.time,
+                    "joint": margin.joint,
+                })
+            }),
+            "passed_singularities": verdict.passed_singularities,
+            "singular": verdict.singular.as_ref().map(|singular| self.singular_json(singular)),
+            "distance_actuation": self.actuation.json(),
+            "distance_constraint": self.constraint.json(),
+            "characteristic_length": job.model.mechanism.characteristic_length(),
+        })
+    }
+}
+
+impl Summary {
+    fn singular_json(&self, singular: &Singular) -> Value {
+        let directions = singular.null_directions.iter().map(|direction| {
+            let drives = self.names.drives.iter().zip(&direction.drives);
+            let drives: Map<String, Value> =
+                drives.map(|((name, _), drive)| (name.clone(), json!(drive))).collect();
+            let joints = direction.joints.iter().map(|load| {
+                json!({
+                    "joint": self.names.joints[load.joint.0],
+                    "force": load.force.to_array(),
+                    "moment": load.moment.to_array(),
+                })
+            });
+            json!({ "drives": drives, "reactions": joints.collect::<Vec<_>>() })
+        });
+        json!({
+            "time": singular.time,
+            "samples": singular.samples,
+            "body": singular.body,
+            "motion": singular.motion,
+            "load": singular.load,
+            "null_directions": directions.collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// The word for a mode, as on the command line.
+pub(super) fn friction_word(mode: FrictionMode) -> &'static str {
+    match mode {
+        FrictionMode::Converged => "on",
+        FrictionMode::OnePass => "one-pass",
+        FrictionMode::Off => "off",
+    }
+}
+
+/// Under which declared weighting what is not unique was chosen; nothing if all is unique.
+pub(super) fn weighting_words(job: &Job<'_>, verdict: &Verdict) -> Option<String> {
+    let mechanism = &job.model.mechanism;
+    let length = mechanism.characteristic_length();
+    let gives = mechanism.joints().iter().any(|joint| joint.compliance.is_some());
+    let reactions = format!(
+        "the least sum over all joints of |force|^2 + |moment|^2/L^2, moments about the joint's origin, \
+         L = {:.4} mm",
+        length * 1e3
+    );
+    let drives = format!(
+        "the least sum of squared efforts, those of rotary actuators divided by L = {:.4} mm",
+        length * 1e3
+    );
+    let energy = "the least elastic energy of the joints by their declared compliances".to_owned();
+    match verdict.weighting {
+        _ if verdict.redundancy == 0 => None,
+        Some(Weighting::LeastReactions) => Some(reactions),
+        Some(Weighting::LeastEnergy) => Some(energy),
+        Some(Weighting::LeastDrives) => Some(drives),
+        Some(Weighting::Determined) => None,
+        None if gives => Some(format!("{drives}, then by {energy}, and then by {reactions}")),
+        None => Some(format!("{drives}, and then by {reactions}")),
+    }
+}

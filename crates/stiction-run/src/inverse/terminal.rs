@@ -1,0 +1,419 @@
+//! The summary that a person reads.
+
+use super::certainty::{MOST_MARGIN, Margin};
+use super::job::Job;
+use super::summary::{Summary, friction_word, weighting_words};
+use super::uniqueness::Singular;
+use super::verdict::Verdict;
+use crate::names::width;
+use crate::numbers::{number, order, percent};
+use crate::statistics::Integral;
+use crate::undetermined::by_components;
+use std::fmt::{self, Write};
+use stiction_core::dynamics::FrictionMode;
+
+/// Where velocities at a singular position are finite it is known to the root of rounding only.
+const ROOT_OF_ROUNDING: f64 = 1e-6;
+/// Closer to a singular position than this deserves a word.
+const NEAR_SINGULAR: f64 = 1e-3;
+/// Joints and contacts listed at most.
+const LISTED: usize = 6;
+
+/// Writes the summary as plain text.
+///
+/// # Errors
+/// What the receiver says.
+pub fn write_summary(
+    out: &mut impl Write,
+    job: &Job<'_>,
+    summary: &Summary,
+    verdict: &Verdict,
+) -> fmt::Result {
+    let model = job.model;
+    match model.title.as_str() {
+        "" => writeln!(out, "{}", model.name)?,
+        title => writeln!(out, "{}: {title}", model.name)?,
+    }
+    let count = verdict.samples;
+    writeln!(
+        out,
+        "motion {} ({} s, {count} sample{}), load {}, friction {}",
+        job.motion_name,
+        number(job.motion.duration),
+        if count == 1 { "" } else { "s" },
+        job.load_name,
+        if job.friction != FrictionMode::Off && summary.names.contacts.is_empty() {
+            "not declared"
+        } else {
+            friction_word(job.friction)
+        },
+    )?;
+    if let Some(interpolation) = &job.motion.interpolation {
+        writeln!(out, "{interpolation}")?;
+    }
+    writeln!(out)?;
+    write_drives(out, job, summary)?;
+    write_reactions(out, summary, model.mechanism.characteristic_length())?;
+    write_friction(out, job, summary, verdict)?;
+    write_verdicts(out, job, summary, verdict)?;
+    write_certainty(out, summary, verdict)
+}
+
+fn write_drives(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::Result {
+    if summary.drives.is_empty() {
+        return writeln!(out, "no joint is actuated: there are no driving forces\n");
+    }
+    let wide = width(summary.names.drives.iter().map(|(name, _)| name.as_str()), 13);
+    let has_friction = job.friction != FrictionMode::Off && !summary.names.contacts.is_empty();
+    if has_friction {
+        writeln!(
+            out,
+            "{:wide$}  {:>23}  {:>23}  {:>19}",
+            "", "with friction", "frictionless", "friction changes by"
+        )?;
+        writeln!(
+            out,
+            "{:wide$}  {:>11} {:>11}  {:>11} {:>11}  {:>9} {:>9}",
+            "driving force", "peak", "rms", "peak", "rms", "max/max", "rms/rms"
+        )?;
+    } else {
+        writeln!(
+            out,
+            "{:wide$}  {:>11} {:>11}  {:>11}",
+            "driving force", "peak", "rms", "peak at"
+        )?;
+    }
+    for ((name, unit), comparison) in summary.names.drives.iter().zip(&summary.drives) {
+        let (with, without) = (&comparison.with, &comparison.without);
+        write!(out, "{name:wide$}  {:>11} {:>11}", number(with.peak), number(with.rms()))?;
+        if has_friction {
+            let metrics = comparison.metrics();
+            writeln!(
+                out,
+                "  {:>11} {:>11}  {:>9} {:>9}  {unit}",
+                number(without.peak),
+                number(without.rms()),
+                percent(metrics.max_over_max),
+                percent(metrics.rms_over_rms),
+            )?;
+        } else {
+            writeln!(out, "  {:>9} s  {unit}", number(with.peak_time))?;
+        }
+    }
+    writeln!(out)
+}
+
+fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt::Result {
+    let mut joints: Vec<usize> = (0..summary.reactions.len()).collect();
+    joints.sort_by(|&a, &b| summary.reactions[b].0.peak.total_cmp(&summary.reactions[a].0.peak));
+    let listed = &joints[..joints.len().min(LISTED)];
+    let wide = width(listed.iter().map(|&k| summary.names.joints[k].as_str()), 13);
+    writeln!(
+        out,
+        "{:wide$}  {:>11} {:>11}  {:>13} {:>9}",
+        "most loaded", "force", "at", "moment", "at"
+    )?;
+    for &k in listed {
+        let (force, moment) = &summary.reactions[k];
+        // What is zero but for rounding is told as zero.
+        let noise = 1e-12 * force.peak * length;
+        write!(
+            out,
+            "{:wide$}  {:>9} N {:>9} s  ",
+            summary.names.joints[k],
+            number(force.peak),
+            number(force.peak_time),
+        )?;
+        if moment.peak < noise {
+            writeln!(out, "{:>9} N m", number(0.0))?;
+        } else {
+            writeln!(out, "{:>9} N m {:>9} s", number(moment.peak), number(moment.peak_time))?;
+        }
+    }
+    writeln!(out)
+}
+
+fn write_friction(
+    out: &mut impl Write,
+    job: &Job<'_>,
+    summary: &Summary,
+    verdict: &Verdict,
+) -> fmt::Result {
+    if !summary.has_friction(job) {
+        return Ok(());
+    }
+    // At a single instant there is power, but no work.
+    let is_pose = verdict.samples == 1;
+    let amount = |integral: &Integral| if is_pose { integral.last() } else { integral.value };
+    let total = amount(&summary.work.dissipated);
+    let mut contacts: Vec<(f64, &str)> = summary
+        .dissipated
+        .iter()
+        .zip(&summary.names.contacts)
+        .map(|(integral, (name, _))| (amount(integral), name.as_str()))
+        .collect();
+    contacts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let unit = if is_pose { "W" } else { "J" };
+    write!(out, "friction dissipates {} {unit}", number(total))?;
+    // Nothing has no shares.
+    if total != 0.0 {
+        let shares = contacts.iter().take(LISTED);
+        let shares = shares.map(|(part, name)| format!("{name} {}", percent(Some(part / total))));
+        let more = if contacts.len() > LISTED { ", ..." } else { "" };
+        write!(out, ": {}{more}", shares.collect::<Vec<_>>().join(", "))?;
+    }
+    writeln!(out)?;
+    let changes = summary.drives.iter().map(|drive| (drive.difference.rms(), drive.with.rms()));
+    let changes: Vec<(f64, f64)> = changes.collect();
+    summary.shares.write(out, &summary.names, &changes)?;
+    summary.efficiency.write(out, &summary.names)?;
+    let steady = &summary.names.steady;
+    if !steady.is_empty() {
+        let listed = steady.iter().take(LISTED).map(String::as_str).collect::<Vec<_>>();
+        writeln!(
+            out,
+            "friction at {}{} is that of steady sliding: the state of its law is taken as settled",
+            listed.join(", "),
+            if steady.len() > LISTED { ", ..." } else { "" },
+        )?;
+    }
+    if summary.resting_samples > 0 {
+        let widest = summary.widest.iter().zip(&summary.names.drives);
+        let widest = widest.max_by(|a, b| a.0.peak.total_cmp(&b.0.peak));
+        if let Some((size, (name, unit))) = widest {
+            write!(
+                out,
+                "contacts rest at {} sample{}: there static friction leaves driving forces an \
+                 interval, ",
+                summary.resting_samples,
+                if summary.resting_samples == 1 { "" } else { "s" },
+            )?;
+            let place = format!("{name} at t = {} s", number(size.peak_time));
+            if size.peak.is_finite() {
+                writeln!(out, "at most {} {unit} wide ({place})", number(size.peak))?;
+            } else {
+                writeln!(out, "without limit where friction locks ({place})")?;
+            }
+        }
+    }
+    let certainty = &summary.certainty;
+    if certainty.attained > 0 {
+        writeln!(
+            out,
+            "at {} of these samples the interval is what was attained; friction and reactions are \
+             coupled too strongly to say that nothing lies beyond",
+            certainty.attained,
+        )?;
+    }
+    if certainty.certified > 0 {
+        let beyond = summary.certified_within.iter().zip(&summary.names.drives);
+        let beyond = beyond.max_by(|a, b| a.0.total_cmp(b.0));
+        if let Some((beyond, (name, unit))) = beyond {
+            writeln!(
+                out,
+                "at {} of these samples the interval is what was attained, and certainly nothing lies \
+                 more than {} {unit} beyond ({name})",
+                certainty.certified,
+                number(*beyond),
+            )?;
+        }
+    }
+    if summary.unbounded_samples > 0 {
+        writeln!(
+            out,
+            "at {} of these samples the interval is not known, and drive_low and drive_high are just \
+             the drive: the position is singular, or constraints and actuators are both redundant",
+            summary.unbounded_samples,
+        )?;
+    }
+    writeln!(out)
+}
+
+fn write_verdicts(
+    out: &mut impl Write,
+    job: &Job<'_>,
+    summary: &Summary,
+    verdict: &Verdict,
+) -> fmt::Result {
+    writeln!(
+        out,
+        "loops closed to {} m; power balance to {} of what is turned over",
+        order(summary.closure.peak),
+        order(summary.power_residual_relative.peak.abs()),
+    )?;
+    let length = job.model.mechanism.characteristic_length();
+    writeln!(
+        out,
+        "closest to a singular position: actuation {} at t = {} s, constraint {} at t = {} s \
+         (lengths in units of {:.1} mm)",
+        number(summary.actuation.value),
+        number(summary.actuation.time),
+        number(summary.constraint.value),
+        number(summary.constraint.time),
+        length * 1e3,
+    )?;
+    for (from, to) in verdict.passed_singularities.iter().take(LISTED) {
+        writeln!(
+            out,
+            "CAUTION: between t = {} s and t = {} s the mechanism passes a singular position, where \
+             without friction no finite driving force exists",
+            number(*from),
+            number(*to),
+        )?;
+    }
+    if let Some(singular) = &verdict.singular {
+        write_singular(out, summary, verdict, singular)?;
+    } else if summary.actuation.value < ROOT_OF_ROUNDING {
+        writeln!(
+            out,
+            "CAUTION: at t = {} s the position cannot be told from a singular one: forces there are \
+             made of rounding",
+            number(summary.actuation.time),
+        )?;
+    } else if summary.actuation.value < NEAR_SINGULAR {
+        writeln!(
+            out,
+            "CAUTION: near a singular position driving forces without friction, and errors of the model, grow like \
+             one over the distance",
+        )?;
+    }
+    if !verdict.idle_spins.is_empty() {
+        writeln!(
+            out,
+            "free to spin about {} own ax{}: {}; rates of such spins are taken as zero",
+            if verdict.idle_spins.len() == 1 { "its" } else { "their" },
+            if verdict.idle_spins.len() == 1 { "is" } else { "es" },
+            verdict.idle_spins.join(", "),
+        )?;
+    }
+    let undetermined = summary.undetermined();
+    if undetermined.is_empty() {
+        return write_unique(out, "all reactions and driving forces", verdict);
+    }
+    let unique = summary.drives_are_unique(job.friction);
+    writeln!(
+        out,
+        "{} redundan{}: the balance does not determine {}",
+        verdict.redundancy,
+        if verdict.redundancy == 1 { "cy" } else { "cies" },
+        by_components(&undetermined),
+    )?;
+    if let Some(words) = weighting_words(job, verdict) {
+        writeln!(out, "these are chosen by {words}")?;
+    }
+    if unique {
+        return write_unique(out, "driving forces", verdict);
+    }
+    let open: Vec<&str> = summary.frictions_that_are_not_unique().collect();
+    if verdict.singular.is_some() {
+        writeln!(out, "driving forces are not unique where the position is singular")
+    } else if open.is_empty() {
+        writeln!(out, "driving forces are not unique: actuators are redundant")
+    } else {
+        writeln!(
+            out,
+            "driving forces are not unique: friction at {} depends on reactions that are not",
+            open.join(", ")
+        )
+    }
+}
+
+/// Singular positions in which the load is carried by chance.
+fn write_singular(
+    out: &mut impl Write,
+    summary: &Summary,
+    verdict: &Verdict,
+    singular: &Singular,
+) -> fmt::Result {
+    let Singular { samples, time, body, motion, load, null_directions } = singular;
+    writeln!(
+        out,
+        "CAUTION: the position is singular at {samples} of {} samples, first at t = {} s: while the \
+         actuators stand {body} can move ({motion}), and {load} could not be carried. This load is \
+         carried by chance: forces are finite, but not unique",
+        verdict.samples,
+        number(*time),
+    )?;
+    for (k, direction) in null_directions.iter().take(LISTED).enumerate() {
+        let drives = summary.names.drives.iter().zip(&direction.drives);
+        let drives: Vec<String> = drives
+            .filter(|(_, part)| **part != 0.0)
+            .map(|((name, unit), part)| format!("{name} {} {unit}", number(*part)))
+            .collect();
+        let joints: Vec<&str> = direction
+            .joints
+            .iter()
+            .map(|load| summary.names.joints[load.joint.0].as_str())
+            .collect();
+        writeln!(
+            out,
+            "  null direction {}, in any amount: {}; reactions of {}",
+            k + 1,
+            if drives.is_empty() { "no drive".to_owned() } else { drives.join(", ") },
+            joints.join(", "),
+        )?;
+    }
+    Ok(())
+}
+
+/// That something is unique, as far as friction lets it be.
+fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Result {
+    if let Some(coupling) = verdict.coupling.filter(|coupling| *coupling < 1.0) {
+        return match coupling > 1e-9 {
+            true => writeln!(
+                out,
+                "{what} are unique, also with up to {} times this friction",
+                number((1.0 / coupling * 100.0).floor() / 100.0)
+            ),
+            false => writeln!(out, "{what} are unique"),
+        };
+    }
+    writeln!(out, "without friction {what} are unique")?;
+    match verdict.coupling {
+        Some(coupling) => writeln!(
+            out,
+            "with friction there may be other solutions (coupling {}, unique below 1): given is the \
+             one that is connected with no friction",
+            number(coupling),
+        ),
+        None => writeln!(
+            out,
+            "with friction there may be other solutions: whether there are is not known here"
+        ),
+    }
+}
+
+/// Other solutions that were found, and how far friction can grow.
+fn write_certainty(out: &mut impl Write, summary: &Summary, verdict: &Verdict) -> fmt::Result {
+    if let Some(others) = &verdict.other_solutions {
+        let count = others.drives.len();
+        writeln!(
+            out,
+            "CAUTION: friction has other solutions at {} of {} samples, found by Newton's method from \
+             many starts; given is the one that is connected with no friction. At t = {} s {}:",
+            others.samples,
+            verdict.samples,
+            number(others.time),
+            if count == 1 { "it is".to_owned() } else { format!("there are {count}") },
+        )?;
+        for drives in others.drives.iter().take(LISTED) {
+            let named = summary.names.drives.iter().zip(drives);
+            let each = named.map(|((name, unit), x)| format!("{name} {} {unit}", number(*x)));
+            writeln!(out, "  {}", each.collect::<Vec<_>>().join(", "))?;
+        }
+    }
+    match &verdict.friction_margin {
+        None => Ok(()),
+        Some(Margin { factor: Some(factor), time, joint }) => writeln!(
+            out,
+            "all coefficients of friction can grow {} times; then friction locks {} at t = {} s",
+            number(*factor),
+            joint.as_deref().unwrap_or("the mechanism"),
+            number(*time),
+        ),
+        Some(Margin { factor: None, .. }) => writeln!(
+            out,
+            "all coefficients of friction can grow {MOST_MARGIN} times, and nothing locks"
+        ),
+    }
+}

@@ -1,0 +1,69 @@
+//! Studies: a mechanism carried along a motion, with tables, a summary and plots of what it needs.
+//!
+//! Nothing here opens files or talks to a terminal; results go to whoever asks.
+//!
+//! ```
+//! use stiction_core::dynamics::FrictionMode;
+//! use stiction_format::{LoadCase, Source, read};
+//! use stiction_run::inverse::Job;
+//!
+//! let text = r#"
+//! gravity = [0, "-9.81 m/s^2", 0]
+//!
+//! [bodies.bob]
+//! mass = "2 kg"
+//! com = ["500 mm", 0, 0]
+//! inertia = [0, "0.04 kg m^2", "0.04 kg m^2"]
+//!
+//! [joints.pivot]
+//! type = "R"
+//! from = "ground"
+//! to = "bob"
+//! axis = "z"
+//! actuated = true
+//!
+//! [motions.lift]
+//! duration = "1 s"
+//! pivot = "60 deg/s*t"
+//! "#;
+//! let model = read(&Source::new("pendulum.toml", text), &|_| Err("no files".into()))?;
+//! let job = Job {
+//!     model: &model,
+//!     motion: model.motion("lift").ok_or("no such motion")?,
+//!     motion_name: "lift".to_owned(),
+//!     load: &LoadCase::default(),
+//!     load_name: "none".to_owned(),
+//!     friction: FrictionMode::Converged,
+//!     step: Some(0.5),
+//!     friction_margin: false,
+//! };
+//! let mut drives = Vec::new();
+//! let receive = |sample: &stiction_run::inverse::Sample<'_>| {
+//!     drives.push(sample.forces.drives[0]);
+//!     Ok(())
+//! };
+//! let verdict = job.run(receive, |_phase, _done, _of| true)?;
+//! assert_eq!(verdict.samples, 3);
+//! // 2 kg * 9.81 m/s^2 at half a metre, level and lifted by 60 degrees.
+//! assert!((drives[0] - 9.81).abs() < 1e-12 && (drives[2] - 4.905).abs() < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod breakaway;
+pub mod check;
+pub mod drawing;
+pub mod exchange;
+pub mod figure;
+pub mod forward;
+mod instants;
+pub mod inverse;
+mod names;
+mod numbers;
+mod page;
+pub mod report;
+mod statistics;
+mod table;
+mod undetermined;
+pub mod zhang2018;
+
+pub use instants::{Instants, InstantsError};

@@ -1,0 +1,55 @@
+//! Names of what a mechanism has, in columns and messages.
+
+use stiction_core::friction::contacts_of;
+use stiction_core::mechanism::Mechanism;
+
+/// Names of actuators and contacts in columns and messages.
+#[derive(Clone, Debug)]
+pub(crate) struct Names {
+    /// For each actuator its name and the unit of its effort.
+    pub(crate) drives: Vec<(String, &'static str)>,
+    /// For each joint its name.
+    pub(crate) joints: Vec<String>,
+    /// For each contact its name and its joint's index.
+    pub(crate) contacts: Vec<(String, usize)>,
+    /// Contacts whose law has a state, of which only steady sliding is computed.
+    pub(crate) steady: Vec<String>,
+}
+
+impl Names {
+    pub(crate) fn new(mechanism: &Mechanism) -> Self {
+        let joints = mechanism.joints();
+        let drives = mechanism
+            .actuators()
+            .map(|(id, freedom)| {
+                let joint = &joints[id.0];
+                (joint.actuator_name(freedom), joint.joint_type.freedoms()[freedom].units().1)
+            })
+            .collect();
+        let mut steady = Vec::new();
+        let contacts = joints
+            .iter()
+            .enumerate()
+            .flat_map(|(index, joint)| joint.friction.iter().map(move |c| (index, joint, c)))
+            .map(|(index, joint, contact)| {
+                let place = contacts_of(joint.joint_type)[contact.place].0;
+                let name = if place.is_empty() {
+                    joint.name.clone()
+                } else {
+                    format!("{}.{place}", joint.name)
+                };
+                let laws = [Some(&contact.law), contact.backward.as_ref()];
+                if laws.into_iter().flatten().any(|law| law.bristles.is_some()) {
+                    steady.push(name.clone());
+                }
+                (name, index)
+            })
+            .collect();
+        Self { drives, joints: joints.iter().map(|j| j.name.clone()).collect(), contacts, steady }
+    }
+}
+
+/// The width of a column of names, at least this.
+pub(crate) fn width<'a>(names: impl Iterator<Item = &'a str>, least: usize) -> usize {
+    names.map(str::len).fold(least, usize::max)
+}

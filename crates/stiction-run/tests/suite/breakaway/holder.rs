@@ -1,0 +1,55 @@
+//! A mechanism at rest whose contacts are told how they hold.
+
+use crate::common::*;
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Rest, Settings};
+use stiction_core::kinematics::{Coordinate, Target};
+use stiction_format::Model;
+
+/// The drives of a mechanism at rest with every contact holding by a part of its greatest friction;
+/// none where friction and reactions do not settle.
+pub(crate) struct Holder {
+    pub(crate) solver: InverseDynamics,
+    pub(crate) loads: Vec<AppliedLoad<f64>>,
+    targets: Vec<Target<f64>>,
+    pub(crate) rest: Rest,
+}
+
+impl Holder {
+    /// At an instant of a model's default motion.
+    pub(crate) fn new(model: &Model, time: f64) -> Self {
+        let job = default_job(model, FrictionMode::Converged);
+        let (coordinates, targets): (Vec<Coordinate>, Vec<Target<f64>>) = job
+            .motion
+            .coordinates
+            .iter()
+            .map(|(c, course)| (*c, Target { rate: 0.0, acceleration: 0.0, ..course.at(time) }))
+            .unzip();
+        let loads: Vec<_> = job.load.at(time).collect();
+        let mechanism = model.mechanism.clone();
+        let settings = Settings::default();
+        let mut solver =
+            InverseDynamics::new(mechanism, &model.homes, &coordinates, &targets, settings)
+                .unwrap();
+        let rest = solver.rest(&loads).unwrap();
+        Self { solver, loads, targets, rest }
+    }
+
+    pub(crate) fn drives(&self, held: &[[f64; 3]]) -> Option<Vec<f64>> {
+        self.balance(held).map(|(drives, _)| drives)
+    }
+
+    /// Drives and the loads of contacts.
+    pub(crate) fn balance(&self, held: &[[f64; 3]]) -> Option<(Vec<f64>, Vec<f64>)> {
+        let kernel = self.solver.kernel().unwrap();
+        let parameters = self.solver.parameters();
+        let settings = Settings::default();
+        let mut workspace = kernel.workspace(parameters, self.solver.assembly().state());
+        for (contact, held) in held.iter().enumerate() {
+            workspace.inverse.set_held(contact, *held);
+        }
+        kernel.run(parameters, &mut workspace, &self.targets, &self.loads, &settings);
+        let inverse = &workspace.inverse;
+        let loads = inverse.contacts().iter().map(|contact| contact.load()).collect();
+        inverse.friction_settled(&settings).then(|| (inverse.drives().to_vec(), loads))
+    }
+}

@@ -1,0 +1,21 @@
+//! Rest: intervals, breakaway and self-locking against closed forms and against all ways to hold.
+
+mod begins;
+mod closed_forms;
+mod holder;
+mod ways_to_hold;
+
+use crate::common::*;
+use stiction_core::dynamics::FrictionMode;
+use stiction_run::breakaway::{Findings, look};
+
+/// A model at the start of its default motion under its default load.
+fn at_rest(text: &str) -> Findings {
+    let model = model_of("rest", text);
+    look(&default_job(&model, FrictionMode::Converged), None).unwrap()
+}
+
+fn near(found: f64, expected: f64) {
+    // Closed forms and the kernel differ by rounding alone.
+    assert!((found - expected).abs() <= 1e-9 * expected.abs().max(1e-3), "{found} {expected}");
+}

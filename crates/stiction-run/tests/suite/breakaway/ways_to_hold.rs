@@ -1,0 +1,113 @@
+//! Intervals and verdicts against all ways in which contacts can hold.
+
+use crate::breakaway::holder::Holder;
+use crate::breakaway::near;
+use crate::common::*;
+use stiction_core::dynamics::Verdict;
+use stiction_core::friction::ContactShape;
+use stiction_core::random::Random;
+
+/// Two actuators: all ways to put the frictions of a five-bar's pins at a limit or at nothing.
+#[test]
+fn a_five_bar_against_all_ways_to_hold_it() {
+    let model = model("five-bar");
+    let holder = Holder::new(&model, 0.37);
+    let contacts = holder.solver.parameters().contacts.len();
+    assert!(contacts >= 5);
+    let forces = holder.solver.forces();
+    let mut reached = vec![(f64::INFINITY, f64::NEG_INFINITY); 2];
+    for number in 0..3_usize.pow(contacts as u32) {
+        let digit = |k: usize| (number / 3_usize.pow(k as u32) % 3) as f64 - 1.0;
+        let held: Vec<[f64; 3]> = (0..contacts).map(|k| [digit(k), 0.0, 0.0]).collect();
+        for (reached, drive) in reached.iter_mut().zip(holder.drives(&held).unwrap()) {
+            *reached = (reached.0.min(drive), reached.1.max(drive));
+        }
+    }
+    for (k, (low, high)) in reached.into_iter().enumerate() {
+        near(forces.drive_bounds[k].0, low);
+        near(forces.drive_bounds[k].1, high);
+        let (outer_low, outer_high) = forces.drive_outer_bounds[k];
+        assert!(outer_low <= low && high <= outer_high);
+        // Certified bounds that say nothing would be no help.
+        assert!(
+            outer_high - outer_low < 1.2 * (high - low),
+            "{outer_low} {low} {high} {outer_high}"
+        );
+    }
+}
+
+/// Admissible static frictions at random: none leads beyond the intervals.
+#[test]
+fn balls_and_pins_of_a_robot_against_random_ways_to_hold_it() {
+    let model = model("3rps");
+    let holder = Holder::new(&model, 0.3);
+    let contacts = &holder.solver.parameters().contacts;
+    let forces = holder.solver.forces();
+    let mut random = Random::new(7);
+    let mut widest = [0.0_f64; 3];
+    for round in 0..2000 {
+        let held: Vec<[f64; 3]> = contacts
+            .iter()
+            .map(|contact| {
+                let mut held = [0.0, 0.0, 0.0].map(|_: f64| random.number());
+                if contact.shape != ContactShape::Ball {
+                    held = [held[0], 0.0, 0.0];
+                }
+                // Half of them at their limits, the others within.
+                let size = held.iter().map(|x| x * x).sum::<f64>().sqrt();
+                let over = if round % 2 == 0 { 1.0 / size } else { 1.0 / size.max(1.0) };
+                held.map(|x| x * over)
+            })
+            .collect();
+        for (k, drive) in holder.drives(&held).unwrap().into_iter().enumerate() {
+            let (low, high) = forces.drive_bounds[k];
+            let rounding = 1e-9 * (high - low);
+            assert!((low - rounding..=high + rounding).contains(&drive), "{low} {drive} {high}");
+            let centre = forces.drives[k];
+            widest[k] = widest[k].max(((drive - centre) / (high - centre)).abs());
+        }
+    }
+    // Random signs of many contacts seldom agree, but come some way.
+    assert!(widest.iter().all(|w| *w > 0.4), "{widest:?}");
+    for ((low, high), (outer_low, outer_high)) in
+        forces.drive_bounds.iter().zip(&forces.drive_outer_bounds)
+    {
+        assert!(outer_low <= low && high <= outer_high);
+    }
+}
+
+/// Two actuators, no drive: the frictions that are said to hold a five-bar, put into the kernel by
+/// their parts of the limits, leave nothing to its drives.
+#[test]
+fn frictions_that_hold_do_hold() {
+    let text = stiction_format::gallery::get("five-bar").unwrap();
+    let (mut held, mut slipped) = (0, 0);
+    for mu in [0.1, 1.0, 3.0, 6.0, 10.0] {
+        let text = text.replace("0.08", &format!("{mu:?}")).replace("0.002", &format!("{mu:?}"));
+        let holder = Holder::new(&model_of("five-bar", &text), 0.37);
+        let holding = &holder.rest.unpowered;
+        assert!(holding.needed.0 <= holding.needed.1, "{mu}: {:?}", holding.needed);
+        if holding.verdict != Verdict::Holds {
+            assert!(holding.frictions.is_empty() && holding.needed.1 > 1.0);
+            slipped += usize::from(holding.verdict == Verdict::Slips);
+            continue;
+        }
+        // Of the loads under these frictions only the kernel knows: they are found in turn.
+        let mut loads: Vec<f64> = holder.solver.forces().contacts.iter().map(|c| c.load).collect();
+        let mut left = f64::INFINITY;
+        for _ in 0..1000 {
+            let part = |(friction, load): (&Vec<f64>, &f64)| [friction[0] / (mu * load), 0.0, 0.0];
+            let parts: Vec<[f64; 3]> = holding.frictions.iter().zip(&loads).map(part).collect();
+            let Some((drives, found)) = holder.balance(&parts) else { break };
+            left = drives.iter().fold(0.0, |max: f64, drive| max.max(drive.abs()));
+            loads = loads.iter().zip(found).map(|(old, new)| 0.5 * (old + new)).collect();
+            if left < 1e-9 {
+                assert!(parts.iter().all(|part| part[0].abs() <= 1.0 + 1e-9), "{mu}: {parts:?}");
+                break;
+            }
+        }
+        assert!(left < 1e-9, "{mu}: {left}");
+        held += 1;
+    }
+    assert!(held > 0 && slipped > 0, "{held} {slipped}");
+}

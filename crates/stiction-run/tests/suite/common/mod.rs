@@ -1,0 +1,187 @@
+//! Jobs on models of the gallery, and their tables read back as any other program would.
+#![allow(dead_code, reason = "each test uses its part")]
+
+pub(crate) mod change;
+pub(crate) mod collar;
+
+use std::collections::BTreeMap;
+use stiction_core::dynamics::FrictionMode;
+use stiction_format::{Model, Source, gallery, read};
+use stiction_run::inverse::{Error, Job, Tables, Verdict};
+
+pub(crate) const MODES: [FrictionMode; 3] =
+    [FrictionMode::Off, FrictionMode::OnePass, FrictionMode::Converged];
+
+/// A model of the gallery.
+pub(crate) fn model(name: &str) -> Model {
+    model_of(name, gallery::get(name).unwrap())
+}
+
+/// A model from its text.
+pub(crate) fn model_of(name: &str, text: &str) -> Model {
+    read(&Source::new(format!("{name}.toml"), text), &|_| Err("no files".into()))
+        .unwrap_or_else(|diagnostics| panic!("{name}: {diagnostics}"))
+}
+
+/// A motion of a model under one of its loads.
+pub(crate) fn job<'a>(
+    model: &'a Model,
+    motion: &str,
+    load: &str,
+    friction: FrictionMode,
+) -> Job<'a> {
+    Job {
+        model,
+        motion: model.motion(motion).unwrap(),
+        motion_name: motion.into(),
+        load: model.load(load).unwrap(),
+        load_name: load.into(),
+        friction,
+        step: None,
+        friction_margin: false,
+    }
+}
+
+/// The motion and the load that are meant when nothing is said.
+pub(crate) fn default_job(model: &Model, friction: FrictionMode) -> Job<'_> {
+    let (motion, load) = (model.default_motion.as_ref(), model.default_load.as_ref());
+    job(model, motion.unwrap(), load.unwrap(), friction)
+}
+
+/// A table of numbers by column.
+#[derive(Debug)]
+pub(crate) struct Csv(BTreeMap<String, Vec<f64>>);
+
+impl Csv {
+    pub(crate) fn parse(text: &[u8]) -> Self {
+        let mut reader = csv::Reader::from_reader(text);
+        let names: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+        let mut columns: BTreeMap<_, _> =
+            names.iter().map(|name| (name.clone(), Vec::new())).collect();
+        assert_eq!(columns.len(), names.len(), "no column twice");
+        for record in reader.records() {
+            for (name, cell) in names.iter().zip(&record.unwrap()) {
+                columns.get_mut(name).unwrap().push(cell.parse().unwrap());
+            }
+        }
+        Self(columns)
+    }
+
+    /// A column by its whole name, with the unit.
+    pub(crate) fn column(&self, name: &str) -> &[f64] {
+        let column = self.0.get(name);
+        column.unwrap_or_else(|| panic!("no column {name}; there are {:?}", self.0.keys()))
+    }
+
+    pub(crate) fn columns(&self) -> impl Iterator<Item = (&String, &Vec<f64>)> {
+        self.0.iter()
+    }
+}
+
+/// What a job gives.
+#[derive(Debug)]
+pub(crate) struct Run {
+    pub(crate) inverse: Csv,
+    pub(crate) reactions: Csv,
+    pub(crate) friction: Csv,
+    pub(crate) verdict: Verdict,
+    /// The largest power residual, as part of what is turned over at that instant.
+    pub(crate) power_residual: f64,
+    /// The largest closure error, m.
+    pub(crate) closure: f64,
+}
+
+impl Run {
+    pub(crate) fn of(job: &Job<'_>) -> Result<Self, Error> {
+        let mut tables =
+            Tables::new(&job.model.mechanism, [Vec::new(), Vec::new(), Vec::new()]).unwrap();
+        let (mut power_residual, mut closure) = (0.0_f64, 0.0_f64);
+        let verdict = job.run(
+            |sample| {
+                let power = sample.forces.power;
+                power_residual = power_residual.max((power.residual() / power.turnover).abs());
+                closure = closure.max(sample.closure);
+                tables.add(sample).map_err(|error| error.to_string())
+            },
+            |_, _, _| true,
+        )?;
+        let [inverse, reactions, friction] = [tables.inverse, tables.reactions, tables.friction]
+            .map(|table| Csv::parse(&table.finish().unwrap()));
+        Ok(Self { inverse, reactions, friction, verdict, power_residual, closure })
+    }
+}
+
+/// The robots of the gallery that are singular along their default motions.
+pub(crate) const SINGULAR: [&str; 3] = ["3upu-singular", "griffis-duffy", "zhang2018"];
+
+/// The robots of the gallery for which driving forces exist.
+pub(crate) fn regular() -> impl Iterator<Item = &'static str> {
+    gallery::names().filter(|name| !SINGULAR.contains(name))
+}
+
+/// All pairs of a motion and a load.
+pub(crate) fn cases(model: &Model) -> impl Iterator<Item = (&str, &str)> {
+    model.motions.iter().flat_map(|(motion, _)| {
+        model.loads.iter().map(move |(load, _)| (motion.as_str(), load.as_str()))
+    })
+}
+
+/// The tables of a file, each with its header.
+fn tables(text: &str) -> (String, Vec<String>) {
+    let mut head = String::new();
+    let mut tables: Vec<String> = Vec::new();
+    for line in text.lines() {
+        if line.starts_with('[') {
+            tables.push(String::new());
+        }
+        let part = tables.last_mut().unwrap_or(&mut head);
+        part.push_str(line);
+        part.push('\n');
+    }
+    (head, tables)
+}
+
+/// The same file with its tables in reverse order.
+pub(crate) fn in_reverse(text: &str) -> String {
+    let (head, mut tables) = tables(text);
+    // Places of legs are numbered by their order, so these keep it.
+    let is_free = |table: &String| !table.starts_with("[[");
+    let mut reversed: Vec<String> = tables.iter().filter(|t| is_free(t)).rev().cloned().collect();
+    reversed.extend(tables.drain(..).filter(|table| !is_free(table)));
+    head + &reversed.concat()
+}
+
+/// Every quantity that is a number with a unit, in a smaller or larger unit of the same kind.
+pub(crate) fn in_other_units(text: &str) -> String {
+    let pairs = [
+        ("kg mm^2", "g mm^2", 1e3),
+        ("kg m^2", "kg mm^2", 1e6),
+        ("kg/m", "g/mm", 1.0),
+        ("kg", "g", 1e3),
+        ("mm", "m", 1e-3),
+        ("m", "mm", 1e3),
+        ("kN", "N", 1e3),
+        ("N", "mN", 1e3),
+        ("ms", "s", 1e-3),
+        ("s", "ms", 1e3),
+    ];
+    let mut out = String::new();
+    for line in text.lines() {
+        // Only quoted texts that are nothing but a quantity: expressions have units amid names.
+        for (k, part) in line.split('"').enumerate() {
+            let quoted = k % 2 == 1;
+            let quantity = part.split_once(' ').and_then(|(number, unit)| {
+                let value: f64 = number.parse().ok()?;
+                let (_, other, factor) = pairs.iter().find(|(from, _, _)| *from == unit)?;
+                Some(format!("{} {other}", value * factor))
+            });
+            let text = quantity.filter(|_| quoted).unwrap_or_else(|| part.to_owned());
+            if k > 0 {
+                out.push('"');
+            }
+            out.push_str(&text);
+        }
+        out.push('\n');
+    }
+    out
+}

@@ -1,0 +1,117 @@
+//! What friction does.
+
+use crate::identities::harness::{Verdict, try_everywhere};
+use crate::identities::solve::solve;
+use crate::identities::specimen::Specimen;
+use crate::mechanisms::random::Case;
+use stiction_core::friction::{Curve, Law};
+use stiction_core::kinematics::Target;
+
+/// Friction takes power at every contact, never gives any, and is what its law says of its load.
+#[test]
+fn friction_dissipates() {
+    fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
+        let solved = solve(&specimen.case())?;
+        let largest =
+            solved.forces.contacts.iter().fold(1e-9_f64, |max, contact| max.max(contact.load));
+        let wrong = solved.forces.contacts.iter().enumerate().find(|(_, contact)| {
+            let gives = contact.power < 0.0;
+            let exceeds = contact.friction.abs() > contact.limit * (1.0 + 1e-12);
+            gives || exceeds || contact.load < -1e-12 * largest || contact.load.is_nan()
+        });
+        Ok(wrong.map_or(Verdict::Holds, |wrong| Verdict::Broken(format!("{wrong:?}"))))
+    }
+    try_everywhere("friction dissipates", 0.5, identity);
+}
+
+/// Where coefficients vanish, drives go to those without friction in proportion: half of small coefficients
+/// makes half of the difference.
+#[test]
+fn small_friction_acts_in_proportion() {
+    fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
+        const SMALL: f64 = 1e-7;
+        let with = |factor: f64| {
+            let mut specimen = specimen.clone();
+            let contacts = specimen.draft.joints.iter_mut().flat_map(|joint| &mut joint.friction);
+            for contact in contacts {
+                weaken(&mut contact.law, factor);
+                if let Some(law) = &mut contact.backward {
+                    weaken(law, factor);
+                }
+            }
+            Ok::<_, Verdict>(solve(&specimen.case())?.forces)
+        };
+        let (half, whole, full) = (with(0.5 * SMALL)?, with(SMALL)?, with(1.0)?);
+        let largest = full
+            .drives
+            .iter()
+            .chain(full.contacts.iter().map(|contact| &contact.load))
+            .fold(1e-9_f64, |max, x| max.max(x.abs()));
+        for (k, none) in whole.drives_frictionless.iter().enumerate() {
+            let (once, twice) = (half.drives[k] - none, whole.drives[k] - none);
+            // What is of second order in the coefficients, and rounding.
+            let tolerance = (1e3 * SMALL * SMALL + 1e-12) * largest;
+            let apart = (2.0 * once - twice).abs();
+            if apart.is_nan() || apart > tolerance {
+                return Ok(Verdict::Broken(format!(
+                    "drive {k}: {once:e}, {twice:e} of {largest:e}"
+                )));
+            }
+        }
+        Ok(Verdict::Holds)
+    }
+    try_everywhere("small friction acts in proportion", 0.5, identity);
+}
+
+fn weaken(law: &mut Law, factor: f64) {
+    law.coulomb *= factor;
+    law.viscous *= factor;
+    match &mut law.curve {
+        Curve::Constant => {}
+        Curve::Breakaway { coefficient } => *coefficient *= factor,
+        Curve::Stribeck { breakaway, .. } => *breakaway *= factor,
+        Curve::Table(rows) => rows.iter_mut().for_each(|[_, coefficient]| *coefficient *= factor),
+    }
+}
+
+/// Friction of a motion at rest lies between that of starting forward and of starting backward: the drives
+/// of a slow motion forward are in the interval that is told at rest.
+#[test]
+fn slow_motions_are_within_the_interval_at_rest() {
+    fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
+        let with = |factor: f64| {
+            let mut specimen = specimen.clone();
+            let contacts = specimen.draft.joints.iter_mut().flat_map(|joint| &mut joint.friction);
+            // Laws that change with speed say more at rest than while sliding.
+            contacts.for_each(|contact| contact.backward = None);
+            let targets = specimen.prescribed.iter_mut().map(|(_, _, target)| target);
+            for target in targets {
+                *target = Target { rate: factor * target.rate, acceleration: 0.0, ..*target };
+            }
+            let case: Case = specimen.case();
+            solve(&case)
+        };
+        let rest = with(0.0)?;
+        if rest.forces.bounds == stiction_core::dynamics::Bounds::Unknown {
+            return Err(Verdict::Apart("bounds are not known"));
+        }
+        for factor in [1e-9, -1e-9] {
+            let slow = with(factor)?;
+            let largest = slow.forces.drives.iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
+            for (k, drive) in slow.forces.drives.iter().enumerate() {
+                let (attained, outer) =
+                    (rest.forces.drive_bounds[k], rest.forces.drive_outer_bounds[k]);
+                let (least, most) = (attained.0.min(outer.0), attained.1.max(outer.1));
+                // Viscous forces at these speeds, and rounding.
+                let slack = 1e-7 * largest;
+                if !(least - slack..=most + slack).contains(drive) {
+                    return Ok(Verdict::Broken(format!(
+                        "drive {k}: {drive} outside {least} .. {most} (factor {factor:e})"
+                    )));
+                }
+            }
+        }
+        Ok(Verdict::Holds)
+    }
+    try_everywhere("slow motions are within the interval at rest", 0.3, identity);
+}

@@ -1,0 +1,88 @@
+//! Trying an identity on many specimens.
+
+use crate::identities::shrink::shrink;
+use crate::identities::specimen::Specimen;
+use crate::mechanisms::random::CLASSES;
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// What became of an identity on a specimen.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Verdict {
+    Holds,
+    /// It says nothing here, for this reason.
+    Apart(&'static str),
+    Broken(String),
+}
+
+impl Verdict {
+    pub(crate) fn and(self, then: impl FnOnce() -> Self) -> Self {
+        if self == Self::Holds { then() } else { self }
+    }
+}
+
+/// A law of mechanics. What it computes may fail: then it is apart, or broken.
+pub(crate) type Identity = fn(&Specimen) -> Result<Verdict, Verdict>;
+
+/// The verdict; a panic is a broken identity.
+pub(crate) fn verdict(identity: Identity, specimen: &Specimen) -> Verdict {
+    let tried = catch_unwind(AssertUnwindSafe(|| identity(specimen)));
+    let said = |panic: Box<dyn std::any::Any + Send>| {
+        let text = panic.downcast_ref::<String>().cloned();
+        text.or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned()))
+    };
+    match tried {
+        Ok(Ok(verdict) | Err(verdict)) => verdict,
+        Err(panic) => Verdict::Broken(format!("panic: {}", said(panic).unwrap_or_default())),
+    }
+}
+
+/// Specimens of each class.
+fn cases() -> u64 {
+    match std::env::var("STICTION_CASES") {
+        Ok(text) => text.parse().expect("STICTION_CASES is a number"),
+        Err(_) => 50,
+    }
+}
+
+/// Tries an identity on specimens of all classes; panics with the smallest counterexample. At least the
+/// part `enough` of them must have something to say.
+pub(crate) fn try_everywhere(name: &str, enough: f64, identity: Identity) {
+    let (mut held, mut tried) = (0, 0);
+    let mut apart = BTreeMap::<_, u64>::new();
+    for class in CLASSES {
+        for seed in 0..cases() {
+            let specimen = Specimen::random(class, seed);
+            tried += 1;
+            match verdict(identity, &specimen) {
+                Verdict::Holds => held += 1,
+                Verdict::Apart(reason) => {
+                    *apart.entry((format!("{class:?}"), reason)).or_default() += 1
+                }
+                Verdict::Broken(why) => {
+                    println!("{name}: {class:?} {seed}: {why}");
+                    report(name, identity, &specimen)
+                }
+            }
+        }
+    }
+    println!("{name}: held on {held} of {tried}; apart: {apart:?}");
+    assert!(f64::from(held) >= enough * f64::from(tried), "{name}: {held} of {tried}; {apart:?}");
+}
+
+/// Makes the specimen small, writes it down, and panics.
+fn report(name: &str, identity: Identity, specimen: &Specimen) -> ! {
+    let small = shrink(identity, specimen);
+    let Verdict::Broken(why) = verdict(identity, &small) else {
+        unreachable!("it was kept broken")
+    };
+    let file = small.file();
+    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!(
+        "{}-{:?}-{}.toml",
+        name.replace(' ', "-"),
+        specimen.class,
+        specimen.seed
+    ));
+    std::fs::write(&path, &file).expect("the folder for tests can be written");
+    panic!("{name} does not hold: {why}\n{}:\n{file}", path.display());
+}

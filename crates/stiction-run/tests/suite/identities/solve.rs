@@ -1,0 +1,141 @@
+//! Drives and contact loads of a case, where their digits mean something.
+
+use crate::identities::harness::Verdict;
+use crate::identities::specimen::Solver;
+use crate::mechanisms::random::Case;
+use stiction_core::dynamics::{Forces, InverseDynamics, InverseError, Settings};
+use stiction_core::kinematics::AssemblyError;
+use stiction_core::topology::TreeRule;
+
+/// What inverse dynamics says of a case.
+pub(crate) struct Solved {
+    pub(crate) solver: Solver,
+    pub(crate) forces: Forces,
+}
+
+/// Solves a case; where rounding decides the digits of its forces, the reason.
+pub(crate) fn solve(case: &Case) -> Result<Solved, Verdict> {
+    solve_with(case, TreeRule::Structure)
+}
+
+/// The same over a given spanning tree.
+pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict> {
+    let (mechanism, settings) = (case.mechanism.clone(), Settings::default());
+    let solver = InverseDynamics::with_tree(
+        mechanism,
+        rule,
+        &[],
+        &case.coordinates,
+        &case.targets,
+        settings,
+    );
+    let mut solver = match solver {
+        Err(AssemblyError::Open { .. }) => return Err(Verdict::Apart("not all is prescribed")),
+        // What is left of a specimen may be a structure.
+        Err(AssemblyError::Contradiction { .. }) => {
+            return Err(Verdict::Apart("it cannot move as prescribed"));
+        }
+        Err(error) => return Err(Verdict::Broken(format!("assembly: {error}"))),
+        Ok(solver) => solver,
+    };
+    let statics = solver.statics();
+    let Some(&smallest) = statics.singular_values()[..statics.rank()].last() else {
+        return Err(Verdict::Apart("nothing moves"));
+    };
+    if smallest < 1e-2 || statics.open_motions() > solver.assembly().prescription().spins().len() {
+        return Err(Verdict::Apart("nearly singular"));
+    }
+    // Prescribed coordinates may say badly where a platform is, which magnifies rounding too.
+    if solver.bodies().twist.iter().any(|twist| twist.angular.norm() > 100.0) {
+        return Err(Verdict::Apart("badly prescribed"));
+    }
+    let forces = match solver.solve(&case.loads) {
+        Err(InverseError::Locked { .. }) => return Err(Verdict::Apart("locked")),
+        Err(error) => return Err(Verdict::Broken(format!("inverse dynamics: {error}"))),
+        Ok(forces) => forces.clone(),
+    };
+    let largest = |drives: &[f64]| {
+        let lengths = (0..drives.len()).map(|actuator| per_length(case, actuator));
+        drives.iter().zip(lengths).fold(0.0_f64, |max, (x, unit)| max.max((x / unit).abs()))
+    };
+    // Close to self-locking, friction magnifies rounding as well.
+    if largest(&forces.drives) > 20.0 * largest(&forces.drives_frictionless) {
+        return Err(Verdict::Apart("nearly locked"));
+    }
+    let solved = Solved { solver, forces };
+    // What acts, without what it takes to accelerate.
+    let length = case.mechanism.characteristic_length();
+    let weights = case.mechanism.bodies().iter().map(|b| b.mass * case.mechanism.gravity().norm());
+    let loads = case.loads.iter().map(|load| load.force.norm() + load.moment.norm() / length);
+    let reactions = solved.forces.reactions.iter();
+    let largest = reactions.map(|(f, m)| f.norm().max(m.norm() / length)).fold(0.0, f64::max);
+    if largest > 1e3 * weights.chain(loads).sum::<f64>() {
+        return Err(Verdict::Apart("forces out of all proportion"));
+    }
+    Ok(solved)
+}
+
+/// The characteristic length for an actuator that exerts a moment, 1 for a force.
+fn per_length(case: &Case, actuator: usize) -> f64 {
+    if exerts_moment(case, actuator) { case.mechanism.characteristic_length() } else { 1.0 }
+}
+
+/// Whether an actuator's effort is a moment.
+pub(crate) fn exerts_moment(case: &Case, actuator: usize) -> bool {
+    let (joint, freedom) = case.mechanism.actuators().nth(actuator).expect("an actuator");
+    let freedoms = case.mechanism.joints()[joint.0].joint_type.freedoms();
+    !freedoms[freedom].translates()
+}
+
+/// What is compared of two descriptions of the same.
+pub(crate) struct Numbers {
+    pub(crate) drives: Vec<f64>,
+    /// Loads on contacts.
+    pub(crate) loads: Vec<f64>,
+    /// The largest force or moment anywhere: what is small beside it may be its rounding.
+    pub(crate) largest: f64,
+}
+
+impl Solved {
+    pub(crate) fn numbers(&self) -> Numbers {
+        let loads: Vec<f64> = self.forces.contacts.iter().map(|contact| contact.load).collect();
+        let drives = self.forces.drives.clone();
+        let reactions = self.forces.reactions.iter().flat_map(|(f, m)| [f.norm(), m.norm()]);
+        let all = reactions.chain(loads.iter().copied()).chain(drives.iter().copied());
+        let largest = all.fold(1e-9_f64, |max, x| max.max(x.abs()));
+        Numbers { drives, loads, largest }
+    }
+}
+
+/// Whether two lists agree to a part of `largest`.
+pub(crate) fn agree(
+    what: &str,
+    expected: &[f64],
+    found: &[f64],
+    largest: f64,
+    tolerance: f64,
+) -> Verdict {
+    if expected.len() != found.len() {
+        return Verdict::Broken(format!("{what}: {} and {} numbers", expected.len(), found.len()));
+    }
+    for (place, (x, y)) in expected.iter().zip(found).enumerate() {
+        let apart = (x - y).abs() / largest;
+        // Not a number is not near anything.
+        if apart.is_nan() || apart > tolerance {
+            return Verdict::Broken(format!(
+                "{what} {place}: {x:e} and {y:e}, {apart:.1e} of {largest:e}"
+            ));
+        }
+    }
+    Verdict::Holds
+}
+
+/// Drives and loads are as expected, to rounding magnified by the distance to singular positions.
+pub(crate) fn same(expected: &Numbers, drives: &[f64], loads: &[f64]) -> Verdict {
+    let largest = expected.largest;
+    agree("drive", &expected.drives, drives, largest, TOLERANCE)
+        .and(|| agree("load", &expected.loads, loads, largest, TOLERANCE))
+}
+
+/// Rounding times the distance 1e-2 to singular positions, nearness to locking and some hundred operations.
+pub(crate) const TOLERANCE: f64 = 1e-11;

@@ -1,0 +1,128 @@
+//! Reactions that statics leaves open are chosen by a rule that knows no units, unlike the shortest
+//! solution of the equations as they stand.
+
+use crate::common::change::{Change, NONE};
+use crate::common::*;
+use nalgebra::DVector;
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, LoadAxes, Settings};
+use stiction_core::kinematics::Target;
+use stiction_core::linalg::Svd;
+use stiction_core::spatial::{Pose, Vec3, Wrench};
+
+/// For each joint the force and the moment about its origin, in N and N m.
+type Reactions = Vec<[f64; 6]>;
+
+struct Answers {
+    /// As the library reports them.
+    ours: Reactions,
+    /// By the pseudoinverse (Moore, Penrose) of the equations with the numbers as they are.
+    shortest: Reactions,
+    determined: Vec<[bool; 6]>,
+}
+
+/// The default motion's first position, at rest, under the weight and a load on one body; computed
+/// in units of length of which a metre has `scale`. With kg and s the unit of force is then a
+/// `scale`th of a newton.
+fn answers(name: &str, scale: f64, body: &str, force: Vec3<f64>, moment: Vec3<f64>) -> Answers {
+    let model = model(name);
+    let motion = model.motion(model.default_motion.as_ref().unwrap()).unwrap();
+    let mechanism = Change { scale, ..NONE }.mechanism(&model.mechanism);
+    let types: Vec<_> = mechanism.joints().iter().map(|joint| joint.joint_type).collect();
+    let coordinates: Vec<_> =
+        motion.coordinates.iter().map(|(coordinate, _)| *coordinate).collect();
+    let targets: Vec<_> = motion
+        .at(motion.start)
+        .zip(&coordinates)
+        .map(|(target, coordinate)| {
+            let s = if coordinate.is_angle(&types) { 1.0 } else { scale };
+            Target { value: target.value * s, rate: 0.0, acceleration: 0.0 }
+        })
+        .collect();
+    let homes: Vec<_> = model
+        .homes
+        .iter()
+        .map(|(body, home)| (*body, Pose { position: home.position * scale, ..*home }))
+        .collect();
+    let load = AppliedLoad {
+        body: mechanism.body_id(body).unwrap(),
+        point: Vec3::zero(),
+        axes: LoadAxes::World,
+        force: force * scale,
+        moment: moment * (scale * scale),
+    };
+    let settings = Settings { friction: FrictionMode::Off, ..Settings::default() };
+    let mut solver =
+        InverseDynamics::new(mechanism, &homes, &coordinates, &targets, settings).unwrap();
+
+    let balance = solver.balance();
+    let demand = balance.demand(solver.parameters(), solver.bodies(), &[load]);
+    let svd = Svd::new(&balance.matrix);
+    let unknowns: DVector<f64> = svd.solve(&demand, solver.statics().rank());
+    let residual = (&balance.matrix * &unknowns - &demand).amax();
+    assert!(residual < 1e-8 * demand.amax(), "{name}: a solution, {residual:e}");
+    let none = vec![Wrench::zero(); solver.mechanism().joints().len()];
+    let origins = solver.bodies().frame_j.iter().map(|frame| frame.position);
+    let in_si = |force: Vec3<f64>, moment: Vec3<f64>| {
+        let (f, m) = ((force * (1.0 / scale)).to_array(), (moment * scale.powi(-2)).to_array());
+        [f[0], f[1], f[2], m[0], m[1], m[2]]
+    };
+    let shortest = balance
+        .joint_wrenches(&unknowns, &none)
+        .iter()
+        .zip(origins)
+        .map(|(wrench, origin)| in_si(wrench.force, wrench.moment_about(origin)))
+        .collect();
+    let determined = solver.statics().determined_reactions();
+    let reactions = &solver.solve(&[load]).unwrap().reactions;
+    let ours = reactions.iter().map(|&(force, moment)| in_si(force, moment)).collect();
+    Answers { ours, shortest, determined }
+}
+
+/// The largest difference of components that statics leaves open (or of the others), and the largest
+/// component of all, forces and moments apart.
+fn apart(a: &Reactions, b: &Reactions, determined: &[[bool; 6]], open: bool) -> f64 {
+    let part = |range: std::ops::Range<usize>| {
+        let (mut difference, mut largest) = (0.0_f64, 0.0_f64);
+        for ((a, b), flags) in a.iter().zip(b).zip(determined) {
+            for k in range.clone() {
+                largest = largest.max(a[k].abs());
+                if flags[k] != open {
+                    difference = difference.max((a[k] - b[k]).abs());
+                }
+            }
+        }
+        difference / largest
+    };
+    part(0..3).max(part(3..6))
+}
+
+#[test]
+fn what_statics_leaves_open_does_not_depend_on_units() {
+    // Loads that press on what is redundant: across the plane of the planar linkages, along the
+    // three parallel constraint forces of the printed robot.
+    let cases = [
+        ("3rrr", "platform", [0.0, 0.0, -40.0], [3.0, -2.0, 0.0]),
+        ("four-bar", "coupler", [0.0, 0.0, 25.0], [1.0, 2.0, 0.0]),
+        ("bricard", "link3", [5.0, -8.0, -20.0], [0.5, 1.0, -1.0]),
+        ("zhang2018", "platform", [0.0, 30.0, 0.0], [0.0, 0.0, 5.0]),
+    ];
+    for (name, body, force, moment) in cases {
+        let [force, moment] = [force, moment].map(|[x, y, z]| Vec3::new(x, y, z));
+        let [metres, millimetres] =
+            [1.0, 1000.0].map(|scale| answers(name, scale, body, force, moment));
+        let flags = &metres.determined;
+        assert_eq!(flags, &millimetres.determined, "{name}");
+        assert!(flags.as_flattened().contains(&false), "{name}");
+
+        let ours = apart(&metres.ours, &millimetres.ours, flags, true);
+        let shortest = apart(&metres.shortest, &millimetres.shortest, flags, true);
+        println!("{name}: ours differ by {ours:.1e}, the shortest by {:.1} %", 100.0 * shortest);
+        assert!(ours < 1e-9, "{name}: {ours:e}");
+        assert!(shortest > 0.01, "{name}: {shortest:e}");
+        // What is determined is the same by any way.
+        for other in [&millimetres.ours, &metres.shortest, &millimetres.shortest] {
+            let difference = apart(&metres.ours, other, flags, false);
+            assert!(difference < 1e-8, "{name}: {difference:e}");
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Surfaces that are pressed: grooves, plates, shoes.
+
+use crate::laws::{G, body, model, run};
+use stiction_core::dynamics::InverseError;
+use stiction_run::inverse::Error;
+
+/// A block in a groove: each face carries `W / (2 sin a)`, with half the groove's angle `a`.
+#[test]
+fn a_groove() {
+    for half in [10.0, 30.0, 45.0, 75.0_f64] {
+        let (mu, load) = (0.12, 2.0 * G / (2.0 * half.to_radians().sin()));
+        let plate = |name: &str, side: f64| {
+            format!(
+                r#"
+                [joints.{name}]
+                type = "E"
+                from = "ground"
+                to = "block"
+                axis = [0, "{side:?}*cos({half} deg)", "sin({half} deg)"]
+                x_axis = "x"
+                friction = {{ mu = {mu:?}, radius = "10 mm" }}
+                "#
+            )
+        };
+        let parts = format!(
+            "{}{}actuated = [\"x\"]\n{}",
+            body("block", 2.0),
+            plate("left", 1.0),
+            plate("right", -1.0)
+        );
+        let found = run(&model(&parts, "left.x = \"0.3 m/s*t\"")).unwrap();
+        for face in ["left", "right"] {
+            let normal = found.friction.column(&format!("{face}.load [N]"))[1];
+            assert!((normal - load).abs() < 1e-11, "{half}: {normal} {load}");
+        }
+        let drive = found.inverse.column("left.drive [N]")[1];
+        assert!((drive - 2.0 * mu * load).abs() < 1e-11, "{half}: {drive}");
+    }
+}
+
+/// A plate that slides and turns: its friction is along the velocity of its middle and against its
+/// turning, in the ratio of velocity and effective radius times rate.
+#[test]
+fn a_plate_that_slides_and_turns() {
+    let (mu, radius, weight) = (0.2, 0.05, 2.0 * G);
+    let parts = format!(
+        r#"{}
+        [joints.table]
+        type = "E"
+        from = "ground"
+        to = "plate"
+        axis = "z"
+        x_axis = "x"
+        actuated = true
+        friction = {{ mu = {mu:?}, radius = {radius:?} }}
+        "#,
+        body("plate", 2.0)
+    );
+    for [x, y, spin] in [[0.3, 0.4, 0.0], [0.0, 0.0, 2.0], [-0.03, 0.04, 1.0], [0.2, 0.0, -4.0]] {
+        let motion = format!(
+            "table.x = \"{x:?} m/s*t\"\ntable.y = \"{y:?} m/s*t\"\ntable.angle = \"{spin:?} rad/s*t\""
+        );
+        let found = run(&model(&parts, &motion)).unwrap();
+        let speed = f64::hypot(f64::hypot(x, y), radius * spin);
+        let at = |name: &str| found.inverse.column(name)[0];
+        for (found, expected) in [
+            (at("table.x.drive [N]"), mu * weight * x / speed),
+            (at("table.y.drive [N]"), mu * weight * y / speed),
+            (at("table.angle.drive [N m]"), mu * weight * radius * radius * spin / speed),
+        ] {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        assert!((found.friction.column("table.speed [m/s]")[0] - speed).abs() < 1e-14);
+    }
+}
+
+/// A shoe on a lever brakes a straight rope that is drawn past it. The pin of the shoe lies `a` from
+/// the lever's pivot along the rope and `c` across; with the force `P` at the arm `l` the shoe is
+/// pressed with `N = P l / (a - mu c)` if the rope drags it away from the pivot, `a + mu c` if
+/// towards it, and the rope needs `mu N`. Away it grips by itself from `mu = a/c` on.
+#[test]
+fn a_rope_brake_with_a_shoe() {
+    let (force, arm, a, c) = (50.0, 0.4, 0.1, 0.15);
+    let brake = |mu: f64, motion: &str| {
+        format!(
+            r#"
+            gravity = [0, 0, 0]
+            {}{}{}
+            [joints.rope]
+            type = "P"
+            from = "ground"
+            to = "rope"
+            at = [0, {c}, 0]
+            axis = "x"
+            actuated = true
+            [joints.shoe]
+            type = "P"
+            from = "shoe"
+            to = "rope"
+            axis = "x"
+            friction = {{ mu = {mu} }}
+            [joints.pin]
+            type = "R"
+            from = "lever"
+            to = "shoe"
+            at = [{a}, {c}, 0]
+            axis = "z"
+            [joints.pivot]
+            type = "R"
+            from = "ground"
+            to = "lever"
+            axis = "z"
+            [motions.m]
+            duration = "0.1 s"
+            step = "0.05 s"
+            rope = "{motion}"
+            [loads.press]
+            lever = {{ force = [0, {down}, 0], at = [{arm}, 0, 0] }}
+            [default]
+            motion = "m"
+            load = "press"
+            "#,
+            body("rope", 1.0),
+            body("shoe", 1.0),
+            body("lever", 1.0),
+            down = -force,
+        )
+    };
+    for mu in [0.1, 0.3, 0.6] {
+        for (motion, sign) in [("0.2 m/s*t", 1.0), ("-0.2 m/s*t", -1.0)] {
+            let run = run(&brake(mu, motion)).unwrap();
+            let drive = run.inverse.column("rope.drive [N]")[1];
+            // Drawn along x the rope drags the shoe forward: about the pivot that presses it on.
+            let load = force * arm / (a - sign * mu * c);
+            let expected = sign * mu * load;
+            assert!((drive / expected - 1.0).abs() < 1e-10, "{mu} {motion}: {drive} {expected}");
+        }
+    }
+    for mu in [0.67, 1.0] {
+        match run(&brake(mu, "0.2 m/s*t")) {
+            Err(Error::Forces { error: InverseError::Locked { joint, percent }, .. }) => {
+                assert_eq!(joint, "shoe");
+                assert!((percent * mu - 100.0 * a / c).abs() < 0.1, "{mu}: {percent}");
+            }
+            other => panic!("{mu}: {other:?}"),
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! All tests of this crate in one program: it is linked once.
+
+mod allocation;
+mod bodies;
+mod breakaway;
+mod browser;
+mod chromium;
+mod common;
+#[path = "../../../stiction-core/tests/suite/common/counting.rs"]
+mod counting;
+mod determinant;
+mod drawing;
+mod exchange;
+mod forward;
+mod friction;
+mod gallery;
+mod identities;
+mod indeterminate;
+mod laws;
+#[path = "../../../stiction-core/tests/suite/common/mod.rs"]
+mod mechanisms;
+mod mjcf;
+mod mobility;
+mod motion;
+mod pose;
+mod references;
+mod report;
+mod sample;
+mod shares;
+mod singularities;
+mod spelling;
+mod stored;
+mod symmetry;
+mod threads;
+mod verdicts;

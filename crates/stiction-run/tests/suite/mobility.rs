@@ -1,0 +1,89 @@
+//! Degrees of freedom of the gallery's robots, counted three ways.
+
+use crate::common::*;
+use stiction_core::dynamics::{InverseDynamics, Settings};
+use stiction_core::mobility::Mobility;
+use stiction_format::Model;
+
+fn mobility(model: &Model) -> Mobility {
+    let motion = model.motion(model.default_motion.as_ref().unwrap()).unwrap();
+    let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
+    let targets: Vec<_> = motion.at(motion.start + 0.1 * motion.duration).collect();
+    let (mechanism, homes) = (model.mechanism.clone(), &model.homes);
+    let solver =
+        InverseDynamics::new(mechanism, homes, &coordinates, &targets, Settings::default());
+    Mobility::of(&solver.unwrap())
+}
+
+fn freedoms(name: &str, body: &str) -> (Vec<String>, Vec<String>) {
+    let found = mobility(&model(name)).bodies.into_iter().find(|known| known.body == body);
+    found.map(|body| (body.motions, body.first_order_only)).unwrap()
+}
+
+#[test]
+fn what_bodies_can_do_in_words() {
+    let (lasting, brief) = freedoms("zhang2018", "platform");
+    assert_eq!(lasting, ["translation along x", "translation along z", "rotation about y"]);
+    assert_eq!(brief.len(), 1);
+    assert_eq!(brief, ["rotation about the line leg2.S - leg3.S (along x)"]);
+    let (lasting, brief) = freedoms("3rrr", "platform");
+    assert_eq!(lasting, ["translation along x", "translation along y", "rotation about z"]);
+    assert!(brief.is_empty());
+    let (lasting, _) = freedoms("slider-crank", "slider");
+    assert_eq!(lasting, ["translation along x"]);
+    let (lasting, _) = freedoms("slider-crank", "crank");
+    assert_eq!(lasting, ["rotation about z through (0, 0, 0) m"]);
+    let (lasting, _) = freedoms("gough", "platform");
+    assert_eq!(lasting.len(), 6);
+    for name in ["delta", "3upu"] {
+        let (lasting, _) = freedoms(name, "platform");
+        let moves = ["translation along x", "translation along y", "translation along z"];
+        assert_eq!(lasting, moves, "{name}");
+    }
+    let (lasting, _) = freedoms("spherical-3rrr", "camera");
+    assert_eq!(lasting, ["x", "y", "z"].map(|k| format!("rotation about {k} through (0, 0, 0) m")));
+}
+
+/// Gruebler's count, instantaneous, finite, redundant constraints.
+#[test]
+fn of_the_gallery() {
+    let known = [
+        // The robot as printed: its three constraint forces are parallel and in one plane, so the
+        // platform rolls to first order, and to first order only.
+        ("zhang2018", 3, 4, 3, 1),
+        ("zhang2018-regular", 3, 3, 3, 0),
+        ("3rps", 3, 3, 3, 0),
+        ("gough", 6, 6, 6, 0),
+        ("four-bar", -2, 1, 1, 3),
+        ("slider-crank", -2, 1, 1, 3),
+        ("five-bar", -1, 2, 2, 3),
+        ("3rrr", -3, 3, 3, 6),
+        ("bricard", 0, 1, 1, 1),
+        ("6sps", 12, 12, 12, 0),
+        // 10 bodies, 3 R and 12 S: 60 - 15 - 36. Each pair of rods lets the platform go anywhere but
+        // turn about one line, so it has three translations; each of the six rods spins.
+        ("delta", 9, 9, 9, 0),
+        // 7 bodies, 10 R: 42 - 50. In the plane 21 - 20; three loops with three redundancies each.
+        ("andrews", -8, 1, 1, 9),
+        // 13 bodies, 6 U, 6 P, 6 S: 78 - 24 - 30 - 18. Singular in actuation, not in constraints.
+        ("griffis-duffy", 6, 6, 6, 0),
+        // 7 bodies, 6 U, 3 P: 42 - 24 - 15. Three couples, along the normals of the legs' two
+        // directions of axes; these are independent.
+        ("3upu", 3, 3, 3, 0),
+        // The same count; but the three couples are all vertical, so only one of them counts: 6 - 1.
+        // Two are redundant. Motions of finite size: the three translations, or as many others.
+        ("3upu-singular", 3, 5, 3, 2),
+        // 7 bodies, 9 R: 42 - 45. On the sphere each of the two loops is spared three constraints.
+        ("spherical-3rrr", -3, 3, 3, 6),
+        // 11 bodies, 6 U, 5 P, 4 S: 66 - 24 - 25 - 12. One leg of five freedoms, the others of six.
+        ("4ups-upu", 5, 5, 5, 0),
+    ];
+    for (name, gruebler, instantaneous, finite, redundant) in known {
+        let found = mobility(&model(name));
+        let counts =
+            (found.gruebler, found.instantaneous, found.finite, found.redundant_constraints);
+        assert_eq!(counts, (gruebler, instantaneous, finite, redundant), "{name} {found:?}");
+        let (kept, dropped) = found.gap;
+        assert!(kept.unwrap() > 1e-4 && dropped.is_none_or(|d| d < 1e-12), "{name} {found:?}");
+    }
+}

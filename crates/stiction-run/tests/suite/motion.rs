@@ -1,0 +1,263 @@
+//! Motions that are easy to get wrong: whole turns, idle spins, singular positions passed.
+
+use crate::common::*;
+use stiction_core::dynamics::FrictionMode;
+use stiction_format::{LoadCase, gallery};
+use stiction_run::inverse::Job;
+
+/// A body on three slides and three revolute joints: every pose is within reach.
+fn six_axes(coordinates: &str) -> String {
+    let slide = |name: &str, from: &str, to: &str, kind: &str, axis: &str| {
+        format!(
+            "[joints.{name}]\ntype = \"{kind}\"\nfrom = \"{from}\"\nto = \"{to}\"\naxis = \"{axis}\"\n\
+             actuated = true\n"
+        )
+    };
+    let mut text = String::from("gravity = [0, 0, \"-9.81 m/s^2\"]\n");
+    for body in ["a", "b", "c", "d", "e", "hand"] {
+        text += &format!(
+            "[bodies.{body}]\nmass = 1.0\ncom = [0.1, 0.05, -0.02]\ninertia = [0.01, 0.02, 0.025]\n"
+        );
+    }
+    let chain = [
+        ("x", "ground", "a", "P", "x"),
+        ("y", "a", "b", "P", "y"),
+        ("z", "b", "c", "P", "z"),
+        ("A", "c", "d", "R", "x"),
+        ("B", "d", "e", "R", "y"),
+        ("C", "e", "hand", "R", "z"),
+    ];
+    for (name, from, to, kind, axis) in chain {
+        text += &slide(name, from, to, kind, axis);
+    }
+    text + "[motions.m]\nduration = \"1 s\"\nhand.x = 0\nhand.y = 0\nhand.z = 0\n"
+        + coordinates
+        + "\n[loads.none]\n[default]\nmotion = \"m\"\nload = \"none\"\n"
+}
+
+fn drives(text: &str) -> Vec<Vec<f64>> {
+    let model = model_of("six", text);
+    let run = Run::of(&default_job(&model, FrictionMode::Off)).unwrap();
+    assert!(run.closure < 1e-12);
+    let columns = run.inverse.columns().filter(|(name, _)| name.contains(".drive "));
+    columns.map(|(_, values)| values.clone()).collect()
+}
+
+/// Rotation vectors beyond half a turn and beyond whole turns, against the same motion in angles.
+#[test]
+fn rotation_vectors_go_round_and_round() {
+    let pairs = [
+        ("rvx = 0\nrvy = 0\nrvz = \"20 rad/s*t\"", "rx = 0\nry = 0\nrz = \"20 rad/s*t\""),
+        ("rvx = \"-9 rad/s*t\"\nrvy = 0\nrvz = 0", "rx = \"-9 rad/s*t\"\nry = 0\nrz = 0"),
+    ];
+    let named = |text: &str| text.lines().map(|line| format!("hand.{line}\n")).collect::<String>();
+    for (vector, angles) in pairs {
+        let (vector, angles) =
+            (drives(&six_axes(&named(vector))), drives(&six_axes(&named(angles))));
+        assert_eq!(vector.len(), 6);
+        for (a, b) in vector.iter().flatten().zip(angles.iter().flatten()) {
+            assert!((a - b).abs() < 1e-8, "{a} {b}");
+        }
+    }
+    // About a slanting axis through more than a turn, with a wobble.
+    drives(&six_axes(&named(
+        "rvx = \"pi*1 rad*sin(2*pi*t)\"\nrvy = 0.3\nrvz = \"0.1 rad + 1 rad*t\"",
+    )));
+}
+
+/// A crank that drives a lever through a rod between two balls.
+fn rssr(rod: &str, friction: &str) -> String {
+    format!(
+        r#"
+        gravity = [0, 0, "-9.81 m/s^2"]
+        [bodies.crank]
+        mass = 1.0
+        com = [0.05, 0, 0]
+        inertia = [1e-3, 1e-3, 1e-3]
+        [bodies.rod]
+        {rod}
+        [bodies.lever]
+        mass = 2.0
+        com = [0.1, 0, 0]
+        inertia = [1e-2, 1e-2, 1e-2]
+        home = {{ position = [0.4, 0.1, 0], rotation = {{ axis = "x", angle = "90 deg" }} }}
+        [joints]
+        A = {{ type = "R", from = "ground", to = "crank", axis = "z", actuated = true {friction} }}
+        B = {{ type = "S", from = "crank", to = "rod", at = [0.1, 0, 0] {friction} }}
+        C = {{ type = "S", from = "rod", to = "lever", at = [0.35, 0, 0], to_at = [0.2, 0, 0], start = {{ axis = "y", angle = "-30 deg" }} {friction} }}
+        D = {{ type = "R", from = "ground", to = "lever", at = [0.4, 0.1, 0], axis = "y", start = "-120 deg" {friction} }}
+        [motions.m]
+        duration = "1 s"
+        A = "30 deg*sin(2*pi*t)"
+        [loads.none]
+        [default]
+        motion = "m"
+        load = "none"
+        "#
+    )
+}
+
+/// A rod without mass is the limit of a light one, also where its balls rub.
+#[test]
+fn a_massless_rod_is_a_light_one() {
+    let light = "mass = 1e-9\ncom = [0, 0, 0]\ninertia = [1e-11, 1e-11, 1e-11]";
+    for friction in ["", ", friction = { mu = 0.2, radius = \"10 mm\" }"] {
+        let run = |rod: &str| {
+            let model = model_of("rssr", &rssr(rod, friction));
+            let run = Run::of(&default_job(&model, FrictionMode::Converged)).unwrap();
+            assert!(run.power_residual < 1e-10, "{:e}", run.power_residual);
+            assert_eq!(run.verdict.idle_spins, ["rod"]);
+            run.inverse.column("A.drive [N m]").to_vec()
+        };
+        for (massless, light) in run("").iter().zip(run(light)) {
+            assert!((massless - light).abs() < 1e-6, "{massless} {light}");
+        }
+    }
+}
+
+/// A slider that drives its crank through both dead centres, where it cannot.
+#[test]
+fn a_singular_position_that_is_passed_is_told() {
+    let text = gallery::get("slider-crank").unwrap();
+    let text = text.replacen("actuated = true\n", "", 1);
+    let text =
+        text.replacen("start = \"crank + rod\"", "start = \"crank + rod\"\nactuated = true", 1);
+    let text = text.replacen("A = \"10 rad/s*t\"", "A = \"10 rad/s*t + 0.5 deg\"", 1);
+    let model = model_of("slider", &text);
+    let run = Run::of(&default_job(&model, FrictionMode::Off)).unwrap();
+    let passed = &run.verdict.passed_singularities;
+    let near = |(from, to): &(f64, f64), turn: f64| {
+        let t = (turn * std::f64::consts::PI - 0.5_f64.to_radians()) / 10.0;
+        *from <= t && t <= *to
+    };
+    assert_eq!(passed.len(), 2, "{passed:?}");
+    assert!(near(&passed[0], 1.0) && near(&passed[1], 2.0), "{passed:?}");
+}
+
+/// A parallelogram that turns steadily in the horizontal plane turns over no power, only forces; it
+/// is computed at any speed.
+#[test]
+fn steady_turning_is_not_taken_for_noise() {
+    for speed in [1.0, 50.0, 1e3, 1e4] {
+        let text = format!(
+            r#"
+gravity=[0,0,"-9.81 m/s^2"]
+[bodies.crank]
+mass="1 kg"
+com=["50 mm",0,0]
+inertia=["1e-3 kg m^2","1e-3 kg m^2","1e-3 kg m^2"]
+[bodies.rod]
+mass="1 kg"
+com=["150 mm",0,0]
+inertia=["1e-3 kg m^2","1e-3 kg m^2","1e-3 kg m^2"]
+[bodies.crank2]
+mass="1 kg"
+com=["50 mm",0,0]
+inertia=["1e-3 kg m^2","1e-3 kg m^2","1e-3 kg m^2"]
+[joints]
+A={{type="R",from="ground",to="crank",axis="z",actuated=true}}
+B={{type="R",from="crank",to="rod",at=["100 mm",0,0],axis="z"}}
+D={{type="R",from="ground",to="crank2",at=["300 mm",0,0],axis="z"}}
+C={{type="R",from="crank2",to="rod",at=["100 mm",0,0],to_at=["300 mm",0,0],axis="z"}}
+[motions.run]
+duration="20 ms"
+step="0.1 ms"
+A="1 rad + {speed} rad/s*t"
+"#
+        );
+        let model = model_of("parallelogram", &text);
+        let job = Job {
+            model: &model,
+            motion: &model.motions[0].1,
+            motion_name: "m".into(),
+            load: &LoadCase::default(),
+            load_name: "none".into(),
+            friction: FrictionMode::Off,
+            step: Some(0.1 / speed),
+            friction_margin: false,
+        };
+        let run = Run::of(&job).unwrap();
+        assert!(run.power_residual < 1e-10, "{speed}: {:e}", run.power_residual);
+    }
+}
+
+/// Motions with kinks are followed wherever the samples fall: on the kink, on both sides of it, or far away.
+/// The derivatives there are those towards later times.
+#[test]
+fn kinks_are_followed() {
+    let slider = gallery::get("slider-crank").unwrap();
+    for step in [0.05, 0.04, 0.0417, 0.031, 0.01] {
+        for (kinked, rate) in [
+            ("hand.x = \"0.1 m + 1 m*abs(t - 0.15 s)/1 s\"", [-1.0, 1.0]),
+            ("hand.x = \"max(0.2 m - t*1 m/1 s, 0.05 m)\"", [-1.0, 0.0]),
+        ] {
+            let text = six_axes(&format!("hand.rx = 0\nhand.ry = 0\nhand.rz = 0\n{kinked}\n"))
+                .replacen("hand.x = 0\n", "", 1)
+                .replacen("duration = \"1 s\"", "duration = \"300 ms\"", 1);
+            let model = model_of("kink", &text);
+            let job = Job { step: Some(step), ..default_job(&model, FrictionMode::Off) };
+            let mut speeds = Vec::new();
+            let look = |sample: &stiction_run::inverse::Sample<'_>| {
+                let hand = sample.bodies.twist.last().expect("bodies");
+                speeds.push((sample.time, hand.linear.component(0)));
+                Ok(())
+            };
+            job.run(look, |_, _, _| true).unwrap_or_else(|error| panic!("{step}: {error}"));
+            for (time, speed) in speeds {
+                // On the kink itself rounding decides where it is.
+                let expected = if time < 0.15 { rate[0] } else { rate[1] };
+                let is_there = (time - 0.15).abs() < 1e-9;
+                assert!(
+                    is_there || (speed - expected).abs() < 1e-9,
+                    "{step} {kinked}: {time} {speed}"
+                );
+            }
+        }
+        // Loops follow, too.
+        let text = slider.replacen("A = \"10 rad/s*t\"", "A = \"1 rad*abs(sin(10*t))\"", 1);
+        let model = model_of("kink", &text);
+        let job = Job { step: Some(step), ..default_job(&model, FrictionMode::Off) };
+        let run = Run::of(&job).unwrap();
+        assert!(run.closure < 1e-12);
+    }
+}
+
+/// Angles of the orders zxz and the like mean nothing where a body is not turned, as it is at first. Any
+/// orientation is found nevertheless, and is the one that was meant.
+#[test]
+fn all_orders_of_angles_assemble_without_a_guess() {
+    for order in ["xyx", "yzy", "zxz", "xzx", "zyz", "yxy", "xyz", "zyx"] {
+        let second =
+            if order.starts_with(&order[2..]) { [0.3, 1.5, 2.8] } else { [-1.2, 0.1, 1.3] };
+        for (k, second) in second.into_iter().enumerate() {
+            let (first, third) = ([0.4, -1.9, 3.0][k], [-2.5, 0.2, 1.1][k]);
+            let angles = |body: &str| {
+                format!(
+                    "{body}.order = \"{order}\"\n{body}.r1 = {first}\n{body}.r2 = \"{second} + 0.1*t\"\n\
+                     {body}.r3 = {third}\n"
+                )
+            };
+            let run = drives(&six_axes(&angles("hand")));
+            assert!(run.iter().flatten().all(|x| x.is_finite()), "{order}");
+        }
+    }
+}
+
+/// A slider that is pulled farther than the linkage reaches is told so, not that the last position on the way is
+/// singular, as it always is, however long the steps are. That it begins at its dead centre does not say that no
+/// other position is within reach.
+#[test]
+fn what_is_within_reach_is_told() {
+    let text = gallery::get("slider-crank").unwrap();
+    let text = text.replacen("A = \"10 rad/s*t\"", "slider.x = \"379.7 mm + 0.21 m/s*t\"", 1);
+    let model = model_of("reach", &text);
+    for step in [0.15, 0.03, 0.01, 0.003] {
+        let job = Job { step: Some(step), ..default_job(&model, FrictionMode::Off) };
+        let error = Run::of(&job).map(|_| ()).unwrap_err().to_string();
+        assert!(
+            error.contains("out of reach") || error.contains("do not close"),
+            "{step}: {error}"
+        );
+        assert!(!error.contains("t = 0 s"), "{step}: {error}");
+    }
+}

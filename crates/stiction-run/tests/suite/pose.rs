@@ -1,0 +1,78 @@
+//! A motion that takes no time is a single pose: all results are there, and none is a ratio of zeros.
+
+use stiction_core::dynamics::FrictionMode;
+use stiction_format::{LoadCase, Model, Source, gallery, read};
+use stiction_run::inverse::{Curves, Job, Summary, Tables, Verdict, write_summary};
+
+/// The verdict, the summary as text and as JSON, the tables and the plots.
+fn run(model: &Model, motion: &str) -> (Verdict, String, serde_json::Value, Vec<String>) {
+    let motion = Source::new("--motion", motion);
+    let motion = model.parse_motion(&motion, &|_| Err(String::new())).unwrap();
+    let job = Job {
+        model,
+        motion: &motion,
+        motion_name: "pose".into(),
+        load: &LoadCase::default(),
+        load_name: "none".into(),
+        friction: FrictionMode::Converged,
+        step: None,
+        friction_margin: false,
+    };
+    let mut summary = Summary::new(&job);
+    let mut curves = Curves::new(&job, 1);
+    let mut tables = Tables::new(&model.mechanism, [Vec::new(), Vec::new(), Vec::new()]).unwrap();
+    let verdict = job
+        .run(
+            |sample| {
+                summary.add(sample);
+                curves.add(sample);
+                tables.add(sample).map_err(|error| error.to_string())
+            },
+            |_, _, _| true,
+        )
+        .unwrap();
+    let mut text = String::new();
+    write_summary(&mut text, &job, &summary, &verdict).unwrap();
+    let tables = [tables.inverse, tables.reactions, tables.friction]
+        .map(|table| String::from_utf8(table.finish().unwrap()).unwrap());
+    let figures = curves.figures().into_iter().map(|(_, figure)| figure.svg());
+    let files = tables.into_iter().chain(figures).collect();
+    let json = summary.json(&job, &verdict);
+    (verdict, text, json, files)
+}
+
+fn robot() -> Model {
+    let text = gallery::get("3rps").unwrap();
+    read(&Source::new("3rps.toml", text), &|_| Err(String::new())).unwrap()
+}
+
+#[test]
+fn nothing_is_undefined() {
+    for z in ["500 mm", "500 mm + 0.1 m/s*t"] {
+        let motion = format!("duration = 0; platform.z = {z}; platform.rx = 0; platform.ry = 0");
+        let (verdict, text, json, files) = run(&robot(), &motion);
+        assert_eq!(verdict.samples, 1);
+        assert_eq!(files.len(), 7);
+        for file in files.iter().chain([&text]) {
+            for word in ["NaN", "nan", "inf"] {
+                assert!(!file.contains(word), "{word} in {file}");
+            }
+        }
+        assert_eq!(json["options"]["samples"], 1);
+        // The work of an instant is nothing; its power is what it is.
+        assert_eq!(json["work"]["drives"], 0.0);
+        assert!(json["verdicts"]["distance_actuation"]["least"].is_number());
+        assert!(json["drives"]["leg1.P"]["with_friction"]["rms"].is_number());
+        assert!(text.contains(" W") && !text.contains(" J"), "{text}");
+    }
+}
+
+/// At a reversal the arithmetic leaves rates of 1e-17, which must not count as sliding.
+#[test]
+fn a_reversal_is_rest() {
+    let tilts = "platform.rx = 0; platform.ry = 0";
+    let z = "platform.z = 500 mm + 30 mm*cos(2*pi*t)";
+    let motion = format!("start = 0.5 s; duration = 0; {z}; {tilts}");
+    let (_, text, json, _) = run(&robot(), &motion);
+    assert_eq!(json["verdicts"]["samples_with_contacts_at_rest"], 1, "{text}");
+}

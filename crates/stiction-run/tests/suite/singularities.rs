@@ -1,0 +1,154 @@
+//! Singular positions along motions: where they are, what they cost, and whether they can be avoided.
+
+use crate::common::*;
+use stiction_core::dynamics::FrictionMode;
+use stiction_run::check::{Findings, Kind, examine};
+use stiction_run::inverse::Job;
+
+fn found(job: &Job<'_>) -> Findings {
+    examine(job, |_, _, _| true).unwrap()
+}
+
+/// A slider-crank that is driven at its slider is singular at its dead centres, where the crank and
+/// the rod are in line: with the crank prescribed, at known instants between samples.
+#[test]
+fn dead_centres_are_located_between_samples() {
+    let text = stiction_format::gallery::get("slider-crank").unwrap();
+    let (before, after) = text.split_once("[joints.A]").unwrap();
+    let (a, rest) = after.split_once("actuated = true").unwrap();
+    let (between, guide) = rest.split_once("[joints.guide]").unwrap();
+    let text = format!(
+        "{before}[joints.A]{a}{between}[joints.guide]\nactuated = true{guide}\n\
+         [motions.off_centre]\nduration = \"1 s\"\nA = \"10 deg + 360 deg*t\"\n"
+    );
+    let model = model_of("driven-at-the-slider", &text);
+    let load = model.loads[0].0.clone();
+    let found = found(&job(&model, "off_centre", &load, FrictionMode::Off));
+    let crossings = &found.actuation.crossings;
+    assert_eq!(crossings.len(), 2, "{crossings:?}");
+    for ((time, gained), expected) in crossings.iter().zip([170.0 / 360.0, 350.0 / 360.0]) {
+        // The distance falls like a V; at 1e-7 from its tip the search may stop.
+        assert!((time - expected).abs() < 1e-7, "{time} {expected}");
+        // With the slider held, the crank turns, and nothing carries its weight's moment.
+        assert_eq!(gained.load, "a moment about z", "{gained:?}");
+    }
+    assert_eq!(found.actuation.singular_samples, 0);
+    assert!(found.actuation.least < 1e-7);
+    assert_eq!(found.everywhere(Kind::Actuation), Some(false));
+    // Passages by the sign of the determinant are the same.
+    assert_eq!(found.passed.len(), 2);
+    assert!(found.passed.iter().zip(crossings).all(|((a, b), (t, _))| a < t && t < b));
+}
+
+/// A parallelogram passes its flat position: a singularity of constraint, where another branch of
+/// motion begins.
+#[test]
+fn a_flat_parallelogram_is_located() {
+    let bar = |name: &str, length: f64| {
+        format!(
+            "[bodies.{name}]\nmass = 1\ncom = [{}, 0, 0]\ninertia = [0, 0.1, 0.1]\n",
+            length / 2.0
+        )
+    };
+    let joint = |name: &str, from: &str, to: &str, at: f64, to_at: f64, start: f64| {
+        format!(
+            "[joints.{name}]\ntype = \"R\"\nfrom = \"{from}\"\nto = \"{to}\"\nat = [{at}, 0, 0]\n\
+             to_at = [{to_at}, 0, 0]\naxis = \"z\"\nstart = \"{start} deg\"\n"
+        )
+    };
+    let text = [
+        "gravity = [0, 0, 0]\n".to_owned(),
+        bar("crank", 1.0) + &bar("coupler", 1.2) + &bar("rocker", 1.0),
+        joint("A", "ground", "crank", 0.0, 0.0, 60.0) + "actuated = true\n",
+        joint("B", "crank", "coupler", 1.0, 0.0, -60.0),
+        joint("C", "coupler", "rocker", 1.2, 1.0, 60.0),
+        joint("D", "ground", "rocker", 1.2, 0.0, 60.0),
+        "[motions.over]\nA = \"60 deg - 79 deg*t\"\n[loads.none]\n".to_owned(),
+    ];
+    let model = model_of("parallelogram", &text.concat());
+    let found = found(&job(&model, "over", "none", FrictionMode::Off));
+    for nearness in [&found.actuation, &found.constraint] {
+        let times: Vec<f64> = nearness.crossings.iter().map(|(time, _)| *time).collect();
+        assert_eq!(times.len(), 1, "{nearness:?}");
+        assert!((times[0] - 60.0 / 79.0).abs() < 1e-6, "{times:?}");
+    }
+    assert_eq!(found.everywhere(Kind::Constraint), Some(false));
+}
+
+/// The robot as printed: roll that is blocked to second order only, by `sqrt(3)/2 k roll^2`; singular
+/// in every pose; and along its printed motion in a second way that other poses do not have.
+#[test]
+fn the_printed_robot() {
+    let model = model("zhang2018");
+    let found = found(&default_job(&model, FrictionMode::Off));
+    assert_eq!(found.everywhere(Kind::Actuation), Some(true));
+    assert_eq!(found.everywhere(Kind::Constraint), Some(true));
+    assert_eq!(found.actuation.singular_samples, found.samples);
+
+    let [play] = found.play() else { panic!("{:?}", found.play()) };
+    let k: f64 = 0.15;
+    let mechanism = &model.mechanism;
+    assert_eq!(mechanism.joints()[play.joint.0].name.split('.').next(), Some("leg1"));
+    assert_eq!(mechanism.bodies()[play.motion.body].name, "platform");
+    for clearance in [1e-6, 1e-5, 1e-4] {
+        let roll = (2.0 * clearance / (3f64.sqrt() * k)).sqrt();
+        let error = play.with(clearance) / roll - 1.0;
+        // The position is closed to 1e-13, the root of which enters.
+        assert!(error.abs() < 1e-6, "{clearance}: {error}");
+    }
+    assert_eq!(format!("{:.2}", play.with(1e-5).to_degrees()), "0.50");
+
+    let weakness = found.constraint.weakness.as_ref().unwrap();
+    assert_eq!(weakness.motion, "rotation about the line leg2.S - leg3.S (along x)");
+    let (least, greatest, _) = found.governance.unwrap();
+    assert!(least.abs() < 1e-9 && greatest < 1e-9, "theta = 90 deg all along: {greatest}");
+    assert!(found.architecture.governance.unwrap() > 0.01, "other poses are governed");
+}
+
+#[test]
+fn which_robots_are_singular_everywhere() {
+    for name in stiction_format::gallery::names() {
+        let model = model(name);
+        let found = found(&default_job(&model, FrictionMode::Off));
+        let expected = match name {
+            "zhang2018" => [true, true],
+            "griffis-duffy" => [true, false],
+            _ => [false, false],
+        };
+        let kinds = [Kind::Actuation, Kind::Constraint];
+        assert_eq!(kinds.map(|kind| found.everywhere(kind)), expected.map(Some), "{name}");
+        let [a, c] = [&found.architecture.actuated, &found.architecture.constraints];
+        for rank in [a, c] {
+            // What is zero is so to rounding or, blocked to second order, to its root.
+            assert!(rank.kept.unwrap() > 1e-4, "{name}");
+            assert!(rank.dropped.is_none_or(|dropped| dropped < 1e-6), "{name}");
+        }
+        // And the mechanism moved far.
+        assert!(found.architecture.reach > 0.3, "{name}: {}", found.architecture.reach);
+    }
+}
+
+/// At a singular pose a load that happens to be carried has finite forces, which are unique but for
+/// the self-stress -2 : 1 : 1.
+#[test]
+fn a_load_in_the_range_of_a_singular_pose() {
+    let text = stiction_format::gallery::get("zhang2018").unwrap().to_owned()
+        + "\n[motions.home]\nduration = 0\nplatform.x = 0\nplatform.y = \"k/sqrt(3)\"\n\
+           platform.z = \"515 mm\"\nplatform.rx = 0\nplatform.ry = 0\nplatform.rz = 0\n";
+    let model = model_of("home", &text);
+    let run = Run::of(&job(&model, "home", "none", FrictionMode::Off)).unwrap();
+    let singular = run.verdict.singular.unwrap();
+    assert_eq!((singular.samples, singular.body.as_str()), (1, "platform"));
+    assert_eq!(singular.load, "a moment about y");
+    let [direction] = singular.null_directions.as_slice() else { panic!("one direction") };
+    assert_eq!(direction.drives, [0.0; 3], "driving forces are unique");
+    let at = |name: &str| {
+        let found = direction.joints.iter();
+        found.into_iter().find(|l| model.mechanism.joints()[l.joint.0].name == name).unwrap().force
+    };
+    let [one, two, three] = ["leg1.S", "leg2.S", "leg3.S"].map(|name| at(name).y);
+    assert!((one + 2.0 * two).abs() < 1e-12 && (two - three).abs() < 1e-12, "{one} {two} {three}");
+    // Elsewhere nothing of the kind is said.
+    let regular = crate::common::model("3rps");
+    assert_eq!(Run::of(&default_job(&regular, FrictionMode::Off)).unwrap().verdict.singular, None);
+}

@@ -1,0 +1,172 @@
+//! Motions and drives that are recorded in files of which little is in memory at any time.
+
+use crate::common::*;
+use std::fmt::Write;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use stiction_core::dynamics::FrictionMode;
+use stiction_core::forward::Settings;
+use stiction_format::{Contents, Drives, LoadCase, Model, Motion, Source, Store};
+use stiction_run::forward::{self, Ending, Feed, Start};
+use stiction_run::inverse::{Error, Job};
+
+/// A file that is overwritten after so many bytes were read from it.
+#[derive(Debug)]
+struct Spoilt {
+    bytes: Mutex<Vec<u8>>,
+    left: AtomicUsize,
+}
+
+impl Store for Spoilt {
+    fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<usize, String> {
+        let mut bytes = self.bytes.lock().unwrap();
+        if self.left.load(Ordering::Relaxed) == 0 {
+            bytes.fill(b'\n');
+        }
+        let rest = bytes.get(offset as usize..).unwrap_or_default();
+        let count = rest.len().min(buffer.len());
+        buffer[..count].copy_from_slice(&rest[..count]);
+        let left = self.left.load(Ordering::Relaxed);
+        self.left.store(left.saturating_sub(count), Ordering::Relaxed);
+        Ok(count)
+    }
+}
+
+fn spoilt(text: &str, after: usize) -> Contents {
+    let (bytes, left) = (Mutex::new(text.as_bytes().to_vec()), AtomicUsize::new(after));
+    Contents::Stored(Arc::new(Spoilt { bytes, left }))
+}
+
+fn stored(text: &str) -> Contents {
+    spoilt(text, usize::MAX)
+}
+
+/// Three windows.
+const COUNT: usize = 13_000;
+
+/// The crank of a four-bar linkage, or a force on it, every millisecond.
+fn recording(column: &str, value: impl Fn(f64) -> f64) -> String {
+    let mut text = format!("time [s], {column}\n");
+    for k in 0..COUNT {
+        let time = k as f64 * 1e-3;
+        writeln!(text, "{time}, {}", value(time)).unwrap();
+    }
+    text
+}
+
+fn turning() -> String {
+    recording("A [rad]", |t| 1.0 + 0.3 * (2.0 * t).sin())
+}
+
+fn motion(model: &Model, contents: &Contents) -> Motion {
+    let files = |_: &str| Ok(contents.clone());
+    model.parse_motion(&Source::new("--motion", "turn.csv"), &files).unwrap()
+}
+
+fn drives(model: &Model, contents: &Contents) -> Drives {
+    let files = |_: &str| Ok(contents.clone());
+    model.parse_drives(&Source::new("--drives", "drive.csv"), &files).unwrap()
+}
+
+/// Driving forces at all samples, as bits.
+fn follow(model: &Model, motion: &Motion, threads: usize) -> Result<Vec<(u64, u64)>, Error> {
+    let job = Job { motion, ..default_job(model, FrictionMode::Off) };
+    let mut found = Vec::new();
+    job.run_on(
+        threads,
+        |sample| {
+            found.push((sample.time.to_bits(), sample.forces.drives[0].to_bits()));
+            assert!(sample.time.is_finite() && sample.forces.drives[0].is_finite());
+            Ok(())
+        },
+        |_, _, _| true,
+    )
+    .map(|_| found)
+}
+
+#[test]
+fn forces_are_the_same_on_several_threads() {
+    let (model, text) = (model("four-bar"), turning());
+    let whole = follow(&model, &motion(&model, &text.as_str().into()), 1).unwrap();
+    assert_eq!(whole.len(), COUNT);
+    let pieces = follow(&model, &motion(&model, &stored(&text)), 3).unwrap();
+    assert!(whole == pieces, "drives differ");
+}
+
+/// Wherever a file is overwritten while it is followed, that is what is told; no sample is made of it.
+#[test]
+fn a_file_that_is_overwritten_stops_the_motion() {
+    let (model, text) = (model("four-bar"), turning());
+    for threads in [1, 4] {
+        // Once through it is read before it is followed; then before its first, second and third window.
+        for part in [1.0, 1.01, 1.5] {
+            let after = (part * text.len() as f64) as usize;
+            let error = follow(&model, &motion(&model, &spoilt(&text, after)), threads);
+            let fault = match error {
+                Err(Error::NotFinite(fault)) => fault,
+                Err(other) => panic!("{part}: {other}"),
+                Ok(samples) => panic!("{part}: {} samples", samples.len()),
+            };
+            assert!(fault.message.contains("it has changed"), "{}", fault.message);
+        }
+    }
+}
+
+/// What is given to a simulation of the crank.
+fn simulate(model: &Model, motion: &Motion, drives: &Drives, prescribed: bool) -> (usize, Ending) {
+    let load = LoadCase::default();
+    let job = forward::Job {
+        model,
+        motion: Some(motion),
+        motion_name: String::new(),
+        load: &load,
+        load_name: String::new(),
+        drives: Feed::Given(drives),
+        drives_name: String::new(),
+        control: None,
+        control_name: String::new(),
+        prescribed: if prescribed { vec![0] } else { Vec::new() },
+        locked: Vec::new(),
+        start: Start::Moving,
+        from: 0.0,
+        until: 6.0,
+        step: 0.5,
+        settings: Settings::default(),
+        friction: true,
+    };
+    let mut samples = 0;
+    let receive = |sample: &forward::Sample<'_>| {
+        assert!(sample.joints.iter().all(|joint| joint.value.is_finite()));
+        samples += 1;
+        Ok(())
+    };
+    let outcome = job.run(receive, |_, _, _| Ok(()), &|| false, None).unwrap();
+    (samples, outcome.ending)
+}
+
+#[test]
+fn a_simulation_tells_what_was_overwritten() {
+    let model = model("four-bar");
+    let turning = turning();
+    let pushing = recording("A [N m]", |t| 0.1 * t.sin());
+    let (turns, pushes) = (motion(&model, &stored(&turning)), drives(&model, &stored(&pushing)));
+    let none = Drives::default();
+    for (prescribed, given) in [(true, &none), (false, &pushes)] {
+        let (samples, ending) = simulate(&model, &turns, given, prescribed);
+        assert!(matches!(ending, Ending::Reached), "{ending:?}");
+        assert_eq!(samples, 13);
+    }
+    // The first pass, and a window or two behind it.
+    let after = |text: &str| text.len() + text.len() / 4;
+    let spoilt_turns = motion(&model, &spoilt(&turning, after(&turning)));
+    let spoilt_pushes = drives(&model, &spoilt(&pushing, after(&pushing)));
+    for (prescribed, motion, given) in
+        [(true, &spoilt_turns, &none), (false, &turns, &spoilt_pushes)]
+    {
+        let (samples, ending) = simulate(&model, motion, given, prescribed);
+        let Ending::Failed(error) = ending else { panic!("{ending:?}") };
+        let forward::Error::NotFinite(fault) = *error else { panic!("{error:?}") };
+        assert!(fault.message.contains("it has changed"), "{}", fault.message);
+        assert!((1..13).contains(&samples), "{samples}");
+    }
+}
