@@ -67,7 +67,7 @@ impl Choices<'_> {
         }
     }
 
-    fn course(&mut self, wild: usize) -> String {
+    fn signal(&mut self, wild: usize) -> String {
         let (a, b) = (self.number(wild), self.number(wild));
         match self.below(12) {
             0..=2 => format!("{a}*sin({b}*t)"),
@@ -87,7 +87,7 @@ impl Choices<'_> {
 const TYPES: [&str; 12] = ["R", "P", "R", "P", "H", "C", "U", "S", "E", "fixed", "free", "R"];
 
 /// How many freedoms of a joint type are called what.
-fn freedoms(joint_type: &str) -> &'static [&'static str] {
+fn dofs(joint_type: &str) -> &'static [&'static str] {
     match joint_type {
         "R" | "P" | "H" => &[""],
         "C" => &[".angle", ".slide"],
@@ -153,7 +153,7 @@ fn joint(choices: &mut Choices<'_>, joint_type: &str, wild: usize, driven: bool,
     if driven {
         let _ = writeln!(out, "actuated = true");
     }
-    if freedoms(joint_type).len() == 1 && choices.once_in(4) {
+    if dofs(joint_type).len() == 1 && choices.once_in(4) {
         let _ = writeln!(out, "start = {}", choices.number(wild));
     }
     friction(choices, wild, out);
@@ -215,11 +215,11 @@ pub fn mechanism(bytes: &[u8]) -> String {
             name(from),
             name(to)
         );
-        let has_drive = !freedoms(joint_type).is_empty() && (index < bodies || c.once_in(4));
+        let has_drive = !dofs(joint_type).is_empty() && (index < bodies || c.once_in(4));
         let has_drive = has_drive && !c.once_in(4);
         joint(c, joint_type, wild, has_drive, &mut out);
         if has_drive {
-            driven.extend(freedoms(joint_type).iter().map(|own| format!("J{index}{own}")));
+            driven.extend(dofs(joint_type).iter().map(|own| format!("J{index}{own}")));
         }
     }
     if c.once_in(5) {
@@ -241,7 +241,7 @@ pub fn mechanism(bytes: &[u8]) -> String {
         let _ = writeln!(
             out,
             "[loads.l]\nb0 = {{ force = [{:?}, {}, {}], moment = {}, at = {} }}\n[default]\nload = \"l\"",
-            c.course(wild),
+            c.signal(wild),
             c.number(wild),
             c.number(wild),
             c.vector(wild),
@@ -280,16 +280,16 @@ fn motion(c: &mut Choices<'_>, wild: usize, driven: &[String], out: &mut String)
     // Coordinates of a joint and of its freedoms are keys of one table.
     for name in driven {
         if !c.once_in(12) {
-            let course = match c.below(3) {
+            let signal = match c.below(3) {
                 0 => "0.1*sin(2*t)".to_owned(),
-                _ => c.course(wild),
+                _ => c.signal(wild),
             };
-            let _ = writeln!(out, "{name} = {course:?}");
+            let _ = writeln!(out, "{name} = {signal:?}");
         }
     }
     if c.once_in(5) {
         let which = c.one(&["x", "y", "z", "rx", "rz", "rvx"]);
-        let _ = writeln!(out, "b0.{which} = {:?}", c.course(wild));
+        let _ = writeln!(out, "b0.{which} = {:?}", c.signal(wild));
     }
 }
 

@@ -10,7 +10,7 @@
 //!
 //! ```
 //! use stiction_core::dynamics::{InverseDynamics, Settings};
-//! use stiction_core::friction::{Contact, Law};
+//! use stiction_core::friction::{JointFriction, Law};
 //! use stiction_core::joint::JointType::Revolute;
 //! use stiction_core::kinematics::{Coordinate, Target};
 //! use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder};
@@ -20,7 +20,7 @@
 //! let bar = |name: &str, length| BodySpec::new(name).mass(1.0).com(Vec3::new(length / 2.0, 0.0, 0.0));
 //! let at = |x| Pose::at(Vec3::new(x, 0.0, 0.0));
 //! // A pin of 10 mm radius, its friction proportional to the force across it.
-//! let dry = Contact::round(0.01, Law::coulomb_viscous(0.1, 0.0));
+//! let dry = JointFriction::round(0.01, Law::coulomb_viscous(0.1, 0.0));
 //! let pin = |name: &str, from: &str, to: &str| JointSpec::new(name, Revolute, from, to).friction(dry.clone());
 //! let linkage = MechanismBuilder::new("five-bar")
 //!     .gravity(Vec3::new(0.0, -9.81, 0.0))
@@ -38,7 +38,7 @@
 //!
 //! // Prescribed are both cranks: their angles, rates and accelerations.
 //! let coordinates: Vec<_> =
-//!     linkage.actuators().map(|(joint, freedom)| Coordinate::Joint { joint, freedom }).collect();
+//!     linkage.actuators().map(|(joint, dof)| Coordinate::Joint { joint, dof }).collect();
 //! let motion = |t: f64, targets: &mut [Target<f64>]| {
 //!     targets[0] = Target { value: 2.0 + 0.3 * t, rate: 0.3, acceleration: 0.0 };
 //!     targets[1] = Target { value: 1.0 - 0.2 * t, rate: -0.2, acceleration: 0.0 };
@@ -51,12 +51,12 @@
 //! // Forces are those of the position at which `solve` is called.
 //! let forces = solver.solve(&[])?;
 //! // Friction resists: what it adds to the drives is what it dissipates.
-//! let added = |k: usize| forces.drives[k] - forces.drives_frictionless[k];
+//! let added = |k: usize| forces.drives[k] - forces.efforts_frictionless[k];
 //! let (given, lost) = (0.3 * added(0) - 0.2 * added(1), forces.power.dissipated);
 //! assert!(lost > 0.0 && (given - lost).abs() < 1e-12 * lost);
 //! // The pins at the bases turn with the cranks: friction there is coefficient times force times radius times rate.
 //! let (force, _moment) = forces.reactions[0];
-//! assert!((forces.contacts[0].power - 0.1 * force.norm() * 0.01 * 0.3).abs() < 1e-15);
+//! assert!((forces.interfaces[0].power - 0.1 * force.norm() * 0.01 * 0.3).abs() < 1e-15);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

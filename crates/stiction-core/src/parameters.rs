@@ -1,6 +1,6 @@
 //! The numbers of a mechanism, in the scalar of the kernels.
 
-use crate::friction::{ContactShape, Law, LoadMap, Thread, contacts_of};
+use crate::friction::{InterfaceShape, Law, NormalLoadMap, Thread, interfaces_of};
 use crate::mechanism::{BodyId, Mechanism, Spring};
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3, Wrench};
@@ -31,9 +31,9 @@ pub struct Parameters<T> {
     /// For each joint its pitch, m/rad.
     pub pitch: Vec<T>,
     /// All sliding contacts with friction, in the order of the joints.
-    pub contacts: Vec<ContactParameters<T>>,
-    /// For each joint which of `contacts` are its own.
-    pub contacts_at: Vec<Range<usize>>,
+    pub interfaces: Vec<InterfaceParameters<T>>,
+    /// For each joint which of `interfaces` are its own.
+    pub interfaces_at: Vec<Range<usize>>,
     /// All springs.
     pub springs: Vec<SpringParameters<T>>,
     /// The length that makes moments comparable with forces, m.
@@ -91,11 +91,11 @@ impl<T: Scalar> Weights<T> {
 
 /// A sliding contact with friction.
 #[derive(Clone, Debug)]
-pub struct ContactParameters<T> {
+pub struct InterfaceParameters<T> {
     /// The joint's index.
     pub joint: usize,
     /// Where in the joint it slides.
-    pub shape: ContactShape,
+    pub shape: InterfaceShape,
     /// Radius of a turning contact, m; one for a guide, whose speed is that of its freedom.
     pub radius: T,
     /// From speed and load to friction.
@@ -103,7 +103,7 @@ pub struct ContactParameters<T> {
     /// The same for sliding backward, if it is different.
     pub backward: Option<Law<T>>,
     /// From the joint's reaction to the load.
-    pub load: LoadMap<T>,
+    pub load: NormalLoadMap<T>,
 }
 
 /// A spring with a damper between points of two bodies.
@@ -133,18 +133,18 @@ impl<T: Scalar> SpringParameters<T> {
     }
 }
 
-impl<T: Scalar> ContactParameters<T> {
+impl<T: Scalar> InterfaceParameters<T> {
     /// The way at the surface for a unit of each of its freedoms, m or one; `pitch` is the joint's.
     pub fn arms(&self, pitch: T) -> [T; 3] {
         match self.shape {
-            ContactShape::Plate => [T::one(), T::one(), self.radius],
-            ContactShape::Thread => [Thread { radius: self.radius, pitch }.way(); 3],
+            InterfaceShape::Plate => [T::one(), T::one(), self.radius],
+            InterfaceShape::Thread => [Thread { radius: self.radius, pitch }.way(); 3],
             _ => [self.radius; 3],
         }
     }
 }
 
-impl ContactParameters<f64> {
+impl InterfaceParameters<f64> {
     /// The law for this sense of sliding: its sign.
     pub(crate) fn law_towards(&self, sense: f64) -> &Law {
         match &self.backward {
@@ -166,19 +166,19 @@ impl<T: Scalar> Parameters<T> {
         let joints = mechanism.joints();
         let base = mechanism.base();
         let origin = amid_ground_joints(mechanism);
-        let mut contacts = Vec::new();
-        let mut contacts_at = Vec::new();
+        let mut interfaces = Vec::new();
+        let mut interfaces_at = Vec::new();
         for (index, joint) in joints.iter().enumerate() {
-            let first = contacts.len();
-            contacts.extend(joint.friction.iter().map(|contact| ContactParameters {
+            let first = interfaces.len();
+            interfaces.extend(joint.friction.iter().map(|interface| InterfaceParameters {
                 joint: index,
-                shape: contacts_of(joint.joint_type)[contact.place].1,
-                radius: T::from_f64(contact.radius.unwrap_or(1.0)),
-                law: contact.law.lift(),
-                backward: contact.backward.as_ref().map(Law::lift),
-                load: contact.load.lift(),
+                shape: interfaces_of(joint.joint_type)[interface.place].1,
+                radius: T::from_f64(interface.radius.unwrap_or(1.0)),
+                law: interface.law.lift(),
+                backward: interface.backward.as_ref().map(Law::lift),
+                load: interface.load.lift(),
             }));
-            contacts_at.push(first..contacts.len());
+            interfaces_at.push(first..interfaces.len());
         }
         Self {
             origin,
@@ -190,8 +190,8 @@ impl<T: Scalar> Parameters<T> {
             frame_j: joints.iter().map(|j| j.frame_j.lift()).collect(),
             frame_k: joints.iter().map(|j| j.frame_k.lift()).collect(),
             pitch: joints.iter().map(|j| T::from_f64(j.pitch)).collect(),
-            contacts,
-            contacts_at,
+            interfaces,
+            interfaces_at,
             springs: mechanism.springs().iter().map(SpringParameters::new).collect(),
             length: T::from_f64(mechanism.characteristic_length()),
             compliance: Weights::declared(mechanism).map(|all| all.iter().map(lift).collect()),

@@ -118,7 +118,6 @@
 //! [`json_schema`] describes all keys for editors; the models of the [`gallery`] are examples.
 
 mod contents;
-mod course;
 mod diagnostic;
 mod document;
 mod expression;
@@ -127,11 +126,10 @@ pub mod gallery;
 mod model;
 mod parameters;
 mod read;
+mod signal;
 mod source;
 
 pub use contents::{Contents, Store, not_text};
-pub use course::Course;
-pub use course::samples::SampleTimes;
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use fields::json_schema;
 pub use model::{
@@ -139,4 +137,6 @@ pub use model::{
     Motion,
 };
 pub use read::read;
+pub use signal::Signal;
+pub use signal::samples::SampleTimes;
 pub use source::{Place, Source};

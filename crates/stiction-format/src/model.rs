@@ -1,9 +1,9 @@
 //! A model: a mechanism, its motions and its loads.
 
-use crate::course::Course;
-use crate::course::samples::SampleTimes;
 use crate::diagnostic::Diagnostics;
 use crate::parameters::Parameters;
+use crate::signal::Signal;
+use crate::signal::samples::SampleTimes;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{BodyId, JointId, Mechanism};
@@ -21,7 +21,7 @@ pub struct Model {
     /// The mechanism.
     pub mechanism: Mechanism,
     /// First guesses of poses, in the ground's frame.
-    pub homes: Vec<(BodyId, Pose<f64>)>,
+    pub initial_poses: Vec<(BodyId, Pose<f64>)>,
     /// Motions by name, in the order of the file.
     pub motions: Vec<(String, Motion)>,
     /// Loads by name, in the order of the file.
@@ -64,7 +64,7 @@ pub struct Motion {
     /// The instants of the samples from which it comes, s, strictly increasing.
     pub samples: Option<SampleTimes>,
     /// The prescribed coordinates, each with its course in rad or m.
-    pub coordinates: Vec<(Coordinate, Course)>,
+    pub coordinates: Vec<(Coordinate, Signal)>,
     /// How the gaps between samples are filled, in words.
     pub interpolation: Option<String>,
 }
@@ -72,7 +72,7 @@ pub struct Motion {
 impl Motion {
     /// What is prescribed at time `t` (s), in the order of the coordinates.
     pub fn at(&self, t: f64) -> impl Iterator<Item = Target<f64>> + '_ {
-        self.coordinates.iter().map(move |(_, course)| course.at(t))
+        self.coordinates.iter().map(move |(_, signal)| signal.at(t))
     }
 }
 
@@ -82,7 +82,7 @@ pub struct Drives {
     /// One line that says what they are; may be empty.
     pub title: String,
     /// Efforts by the actuator's index ([`Mechanism::actuators`]), N or N m; the others exert none.
-    pub efforts: Vec<(usize, Course)>,
+    pub efforts: Vec<(usize, Signal)>,
     /// The instants of the samples from which they come, s, strictly increasing.
     pub samples: Option<SampleTimes>,
     /// How the gaps between samples are filled, in words.
@@ -171,16 +171,16 @@ pub struct AppliedWrench {
     /// The axes of force and moment.
     pub axes: LoadAxes,
     /// Components of the force, N.
-    pub force: [Course; 3],
+    pub force: [Signal; 3],
     /// Components of the moment about the point, N m.
-    pub moment: [Course; 3],
+    pub moment: [Signal; 3],
 }
 
 impl AppliedWrench {
     /// Force and moment at time `t` (s).
     pub fn at(&self, t: f64) -> AppliedLoad<f64> {
-        let vector = |courses: &[Course; 3]| {
-            let [x, y, z] = courses.each_ref().map(|course| course.at(t).value);
+        let vector = |signals: &[Signal; 3]| {
+            let [x, y, z] = signals.each_ref().map(|signal| signal.at(t).value);
             Vec3::new(x, y, z)
         };
         AppliedLoad {

@@ -23,19 +23,19 @@ fn main() {
 }
 
 fn measure(name: &str) -> Option<()> {
-    let Robot { mut solver, course, loads } = Robot::new(name, None);
-    let inverse = InverseProgram::record(&solver, &course, &loads).ok()?;
-    let forward = ForwardProgram::record(&solver, &course, &loads).ok()?;
-    let motion: Vec<Quantity> = (0..course[0].len())
+    let Robot { mut solver, signal, loads } = Robot::new(name, None);
+    let inverse = InverseProgram::record(&solver, &signal, &loads).ok()?;
+    let forward = ForwardProgram::record(&solver, &signal, &loads).ok()?;
+    let motion: Vec<Quantity> = (0..signal[0].len())
         .flat_map(|k| [Quantity::Value(k), Quantity::Rate(k), Quantity::Acceleration(k)])
         .collect();
-    let contacts = 0..solver.parameters().contacts.len();
-    let frictions: Vec<Quantity> = contacts.map(Quantity::Coulomb).collect();
-    let by_motion = DerivativeProgram::record(&solver, &course, &loads, &motion).ok()?;
-    let by_friction = DerivativeProgram::record(&solver, &course, &loads, &frictions).ok()?;
+    let interfaces = 0..solver.parameters().interfaces.len();
+    let frictions: Vec<Quantity> = interfaces.map(Quantity::Coulomb).collect();
+    let by_motion = DerivativeProgram::record(&solver, &signal, &loads, &motion).ok()?;
+    let by_friction = DerivativeProgram::record(&solver, &signal, &loads, &frictions).ok()?;
 
     let mut states = Vec::new();
-    for targets in &course {
+    for targets in &signal {
         solver.move_to(targets).ok()?;
         let efforts = solver.solve(&loads).ok()?.drives.clone();
         states.push((targets.clone(), solver.assembly().state().clone(), efforts));

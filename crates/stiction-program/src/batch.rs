@@ -1,7 +1,7 @@
 //! Forces at many states: by the program, side by side, and by its solver where the program does not hold.
 
-use crate::given::StateOfMotion;
 use crate::inverse::InverseProgram;
+use crate::program_inputs::StateOfMotion;
 use stiction_core::dynamics::{InverseDynamics, InverseError};
 use stiction_core::kinematics::AssemblyError;
 

@@ -7,7 +7,7 @@
 
 use crate::forward::ForwardProgram;
 use crate::motions::run;
-use crate::recipe::Recipe;
+use crate::recording::Recipe;
 use crate::wrench::from_components;
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::kinematics::{State, Target};
@@ -25,8 +25,8 @@ impl Recipe<'_> {
     ) -> (State<f64>, Vec<Target<f64>>, Vec<AppliedLoad<f64>>) {
         let counts = self.counts(0);
         let (coordinates, rest) = sample.split_at(counts.coordinates);
-        let (rates, rest) = rest.split_at(counts.freedoms);
-        let (accelerations, rest) = rest.split_at(counts.freedoms);
+        let (rates, rest) = rest.split_at(counts.dofs);
+        let (accelerations, rest) = rest.split_at(counts.dofs);
         let (targets, loads) = rest.split_at(3 * counts.targets);
         let state = State {
             coordinates: coordinates.to_vec(),
@@ -46,7 +46,7 @@ impl Recipe<'_> {
     pub(crate) fn confirms(&self, program: &ForwardProgram, samples: &[Vec<f64>]) -> bool {
         let parameters = self.solver.parameters();
         let like = self.solver.assembly().state();
-        let [count, _, joints, contacts] = program.sizes();
+        let [count, _, joints, interfaces] = program.sizes();
         let mut memory = program.memory(1);
         let mut holds = [false];
         let mut random = Random::new(4);
@@ -86,19 +86,20 @@ impl Recipe<'_> {
                 let mut again =
                     run(self.kernel, parameters, like, coordinates, (&moving, &loads), 0);
                 let bodies = &again.kinematics.bodies;
-                let states = again.inverse.contacts().to_vec();
+                let states = again.inverse.interfaces().to_vec();
                 let mut kinds: [Vec<(f64, f64)>; 4] = Default::default();
                 if friction {
-                    let of = |k| program.contact(&memory, 0, k);
-                    let frictions: Vec<f64> = (0..contacts).map(|k| of(k)[2]).collect();
+                    let of = |k| program.interface(&memory, 0, k);
+                    let frictions: Vec<f64> = (0..interfaces).map(|k| of(k)[2]).collect();
                     again.inverse.solve_with(&self.kernel.setup(), parameters, bodies, &frictions);
-                    for (k, (contact, state)) in parameters.contacts.iter().zip(states).enumerate()
+                    for (k, (interface, state)) in
+                        parameters.interfaces.iter().zip(states).enumerate()
                     {
-                        let joint = contact.joint;
+                        let joint = interface.joint;
                         let (j, l) = (&bodies.frame_j[joint], &bodies.frame_k[joint]);
                         let wrench = again.inverse.joint_wrenches()[joint];
                         let pitch = parameters.pitch[joint];
-                        let load = state.load_in(contact, pitch, j, l, wrench).value;
+                        let load = state.load_in(interface, pitch, j, l, wrench).value;
                         let (coefficient, constant) = state.resistance();
                         kinds[0].push((of(k)[0], load));
                         kinds[0].push((of(k)[2], coefficient * load + constant));

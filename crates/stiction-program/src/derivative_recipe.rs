@@ -11,8 +11,8 @@ use crate::error::RecordError;
 use crate::graph::{Graph, Node, Op};
 use crate::motions::run;
 use crate::quantity::Quantity;
-use crate::recipe::{Followed, Recipe};
 use crate::recorded::Recorded;
+use crate::recording::{Followed, Recipe};
 use crate::slopes::slopes;
 use crate::stages::with_inputs_replaced;
 use crate::wrench::from_components;
@@ -58,9 +58,9 @@ impl<'a> Asked<'a> {
                 }
             }
         }
-        let has_contacts = |joint: &usize| !parameters.contacts_at[*joint].is_empty();
-        let joints = if quantities.is_empty() { 0 } else { parameters.contacts_at.len() };
-        let rubbing = (0..joints).filter(has_contacts).collect();
+        let has_interfaces = |joint: &usize| !parameters.interfaces_at[*joint].is_empty();
+        let joints = if quantities.is_empty() { 0 } else { parameters.interfaces_at.len() };
+        let rubbing = (0..joints).filter(has_interfaces).collect();
         Ok(Self { quantities, numbers, rubbing, first_target, first })
     }
 
@@ -112,7 +112,8 @@ impl<'a> Asked<'a> {
         let like = recipe.solver.assembly().state();
         // A coordinate that was found from poses is one within a turn, what is prescribed goes on over whole turns. The
         // position is corrected by what is between them, which must be nothing but a slope.
-        let angles = recipe.solver.assembly().prescription().tree_angles(recipe.solver.topology());
+        let angles =
+            recipe.solver.assembly().motion_constraints().tree_angles(recipe.solver.topology());
         let targets = targets.iter().zip(angles).map(|(target, angle)| match angle {
             Some(place) => Target { value: nearest(target.value, coordinates[place]), ..*target },
             None => *target,

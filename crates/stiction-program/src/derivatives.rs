@@ -27,16 +27,16 @@ use stiction_core::kinematics::{State, Target};
 ///     .body(BodySpec::new("bob").mass(2.0).com(Vec3::new(0.5, 0.0, 0.0)))
 ///     .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob").actuated())
 ///     .build()?;
-/// let angle = Coordinate::Joint { joint: JointId(0), freedom: 0 };
+/// let angle = Coordinate::Joint { joint: JointId(0), dof: 0 };
 /// let at = |value| vec![Target { value, rate: 0.0, acceleration: 0.0 }];
 /// let solver = InverseDynamics::new(pendulum, &[], &[angle], &at(0.0), Settings::default())?;
-/// let course: Vec<_> = (0..10).map(|k| at(0.1 * f64::from(k))).collect();
+/// let signal: Vec<_> = (0..10).map(|k| at(0.1 * f64::from(k))).collect();
 /// let quantities = [Quantity::Mass(BodyId(1)), Quantity::Acceleration(0)];
-/// let program = DerivativeProgram::record(&solver, &course, &[], &quantities)?;
+/// let program = DerivativeProgram::record(&solver, &signal, &[], &quantities)?;
 ///
 /// let mut memory = program.memory();
 /// let mut jacobian = [0.0; 2];
-/// assert!(program.run(&mut memory, solver.assembly().state(), &course[0], &[]));
+/// assert!(program.run(&mut memory, solver.assembly().state(), &signal[0], &[]));
 /// program.jacobian(&mut memory, &mut jacobian);
 /// // The moment that holds it level is m g l, and the inertia about the pivot m l^2.
 /// assert!((jacobian[0] - 9.81 * 0.5).abs() < 1e-14);
@@ -61,25 +61,25 @@ pub struct DerivativeMemory {
 }
 
 impl DerivativeProgram {
-    /// Records and compiles inverse dynamics and derivatives by these quantities; `solver`, `course` and
+    /// Records and compiles inverse dynamics and derivatives by these quantities; `solver`, `signal` and
     /// `loads` as for [`InverseProgram::record`].
     ///
     /// # Errors
     /// See [`RecordError`]: those of [`InverseProgram::record`]; and if there is no quantity, or one does not exist.
     pub fn record(
         solver: &InverseDynamics,
-        course: &[Vec<Target<f64>>],
+        signal: &[Vec<Target<f64>>],
         loads: &[AppliedLoad<f64>],
         quantities: &[Quantity],
     ) -> Result<Self, RecordError> {
-        Self::record_with(solver, course, loads, quantities, true)
+        Self::record_with(solver, signal, loads, quantities, true)
     }
 
     /// The same, interpreted if `machine` is false: the slow way, for comparison.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,
-        course: &[Vec<Target<f64>>],
+        signal: &[Vec<Target<f64>>],
         loads: &[AppliedLoad<f64>],
         quantities: &[Quantity],
         machine: bool,
@@ -88,7 +88,7 @@ impl DerivativeProgram {
             return Err(RecordError::NoQuantity);
         }
         let (inverse, beside) =
-            InverseProgram::record_beside(solver, course, loads, quantities, machine)?;
+            InverseProgram::record_beside(solver, signal, loads, quantities, machine)?;
         let (quantities, lanes) = (quantities.to_vec(), natural_lanes());
         Ok(Self { inverse, beside, quantities, lanes })
     }

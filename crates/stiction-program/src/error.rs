@@ -11,7 +11,7 @@ pub enum RecordError {
     /// There are no positions to record at.
     EmptyCourse,
     /// The solver cannot be brought to a position of the course, or beside it.
-    Course {
+    Signal {
         /// Its place in the course.
         position: usize,
         /// Why.
@@ -45,7 +45,7 @@ impl fmt::Display for RecordError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::EmptyCourse => write!(f, "there are no positions to record a program at"),
-            Self::Course { position, error } => {
+            Self::Signal { position, error } => {
                 write!(f, "position {position} of the course (counted from 0): {error}")
             }
             Self::NoPlan => write!(
@@ -78,7 +78,7 @@ impl fmt::Display for RecordError {
 impl core::error::Error for RecordError {
     fn source(&self) -> Option<&(dyn core::error::Error + 'static)> {
         match self {
-            Self::Course { error, .. } => Some(error),
+            Self::Signal { error, .. } => Some(error),
             _ => None,
         }
     }

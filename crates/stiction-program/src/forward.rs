@@ -14,7 +14,7 @@ use crate::graph::Node;
 use crate::loaded::{LoadPlace, check_loads, place_of};
 use crate::machine::fuses;
 use crate::memory::Memory;
-use crate::recipe::{Counts, Recipe};
+use crate::recording::{Counts, Recipe};
 use crate::run::MOST_LANES;
 use crate::samples::{Sample, samples, seeded_samples};
 use crate::stages::{coupled, early};
@@ -60,15 +60,15 @@ const LAST: usize = 4;
 ///     .body(BodySpec::new("bob").mass(2.0).com(Vec3::new(0.5, 0.0, 0.0)))
 ///     .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob").actuated())
 ///     .build()?;
-/// let angle = Coordinate::Joint { joint: JointId(0), freedom: 0 };
+/// let angle = Coordinate::Joint { joint: JointId(0), dof: 0 };
 /// let at = |value| vec![Target { value, rate: 0.0, acceleration: 0.0 }];
 /// let solver = InverseDynamics::new(pendulum, &[], &[angle], &at(0.0), Settings::default())?;
-/// let course: Vec<_> = (0..10).map(|k| at(0.1 * f64::from(k))).collect();
-/// let program = ForwardProgram::record(&solver, &course, &[])?;
+/// let signal: Vec<_> = (0..10).map(|k| at(0.1 * f64::from(k))).collect();
+/// let program = ForwardProgram::record(&solver, &signal, &[])?;
 ///
 /// let mut memory = program.memory(1);
 /// let mut holds = [false];
-/// program.set(&mut memory, 0, solver.assembly().state(), &course[0], &[], &[0.0]);
+/// program.set(&mut memory, 0, solver.assembly().state(), &signal[0], &[], &[0.0]);
 /// program.run(&mut memory, &mut holds);
 /// // Let go where it is level: g / l.
 /// assert!(holds[0] && (program.acceleration(&memory, 0, 0) + 9.81 / 0.5).abs() < 1e-12);
@@ -111,7 +111,7 @@ struct Motion {
 impl Motion {
     fn new(places: &[u32], counts: &Counts) -> Self {
         let (coordinates, rest) = places.split_at(counts.targets);
-        let (tree, rest) = rest.split_at(counts.freedoms);
+        let (tree, rest) = rest.split_at(counts.dofs);
         let reactions = &rest[..6 * counts.joints];
         Self {
             coordinates: coordinates.to_vec(),
@@ -125,7 +125,7 @@ impl ForwardProgram {
     /// Records and compiles the program of a mechanism.
     ///
     /// The coordinates that `solver` prescribes are those whose accelerations the program finds first, all
-    /// others follow; they are as many as there are actuators. `course` gives their values amid the motions that
+    /// others follow; they are as many as there are actuators. `signal` gives their values amid the motions that
     /// are meant, each near enough to the one before for the mechanism to be brought there from the position
     /// of `solver`. `loads` says which bodies are loaded, at which points, in which axes; the wrenches themselves
     /// are inputs.
@@ -137,22 +137,22 @@ impl ForwardProgram {
     /// confirm what the program finds.
     pub fn record(
         solver: &InverseDynamics,
-        course: &[Vec<Target<f64>>],
+        signal: &[Vec<Target<f64>>],
         loads: &[AppliedLoad<f64>],
     ) -> Result<Self, RecordError> {
-        Self::record_with(solver, course, loads, true)
+        Self::record_with(solver, signal, loads, true)
     }
 
     /// The same, interpreted if `machine` is false: the slow way, for comparison.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,
-        course: &[Vec<Target<f64>>],
+        signal: &[Vec<Target<f64>>],
         loads: &[AppliedLoad<f64>],
         machine: bool,
     ) -> Result<Self, RecordError> {
         let kernel = solver.kernel().ok_or(RecordError::NoPlan)?;
-        let has_idle_spins = !solver.assembly().prescription().spins().is_empty();
+        let has_idle_spins = !solver.assembly().motion_constraints().spins().is_empty();
         if solver.weighting() != Some(Weighting::Determined) {
             return Err(RecordError::Redundant);
         }
@@ -166,12 +166,12 @@ impl ForwardProgram {
             return Err(RecordError::ActuatorCount { actuators, coordinates });
         }
         let samples: Vec<Vec<f64>> =
-            samples(solver, course, loads)?.iter().map(Sample::of_tree).collect();
+            samples(solver, signal, loads)?.iter().map(Sample::of_tree).collect();
         let pivots = recipe.mass_pivots(&samples).ok_or(RecordError::NoInertia)?;
         // First with all contacts, to see whose friction changes a load at all.
-        let all: Vec<usize> = (0..counts.contacts).collect();
+        let all: Vec<usize> = (0..counts.interfaces).collect();
         let first = recipe.record_forward(&all, &pivots, &samples);
-        let coupled = coupled(&first.graph, &first.influence, counts.contacts);
+        let coupled = coupled(&first.graph, &first.influence, counts.interfaces);
         let recorded = match coupled.len() == all.len() {
             true => first,
             false => recipe.record_forward(&coupled, &pivots, &samples),
@@ -180,7 +180,7 @@ impl ForwardProgram {
         let program = Self::compile(recipe.counts(coupled.len()), &recorded, places, machine)?;
         // By other states than those from which it was made.
         let others: Vec<Vec<f64>> =
-            seeded_samples(9, solver, course, loads)?.iter().map(Sample::of_tree).collect();
+            seeded_samples(9, solver, signal, loads)?.iter().map(Sample::of_tree).collect();
         if recipe.confirms(&program, &others) {
             Ok(program)
         } else {
@@ -229,8 +229,8 @@ impl ForwardProgram {
         let newton = if counts.coupled > 0 { slots.places(&recorded.newton)? } else { Vec::new() };
         let (next, determinant) = newton.split_at(counts.coupled);
         let rest = slots.places(&recorded.rest)?;
-        let moments = &rest[rest.len() - 3 * counts.contacts..];
-        let moment = |k: usize| moments[k * counts.contacts..][..counts.contacts].to_vec();
+        let moments = &rest[rest.len() - 3 * counts.interfaces..];
+        let moment = |k: usize| moments[k * counts.interfaces..][..counts.interfaces].to_vec();
         let places = Places {
             start: slots.places(&recorded.begin)?,
             newton: next.to_vec(),
@@ -288,8 +288,8 @@ impl ForwardProgram {
     ) {
         // Inputs have no names of their own: one too few, and the next would be taken for it.
         let given = [targets.len(), efforts.len(), state.coordinates.len(), state.rates.len()];
-        let Counts { targets: count, drives, coordinates, freedoms, .. } = self.counts;
-        let expected = [count, drives, coordinates, freedoms];
+        let Counts { targets: count, drives, coordinates, dofs, .. } = self.counts;
+        let expected = [count, drives, coordinates, dofs];
         assert!(
             given == expected,
             "targets, efforts, coordinates and rates: {given:?} instead of {expected:?}"
@@ -298,7 +298,7 @@ impl ForwardProgram {
         let mut put = memory.writer(lane);
         put(&state.coordinates);
         put(&state.rates);
-        (0..self.counts.freedoms).for_each(|_| put(&[0.0]));
+        (0..self.counts.dofs).for_each(|_| put(&[0.0]));
         targets.iter().for_each(|target| put(&[target.value, target.rate, 0.0]));
         for load in loads {
             put(&load.force.to_array());
@@ -416,8 +416,8 @@ impl ForwardProgram {
     }
 
     /// Without friction the acceleration of a freedom of the tree, as in [`State::accelerations`].
-    pub fn ideal_tree_acceleration(&self, memory: &Memory, lane: usize, freedom: usize) -> f64 {
-        memory.read(self.places.ideal.tree[freedom], lane)
+    pub fn ideal_tree_acceleration(&self, memory: &Memory, lane: usize, dof: usize) -> f64 {
+        memory.read(self.places.ideal.tree[dof], lane)
     }
 
     /// A joint's wrench without friction, as [`Self::reaction`].
@@ -431,8 +431,8 @@ impl ForwardProgram {
     }
 
     /// With friction the acceleration of a freedom of the tree, as in [`State::accelerations`].
-    pub fn tree_acceleration(&self, memory: &Memory, lane: usize, freedom: usize) -> f64 {
-        memory.read(self.places.real.tree[freedom], lane)
+    pub fn tree_acceleration(&self, memory: &Memory, lane: usize, dof: usize) -> f64 {
+        memory.read(self.places.real.tree[dof], lane)
     }
 
     /// A joint's complete wrench, predecessor on successor: force, then moment about the joint's origin,
@@ -442,14 +442,14 @@ impl ForwardProgram {
     }
 
     /// The load on a contact, N; its sliding velocity, m/s; and its friction force, N, not negative.
-    pub fn contact(&self, memory: &Memory, lane: usize, contact: usize) -> [f64; 3] {
+    pub fn interface(&self, memory: &Memory, lane: usize, interface: usize) -> [f64; 3] {
         let Places { loads, velocities, frictions, .. } = &self.places;
-        [loads, velocities, frictions].map(|places| memory.read(places[contact], lane))
+        [loads, velocities, frictions].map(|places| memory.read(places[interface], lane))
     }
 
     /// Numbers of prescribed coordinates, of freedoms of the tree, of joints and of contacts.
     pub fn sizes(&self) -> [usize; 4] {
-        let Counts { targets, freedoms, joints, contacts, .. } = self.counts;
-        [targets, freedoms, joints, contacts]
+        let Counts { targets, dofs, joints, interfaces, .. } = self.counts;
+        [targets, dofs, joints, interfaces]
     }
 }

@@ -13,15 +13,15 @@
 
 use crate::graph::{Graph, Node};
 use crate::loads::Loads;
-use crate::meaning::{Merged, merge};
 use crate::motions::{Inertial, run};
-use crate::recipe::{Counts, Recipe};
+use crate::peephole::{Factors, diagonal, largest_pivots};
 use crate::recorded::{Recorded, go_on, record_groups};
-use crate::small::{Factors, diagonal, largest_pivots};
+use crate::recording::{Counts, Recipe};
 use crate::stages::{holds, with_inputs_replaced};
+use crate::value_numbering::{Merged, merge};
 use crate::wrench::{local, reaction};
 use stiction_core::dynamics::{AppliedLoad, Response, Sharing, Workspace};
-use stiction_core::friction::{ContactShape, Load};
+use stiction_core::friction::{InterfaceShape, Load};
 use stiction_core::kinematics::Target;
 use stiction_core::parameters::Parameters;
 use stiction_core::random::Random;
@@ -67,7 +67,7 @@ impl Recipe<'_> {
         let sample = samples.first()?;
         let like = self.solver.assembly().state();
         let (coordinates, rest) = sample.split_at(counts.coordinates);
-        let targets: Vec<Target<f64>> = rest[2 * counts.freedoms..]
+        let targets: Vec<Target<f64>> = rest[2 * counts.dofs..]
             .chunks(3)
             .take(counts.targets)
             .map(|t| Target { value: t[0], rate: t[1], acceleration: t[2] })
@@ -155,7 +155,7 @@ impl Recipe<'_> {
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
         let coordinates: Vec<Recorded> = (0..counts.coordinates).map(|_| next()).collect();
         // Rates that are found are those that are given, which come first and stay; accelerations are not given.
-        (0..2 * counts.freedoms).for_each(|_| {
+        (0..2 * counts.dofs).for_each(|_| {
             next();
         });
         let targets: Vec<Target<Recorded>> = (0..counts.targets)
@@ -214,12 +214,12 @@ impl Recipe<'_> {
         // Without friction; and what the friction of each contact adds.
         let mut without: Vec<Wrench<Recorded>> = Vec::new();
         let mut added: Vec<Vec<Wrench<Recorded>>> = Vec::new();
-        for contact in &parameters.contacts {
-            let joint = contact.joint;
+        for interface in &parameters.interfaces {
+            let joint = interface.joint;
             let j = bodies.frame_j[joint];
             // A ball's load is the same in all axes.
-            let frame = match contact.shape {
-                ContactShape::Ball => Pose { rotation: Mat3::identity(), ..j },
+            let frame = match interface.shape {
+                InterfaceShape::Ball => Pose { rotation: Mat3::identity(), ..j },
                 _ => j,
             };
             let of_units: Vec<Wrench<Recorded>> =
@@ -237,7 +237,7 @@ impl Recipe<'_> {
             };
             added.push(coupled.iter().map(of).collect());
         }
-        let states = inverse.contacts();
+        let states = inverse.interfaces();
         let loads = Loads { parameters, bodies, states, coupled, without, added };
 
         // The friction of the loads without friction is nearer to the solution than none.

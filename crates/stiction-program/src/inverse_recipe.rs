@@ -9,13 +9,13 @@
 
 use crate::derivative_recipe::Asked;
 use crate::error::RecordError;
-use crate::given::Given;
 use crate::graph::{Graph, Node, Op, needed};
-use crate::meaning::{Merged, merge};
+use crate::program_inputs::Given;
 use crate::quantity::Quantity;
-use crate::recipe::{Followed, Recipe};
 use crate::recorded::{Recorded, go_on, record_groups, with_slopes};
+use crate::recording::{Followed, Recipe};
 use crate::stages::holds;
+use crate::value_numbering::{Merged, merge};
 use crate::wrench::{components, reaction};
 use core::ops::Range;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, Inverse, Settings};
@@ -167,7 +167,7 @@ impl Recipe<'_> {
             .iter()
             .map(|load| AppliedLoad { force: vector(), moment: vector(), ..load.lift() })
             .collect();
-        let count = self.solver.assembly().prescription().coordinates().len();
+        let count = self.solver.assembly().motion_constraints().coordinates().len();
         let targets: Vec<Target<Recorded>> = (0..count)
             .map(|_| Target { value: next(), rate: next(), acceleration: next() })
             .collect();
@@ -186,7 +186,7 @@ impl Recipe<'_> {
         // The friction of the loads without friction is nearer to the solution than none.
         let mut rubbed = inverse.clone();
         let frictions: Vec<Recorded> =
-            inverse.contacts().iter().map(|state| state.friction()).collect();
+            inverse.interfaces().iter().map(|state| state.friction()).collect();
         rubbed.solve_with(&setup, &parameters, bodies, &frictions);
         let (mut cuts, mut spins) = rubbed.carried(&setup);
         let begin = numbers((cuts.clone(), spins.clone()));
@@ -200,7 +200,7 @@ impl Recipe<'_> {
         let tilted = inverse.reciprocal_pivots(&setup);
         let mut rest: Vec<Recorded> = inverse.drives().to_vec();
         rest.extend(all.flat_map(|joint| reaction(inverse, bodies, joint)));
-        let states = inverse.contacts();
+        let states = inverse.interfaces();
         rest.extend(states.iter().map(|state| state.load()));
         rest.extend(states.iter().map(|state| state.velocity));
         rest.extend(states.iter().map(|state| state.friction()));

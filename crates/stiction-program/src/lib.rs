@@ -20,15 +20,15 @@
 //!     .body(BodySpec::new("bob").mass(2.0).com(Vec3::new(0.5, 0.0, 0.0)))
 //!     .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob").actuated())
 //!     .build()?;
-//! let angle = Coordinate::Joint { joint: JointId(0), freedom: 0 };
+//! let angle = Coordinate::Joint { joint: JointId(0), dof: 0 };
 //! let at = |value| vec![Target { value, rate: 0.0, acceleration: 0.0 }];
 //! let solver = InverseDynamics::new(pendulum, &[], &[angle], &at(0.0), Settings::default())?;
 //! // Positions amid those that are meant.
-//! let course: Vec<_> = (0..10).map(|k| at(0.1 * f64::from(k))).collect();
-//! let program = InverseProgram::record(&solver, &course, &[])?;
+//! let signal: Vec<_> = (0..10).map(|k| at(0.1 * f64::from(k))).collect();
+//! let program = InverseProgram::record(&solver, &signal, &[])?;
 //!
 //! let mut memory = program.memory(1);
-//! program.set(&mut memory, 0, solver.assembly().state(), &course[0], &[]);
+//! program.set(&mut memory, 0, solver.assembly().state(), &signal[0], &[]);
 //! let mut holds = [false];
 //! program.run_frictionless(&mut memory, &mut holds);
 //! assert!(holds[0] && (program.ideal_drive(&memory, 0, 0) - 9.81).abs() < 1e-14);
@@ -47,33 +47,33 @@ mod encode;
 mod error;
 mod forward;
 mod forward_recipe;
-mod given;
 mod graph;
 mod inverse;
 mod inverse_recipe;
 mod loaded;
 mod loads;
 mod machine;
-mod meaning;
 mod memory;
 mod motions;
+mod peephole;
+mod program_inputs;
 mod quantity;
-mod recipe;
 mod recorded;
+mod recording;
 mod run;
 mod samples;
 mod schedule;
 mod slopes;
-mod small;
 mod stages;
 mod tree;
+mod value_numbering;
 mod wrench;
 
 pub use batch::{ForcesAt, StateError, StateErrorCause};
 pub use derivatives::{DerivativeMemory, DerivativeProgram};
 pub use error::RecordError;
 pub use forward::ForwardProgram;
-pub use given::{BodyMotion, StateOfMotion};
 pub use inverse::InverseProgram;
 pub use memory::Memory;
+pub use program_inputs::{BodyMotion, StateOfMotion};
 pub use quantity::Quantity;

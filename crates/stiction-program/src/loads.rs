@@ -4,10 +4,10 @@
 //! loads. All programs couple friction through these.
 
 use crate::recorded::Recorded;
-use stiction_core::dynamics::ContactState;
+use stiction_core::dynamics::InterfaceState;
 use stiction_core::friction::Load;
 use stiction_core::kinematics::Bodies;
-use stiction_core::parameters::{ContactParameters, Parameters};
+use stiction_core::parameters::{InterfaceParameters, Parameters};
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Mat3, Pose, Vec3, Wrench};
 
@@ -15,7 +15,7 @@ use stiction_core::spatial::{Mat3, Pose, Vec3, Wrench};
 pub(crate) struct Loads<'a> {
     pub(crate) parameters: &'a Parameters<Recorded>,
     pub(crate) bodies: &'a Bodies<Recorded>,
-    pub(crate) states: &'a [ContactState<Recorded>],
+    pub(crate) states: &'a [InterfaceState<Recorded>],
     /// The contacts whose loads are unknown.
     pub(crate) coupled: &'a [usize],
     /// For each contact the wrench of its joint without friction, in the joint's frame J: many a load needs but
@@ -26,32 +26,36 @@ pub(crate) struct Loads<'a> {
 }
 
 impl Loads<'_> {
-    pub(crate) fn contact(
+    pub(crate) fn interface(
         &self,
-        contact: usize,
-    ) -> (&ContactParameters<Recorded>, &ContactState<Recorded>) {
-        (&self.parameters.contacts[contact], &self.states[contact])
+        interface: usize,
+    ) -> (&InterfaceParameters<Recorded>, &InterfaceState<Recorded>) {
+        (&self.parameters.interfaces[interface], &self.states[interface])
     }
 
     /// How the friction of a contact grows with its load.
-    pub(crate) fn coefficient(&self, contact: usize) -> Recorded {
-        self.states[contact].resistance().0
+    pub(crate) fn coefficient(&self, interface: usize) -> Recorded {
+        self.states[interface].resistance().0
     }
 
     /// The friction force under a load.
-    pub(crate) fn force(&self, contact: usize, load: Recorded) -> Recorded {
-        let (coefficient, constant) = self.states[contact].resistance();
+    pub(crate) fn force(&self, interface: usize, load: Recorded) -> Recorded {
+        let (coefficient, constant) = self.states[interface].resistance();
         coefficient * load + constant
     }
 
     /// The friction forces of the coupled contacts under these loads.
     pub(crate) fn forces(&self, loads: &[Recorded]) -> Vec<Recorded> {
-        self.coupled.iter().zip(loads).map(|(contact, load)| self.force(*contact, *load)).collect()
+        self.coupled
+            .iter()
+            .zip(loads)
+            .map(|(interface, load)| self.force(*interface, *load))
+            .collect()
     }
 
     /// The load that a wrench of its joint puts on a contact.
-    pub(crate) fn load(&self, contact: usize, wrench: Wrench<Recorded>) -> Load<Recorded> {
-        let (parameters, state) = self.contact(contact);
+    pub(crate) fn load(&self, interface: usize, wrench: Wrench<Recorded>) -> Load<Recorded> {
+        let (parameters, state) = self.interface(interface);
         let joint = parameters.joint;
         let here = Pose { rotation: Mat3::identity(), position: Vec3::zero() };
         let across = self.bodies.frame_j[joint].inverse() * self.bodies.frame_k[joint];
@@ -59,12 +63,12 @@ impl Loads<'_> {
     }
 
     /// The load on any contact under these frictions of the coupled ones.
-    pub(crate) fn under(&self, contact: usize, forces: &[Recorded]) -> Load<Recorded> {
-        let mut wrench = self.without[contact];
-        for (added, force) in self.added[contact].iter().zip(forces) {
+    pub(crate) fn under(&self, interface: usize, forces: &[Recorded]) -> Load<Recorded> {
+        let mut wrench = self.without[interface];
+        for (added, force) in self.added[interface].iter().zip(forces) {
             wrench += *added * *force;
         }
-        self.load(contact, wrench)
+        self.load(interface, wrench)
     }
 
     /// The loads on the coupled contacts under these frictions of theirs.
@@ -115,7 +119,7 @@ impl Loads<'_> {
     /// which change nothing.
     pub(crate) fn of_all(&self, presses: &[Recorded], forces: &[Recorded]) -> Vec<Recorded> {
         let of = |row: usize| {
-            let given = self.coupled.iter().position(|contact| *contact == row);
+            let given = self.coupled.iter().position(|interface| *interface == row);
             given.map_or_else(|| self.under(row, forces).value, |at| presses[at])
         };
         (0..self.states.len()).map(of).collect()
@@ -123,6 +127,6 @@ impl Loads<'_> {
 
     /// The frictions of all contacts under loads of all.
     pub(crate) fn forces_of_all(&self, loads: &[Recorded]) -> Vec<Recorded> {
-        loads.iter().enumerate().map(|(contact, load)| self.force(contact, *load)).collect()
+        loads.iter().enumerate().map(|(interface, load)| self.force(interface, *load)).collect()
     }
 }

@@ -27,7 +27,7 @@ pub enum Quantity {
     PlaceInPredecessor(JointId, usize),
     /// Place of a joint in its successor, that of frame K, along x, y or z of the successor's frame, m.
     PlaceInSuccessor(JointId, usize),
-    /// Coefficient of friction while sliding, by the place of the contact in [`Parameters::contacts`].
+    /// Coefficient of friction while sliding, by the place of the contact in [`Parameters::interfaces`].
     Coulomb(usize),
     /// Viscous coefficient of a contact at its surface, N s/m.
     Viscous(usize),
@@ -52,9 +52,13 @@ impl Quantity {
             Self::PlaceInSuccessor(joint, axis) => {
                 component(&mut parameters.frame_k.get_mut(joint.0)?.position, axis)
             }
-            Self::Coulomb(contact) => Some(&mut parameters.contacts.get_mut(contact)?.law.coulomb),
-            Self::Viscous(contact) => Some(&mut parameters.contacts.get_mut(contact)?.law.viscous),
-            Self::Radius(contact) => Some(&mut parameters.contacts.get_mut(contact)?.radius),
+            Self::Coulomb(interface) => {
+                Some(&mut parameters.interfaces.get_mut(interface)?.law.coulomb)
+            }
+            Self::Viscous(interface) => {
+                Some(&mut parameters.interfaces.get_mut(interface)?.law.viscous)
+            }
+            Self::Radius(interface) => Some(&mut parameters.interfaces.get_mut(interface)?.radius),
         }
     }
 

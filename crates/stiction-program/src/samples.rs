@@ -22,36 +22,36 @@ pub(crate) struct Sample {
 /// An error if the course cannot be followed.
 pub(crate) fn samples(
     solver: &InverseDynamics,
-    course: &[Vec<Target<f64>>],
+    signal: &[Vec<Target<f64>>],
     loads: &[AppliedLoad<f64>],
 ) -> Result<Vec<Sample>, RecordError> {
-    seeded_samples(1, solver, course, loads)
+    seeded_samples(1, solver, signal, loads)
 }
 
 /// As [`samples`], others for each seed.
 pub(crate) fn seeded_samples(
     seed: u64,
     solver: &InverseDynamics,
-    course: &[Vec<Target<f64>>],
+    signal: &[Vec<Target<f64>>],
     loads: &[AppliedLoad<f64>],
 ) -> Result<Vec<Sample>, RecordError> {
     let mut random = Random::new(seed);
     let mut solver = solver.clone();
     let length = solver.mechanism().characteristic_length();
-    if course.is_empty() {
+    if signal.is_empty() {
         return Err(RecordError::EmptyCourse);
     }
     let mut samples = Vec::with_capacity(SAMPLES);
     for k in 0..SAMPLES {
-        let position = k % POSITIONS.min(course.len());
-        let mut targets = course[position].clone();
+        let position = k % POSITIONS.min(signal.len());
+        let mut targets = signal[position].clone();
         for target in &mut targets {
             // Off the course, which may be special, by little.
             target.value += 0.01 * length.min(1.0) * random.number();
             target.rate = random.number();
             target.acceleration = 10.0 * random.number();
         }
-        solver.move_to(&targets).map_err(|error| RecordError::Course { position, error })?;
+        solver.move_to(&targets).map_err(|error| RecordError::Signal { position, error })?;
         let mut force = || 100.0 * random.number();
         let mut vector = || Vec3::new(force(), force(), force());
         let any =

@@ -1,7 +1,7 @@
 //! What stages of a program leave for later ones, and what they take for granted.
 
 use crate::graph::{Graph, Node, Op, needed};
-use crate::meaning::Guard;
+use crate::value_numbering::Guard;
 use std::collections::HashSet;
 
 /// What `later` needs of nodes that do not depend on inputs that are `late`: to be computed before these are

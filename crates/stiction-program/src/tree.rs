@@ -1,14 +1,14 @@
 //! Inputs of programs that are given the whole state of the tree: coordinates, rates, accelerations, then
 //! prescribed values and loads.
 
-use crate::given::{load_to_array, target_to_array};
-use crate::recipe::Counts;
+use crate::program_inputs::{load_to_array, target_to_array};
+use crate::recording::Counts;
 use crate::samples::Sample;
 
 impl Counts {
     /// Inputs but for those of a program's own.
     pub(crate) fn inputs(&self) -> usize {
-        self.coordinates + 2 * self.freedoms + 3 * self.targets + 6 * self.loads
+        self.coordinates + 2 * self.dofs + 3 * self.targets + 6 * self.loads
     }
 }
 

@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::process::ExitCode;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction_core::kinematics::Target;
-use stiction_core::statics::Proximity;
+use stiction_core::statics::SingularityDistances;
 use stiction_format::{Source, gallery, read};
 use stiction_program::InverseProgram;
 
@@ -46,7 +46,7 @@ fn measure(mut call: impl FnMut()) {
 /// A robot at an instant of its motion, and positions around.
 struct Robot {
     solver: InverseDynamics,
-    course: Vec<Vec<Target<f64>>>,
+    signal: Vec<Vec<Target<f64>>>,
     targets: Vec<Target<f64>>,
     loads: Vec<AppliedLoad<f64>>,
 }
@@ -57,22 +57,22 @@ fn robot(name: &str) -> Robot {
     let motion = model.motion(model.default_motion.as_deref().unwrap()).unwrap();
     let load = model.load(model.default_load.as_deref().unwrap()).unwrap();
     let at = |part: f64| motion.at(part * motion.duration).collect::<Vec<_>>();
-    let course: Vec<_> = (0..10).map(|k| at(0.1 * (f64::from(k) + 0.37))).collect();
+    let signal: Vec<_> = (0..10).map(|k| at(0.1 * (f64::from(k) + 0.37))).collect();
     let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
-    let (mechanism, homes) = (model.mechanism.clone(), &model.homes);
+    let (mechanism, initial_poses) = (model.mechanism.clone(), &model.initial_poses);
     let settings = Settings::default();
     let mut solver =
-        InverseDynamics::new(mechanism, homes, &coordinates, &course[0], settings).unwrap();
-    for targets in &course[1..4] {
+        InverseDynamics::new(mechanism, initial_poses, &coordinates, &signal[0], settings).unwrap();
+    for targets in &signal[1..4] {
         solver.move_to(targets).unwrap();
     }
-    let targets = course[3].clone();
-    Robot { solver, course, targets, loads: load.at(0.337 * motion.duration).collect() }
+    let targets = signal[3].clone();
+    Robot { solver, signal, targets, loads: load.at(0.337 * motion.duration).collect() }
 }
 
 fn run(name: &str) {
     let (robot_name, kernel_name) = name.split_once('/').unwrap_or((name, ""));
-    let Robot { mut solver, course, targets, loads } = robot(robot_name);
+    let Robot { mut solver, signal, targets, loads } = robot(robot_name);
     let friction = match kernel_name {
         "friction" => FrictionMode::Converged,
         _ => FrictionMode::Off,
@@ -88,8 +88,8 @@ fn run(name: &str) {
         "program-frictionless" | "program-friction" => {
             // Inputs are those of the first position; programs do not branch.
             let mut start = solver.clone();
-            start.move_to(&course[0]).unwrap();
-            let program = InverseProgram::record(&start, &course, &loads).unwrap();
+            start.move_to(&signal[0]).unwrap();
+            let program = InverseProgram::record(&start, &signal, &loads).unwrap();
             let mut memory = program.memory(1);
             let mut holds = [false];
             measure(|| {
@@ -105,13 +105,13 @@ fn run(name: &str) {
             let mut there = true;
             measure(|| {
                 // To and fro.
-                let near = if there { &course[4] } else { &targets };
+                let near = if there { &signal[4] } else { &targets };
                 there = !there;
                 solver.move_to(near).unwrap();
             });
         }
         _ => {
-            let mut proximity = Proximity::new(solver.mechanism()).unwrap();
+            let mut proximity = SingularityDistances::new(solver.mechanism()).unwrap();
             let (mechanism, parameters) = (solver.mechanism(), solver.parameters());
             measure(|| {
                 black_box(proximity.measure(mechanism, parameters, solver.bodies()));

@@ -51,12 +51,13 @@ fn robot() -> (Forward, State<f64>, Vec<f64>) {
     let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
     let settings =
         stiction_core::dynamics::Settings { friction: FrictionMode::Off, ..Default::default() };
-    let (mechanism, homes) = (model.mechanism.clone(), &model.homes);
+    let (mechanism, initial_poses) = (model.mechanism.clone(), &model.initial_poses);
     let mut solver =
-        InverseDynamics::new(mechanism.clone(), homes, &coordinates, &targets, settings).unwrap();
+        InverseDynamics::new(mechanism.clone(), initial_poses, &coordinates, &targets, settings)
+            .unwrap();
     let weight = solver.solve(&[]).unwrap().drives.clone();
     let forward = Forward::new(mechanism, &[]);
-    let state = forward.assemble(homes, &coordinates, &targets).unwrap();
+    let state = forward.assemble(initial_poses, &coordinates, &targets).unwrap();
     (forward, state, weight)
 }
 

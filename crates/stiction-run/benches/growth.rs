@@ -7,12 +7,12 @@
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
-use stiction_core::friction::{Contact, Law};
+use stiction_core::friction::{JointFriction, Law};
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{BodySpec, GROUND_NAME, JointSpec, Mechanism, MechanismBuilder};
 use stiction_core::spatial::{Mat3, Pose, Vec3};
-use stiction_core::statics::Proximity;
+use stiction_core::statics::SingularityDistances;
 use stiction_run::figure::{Figure, Line, Panel};
 
 const LOOPS: [usize; 7] = [1, 3, 10, 30, 100, 300, 1000];
@@ -106,7 +106,7 @@ fn measure(size: usize, subject: Subject) -> Row {
         let settings = Settings { friction, ..Settings::default() };
         fastest(|| kernel.run(&parameters, &mut workspace, &targets, &[], &settings))
     });
-    let mut proximity = Proximity::new(solver.mechanism()).unwrap();
+    let mut proximity = SingularityDistances::new(solver.mechanism()).unwrap();
     let distances = fastest(|| {
         let (mechanism, parameters) = (solver.mechanism(), solver.parameters());
         std::hint::black_box(proximity.measure(mechanism, parameters, solver.bodies()));
@@ -204,7 +204,7 @@ fn joint(name: String, kind: JointType, [from, to]: [&Placed; 2], at: Pose<f64>)
 
 fn rubbing(spec: JointSpec, radius: Option<f64>) -> JointSpec {
     let law = Law::coulomb_viscous(0.02, 0.01);
-    spec.friction(Contact { radius, ..Contact::guide(law) })
+    spec.friction(JointFriction { radius, ..JointFriction::guide(law) })
 }
 
 fn ground() -> Placed {
@@ -214,8 +214,7 @@ fn ground() -> Placed {
 fn built(builder: MechanismBuilder, driven: &[String]) -> Subject {
     let mechanism = builder.build().unwrap();
     let joint = |name: &String| mechanism.joint_id(name).unwrap();
-    let coordinates =
-        driven.iter().map(|name| Coordinate::Joint { joint: joint(name), freedom: 0 });
+    let coordinates = driven.iter().map(|name| Coordinate::Joint { joint: joint(name), dof: 0 });
     Subject { coordinates: coordinates.collect(), mechanism }
 }
 

@@ -31,7 +31,7 @@ fn robot(name: &str) -> (InverseDynamics, Vec<Target<f64>>, Vec<AppliedLoad<f64>
     let (start, targets): (Vec<_>, Vec<_>) = (motion.at(0.0).collect(), motion.at(time).collect());
     let mut solver = InverseDynamics::new(
         model.mechanism.clone(),
-        &model.homes,
+        &model.initial_poses,
         &coordinates,
         &start,
         Settings::default(),

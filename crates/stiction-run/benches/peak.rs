@@ -56,19 +56,24 @@ fn program(name: &str) {
     let load = model.load(model.default_load.as_deref().unwrap()).unwrap();
     let loads: Vec<_> = load.at(0.1).collect();
     let at = |part: f64| motion.at(part * motion.duration).collect::<Vec<_>>();
-    let course: Vec<_> = (0..10).map(|k| at(0.1 * (f64::from(k) + 0.37))).collect();
+    let signal: Vec<_> = (0..10).map(|k| at(0.1 * (f64::from(k) + 0.37))).collect();
     let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
-    let (mechanism, homes) = (model.mechanism.clone(), &model.homes);
-    let solver =
-        InverseDynamics::new(mechanism, homes, &coordinates, &course[0], Settings::default())
-            .unwrap();
-    let program = InverseProgram::record(&solver, &course, &loads).unwrap();
+    let (mechanism, initial_poses) = (model.mechanism.clone(), &model.initial_poses);
+    let solver = InverseDynamics::new(
+        mechanism,
+        initial_poses,
+        &coordinates,
+        &signal[0],
+        Settings::default(),
+    )
+    .unwrap();
+    let program = InverseProgram::record(&solver, &signal, &loads).unwrap();
     let operations = program.operations()[0] as f64;
     for lanes in [1, program.lanes()] {
         let mut memory = program.memory(lanes);
         let mut holds = vec![false; lanes];
         for lane in 0..lanes {
-            program.set(&mut memory, lane, solver.assembly().state(), &course[0], &loads);
+            program.set(&mut memory, lane, solver.assembly().state(), &signal[0], &loads);
         }
         let time = least(2000, || program.run_frictionless(&mut memory, &mut holds)) / lanes as f64;
         println!(

@@ -1,6 +1,6 @@
 //! Names of what a mechanism has, in columns and messages.
 
-use stiction_core::friction::contacts_of;
+use stiction_core::friction::interfaces_of;
 use stiction_core::mechanism::Mechanism;
 
 /// Names of actuators and contacts in columns and messages.
@@ -11,7 +11,7 @@ pub(crate) struct Names {
     /// For each joint its name.
     pub(crate) joints: Vec<String>,
     /// For each contact its name and its joint's index.
-    pub(crate) contacts: Vec<(String, usize)>,
+    pub(crate) interfaces: Vec<(String, usize)>,
     /// Contacts whose law has a state, of which only steady sliding is computed.
     pub(crate) steady: Vec<String>,
 }
@@ -21,31 +21,31 @@ impl Names {
         let joints = mechanism.joints();
         let drives = mechanism
             .actuators()
-            .map(|(id, freedom)| {
+            .map(|(id, dof)| {
                 let joint = &joints[id.0];
-                (joint.actuator_name(freedom), joint.joint_type.freedoms()[freedom].units().1)
+                (joint.actuator_name(dof), joint.joint_type.dofs()[dof].units().1)
             })
             .collect();
         let mut steady = Vec::new();
-        let contacts = joints
+        let interfaces = joints
             .iter()
             .enumerate()
             .flat_map(|(index, joint)| joint.friction.iter().map(move |c| (index, joint, c)))
-            .map(|(index, joint, contact)| {
-                let place = contacts_of(joint.joint_type)[contact.place].0;
+            .map(|(index, joint, interface)| {
+                let place = interfaces_of(joint.joint_type)[interface.place].0;
                 let name = if place.is_empty() {
                     joint.name.clone()
                 } else {
                     format!("{}.{place}", joint.name)
                 };
-                let laws = [Some(&contact.law), contact.backward.as_ref()];
+                let laws = [Some(&interface.law), interface.backward.as_ref()];
                 if laws.into_iter().flatten().any(|law| law.bristles.is_some()) {
                     steady.push(name.clone());
                 }
                 (name, index)
             })
             .collect();
-        Self { drives, joints: joints.iter().map(|j| j.name.clone()).collect(), contacts, steady }
+        Self { drives, joints: joints.iter().map(|j| j.name.clone()).collect(), interfaces, steady }
     }
 }
 

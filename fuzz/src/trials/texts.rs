@@ -1,7 +1,7 @@
 //! Texts that are read and not run: model files, units, expressions, recordings, options.
 
 use std::sync::{Arc, OnceLock};
-use stiction_format::{Contents, Course, Diagnostics, Model, Motion, Source, Store, gallery, read};
+use stiction_format::{Contents, Diagnostics, Model, Motion, Signal, Source, Store, gallery, read};
 
 /// Messages in all ways in which they are given out.
 fn render(diagnostics: &Diagnostics) {
@@ -45,11 +45,11 @@ fn robot() -> &'static Model {
 }
 
 /// Has a value, or says why not.
-fn has_value(course: &Course, t: f64) {
-    let target = course.at(t);
+fn has_value(signal: &Signal, t: f64) {
+    let target = signal.at(t);
     let finite =
         target.value.is_finite() && target.rate.is_finite() && target.acceleration.is_finite();
-    match course.fault_at(t) {
+    match signal.fault_at(t) {
         Some(fault) => render(&fault.into()),
         None => assert!(finite, "no fault at t = {t}, but {target:?}"),
     }
@@ -60,8 +60,8 @@ fn has_values(motion: &Motion) {
     assert!(motion.duration.is_finite() && motion.duration >= 0.0, "{}", motion.duration);
     for part in [0.0, 0.3, 1.0] {
         let t = motion.start + part * motion.duration;
-        for (_, course) in &motion.coordinates {
-            has_value(course, t);
+        for (_, signal) in &motion.coordinates {
+            has_value(signal, t);
         }
     }
 }
@@ -74,7 +74,7 @@ pub fn model(text: &str) {
     }
     for (_, load) in &model.loads {
         for wrench in &load.wrenches {
-            wrench.force.iter().chain(&wrench.moment).for_each(|course| has_value(course, 0.25));
+            wrench.force.iter().chain(&wrench.moment).for_each(|signal| has_value(signal, 0.25));
         }
     }
 }
@@ -103,7 +103,7 @@ pub fn expression(text: &str) {
     let load = format!("platform.fz = {text}");
     if let Some(load) = accepted(robot.parse_load(&Source::new("--load", load), &files)) {
         for wrench in &load.wrenches {
-            wrench.force.iter().for_each(|course| has_value(course, 0.25));
+            wrench.force.iter().for_each(|signal| has_value(signal, 0.25));
         }
     }
     let quoted = text.replace(['\\', '"', '\n', '\r'], " ");
@@ -155,9 +155,9 @@ fn in_pieces<T>(
 }
 
 /// Courses of a text as a whole and in pieces have the same values to the last bit.
-fn same_values<'a>(mut pairs: impl Iterator<Item = (&'a Course, &'a Course)>, t: f64) {
-    let bits = |course: &Course| {
-        let target = course.at(t);
+fn same_values<'a>(mut pairs: impl Iterator<Item = (&'a Signal, &'a Signal)>, t: f64) {
+    let bits = |signal: &Signal| {
+        let target = signal.at(t);
         [target.value, target.rate, target.acceleration].map(f64::to_bits)
     };
     assert!(pairs.all(|(whole, stored)| bits(whole) == bits(stored)), "other values at {t}");
@@ -186,7 +186,7 @@ pub fn recording(text: &str) {
     }
     let drives = in_pieces(text, |own| robot.parse_drives(&Source::new("--drives", "d.csv"), own));
     if let Some([whole, stored]) = drives {
-        stored.efforts.iter().for_each(|(_, course)| has_value(course, 0.3));
+        stored.efforts.iter().for_each(|(_, signal)| has_value(signal, 0.3));
         let pairs = whole.efforts.iter().zip(&stored.efforts);
         same_values(pairs.map(|((_, whole), (_, stored))| (whole, stored)), 0.3);
     }
@@ -218,7 +218,7 @@ pub fn drives(text: &str) {
     let own = |_: &str| Ok(text.into());
     for source in [Source::new("--drives", text), Source::new("--drives", "d.toml")] {
         if let Some(drives) = accepted(robot.parse_drives(&source, &own)) {
-            drives.efforts.iter().for_each(|(_, course)| has_value(course, 0.25));
+            drives.efforts.iter().for_each(|(_, signal)| has_value(signal, 0.25));
         }
     }
     for source in [Source::new("--controller", text), Source::new("--controller", "c.toml")] {

@@ -18,8 +18,8 @@ const MOST_LANES: usize = 8;
 /// Everything that is timed; nothing if the robot has no program.
 pub(crate) fn subjects<'a>(robot: &'a Robot, expected: &'a Expected) -> Vec<Subject<'a>> {
     let samples = robot.targets.len();
-    let course: Vec<_> = (0..COURSE).map(|k| robot.targets[k * samples / COURSE].clone()).collect();
-    let record = || InverseProgram::record(&robot.solver, &course, &robot.loads[0]);
+    let signal: Vec<_> = (0..COURSE).map(|k| robot.targets[k * samples / COURSE].clone()).collect();
+    let record = || InverseProgram::record(&robot.solver, &signal, &robot.loads[0]);
     let mut subjects = Vec::new();
     for (single, wide, friction, forces) in [
         ("inverse_frictionless", "lanes_frictionless", false, &expected.frictionless),
@@ -35,7 +35,7 @@ pub(crate) fn subjects<'a>(robot: &'a Robot, expected: &'a Expected) -> Vec<Subj
         ("forward", "forward_lanes", true, &expected.with_friction),
     ] {
         for (name, is_wide) in [(single, false), (wide, true)] {
-            let program = ForwardProgram::record(&robot.solver, &course, &robot.loads[0]);
+            let program = ForwardProgram::record(&robot.solver, &signal, &robot.loads[0]);
             let Ok(program) = program else { continue };
             subjects
                 .push(ForwardRuns::new(robot, program, is_wide, friction, forces).subject(name));

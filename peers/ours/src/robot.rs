@@ -29,7 +29,7 @@ impl Robot {
         let mechanism = model.mechanism.clone();
         let mut solver = InverseDynamics::new(
             mechanism,
-            &model.homes,
+            &model.initial_poses,
             &coordinates,
             &start,
             Settings::default(),

@@ -42,9 +42,9 @@ impl Setup {
         };
         let mut locks = Vec::new();
         for name in &options.hold {
-            for freedom in joint_freedoms(&found.model.mechanism, name)? {
-                if !locks.contains(&freedom) {
-                    locks.push(freedom);
+            for dof in joint_dofs(&found.model.mechanism, name)? {
+                if !locks.contains(&dof) {
+                    locks.push(dof);
                 }
             }
         }
@@ -53,14 +53,14 @@ impl Setup {
         let actuators: Vec<_> = mechanism.actuators().collect();
         let mut prescribed = Vec::new();
         for name in &options.prescribe {
-            for freedom in joint_freedoms(mechanism, name)? {
-                if locks.contains(&freedom) {
+            for dof in joint_dofs(mechanism, name)? {
+                if locks.contains(&dof) {
                     return Err(Failure::input(format!(
                         "joint `{name}` cannot be locked and moved at the same time"
                     ))
                     .help("either --hold it or --prescribe it"));
                 }
-                match actuators.iter().position(|actuator| *actuator == freedom) {
+                match actuators.iter().position(|actuator| *actuator == dof) {
                     Some(actuator) if prescribed.contains(&actuator) => {}
                     Some(actuator) => prescribed.push(actuator),
                     None => {
@@ -237,17 +237,17 @@ impl Setup {
             && drives.samples.is_none()
         {
             let actuators: Vec<_> = mechanism.actuators().collect();
-            for (actuator, course) in &drives.efforts {
-                if let Some(at) = pole(course, from, until) {
-                    let (joint, freedom) = actuators[*actuator];
-                    let name = mechanism.joints()[joint.0].actuator_name(freedom);
+            for (actuator, signal) in &drives.efforts {
+                if let Some(at) = pole(signal, from, until) {
+                    let (joint, dof) = actuators[*actuator];
+                    let name = mechanism.joints()[joint.0].actuator_name(dof);
                     return refuse(format!("the effort of `{name}`"), at);
                 }
             }
         }
         for wrench in &self.load.0.wrenches {
-            let mut courses = wrench.force.iter().chain(&wrench.moment);
-            if let Some(at) = courses.find_map(|course| pole(course, from, until)) {
+            let mut signals = wrench.force.iter().chain(&wrench.moment);
+            if let Some(at) = signals.find_map(|signal| pole(signal, from, until)) {
                 return refuse(
                     format!("the load on `{}`", mechanism.bodies()[wrench.body.0].name),
                     at,
@@ -273,8 +273,8 @@ fn refuse_idle(
         } else {
             continue;
         };
-        let Some((joint, freedom)) = mechanism.actuators().nth(actuator) else { continue };
-        let name = mechanism.joints()[joint.0].freedom_name(freedom);
+        let Some((joint, dof)) = mechanism.actuators().nth(actuator) else { continue };
+        let name = mechanism.joints()[joint.0].dof_name(dof);
         return Err(Failure::input(format!(
             "{option} names `{name}`, which is {what} by {other}: its effort is whatever that takes"
         ))
@@ -308,20 +308,20 @@ fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result
 }
 
 /// The freedoms of a joint that a name means: all of the joint, or one of them.
-fn joint_freedoms(mechanism: &Mechanism, name: &str) -> Result<Vec<(JointId, usize)>, Failure> {
+fn joint_dofs(mechanism: &Mechanism, name: &str) -> Result<Vec<(JointId, usize)>, Failure> {
     let joints = mechanism.joints();
     let whole = joints.iter().position(|joint| joint.name == name);
-    let one = name.rsplit_once('.').and_then(|(owner, freedom)| {
+    let one = name.rsplit_once('.').and_then(|(owner, dof)| {
         let joint = joints.iter().position(|joint| joint.name == owner)?;
-        let freedoms = joints[joint].joint_type.freedoms();
-        Some((joint, freedoms.iter().position(|known| known.name == freedom)?))
+        let dofs = joints[joint].joint_type.dofs();
+        Some((joint, dofs.iter().position(|known| known.name == dof)?))
     });
     let found = match (whole, one) {
         (Some(joint), _) => {
-            let count = joints[joint].joint_type.freedoms().len();
-            (0..count).map(|freedom| (JointId(joint), freedom)).collect()
+            let count = joints[joint].joint_type.dofs().len();
+            (0..count).map(|dof| (JointId(joint), dof)).collect()
         }
-        (None, Some((joint, freedom))) => vec![(JointId(joint), freedom)],
+        (None, Some((joint, dof))) => vec![(JointId(joint), dof)],
         (None, None) => Vec::new(),
     };
     match found.first() {

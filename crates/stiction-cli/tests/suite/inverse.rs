@@ -219,7 +219,7 @@ fn wrong_input_is_told_with_a_way_out() {
 }
 
 #[test]
-fn a_motion_that_leaves_freedoms_open_or_out_of_reach_is_told() {
+fn a_motion_that_leaves_dofs_open_or_out_of_reach_is_told() {
     let folder = Folder::new("reach");
     let said =
         folder.stiction(&["inverse", "five-bar", "--motion", "tool.x = 0 mm; duration = 1 s"]);

@@ -137,7 +137,7 @@ fn wrong_options_are_told_in_json() {
 
 /// Two freedoms of one name would be one column.
 #[test]
-fn names_of_freedoms_are_taken() {
+fn names_of_dofs_are_taken() {
     let folder = folder("names");
     let second = r#"
 [bodies.arm]

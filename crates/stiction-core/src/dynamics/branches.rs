@@ -1,9 +1,9 @@
 //! Other solutions of friction and reactions, and how far the one that is given goes on.
 
+use super::continuation::{Lock, follow_friction};
 use super::inverse::Inverse;
 use super::settings::{FrictionMode, Settings};
 use super::solver::{InverseDynamics, Parts};
-use super::wedge::{Lock, follow_friction};
 use crate::mechanism::JointId;
 use crate::random::Random;
 use crate::spatial::Wrench;
@@ -42,10 +42,10 @@ impl InverseDynamics {
             // There is no solution with friction to follow, and nothing is known.
             return None;
         }
-        if parameters.contacts.is_empty() {
+        if parameters.interfaces.is_empty() {
             return Some(FrictionMargin { locks_at: None, joint: None });
         }
-        if inverse.contacts().iter().all(|contact| contact.sliding == 0.0) {
+        if inverse.interfaces().iter().all(|interface| interface.sliding == 0.0) {
             // What rests carries no friction here, so nothing would be followed.
             return None;
         }
@@ -55,9 +55,9 @@ impl InverseDynamics {
             follow_friction(&mut probe, &setup, parameters, kinematics, loads, &settings, most);
         Some(match followed {
             Ok(()) => FrictionMargin { locks_at: None, joint: None },
-            Err(Lock { part, contact }) => FrictionMargin {
+            Err(Lock { part, interface }) => FrictionMargin {
                 locks_at: Some(part),
-                joint: Some(JointId(parameters.contacts[contact].joint)),
+                joint: Some(JointId(parameters.interfaces[interface].joint)),
             },
         })
     }
@@ -78,7 +78,7 @@ impl InverseDynamics {
         probe.begin(&setup, parameters, kinematics, loads, settings);
         let without = probe.joint_wrenches().to_vec();
         let largest = |inverse: &Inverse<f64>| {
-            inverse.contacts().iter().map(|c| c.load()).fold(f64::MIN_POSITIVE, f64::max)
+            inverse.interfaces().iter().map(|c| c.load()).fold(f64::MIN_POSITIVE, f64::max)
         };
         let limit = UNBOUNDED * largest(&probe);
         let force = without.iter().map(|w| w.force.norm()).fold(0.0, f64::max);

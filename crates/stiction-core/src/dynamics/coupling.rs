@@ -3,7 +3,7 @@
 //! Equations (F6) and (F7) of the book's theory.
 
 use super::balance::Balance;
-use super::contacts::{ContactState, most_change_of_load};
+use super::interfaces::{InterfaceState, most_change_of_load};
 use super::inverse::Inverse;
 use super::setup::Setup;
 use crate::friction::Resistance;
@@ -15,7 +15,7 @@ const STEPS: usize = 60;
 
 /// Room to measure the coupling in; what is there is used again.
 #[derive(Clone, Debug, Default)]
-pub(super) struct CouplingRoom {
+pub(super) struct CouplingWorkspace {
     balance: Option<Balance<f64>>,
     drives: Vec<f64>,
     sliding: Vec<usize>,
@@ -24,7 +24,7 @@ pub(super) struct CouplingRoom {
     vectors: [Vec<f64>; 2],
 }
 
-impl CouplingRoom {
+impl CouplingWorkspace {
     /// A bound on the spectral radius of the coupling: entry (i, j) of the matrix is the most by
     /// which the load of contact i changes when the load of contact j changes by one newton, through
     /// the friction at j. Load maps are seminorms of the reaction, and reactions are affine in
@@ -39,8 +39,8 @@ impl CouplingRoom {
     ) -> f64 {
         let Self { balance, drives, sliding, matrix, vectors } = self;
         sliding.clear();
-        sliding.extend((0..parameters.contacts.len()).filter(|&contact| {
-            let state = &inverse.contacts()[contact];
+        sliding.extend((0..parameters.interfaces.len()).filter(|&interface| {
+            let state = &inverse.interfaces()[interface];
             state.sliding > 0.0 && state.resistance.coefficient > 0.0
         }));
         let balance = match balance {
@@ -58,15 +58,15 @@ impl CouplingRoom {
         balance.rest_like(inverse.balance(), setup, parameters, bodies);
         for (j, &from) in sliding.iter().enumerate() {
             let resistance = Resistance { coefficient: 0.0, constant: 1.0 };
-            let unit = ContactState { resistance, ..inverse.contacts()[from] };
-            let contact = &parameters.contacts[from];
-            balance.rub_alone(setup, parameters, bodies, contact, &unit, drives);
+            let unit = InterfaceState { resistance, ..inverse.interfaces()[from] };
+            let interface = &parameters.interfaces[from];
+            balance.rub_alone(setup, parameters, bodies, interface, &unit, drives);
             for (i, &to) in sliding.iter().enumerate() {
-                let content = &parameters.contacts[to];
+                let content = &parameters.interfaces[to];
                 let pitch = parameters.pitch[content.joint];
                 let change = balance.joint_wrenches[content.joint];
-                let [own, coefficient] =
-                    [to, from].map(|contact| inverse.contacts()[contact].resistance.coefficient);
+                let [own, coefficient] = [to, from]
+                    .map(|interface| inverse.interfaces()[interface].resistance.coefficient);
                 let most = most_change_of_load(content, pitch, bodies, change, own);
                 matrix[i * count + j] = coefficient * most;
             }

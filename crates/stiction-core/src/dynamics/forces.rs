@@ -1,7 +1,7 @@
 //! The results of inverse dynamics at one instant.
 
-use super::careful::CarefulForces;
-use super::contacts::ContactState;
+use super::dense_fallback::CarefulForces;
+use super::interfaces::InterfaceState;
 use super::inverse::Inverse;
 use super::power::Power;
 use crate::kinematics::Bodies;
@@ -9,7 +9,7 @@ use crate::spatial::{Vec3, Wrench};
 
 /// Forces at one contact with friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactForce {
+pub struct InterfaceForce {
     /// Sliding velocity at the surface, m/s; of a ball its magnitude.
     pub velocity: f64,
     /// Whether it slides.
@@ -44,30 +44,30 @@ pub struct Forces {
     /// Effort of each actuator, N or N m, in the order of [`crate::mechanism::Mechanism::actuators`].
     pub drives: Vec<f64>,
     /// The same without friction.
-    pub drives_frictionless: Vec<f64>,
+    pub efforts_frictionless: Vec<f64>,
     /// The least effort of each actuator over what static friction in contacts at rest may do, and
     /// the greatest; equal to `drives` while everything slides.
-    pub drive_bounds: Vec<(f64, f64)>,
-    /// Bounds of the same that nothing exceeds, around `drive_bounds`; infinite where
+    pub effort_bounds: Vec<(f64, f64)>,
+    /// Bounds of the same that nothing exceeds, around `effort_bounds`; infinite where
     /// [`Bounds::Attained`].
-    pub drive_outer_bounds: Vec<(f64, f64)>,
-    /// What is certain of `drive_bounds`.
+    pub effort_outer_bounds: Vec<(f64, f64)>,
+    /// What is certain of `effort_bounds`.
     pub bounds: Bounds,
     /// For each joint the force that the predecessor exerts on the successor, N, and its moment
     /// about the joint's origin, N m; world axes; constraint, drive and friction together.
     pub reactions: Vec<(Vec3<f64>, Vec3<f64>)>,
-    /// For each contact with friction, in the order of [`crate::parameters::Parameters::contacts`].
-    pub contacts: Vec<ContactForce>,
+    /// For each contact with friction, in the order of [`crate::parameters::Parameters::interfaces`].
+    pub interfaces: Vec<InterfaceForce>,
     /// The power balance.
     pub power: Power,
 }
 
-impl ContactForce {
+impl InterfaceForce {
     /// Nothing.
     const NONE: Self =
         Self { velocity: 0.0, slides: false, load: 0.0, friction: 0.0, limit: 0.0, power: 0.0 };
 
-    fn of(state: &ContactState<f64>, has_friction: bool) -> Self {
+    fn of(state: &InterfaceState<f64>, has_friction: bool) -> Self {
         let slides = state.sliding > 0.0;
         let limit = if has_friction { state.friction() } else { 0.0 };
         let friction = if slides { limit.copysign(state.velocity) } else { 0.0 };
@@ -84,15 +84,15 @@ impl ContactForce {
 
 impl Forces {
     /// Room for the forces of a mechanism.
-    pub(super) fn new(actuators: usize, joints: usize, contacts: usize) -> Self {
+    pub(super) fn new(actuators: usize, joints: usize, interfaces: usize) -> Self {
         Self {
             drives: vec![0.0; actuators],
-            drives_frictionless: vec![0.0; actuators],
-            drive_bounds: vec![(0.0, 0.0); actuators],
-            drive_outer_bounds: vec![(0.0, 0.0); actuators],
+            efforts_frictionless: vec![0.0; actuators],
+            effort_bounds: vec![(0.0, 0.0); actuators],
+            effort_outer_bounds: vec![(0.0, 0.0); actuators],
             bounds: Bounds::Exact,
             reactions: vec![(Vec3::zero(), Vec3::zero()); joints],
-            contacts: vec![ContactForce::NONE; contacts],
+            interfaces: vec![InterfaceForce::NONE; interfaces],
             power: Power::NONE,
         }
     }
@@ -100,28 +100,28 @@ impl Forces {
     /// Takes over the kernel's results, but for the power.
     pub(super) fn read(&mut self, bodies: &Bodies<f64>, inverse: &Inverse<f64>) {
         self.drives.copy_from_slice(inverse.drives());
-        self.drives_frictionless.copy_from_slice(inverse.drives_frictionless());
+        self.efforts_frictionless.copy_from_slice(inverse.efforts_frictionless());
         self.read_joints(bodies, inverse.joint_wrenches());
-        self.read_contacts(inverse.contacts(), inverse.has_friction());
+        self.read_interfaces(inverse.interfaces(), inverse.has_friction());
     }
 
     /// Takes over the careful path's results, but for the power.
     pub(super) fn take(&mut self, bodies: &Bodies<f64>, solution: &CarefulForces, friction: bool) {
         self.drives.copy_from_slice(&solution.drives);
-        self.drives_frictionless.copy_from_slice(&solution.drives_frictionless);
+        self.efforts_frictionless.copy_from_slice(&solution.efforts_frictionless);
         self.close_bounds();
         self.read_joints(bodies, &solution.wrenches);
-        self.read_contacts(&solution.contacts.states, friction);
-        if self.contacts.iter().any(|contact| !contact.slides && contact.limit != 0.0) {
+        self.read_interfaces(&solution.interfaces.states, friction);
+        if self.interfaces.iter().any(|interface| !interface.slides && interface.limit != 0.0) {
             self.bounds = Bounds::Unknown;
-            self.drive_outer_bounds.fill((f64::NEG_INFINITY, f64::INFINITY));
+            self.effort_outer_bounds.fill((f64::NEG_INFINITY, f64::INFINITY));
         }
     }
 
     /// How far the powers are from balance, as a part of what is turned over; infinite where a force
     /// is not finite. `length` is characteristic.
     pub fn imbalance(&self, length: f64) -> f64 {
-        let numbers = self.drives.iter().chain(&self.drives_frictionless).copied();
+        let numbers = self.drives.iter().chain(&self.efforts_frictionless).copied();
         let reactions = self.reactions.iter().map(|(force, moment)| {
             force.norm_squared().sqrt() + moment.norm_squared().sqrt() / length
         });
@@ -129,7 +129,7 @@ impl Forces {
         for reaction in reactions.clone() {
             largest = largest.max(reaction);
         }
-        for number in numbers.chain(reactions).chain(self.contacts.iter().map(|c| c.limit)) {
+        for number in numbers.chain(reactions).chain(self.interfaces.iter().map(|c| c.limit)) {
             finite &= number.is_finite();
         }
         if !finite {
@@ -143,33 +143,33 @@ impl Forces {
 
     /// Nothing rests: the drives are what they are.
     pub(super) fn close_bounds(&mut self) {
-        for (bounds, &drive) in self.drive_bounds.iter_mut().zip(&self.drives) {
+        for (bounds, &drive) in self.effort_bounds.iter_mut().zip(&self.drives) {
             *bounds = (drive, drive);
         }
-        self.drive_outer_bounds.copy_from_slice(&self.drive_bounds);
+        self.effort_outer_bounds.copy_from_slice(&self.effort_bounds);
         self.bounds = Bounds::Exact;
     }
 
     /// Takes over by how much static friction changes the drives at most, if that is bounded.
     pub(super) fn certify_bounds(&mut self, changes: Option<Vec<(f64, f64)>>) {
         let finite =
-            self.drive_bounds.iter().all(|(low, high)| low.is_finite() && high.is_finite());
+            self.effort_bounds.iter().all(|(low, high)| low.is_finite() && high.is_finite());
         let Some(changes) = changes.filter(|_| finite) else {
             self.bounds = Bounds::Attained;
-            self.drive_outer_bounds.fill((f64::NEG_INFINITY, f64::INFINITY));
+            self.effort_outer_bounds.fill((f64::NEG_INFINITY, f64::INFINITY));
             return;
         };
         let mut exact = true;
         for (k, (down, up)) in changes.into_iter().enumerate() {
-            let (low, high) = self.drive_bounds[k];
+            let (low, high) = self.effort_bounds[k];
             let outer = (low.min(self.drives[k] + down), high.max(self.drives[k] + up));
             let same = 1e-9 * (low.abs() + high.abs());
             exact &= low - outer.0 <= same && outer.1 - high <= same;
-            self.drive_outer_bounds[k] = outer;
+            self.effort_outer_bounds[k] = outer;
         }
         self.bounds = if exact { Bounds::Exact } else { Bounds::Certified };
         if exact {
-            self.drive_outer_bounds.copy_from_slice(&self.drive_bounds);
+            self.effort_outer_bounds.copy_from_slice(&self.effort_bounds);
         }
     }
 
@@ -180,9 +180,9 @@ impl Forces {
         }
     }
 
-    fn read_contacts(&mut self, states: &[ContactState<f64>], has_friction: bool) {
-        for (force, state) in self.contacts.iter_mut().zip(states) {
-            *force = ContactForce::of(state, has_friction);
+    fn read_interfaces(&mut self, states: &[InterfaceState<f64>], has_friction: bool) {
+        for (force, state) in self.interfaces.iter_mut().zip(states) {
+            *force = InterfaceForce::of(state, has_friction);
         }
     }
 }

@@ -4,8 +4,8 @@ use super::inverse::Inverse;
 use super::plan::BalancePlan;
 use super::settings::Settings;
 use super::setup::Setup;
-use crate::kinematics::{Kinematics, Prescription, State, Target};
-use crate::linalg::Elimination;
+use crate::kinematics::{Kinematics, MotionConstraints, State, Target};
+use crate::linalg::StaticLu;
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::statics::AppliedLoad;
@@ -16,8 +16,8 @@ use crate::topology::Topology;
 #[derive(Clone, Debug)]
 pub struct Kernel {
     topology: Topology,
-    prescription: Prescription,
-    motion: Elimination,
+    motion_constraints: MotionConstraints,
+    motion: StaticLu,
     balance: BalancePlan,
 }
 
@@ -37,7 +37,7 @@ impl Kernel {
     pub fn new(setup: &Setup<'_>) -> Self {
         Self {
             topology: setup.topology.clone(),
-            prescription: setup.prescription.clone(),
+            motion_constraints: setup.motion_constraints.clone(),
             motion: setup.motion.clone(),
             balance: setup.balance.clone(),
         }
@@ -52,7 +52,7 @@ impl Kernel {
     pub fn setup(&self) -> Setup<'_> {
         Setup {
             topology: &self.topology,
-            prescription: &self.prescription,
+            motion_constraints: &self.motion_constraints,
             motion: &self.motion,
             balance: &self.balance,
         }
@@ -77,7 +77,7 @@ impl Kernel {
                 rates: lift(&state.rates),
                 accelerations: lift(&state.accelerations),
             },
-            kinematics: Kinematics::new(&self.topology, &self.prescription, &self.motion),
+            kinematics: Kinematics::new(&self.topology, &self.motion_constraints, &self.motion),
             inverse: Inverse::new(&self.setup(), parameters),
         }
     }
@@ -96,11 +96,12 @@ impl Kernel {
         settings: &Settings,
     ) {
         let Workspace { state, kinematics, inverse } = workspace;
-        let (topology, prescription, motion) = (&self.topology, &self.prescription, &self.motion);
+        let (topology, motion_constraints, motion) =
+            (&self.topology, &self.motion_constraints, &self.motion);
         for _ in 0..settings.position_steps {
-            kinematics.approach(topology, parameters, prescription, motion, state, targets);
+            kinematics.approach(topology, parameters, motion_constraints, motion, state, targets);
         }
-        kinematics.differentiate(topology, parameters, prescription, motion, state, targets);
+        kinematics.differentiate(topology, parameters, motion_constraints, motion, state, targets);
         inverse.solve(&self.setup(), parameters, kinematics, loads, settings);
     }
 }

@@ -1,10 +1,10 @@
 //! Choosing how a balance is solved: its weighting and its order of elimination.
 
 use super::balance::Balance;
-use super::contacts::{Contacts, Coupling};
+use super::interfaces::{Coupling, Interfaces};
 use super::structure::{BalanceStructure, Weighting};
 use crate::kinematics::Bodies;
-use crate::linalg::{Elimination, Plan, Scales, Svd};
+use crate::linalg::{Plan, Scales, StaticLu, Svd};
 use crate::parameters::Parameters;
 use crate::topology::Topology;
 use nalgebra::DMatrix;
@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 #[derive(Clone, Debug)]
 pub struct BalancePlan {
     pub(super) structure: BalanceStructure,
-    pub(super) program: Elimination,
+    pub(super) program: StaticLu,
 }
 
 /// Why the kernel cannot solve the balance at a position. The careful path can say more.
@@ -104,13 +104,13 @@ impl Sample<'_> {
     /// The frictionless entries of the balance.
     fn entries(&self, structure: &BalanceStructure) -> Vec<f64> {
         let &Self { topology, parameters, bodies, spin_responses } = self;
-        let mut balance = Balance::new(topology, structure, &Elimination::default());
+        let mut balance = Balance::new(topology, structure, &StaticLu::default());
         balance.load(topology, parameters, bodies, &[]);
         for (spin, response) in spin_responses.iter().enumerate() {
             balance.load_spin(topology, structure, parameters, bodies, spin, response);
         }
-        let contacts = Contacts::new(parameters.contacts.len());
-        balance.rub(topology, parameters, bodies, &contacts, Coupling::None);
+        let interfaces = Interfaces::new(parameters.interfaces.len());
+        balance.rub(topology, parameters, bodies, &interfaces, Coupling::None);
         balance.assemble(topology, structure, parameters, bodies);
         balance.into_entries()
     }
@@ -142,8 +142,8 @@ fn scales(
     matrix: &DMatrix<f64>,
 ) -> (Vec<f64>, Vec<f64>) {
     let length = parameters.length;
-    let row = |&dof: &usize| {
-        if topology.dof_translates(&topology.dofs[dof]) { 1.0 } else { 1.0 / length }
+    let row = |&tree_dof: &usize| {
+        if topology.tree_dof_translates(&topology.tree_dofs[tree_dof]) { 1.0 } else { 1.0 / length }
     };
     let equations: Vec<f64> = structure.passive.iter().map(row).collect();
     let mut unknowns = Vec::new();
@@ -154,8 +154,8 @@ fn scales(
     }
     for &actuator in &topology.cut_actuators {
         let actuator = topology.actuators[actuator];
-        let freedom = topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
-        unknowns.push(if freedom.translates() { 1.0 } else { length });
+        let dof = topology.joint_types[actuator.joint].dofs()[actuator.dof];
+        unknowns.push(if dof.translates() { 1.0 } else { length });
     }
     for spin in 0..structure.spin_nodes.len() {
         // Inertias are compared with nothing: their columns are made of size one.
@@ -221,7 +221,7 @@ fn drive_response(
     null: &[nalgebra::DVector<f64>],
     column_scales: &[f64],
 ) -> DMatrix<f64> {
-    let mut balance = Balance::new(topology, structure, &Elimination::default());
+    let mut balance = Balance::new(topology, structure, &StaticLu::default());
     balance.load(topology, parameters, bodies, &[]);
     // Wrenches of the null vectors alone.
     let mut driven = DMatrix::zeros(topology.actuators.len(), null.len());
@@ -230,8 +230,8 @@ fn drive_response(
         let efforts = balance.drives_of(topology, structure, bodies, &unknowns);
         for (actuator, effort) in efforts.into_iter().enumerate() {
             let content = topology.actuators[actuator];
-            let freedom = topology.joint_types[content.joint].freedoms()[content.freedom];
-            let scale = if freedom.translates() { 1.0 } else { 1.0 / parameters.length };
+            let dof = topology.joint_types[content.joint].dofs()[content.dof];
+            let scale = if dof.translates() { 1.0 } else { 1.0 / parameters.length };
             driven[(actuator, k)] = effort * scale;
         }
     }

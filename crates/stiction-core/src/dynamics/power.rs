@@ -2,7 +2,7 @@
 //!
 //! Equation (E1) of the book's theory.
 
-use super::spring::Pull;
+use super::spring::SpringForce;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
@@ -62,7 +62,7 @@ impl Power {
         };
         let drives = topology.actuators.iter().zip(drives).map(|pair| sum(of_drive(pair))).sum();
         let of_springs = parameters.springs.iter().map(|spring| {
-            let pull = Pull::of(spring, bodies);
+            let pull = SpringForce::of(spring, bodies);
             (pull.power(), pull.turnover(spring, bodies))
         });
         let loads = loads.iter().map(of_load).chain(of_springs).map(&mut sum).sum();

@@ -7,7 +7,7 @@ use crate::spatial::{Vec3, Wrench};
 
 /// A spring at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pull<T> {
+pub struct SpringForce<T> {
     /// The distance of its ends, m.
     pub length: T,
     /// The rate of that distance, m/s; zero where the ends coincide.
@@ -19,7 +19,7 @@ pub struct Pull<T> {
     pub wrench: Wrench<T>,
 }
 
-impl<T: Scalar> Pull<T> {
+impl<T: Scalar> SpringForce<T> {
     /// From poses and twists of the bodies.
     ///
     /// Ends that coincide are on no line: then only `stiffness * (vector between the ends)`, which
@@ -44,7 +44,7 @@ impl<T: Scalar> Pull<T> {
     }
 }
 
-impl Pull<f64> {
+impl SpringForce<f64> {
     /// Whether the force's direction is known: the ends are apart, or it needs none. `length` is
     /// characteristic.
     pub fn has_direction(&self, spring: &SpringParameters<f64>, length: f64) -> bool {

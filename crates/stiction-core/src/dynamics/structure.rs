@@ -49,7 +49,7 @@ pub(super) enum WeighedKind {
     /// The wrench at a cut joint.
     Cut(usize),
     /// The effort of an actuator of the tree, at this freedom.
-    Drive { dof: usize },
+    Drive { tree_dof: usize },
     /// The effort of an actuator at a cut joint: this column.
     CutDrive { column: usize },
 }
@@ -79,7 +79,7 @@ impl BalanceStructure {
         spin_bodies: &[Vec<usize>],
     ) -> Self {
         let passive: Vec<usize> =
-            (0..topology.freedoms()).filter(|&d| topology.dofs[d].actuator.is_none()).collect();
+            (0..topology.dofs()).filter(|&d| topology.tree_dofs[d].actuator.is_none()).collect();
         let columns_of: Vec<Vec<usize>> =
             topology.cuts.iter().map(|cut| cut.columns(topology.constraints).collect()).collect();
         let spin_nodes = spin_bodies
@@ -167,20 +167,24 @@ impl BalanceStructure {
 
     /// Calls `visit(equation, column)` for each entry of the balance proper.
     fn visit_balance(&self, topology: &Topology, mut visit: impl FnMut(usize, usize)) {
-        let mut equation_of = vec![None; topology.freedoms()];
-        for (equation, &dof) in self.passive.iter().enumerate() {
-            equation_of[dof] = Some(equation);
+        let mut equation_of = vec![None; topology.dofs()];
+        for (equation, &tree_dof) in self.passive.iter().enumerate() {
+            equation_of[tree_dof] = Some(equation);
         }
         for (cut, columns) in topology.cuts.iter().zip(&self.columns_of) {
             for &(node, _) in &cut.path {
-                for equation in topology.nodes[node].dofs.clone().filter_map(|d| equation_of[d]) {
+                for equation in
+                    topology.nodes[node].tree_dofs.clone().filter_map(|d| equation_of[d])
+                {
                     columns.iter().for_each(|&column| visit(equation, column));
                 }
             }
         }
         for (spin, nodes) in self.spin_nodes.iter().enumerate() {
             for &node in nodes {
-                for equation in topology.nodes[node].dofs.clone().filter_map(|d| equation_of[d]) {
+                for equation in
+                    topology.nodes[node].tree_dofs.clone().filter_map(|d| equation_of[d])
+                {
                     visit(equation, self.wrench_columns + spin);
                 }
             }
@@ -209,10 +213,10 @@ fn weighed(topology: &Topology, weighting: Weighting) -> Vec<Weighed> {
             nodes.chain(cuts).collect()
         }
         Weighting::LeastDrives => {
-            let driven = (0..topology.freedoms()).filter(|&d| topology.dofs[d].actuator.is_some());
-            let tree = driven.map(|dof| Weighed {
-                what: WeighedKind::Drive { dof },
-                cuts: through[topology.dofs[dof].node].clone(),
+            let driven = (0..topology.dofs()).filter(|&d| topology.tree_dofs[d].actuator.is_some());
+            let tree = driven.map(|tree_dof| Weighed {
+                what: WeighedKind::Drive { tree_dof },
+                cuts: through[topology.tree_dofs[tree_dof].node].clone(),
             });
             let cut = (topology.constraints..topology.columns())
                 .map(|column| Weighed { what: WeighedKind::CutDrive { column }, cuts: Vec::new() });

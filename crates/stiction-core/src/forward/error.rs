@@ -1,6 +1,6 @@
 //! Why a simulation cannot go on.
 
-use super::rub::ContactMode;
+use super::affine_friction::InterfaceMode;
 use crate::dynamics::NO_PART;
 use crate::kinematics::AssemblyError;
 use thiserror::Error;
@@ -13,7 +13,7 @@ pub struct Competitor {
     /// Accelerations of the tree.
     pub accelerations: Vec<f64>,
     /// What each contact does.
-    pub contacts: Vec<ContactMode>,
+    pub interfaces: Vec<InterfaceMode>,
 }
 
 /// Why a simulation cannot go on.

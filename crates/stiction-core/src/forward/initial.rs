@@ -5,7 +5,7 @@
 use super::Forward;
 use super::balance::{factor, solve_factored};
 use super::error::ForwardError;
-use super::masses::Masses;
+use super::mass_matrix::MassMatrix;
 use crate::kinematics::{Bodies, Coordinate, Missed, RateRows, State, What, assemble_partly};
 use crate::linalg::RowSpace;
 use crate::mechanism::BodyId;
@@ -31,7 +31,7 @@ const DEPENDENT: f64 = 1e-10;
 impl Forward {
     /// A state from whatever is known: values and rates of any coordinates of joints or poses of bodies.
     ///
-    /// The position is found from the model's own start coordinates, and from `homes`, guesses of poses of
+    /// The position is found from the model's own start coordinates, and from `initial_poses`, guesses of poses of
     /// bodies in the ground's frame, by steps each of which is the least that meets what is known and
     /// closes the loops. Rates that stay open are those of least kinetic energy; nothing is at rest unless
     /// it can be.
@@ -40,7 +40,7 @@ impl Forward {
     /// [`ForwardError::Contradiction`] names what cannot be met.
     pub fn assemble_from(
         &self,
-        homes: &[(BodyId, Pose<f64>)],
+        initial_poses: &[(BodyId, Pose<f64>)],
         known: &[Known],
     ) -> Result<State<f64>, ForwardError> {
         let (topology, parameters) = (&self.topology, &self.parameters);
@@ -70,12 +70,17 @@ impl Forward {
             let what = self.in_words(&bad.coordinate);
             return Err(ForwardError::Contradiction { what, by: f64::INFINITY, rates: false });
         }
-        let mut state =
-            assemble_partly(&self.mechanism, topology, parameters, homes, (&coordinates, &values))
-                .map_err(|missed| contradiction(&missed, &places, false))?;
+        let mut state = assemble_partly(
+            &self.mechanism,
+            topology,
+            parameters,
+            initial_poses,
+            (&coordinates, &values),
+        )
+        .map_err(|missed| contradiction(&missed, &places, false))?;
         let (places, coordinates, rates) = pick(|known| known.rate);
         let rows = RateRows::new(topology, parameters, &state, (&coordinates, &rates));
-        let n = topology.freedoms();
+        let n = topology.dofs();
         let mut space = RowSpace::default();
         space.decompose(&rows.matrix, rows.rights.len(), n, DEPENDENT);
         // In scaled rates: the shortest that meets the rows, then what has least kinetic energy.
@@ -100,7 +105,7 @@ impl Forward {
         let mut bodies = Bodies::new(topology);
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
-        let masses = Masses::new(topology, parameters, &mut bodies, &[]);
+        let masses = MassMatrix::new(topology, parameters, &mut bodies, &[]);
         let free = basis.len() / n.max(1);
         // What moves without inertia has no energy to be least: it stays as it is.
         if free > 0
@@ -129,11 +134,11 @@ impl Forward {
         let body = |body: &BodyId| &self.mechanism.bodies()[body.0].name;
         let axis = |axis: &usize| ["x", "y", "z"].get(*axis).copied().unwrap_or("?");
         match coordinate {
-            Coordinate::Joint { joint, freedom } => {
+            Coordinate::Joint { joint, dof } => {
                 let name = self.joint_name(joint.0);
-                let count = self.topology.joint_types[joint.0].freedoms().len();
+                let count = self.topology.joint_types[joint.0].dofs().len();
                 if count > 1 {
-                    format!("coordinate {} of joint `{name}`", freedom + 1)
+                    format!("coordinate {} of joint `{name}`", dof + 1)
                 } else {
                     format!("the coordinate of joint `{name}`")
                 }

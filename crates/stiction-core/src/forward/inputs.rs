@@ -24,7 +24,7 @@ pub struct View<'a> {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Angle {
     pub(super) joint: usize,
-    pub(super) freedom: usize,
+    pub(super) dof: usize,
     /// rad.
     pub(super) value: f64,
     /// rad/s.
@@ -44,8 +44,8 @@ impl View<'_> {
     /// helical ones, which their advance tells.
     pub fn actuator_coordinate(&self, actuator: usize) -> f64 {
         let actuator = self.topology.actuators[actuator];
-        let at = (actuator.joint, actuator.freedom);
-        if let Some(angle) = self.angles.iter().find(|angle| (angle.joint, angle.freedom) == at) {
+        let at = (actuator.joint, actuator.dof);
+        if let Some(angle) = self.angles.iter().find(|angle| (angle.joint, angle.dof) == at) {
             return angle.value;
         }
         joint_coordinate((self.topology, self.pitch), self.state, self.bodies, at)
@@ -57,7 +57,7 @@ pub(super) fn joint_coordinate(
     (topology, pitch): (&Topology, &[f64]),
     state: &State<f64>,
     bodies: &Bodies<f64>,
-    (joint, freedom): (usize, usize),
+    (joint, dof): (usize, usize),
 ) -> f64 {
     let joint_type = topology.joint_types[joint];
     if !joint_type.has_scalar_coordinates() {
@@ -65,11 +65,11 @@ pub(super) fn joint_coordinate(
     }
     if let Some(node) = topology.node_of(joint) {
         let own = &state.coordinates[node.coordinates.clone()];
-        return own.get(freedom).copied().unwrap_or(0.0);
+        return own.get(dof).copied().unwrap_or(0.0);
     }
     let relative = bodies.frame_j[joint].inverse() * bodies.frame_k[joint];
     let nearest = joint_type.nearest(relative, pitch[joint]).1;
-    nearest.get(freedom).copied().unwrap_or(0.0)
+    nearest.get(dof).copied().unwrap_or(0.0)
 }
 
 /// What acts from outside. All methods must answer from their arguments alone: a step is tried, and

@@ -1,8 +1,8 @@
 //! Everything at one instant: accelerations, reactions, friction, powers.
 
 use super::Forward;
-use super::masses::{self, Masses};
-use super::rub::{ContactMode, bristle_rate, dot, load, norm};
+use super::affine_friction::{InterfaceMode, bristle_rate, dot, load, norm};
+use super::mass_matrix::{self, MassMatrix};
 use super::situation::Situation;
 use super::solve::Solved;
 use crate::friction::OwnFriction;
@@ -13,9 +13,9 @@ use crate::topology::Role;
 
 /// A contact at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactInstant {
+pub struct InterfaceSample {
     /// What it does.
-    pub contact: ContactMode,
+    pub interface: InterfaceMode,
     /// Sliding velocity at the surface along its freedoms, m/s.
     pub velocity: [f64; 3],
     /// N.
@@ -26,7 +26,7 @@ pub struct ContactInstant {
     pub limit: f64,
 }
 
-impl ContactInstant {
+impl InterfaceSample {
     /// By how much the limit is above the friction, N.
     pub fn margin(&self) -> f64 {
         self.limit - norm(self.friction)
@@ -37,8 +37,8 @@ impl ContactInstant {
     /// account of energy shows it.
     pub(super) fn dissipated(&self) -> f64 {
         let along = dot(self.velocity, self.friction);
-        match self.contact {
-            ContactMode::Slides(_) => (norm(self.velocity) * norm(self.friction)).copysign(along),
+        match self.interface {
+            InterfaceMode::Slides(_) => (norm(self.velocity) * norm(self.friction)).copysign(along),
             _ => along,
         }
     }
@@ -60,7 +60,7 @@ pub struct Account {
     /// What dampers of springs dissipate, W.
     pub dampers: f64,
     /// What each contact dissipates, W; of bristles what they take up.
-    pub contacts: Vec<f64>,
+    pub interfaces: Vec<f64>,
 }
 
 impl Account {
@@ -68,24 +68,31 @@ impl Account {
     pub(super) fn update(
         &mut self,
         model: &Forward,
-        (masses, loads): (&Masses, &[AppliedLoad<f64>]),
+        (masses, loads): (&MassMatrix, &[AppliedLoad<f64>]),
         bodies: &Bodies<f64>,
         efforts: &[f64],
-        contacts: &[ContactInstant],
+        interfaces: &[InterfaceSample],
     ) {
         let (topology, parameters) = (&model.topology, &model.parameters);
-        let Self { kinetic, potential, exchange, drives, loads: of_loads, dampers, contacts: lost } =
-            self;
+        let Self {
+            kinetic,
+            potential,
+            exchange,
+            drives,
+            loads: of_loads,
+            dampers,
+            interfaces: lost,
+        } = self;
         *kinetic = masses.kinetic(bodies);
-        *potential = masses::potential(parameters, bodies);
-        *exchange = masses::exchange(parameters, bodies);
+        *potential = mass_matrix::potential(parameters, bodies);
+        *exchange = mass_matrix::exchange(parameters, bodies);
         drives.clear();
         let each = topology.actuators.iter().zip(efforts);
         drives.extend(each.map(|(a, effort)| effort * bodies.actuator_rate(topology, *a)));
-        *of_loads = masses::power_of_loads(loads, bodies);
-        *dampers = masses::damped(parameters, bodies);
+        *of_loads = mass_matrix::power_of_loads(loads, bodies);
+        *dampers = mass_matrix::damped(parameters, bodies);
         lost.clear();
-        lost.extend(contacts.iter().map(ContactInstant::dissipated));
+        lost.extend(interfaces.iter().map(InterfaceSample::dissipated));
     }
 }
 
@@ -104,7 +111,7 @@ pub struct Instant {
     /// about the kernel origin.
     pub wrenches: Vec<Wrench<f64>>,
     /// All contacts.
-    pub contacts: Vec<ContactInstant>,
+    pub interfaces: Vec<InterfaceSample>,
     /// Rates of the deflections of bristles, m/s.
     pub(super) bristle_rates: Vec<[f64; 3]>,
     /// Energies and powers.
@@ -145,7 +152,7 @@ impl Instant {
             bodies: Bodies::new(topology),
             drives: Vec::new(),
             wrenches: Vec::new(),
-            contacts: Vec::new(),
+            interfaces: Vec::new(),
             bristle_rates: Vec::new(),
             account: Account::default(),
             coupling: None,
@@ -166,32 +173,32 @@ impl Instant {
 
 impl Forward {
     /// The friction at the surface and the load of each contact of a solved choice.
-    pub(super) fn contacts(
+    pub(super) fn interfaces(
         &self,
         situation: &Situation,
-        modes: &[ContactMode],
+        modes: &[InterfaceMode],
         solved: &Solved,
-    ) -> Vec<ContactInstant> {
-        let mut contacts = Vec::with_capacity(modes.len());
-        self.contacts_into(situation, modes, solved, &mut contacts);
-        contacts
+    ) -> Vec<InterfaceSample> {
+        let mut interfaces = Vec::with_capacity(modes.len());
+        self.interfaces_into(situation, modes, solved, &mut interfaces);
+        interfaces
     }
 
     /// The same in the room that is there.
-    fn contacts_into(
+    fn interfaces_into(
         &self,
         situation: &Situation,
-        modes: &[ContactMode],
+        modes: &[InterfaceMode],
         solved: &Solved,
-        contacts: &mut Vec<ContactInstant>,
+        interfaces: &mut Vec<InterfaceSample>,
     ) {
         let parameters = &self.parameters;
-        contacts.clear();
-        for (index, contact) in parameters.contacts.iter().enumerate() {
-            let arms = contact.arms(parameters.pitch[contact.joint]);
+        interfaces.clear();
+        for (index, interface) in parameters.interfaces.iter().enumerate() {
+            let arms = interface.arms(parameters.pitch[interface.joint]);
             let mut load_now = solved.coupled.loads[index];
             let mut friction = [0.0; 3];
-            if modes[index] == ContactMode::Sticks {
+            if modes[index] == InterfaceMode::Sticks {
                 for &(of, place, row) in &solved.holding {
                     if of == index {
                         let first = self.topology.constraints;
@@ -204,23 +211,23 @@ impl Forward {
                     constant: friction[0].abs(),
                     direction: friction[0].signum(),
                 };
-                let wrench = solved.coupled.response.wrenches[contact.joint];
-                load_now = load(parameters, &situation.bodies, contact, own, wrench).value;
+                let wrench = solved.coupled.response.wrenches[interface.joint];
+                load_now = load(parameters, &situation.bodies, interface, own, wrench).value;
             } else {
-                let rub = &solved.rubs[index];
-                for place in 0..contact.shape.freedoms().len() {
+                let rub = &solved.affine_frictions[index];
+                for place in 0..interface.shape.dofs().len() {
                     let effort = rub.known[place] + rub.per_load[place] * load_now;
                     friction[place] = effort / arms[place];
                 }
             }
-            let limit = contact.law_towards(friction[0]).at_rest() * load_now;
+            let limit = interface.law_towards(friction[0]).at_rest() * load_now;
             let (mut velocity, mode) = (situation.velocities[index], modes[index]);
-            if mode == ContactMode::Sticks && self.leaders(index).is_none() {
+            if mode == InterfaceMode::Sticks && self.leaders(index).is_none() {
                 // What others that stick leave of it is rounding.
                 velocity = [0.0; 3];
             }
-            contacts.push(ContactInstant {
-                contact: mode,
+            interfaces.push(InterfaceSample {
+                interface: mode,
                 velocity,
                 load: load_now,
                 friction,
@@ -233,7 +240,7 @@ impl Forward {
     pub(super) fn instant(
         &self,
         situation: Situation,
-        modes: &[ContactMode],
+        modes: &[InterfaceMode],
         solved: &Solved,
     ) -> Instant {
         let mut instant = Instant::new(self);
@@ -245,15 +252,15 @@ impl Forward {
     pub(super) fn instant_into(
         &self,
         situation: &Situation,
-        modes: &[ContactMode],
+        modes: &[InterfaceMode],
         solved: &Solved,
         instant: &mut Instant,
     ) {
         let topology = &self.topology;
         let Situation { efforts, loads, masses, .. } = situation;
-        let Instant { state, bodies, drives, wrenches, contacts, bristle_rates, account, .. } =
+        let Instant { state, bodies, drives, wrenches, interfaces, bristle_rates, account, .. } =
             instant;
-        self.contacts_into(situation, modes, solved, contacts);
+        self.interfaces_into(situation, modes, solved, interfaces);
         state.clone_from(&situation.state);
         bodies.clone_from(&situation.bodies);
         let response = &solved.coupled.response;
@@ -261,8 +268,8 @@ impl Forward {
         for held in &solved.held {
             if let Role::Tree { node } = topology.role[held.joint] {
                 // Not to rounding, but exactly: what is held does not drift.
-                let dof = topology.nodes[node].dofs.start + held.freedom;
-                state.accelerations[dof] = held.acceleration;
+                let tree_dof = topology.nodes[node].tree_dofs.start + held.dof;
+                state.accelerations[tree_dof] = held.acceleration;
             }
         }
         bodies.accelerate(topology, &state.accelerations);
@@ -270,18 +277,18 @@ impl Forward {
         for (k, &actuator) in self.prescribed.iter().enumerate() {
             drives[actuator] = response.multipliers[topology.constraints + k];
         }
-        account.update(self, (masses, loads), bodies, drives, contacts);
+        account.update(self, (masses, loads), bodies, drives, interfaces);
         bristle_rates.clear();
-        let each = self.parameters.contacts.iter().zip(&*contacts).zip(&situation.bristles);
+        let each = self.parameters.interfaces.iter().zip(&*interfaces).zip(&situation.bristles);
         bristle_rates
-            .extend(each.map(|((contact, now), z)| bristle_rate(contact, now.velocity, *z)));
+            .extend(each.map(|((interface, now), z)| bristle_rate(interface, now.velocity, *z)));
         wrenches.clone_from(&response.wrenches);
         instant.time = situation.time;
         instant.coupling = solved.strength;
         instant.redundant = solved.balance.spread.stresses.len();
         instant.open_drives = solved.balance.spread.open_drives();
-        instant.mobility = solved.balance.mobility(topology.freedoms());
+        instant.mobility = solved.balance.mobility(topology.dofs());
         instant.distance = solved.balance.distance();
-        instant.gives_way = self.gives_way(situation, solved).map(|(contact, _)| contact);
+        instant.gives_way = self.gives_way(situation, solved).map(|(interface, _)| interface);
     }
 }

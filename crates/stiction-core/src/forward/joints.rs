@@ -14,10 +14,10 @@ impl Forward {
         state: &State<f64>,
         bodies: &Bodies<f64>,
         joint: JointId,
-        freedom: usize,
+        dof: usize,
     ) -> f64 {
         let pitch = &self.parameters.pitch;
-        joint_coordinate((&self.topology, pitch), state, bodies, (joint.0, freedom))
+        joint_coordinate((&self.topology, pitch), state, bodies, (joint.0, dof))
     }
 
     /// Coordinate, as [`Self::joint_coordinate`], rate and acceleration of a joint's freedom where the tree
@@ -27,11 +27,11 @@ impl Forward {
         state: &State<f64>,
         bodies: &Bodies<f64>,
         joint: JointId,
-        freedom: usize,
+        dof: usize,
     ) -> Target<f64> {
         let topology = &self.topology;
-        let value = self.joint_coordinate(state, bodies, joint, freedom);
-        let Some(own) = topology.joint_types[joint.0].freedoms().get(freedom) else {
+        let value = self.joint_coordinate(state, bodies, joint, dof);
+        let Some(own) = topology.joint_types[joint.0].dofs().get(dof) else {
             return Target { value, rate: 0.0, acceleration: 0.0 };
         };
         let (predecessor, successor) = topology.ends[joint.0];
@@ -39,7 +39,7 @@ impl Forward {
         let relative = bodies.acceleration[successor] - bodies.acceleration[predecessor] - bias;
         Target {
             value,
-            rate: bodies.joint_rates(topology, joint.0)[freedom],
+            rate: bodies.joint_rates(topology, joint.0)[dof],
             acceleration: relative.power(bodies.effort(own, joint.0)),
         }
     }

@@ -4,34 +4,34 @@
 //! each joint's own reaction, is coupled to it implicitly. Whether a contact at rest sticks is decided
 //! among the accelerations; one that sticks does not move at all. See [`Forward`] and [`Simulation`].
 
+mod affine_friction;
 mod balance;
-mod cone;
+mod complementarity;
+mod constraint_jacobian;
 mod coupling;
-mod dead;
 mod dop853;
 mod error;
 mod guess;
 mod initial;
 mod inputs;
 mod instant;
+mod instantaneous_lock;
 mod integrator;
 mod joints;
-mod leap;
-mod masses;
+mod mass_matrix;
 mod project;
-mod rows;
-mod rub;
 mod simulation;
 mod situation;
 mod solve;
 mod stick;
 mod surface;
+mod time_stepping;
 
+pub use affine_friction::InterfaceMode;
 pub use error::{Competitor, ForwardError};
 pub use initial::Known;
 pub use inputs::{ConstantEfforts, Inputs, View};
-pub use instant::{Account, ContactInstant, Instant};
-pub use rub::ContactMode;
+pub use instant::{Account, Instant, InterfaceSample};
 pub use simulation::{Checkpoint, Energies, Event, EventKind, Method, Settings, Simulation};
 
 use crate::kinematics::{Assembly, Coordinate, State, Target, column_scales};
@@ -44,7 +44,7 @@ use crate::topology::{Topology, TreeRule};
 ///
 /// ```
 /// use stiction_core::forward::{ConstantEfforts, EventKind, Forward, Settings};
-/// use stiction_core::friction::{Contact, Law};
+/// use stiction_core::friction::{JointFriction, Law};
 /// use stiction_core::joint::JointType;
 /// use stiction_core::kinematics::{Coordinate, Target};
 /// use stiction_core::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
@@ -52,7 +52,7 @@ use crate::topology::{Topology, TreeRule};
 ///
 /// // A block of 2 kg that is pushed along x: the rail's z axis is its direction of sliding.
 /// let rail = Pose { rotation: Mat3::between(Vec3::new(0.0, 0.0, 1.0), Vec3::new(1.0, 0.0, 0.0)), ..Pose::identity() };
-/// let dry = Contact::guide(Law::coulomb_viscous(0.25, 0.0));
+/// let dry = JointFriction::guide(Law::coulomb_viscous(0.25, 0.0));
 /// let mechanism = MechanismBuilder::new("block")
 ///     .gravity(Vec3::new(0.0, -10.0, 0.0))
 ///     .body(BodySpec::new("block").mass(2.0))
@@ -64,7 +64,7 @@ use crate::topology::{Topology, TreeRule};
 ///     )
 ///     .build()?;
 /// let forward = Forward::new(mechanism, &[]);
-/// let slide = Coordinate::Joint { joint: JointId(0), freedom: 0 };
+/// let slide = Coordinate::Joint { joint: JointId(0), dof: 0 };
 /// let start = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
 /// let state = forward.assemble(&[], &[slide], &[start])?;
 ///
@@ -128,20 +128,26 @@ impl Forward {
         &self.parameters
     }
 
-    /// Coordinates and rates of the tree where `coordinates` have these values and rates; `homes` are
+    /// Coordinates and rates of the tree where `coordinates` have these values and rates; `initial_poses` are
     /// guesses of the poses of bodies in the ground's frame.
     ///
     /// # Errors
     /// See [`crate::kinematics::AssemblyError`].
     pub fn assemble(
         &self,
-        homes: &[(BodyId, Pose<f64>)],
+        initial_poses: &[(BodyId, Pose<f64>)],
         coordinates: &[Coordinate],
         targets: &[Target<f64>],
     ) -> Result<State<f64>, ForwardError> {
         let (topology, parameters) = (&self.topology, &self.parameters);
-        let assembly =
-            Assembly::new(&self.mechanism, topology, parameters, homes, coordinates, targets)?;
+        let assembly = Assembly::new(
+            &self.mechanism,
+            topology,
+            parameters,
+            initial_poses,
+            coordinates,
+            targets,
+        )?;
         Ok(assembly.state().clone())
     }
 }

@@ -2,9 +2,9 @@
 
 use super::Forward;
 use super::balance::DEPENDENT;
+use super::constraint_jacobian::{Held, Rows};
 use super::error::ForwardError;
 use super::inputs::joint_coordinate;
-use super::rows::{Held, Rows};
 use crate::kinematics::{Bodies, Coordinate, State, Target, deviation, difference};
 use crate::linalg::RowSpace;
 use crate::mechanism::JointId;
@@ -21,7 +21,7 @@ const STEPS: usize = 10;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchor {
     pub(super) joint: usize,
-    pub(super) freedom: usize,
+    pub(super) dof: usize,
     /// `X_JK` where it was when it began to stick.
     pub(super) pose: Pose<f64>,
 }
@@ -151,9 +151,9 @@ impl Forward {
 
     /// What projection holds: prescribed actuators, then what is anchored in joints that close loops.
     fn hold_back(&self, targets: &[Target<f64>], anchors: &[Anchor], held: &mut Vec<Held>) {
-        let of = |joint: usize, freedom: usize| Held {
+        let of = |joint: usize, dof: usize| Held {
             joint,
-            freedom,
+            dof,
             acceleration: 0.0,
             drives: false,
             grip: 1.0,
@@ -162,9 +162,9 @@ impl Forward {
         held.clear();
         held.extend(self.prescribed.iter().zip(targets).map(|(&actuator, _)| {
             let actuator = self.topology.actuators[actuator];
-            of(actuator.joint, actuator.freedom)
+            of(actuator.joint, actuator.dof)
         }));
-        held.extend(self.cut_anchors(anchors).map(|a| of(a.joint, a.freedom)));
+        held.extend(self.cut_anchors(anchors).map(|a| of(a.joint, a.dof)));
     }
 
     fn cut_anchors<'a>(&self, anchors: &'a [Anchor]) -> impl Iterator<Item = &'a Anchor> {
@@ -191,10 +191,10 @@ impl Forward {
             let (misfit, _) = joint_type.misfit(j.inverse() * k, parameters.pitch[cut.joint]);
             errors.extend(&misfit[..joint_type.constraints().len()]);
         }
-        for (target, &Held { joint, freedom, .. }) in targets.iter().zip(&*held) {
-            let at = (joint, freedom);
+        for (target, &Held { joint, dof, .. }) in targets.iter().zip(&*held) {
+            let at = (joint, dof);
             let found = joint_coordinate((topology, &parameters.pitch), state, bodies, at);
-            let coordinate = Coordinate::Joint { joint: JointId(joint), freedom };
+            let coordinate = Coordinate::Joint { joint: JointId(joint), dof };
             errors.push(deviation(difference(topology, coordinate), found, target.value));
         }
         errors.extend(self.cut_anchors(anchors).map(|anchor| self.displacement(bodies, anchor)));
@@ -207,7 +207,7 @@ impl Forward {
         frozen: &[bool],
         room: &mut Projection,
     ) {
-        let n = self.topology.freedoms();
+        let n = self.topology.dofs();
         for (rate, frozen) in state.rates.iter_mut().zip(frozen) {
             if *frozen {
                 *rate = 0.0;
@@ -240,8 +240,8 @@ impl Forward {
         let angular = j.rotation * turn.rotation_vector();
         let at_j = j.rotation * (relative.position - turn * anchor.pose.position);
         let twist = Twist { angular, linear: at_j - angular.cross(j.position) };
-        let freedom = &self.topology.joint_types[anchor.joint].freedoms()[anchor.freedom];
-        twist.power(bodies.effort(freedom, anchor.joint))
+        let dof = &self.topology.joint_types[anchor.joint].dofs()[anchor.dof];
+        twist.power(bodies.effort(dof, anchor.joint))
     }
 
     /// Quaternions of length one.
@@ -260,7 +260,7 @@ impl Forward {
         use crate::spatial::Vec3;
         for node in &self.topology.nodes {
             let q = &coordinates[node.coordinates.clone()];
-            let v = &rates[node.dofs.clone()];
+            let v = &rates[node.tree_dofs.clone()];
             let out = &mut out[node.coordinates.clone()];
             let Some(at) = quaternion_at(&self.topology, &node.link) else {
                 out.copy_from_slice(v);

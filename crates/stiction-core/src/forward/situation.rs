@@ -3,7 +3,7 @@
 use super::Forward;
 use super::balance::Scene;
 use super::inputs::{Inputs, View};
-use super::masses::Masses;
+use super::mass_matrix::MassMatrix;
 use crate::kinematics::{Bodies, State, Target};
 use crate::statics::AppliedLoad;
 
@@ -13,7 +13,7 @@ pub(super) struct Situation {
     pub(super) time: f64,
     pub(super) state: State<f64>,
     pub(super) bodies: Bodies<f64>,
-    pub(super) masses: Masses,
+    pub(super) masses: MassMatrix,
     pub(super) efforts: Vec<f64>,
     pub(super) loads: Vec<AppliedLoad<f64>>,
     pub(super) targets: Vec<Target<f64>>,
@@ -35,7 +35,7 @@ impl Situation {
             time: 0.0,
             state: State::new(&model.topology),
             bodies: Bodies::new(&model.topology),
-            masses: Masses::default(),
+            masses: MassMatrix::default(),
             efforts: Vec::new(),
             loads: Vec::new(),
             targets: Vec::new(),
@@ -86,8 +86,8 @@ impl Forward {
         }
         masses.update(topology, parameters, bodies, loads);
         velocities.clear();
-        let contacts = parameters.contacts.iter();
-        velocities.extend(contacts.map(|c| bodies.surface_velocity(topology, c, pitch[c.joint])));
+        let interfaces = parameters.interfaces.iter();
+        velocities.extend(interfaces.map(|c| bodies.surface_velocity(topology, c, pitch[c.joint])));
         situation.overload = 1.0;
     }
 

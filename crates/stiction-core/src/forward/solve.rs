@@ -1,11 +1,11 @@
 //! One choice of what sticks and what slides, solved: accelerations and reactions with friction.
 
 use super::Forward;
+use super::affine_friction::{AffineFriction, InterfaceMode, rub};
 use super::balance::{Balance, Scratch};
+use super::constraint_jacobian::Held;
 use super::coupling::{Coupled, Coupling, Lost, Site};
 use super::error::{Competitor, ForwardError};
-use super::rows::Held;
-use super::rub::{ContactMode, Rub, rub};
 use super::situation::Situation;
 use crate::kinematics::Target;
 use crate::spatial::Wrench;
@@ -18,7 +18,7 @@ pub(super) struct Solved {
     pub(super) held: Vec<Held>,
     /// Which held freedoms belong to which contact: contact, place, index in `held`.
     pub(super) holding: Vec<(usize, usize, usize)>,
-    pub(super) rubs: Vec<Rub>,
+    pub(super) affine_frictions: Vec<AffineFriction>,
     pub(super) strength: Option<f64>,
     coupling: Coupling,
     efforts: Vec<(usize, Wrench<f64>)>,
@@ -37,7 +37,7 @@ impl Forward {
     pub(super) fn held(
         &self,
         targets: &[Target<f64>],
-        modes: &[ContactMode],
+        modes: &[InterfaceMode],
         grips: &[f64],
         shares: &[[f64; 3]],
     ) -> (Vec<Held>, Vec<(usize, usize, usize)>) {
@@ -50,7 +50,7 @@ impl Forward {
     pub(super) fn held_into(
         &self,
         targets: &[Target<f64>],
-        modes: &[ContactMode],
+        modes: &[InterfaceMode],
         (grips, shares): (&[f64], &[[f64; 3]]),
         held: &mut Vec<Held>,
         holding: &mut Vec<(usize, usize, usize)>,
@@ -61,28 +61,28 @@ impl Forward {
             let actuator = self.topology.actuators[actuator];
             held.push(Held {
                 joint: actuator.joint,
-                freedom: actuator.freedom,
+                dof: actuator.dof,
                 acceleration: target.acceleration,
                 drives: true,
                 grip: 1.0,
                 share: 0.0,
             });
         }
-        for (index, (contact, mode)) in self.parameters.contacts.iter().zip(modes).enumerate() {
-            if *mode != ContactMode::Sticks {
+        for (index, (interface, mode)) in self.parameters.interfaces.iter().zip(modes).enumerate() {
+            if *mode != InterfaceMode::Sticks {
                 continue;
             }
-            for (place, freedom) in contact.shape.freedoms().enumerate() {
-                let joint = contact.joint;
-                let driven = held.iter().any(|h| (h.joint, h.freedom) == (joint, freedom));
+            for (place, dof) in interface.shape.dofs().enumerate() {
+                let joint = interface.joint;
+                let driven = held.iter().any(|h| (h.joint, h.dof) == (joint, dof));
                 // What an actuator holds needs no friction.
                 if !driven {
                     holding.push((index, place, held.len()));
-                    let arm = contact.arms(self.parameters.pitch[joint])[place];
+                    let arm = interface.arms(self.parameters.pitch[joint])[place];
                     let grip = arm * grips.get(index).copied().unwrap_or(1.0);
                     let share = -arm * shares.get(index).map_or(0.0, |share| share[place]);
                     let drives = false;
-                    held.push(Held { joint, freedom, acceleration: 0.0, drives, grip, share });
+                    held.push(Held { joint, dof, acceleration: 0.0, drives, grip, share });
                 }
             }
         }
@@ -92,34 +92,34 @@ impl Forward {
     pub(super) fn acting(
         &self,
         situation: &Situation,
-        modes: &[ContactMode],
-    ) -> (Vec<Rub>, Vec<(usize, Wrench<f64>)>) {
-        let (mut rubs, mut efforts) = (Vec::new(), Vec::new());
-        self.acting_into(situation, modes, &mut rubs, &mut efforts);
-        (rubs, efforts)
+        modes: &[InterfaceMode],
+    ) -> (Vec<AffineFriction>, Vec<(usize, Wrench<f64>)>) {
+        let (mut affine_frictions, mut efforts) = (Vec::new(), Vec::new());
+        self.acting_into(situation, modes, &mut affine_frictions, &mut efforts);
+        (affine_frictions, efforts)
     }
 
     /// The same in the room that is there.
     fn acting_into(
         &self,
         situation: &Situation,
-        modes: &[ContactMode],
-        rubs: &mut Vec<Rub>,
+        modes: &[InterfaceMode],
+        affine_frictions: &mut Vec<AffineFriction>,
         efforts: &mut Vec<(usize, Wrench<f64>)>,
     ) {
         let (topology, parameters) = (&self.topology, &self.parameters);
-        rubs.clear();
-        rubs.extend((0..modes.len()).map(|index| {
-            let contact = &parameters.contacts[index];
-            let pitch = parameters.pitch[contact.joint];
+        affine_frictions.clear();
+        affine_frictions.extend((0..modes.len()).map(|index| {
+            let interface = &parameters.interfaces[index];
+            let pitch = parameters.pitch[interface.joint];
             let (velocity, deflection) = (situation.velocities[index], situation.bristles[index]);
-            rub(contact, pitch, modes[index], velocity, deflection)
+            rub(interface, pitch, modes[index], velocity, deflection)
         }));
         efforts.clear();
         for (actuator, effort) in topology.actuators.iter().zip(&situation.efforts) {
             if *effort != 0.0 {
-                let freedom = &topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
-                let unit = situation.bodies.effort(freedom, actuator.joint);
+                let dof = &topology.joint_types[actuator.joint].dofs()[actuator.dof];
+                let unit = situation.bodies.effort(dof, actuator.joint);
                 efforts.push((actuator.joint, unit * *effort));
             }
         }
@@ -129,9 +129,9 @@ impl Forward {
     fn rubbing<'r>(
         &'r self,
         situation: &'r Situation,
-        rubs: &'r [Rub],
+        affine_frictions: &'r [AffineFriction],
     ) -> impl Iterator<Item = (usize, Wrench<f64>)> + 'r {
-        let each = self.parameters.contacts.iter().zip(rubs);
+        let each = self.parameters.interfaces.iter().zip(affine_frictions);
         each.flat_map(|(content, rub)| [(content, rub.known), (content, rub.per_load)])
             .filter(|(_, part)| *part != [0.0; 3])
             .map(|(content, part)| {
@@ -144,7 +144,7 @@ impl Forward {
     pub(super) fn solve(
         &self,
         situation: &Situation,
-        modes: &[ContactMode],
+        modes: &[InterfaceMode],
         known: Option<&[f64]>,
         measure: bool,
     ) -> Result<Solved, Unsolved> {
@@ -157,7 +157,7 @@ impl Forward {
     pub(super) fn solve_into(
         &self,
         situation: &Situation,
-        modes: &[ContactMode],
+        modes: &[InterfaceMode],
         known: Option<&[f64]>,
         measure: bool,
         solved: &mut Solved,
@@ -175,22 +175,24 @@ impl Forward {
     pub(super) fn couple(
         &self,
         situation: &Situation,
-        modes: &[ContactMode],
+        modes: &[InterfaceMode],
         known: Option<&[f64]>,
         measure: bool,
         solved: &mut Solved,
     ) -> Result<(), Unsolved> {
-        let Solved { coupled, balance, rubs, strength, coupling, efforts, scratch, .. } = solved;
-        self.acting_into(situation, modes, rubs, efforts);
+        let Solved {
+            coupled, balance, affine_frictions, strength, coupling, efforts, scratch, ..
+        } = solved;
+        self.acting_into(situation, modes, affine_frictions, efforts);
         if balance.has_idle() {
-            let pushes = efforts.iter().copied().chain(self.rubbing(situation, rubs));
+            let pushes = efforts.iter().copied().chain(self.rubbing(situation, affine_frictions));
             for push in pushes {
                 balance
                     .pushed(&self.scene(situation), Some(push))
                     .map_err(|m| Unsolved::Massless(m.body))?;
             }
         }
-        let site = Site { scene: self.scene(situation), rubs };
+        let site = Site { scene: self.scene(situation), affine_frictions };
         coupling.update(site, balance, efforts, scratch);
         *strength = measure.then(|| coupling.strength(site));
         coupling.solve(site, balance, known, scratch, coupled).map_err(Unsolved::Lost)?;
@@ -202,25 +204,25 @@ impl Forward {
     pub(super) fn others(
         &self,
         situation: &Situation,
-        modes: &[ContactMode],
+        modes: &[InterfaceMode],
         solved: &mut Solved,
     ) -> Vec<Competitor> {
-        let Solved { coupled, balance, rubs, coupling, scratch, .. } = solved;
-        let site = Site { scene: self.scene(situation), rubs };
+        let Solved { coupled, balance, affine_frictions, coupling, scratch, .. } = solved;
+        let site = Site { scene: self.scene(situation), affine_frictions };
         let others =
             coupling.others(site, balance, coupled, scratch).into_iter().map(|other| Competitor {
                 loads: other.loads,
                 accelerations: other.response.accelerations,
-                contacts: modes.to_vec(),
+                interfaces: modes.to_vec(),
             });
         others.collect()
     }
 
     pub(super) fn unsolved(&self, time: f64, unsolved: Unsolved) -> ForwardError {
         match unsolved {
-            Unsolved::Lost(Lost { part, contact }) => ForwardError::NoAcceleration {
+            Unsolved::Lost(Lost { part, interface }) => ForwardError::NoAcceleration {
                 time,
-                joint: self.joint_name(self.parameters.contacts[contact].joint),
+                joint: self.joint_name(self.parameters.interfaces[interface].joint),
                 percent: 100.0 * part,
             },
             Unsolved::Massless(body) => {

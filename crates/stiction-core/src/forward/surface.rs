@@ -1,7 +1,7 @@
 //! Surfaces of contacts: how they move, and the wrenches of friction on them.
 
 use super::Forward;
-use super::rows::each_freedom;
+use super::constraint_jacobian::each_dof;
 use crate::kinematics::Bodies;
 use crate::spatial::Wrench;
 
@@ -14,29 +14,31 @@ impl Forward {
     }
 
     /// The acceleration of a contact's surface where bodies accelerate as they do, m/s^2.
-    pub(super) fn surface_acceleration(&self, bodies: &Bodies<f64>, contact: usize) -> [f64; 3] {
+    pub(super) fn surface_acceleration(&self, bodies: &Bodies<f64>, interface: usize) -> [f64; 3] {
         let (topology, parameters) = (&self.topology, &self.parameters);
-        let content = &parameters.contacts[contact];
+        let content = &parameters.interfaces[interface];
         let (predecessor, successor) = topology.ends[content.joint];
         let own = bodies.joint_bias(topology, parameters, content.joint);
         let relative = bodies.acceleration[successor] - bodies.acceleration[predecessor] - own;
         let arms = content.arms(parameters.pitch[content.joint]);
-        let freedoms = topology.joint_types[content.joint].freedoms();
+        let dofs = topology.joint_types[content.joint].dofs();
         let mut surface = [0.0; 3];
-        for ((value, arm), freedom) in
-            surface.iter_mut().zip(arms).zip(&freedoms[content.shape.freedoms()])
-        {
-            *value = arm * relative.power(bodies.effort(freedom, content.joint));
+        for ((value, arm), dof) in surface.iter_mut().zip(arms).zip(&dofs[content.shape.dofs()]) {
+            *value = arm * relative.power(bodies.effort(dof, content.joint));
         }
         surface
     }
 
     /// The wrenches on its joint of one newton of friction along each of a contact's freedoms, at the
     /// surface.
-    pub(super) fn unit_frictions(&self, bodies: &Bodies<f64>, contact: usize) -> Vec<Wrench<f64>> {
-        let content = &self.parameters.contacts[contact];
+    pub(super) fn unit_frictions(
+        &self,
+        bodies: &Bodies<f64>,
+        interface: usize,
+    ) -> Vec<Wrench<f64>> {
+        let content = &self.parameters.interfaces[interface];
         let arms = content.arms(self.parameters.pitch[content.joint]);
-        let each = (0..content.shape.freedoms().len()).map(|place| {
+        let each = (0..content.shape.dofs().len()).map(|place| {
             let mut efforts = [0.0; 3];
             efforts[place] = -arms[place];
             bodies.wrench_of(&self.topology, content, efforts)
@@ -49,18 +51,17 @@ impl Forward {
         &self,
         bodies: &Bodies<f64>,
         rates: &[f64],
-        contact: usize,
+        interface: usize,
         place: usize,
     ) -> f64 {
         let topology = &self.topology;
-        let content = &self.parameters.contacts[contact];
+        let content = &self.parameters.interfaces[interface];
         let arm = content.arms(self.parameters.pitch[content.joint])[place];
-        let freedom =
-            &topology.joint_types[content.joint].freedoms()[content.shape.freedoms().start + place];
-        let effort = bodies.effort(freedom, content.joint);
+        let dof = &topology.joint_types[content.joint].dofs()[content.shape.dofs().start + place];
+        let effort = bodies.effort(dof, content.joint);
         let mut rate = 0.0;
-        each_freedom(topology, content.joint, |dof, sign| {
-            rate += sign * bodies.screws[dof].power(effort) * rates[dof];
+        each_dof(topology, content.joint, |tree_dof, sign| {
+            rate += sign * bodies.screws[tree_dof].power(effort) * rates[tree_dof];
         });
         arm * rate
     }

@@ -2,7 +2,7 @@
 //!
 //! Equation (L1) of the book.
 
-use super::{Load, LoadMap};
+use super::{Load, NormalLoadMap};
 use crate::scalar::Scalar;
 use crate::spatial::{Twist, Vec3, Wrench};
 
@@ -58,7 +58,7 @@ impl<T: Scalar> Thread<T> {
     /// load of the thread as a pin. Infinite where the friction outgrows what it rests on.
     pub fn load(
         &self,
-        map: &LoadMap<T>,
+        map: &NormalLoadMap<T>,
         other: Load<T>,
         wrench: Wrench<T>,
         axis: Vec3<T>,
@@ -86,7 +86,7 @@ mod tests {
     use crate::scalar::{Dual, Lanes};
     use proptest::prelude::*;
 
-    const MAP: LoadMap<f64> = LoadMap {
+    const MAP: NormalLoadMap<f64> = NormalLoadMap {
         bending_span: Some(0.05),
         axial_ratio: None,
         torsion_arm: None,
@@ -159,7 +159,7 @@ mod tests {
         let own = OwnFriction { coefficient: 0.5, constant: 0.0, direction: 1.0 };
         let force = Vec3::unit(2) * 10.0;
         let wrench = Wrench { force, moment: Vec3::zero() };
-        let map = LoadMap { preload: 0.0, ..MAP };
+        let map = NormalLoadMap { preload: 0.0, ..MAP };
         let other = map.around_axis(wrench, Vec3::zero(), Vec3::unit(2));
         assert_eq!(thread.load(&map, other, wrench, Vec3::unit(2), own).value, f64::INFINITY);
         let down = OwnFriction { direction: -1.0, ..own };

@@ -1,14 +1,14 @@
 //! C: rotation about and translation along z.
 
-use super::{Carrier::Predecessor, Constraint, Freedom, Motion, angle_about_z, freedom};
+use super::{Carrier::Predecessor, Constraint, Dof, Motion, angle_about_z, dof};
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3};
 
 pub(super) const SYMBOL: &str = "C";
 pub(super) const COORDINATES: usize = 2;
-pub(super) const FREEDOMS: &[Freedom] = &[
-    freedom(Motion::Rotation, 2, Predecessor, "angle"),
-    freedom(Motion::Translation, 2, Predecessor, "slide"),
+pub(super) const FREEDOMS: &[Dof] = &[
+    dof(Motion::Rotation, 2, Predecessor, "angle"),
+    dof(Motion::Translation, 2, Predecessor, "slide"),
 ];
 pub(super) const CONSTRAINTS: &[Constraint] =
     &[Constraint::Force(0), Constraint::Force(1), Constraint::Moment(0), Constraint::Moment(1)];

@@ -1,12 +1,12 @@
 //! Fixed: no freedom.
 
-use super::{Constraint, Freedom};
+use super::{Constraint, Dof};
 use crate::scalar::Scalar;
 use crate::spatial::Pose;
 
 pub(super) const SYMBOL: &str = "fixed";
 pub(super) const COORDINATES: usize = 0;
-pub(super) const FREEDOMS: &[Freedom] = &[];
+pub(super) const FREEDOMS: &[Dof] = &[];
 pub(super) const CONSTRAINTS: &[Constraint] = &[
     Constraint::Force(0),
     Constraint::Force(1),

@@ -3,20 +3,20 @@
 
 use super::{
     Carrier::{Predecessor, Successor},
-    Constraint, Freedom, Motion, freedom,
+    Constraint, Dof, Motion, dof,
 };
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Quaternion, Vec3};
 
 pub(super) const SYMBOL: &str = "free";
 pub(super) const COORDINATES: usize = 7;
-pub(super) const FREEDOMS: &[Freedom] = &[
-    freedom(Motion::Translation, 0, Predecessor, "x"),
-    freedom(Motion::Translation, 1, Predecessor, "y"),
-    freedom(Motion::Translation, 2, Predecessor, "z"),
-    freedom(Motion::Rotation, 0, Successor, "wx"),
-    freedom(Motion::Rotation, 1, Successor, "wy"),
-    freedom(Motion::Rotation, 2, Successor, "wz"),
+pub(super) const FREEDOMS: &[Dof] = &[
+    dof(Motion::Translation, 0, Predecessor, "x"),
+    dof(Motion::Translation, 1, Predecessor, "y"),
+    dof(Motion::Translation, 2, Predecessor, "z"),
+    dof(Motion::Rotation, 0, Successor, "wx"),
+    dof(Motion::Rotation, 1, Successor, "wy"),
+    dof(Motion::Rotation, 2, Successor, "wz"),
 ];
 pub(super) const CONSTRAINTS: &[Constraint] = &[];
 

@@ -1,12 +1,12 @@
 //! H: a screw about z. The coordinate is the angle; the pitch is in m/rad.
 
-use super::{Carrier::Predecessor, Constraint, Freedom, Motion, angle_about_z, freedom};
+use super::{Carrier::Predecessor, Constraint, Dof, Motion, angle_about_z, dof};
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3};
 
 pub(super) const SYMBOL: &str = "H";
 pub(super) const COORDINATES: usize = 1;
-pub(super) const FREEDOMS: &[Freedom] = &[freedom(Motion::Screw, 2, Predecessor, "angle")];
+pub(super) const FREEDOMS: &[Dof] = &[dof(Motion::Screw, 2, Predecessor, "angle")];
 pub(super) const CONSTRAINTS: &[Constraint] = &[
     Constraint::Force(0),
     Constraint::Force(1),

@@ -34,7 +34,7 @@ mod universal;
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Quaternion, Twist, Vec3, Wrench};
 /// The most freedoms that a joint has.
-pub const MOST_FREEDOMS: usize = 6;
+pub const MOST_DOFS: usize = 6;
 
 /// The type of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -70,7 +70,7 @@ pub enum Carrier {
 
 /// One freedom of a joint: a unit twist along a coordinate axis of the carrier's joint frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Freedom {
+pub struct Dof {
     /// Rotation, translation or screw.
     pub motion: Motion,
     /// Axis 0, 1, 2 for x, y, z.
@@ -105,8 +105,8 @@ pub enum Constraint {
     Normal,
 }
 
-const fn freedom(motion: Motion, axis: usize, carrier: Carrier, name: &'static str) -> Freedom {
-    Freedom { motion, axis, carrier, name }
+const fn dof(motion: Motion, axis: usize, carrier: Carrier, name: &'static str) -> Dof {
+    Dof { motion, axis, carrier, name }
 }
 
 /// Picks the same item from the file of each type.
@@ -152,7 +152,7 @@ impl JointType {
 
     /// The freedoms, in the order of the rates.
     #[inline]
-    pub const fn freedoms(self) -> &'static [Freedom] {
+    pub const fn dofs(self) -> &'static [Dof] {
         of_type!(self, FREEDOMS)
     }
 
@@ -239,7 +239,7 @@ impl JointType {
     }
 }
 
-impl Freedom {
+impl Dof {
     /// Whether its coordinate is a length, m, and its effort a force, N; else they are an angle, rad, and a moment, N m.
     pub fn translates(&self) -> bool {
         self.motion == Motion::Translation
@@ -386,19 +386,19 @@ mod tests {
         /// Constraint wrenches do no work on freedoms, efforts work on their own freedom only, and
         /// together they span all wrenches.
         #[test]
-        fn freedoms_and_constraints_are_reciprocal(numbers in numbers()) {
+        fn dofs_and_constraints_are_reciprocal(numbers in numbers()) {
             for joint_type in JointType::ALL {
                 let (j, k) = frames(joint_type, &numbers);
-                let freedoms = joint_type.freedoms();
+                let dofs = joint_type.dofs();
                 let constraints = joint_type.constraints();
-                prop_assert_eq!(freedoms.len() + constraints.len(), 6);
-                for (m, freedom) in freedoms.iter().enumerate() {
-                    let twist = freedom.twist(&j, &k, PITCH);
+                prop_assert_eq!(dofs.len() + constraints.len(), 6);
+                for (m, dof) in dofs.iter().enumerate() {
+                    let twist = dof.twist(&j, &k, PITCH);
                     for constraint in constraints {
                         let power = twist.power(constraint.wrench(&j, &k, PITCH));
                         prop_assert!(power.abs() < 1e-14, "{joint_type:?} {constraint:?} {power}");
                     }
-                    for (n, other) in freedoms.iter().enumerate() {
+                    for (n, other) in dofs.iter().enumerate() {
                         let expected = if m == n { 1.0 } else { 0.0 };
                         let power = twist.power(other.effort(&j, &k));
                         prop_assert!((power - expected).abs() < 1e-14, "{joint_type:?} {m} {n}");
@@ -409,7 +409,7 @@ mod tests {
 
         /// The freedoms are the derivative of the pose, and coordinates can be read back.
         #[test]
-        fn freedoms_are_the_derivative_of_the_pose(numbers in numbers()) {
+        fn dofs_are_the_derivative_of_the_pose(numbers in numbers()) {
             let step = 1e-5;
             for joint_type in JointType::ALL {
                 let (j, k) = frames(joint_type, &numbers);
@@ -419,7 +419,7 @@ mod tests {
                 prop_assert!((again.position - k.position).norm() < 1e-14);
                 prop_assert!((again.rotation.transpose() * k.rotation).rotation_vector().norm() < 1e-14);
 
-                for (m, freedom) in joint_type.freedoms().iter().enumerate() {
+                for (m, dof) in joint_type.dofs().iter().enumerate() {
                     let moved = |size: f64| {
                         let mut q = q.clone();
                         let mut rates = [0.0; 6];
@@ -431,7 +431,7 @@ mod tests {
                     let scale = 0.5 / step;
                     let angular = (ahead.rotation * behind.rotation.transpose()).rotation_vector() * scale;
                     let velocity = (ahead.position - behind.position) * scale;
-                    let twist = freedom.twist(&j, &k, PITCH);
+                    let twist = dof.twist(&j, &k, PITCH);
                     // Central differences: error of the order of step squared.
                     prop_assert!((twist.angular - angular).norm() < 1e-9);
                     prop_assert!((twist.velocity_at(k.position) - velocity).norm() < 1e-9);

@@ -2,17 +2,17 @@
 
 use super::{
     Carrier::{Predecessor, Successor},
-    Constraint, Freedom, Motion, angle_about_z, freedom,
+    Constraint, Dof, Motion, angle_about_z, dof,
 };
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3};
 
 pub(super) const SYMBOL: &str = "E";
 pub(super) const COORDINATES: usize = 3;
-pub(super) const FREEDOMS: &[Freedom] = &[
-    freedom(Motion::Translation, 0, Predecessor, "x"),
-    freedom(Motion::Translation, 1, Predecessor, "y"),
-    freedom(Motion::Rotation, 2, Successor, "angle"),
+pub(super) const FREEDOMS: &[Dof] = &[
+    dof(Motion::Translation, 0, Predecessor, "x"),
+    dof(Motion::Translation, 1, Predecessor, "y"),
+    dof(Motion::Rotation, 2, Successor, "angle"),
 ];
 pub(super) const CONSTRAINTS: &[Constraint] =
     &[Constraint::Force(2), Constraint::Moment(0), Constraint::Moment(1)];

@@ -1,12 +1,12 @@
 //! P: one translation along z.
 
-use super::{Carrier::Predecessor, Constraint, Freedom, Motion, freedom};
+use super::{Carrier::Predecessor, Constraint, Dof, Motion, dof};
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3};
 
 pub(super) const SYMBOL: &str = "P";
 pub(super) const COORDINATES: usize = 1;
-pub(super) const FREEDOMS: &[Freedom] = &[freedom(Motion::Translation, 2, Predecessor, "slide")];
+pub(super) const FREEDOMS: &[Dof] = &[dof(Motion::Translation, 2, Predecessor, "slide")];
 pub(super) const CONSTRAINTS: &[Constraint] = &[
     Constraint::Force(0),
     Constraint::Force(1),

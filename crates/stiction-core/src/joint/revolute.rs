@@ -1,12 +1,12 @@
 //! R: one rotation about z.
 
-use super::{Carrier::Predecessor, Constraint, Freedom, Motion, angle_about_z, freedom};
+use super::{Carrier::Predecessor, Constraint, Dof, Motion, angle_about_z, dof};
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3};
 
 pub(super) const SYMBOL: &str = "R";
 pub(super) const COORDINATES: usize = 1;
-pub(super) const FREEDOMS: &[Freedom] = &[freedom(Motion::Rotation, 2, Predecessor, "angle")];
+pub(super) const FREEDOMS: &[Dof] = &[dof(Motion::Rotation, 2, Predecessor, "angle")];
 pub(super) const CONSTRAINTS: &[Constraint] = &[
     Constraint::Force(0),
     Constraint::Force(1),

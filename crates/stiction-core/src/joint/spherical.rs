@@ -1,15 +1,15 @@
 //! S: all rotations about a point; coordinates are a unit quaternion, rates are in K.
 
-use super::{Carrier::Successor, Constraint, Freedom, Motion, freedom};
+use super::{Carrier::Successor, Constraint, Dof, Motion, dof};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Quaternion, Vec3};
 
 pub(super) const SYMBOL: &str = "S";
 pub(super) const COORDINATES: usize = 4;
-pub(super) const FREEDOMS: &[Freedom] = &[
-    freedom(Motion::Rotation, 0, Successor, "wx"),
-    freedom(Motion::Rotation, 1, Successor, "wy"),
-    freedom(Motion::Rotation, 2, Successor, "wz"),
+pub(super) const FREEDOMS: &[Dof] = &[
+    dof(Motion::Rotation, 0, Successor, "wx"),
+    dof(Motion::Rotation, 1, Successor, "wy"),
+    dof(Motion::Rotation, 2, Successor, "wz"),
 ];
 pub(super) const CONSTRAINTS: &[Constraint] =
     &[Constraint::Force(0), Constraint::Force(1), Constraint::Force(2)];

@@ -2,16 +2,16 @@
 
 use super::{
     Carrier::{Predecessor, Successor},
-    Constraint, Freedom, Motion, freedom,
+    Constraint, Dof, Motion, dof,
 };
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3};
 
 pub(super) const SYMBOL: &str = "U";
 pub(super) const COORDINATES: usize = 2;
-pub(super) const FREEDOMS: &[Freedom] = &[
-    freedom(Motion::Rotation, 2, Predecessor, "first"),
-    freedom(Motion::Rotation, 0, Successor, "second"),
+pub(super) const FREEDOMS: &[Dof] = &[
+    dof(Motion::Rotation, 2, Predecessor, "first"),
+    dof(Motion::Rotation, 0, Successor, "second"),
 ];
 pub(super) const CONSTRAINTS: &[Constraint] =
     &[Constraint::Force(0), Constraint::Force(1), Constraint::Force(2), Constraint::Normal];

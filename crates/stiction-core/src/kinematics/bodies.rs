@@ -2,8 +2,8 @@
 //!
 //! Equations (K1) and (K2) of the book's theory.
 
-use crate::joint::{Carrier, Freedom, MOST_FREEDOMS};
-use crate::parameters::{ContactParameters, Parameters};
+use crate::joint::{Carrier, Dof, MOST_DOFS};
+use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Quaternion, Twist, Vec3, Wrench};
 use crate::topology::{Actuator, Link, Topology};
@@ -48,7 +48,7 @@ impl<T: Scalar> State<T> {
                 Link::Floating => q[3] = T::one(),
             }
         }
-        let zeros = vec![T::zero(); topology.freedoms()];
+        let zeros = vec![T::zero(); topology.dofs()];
         Self { coordinates, rates: zeros.clone(), accelerations: zeros }
     }
 
@@ -56,7 +56,7 @@ impl<T: Scalar> State<T> {
     pub fn advance(&mut self, topology: &Topology, step: &[T]) {
         for node in &topology.nodes {
             let q = &mut self.coordinates[node.coordinates.clone()];
-            let step = &step[node.dofs.clone()];
+            let step = &step[node.tree_dofs.clone()];
             match node.link {
                 Link::Joint { joint, .. } => topology.joint_types[joint].advance(q, step),
                 Link::Floating => advance_floating(q, step),
@@ -133,7 +133,7 @@ impl<T: Scalar> Bodies<T> {
             bias: vec![Twist::zero(); bodies],
             frame_j: vec![Pose::identity(); joints],
             frame_k: vec![Pose::identity(); joints],
-            screws: vec![Twist::zero(); topology.freedoms()],
+            screws: vec![Twist::zero(); topology.dofs()],
         }
     }
 
@@ -153,7 +153,7 @@ impl<T: Scalar> Bodies<T> {
                         position: Vec3::new(q[0], q[1], q[2]),
                         rotation: Quaternion::from_coordinates(&q[3..]).rotation(),
                     };
-                    for (k, screw) in self.screws[node.dofs.clone()].iter_mut().enumerate() {
+                    for (k, screw) in self.screws[node.tree_dofs.clone()].iter_mut().enumerate() {
                         *screw = floating_screw(k);
                     }
                 }
@@ -174,9 +174,9 @@ impl<T: Scalar> Bodies<T> {
                         self.pose[node.body] = k * in_k.inverse();
                     }
                     (self.frame_j[joint], self.frame_k[joint]) = (j, k);
-                    let screws = &mut self.screws[node.dofs.clone()];
-                    for (screw, freedom) in screws.iter_mut().zip(joint_type.freedoms()) {
-                        let twist = freedom.twist(&j, &k, pitch);
+                    let screws = &mut self.screws[node.tree_dofs.clone()];
+                    for (screw, dof) in screws.iter_mut().zip(joint_type.dofs()) {
+                        let twist = dof.twist(&j, &k, pitch);
                         *screw = if reversed { -twist } else { twist };
                     }
                 }
@@ -197,17 +197,17 @@ impl<T: Scalar> Bodies<T> {
                 Link::Floating => (Twist::zero(), Twist::zero()),
                 Link::Joint { .. } => (self.twist[parent], self.bias[parent]),
             };
-            for dof in node.dofs.clone() {
-                twist += self.screws[dof] * rates[dof];
+            for tree_dof in node.tree_dofs.clone() {
+                twist += self.screws[tree_dof] * rates[tree_dof];
             }
             self.twist[node.body] = twist;
             if let Link::Joint { joint, reversed } = node.link {
-                let freedoms = topology.joint_types[joint].freedoms();
-                for (dof, freedom) in node.dofs.clone().zip(freedoms) {
+                let dofs = topology.joint_types[joint].dofs();
+                for (tree_dof, dof) in node.tree_dofs.clone().zip(dofs) {
                     // The child is the successor unless the joint is walked against its direction.
-                    let by_child = (freedom.carrier == Carrier::Successor) != reversed;
+                    let by_child = (dof.carrier == Carrier::Successor) != reversed;
                     let carrier = if by_child { twist } else { self.twist[parent] };
-                    bias += carrier.carry(self.screws[dof]) * rates[dof];
+                    bias += carrier.carry(self.screws[tree_dof]) * rates[tree_dof];
                 }
             }
             self.bias[node.body] = bias;
@@ -223,8 +223,8 @@ impl<T: Scalar> Bodies<T> {
                 Link::Floating => Twist::zero(),
                 Link::Joint { .. } => self.acceleration[parent] - self.bias[parent],
             };
-            for dof in node.dofs.clone() {
-                sum += self.screws[dof] * accelerations[dof];
+            for tree_dof in node.tree_dofs.clone() {
+                sum += self.screws[tree_dof] * accelerations[tree_dof];
             }
             self.acceleration[node.body] = self.bias[node.body] + sum;
         }
@@ -238,8 +238,8 @@ impl<T: Scalar> Bodies<T> {
             let mut sum = Twist::zero();
             let mut next = Some(node);
             while let Some(node) = next {
-                for dof in node.dofs.clone() {
-                    sum += self.screws[dof] * accelerations[dof];
+                for tree_dof in node.tree_dofs.clone() {
+                    sum += self.screws[tree_dof] * accelerations[tree_dof];
                 }
                 next = node.parent.map(|parent| &topology.nodes[parent]);
             }
@@ -248,19 +248,19 @@ impl<T: Scalar> Bodies<T> {
     }
 
     /// The rates of a joint's freedoms.
-    pub fn joint_rates(&self, topology: &Topology, joint: usize) -> [T; MOST_FREEDOMS] {
+    pub fn joint_rates(&self, topology: &Topology, joint: usize) -> [T; MOST_DOFS] {
         let (predecessor, successor) = topology.ends[joint];
         let relative = self.twist[successor] - self.twist[predecessor];
-        let mut rates = [T::zero(); MOST_FREEDOMS];
-        for (rate, freedom) in rates.iter_mut().zip(topology.joint_types[joint].freedoms()) {
-            *rate = relative.power(self.effort(freedom, joint));
+        let mut rates = [T::zero(); MOST_DOFS];
+        for (rate, dof) in rates.iter_mut().zip(topology.joint_types[joint].dofs()) {
+            *rate = relative.power(self.effort(dof, joint));
         }
         rates
     }
 
     /// The rate of an actuator.
     pub(crate) fn actuator_rate(&self, topology: &Topology, actuator: Actuator) -> T {
-        self.joint_rates(topology, actuator.joint)[actuator.freedom]
+        self.joint_rates(topology, actuator.joint)[actuator.dof]
     }
 
     /// The velocity of a contact's surface along each of its freedoms, m/s; `pitch` is the joint's.
@@ -268,13 +268,13 @@ impl<T: Scalar> Bodies<T> {
     pub fn surface_velocity(
         &self,
         topology: &Topology,
-        contact: &ContactParameters<T>,
+        interface: &InterfaceParameters<T>,
         pitch: T,
     ) -> [T; 3] {
-        let rates = self.joint_rates(topology, contact.joint);
-        let rates = &rates[contact.shape.freedoms()];
+        let rates = self.joint_rates(topology, interface.joint);
+        let rates = &rates[interface.shape.dofs()];
         let mut surface = [T::zero(); 3];
-        for ((velocity, arm), &rate) in surface.iter_mut().zip(contact.arms(pitch)).zip(rates) {
+        for ((velocity, arm), &rate) in surface.iter_mut().zip(interface.arms(pitch)).zip(rates) {
             *velocity = rate * arm;
         }
         surface
@@ -284,20 +284,20 @@ impl<T: Scalar> Bodies<T> {
     pub(crate) fn wrench_of(
         &self,
         topology: &Topology,
-        contact: &ContactParameters<T>,
+        interface: &InterfaceParameters<T>,
         efforts: [T; 3],
     ) -> Wrench<T> {
-        let freedoms = topology.joint_types[contact.joint].freedoms();
+        let dofs = topology.joint_types[interface.joint].dofs();
         let mut sum = Wrench::zero();
-        for (&effort, freedom) in efforts.iter().zip(&freedoms[contact.shape.freedoms()]) {
-            sum += self.effort(freedom, contact.joint) * effort;
+        for (&effort, dof) in efforts.iter().zip(&dofs[interface.shape.dofs()]) {
+            sum += self.effort(dof, interface.joint) * effort;
         }
         sum
     }
 
     /// The wrench of a unit effort on a joint's freedom.
-    pub(crate) fn effort(&self, freedom: &Freedom, joint: usize) -> Wrench<T> {
-        freedom.effort(&self.frame_j[joint], &self.frame_k[joint])
+    pub(crate) fn effort(&self, dof: &Dof, joint: usize) -> Wrench<T> {
+        dof.effort(&self.frame_j[joint], &self.frame_k[joint])
     }
 
     /// The acceleration of a joint's successor against its predecessor that its rates alone cause.
@@ -310,13 +310,13 @@ impl<T: Scalar> Bodies<T> {
         let (predecessor, successor) = topology.ends[joint];
         let rates = self.joint_rates(topology, joint);
         let mut bias = Twist::zero();
-        for (&rate, freedom) in rates.iter().zip(topology.joint_types[joint].freedoms()) {
-            let carrier = match freedom.carrier {
+        for (&rate, dof) in rates.iter().zip(topology.joint_types[joint].dofs()) {
+            let carrier = match dof.carrier {
                 Carrier::Predecessor => self.twist[predecessor],
                 Carrier::Successor => self.twist[successor],
             };
             let (j, k) = (&self.frame_j[joint], &self.frame_k[joint]);
-            bias += carrier.carry(freedom.twist(j, k, parameters.pitch[joint])) * rate;
+            bias += carrier.carry(dof.twist(j, k, parameters.pitch[joint])) * rate;
         }
         bias
     }

@@ -5,7 +5,7 @@
 //! not: loops that close there may be asked for rates that would open them.
 
 use super::coordinate::Target;
-use super::prescription::Prescription;
+use super::motion_constraints::MotionConstraints;
 use super::system::Kinematics;
 use super::{AssemblyError, State};
 use crate::parameters::Parameters;
@@ -34,24 +34,25 @@ impl Kinematics<f64> {
         &mut self,
         topology: &Topology,
         parameters: &Parameters<f64>,
-        prescription: &Prescription,
+        motion_constraints: &MotionConstraints,
         state: &State<f64>,
         targets: &[Target<f64>],
         joint_names: &[String],
     ) -> Result<(), AssemblyError> {
-        if prescription.row_count() <= topology.freedoms() {
+        if motion_constraints.row_count() <= topology.dofs() {
             return Ok(());
         }
-        self.right_of_rates(prescription, targets);
-        let rates = self.missed(prescription, &state.rates, parameters.length);
-        self.right_of_accelerations(topology, parameters, prescription, targets);
-        let accelerations = self.missed(prescription, &state.accelerations, parameters.length);
+        self.right_of_rates(motion_constraints, targets);
+        let rates = self.missed(motion_constraints, &state.rates, parameters.length);
+        self.right_of_accelerations(topology, parameters, motion_constraints, targets);
+        let accelerations =
+            self.missed(motion_constraints, &state.accelerations, parameters.length);
         let (missed, order) = match (rates, accelerations) {
             (Some(rates), _) => (rates, "rates"),
             (None, Some(accelerations)) => (accelerations, "accelerations"),
             (None, None) => return Ok(()),
         };
-        let is_angle = prescription.are_angles().nth(missed.row).unwrap_or(false);
+        let is_angle = motion_constraints.are_angles().nth(missed.row).unwrap_or(false);
         let unit = match (is_angle, order) {
             (true, "rates") => "rad/s",
             (false, "rates") => "m/s",
@@ -66,11 +67,16 @@ impl Kinematics<f64> {
     }
 
     /// The row that is missed most, if any is.
-    fn missed(&self, prescription: &Prescription, found: &[f64], length: f64) -> Option<Missed> {
+    fn missed(
+        &self,
+        motion_constraints: &MotionConstraints,
+        found: &[f64],
+        length: f64,
+    ) -> Option<Missed> {
         let mut worst = Missed::default();
-        let mut entries = prescription.entries().iter().zip(self.entries.iter()).peekable();
+        let mut entries = motion_constraints.entries().iter().zip(self.entries.iter()).peekable();
         for (row, (is_angle, right)) in
-            prescription.are_angles().zip(self.right_hand_side()).enumerate()
+            motion_constraints.are_angles().zip(self.right_hand_side()).enumerate()
         {
             let (mut sum, mut terms) = (-right, right.abs());
             while let Some((entry, value)) = entries.next_if(|(entry, _)| entry.row == row) {

@@ -41,7 +41,7 @@ pub enum Coordinate {
         /// The joint.
         joint: JointId,
         /// Index of the freedom.
-        freedom: usize,
+        dof: usize,
     },
 }
 
@@ -52,9 +52,7 @@ impl Coordinate {
         match *self {
             Self::Position { .. } => false,
             Self::Angle { .. } | Self::RotationVector { .. } => true,
-            Self::Joint { joint, freedom } => {
-                !joint_types[joint.0].freedoms()[freedom].translates()
-            }
+            Self::Joint { joint, dof } => !joint_types[joint.0].dofs()[dof].translates(),
         }
     }
 }

@@ -19,7 +19,7 @@ pub enum AssemblyError {
     )]
     Open {
         /// Each open freedom in words.
-        open: Vec<OpenFreedom>,
+        open: Vec<OpenDof>,
     },
     /// At a position on the way the prescription leaves freedoms open that it determines elsewhere:
     /// a singular position of what is prescribed, where branches of motion may meet.
@@ -30,7 +30,7 @@ pub enum AssemblyError {
     )]
     Undetermined {
         /// Each open freedom in words.
-        open: Vec<OpenFreedom>,
+        open: Vec<OpenDof>,
     },
     /// The prescribed second angle is where the other two are not defined.
     #[error(
@@ -146,11 +146,11 @@ impl core::fmt::Display for Gap {
                 "the prescribed coordinates contradict each other: at best they are missed by {missed}"
             )?,
         }
-        if let Some((prescribed, freedoms)) = self.prescribed {
+        if let Some((prescribed, dofs)) = self.prescribed {
             write!(
                 f,
                 " ({prescribed} coordinates are prescribed, but the mechanism has {})",
-                count(freedoms, "freedom")
+                count(dofs, "freedom")
             )?;
         }
         Ok(())
@@ -173,7 +173,7 @@ const NEGLIGIBLE: f64 = 1e-6;
 
 /// A freedom that neither the loops nor the prescription determine.
 #[derive(Clone, Debug, PartialEq)]
-pub struct OpenFreedom {
+pub struct OpenDof {
     /// The body that moves most.
     pub body: String,
     /// How it moves, in words; places are in the world.
@@ -184,7 +184,7 @@ fn count(n: usize, what: &str) -> String {
     if n == 1 { format!("one {what}") } else { format!("{n} {what}s") }
 }
 
-fn list(open: &[OpenFreedom]) -> String {
+fn list(open: &[OpenDof]) -> String {
     let told = open.iter().map(|o| format!("body `{}` can still move ({})", o.body, o.motion));
     told.collect::<Vec<_>>().join("; ")
 }

@@ -384,10 +384,10 @@ impl Legs {
     }
 
     /// For each coordinate that is found its place among the freedoms.
-    pub fn freedom(&self, topology: &Topology, coordinate: usize) -> Option<usize> {
+    pub fn dof(&self, topology: &Topology, coordinate: usize) -> Option<usize> {
         let mut nodes = topology.nodes.iter();
         let node = nodes.find(|node| node.coordinates.contains(&coordinate))?;
-        Some(node.dofs.start + coordinate - node.coordinates.start)
+        Some(node.tree_dofs.start + coordinate - node.coordinates.start)
     }
 }
 

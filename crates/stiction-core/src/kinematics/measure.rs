@@ -49,8 +49,8 @@ pub(super) fn path(topology: &Topology, coordinate: Coordinate) -> Vec<(usize, f
 pub(crate) fn difference(topology: &Topology, coordinate: Coordinate) -> Difference {
     match coordinate {
         Coordinate::Angle { .. } => Difference::Angle,
-        Coordinate::Joint { joint, freedom } => {
-            let unit = topology.joint_types[joint.0].freedoms()[freedom].motion;
+        Coordinate::Joint { joint, dof } => {
+            let unit = topology.joint_types[joint.0].dofs()[dof].motion;
             let turns = unit == crate::joint::Motion::Rotation;
             let read_off = matches!(topology.role[joint.0], Role::Cut { .. });
             if turns && read_off { Difference::Angle } else { Difference::Plain }
@@ -61,11 +61,11 @@ pub(crate) fn difference(topology: &Topology, coordinate: Coordinate) -> Differe
 
 /// The place among the tree's coordinates of one that is an angle of a joint there.
 pub(super) fn tree_angle(topology: &Topology, coordinate: Coordinate) -> Option<usize> {
-    let Coordinate::Joint { joint, freedom } = coordinate else { return None };
+    let Coordinate::Joint { joint, dof } = coordinate else { return None };
     let node = topology.node_of(joint.0)?;
-    let unit = topology.joint_types[joint.0].freedoms()[freedom].motion;
+    let unit = topology.joint_types[joint.0].dofs()[dof].motion;
     let turns = unit == crate::joint::Motion::Rotation;
-    turns.then(|| node.coordinates.start + freedom)
+    turns.then(|| node.coordinates.start + dof)
 }
 
 /// `found - wanted` in the sense of `difference`.
@@ -107,15 +107,15 @@ pub(super) fn measure<T: Scalar>(
             let covector = Wrench::couple(ground.rotation * row);
             Measured { value: vector.value.component(axis), covector }
         }
-        Coordinate::Joint { joint, freedom } => {
+        Coordinate::Joint { joint, dof } => {
             let joint = joint.0;
             let joint_type = topology.joint_types[joint];
-            let covector = bodies.effort(&joint_type.freedoms()[freedom], joint);
+            let covector = bodies.effort(&joint_type.dofs()[dof], joint);
             let value = match topology.role[joint] {
-                Role::Tree { node } => tree[topology.nodes[node].coordinates.start + freedom],
+                Role::Tree { node } => tree[topology.nodes[node].coordinates.start + dof],
                 Role::Cut { .. } => {
                     let relative = bodies.frame_j[joint].inverse() * bodies.frame_k[joint];
-                    joint_type.misfit(relative, parameters.pitch[joint]).1[freedom]
+                    joint_type.misfit(relative, parameters.pitch[joint]).1[dof]
                 }
             };
             Measured { value, covector }

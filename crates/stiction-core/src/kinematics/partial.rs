@@ -3,9 +3,9 @@
 use super::assembly::guess;
 use super::bodies::State;
 use super::coordinate::{Coordinate, Target};
-use super::prescription::Prescription;
+use super::motion_constraints::MotionConstraints;
 use super::system::{Kinematics, column_scales};
-use crate::linalg::{Elimination, RowSpace};
+use crate::linalg::{RowSpace, StaticLu};
 use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
@@ -55,17 +55,17 @@ pub(crate) fn assemble_partly(
     mechanism: &Mechanism,
     topology: &Topology,
     parameters: &Parameters<f64>,
-    homes: &[(BodyId, Pose<f64>)],
+    initial_poses: &[(BodyId, Pose<f64>)],
     (coordinates, values): (&[Coordinate], &[f64]),
 ) -> Result<State<f64>, Missed> {
-    let mut state = guess(mechanism, topology, parameters, homes);
-    let prescription = Prescription::new(topology, coordinates, &[]);
-    let mut kinematics = Kinematics::new(topology, &prescription, &Elimination::default());
+    let mut state = guess(mechanism, topology, parameters, initial_poses);
+    let motion_constraints = MotionConstraints::new(topology, coordinates, &[]);
+    let mut kinematics = Kinematics::new(topology, &motion_constraints, &StaticLu::default());
     let (targets, columns) = (targets(values), column_scales(topology, parameters.length));
-    let scales = prescription.row_scales(parameters.length);
-    let n = topology.freedoms();
+    let scales = motion_constraints.row_scales(parameters.length);
+    let n = topology.dofs();
     let measure = |kinematics: &mut Kinematics<f64>, state: &State<f64>| {
-        kinematics.place(topology, parameters, &prescription, state, &targets);
+        kinematics.place(topology, parameters, &motion_constraints, state, &targets);
         let errors = kinematics.errors().iter().zip(&scales).map(|(e, s)| e * s);
         DVector::from_iterator(scales.len(), errors)
     };
@@ -77,8 +77,8 @@ pub(crate) fn assemble_partly(
         if errors.is_empty() || worst <= 1e-15 || !worst.is_finite() || damping > 1e12 {
             break;
         }
-        kinematics.linearise(topology, &prescription);
-        let jacobian = kinematics.scaled_matrix(&prescription, &scales, &columns);
+        kinematics.linearise(topology, &motion_constraints);
+        let jacobian = kinematics.scaled_matrix(&motion_constraints, &scales, &columns);
         let step: Vec<f64> = if worst < NEAR {
             let by_rows: Vec<f64> = jacobian.transpose().iter().copied().collect();
             space.decompose(&by_rows, errors.len(), n, DEPENDENT);
@@ -132,20 +132,20 @@ impl RateRows {
         state: &State<f64>,
         (coordinates, rates): (&[Coordinate], &[f64]),
     ) -> Self {
-        let prescription = Prescription::new(topology, coordinates, &[]);
-        let mut kinematics = Kinematics::new(topology, &prescription, &Elimination::default());
+        let motion_constraints = MotionConstraints::new(topology, coordinates, &[]);
+        let mut kinematics = Kinematics::new(topology, &motion_constraints, &StaticLu::default());
         let mut here = targets(&vec![0.0; coordinates.len()]);
-        kinematics.place(topology, parameters, &prescription, state, &here);
+        kinematics.place(topology, parameters, &motion_constraints, state, &here);
         // Where a coordinate is: its deviation from zero.
         let first = topology.constraints;
         for (target, error) in here.iter_mut().zip(&kinematics.errors()[first..]) {
             target.value = *error;
         }
-        kinematics.place(topology, parameters, &prescription, state, &here);
-        kinematics.linearise(topology, &prescription);
-        let scales = prescription.row_scales(parameters.length);
+        kinematics.place(topology, parameters, &motion_constraints, state, &here);
+        kinematics.linearise(topology, &motion_constraints);
+        let scales = motion_constraints.row_scales(parameters.length);
         let columns = column_scales(topology, parameters.length);
-        let jacobian = kinematics.scaled_matrix(&prescription, &scales, &columns);
+        let jacobian = kinematics.scaled_matrix(&motion_constraints, &scales, &columns);
         let mut rights = vec![0.0; first];
         rights.extend(rates.iter().zip(&scales[first..]).map(|(rate, scale)| rate * scale));
         let matrix = jacobian.transpose().iter().copied().collect();

@@ -9,9 +9,9 @@
 use super::bodies::{Bodies, State};
 use super::coordinate::{Coordinate, Target};
 use super::measure;
-use super::prescription::Prescription;
+use super::motion_constraints::MotionConstraints;
 use super::rotation_vector::{Orientation, RotationVector};
-use crate::linalg::{Elimination, Plan, RankDeficient, Scales};
+use crate::linalg::{Plan, RankDeficient, Scales, StaticLu};
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
@@ -30,8 +30,12 @@ fn wanted_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -> O
 
 /// Factors that make rates of translations and rotations comparable.
 pub(crate) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
-    let translates = |dof: &crate::topology::Dof| topology.dof_translates(dof);
-    topology.dofs.iter().map(|dof| if translates(dof) { length } else { 1.0 }).collect()
+    let translates = |tree_dof: &crate::topology::TreeDof| topology.tree_dof_translates(tree_dof);
+    topology
+        .tree_dofs
+        .iter()
+        .map(|tree_dof| if translates(tree_dof) { length } else { 1.0 })
+        .collect()
 }
 
 /// Everything about the motion at one instant, and the scratch to compute it.
@@ -53,24 +57,28 @@ pub struct Kinematics<T> {
 
 impl<T: Scalar> Kinematics<T> {
     /// Room for a mechanism under a prescription.
-    pub fn new(topology: &Topology, prescription: &Prescription, program: &Elimination) -> Self {
+    pub fn new(
+        topology: &Topology,
+        motion_constraints: &MotionConstraints,
+        program: &StaticLu,
+    ) -> Self {
         let zeros = |n| vec![T::zero(); n];
         Self {
             bodies: Bodies::new(topology),
-            errors: zeros(prescription.rows.len()),
-            covectors: vec![Wrench::zero(); prescription.rows.len()],
-            entries: zeros(prescription.entries.len()),
+            errors: zeros(motion_constraints.rows.len()),
+            covectors: vec![Wrench::zero(); motion_constraints.rows.len()],
+            entries: zeros(motion_constraints.entries.len()),
             factors: zeros(program.values()),
-            right: zeros(prescription.rows.len()),
-            right_before: zeros(if T::has_slope() { prescription.rows.len() } else { 0 }),
-            step: zeros(topology.freedoms()),
-            closures: prescription.closures,
+            right: zeros(motion_constraints.rows.len()),
+            right_before: zeros(if T::has_slope() { motion_constraints.rows.len() } else { 0 }),
+            step: zeros(topology.dofs()),
+            closures: motion_constraints.closures,
         }
     }
 
     /// The largest loop-closure error over all cut joints, m; angles times `length`.
-    pub fn closure_error(&self, prescription: &Prescription, length: f64) -> f64 {
-        let errors = self.errors[..self.closures].iter().zip(&prescription.rows);
+    pub fn closure_error(&self, motion_constraints: &MotionConstraints, length: f64) -> f64 {
+        let errors = self.errors[..self.closures].iter().zip(&motion_constraints.rows);
         largest_in_metres(errors.map(|(error, row)| (error.largest(), row.is_angle)), length)
     }
 
@@ -89,7 +97,7 @@ impl<T: Scalar> Kinematics<T> {
         &mut self,
         topology: &Topology,
         parameters: &Parameters<T>,
-        prescription: &Prescription,
+        motion_constraints: &MotionConstraints,
         state: &State<T>,
         targets: &[Target<T>],
     ) {
@@ -106,8 +114,9 @@ impl<T: Scalar> Kinematics<T> {
                 row += 1;
             }
         }
-        let coordinates = prescription.coordinates.iter().zip(&prescription.orientations);
-        let coordinates = coordinates.zip(&prescription.differences).zip(targets);
+        let coordinates =
+            motion_constraints.coordinates.iter().zip(&motion_constraints.orientations);
+        let coordinates = coordinates.zip(&motion_constraints.differences).zip(targets);
         for (((&coordinate, &orientation), &difference), target) in coordinates {
             (self.errors[row], self.covectors[row]) = match (coordinate, orientation) {
                 (Coordinate::RotationVector { body, axis }, Some(places)) => {
@@ -131,7 +140,7 @@ impl<T: Scalar> Kinematics<T> {
             };
             row += 1;
         }
-        for spin in &prescription.spins {
+        for spin in &motion_constraints.spins {
             let axis = self.bodies.pose[spin.body.0].rotation * spin.axis.lift();
             self.errors[row] = T::zero();
             self.covectors[row] = Wrench::couple(axis);
@@ -140,13 +149,17 @@ impl<T: Scalar> Kinematics<T> {
     }
 
     /// The system's entries; needs [`Self::place`].
-    pub(super) fn linearise(&mut self, topology: &Topology, prescription: &Prescription) {
+    pub(super) fn linearise(
+        &mut self,
+        topology: &Topology,
+        motion_constraints: &MotionConstraints,
+    ) {
         let mut entry = 0;
-        for (row, covector) in prescription.rows.iter().zip(&self.covectors) {
+        for (row, covector) in motion_constraints.rows.iter().zip(&self.covectors) {
             for &(node, sign) in &row.path {
                 let sign = T::from_f64(sign);
-                for dof in topology.nodes[node].dofs.clone() {
-                    self.entries[entry] = self.bodies.screws[dof].power(*covector) * sign;
+                for tree_dof in topology.nodes[node].tree_dofs.clone() {
+                    self.entries[entry] = self.bodies.screws[tree_dof].power(*covector) * sign;
                     entry += 1;
                 }
             }
@@ -159,13 +172,13 @@ impl<T: Scalar> Kinematics<T> {
         &mut self,
         topology: &Topology,
         parameters: &Parameters<T>,
-        prescription: &Prescription,
-        program: &Elimination,
+        motion_constraints: &MotionConstraints,
+        program: &StaticLu,
         state: &mut State<T>,
         targets: &[Target<T>],
     ) {
-        self.place(topology, parameters, prescription, state, targets);
-        self.linearise(topology, prescription);
+        self.place(topology, parameters, motion_constraints, state, targets);
+        self.linearise(topology, motion_constraints);
         program.factor(&self.entries, &mut self.factors);
         for (right, error) in self.right.iter_mut().zip(&self.errors) {
             *right = -*error;
@@ -180,27 +193,32 @@ impl<T: Scalar> Kinematics<T> {
         &mut self,
         topology: &Topology,
         parameters: &Parameters<T>,
-        prescription: &Prescription,
-        program: &Elimination,
+        motion_constraints: &MotionConstraints,
+        program: &StaticLu,
         state: &mut State<T>,
         targets: &[Target<T>],
     ) {
-        self.place(topology, parameters, prescription, state, targets);
-        self.linearise(topology, prescription);
+        self.place(topology, parameters, motion_constraints, state, targets);
+        self.linearise(topology, motion_constraints);
         program.factor(&self.entries, &mut self.factors);
 
-        self.right_of_rates(prescription, targets);
-        self.solve(prescription, program, &mut state.rates);
+        self.right_of_rates(motion_constraints, targets);
+        self.solve(motion_constraints, program, &mut state.rates);
         self.bodies.move_with(topology, &state.rates);
 
-        self.right_of_accelerations(topology, parameters, prescription, targets);
-        self.solve(prescription, program, &mut state.accelerations);
+        self.right_of_accelerations(topology, parameters, motion_constraints, targets);
+        self.solve(motion_constraints, program, &mut state.accelerations);
         self.bodies.accelerate(topology, &state.accelerations);
     }
 
     /// Solves for the right-hand side. Derivatives are those of what the solution, held, leaves of the equations:
     /// equation (P7) of the book's theory.
-    fn solve(&mut self, prescription: &Prescription, program: &Elimination, solution: &mut [T]) {
+    fn solve(
+        &mut self,
+        motion_constraints: &MotionConstraints,
+        program: &StaticLu,
+        solution: &mut [T],
+    ) {
         if T::has_slope() {
             self.right_before.copy_from_slice(&self.right);
         }
@@ -208,7 +226,7 @@ impl<T: Scalar> Kinematics<T> {
         if T::has_slope() {
             solution.iter_mut().for_each(|value| *value = value.held());
             self.right.copy_from_slice(&self.right_before);
-            for (entry, value) in prescription.entries.iter().zip(&self.entries) {
+            for (entry, value) in motion_constraints.entries.iter().zip(&self.entries) {
                 self.right[entry.row] -= *value * solution[entry.column];
             }
             program.solve(&self.factors, &mut self.right, &mut self.step);
@@ -219,10 +237,15 @@ impl<T: Scalar> Kinematics<T> {
     }
 
     /// Right-hand side for the tree's rates: those that are prescribed.
-    pub(super) fn right_of_rates(&mut self, prescription: &Prescription, targets: &[Target<T>]) {
+    pub(super) fn right_of_rates(
+        &mut self,
+        motion_constraints: &MotionConstraints,
+        targets: &[Target<T>],
+    ) {
         let closures = self.closures;
         self.right.fill(T::zero());
-        let coordinates = prescription.coordinates.iter().zip(&prescription.orientations);
+        let coordinates =
+            motion_constraints.coordinates.iter().zip(&motion_constraints.orientations);
         let coordinates = coordinates.zip(targets);
         for (right, ((&coordinate, &orientation), target)) in
             self.right[closures..].iter_mut().zip(coordinates)
@@ -247,7 +270,7 @@ impl<T: Scalar> Kinematics<T> {
         &mut self,
         topology: &Topology,
         parameters: &Parameters<T>,
-        prescription: &Prescription,
+        motion_constraints: &MotionConstraints,
         targets: &[Target<T>],
     ) {
         let mut row = 0;
@@ -261,7 +284,8 @@ impl<T: Scalar> Kinematics<T> {
                 row += 1;
             }
         }
-        let coordinates = prescription.coordinates.iter().zip(&prescription.orientations);
+        let coordinates =
+            motion_constraints.coordinates.iter().zip(&motion_constraints.orientations);
         for ((&coordinate, &orientation), target) in coordinates.zip(targets) {
             let covector = self.covectors[row];
             self.right[row] = match (coordinate, orientation) {
@@ -277,7 +301,7 @@ impl<T: Scalar> Kinematics<T> {
             };
             row += 1;
         }
-        for spin in &prescription.spins {
+        for spin in &motion_constraints.spins {
             self.right[row] = -self.bodies.bias[spin.body.0].power(self.covectors[row]);
             row += 1;
         }
@@ -288,15 +312,15 @@ impl<T: Scalar> Kinematics<T> {
         &mut self,
         topology: &Topology,
         parameters: &Parameters<T>,
-        prescription: &Prescription,
+        motion_constraints: &MotionConstraints,
     ) -> Vec<T> {
-        self.right_of_accelerations(topology, parameters, prescription, &[]);
+        self.right_of_accelerations(topology, parameters, motion_constraints, &[]);
         self.right[..self.closures].iter().map(|right| -*right).collect()
     }
 
     /// The sign of the determinant of the system at the present position by any program that was
     /// made for it, up to a constant of that program; none if it was made for other rows.
-    pub(crate) fn sign_by(&self, program: &Elimination) -> Option<T> {
+    pub(crate) fn sign_by(&self, program: &StaticLu) -> Option<T> {
         let fits = program.rows() == self.errors.len() && program.columns() == self.step.len();
         let mut factors = vec![T::zero(); program.values()];
         fits.then(|| program.factor(&self.entries, &mut factors))
@@ -306,29 +330,30 @@ impl<T: Scalar> Kinematics<T> {
     /// [`Self::differentiate`].
     pub(crate) fn response_to_coordinate(
         &mut self,
-        prescription: &Prescription,
-        program: &Elimination,
+        motion_constraints: &MotionConstraints,
+        program: &StaticLu,
         coordinate: usize,
         rates: &mut [T],
     ) {
-        debug_assert!(coordinate < prescription.coordinates().len());
+        debug_assert!(coordinate < motion_constraints.coordinates().len());
         self.right.fill(T::zero());
         self.right[self.closures + coordinate] = T::one();
-        self.solve(prescription, program, rates);
+        self.solve(motion_constraints, program, rates);
     }
 
     /// The tree's accelerations for a unit acceleration of one idle spin and nothing else; needs
     /// [`Self::differentiate`].
     pub(crate) fn response_to_spin(
         &mut self,
-        prescription: &Prescription,
-        program: &Elimination,
+        motion_constraints: &MotionConstraints,
+        program: &StaticLu,
         spin: usize,
         accelerations: &mut [T],
     ) {
         self.right.fill(T::zero());
-        self.right[prescription.rows.len() - prescription.spins.len() + spin] = T::one();
-        self.solve(prescription, program, accelerations);
+        self.right[motion_constraints.rows.len() - motion_constraints.spins.len() + spin] =
+            T::one();
+        self.solve(motion_constraints, program, accelerations);
     }
 }
 
@@ -341,25 +366,25 @@ impl Kinematics<f64> {
     pub(super) fn plan(
         &self,
         topology: &Topology,
-        prescription: &Prescription,
+        motion_constraints: &MotionConstraints,
         length: f64,
     ) -> Result<Plan, RankDeficient> {
-        let rows = prescription.row_scales(length);
+        let rows = motion_constraints.row_scales(length);
         let columns = column_scales(topology, length);
         let scales = Scales { rows: &rows, columns: &columns };
-        let (count, freedoms) = (prescription.row_count(), topology.freedoms());
-        Plan::new(count, freedoms, prescription.entries(), &self.entries, scales)
+        let (count, dofs) = (motion_constraints.row_count(), topology.dofs());
+        Plan::new(count, dofs, motion_constraints.entries(), &self.entries, scales)
     }
 
     /// The system as a dense matrix, rows and columns scaled; needs [`Self::linearise`].
     pub(super) fn scaled_matrix(
         &self,
-        prescription: &Prescription,
+        motion_constraints: &MotionConstraints,
         rows: &[f64],
         columns: &[f64],
     ) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(rows.len(), columns.len());
-        for (entry, value) in prescription.entries.iter().zip(&self.entries) {
+        for (entry, value) in motion_constraints.entries.iter().zip(&self.entries) {
             matrix[(entry.row, entry.column)] += value * rows[entry.row] * columns[entry.column];
         }
         matrix

@@ -4,9 +4,9 @@
 
 use super::bodies::State;
 use super::coordinate::{Coordinate, Target};
-use super::prescription::Prescription;
+use super::motion_constraints::MotionConstraints;
 use super::system::{Kinematics, column_scales};
-use crate::linalg::{Elimination, Svd, complement};
+use crate::linalg::{StaticLu, Svd, complement};
 use crate::parameters::Parameters;
 use crate::random::Random;
 use crate::topology::Topology;
@@ -38,7 +38,7 @@ const MOVES: f64 = 0.2;
 pub(super) struct Loops<'a> {
     topology: &'a Topology,
     parameters: &'a Parameters<f64>,
-    prescription: Prescription,
+    motion_constraints: MotionConstraints,
     targets: Vec<Target<f64>>,
     kinematics: Kinematics<f64>,
     rows: Vec<f64>,
@@ -249,26 +249,26 @@ impl<'a> Loops<'a> {
         coordinates: &[Coordinate],
         targets: &[Target<f64>],
     ) -> Self {
-        let prescription = Prescription::new(topology, coordinates, &[]);
-        let kinematics = Kinematics::new(topology, &prescription, &Elimination::default());
-        let rows = prescription.row_scales(parameters.length);
+        let motion_constraints = MotionConstraints::new(topology, coordinates, &[]);
+        let kinematics = Kinematics::new(topology, &motion_constraints, &StaticLu::default());
+        let rows = motion_constraints.row_scales(parameters.length);
         let columns = column_scales(topology, parameters.length);
         let targets = targets.to_vec();
-        Self { topology, parameters, prescription, targets, kinematics, rows, columns }
+        Self { topology, parameters, motion_constraints, targets, kinematics, rows, columns }
     }
 
     /// Places the bodies; the loops' errors, scaled.
     pub(super) fn errors(&mut self, state: &State<f64>) -> DVector<f64> {
-        let Self { topology, parameters, prescription, targets, .. } = self;
-        self.kinematics.place(topology, parameters, prescription, state, targets);
+        let Self { topology, parameters, motion_constraints, targets, .. } = self;
+        self.kinematics.place(topology, parameters, motion_constraints, state, targets);
         let errors = self.kinematics.errors().iter().zip(&self.rows).map(|(e, s)| e * s);
         DVector::from_iterator(self.rows.len(), errors)
     }
 
     /// The scaled derivatives of the errors where the bodies were placed last.
     pub(super) fn jacobian(&mut self) -> DMatrix<f64> {
-        self.kinematics.linearise(self.topology, &self.prescription);
-        self.kinematics.scaled_matrix(&self.prescription, &self.rows, &self.columns)
+        self.kinematics.linearise(self.topology, &self.motion_constraints);
+        self.kinematics.scaled_matrix(&self.motion_constraints, &self.rows, &self.columns)
     }
 
     /// The scaled second derivatives of the errors along constant rates (scaled) of the tree, where
@@ -276,8 +276,11 @@ impl<'a> Loops<'a> {
     fn second_derivatives(&mut self, rates: &DVector<f64>) -> DVector<f64> {
         let rates: Vec<f64> = rates.iter().zip(&self.columns).map(|(r, c)| r * c).collect();
         self.kinematics.bodies.move_with(self.topology, &rates);
-        let biases =
-            self.kinematics.closure_biases(self.topology, self.parameters, &self.prescription);
+        let biases = self.kinematics.closure_biases(
+            self.topology,
+            self.parameters,
+            &self.motion_constraints,
+        );
         DVector::from_iterator(
             self.rows.len(),
             biases.iter().zip(&self.rows).map(|(bias, scale)| bias * scale),

@@ -1,6 +1,6 @@
 //! Choosing the pivots of a static elimination.
 
-use super::elimination::Elimination;
+use super::static_lu::StaticLu;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The place of a matrix entry.
@@ -88,8 +88,8 @@ impl Plan {
     }
 
     /// The program that carries out the plan.
-    pub fn compile(&self) -> Elimination {
-        Elimination::compile(self)
+    pub fn compile(&self) -> StaticLu {
+        StaticLu::compile(self)
     }
 }
 

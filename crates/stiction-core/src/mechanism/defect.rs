@@ -148,12 +148,12 @@ pub enum Defect {
         joint: String,
     },
     /// A freedom cannot be actuated, or does not exist.
-    #[error("joint `{joint}` has no freedom {freedom} that an actuator could drive")]
+    #[error("joint `{joint}` has no freedom {dof} that an actuator could drive")]
     NotActuable {
         /// The joint.
         joint: String,
         /// The freedom's index.
-        freedom: usize,
+        dof: usize,
     },
     /// The list of start coordinates has the wrong length.
     #[error("joint `{joint}` starts from {found} coordinates, but has {expected}")]

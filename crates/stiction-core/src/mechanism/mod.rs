@@ -15,7 +15,7 @@ pub use defect::{Defect, Defects};
 pub use spring::{Spring, SpringSpec};
 pub use warning::Warning;
 
-use crate::friction::Contact;
+use crate::friction::JointFriction;
 use crate::joint::JointType;
 use crate::spatial::{Mat3, Pose, Vec3};
 
@@ -80,31 +80,31 @@ pub struct Joint {
     /// Coordinates from which assembly starts: as many as the type has.
     pub start: Vec<f64>,
     /// Its frictions, at most one for each contact of the type.
-    pub friction: Vec<Contact>,
+    pub friction: Vec<JointFriction>,
     /// How much it gives; by default it is rigid.
     pub compliance: Option<Compliance>,
 }
 
 impl Joint {
     /// The freedoms that an actuator drives, by index.
-    pub fn actuated_freedoms(&self) -> impl Iterator<Item = usize> + '_ {
+    pub fn actuated_dofs(&self) -> impl Iterator<Item = usize> + '_ {
         self.actuated.iter().enumerate().filter(|(_, driven)| **driven).map(|(k, _)| k)
     }
 
-    /// The name of a freedom, by its index: that of the joint, if it has no other, else `joint.freedom`.
-    pub fn freedom_name(&self, freedom: usize) -> String {
-        match self.joint_type.freedoms() {
+    /// The name of a freedom, by its index: that of the joint, if it has no other, else `joint.dof`.
+    pub fn dof_name(&self, dof: usize) -> String {
+        match self.joint_type.dofs() {
             [_] => self.name.clone(),
-            several => format!("{}.{}", self.name, several[freedom].name),
+            several => format!("{}.{}", self.name, several[dof].name),
         }
     }
 
     /// The name of a freedom that an actuator drives: that of the joint, if no other of its freedoms is driven, else
-    /// `joint.freedom`.
-    pub fn actuator_name(&self, freedom: usize) -> String {
-        match self.actuated_freedoms().count() {
+    /// `joint.dof`.
+    pub fn actuator_name(&self, dof: usize) -> String {
+        match self.actuated_dofs().count() {
             1 => self.name.clone(),
-            _ => self.freedom_name(freedom),
+            _ => self.dof_name(dof),
         }
     }
 }
@@ -179,11 +179,11 @@ impl Mechanism {
 
     /// The same mechanism with an actuator on this freedom of this joint as well, such as a lock; unchanged
     /// if there is no such freedom, or none that an actuator could drive.
-    pub fn with_actuator(&self, joint: JointId, freedom: usize) -> Self {
+    pub fn with_actuator(&self, joint: JointId, dof: usize) -> Self {
         let mut other = self.clone();
         if let Some(joint) = other.joints.get_mut(joint.0)
             && joint.joint_type.has_scalar_coordinates()
-            && let Some(actuated) = joint.actuated.get_mut(freedom)
+            && let Some(actuated) = joint.actuated.get_mut(dof)
         {
             *actuated = true;
         }
@@ -205,6 +205,6 @@ impl Mechanism {
         self.joints
             .iter()
             .enumerate()
-            .flat_map(|(j, joint)| joint.actuated_freedoms().map(move |k| (JointId(j), k)))
+            .flat_map(|(j, joint)| joint.actuated_dofs().map(move |k| (JointId(j), k)))
     }
 }

@@ -9,7 +9,7 @@
 //! Equation (M8) of the book's theory.
 
 use crate::dynamics::InverseDynamics;
-use crate::kinematics::{Coordinate, LoopsAt, State, Target, Wander};
+use crate::kinematics::{Coordinate, LoopsAt, RandomConfiguration, State, Target};
 use crate::mechanism::JointId;
 use crate::parameters::Parameters;
 use crate::topology::Topology;
@@ -59,7 +59,8 @@ impl Architecture {
     pub fn of(solver: &InverseDynamics) -> Self {
         let (topology, parameters) = (solver.topology(), solver.parameters());
         let state = solver.assembly().state();
-        let Wander { states, reach } = Wander::new(topology, parameters, state, POSITIONS);
+        let RandomConfiguration { states, reach } =
+            RandomConfiguration::new(topology, parameters, state, POSITIONS);
         let (actuators, targets) = actuators(topology);
         let rank = |coordinates: &[Coordinate], targets: &[Target<f64>]| {
             let each = states.iter().map(|state| {
@@ -112,7 +113,7 @@ fn governance_at(
 fn actuators(topology: &Topology) -> (Vec<Coordinate>, Vec<Target<f64>>) {
     let each = topology.actuators.iter();
     let coordinates: Vec<_> =
-        each.map(|a| Coordinate::Joint { joint: JointId(a.joint), freedom: a.freedom }).collect();
+        each.map(|a| Coordinate::Joint { joint: JointId(a.joint), dof: a.dof }).collect();
     let at_rest = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
     let targets = vec![at_rest; coordinates.len()];
     (coordinates, targets)

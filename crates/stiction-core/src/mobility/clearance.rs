@@ -13,14 +13,14 @@ use crate::kinematics::{LoopsAt, body_twists};
 use crate::mechanism::JointId;
 use crate::spatial::Twist;
 use crate::statics::newton_euler::Unknown;
-use crate::statics::{Constraints, Statics, ToldMotion};
+use crate::statics::{Constraints, GainedTwist, Statics};
 use nalgebra::DVector;
 
 /// A motion that clearance in one joint sets free.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Play {
     /// The motion, told by one body.
-    pub motion: ToldMotion,
+    pub motion: GainedTwist,
     /// The joint that takes the greatest force of the self-stress which blocks the motion.
     pub joint: JointId,
     /// How far the body gets to either side, rad or m, with a clearance of one metre in the joint:
@@ -40,7 +40,7 @@ impl Play {
 const NO_FORCE: f64 = 1e-9;
 
 /// The motions that are open to first order and blocked to second at the solver's position.
-pub fn blocked_motions(solver: &InverseDynamics) -> Vec<ToldMotion> {
+pub fn blocked_motions(solver: &InverseDynamics) -> Vec<GainedTwist> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
     let state = solver.assembly().state();
     let statics = solver.statics();
@@ -126,7 +126,7 @@ fn of_bodies(statics: &Statics, twists: &[Twist<f64>]) -> DVector<f64> {
 }
 
 /// How fast the body turns, or moves, by which the motion is told.
-fn size_of(statics: &Statics, twists: &[Twist<f64>], told: &ToldMotion) -> f64 {
+fn size_of(statics: &Statics, twists: &[Twist<f64>], told: &GainedTwist) -> f64 {
     let twist = twists[told.body];
     match told.turns {
         true => twist.angular.norm(),

@@ -3,7 +3,7 @@
 //! Equations (M1) and (M2) of the book's theory.
 
 use super::clearance::{Play, play};
-use super::words::describe_freedoms;
+use super::words::describe_dofs;
 use crate::dynamics::InverseDynamics;
 use crate::kinematics::{LoopsAt, body_twists};
 use crate::mechanism::{BodyId, Mechanism};
@@ -35,7 +35,7 @@ pub struct Mobility {
     /// relative to the largest of all: the gap that decides. None where there is no such value.
     pub gap: (Option<f64>, Option<f64>),
     /// What each moving body can do, in the order of the mechanism's bodies.
-    pub bodies: Vec<BodyFreedoms>,
+    pub bodies: Vec<BodyDofs>,
     /// What clearance makes of motions that are blocked to second order only; empty where such
     /// motions cannot be told from finite ones.
     pub play: Vec<Play>,
@@ -43,7 +43,7 @@ pub struct Mobility {
 
 /// What a body can do at a position.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BodyFreedoms {
+pub struct BodyDofs {
     /// The body's name.
     pub body: String,
     /// Independent motions in words.
@@ -68,14 +68,14 @@ impl Mobility {
         let state = solver.assembly().state();
         let mut loops = LoopsAt::new(topology, parameters, state, NEGLIGIBLE);
         let finite = loops.finite_mobility();
-        let bodies = body_freedoms(solver, &mut loops, finite);
+        let bodies = body_dofs(solver, &mut loops, finite);
         let blocked = loops.blocked_motions().len();
         let told = finite + blocked == loops.singular_values().len() - loops.rank;
         let play = if told { play(solver, &mut loops) } else { Vec::new() };
         let (rank, values) = (loops.rank, loops.singular_values());
         let relative = |index: usize| values.get(index).map(|value| value / values[0]);
         let gruebler = solver.mechanism().gruebler();
-        let instantaneous = topology.freedoms() - rank;
+        let instantaneous = topology.dofs() - rank;
         Self {
             gruebler,
             instantaneous,
@@ -90,11 +90,7 @@ impl Mobility {
     }
 }
 
-fn body_freedoms(
-    solver: &InverseDynamics,
-    loops: &mut LoopsAt<'_>,
-    finite: usize,
-) -> Vec<BodyFreedoms> {
+fn body_dofs(solver: &InverseDynamics, loops: &mut LoopsAt<'_>, finite: usize) -> Vec<BodyDofs> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
     let open = loops.open_motions();
     // Where branches of motion meet, the second order blocks too much.
@@ -111,7 +107,7 @@ fn body_freedoms(
             let of_body = |twists: &[Vec<Twist<f64>>]| -> Vec<Twist<f64>> {
                 twists.iter().map(|twists| twists[body]).collect()
             };
-            let (motions, first_order_only) = describe_freedoms(
+            let (motions, first_order_only) = describe_dofs(
                 &of_body(&lasting),
                 &of_body(&all),
                 &joints_of(solver, body),
@@ -119,7 +115,7 @@ fn body_freedoms(
                 parameters.origin,
                 parameters.length,
             );
-            BodyFreedoms { body: bodies[body].name.clone(), motions, first_order_only }
+            BodyDofs { body: bodies[body].name.clone(), motions, first_order_only }
         })
         .collect()
 }

@@ -7,4 +7,4 @@ mod words;
 
 pub use architecture::{Architecture, GenericRank, governance};
 pub use clearance::{Play, blocked_motions};
-pub use count::{BodyFreedoms, Mobility};
+pub use count::{BodyDofs, Mobility};

@@ -11,7 +11,7 @@ const NONE: f64 = 1e-6;
 /// Twists are about the kernel origin, `com` is the centre of mass seen from there, and `origin` the
 /// kernel origin in the world. `points` are the body's joints: an axis through two of them is told by
 /// their names.
-pub(crate) fn describe_freedoms(
+pub(crate) fn describe_dofs(
     lasting: &[Twist<f64>],
     all: &[Twist<f64>],
     points: &[(&str, Vec3<f64>)],

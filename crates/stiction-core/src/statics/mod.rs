@@ -6,14 +6,14 @@
 mod distance;
 mod load;
 pub mod newton_euler;
-mod proximity;
 mod rank;
+mod singularity_distances;
 mod weakest;
 
 pub use distance::{Constraints, Distances, JointLoad};
 pub(crate) use load::demand_of_motion;
 pub use load::{AppliedLoad, LoadAxes};
-pub use proximity::Proximity;
 pub(crate) use rank::DETERMINED;
-pub use rank::{Carried, NullDirection, RANK_TOLERANCE, Statics, Uncarried};
-pub use weakest::{IdleAxis, ToldMotion};
+pub use rank::{InfeasibleLoad, NullDirection, RANK_TOLERANCE, StaticSolution, Statics};
+pub use singularity_distances::SingularityDistances;
+pub use weakest::{GainedTwist, IdleAxis};

@@ -33,7 +33,7 @@ pub enum Unknown {
         /// Its joint's index.
         joint: usize,
         /// Its freedom among the joint's.
-        freedom: usize,
+        dof: usize,
     },
 }
 
@@ -72,11 +72,11 @@ impl NewtonEuler {
                 wrenches.push(constraint.wrench(j, k, parameters.pitch[joint]));
             }
         }
-        for (actuator, (joint, freedom)) in mechanism.actuators().enumerate() {
+        for (actuator, (joint, dof)) in mechanism.actuators().enumerate() {
             let joint = joint.0;
             let (j, k) = (&bodies.frame_j[joint], &bodies.frame_k[joint]);
-            unknowns.push(Unknown::Drive { actuator, joint, freedom });
-            wrenches.push(joints[joint].joint_type.freedoms()[freedom].effort(j, k));
+            unknowns.push(Unknown::Drive { actuator, joint, dof });
+            wrenches.push(joints[joint].joint_type.dofs()[dof].effort(j, k));
         }
         let mut system = Self {
             matrix: DMatrix::zeros(6 * (com.len() - 1), unknowns.len()),
@@ -186,9 +186,7 @@ impl NewtonEuler {
             Unknown::Constraint { joint, index } => {
                 joint_types[joint].constraints()[index].is_moment()
             }
-            Unknown::Drive { joint, freedom, .. } => {
-                !joint_types[joint].freedoms()[freedom].translates()
-            }
+            Unknown::Drive { joint, dof, .. } => !joint_types[joint].dofs()[dof].translates(),
         };
         self.unknowns.iter().map(|u| if is_moment(u) { self.length } else { 1.0 }).collect()
     }

@@ -4,7 +4,7 @@
 
 use super::distance::JointLoad;
 use super::newton_euler::{NewtonEuler, Unknown};
-use super::weakest::ToldMotion;
+use super::weakest::GainedTwist;
 use crate::linalg::Svd;
 use crate::mechanism::{JointId, Mechanism};
 use crate::parameters::Weights;
@@ -36,16 +36,16 @@ pub struct Statics {
 
 /// The unknowns of a balance that was solved.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Carried {
+pub struct StaticSolution {
     /// Values of [`NewtonEuler::unknowns`].
     pub unknowns: DVector<f64>,
 }
 
 /// A load that no reactions and no driving forces can carry.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Uncarried {
+pub struct InfeasibleLoad {
     /// The motion along which nothing resists.
-    pub motion: ToldMotion,
+    pub motion: GainedTwist,
     /// What is asked for along the motion and cannot be given, N m or, if the body does not turn, N:
     /// what the joints would have to do on it.
     pub missing: f64,
@@ -73,8 +73,8 @@ impl Statics {
         let length = mechanism.characteristic_length();
         let drive_weights = mechanism
             .actuators()
-            .map(|(joint, freedom)| {
-                let unit = mechanism.joints()[joint.0].joint_type.freedoms()[freedom].units().1;
+            .map(|(joint, dof)| {
+                let unit = mechanism.joints()[joint.0].joint_type.dofs()[dof].units().1;
                 if unit == "N m" { 1.0 / length } else { 1.0 }
             })
             .collect();
@@ -262,7 +262,7 @@ impl Statics {
         &self,
         demand: &DVector<f64>,
         friction: &[Wrench<f64>],
-    ) -> Result<Carried, Uncarried> {
+    ) -> Result<StaticSolution, InfeasibleLoad> {
         let scaled = self.scale_rows(&self.less_friction(demand, friction));
         let particular = self.particular(&scaled);
         self.check_range(&scaled, &particular)?;
@@ -275,15 +275,19 @@ impl Statics {
         &self,
         demand: &DVector<f64>,
         friction: &[Wrench<f64>],
-    ) -> Carried {
+    ) -> StaticSolution {
         let scaled = self.scale_rows(&self.less_friction(demand, friction));
         self.distributed(self.particular(&scaled), friction)
     }
 
-    fn distributed(&self, mut particular: DVector<f64>, friction: &[Wrench<f64>]) -> Carried {
+    fn distributed(
+        &self,
+        mut particular: DVector<f64>,
+        friction: &[Wrench<f64>],
+    ) -> StaticSolution {
         self.distribute(&mut particular, friction);
         let unknowns = particular.iter().zip(&self.column_scales).map(|(x, s)| x * s);
-        Carried { unknowns: DVector::from_iterator(particular.len(), unknowns) }
+        StaticSolution { unknowns: DVector::from_iterator(particular.len(), unknowns) }
     }
 
     /// The least scaled unknowns that carry the scaled demand as well as it can be.
@@ -303,7 +307,7 @@ impl Statics {
         &self,
         scaled: &DVector<f64>,
         particular: &DVector<f64>,
-    ) -> Result<(), Uncarried> {
+    ) -> Result<(), InfeasibleLoad> {
         let residual = scaled - self.apply(particular);
         let size = scaled.amax().max(particular.amax());
         if residual.amax() <= 1e-9 * size {
@@ -315,7 +319,7 @@ impl Statics {
         let told = self.told(&motion);
         // The motion told is the residual's, scaled; the demand along it likewise.
         let size = motion_size(&motion, told.body, told.turns);
-        Err(Uncarried { missing: demand / size, motion: told })
+        Err(InfeasibleLoad { missing: demand / size, motion: told })
     }
 
     /// Moves the solution within what is open to the least drives, then to the least reactions.

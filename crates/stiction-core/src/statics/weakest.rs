@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// A motion of all bodies, told by one of them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ToldMotion {
+pub struct GainedTwist {
     /// The twist of each body about the kernel origin; scaled so that `body` turns by one radian,
     /// or, if it does not turn, moves by one metre.
     pub twists: Vec<Twist<f64>>,
@@ -23,7 +23,7 @@ pub struct ToldMotion {
     pub of: usize,
 }
 
-impl ToldMotion {
+impl GainedTwist {
     /// The body's name and its motion; `origin` is the kernel origin in the world.
     pub fn in_words(&self, mechanism: &Mechanism, origin: Vec3<f64>) -> (String, String) {
         let name = mechanism.bodies()[self.body].name.clone();
@@ -58,7 +58,7 @@ const MIXED: f64 = 1e-9;
 impl Statics {
     /// The motion that is resisted least while all actuators stand still, idle spins apart: the
     /// twist that is gained where [`Statics::actuation_distance`] is zero. None if nothing moves.
-    pub fn weakest_motion(&self, idle: &[IdleAxis]) -> Option<ToldMotion> {
+    pub fn weakest_motion(&self, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let transposed = self.scaled_matrix().transpose();
         let equations: Vec<usize> = (0..transposed.ncols()).collect();
         self.weakest(&transposed, &equations, idle.len(), idle)
@@ -72,7 +72,7 @@ impl Statics {
         equations: &[usize],
         others: usize,
         idle: &[IdleAxis],
-    ) -> Option<ToldMotion> {
+    ) -> Option<GainedTwist> {
         let svd = Svd::new(transposed);
         let kept = equations.len().checked_sub(others + 1)?;
         let basis: Vec<DVector<f64>> = svd
@@ -96,11 +96,11 @@ impl Statics {
         let zero = MIXED * svd.largest().max(f64::MIN_POSITIVE);
         let open = svd.singular_values.iter().filter(|&&value| value <= zero).count();
         let of = open.saturating_sub(others).max(1);
-        Some(ToldMotion { of, ..self.told(&self.scale_rows(&motion)) })
+        Some(GainedTwist { of, ..self.told(&self.scale_rows(&motion)) })
     }
 
     /// Tells a motion of all bodies: velocity of the centre of mass, then angular velocity, for each.
-    pub(crate) fn told(&self, motion: &DVector<f64>) -> ToldMotion {
+    pub(crate) fn told(&self, motion: &DVector<f64>) -> GainedTwist {
         let part = |body: usize, at: usize| {
             let row = 6 * (body - 1) + at;
             Vec3::new(motion[row], motion[row + 1], motion[row + 2])
@@ -124,20 +124,20 @@ impl Statics {
             twists
                 .push(Twist { angular, linear: velocity - angular.cross(self.system().com(body)) });
         }
-        ToldMotion { twists, body, turns, of: 1 }
+        GainedTwist { twists, body, turns, of: 1 }
     }
 }
 
 impl Constraints<'_> {
     /// The motion that constraints resist least, besides `mobility` motions that they are meant to
     /// leave.
-    pub fn weakest_motion(&self, mobility: usize, idle: &[IdleAxis]) -> Option<ToldMotion> {
+    pub fn weakest_motion(&self, mobility: usize, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let equations: Vec<usize> = (0..self.transposed().ncols()).collect();
         self.statics().weakest(self.transposed(), &equations, mobility, idle)
     }
 
     /// The motion of bodies between the hubs that is resisted least while the hubs stand still.
-    pub fn weakest_leg_motion(&self, idle: &[IdleAxis]) -> Option<ToldMotion> {
+    pub fn weakest_leg_motion(&self, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let equations = of_legs(self.statics().system());
         let own = self.transposed().select_columns(&equations);
         self.statics().weakest(&own, &equations, idle.len(), idle)

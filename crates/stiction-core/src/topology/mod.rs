@@ -37,7 +37,7 @@ pub struct Topology {
     pub(crate) role: Vec<Role>,
     pub(crate) cuts: Vec<Cut>,
     /// For each tree freedom: what it is.
-    pub(crate) dofs: Vec<Dof>,
+    pub(crate) tree_dofs: Vec<TreeDof>,
     pub(crate) coordinates: usize,
     /// Number of constraint wrenches of all cut joints: the first columns of the balance.
     pub(crate) constraints: usize,
@@ -54,7 +54,7 @@ pub(crate) struct Node {
     /// The node of the body from which this one hangs; none for the ground.
     pub(crate) parent: Option<usize>,
     pub(crate) link: Link,
-    pub(crate) dofs: Range<usize>,
+    pub(crate) tree_dofs: Range<usize>,
     pub(crate) coordinates: Range<usize>,
 }
 
@@ -103,7 +103,7 @@ impl Cut {
 
 /// A freedom of the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Dof {
+pub(crate) struct TreeDof {
     pub(crate) node: usize,
     /// Index among the freedoms of its joint or, for a floating body, among its six.
     pub(crate) local: usize,
@@ -115,7 +115,7 @@ pub(crate) struct Dof {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Actuator {
     pub(crate) joint: usize,
-    pub(crate) freedom: usize,
+    pub(crate) dof: usize,
 }
 
 impl Topology {
@@ -131,7 +131,7 @@ impl Topology {
         // What a cut costs: unknowns.
         let cost: Vec<usize> = joints
             .iter()
-            .map(|j| j.joint_type.constraints().len() + j.actuated_freedoms().count())
+            .map(|j| j.joint_type.constraints().len() + j.actuated_dofs().count())
             .collect();
         let spanning = match rule {
             TreeRule::Structure => Spanning::by_structure(mechanism.bodies().len(), &ends, &cost),
@@ -149,12 +149,12 @@ impl Topology {
             node_of_body: vec![None; mechanism.bodies().len()],
             role: vec![Role::Cut { cut: usize::MAX }; joints.len()],
             cuts: Vec::new(),
-            dofs: Vec::new(),
+            tree_dofs: Vec::new(),
             coordinates: 0,
             constraints: 0,
             actuators: mechanism
                 .actuators()
-                .map(|(joint, freedom)| Actuator { joint: joint.0, freedom })
+                .map(|(joint, dof)| Actuator { joint: joint.0, dof })
                 .collect(),
             cut_actuators: Vec::new(),
         };
@@ -172,7 +172,7 @@ impl Topology {
     /// Adds the node of a body whose parent is placed.
     fn place(&mut self, placement: &graph::Placement) {
         let node = self.nodes.len();
-        let (link, parent_body, freedoms, coordinates) = match placement.joint {
+        let (link, parent_body, dofs, coordinates) = match placement.joint {
             None => (Link::Floating, 0, 6, 7),
             Some(joint) => {
                 let (predecessor, successor) = self.ends[joint];
@@ -180,25 +180,25 @@ impl Topology {
                 let parent = if reversed { successor } else { predecessor };
                 self.role[joint] = Role::Tree { node };
                 let joint_type = self.joint_types[joint];
-                let freedoms = joint_type.freedoms().len();
-                (Link::Joint { joint, reversed }, parent, freedoms, joint_type.coordinates())
+                let dofs = joint_type.dofs().len();
+                (Link::Joint { joint, reversed }, parent, dofs, joint_type.coordinates())
             }
         };
-        let dofs = self.dofs.len()..self.dofs.len() + freedoms;
-        for local in 0..freedoms {
+        let tree_dofs = self.tree_dofs.len()..self.tree_dofs.len() + dofs;
+        for local in 0..dofs {
             let actuator = match link {
                 Link::Joint { joint, .. } => {
-                    self.actuators_of(joint).find(|&a| self.actuators[a].freedom == local)
+                    self.actuators_of(joint).find(|&a| self.actuators[a].dof == local)
                 }
                 Link::Floating => None,
             };
-            self.dofs.push(Dof { node, local, actuator });
+            self.tree_dofs.push(TreeDof { node, local, actuator });
         }
         self.nodes.push(Node {
             body: placement.body,
             parent: self.node_of_body[parent_body],
             link,
-            dofs,
+            tree_dofs,
             coordinates: self.coordinates..self.coordinates + coordinates,
         });
         self.coordinates += coordinates;
@@ -261,10 +261,12 @@ impl Topology {
     }
 
     /// Whether a freedom of the tree is a translation.
-    pub(crate) fn dof_translates(&self, dof: &Dof) -> bool {
-        match self.nodes[dof.node].link {
-            Link::Floating => dof.local < 3,
-            Link::Joint { joint, .. } => self.joint_types[joint].freedoms()[dof.local].translates(),
+    pub(crate) fn tree_dof_translates(&self, tree_dof: &TreeDof) -> bool {
+        match self.nodes[tree_dof.node].link {
+            Link::Floating => tree_dof.local < 3,
+            Link::Joint { joint, .. } => {
+                self.joint_types[joint].dofs()[tree_dof.local].translates()
+            }
         }
     }
 
@@ -273,12 +275,12 @@ impl Topology {
     /// origin, world axes).
     pub fn floating(&self) -> impl Iterator<Item = (BodyId, Range<usize>, Range<usize>)> + '_ {
         let floating = self.nodes.iter().filter(|node| node.link == Link::Floating);
-        floating.map(|node| (BodyId(node.body), node.coordinates.clone(), node.dofs.clone()))
+        floating.map(|node| (BodyId(node.body), node.coordinates.clone(), node.tree_dofs.clone()))
     }
 
     /// Number of freedoms of the tree.
-    pub fn freedoms(&self) -> usize {
-        self.dofs.len()
+    pub fn dofs(&self) -> usize {
+        self.tree_dofs.len()
     }
 
     /// Number of coordinates of the tree.

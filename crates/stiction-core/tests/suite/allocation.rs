@@ -4,7 +4,7 @@ use crate::common::random::*;
 use crate::common::*;
 use crate::counting::allocations;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings, Sharing};
-use stiction_core::forward::{ContactMode as Doing, Forward, Inputs, Simulation, View};
+use stiction_core::forward::{Forward, Inputs, InterfaceMode as Doing, Simulation, View};
 use stiction_core::joint::JointType::*;
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::spatial::Pose;
@@ -64,10 +64,7 @@ fn operations_with_legs(legs: usize) -> usize {
     let mechanism = draft.build_in_order();
     let coordinates: Vec<_> = coordinates
         .iter()
-        .map(|j| Coordinate::Joint {
-            joint: mechanism.joint_id(&format!("j{j}")).unwrap(),
-            freedom: 0,
-        })
+        .map(|j| Coordinate::Joint { joint: mechanism.joint_id(&format!("j{j}")).unwrap(), dof: 0 })
         .collect();
     let targets = vec![sine(0.0, 0.1, 1.0, 0.0, 0.0); 6];
     let solver =
@@ -110,7 +107,7 @@ fn simulations_allocate_nothing_between_events() {
     let settings = Settings { friction: FrictionMode::Off, ..Settings::default() };
     let mechanism = robot.mechanism.clone();
     let mut solver =
-        InverseDynamics::new(mechanism, &robot.homes, &robot.coordinates, &still, settings)
+        InverseDynamics::new(mechanism, &robot.initial_poses, &robot.coordinates, &still, settings)
             .unwrap();
     let mean = solver.solve(&[]).unwrap().drives.clone();
     // Moving fast enough that nothing comes to rest soon, and held by friction with room: at a limit friction would be
@@ -118,7 +115,7 @@ fn simulations_allocate_nothing_between_events() {
     let moving = [(0.55, 0.5), (0.0, 0.3), (0.0, 0.2)];
     let moving = moving.map(|(value, rate)| Target { value, rate, acceleration: 0.0 });
     for (targets, amplitude, sticks) in [(moving, 5.0, false), (still, 0.1, true)] {
-        let state = model.assemble(&robot.homes, &robot.coordinates, &targets).unwrap();
+        let state = model.assemble(&robot.initial_poses, &robot.coordinates, &targets).unwrap();
         let mut swing = Swing { mean: mean.clone(), amplitude };
         let settings = stiction_core::forward::Settings::default();
         let mut simulation = model.start(0.0, state, settings, &mut swing).unwrap();
@@ -128,7 +125,7 @@ fn simulations_allocate_nothing_between_events() {
             simulation.advance(0.005 * f64::from(sample), &mut swing).unwrap();
         };
         (0..4).for_each(|_| go_on(&mut simulation));
-        let doing = simulation.contacts().to_vec();
+        let doing = simulation.interfaces().to_vec();
         let is = |what: &Doing| matches!(what, Doing::Sticks) == sticks;
         assert!(doing.iter().all(is), "{doing:?}");
         let (events, evaluations) = (simulation.events().len(), simulation.evaluations());

@@ -31,7 +31,7 @@ fn door(compliances: [Option<Compliance>; 2]) -> InverseDynamics {
         }
         builder = builder.joint(hinge);
     }
-    let angle = Coordinate::Joint { joint: JointId(0), freedom: 0 };
+    let angle = Coordinate::Joint { joint: JointId(0), dof: 0 };
     let still = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
     InverseDynamics::new(builder.build().unwrap(), &[], &[angle], &[still], Settings::default())
         .unwrap()

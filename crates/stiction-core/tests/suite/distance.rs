@@ -12,7 +12,7 @@ fn distances(
 ) -> (f64, f64) {
     let solver = InverseDynamics::new(
         robot.mechanism,
-        &robot.homes,
+        &robot.initial_poses,
         &robot.coordinates,
         targets,
         Settings::default(),
@@ -42,7 +42,7 @@ fn mobility_of_a_planar_linkage_is_one() {
     let target = stiction_core::kinematics::Target { value: 0.7, rate: 1.0, acceleration: 0.0 };
     let solver = InverseDynamics::new(
         robot.mechanism,
-        &robot.homes,
+        &robot.initial_poses,
         &robot.coordinates,
         &[target],
         Settings::default(),

@@ -17,7 +17,7 @@ impl<F: Fn(f64) -> (f64, f64)> Inputs for Leads<F> {
 
 fn known(model: &Forward, joint: &str, value: f64, rate: Option<f64>) -> Known {
     let joint = model.mechanism().joint_id(joint).unwrap();
-    Known { coordinate: Coordinate::Joint { joint, freedom: 0 }, value: Some(value), rate }
+    Known { coordinate: Coordinate::Joint { joint, dof: 0 }, value: Some(value), rate }
 }
 
 /// The slider of a crank (`l = 0.3`, `r = 0.1`) locked at its dead centre: the crank may have a rate there, but

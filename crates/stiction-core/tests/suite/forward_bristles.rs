@@ -2,16 +2,16 @@
 
 use crate::common::*;
 use stiction_core::forward::{Forward, Inputs, Method, Settings, View};
-use stiction_core::friction::{Bristles, Contact, Curve, Exponent, Law};
+use stiction_core::friction::{Bristles, Curve, Exponent, JointFriction, Law};
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::{State, Target};
 use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder, SpringSpec};
 use stiction_core::spatial::Vec3;
 
 /// What pulls, at constant speed.
-struct Pull(f64);
+struct SpringForce(f64);
 
-impl Inputs for Pull {
+impl Inputs for SpringForce {
     fn efforts(&mut self, _: &View<'_>, _: &mut [f64]) {}
     fn targets(&mut self, time: f64, targets: &mut [Target<f64>]) {
         targets[0] = Target { value: self.0 * time, rate: self.0, acceleration: 0.0 };
@@ -27,7 +27,7 @@ fn stick_slip() -> Forward {
         bristles: Some(Bristles { stiffness: 1e5, damping: 1e5_f64.sqrt() }),
         ..Law::coulomb_viscous(1.0, 0.4)
     };
-    let contact = Contact::guide(law);
+    let interface = JointFriction::guide(law);
     let mechanism = MechanismBuilder::new("stick-slip")
         .gravity(v(0.0, -1.0, 0.0))
         .body(BodySpec::new("cart").mass(1.0).inertia(diagonal(0.1, 0.1, 0.1)))
@@ -38,7 +38,7 @@ fn stick_slip() -> Forward {
         .joint(
             JointSpec::new("table", JointType::Prismatic, "ground", "mass")
                 .frames(x, x)
-                .friction(contact),
+                .friction(interface),
         )
         .spring(
             SpringSpec::new("spring", "mass", "cart")
@@ -92,7 +92,7 @@ fn r12_lugre_sticks_and_slips() {
         };
         let mut state = State::new(model.topology());
         state.rates[0] = 0.1;
-        let mut pull = Pull(0.1);
+        let mut pull = SpringForce(0.1);
         let mut simulation = model.start(0.0, state, settings, &mut pull).unwrap();
         let errors = at.map(|(until, [x, speed, _])| {
             simulation.advance(until, &mut pull).unwrap();

@@ -61,7 +61,7 @@ fn drives_of_inverse_dynamics_cause_the_accelerations_that_were_asked_for() {
                     _ => None,
                 });
                 let told = told.unwrap_or_else(|| panic!("{class:?} {seed}: {accelerations:e}"));
-                let loads: Vec<f64> = forces.contacts.iter().map(|c| c.load).collect();
+                let loads: Vec<f64> = forces.interfaces.iter().map(|c| c.load).collect();
                 let nearest =
                     told.iter().map(|o| apart(&o.loads, &loads)).fold(f64::INFINITY, f64::min);
                 assert!(nearest < 1e-8, "{class:?} {seed}: {nearest:e}");

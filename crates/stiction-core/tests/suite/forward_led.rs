@@ -74,7 +74,7 @@ fn a_slide_that_is_led_from_rest_rubs_at_once() {
             );
         }
         let moved = way(1.0).value.abs();
-        let dissipated = simulation.energies().contacts[0];
+        let dissipated = simulation.energies().interfaces[0];
         // It is seen to move where its rate is 1e-10 of the fastest.
         assert!((dissipated - MU * MASS * G * moved).abs() < 1e-9, "{dissipated}");
         let turnover = simulation.energies().turnover;
@@ -116,10 +116,7 @@ fn efforts_of_redundant_drives_are_those_of_least_squares() {
         }
     }
     let known = [Known {
-        coordinate: Coordinate::Joint {
-            joint: model.mechanism().joint_id("A").unwrap(),
-            freedom: 0,
-        },
+        coordinate: Coordinate::Joint { joint: model.mechanism().joint_id("A").unwrap(), dof: 0 },
         value: Some(0.5),
         rate: Some(10.0),
     }];

@@ -4,7 +4,8 @@ use crate::common::simulated::*;
 use crate::common::*;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, LoadAxes};
 use stiction_core::forward::{
-    ConstantEfforts, ContactMode as Doing, EventKind, Forward, ForwardError, Inputs, Settings, View,
+    ConstantEfforts, EventKind, Forward, ForwardError, Inputs, InterfaceMode as Doing, Settings,
+    View,
 };
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::{Coordinate, State, Target};
@@ -35,13 +36,13 @@ fn a_crank_with_friction_everywhere_sticks_within_its_interval_and_slides_beyond
         )
         .unwrap();
         solver.rest(&[]).unwrap();
-        let (low, high) = solver.forces().drive_bounds[0];
+        let (low, high) = solver.forces().effort_bounds[0];
         assert!(high - low > 0.01, "{low} {high}");
         let model = Forward::new(robot.mechanism.clone(), &[]);
         let state = model.assemble(&[], &robot.coordinates, &start).unwrap();
         // Certainly not beyond these: frictions that are not all at their limits may hold a little more
         // than those that are, for they change the loads.
-        let (least, most) = solver.forces().drive_outer_bounds[0];
+        let (least, most) = solver.forces().effort_outer_bounds[0];
         assert!(least <= low && high <= most && most - least < 1.2 * (high - low));
         for (part, sticks) in [
             (0.31, true),
@@ -70,10 +71,10 @@ fn a_crank_with_friction_everywhere_sticks_within_its_interval_and_slides_beyond
                     .events()
                     .iter()
                     .any(|event| matches!(event.kind, EventKind::SharesNotUnique { redundant: 3 }));
-                let stuck = simulation.contacts().iter().filter(|c| **c == Doing::Sticks).count();
+                let stuck = simulation.interfaces().iter().filter(|c| **c == Doing::Sticks).count();
                 assert!(told || stuck < 4, "{:?}", simulation.events());
-                for contact in &now.contacts {
-                    assert!(contact.margin() > -1e-9 * contact.limit, "{contact:?}");
+                for interface in &now.interfaces {
+                    assert!(interface.margin() > -1e-9 * interface.limit, "{interface:?}");
                 }
             } else {
                 let forward = now.bodies.joint_rates(model.topology(), 0)[0];
@@ -107,10 +108,10 @@ fn inverse_of_forward_is_what_drove_it() {
     for k in 1..=200 {
         simulation.advance(0.02 * f64::from(k), &mut inputs).unwrap();
         let now = simulation.instant();
-        if simulation.contacts().iter().any(|c| !matches!(c, Doing::Slides(_))) {
+        if simulation.interfaces().iter().any(|c| !matches!(c, Doing::Slides(_))) {
             continue;
         }
-        let slow = now.contacts.iter().any(|c| c.velocity[0].abs() < 1e-6);
+        let slow = now.interfaces.iter().any(|c| c.velocity[0].abs() < 1e-6);
         let angle = crank_angle(now);
         let rate = now.bodies.joint_rates(model.topology(), 0)[0];
         let acceleration = now.state.accelerations[0];
@@ -337,7 +338,7 @@ fn andrews() -> Mechanism {
 fn r3_andrews_squeezer_with_its_reactions() {
     let mechanism = andrews();
     let model = Forward::new(mechanism.clone(), &[]);
-    let beta = Coordinate::Joint { joint: mechanism.joint_id("beta").unwrap(), freedom: 0 };
+    let beta = Coordinate::Joint { joint: mechanism.joint_id("beta").unwrap(), dof: 0 };
     let state = model.assemble(&[], &[beta], &[at(-0.061_713_890_014_276_45, 0.0, 0.0)]).unwrap();
     let mut inputs = ConstantEfforts(vec![0.033]);
     let finest = Settings { relative: 1e-13, absolute: 1e-14, ..Settings::default() };
@@ -477,7 +478,7 @@ fn a_block_moved_by_a_four_bar_sticks_just_below_the_friction_angle_and_slides_j
         for sign in [1.0, -1.0] {
             let mechanism = block_on_an_incline(sign * part * mu.atan(), mu);
             let crank = mechanism.joint_id("A").unwrap();
-            let coordinates = [Coordinate::Joint { joint: crank, freedom: 0 }];
+            let coordinates = [Coordinate::Joint { joint: crank, dof: 0 }];
             let block = mechanism.body_id("block").unwrap();
             let model = Forward::new(mechanism, &[]);
             let start = [at(60_f64.to_radians(), 0.0, 0.0)];
@@ -516,7 +517,7 @@ fn a_crank_that_starts_at_a_dead_centre_only_reverses_its_slider() {
     let mut simulation = model.start(0.0, state, fine(), &mut inputs).unwrap();
     simulation.advance(0.05, &mut inputs).unwrap();
     assert!(simulation.events().is_empty(), "{:?}", simulation.events());
-    assert!(simulation.contacts().iter().all(|c| matches!(c, Doing::Slides(_))));
+    assert!(simulation.interfaces().iter().all(|c| matches!(c, Doing::Slides(_))));
     let turnover = simulation.energies().turnover;
     assert!(simulation.energy_error().abs() < 1e-11 * turnover, "{:e}", simulation.energy_error());
 }

@@ -3,10 +3,10 @@
 use crate::common::random::*;
 use crate::common::*;
 use stiction_core::forward::{
-    ConstantEfforts, ContactMode as Doing, EventKind, Forward, Inputs, Method, Settings,
+    ConstantEfforts, EventKind, Forward, Inputs, InterfaceMode as Doing, Method, Settings,
     Simulation, View,
 };
-use stiction_core::friction::{Contact, ContactShape, Curve, Law};
+use stiction_core::friction::{Curve, InterfaceShape, JointFriction, Law};
 use stiction_core::joint::{Carrier, JointType};
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder};
@@ -24,7 +24,7 @@ fn hexapod(mu: f64, curve: Option<Curve>) -> (Mechanism, Vec<Coordinate>, Vec<Ta
     let rub = |place: usize, radius: Option<f64>| {
         let law = Law::coulomb_viscous(mu, 0.0);
         let law = Law { curve: curve.clone().unwrap_or(Curve::Constant), ..law };
-        Contact { place, law, ..friction(mu, 0.0, radius) }
+        JointFriction { place, law, ..friction(mu, 0.0, radius) }
     };
     let mut names = Vec::new();
     for leg in 0..6 {
@@ -78,7 +78,7 @@ fn hexapod(mu: f64, curve: Option<Curve>) -> (Mechanism, Vec<Coordinate>, Vec<Ta
     let mechanism = builder.build().unwrap();
     let coordinates = names
         .iter()
-        .map(|(name, _)| Coordinate::Joint { joint: mechanism.joint_id(name).unwrap(), freedom: 0 })
+        .map(|(name, _)| Coordinate::Joint { joint: mechanism.joint_id(name).unwrap(), dof: 0 })
         .collect();
     let lengths = names.iter().map(|(_, length)| at(*length)).collect();
     (mechanism, coordinates, lengths)
@@ -90,8 +90,8 @@ fn hexapod(mu: f64, curve: Option<Curve>) -> (Mechanism, Vec<Coordinate>, Vec<Ta
 fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [usize; 2] {
     let now = simulation.instant();
     let (mut sticks, mut slides) = (0, 0);
-    for (contact, moment) in model.parameters().contacts.iter().zip(&now.contacts) {
-        let joint = contact.joint;
+    for (interface, moment) in model.parameters().interfaces.iter().zip(&now.interfaces) {
+        let joint = interface.joint;
         let spec = &model.mechanism().joints()[joint];
         let [from, to] = [spec.predecessor.0, spec.successor.0];
         // At rest the relative acceleration has no part from velocities.
@@ -101,21 +101,21 @@ fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [us
         let moves = j.rotation.transpose_mul(relative.linear + turns.cross(k.position));
         let in_j = j.rotation.transpose_mul(turns);
         let in_k = k.rotation.transpose_mul(turns);
-        let arms = contact.arms(model.parameters().pitch[joint]);
-        let begins = match contact.shape {
-            ContactShape::Pin { axis, carrier: Carrier::Predecessor, .. } => {
+        let arms = interface.arms(model.parameters().pitch[joint]);
+        let begins = match interface.shape {
+            InterfaceShape::Pin { axis, carrier: Carrier::Predecessor, .. } => {
                 [in_j.component(axis), 0.0, 0.0]
             }
-            ContactShape::Pin { axis, .. } => [in_k.component(axis), 0.0, 0.0],
-            ContactShape::Guide { .. } => [moves.z, 0.0, 0.0],
-            ContactShape::Thread => [in_j.z, 0.0, 0.0],
-            ContactShape::Ball => in_k.to_array(),
-            ContactShape::Plate => [moves.x, moves.y, in_j.z],
+            InterfaceShape::Pin { axis, .. } => [in_k.component(axis), 0.0, 0.0],
+            InterfaceShape::Guide { .. } => [moves.z, 0.0, 0.0],
+            InterfaceShape::Thread => [in_j.z, 0.0, 0.0],
+            InterfaceShape::Ball => in_k.to_array(),
+            InterfaceShape::Plate => [moves.x, moves.y, in_j.z],
         };
         let begins = [0, 1, 2].map(|k| arms[k] * begins[k]);
         let [size, has] =
             [begins, moment.friction].map(|v| v.iter().map(|x| x * x).sum::<f64>().sqrt());
-        match moment.contact {
+        match moment.interface {
             Doing::Sticks => {
                 sticks += 1;
                 // Accelerations are some 10 m/s^2. Shares without any room may exceed limits by 1e-5.

@@ -2,7 +2,7 @@
 //! account of energy closes, nothing is NaN, and if it cannot go on it says why.
 
 use crate::common::random::*;
-use stiction_core::forward::{ConstantEfforts, ContactMode, Forward, Settings};
+use stiction_core::forward::{ConstantEfforts, Forward, InterfaceMode, Settings};
 
 #[test]
 fn random_mechanisms_fall_stick_and_slide() {
@@ -36,10 +36,10 @@ fn random_mechanisms_fall_stick_and_slide() {
             worst = worst.max(error);
             // Steps are accurate to 1e-9.
             assert!(error < 1e-8, "{class:?} {seed}: {error:e}");
-            for contact in &now.contacts {
-                if contact.contact == ContactMode::Sticks {
+            for interface in &now.interfaces {
+                if interface.interface == InterfaceMode::Sticks {
                     stuck += 1;
-                    assert!(contact.margin() > -1e-6 * contact.limit, "{contact:?}");
+                    assert!(interface.margin() > -1e-6 * interface.limit, "{interface:?}");
                 }
             }
             ended += 1;

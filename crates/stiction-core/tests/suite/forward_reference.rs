@@ -4,7 +4,7 @@ use crate::common::*;
 use stiction_core::forward::{
     ConstantEfforts, EventKind, Forward, ForwardError, Known, Settings, Simulation,
 };
-use stiction_core::friction::{Contact, Law};
+use stiction_core::friction::{JointFriction, Law};
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder};
@@ -24,10 +24,7 @@ fn none() -> ConstantEfforts {
 
 /// The angle of the first joint of a mechanism with one freedom.
 fn first_joint(mechanism: &Mechanism) -> Coordinate {
-    Coordinate::Joint {
-        joint: mechanism.joint_id(&mechanism.joints()[0].name).unwrap(),
-        freedom: 0,
-    }
+    Coordinate::Joint { joint: mechanism.joint_id(&mechanism.joints()[0].name).unwrap(), dof: 0 }
 }
 
 /// Where a point of a body is in the world, m.
@@ -187,7 +184,7 @@ fn r2_starts_in_a_singular_position() {
             let (value, turns) =
                 if joint.name.starts_with('A') { (0.0, 1.0) } else { (0.0, turns) };
             let id = model.mechanism().joint_id(&joint.name).unwrap();
-            let coordinate = Coordinate::Joint { joint: id, freedom: 0 };
+            let coordinate = Coordinate::Joint { joint: id, dof: 0 };
             Known { coordinate, value: Some(value), rate: Some(turns * rate) }
         })
         .collect();
@@ -299,9 +296,9 @@ fn load_dependent_friction_in_all_joints_of_the_3rps() {
         regularisation: Some(0.005),
         ..Law::coulomb_viscous(0.12, b / radius.powi(2))
     };
-    let with = |b: f64, radius: Option<f64>| Contact {
+    let with = |b: f64, radius: Option<f64>| JointFriction {
         radius,
-        ..Contact::guide(law(b, radius.unwrap_or(1.0)))
+        ..JointFriction::guide(law(b, radius.unwrap_or(1.0)))
     };
     let rub = [with(0.4, Some(0.0125)), with(30.0, None), with(0.1, Some(0.025))];
     let worst =
@@ -318,11 +315,11 @@ struct Worst {
     energy: f64,
 }
 
-fn follow_3rps(file: &str, rub: [Contact; 3], efforts: [f64; 3], _: f64) -> Worst {
+fn follow_3rps(file: &str, rub: [JointFriction; 3], efforts: [f64; 3], _: f64) -> Worst {
     let robot = symmetric_3rps(Some(rub));
     let model = Forward::new(robot.mechanism.clone(), &[]);
     let start = [at(0.55, 0.0), at(0.0, 0.0), at(0.0, 0.0)];
-    let state = model.assemble(&robot.homes, &robot.coordinates, &start).unwrap();
+    let state = model.assemble(&robot.initial_poses, &robot.coordinates, &start).unwrap();
     let mut inputs = ConstantEfforts(efforts.to_vec());
     let mut simulation = model.start(0.0, state, fine(), &mut inputs).unwrap();
     let platform = robot.mechanism.body_id("platform").unwrap().0;

@@ -9,7 +9,7 @@ use stiction_core::kinematics::{Coordinate, Target};
 
 fn crank(model: &Forward, joint: &str, value: Option<f64>, rate: Option<f64>) -> Known {
     let joint = model.mechanism().joint_id(joint).unwrap();
-    Known { coordinate: Coordinate::Joint { joint, freedom: 0 }, value, rate }
+    Known { coordinate: Coordinate::Joint { joint, dof: 0 }, value, rate }
 }
 
 /// The slider-crank from its crank's angle and its slider's speed: `l = 0.3`, `r = 0.1`.
@@ -62,7 +62,7 @@ fn open_rates_have_least_kinetic_energy() {
         .zip([(Some(0.55), None), (Some(0.1), Some(0.8)), (Some(-0.05), None)])
         .map(|(&coordinate, (value, rate))| Known { coordinate, value, rate })
         .collect();
-    let state = model.assemble_from(&robot.homes, &known).unwrap();
+    let state = model.assemble_from(&robot.initial_poses, &known).unwrap();
     let energy = |state| {
         let mut inputs = ConstantEfforts(vec![0.0; 3]);
         let simulation = model.start(0.0, state, Settings::default(), &mut inputs).unwrap();
@@ -75,7 +75,7 @@ fn open_rates_have_least_kinetic_energy() {
             .zip(rates)
             .map(|(known, rate)| Known { rate: Some(rate), ..*known })
             .collect();
-        energy(model.assemble_from(&robot.homes, &known).unwrap())
+        energy(model.assemble_from(&robot.initial_poses, &known).unwrap())
     };
     let mut smallest = f64::INFINITY;
     for z in -20..=20 {
@@ -93,9 +93,9 @@ fn open_rates_have_least_kinetic_energy() {
 fn nothing_known_is_rest_at_the_guess() {
     let robot = symmetric_3rps(None);
     let model = Forward::new(robot.mechanism.clone(), &[]);
-    let state = model.assemble_from(&robot.homes, &[]).unwrap();
+    let state = model.assemble_from(&robot.initial_poses, &[]).unwrap();
     assert!(state.rates.iter().all(|rate| *rate == 0.0));
-    let same = model.assemble(&robot.homes, &robot.coordinates, &level()).unwrap();
+    let same = model.assemble(&robot.initial_poses, &robot.coordinates, &level()).unwrap();
     // The guess of this robot is closed to rounding.
     let apart = state.coordinates.iter().zip(&same.coordinates).map(|(a, b)| (a - b).abs());
     assert!(apart.fold(0.0, f64::max) < 1e-12);
@@ -176,10 +176,13 @@ fn a_forbidden_rate_is_told_and_leaves_all_at_rest() {
     let angle = model.joint_coordinate(&now.state, &now.bodies, pin, 0);
     let simulation = model.start(0.0, state, Settings::default(), &mut Lock(angle)).unwrap();
     assert!((simulation.dropped() - 1.0).abs() < 1e-12, "{}", simulation.dropped());
-    assert_eq!(simulation.contacts().len(), 4);
-    for contact in simulation.contacts() {
+    assert_eq!(simulation.interfaces().len(), 4);
+    for interface in simulation.interfaces() {
         // One may be at its limit, the lock bearing what is beyond.
-        assert!(!matches!(contact, stiction_core::forward::ContactMode::Slides(_)), "{contact:?}");
+        assert!(
+            !matches!(interface, stiction_core::forward::InterfaceMode::Slides(_)),
+            "{interface:?}"
+        );
     }
     assert_eq!(simulation.instant().mobility, 0);
 }

@@ -3,9 +3,9 @@
 use crate::common::simulated::*;
 use crate::common::*;
 use stiction_core::forward::{
-    ConstantEfforts, ContactMode as Doing, EventKind, Forward, Method, Settings, Simulation,
+    ConstantEfforts, EventKind, Forward, InterfaceMode as Doing, Method, Settings, Simulation,
 };
-use stiction_core::friction::{Contact, Curve};
+use stiction_core::friction::{Curve, JointFriction};
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::{State, Target};
 use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder, SpringSpec};
@@ -21,7 +21,7 @@ fn jumps(simulation: &Simulation<'_>) -> usize {
 }
 
 /// The mass of reference R6: 1 kg on a table, friction 0.981 N, a spring of 100 N/m.
-fn mass_and_spring(contact: Contact) -> Mechanism {
+fn mass_and_spring(interface: JointFriction) -> Mechanism {
     let x = along(Vec3::zero(), Vec3::unit(0));
     MechanismBuilder::new("mass")
         .gravity(v(0.0, -9.81, 0.0))
@@ -29,7 +29,7 @@ fn mass_and_spring(contact: Contact) -> Mechanism {
         .joint(
             JointSpec::new("table", JointType::Prismatic, "ground", "block")
                 .frames(x, x)
-                .friction(contact),
+                .friction(interface),
         )
         .spring(
             SpringSpec::new("spring", "ground", "block")
@@ -59,9 +59,9 @@ fn r6_stops_where_it_must_and_stays() {
     for tolerance in [1e-6, 1e-8] {
         let mut simulation = let_go(&model, tolerance);
         assert_eq!(simulation.method(), Method::TimeStepping);
-        assert!(matches!(simulation.contacts()[0], Doing::Sticks));
+        assert!(matches!(simulation.interfaces()[0], Doing::Sticks));
         let x = simulation.instant().state.coordinates[0];
-        let dissipated = simulation.energies().contacts[0];
+        let dissipated = simulation.energies().interfaces[0];
         println!(
             "{tolerance:e}: {x} {dissipated} energy {:.1e}, {} steps",
             simulation.energy_error(),
@@ -83,13 +83,13 @@ fn r6_stops_where_it_must_and_stays() {
 /// friction has while it slides and less than the 2.94 N that it has at rest. There it stays.
 #[test]
 fn friction_at_rest_holds_what_turns_back() {
-    let mut contact = friction(0.1, 0.0, None);
-    contact.law.curve = Curve::Breakaway { coefficient: 0.3 };
-    let model = Forward::new(mass_and_spring(contact), &[]);
+    let mut interface = friction(0.1, 0.0, None);
+    interface.law.curve = Curve::Breakaway { coefficient: 0.3 };
+    let model = Forward::new(mass_and_spring(interface), &[]);
     let mut errors = Vec::new();
     for tolerance in [1e-6, 1e-8] {
         let simulation = let_go(&model, tolerance);
-        assert_eq!(simulation.contacts()[0], Doing::Sticks);
+        assert_eq!(simulation.interfaces()[0], Doing::Sticks);
         let turns = simulation.events().iter();
         let turns = turns.filter(|e| matches!(e.kind, EventKind::Slides { .. })).count();
         assert_eq!(turns, 3, "{:?}", simulation.events());
@@ -117,14 +117,14 @@ fn a_held_crank_does_not_move_at_all() {
         )
         .unwrap();
         solver.rest(&[]).unwrap();
-        let (low, high) = solver.forces().drive_bounds[0];
+        let (low, high) = solver.forces().effort_bounds[0];
         let effort = if drive == 1.0 { low + 0.975 * (high - low) } else { high + 0.5 };
         let mut inputs = ConstantEfforts(vec![effort]);
         let mut simulation = model.start(0.0, state.clone(), in_steps(1e-7), &mut inputs).unwrap();
         let before = simulation.instant().state.coordinates.clone();
         simulation.advance(if sticks { 1000.0 } else { 0.05 }, &mut inputs).unwrap();
         assert_eq!(simulation.instant().state.coordinates == before, sticks);
-        for moment in &simulation.instant().contacts {
+        for moment in &simulation.instant().interfaces {
             let has = moment.friction.iter().map(|f| f * f).sum::<f64>().sqrt();
             assert!(has <= moment.limit * (1.0 + 1e-8), "{moment:?}");
         }
@@ -147,7 +147,7 @@ fn where_there_is_no_acceleration_velocities_jump_and_it_is_told() {
     let rate = simulation.instant().state.rates[0];
     let back = -5.0 / 3.4 * 0.01;
     assert!((rate - back).abs() < 1e-5 * back.abs(), "{rate} {back}");
-    let lost = simulation.energies().contacts[0];
+    let lost = simulation.energies().interfaces[0];
     let on_the_way = 5.0 * (2.4 / 3.4) * 0.5 * (5.0 / 3.4) * 0.01 * 0.01;
     assert!((lost - 0.5 * 0.3 * 0.3 - on_the_way).abs() < 1e-6, "{lost}");
 }

@@ -4,9 +4,9 @@ use crate::common::simulated::*;
 use crate::common::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics};
 use stiction_core::forward::{
-    ConstantEfforts, ContactMode as Doing, EventKind, Forward, Inputs, Settings, View,
+    ConstantEfforts, EventKind, Forward, Inputs, InterfaceMode as Doing, Settings, View,
 };
-use stiction_core::friction::{Bristles, Contact, Curve, Law};
+use stiction_core::friction::{Bristles, Curve, JointFriction, Law};
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::{Coordinate, State, Target};
 use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder, SpringSpec};
@@ -20,8 +20,8 @@ fn nothing() -> ConstantEfforts {
     ConstantEfforts(vec![])
 }
 
-fn coulomb(mu: f64, curve: Curve, radius: Option<f64>) -> Contact {
-    Contact { radius, ..Contact::guide(Law { curve, ..Law::coulomb_viscous(mu, 0.0) }) }
+fn coulomb(mu: f64, curve: Curve, radius: Option<f64>) -> JointFriction {
+    JointFriction { radius, ..JointFriction::guide(Law { curve, ..Law::coulomb_viscous(mu, 0.0) }) }
 }
 
 fn start_of(model: &Forward, values: &[(f64, f64)]) -> State<f64> {
@@ -29,7 +29,7 @@ fn start_of(model: &Forward, values: &[(f64, f64)]) -> State<f64> {
     let coordinates: Vec<_> = (0..joints.min(values.len()))
         .map(|k| {
             let joint = model.mechanism().joint_id(&model.mechanism().joints()[k].name).unwrap();
-            Coordinate::Joint { joint, freedom: 0 }
+            Coordinate::Joint { joint, dof: 0 }
         })
         .collect();
     let targets: Vec<_> =
@@ -38,7 +38,7 @@ fn start_of(model: &Forward, values: &[(f64, f64)]) -> State<f64> {
 }
 
 /// The mass of reference R6 on a table along x, between the table and a spring.
-fn mass_and_spring(contact: Contact, spring: f64) -> Mechanism {
+fn mass_and_spring(interface: JointFriction, spring: f64) -> Mechanism {
     let x = along(Vec3::zero(), Vec3::unit(0));
     MechanismBuilder::new("mass")
         .gravity(v(0.0, -9.81, 0.0))
@@ -47,7 +47,7 @@ fn mass_and_spring(contact: Contact, spring: f64) -> Mechanism {
             JointSpec::new("table", JointType::Prismatic, "ground", "block")
                 .frames(x, x)
                 .actuated()
-                .friction(contact),
+                .friction(interface),
         )
         .spring(
             SpringSpec::new("spring", "ground", "block")
@@ -80,7 +80,7 @@ fn r6_half_cycles_turn_and_stop_where_they_must() {
     assert!((last.time - 5.0 * half).abs() < 1e-10);
     let x = simulation.instant().state.coordinates[0];
     assert!((x + 0.0019).abs() < 1e-11, "{x}");
-    let dissipated = simulation.energies().contacts[0];
+    let dissipated = simulation.energies().interfaces[0];
     assert!((dissipated - 0.4998195).abs() < 1e-11, "{dissipated}");
     assert!(simulation.energy_error().abs() < 1e-11);
     // And there it stays, to the last bit.
@@ -215,7 +215,7 @@ fn r5_rests_just_below_its_angle_and_not_above() {
         let state = start_of(&model, &[(limit * part, 0.0)]);
         let mut simulation = model.start(0.0, state, Settings::default(), &mut inputs).unwrap();
         simulation.advance(0.1, &mut inputs).unwrap();
-        assert_eq!(simulation.contacts()[0] == Doing::Sticks, rests, "{part}");
+        assert_eq!(simulation.interfaces()[0] == Doing::Sticks, rests, "{part}");
         assert_eq!(simulation.instant().state.coordinates[0] == limit * part, rests);
     }
 }
@@ -280,9 +280,9 @@ fn what_is_held_at_95_percent_of_its_bound_does_not_drift() {
         let mut simulation = model.start(0.0, state, Settings::default(), &mut inputs).unwrap();
         simulation.advance(1000.0, &mut inputs).unwrap();
         assert_eq!(simulation.instant().state.coordinates, before);
-        let contact = simulation.instant().contacts[0];
+        let interface = simulation.instant().interfaces[0];
         // Friction bears what drives, with the sense of the sliding that it resists.
-        assert!((contact.friction[0] - 0.2 * 9.81 * part).abs() < 1e-12);
+        assert!((interface.friction[0] - 0.2 * 9.81 * part).abs() < 1e-12);
     }
 }
 
@@ -309,7 +309,7 @@ fn a_parallel_robot_sticks_and_slides() {
     let (robot, model, state) = rubbing_3rps(0.0);
     let mut solver = InverseDynamics::new(
         robot.mechanism.clone(),
-        &robot.homes,
+        &robot.initial_poses,
         &robot.coordinates,
         &level(),
         stiction_core::dynamics::Settings { friction: FrictionMode::Off, ..Default::default() },
@@ -321,7 +321,7 @@ fn a_parallel_robot_sticks_and_slides() {
     let settings = Settings { relative: 1e-8, absolute: 1e-10, ..Settings::default() };
     let mut simulation = model.start(0.0, state, settings, &mut swing).unwrap();
     // In balance it does not begin to move.
-    assert!(simulation.contacts().iter().all(|c| !matches!(c, Doing::Slides(_))));
+    assert!(simulation.interfaces().iter().all(|c| !matches!(c, Doing::Slides(_))));
     let until = 1.0;
     simulation.advance(until, &mut swing).unwrap();
     let slides =
@@ -341,12 +341,12 @@ fn dahl_rises_exponentially_with_displacement() {
         bristles: Some(Bristles { stiffness, damping: 0.0 }),
         ..Law::coulomb_viscous(mu, 0.0)
     };
-    let contact = Contact { law, ..coulomb(mu, Curve::Constant, None) };
-    let model = Forward::new(mass_and_spring(contact, 0.0), &[0]);
+    let interface = JointFriction { law, ..coulomb(mu, Curve::Constant, None) };
+    let model = Forward::new(mass_and_spring(interface, 0.0), &[0]);
     let mut drive = Belt(speed);
     let state = start_of(&model, &[(0.0, speed)]);
     let mut simulation = model.start(0.0, state, fine(), &mut drive).unwrap();
-    assert!(matches!(simulation.contacts()[0], Doing::Smooth));
+    assert!(matches!(simulation.interfaces()[0], Doing::Smooth));
     simulation.advance(way / speed, &mut drive).unwrap();
     let now = simulation.instant();
     let expected = 9.81 * mu * (1.0 - (-stiffness * way / mu).exp());

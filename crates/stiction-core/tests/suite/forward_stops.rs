@@ -2,9 +2,9 @@
 
 use crate::common::*;
 use stiction_core::forward::{
-    ConstantEfforts, ContactMode as Doing, EventKind, Forward, Settings, Simulation,
+    ConstantEfforts, EventKind, Forward, InterfaceMode as Doing, Settings, Simulation,
 };
-use stiction_core::friction::{Contact, Law};
+use stiction_core::friction::{JointFriction, Law};
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::State;
 use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder};
@@ -13,8 +13,8 @@ use stiction_core::spatial::Mat3;
 const G: f64 = 9.81;
 const MASS: f64 = 2.0;
 
-fn rub(mu: f64, radius: f64) -> Contact {
-    Contact::round(radius, Law::coulomb_viscous(mu, 0.0))
+fn rub(mu: f64, radius: f64) -> JointFriction {
+    JointFriction::round(radius, Law::coulomb_viscous(mu, 0.0))
 }
 
 /// A body on a plane through its centre of mass that falls towards x by `slope`, or in a ball there.
@@ -53,7 +53,7 @@ fn stop(simulation: &Simulation<'_>) -> f64 {
         })
         .collect();
     assert_eq!(stops.len(), 1, "{:?}", simulation.events());
-    assert!(matches!(simulation.contacts()[0], Doing::Sticks));
+    assert!(matches!(simulation.interfaces()[0], Doing::Sticks));
     assert!(simulation.instant().state.rates.iter().all(|rate| *rate == 0.0));
     stops[0]
 }

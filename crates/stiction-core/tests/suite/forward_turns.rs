@@ -36,7 +36,7 @@ fn a_wheel_in_two_bearings_counts_its_turns() {
     for (seed, method) in (0..8).flat_map(|s| [(s, Method::EventDriven), (s, Method::TimeStepping)])
     {
         let model = Forward::with_tree(mechanism.clone(), TreeRule::Random(seed), &[]);
-        let coordinate = Coordinate::Joint { joint: left, freedom: 0 };
+        let coordinate = Coordinate::Joint { joint: left, dof: 0 };
         let spins = Known { coordinate, value: Some(0.0), rate: Some(OMEGA) };
         let state = model.assemble_from(&[], &[spins]).unwrap();
         let settings = Settings { method, ..Settings::default() };

@@ -3,11 +3,12 @@
 use crate::common::random::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
 use stiction_core::friction::{
-    Bristles, Combine, Contact, ContactShape, Curve, Exponent, Law, LoadMap, Supports, contacts_of,
+    Bristles, Combine, Curve, Exponent, InterfaceShape, JointFriction, Law, NormalLoadMap,
+    Supports, interfaces_of,
 };
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::Target;
-use stiction_core::parameters::{ContactParameters, Parameters};
+use stiction_core::parameters::{InterfaceParameters, Parameters};
 
 /// A random law; coefficients up to `mu`.
 fn law(random: &mut Random, mu: f64) -> Law {
@@ -30,24 +31,26 @@ fn law(random: &mut Random, mu: f64) -> Law {
     law
 }
 
-fn load(random: &mut Random, shape: ContactShape, joint_type: JointType) -> LoadMap<f64> {
-    let (pin, guide) =
-        (matches!(shape, ContactShape::Pin { .. }), matches!(shape, ContactShape::Guide { .. }));
-    let thread = shape == ContactShape::Thread;
-    let ball = shape == ContactShape::Ball;
+fn load(random: &mut Random, shape: InterfaceShape, joint_type: JointType) -> NormalLoadMap<f64> {
+    let (pin, guide) = (
+        matches!(shape, InterfaceShape::Pin { .. }),
+        matches!(shape, InterfaceShape::Guide { .. }),
+    );
+    let thread = shape == InterfaceShape::Thread;
+    let ball = shape == InterfaceShape::Ball;
     let length = |random: &mut Random| Some(random.between(0.05, 0.2)).filter(|_| !ball);
-    let mut map = LoadMap {
+    let mut map = NormalLoadMap {
         bending_span: length(random),
         axial_ratio: pin.then(|| random.between(0.5, 1.5)),
         torsion_arm: guide.then(|| random.between(0.05, 0.2)),
         preload: random.between(0.0, 3.0),
         flank_cosine: thread.then(|| random.between(0.8, 1.0)),
-        ..LoadMap::force_only()
+        ..NormalLoadMap::force_only()
     };
     map.combine = match (shape, random.below(3)) {
-        (ContactShape::Ball, _) | (_, 0) => Combine::Sum,
-        (ContactShape::Plate, _) => Combine::RootSumSquare,
-        (ContactShape::Thread, _) | (_, 1) => Combine::Pads,
+        (InterfaceShape::Ball, _) | (_, 0) => Combine::Sum,
+        (InterfaceShape::Plate, _) => Combine::RootSumSquare,
+        (InterfaceShape::Thread, _) | (_, 1) => Combine::Pads,
         _ => Combine::RootSumSquare,
     };
     if !thread && random.below(2) == 0 {
@@ -72,9 +75,9 @@ fn rich_case(class: Class, seed: u64, mu: f64) -> Case {
     let (mut draft, case) = case(class, seed, 0.0);
     let mut random = Random(seed + 77);
     for joint in &mut draft.joints {
-        for (place, (_, shape)) in contacts_of(joint.joint_type).iter().enumerate() {
-            let backward = shape.has_one_freedom() && random.below(2) == 0;
-            joint.friction.push(Contact {
+        for (place, (_, shape)) in interfaces_of(joint.joint_type).iter().enumerate() {
+            let backward = shape.has_one_dof() && random.below(2) == 0;
+            joint.friction.push(JointFriction {
                 place,
                 radius: shape.turns().then(|| random.between(0.005, 0.03)),
                 law: law(&mut random, mu),
@@ -101,7 +104,7 @@ fn for_each_case(mu: f64, seeds: u64, mut check: impl FnMut(&Case, &mut InverseD
             };
             let statics = solver.statics();
             let smallest = statics.singular_values()[statics.rank() - 1];
-            let spins = solver.assembly().prescription().spins().len();
+            let spins = solver.assembly().motion_constraints().spins().len();
             if smallest > 1e-2 && statics.open_motions() <= spins {
                 check(&case, &mut solver);
             }
@@ -120,9 +123,9 @@ fn friction_dissipates_and_both_methods_agree() {
     for_each_case(0.15, 250, |case, solver| {
         let Ok(forces) = solver.solve(&case.loads) else { return };
         let forces = forces.clone();
-        for contact in &forces.contacts {
-            assert!(contact.power >= 0.0 && contact.load >= 0.0 && contact.limit >= 0.0);
-            dissipating += usize::from(contact.power > 0.0);
+        for interface in &forces.interfaces {
+            assert!(interface.power >= 0.0 && interface.load >= 0.0 && interface.limit >= 0.0);
+            dissipating += usize::from(interface.power > 0.0);
         }
         let power = forces.power;
         assert!(power.residual().abs() <= 1e-11 * power.turnover, "{:?} {power:?}", case.class);
@@ -145,8 +148,8 @@ fn friction_dissipates_and_both_methods_agree() {
 }
 
 /// All coefficients of a contact times a factor.
-fn scale(contact: &mut ContactParameters<f64>, factor: f64) {
-    for law in [Some(&mut contact.law), contact.backward.as_mut()].into_iter().flatten() {
+fn scale(interface: &mut InterfaceParameters<f64>, factor: f64) {
+    for law in [Some(&mut interface.law), interface.backward.as_mut()].into_iter().flatten() {
         law.coulomb *= factor;
         law.viscous *= factor;
         match &mut law.curve {
@@ -187,7 +190,7 @@ fn without_friction_and_with_little() {
     for_each_case(0.15, 12, |case, solver| {
         let scaled = |friction, factor| {
             drives(case, solver, friction, 1.0, |parameters| {
-                parameters.contacts.iter_mut().for_each(|contact| scale(contact, factor));
+                parameters.interfaces.iter_mut().for_each(|interface| scale(interface, factor));
             })
         };
         let Some(none) = scaled(Off, 1.0) else { return };
@@ -218,18 +221,18 @@ fn without_friction_and_with_little() {
 fn time_reversal_turns_friction_round() {
     let mut compared = 0;
     for_each_case(0.05, 12, |case, solver| {
-        let run = |rates, change: fn(&mut ContactParameters<f64>)| {
+        let run = |rates, change: fn(&mut InterfaceParameters<f64>)| {
             drives(case, solver, FrictionMode::Converged, rates, |parameters| {
-                parameters.contacts.iter_mut().for_each(change);
+                parameters.interfaces.iter_mut().for_each(change);
             })
         };
-        let swap = |contact: &mut ContactParameters<f64>| {
-            if let Some(backward) = &mut contact.backward {
-                std::mem::swap(backward, &mut contact.law);
+        let swap = |interface: &mut InterfaceParameters<f64>| {
+            if let Some(backward) = &mut interface.backward {
+                std::mem::swap(backward, &mut interface.law);
             }
         };
         let Some(reversed) = run(-1.0, swap) else { return };
-        let Some(negative) = run(1.0, |contact| scale(contact, -1.0)) else { return };
+        let Some(negative) = run(1.0, |interface| scale(interface, -1.0)) else { return };
         let Some(forward) = run(1.0, |_| {}) else { return };
         assert!(apart(&reversed, &negative) < 1e-9, "{:?}", case.class);
         assert!(apart(&forward, &negative) > 1e-6, "{:?}", case.class);
@@ -244,23 +247,23 @@ fn time_reversal_turns_friction_round() {
 fn without_radius_nothing_that_turns_rubs() {
     let mut compared = 0;
     for_each_case(0.15, 8, |case, solver| {
-        let run = |change: fn(&mut ContactParameters<f64>)| {
+        let run = |change: fn(&mut InterfaceParameters<f64>)| {
             drives(case, solver, FrictionMode::Converged, 1.0, |parameters| {
-                parameters.contacts.iter_mut().for_each(change);
+                parameters.interfaces.iter_mut().for_each(change);
             })
         };
-        let turns = |contact: &ContactParameters<f64>| {
-            matches!(contact.shape, ContactShape::Pin { .. } | ContactShape::Ball)
+        let turns = |interface: &InterfaceParameters<f64>| {
+            matches!(interface.shape, InterfaceShape::Pin { .. } | InterfaceShape::Ball)
         };
-        if !solver.parameters().contacts.iter().any(turns) {
+        if !solver.parameters().interfaces.iter().any(turns) {
             return;
         }
-        let small = run(|contact| match contact.shape {
-            ContactShape::Pin { .. } | ContactShape::Ball => contact.radius *= 1e-12,
+        let small = run(|interface| match interface.shape {
+            InterfaceShape::Pin { .. } | InterfaceShape::Ball => interface.radius *= 1e-12,
             _ => {}
         });
-        let off = run(|contact| match contact.shape {
-            ContactShape::Pin { .. } | ContactShape::Ball => scale(contact, 0.0),
+        let off = run(|interface| match interface.shape {
+            InterfaceShape::Pin { .. } | InterfaceShape::Ball => scale(interface, 0.0),
             _ => {}
         });
         let (Some(small), Some(off)) = (small, off) else { return };

@@ -26,7 +26,7 @@ fn subject() -> Subject {
     let load = symmetric_load(&robot);
     let solver = InverseDynamics::new(
         robot.mechanism,
-        &robot.homes,
+        &robot.initial_poses,
         &robot.coordinates,
         &targets,
         Settings::default(),
@@ -80,8 +80,8 @@ fn vary<T: Scalar>(
         6..9 => targets[direction - 6].acceleration += by,
         9 => load.force.x += by,
         10 => parameters.mass[2] += by,
-        11 => parameters.contacts[0].law.coulomb += by,
-        12 => parameters.contacts[2].radius += by,
+        11 => parameters.interfaces[0].law.coulomb += by,
+        12 => parameters.interfaces[2].radius += by,
         _ => parameters.frame_j[0].position.y += by,
     }
 }

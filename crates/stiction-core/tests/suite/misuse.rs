@@ -27,7 +27,7 @@ fn four_bar() -> Result<InverseDynamics, Box<dyn std::error::Error>> {
         .joint(pin("near", "crank", "rod").frames(x(0.1), x(0.0)))
         .joint(pin("far", "rod", "rocker").frames(x(0.3), x(0.3)))
         .build()?;
-    let angle = Coordinate::Joint { joint: JointId(1), freedom: 0 };
+    let angle = Coordinate::Joint { joint: JointId(1), dof: 0 };
     Ok(InverseDynamics::new(mechanism, &[], &[angle], &[at(2.0)], Settings::default())?)
 }
 

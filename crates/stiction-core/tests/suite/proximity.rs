@@ -2,7 +2,7 @@
 
 use crate::common::random::*;
 use stiction_core::dynamics::{InverseDynamics, Settings};
-use stiction_core::statics::{Distances, Proximity, Statics};
+use stiction_core::statics::{Distances, SingularityDistances, Statics};
 
 /// Random mechanisms of all classes with nothing redundant: both distances are those of the decomposed
 /// matrix, to what its products keep of its digits.
@@ -20,7 +20,9 @@ fn products_find_what_decompositions_find() {
             else {
                 continue;
             };
-            let Some(mut proximity) = Proximity::new(solver.mechanism()) else { continue };
+            let Some(mut proximity) = SingularityDistances::new(solver.mechanism()) else {
+                continue;
+            };
             let statics: Statics = solver.statics();
             if statics.redundancy() > 0 {
                 continue;

@@ -17,7 +17,7 @@ fn motion_drives_and_reactions() {
     let joint = |name: String| robot.mechanism.joint_id(&name).unwrap().0;
     let mut solver = InverseDynamics::new(
         robot.mechanism.clone(),
-        &robot.homes,
+        &robot.initial_poses,
         &robot.coordinates,
         &symmetric_motion(0.0),
         Settings::default(),

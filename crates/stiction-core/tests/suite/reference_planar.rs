@@ -18,7 +18,7 @@ fn slider_crank_with_friction_in_all_joints() {
     let at = |t: f64| Target { value: 10.0 * t, rate: 10.0, acceleration: 0.0 };
     let mut solver = InverseDynamics::new(
         robot.mechanism,
-        &robot.homes,
+        &robot.initial_poses,
         &robot.coordinates,
         &[at(0.0)],
         Settings::default(),
@@ -37,7 +37,7 @@ fn slider_crank_with_friction_in_all_joints() {
         solver.follow(before, t, targets).unwrap();
         before = t;
         let forces = solver.solve(&[load]).unwrap();
-        assert!((forces.drives_frictionless[0] - frictionless).abs() < 1e-9);
+        assert!((forces.efforts_frictionless[0] - frictionless).abs() < 1e-9);
         assert!((forces.drives[0] - torque).abs() < 1e-9);
         for (joint, expected) in [a, b, c].into_iter().enumerate() {
             let found = forces.reactions[joint].0.norm();
@@ -54,9 +54,14 @@ fn three_rrr_at_one_state() {
     let target = |value, rate, acceleration| Target { value, rate, acceleration };
     let targets = [target(0.05, 0.3, 1.5), target(-0.03, -0.4, 2.0), target(0.2, 0.8, -3.0)];
     let settings = Settings { friction: FrictionMode::Off, ..Settings::default() };
-    let mut solver =
-        InverseDynamics::new(robot.mechanism, &robot.homes, &robot.coordinates, &targets, settings)
-            .unwrap();
+    let mut solver = InverseDynamics::new(
+        robot.mechanism,
+        &robot.initial_poses,
+        &robot.coordinates,
+        &targets,
+        settings,
+    )
+    .unwrap();
     let drives = &solver.solve(&[]).unwrap().drives;
     let expected = [16.80837220529022, -2.718582445783226, -9.500616292200838];
     for (found, expected) in drives.iter().zip(expected) {

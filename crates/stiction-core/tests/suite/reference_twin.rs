@@ -10,7 +10,7 @@ fn all_unknowns_in_all_modes() {
     let joint = |name: String| robot.mechanism.joint_id(&name).unwrap().0;
     let mut solver = InverseDynamics::new(
         robot.mechanism.clone(),
-        &robot.homes,
+        &robot.initial_poses,
         &robot.coordinates,
         &twin_motion(0.0),
         Settings::default(),

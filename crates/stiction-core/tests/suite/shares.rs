@@ -18,7 +18,7 @@ fn shares(solver: &mut InverseDynamics) -> Vec<Vec<f64>> {
 /// all that is added.
 fn misses(solver: &InverseDynamics, shares: &[Vec<f64>]) -> f64 {
     let forces = solver.forces();
-    let pairs = forces.drives.iter().zip(&forces.drives_frictionless).zip(shares);
+    let pairs = forces.drives.iter().zip(&forces.efforts_frictionless).zip(shares);
     let miss = pairs.map(|((with, without), shares)| {
         let sum: f64 = shares.iter().sum();
         let size = shares.iter().map(|share| share.abs()).sum::<f64>() + with.abs();
@@ -86,15 +86,15 @@ fn shares_add_up_and_agree_with_the_dense_system() {
 fn shares_are_those_of_virtual_work() {
     let mut compared = 0;
     solved(|case, solver, smallest| {
-        let spins = solver.assembly().prescription().spins().len();
+        let spins = solver.assembly().motion_constraints().spins().len();
         let count = case.coordinates.len();
         // Only where each drive has a motion of its own. Idle spins are accelerated by friction.
-        if spins > 0 || solver.drive_rates().count() != count {
+        if spins > 0 || solver.actuator_rates().count() != count {
             return;
         }
         let found = shares(solver);
         let topology = solver.topology().clone();
-        let contacts = solver.parameters().contacts.clone();
+        let interfaces = solver.parameters().interfaces.clone();
         let mut moved = solver.clone();
         let mut rates = nalgebra::DMatrix::zeros(count, count);
         let mut joints = Vec::new();
@@ -105,7 +105,7 @@ fn shares_are_those_of_virtual_work() {
             };
             let targets: Vec<_> = case.targets.iter().enumerate().map(unit).collect();
             moved.move_to(&targets).unwrap();
-            for (drive, rate) in moved.drive_rates().enumerate() {
+            for (drive, rate) in moved.actuator_rates().enumerate() {
                 rates[(drive, k)] = rate;
             }
             let of_joint = |joint| moved.bodies().joint_rates(&topology, joint);
@@ -117,19 +117,19 @@ fn shares_are_those_of_virtual_work() {
         }
         for drive in 0..count {
             let size: f64 = found[drive].iter().map(|share| share.abs()).sum();
-            for (index, contact) in contacts.iter().enumerate() {
+            for (index, interface) in interfaces.iter().enumerate() {
                 // Velocities at the surface, and what they are for a unit of each drive.
-                let arms = contact.arms(solver.parameters().pitch[contact.joint]);
+                let arms = interface.arms(solver.parameters().pitch[interface.joint]);
                 let surface = |rates: &[f64]| {
-                    let own = rates[contact.shape.freedoms()].iter().zip(arms);
+                    let own = rates[interface.shape.dofs()].iter().zip(arms);
                     own.map(|(rate, arm)| rate * arm).collect::<Vec<f64>>()
                 };
-                let sliding = surface(&solver.bodies().joint_rates(&topology, contact.joint));
+                let sliding = surface(&solver.bodies().joint_rates(&topology, interface.joint));
                 let speed = sliding.iter().map(|u| u * u).sum::<f64>().sqrt();
-                let force = solver.forces().contacts[index].limit;
+                let force = solver.forces().interfaces[index].limit;
                 let mut work = 0.0;
                 for k in 0..count {
-                    let unit = surface(&joints[k][contact.joint]);
+                    let unit = surface(&joints[k][interface.joint]);
                     let along: f64 = sliding.iter().zip(unit).map(|(a, b)| a * b).sum();
                     work += force * along / speed * inverse[(k, drive)];
                 }
@@ -151,17 +151,17 @@ fn shares_are_those_of_virtual_work() {
 fn shares_dissipate_what_friction_dissipates() {
     let mut compared = 0;
     solved(|case, solver, smallest| {
-        if !solver.assembly().prescription().spins().is_empty() {
+        if !solver.assembly().motion_constraints().spins().is_empty() {
             return;
         }
         let found = shares(solver);
         let forces = solver.forces();
-        for (index, contact) in forces.contacts.iter().enumerate() {
-            let rates = solver.drive_rates();
+        for (index, interface) in forces.interfaces.iter().enumerate() {
+            let rates = solver.actuator_rates();
             let taken: f64 =
                 found.iter().zip(rates).map(|(shares, rate)| shares[index] * rate).sum();
             let size = forces.power.turnover;
-            assert!((taken - contact.power).abs() <= 1e-12 / smallest * size, "{:?}", case.class);
+            assert!((taken - interface.power).abs() <= 1e-12 / smallest * size, "{:?}", case.class);
             compared += 1;
         }
     });
@@ -174,7 +174,7 @@ fn time_run_backward_reverses_friction_and_nothing_else() {
     let mut compared = 0;
     solved(|case, solver, smallest| {
         let mut back = solver.reversed();
-        for (ahead, back) in solver.drive_rates().zip(back.drive_rates()) {
+        for (ahead, back) in solver.actuator_rates().zip(back.actuator_rates()) {
             assert!((ahead + back).abs() <= 1e-12 * ahead.abs(), "{ahead} {back}");
         }
         if back.solve(&case.loads).is_err() {
@@ -182,7 +182,7 @@ fn time_run_backward_reverses_friction_and_nothing_else() {
         }
         let drives = |solver: &InverseDynamics| {
             let forces = solver.forces();
-            (forces.drives.clone(), forces.drives_frictionless.clone())
+            (forces.drives.clone(), forces.efforts_frictionless.clone())
         };
         let ((with, without), (_, without_back)) = (drives(solver), drives(&back));
         let near = |a: &[f64], b: &[f64]| {
@@ -190,7 +190,7 @@ fn time_run_backward_reverses_friction_and_nothing_else() {
             a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-11 / smallest * largest)
         };
         assert!(near(&without, &without_back), "{:?}", case.class);
-        assert!(back.forces().contacts.iter().all(|contact| contact.power >= 0.0));
+        assert!(back.forces().interfaces.iter().all(|interface| interface.power >= 0.0));
         let mut again = back.reversed();
         again.solve(&case.loads).unwrap();
         assert!(near(&with, &drives(&again).0), "{:?}", case.class);
@@ -219,9 +219,10 @@ fn slider_crank_by_hand() {
     let slider_rate = -crank * angle.sin() + rod * tilt.sin() * rod_rate;
     // Sliding velocities: pins of 10 mm at A, B (rod against crank), C (slider against rod).
     let sliding = [0.01, 0.01 * (rod_rate - 1.0), 0.01 * -rod_rate, slider_rate];
-    for ((contact, share), sliding) in solver.forces().contacts.iter().zip(&found).zip(sliding) {
-        assert!((contact.velocity - 10.0 * sliding).abs() < 1e-12);
-        let expected = contact.friction * sliding;
+    for ((interface, share), sliding) in solver.forces().interfaces.iter().zip(&found).zip(sliding)
+    {
+        assert!((interface.velocity - 10.0 * sliding).abs() < 1e-12);
+        let expected = interface.friction * sliding;
         assert!((share - expected).abs() < 1e-12, "{share} {expected}");
         // A crank that turns forward is held back by every joint.
         assert!(*share > 0.0);

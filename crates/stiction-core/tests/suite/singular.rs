@@ -18,8 +18,13 @@ fn printed(friction: bool) -> (InverseDynamics, AppliedLoad<f64>) {
     };
     let targets = printed_motion(0.0);
     let settings = Settings::default();
-    let solver =
-        InverseDynamics::new(robot.mechanism, &robot.homes, &robot.coordinates, &targets, settings);
+    let solver = InverseDynamics::new(
+        robot.mechanism,
+        &robot.initial_poses,
+        &robot.coordinates,
+        &targets,
+        settings,
+    );
     (solver.unwrap(), load)
 }
 
@@ -76,7 +81,7 @@ fn three_coordinates_leave_the_roll_open() {
     let targets = some.map(|k| printed_motion(0.1)[k]);
     let error = InverseDynamics::new(
         robot.mechanism,
-        &robot.homes,
+        &robot.initial_poses,
         &coordinates,
         &targets,
         Settings::default(),
@@ -96,7 +101,7 @@ fn rates_that_loops_do_not_allow_are_refused() {
     let at = |x: f64| Pose::at(v(x, 0.0, 0.0));
     let told = |mechanism: Mechanism, joint: &str, rate: f64, acceleration: f64| {
         let joint = mechanism.joint_id(joint).unwrap();
-        let coordinates = [Coordinate::Joint { joint, freedom: 0 }];
+        let coordinates = [Coordinate::Joint { joint, dof: 0 }];
         let targets = [Target { value: 0.0, rate, acceleration }];
         let settings = Settings::default();
         InverseDynamics::new(mechanism, &[], &coordinates, &targets, settings).map(|_| ())

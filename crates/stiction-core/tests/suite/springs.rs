@@ -29,9 +29,9 @@ fn with_springs(mechanism: &Mechanism, springs: &[SpringSpec]) -> Mechanism {
         let mut spec = JointSpec::new(&joint.name, joint.joint_type, from, to)
             .frames(joint.frame_j, joint.frame_k)
             .pitch(joint.pitch)
-            .actuated_freedoms(joint.actuated_freedoms().collect::<Vec<_>>());
-        for contact in &joint.friction {
-            spec = spec.friction(contact.clone());
+            .actuated_dofs(joint.actuated_dofs().collect::<Vec<_>>());
+        for interface in &joint.friction {
+            spec = spec.friction(interface.clone());
         }
         builder = builder.joint(spec);
     }
@@ -109,7 +109,7 @@ fn a_spring_is_a_pair_of_loads() {
                 let Some(mut plain) = solver(&case.mechanism, &case, settings) else { continue };
                 let statics = plain.statics();
                 let smallest = *statics.singular_values()[..statics.rank()].last().unwrap();
-                let spins = plain.assembly().prescription().spins().len();
+                let spins = plain.assembly().motion_constraints().spins().len();
                 // Near singular positions round-off is magnified.
                 if smallest < 1e-2 || statics.open_motions() > spins {
                     continue;
@@ -183,7 +183,7 @@ fn pendulum(spring: SpringSpec, angle: f64) -> InverseDynamics {
         .unwrap();
     let joint = mechanism.joint_id("pivot").unwrap();
     let targets = [Target { value: angle, rate: 0.0, acceleration: 0.0 }];
-    let coordinates = [Coordinate::Joint { joint, freedom: 0 }];
+    let coordinates = [Coordinate::Joint { joint, dof: 0 }];
     InverseDynamics::new(mechanism, &[], &coordinates, &targets, Settings::default()).unwrap()
 }
 
@@ -218,8 +218,7 @@ fn a_damper_alone() {
         )
         .build()
         .unwrap();
-    let coordinates =
-        [Coordinate::Joint { joint: mechanism.joint_id("guide").unwrap(), freedom: 0 }];
+    let coordinates = [Coordinate::Joint { joint: mechanism.joint_id("guide").unwrap(), dof: 0 }];
     let targets = [Target { value: 0.5, rate: -0.7, acceleration: 2.0 }];
     let mut solver =
         InverseDynamics::new(mechanism, &[], &coordinates, &targets, Settings::default()).unwrap();

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use stiction_core::dynamics::{
     AppliedLoad, FrictionMode, InverseDynamics, InverseError, LoadAxes, Settings,
 };
-use stiction_core::friction::ContactShape;
+use stiction_core::friction::InterfaceShape;
 use stiction_core::joint::Carrier;
 use stiction_core::mechanism::{BodyId, JointId};
 use stiction_core::spatial::Vec3;
@@ -15,7 +15,7 @@ use stiction_core::spatial::Vec3;
 /// What one contact is made of, in the world.
 struct Surface {
     joint: usize,
-    shape: ContactShape,
+    shape: InterfaceShape,
     axis: Vec3<f64>,
     coefficient: f64,
     /// Friction without load, N.
@@ -28,7 +28,7 @@ struct Surface {
 /// The part of a joint's force that presses a surface, preload apart; its maps have no other parts.
 fn pressing(surface: &Surface, force: Vec3<f64>) -> Vec3<f64> {
     match surface.shape {
-        ContactShape::Ball => force,
+        InterfaceShape::Ball => force,
         _ => force - surface.axis * force.dot(surface.axis),
     }
 }
@@ -37,11 +37,11 @@ fn surfaces(solver: &InverseDynamics) -> Option<Vec<Surface>> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
     let bodies = solver.bodies();
     let mut all = Vec::new();
-    for contact in &parameters.contacts {
-        let joint = contact.joint;
+    for interface in &parameters.interfaces {
+        let joint = interface.joint;
         let (j, k) = (bodies.frame_j[joint], bodies.frame_k[joint]);
         let rates = bodies.joint_rates(topology, joint);
-        let own = &rates[contact.shape.freedoms()];
+        let own = &rates[interface.shape.dofs()];
         let content = &solver.mechanism().joints()[joint];
         let (p, s) = (content.predecessor.0, content.successor.0);
         let at = |body: usize, force: Vec3<f64>, moment: Vec3<f64>| {
@@ -49,32 +49,32 @@ fn surfaces(solver: &InverseDynamics) -> Option<Vec<Surface>> {
             let axes = LoadAxes::World;
             AppliedLoad { body: BodyId(body), point, axes, force, moment }
         };
-        let (axis, speed, force, moment) = match contact.shape {
-            ContactShape::Pin { axis, carrier, .. } => {
+        let (axis, speed, force, moment) = match interface.shape {
+            InterfaceShape::Pin { axis, carrier, .. } => {
                 let frame = if carrier == Carrier::Predecessor { j } else { k };
                 let axis = frame.rotation.columns[axis];
-                let torque = axis * (-own[0].signum() * contact.radius);
-                (axis, own[0] * contact.radius, Vec3::zero(), torque)
+                let torque = axis * (-own[0].signum() * interface.radius);
+                (axis, own[0] * interface.radius, Vec3::zero(), torque)
             }
-            ContactShape::Guide { .. } => {
+            InterfaceShape::Guide { .. } => {
                 let axis = j.rotation.columns[2];
                 (axis, own[0], axis * -own[0].signum(), Vec3::zero())
             }
-            ContactShape::Ball => {
+            InterfaceShape::Ball => {
                 let relative = bodies.twist[s].angular - bodies.twist[p].angular;
-                let torque = relative * (-contact.radius / relative.norm());
-                (Vec3::unit(2), relative.norm() * contact.radius, Vec3::zero(), torque)
+                let torque = relative * (-interface.radius / relative.norm());
+                (Vec3::unit(2), relative.norm() * interface.radius, Vec3::zero(), torque)
             }
             // Threads and plates have tests of their own.
             _ => return None,
         };
         all.push(Surface {
             joint,
-            shape: contact.shape,
+            shape: interface.shape,
             axis,
-            coefficient: contact.law.coulomb,
-            constant: contact.law.viscous * speed.abs(),
-            preload: contact.load.preload,
+            coefficient: interface.law.coulomb,
+            constant: interface.law.viscous * speed.abs(),
+            preload: interface.load.preload,
             unit: [at(s, force, moment), at(p, -force, -moment)],
         });
     }

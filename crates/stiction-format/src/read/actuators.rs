@@ -24,11 +24,11 @@ struct Actuator {
 impl Actuators {
     pub(crate) fn of(mechanism: &Mechanism) -> Self {
         let joints = mechanism.joints();
-        let all = mechanism.actuators().map(|(id, freedom)| {
+        let all = mechanism.actuators().map(|(id, dof)| {
             let joint = &joints[id.0];
-            let own = &joint.joint_type.freedoms()[freedom];
+            let own = &joint.joint_type.dofs()[dof];
             Actuator {
-                name: joint.actuator_name(freedom),
+                name: joint.actuator_name(dof),
                 long_name: format!("{}.{}", joint.name, own.name),
                 translates: own.translates(),
             }

@@ -1,6 +1,5 @@
 //! Reading single values, and saying what is wrong with them.
 
-use crate::course::Course;
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, nearest, or, quoted};
 use crate::document::{Node, Table, Text, Value};
 use crate::expression::Measure;
@@ -8,6 +7,7 @@ use crate::expression::{self, Dimension, Fault, TimeFormula};
 use crate::fields::tables::MODEL;
 use crate::fields::{self, Field, Shape};
 use crate::parameters::Parameters;
+use crate::signal::Signal;
 use crate::source::{Place, Source, Span};
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -148,19 +148,19 @@ impl<'a> Context<'a> {
     }
 
     /// A number or an expression in which `t` is the time.
-    pub(crate) fn course(&self, value: &Value, measure: Measure) -> Option<Course> {
+    pub(crate) fn signal(&self, value: &Value, measure: Measure) -> Option<Signal> {
         let Node::Text(text) = &value.node else {
-            return self.quantity(value, measure).map(Course::constant);
+            return self.quantity(value, measure).map(Signal::constant);
         };
         if self.is_full() {
             return None;
         }
         match expression::in_time(&text.content, self.parameters, measure) {
             Ok(TimeFormula::Constant(number)) => {
-                self.finite(value, number, measure).map(Course::constant)
+                self.finite(value, number, measure).map(Signal::constant)
             }
             Ok(TimeFormula::Changing(formula)) => {
-                Some(Course::formula(formula, &self.source, value.span.clone(), text.start))
+                Some(Signal::formula(formula, &self.source, value.span.clone(), text.start))
             }
             Err(fault) => {
                 self.fault(&value.span, text, fault);
@@ -404,8 +404,8 @@ impl<'a> Record<'a> {
     }
 
     /// A quantity that may change in time.
-    pub(crate) fn course(&self, key: &str) -> Option<Course> {
-        self.context.course(self.value(key)?, self.measure(key))
+    pub(crate) fn signal(&self, key: &str) -> Option<Signal> {
+        self.context.signal(self.value(key)?, self.measure(key))
     }
 
     /// A line of text, empty where there is none; what would move a terminal's cursor is a blank.

@@ -3,12 +3,12 @@
 use super::actuators::Actuators;
 use super::context::{Context, Record};
 use super::path::leaves;
-use crate::course::Course;
 use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::document::Table;
 use crate::expression::Measure;
 use crate::fields::tables::DRIVES;
 use crate::model::Drives;
+use crate::signal::Signal;
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use std::sync::Arc;
 pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) -> Drives {
     let record = Record::open(context, table, DRIVES, "drives");
     let title = record.line("title");
-    let mut efforts: Vec<(usize, Course)> = Vec::new();
+    let mut efforts: Vec<(usize, Signal)> = Vec::new();
     let mut places: Vec<(usize, Span)> = Vec::new();
     let before = context.out.borrow().len();
     for leaf in &leaves(table, DRIVES) {
@@ -38,7 +38,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
         }
         places.push((actuator, leaf.key.clone()));
         let measure = actuators.measure(actuator, Measure::Force, Measure::Moment);
-        efforts.extend(context.course(value, measure).map(|course| (actuator, course)));
+        efforts.extend(context.signal(value, measure).map(|signal| (actuator, signal)));
     }
     if efforts.is_empty() && context.out.borrow().len() == before {
         let example = actuators.names().next().unwrap_or("leg1.P");

@@ -9,7 +9,7 @@ use crate::document::{Node, Table, Value};
 use crate::expression::Measure;
 use crate::fields::tables::{JOINT, JOINT_COMPLIANCE, LEG_JOINT};
 use crate::source::Span;
-use stiction_core::joint::{Freedom, JointType, Motion};
+use stiction_core::joint::{Dof, JointType, Motion};
 use stiction_core::mechanism::{Compliance, JointSpec};
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 
@@ -98,9 +98,9 @@ pub(crate) fn read(
         }
         if let Some(table) = record.table("friction") {
             let joint = friction::Place { joint_type, pitch: pitch.unwrap_or(0.0), what };
-            let (contacts, friction_spans) = friction::read(context, table, &joint);
+            let (interfaces, friction_spans) = friction::read(context, table, &joint);
             spans.friction = friction_spans;
-            built = contacts.into_iter().fold(built, JointSpec::friction);
+            built = interfaces.into_iter().fold(built, JointSpec::friction);
         }
         if let Some(table) = record.table("compliance") {
             let what = format!("the compliance of {what}");
@@ -250,8 +250,8 @@ impl Reader<'_> {
         let Some(value) = self.record.value("actuated") else {
             return if placement.is_some_and(|p| p.actuated) { spec.actuated() } else { spec };
         };
-        let freedoms = self.joint_type.freedoms();
-        let nothing_to_drive = freedoms.is_empty()
+        let dofs = self.joint_type.dofs();
+        let nothing_to_drive = dofs.is_empty()
             && (matches!(value.node, Node::Flag(true))
                 || value.as_list().is_some_and(|l| !l.is_empty()));
         if nothing_to_drive {
@@ -265,9 +265,8 @@ impl Reader<'_> {
             Node::Flag(true) => spec.actuated(),
             Node::Flag(false) => spec,
             Node::List(names) => {
-                let driven: Vec<_> =
-                    names.iter().filter_map(|name| self.freedom(name, freedoms)).collect();
-                spec.actuated_freedoms(driven)
+                let driven: Vec<_> = names.iter().filter_map(|name| self.dof(name, dofs)).collect();
+                spec.actuated_dofs(driven)
             }
             _ => {
                 self.context.wrong(value, "true, false or a list of freedoms such as [\"slide\"]");
@@ -276,20 +275,16 @@ impl Reader<'_> {
         }
     }
 
-    fn freedom(&self, value: &Value, freedoms: &[Freedom]) -> Option<usize> {
+    fn dof(&self, value: &Value, dofs: &[Dof]) -> Option<usize> {
         let name = self.context.text(value, "the name of a freedom between quotes")?;
-        let found = freedoms.iter().position(|freedom| freedom.name == name);
+        let found = dofs.iter().position(|dof| dof.name == name);
         if found.is_none() {
             let symbol = self.joint_type.symbol();
             let message = format!("a joint of type {symbol} has no freedom {}", quoted(name));
             self.context.push(
                 Diagnostic::error("unknown-name", message)
                     .at(self.context.place(&value.span), "unknown freedom")
-                    .maybe_help(did_you_mean(
-                        name,
-                        "its freedoms",
-                        freedoms.iter().map(|f| f.name),
-                    )),
+                    .maybe_help(did_you_mean(name, "its freedoms", dofs.iter().map(|f| f.name))),
             );
         }
         found
@@ -298,7 +293,7 @@ impl Reader<'_> {
     /// The start coordinates.
     fn start(&self) -> Option<Vec<f64>> {
         let value = self.record.value("start")?;
-        let measure = |freedom: &Freedom| match freedom.motion {
+        let measure = |dof: &Dof| match dof.motion {
             Motion::Translation => Measure::Length,
             Motion::Rotation | Motion::Screw => Measure::Angle,
         };
@@ -326,18 +321,18 @@ impl Reader<'_> {
                 Some(q)
             }
             _ => {
-                let freedoms = self.joint_type.freedoms();
+                let dofs = self.joint_type.dofs();
                 let single = std::slice::from_ref(value);
                 let list = match value.as_list() {
                     Some(list) => list,
-                    None if freedoms.len() == 1 => single,
+                    None if dofs.len() == 1 => single,
                     None => {
-                        let names: Vec<_> = freedoms.iter().map(|f| f.name).collect();
+                        let names: Vec<_> = dofs.iter().map(|f| f.name).collect();
                         self.context.wrong(value, &format!("a list [{}]", names.join(", ")));
                         return None;
                     }
                 };
-                let measures = freedoms.iter().map(measure).chain(std::iter::repeat(Measure::Any));
+                let measures = dofs.iter().map(measure).chain(std::iter::repeat(Measure::Any));
                 list.iter().zip(measures).map(|(item, m)| self.context.quantity(item, m)).collect()
             }
         }

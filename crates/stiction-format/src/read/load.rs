@@ -3,12 +3,12 @@
 use super::context::{Context, Record};
 use super::names::Names;
 use super::path::{Leaf, leaves};
-use crate::course::Course;
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
 use crate::document::{Key, Table};
 use crate::expression::Measure;
 use crate::fields::tables::{BODY_LOAD, LOAD};
 use crate::model::{AppliedWrench, LoadCase};
+use crate::signal::Signal;
 use stiction_core::dynamics::LoadAxes;
 use stiction_core::mechanism::{BodyId, GROUND_NAME};
 use stiction_core::spatial::Vec3;
@@ -113,12 +113,12 @@ fn components(
     whole: &str,
     single: [&str; 3],
     measure: Measure,
-) -> Option<[Course; 3]> {
+) -> Option<[Signal; 3]> {
     let given = single.iter().find_map(|key| Some((*key, record.value(key)?)));
     let Some(value) = record.value(whole) else {
         let [x, y, z] = single.map(|key| match record.value(key) {
-            Some(_) => record.course(key),
-            None => Some(Course::constant(0.0)),
+            Some(_) => record.signal(key),
+            None => Some(Signal::constant(0.0)),
         });
         return Some([x?, y?, z?]);
     };
@@ -130,6 +130,6 @@ fn components(
         );
     }
     let each = format!("{whole}s");
-    let [x, y, z] = context.three(value, &each)?.map(|item| context.course(item, measure));
+    let [x, y, z] = context.three(value, &each)?.map(|item| context.signal(item, measure));
     Some([x?, y?, z?])
 }

@@ -136,7 +136,7 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
         title: record.line("title"),
         source: record.line("source"),
         mechanism,
-        homes: parts.homes(),
+        initial_poses: parts.initial_poses(),
         motions,
         loads,
         default_motion,
@@ -305,7 +305,7 @@ impl Parts {
         }
     }
 
-    fn homes(&self) -> Vec<(BodyId, stiction_core::spatial::Pose<f64>)> {
+    fn initial_poses(&self) -> Vec<(BodyId, stiction_core::spatial::Pose<f64>)> {
         let home = |(i, body): (usize, &BodyDraft)| Some((BodyId(i + 1), body.home?));
         self.bodies.iter().enumerate().filter_map(home).collect()
     }

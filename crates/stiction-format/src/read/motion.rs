@@ -5,12 +5,12 @@ use super::names::Names;
 use super::path::{Leaf, Meaning, Orders, Trouble, coordinate, leaves, resolve};
 use super::recording::{self, Tape};
 use crate::contents::Contents;
-use crate::course::Course;
 use crate::diagnostic::{Diagnostic, number};
 use crate::document::{Table, Value};
 use crate::expression::Measure;
 use crate::fields::tables::{MOTION, ORDERS};
 use crate::model::Motion;
+use crate::signal::Signal;
 use crate::source::Span;
 use stiction_core::kinematics::{AngleOrder, Coordinate};
 
@@ -91,32 +91,32 @@ pub(crate) fn read(
         );
         return None;
     }
-    let courses = motion.coordinates.iter().map(|(_, course)| course);
-    check_courses(context, courses, start, duration, step);
+    let signals = motion.coordinates.iter().map(|(_, signal)| signal);
+    check_courses(context, signals, start, duration, step);
     Some(motion)
 }
 
 /// Says which formulas have no finite value at some instant.
 pub(crate) fn check_courses<'a>(
     context: &Context<'_>,
-    courses: impl IntoIterator<Item = &'a Course>,
+    signals: impl IntoIterator<Item = &'a Signal>,
     start: f64,
     duration: f64,
     step: Option<f64>,
 ) {
     let count = (duration / step.unwrap_or(STEP)).round().clamp(1.0, TRIALS);
-    for course in courses.into_iter().filter(|course| course.as_constant().is_none()) {
+    for signal in signals.into_iter().filter(|signal| signal.as_constant().is_none()) {
         let instants = (0..=count as usize).map(|k| start + duration * k as f64 / count);
         if let Some(fault) =
-            instants.filter(|&t| !is_finite(course, t)).find_map(|t| course.fault_at(t))
+            instants.filter(|&t| !is_finite(signal, t)).find_map(|t| signal.fault_at(t))
         {
             context.push(fault);
         }
     }
 }
 
-fn is_finite(course: &Course, t: f64) -> bool {
-    let target = course.at(t);
+fn is_finite(signal: &Signal, t: f64) -> bool {
+    let target = signal.at(t);
     target.value.is_finite() && target.rate.is_finite() && target.acceleration.is_finite()
 }
 
@@ -128,7 +128,7 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     /// The coordinates in the table; with a file there are none but orders of angles.
-    fn coordinates(&mut self, table: &Table, file: Option<&Value>) -> Vec<(Coordinate, Course)> {
+    fn coordinates(&mut self, table: &Table, file: Option<&Value>) -> Vec<(Coordinate, Signal)> {
         let context = self.context;
         let mut meanings = Vec::new();
         let found = leaves(table, MOTION);
@@ -155,7 +155,7 @@ impl Reader<'_> {
                 Ok(_) => meanings.extend(leaf.value.map(|value| (leaf, value))),
             }
         }
-        let mut coordinates: Vec<(Coordinate, Course)> = Vec::new();
+        let mut coordinates: Vec<(Coordinate, Signal)> = Vec::new();
         let mut places: Vec<(Coordinate, Span)> = Vec::new();
         for (leaf, value) in meanings {
             if let Some(file) = file {
@@ -184,8 +184,8 @@ impl Reader<'_> {
                 continue;
             }
             places.push((coordinate, leaf.key.clone()));
-            if let Some(course) = context.course(value, measure) {
-                coordinates.push((coordinate, course));
+            if let Some(signal) = context.signal(value, measure) {
+                coordinates.push((coordinate, signal));
             }
         }
         coordinates
@@ -194,7 +194,7 @@ impl Reader<'_> {
     /// Says what is wrong with an expression whatever it is meant for.
     fn proofread(&self, value: &Value) {
         if value.as_text().is_some() {
-            self.context.course(value, Measure::Any);
+            self.context.signal(value, Measure::Any);
         }
     }
 
@@ -250,7 +250,7 @@ impl Reader<'_> {
 /// Says which formulas of a load have no finite value at some instant of a motion.
 pub(crate) fn check_load(context: &Context<'_>, load: &crate::model::LoadCase, motion: &Motion) {
     for wrench in &load.wrenches {
-        let courses = wrench.force.iter().chain(&wrench.moment);
-        check_courses(context, courses, motion.start, motion.duration, motion.step);
+        let signals = wrench.force.iter().chain(&wrench.moment);
+        check_courses(context, signals, motion.start, motion.duration, motion.step);
     }
 }

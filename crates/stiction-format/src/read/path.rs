@@ -107,10 +107,10 @@ pub(crate) fn resolve<'a>(names: &Names, path: &'a str) -> Result<Meaning<'a>, T
     let body = split.and_then(|(body, key)| Some(Meaning::Body(names.body(body)?, key)));
     let joint = if let Some((id, joint_type)) = names.joint(path) {
         Some(whole_joint(path, id, joint_type))
-    } else if let Some((name, freedom)) = split
+    } else if let Some((name, dof)) = split
         && let Some((id, joint_type)) = names.joint(name)
     {
-        Some(joint_freedom(name, id, joint_type, freedom))
+        Some(joint_dof(name, id, joint_type, dof))
     } else {
         None
     };
@@ -135,34 +135,34 @@ fn whole_joint<'a>(
     joint_type: Option<JointType>,
 ) -> Result<Meaning<'a>, Trouble> {
     let joint_type = joint_type.ok_or(Trouble::Told)?;
-    let freedoms = joint_type.freedoms();
-    if !joint_type.has_scalar_coordinates() || freedoms.is_empty() {
+    let dofs = joint_type.dofs();
+    if !joint_type.has_scalar_coordinates() || dofs.is_empty() {
         return Err(no_coordinates(name, joint_type));
     }
-    if freedoms.len() > 1 {
-        let names: Vec<_> = freedoms.iter().map(|f| format!("`{name}.{}`", f.name)).collect();
-        let message = format!("joint {} has {} coordinates", quoted(name), freedoms.len());
+    if dofs.len() > 1 {
+        let names: Vec<_> = dofs.iter().map(|f| format!("`{name}.{}`", f.name)).collect();
+        let message = format!("joint {} has {} coordinates", quoted(name), dofs.len());
         return Err(Trouble::new(message, format!("say which: {}", or(&names))));
     }
     Ok(Meaning::Joint(id, joint_type, 0))
 }
 
-fn joint_freedom<'a>(
+fn joint_dof<'a>(
     name: &str,
     id: JointId,
     joint_type: Option<JointType>,
-    freedom: &str,
+    dof: &str,
 ) -> Result<Meaning<'a>, Trouble> {
     let joint_type = joint_type.ok_or(Trouble::Told)?;
     if !joint_type.has_scalar_coordinates() {
         return Err(no_coordinates(name, joint_type));
     }
-    let freedoms = joint_type.freedoms();
-    match freedoms.iter().position(|known| known.name == freedom) {
+    let dofs = joint_type.dofs();
+    match dofs.iter().position(|known| known.name == dof) {
         Some(index) => Ok(Meaning::Joint(id, joint_type, index)),
         None => {
-            let names: Vec<_> = freedoms.iter().map(|f| quoted(f.name)).collect();
-            let message = format!("joint {} has no coordinate {}", quoted(name), quoted(freedom));
+            let names: Vec<_> = dofs.iter().map(|f| quoted(f.name)).collect();
+            let message = format!("joint {} has no coordinate {}", quoted(name), quoted(dof));
             let help = (!names.is_empty()).then(|| format!("it has {}", or(&names)));
             Err(Trouble::new(message, help))
         }
@@ -211,11 +211,10 @@ pub(crate) fn coordinate(
     orders: &Orders,
 ) -> Result<(Coordinate, Measure), Trouble> {
     let (body, key) = match meaning {
-        Meaning::Joint(joint, joint_type, freedom) => {
-            let translation =
-                joint_type.freedoms().get(freedom).is_some_and(|freedom| freedom.translates());
+        Meaning::Joint(joint, joint_type, dof) => {
+            let translation = joint_type.dofs().get(dof).is_some_and(|dof| dof.translates());
             let measure = if translation { Measure::Length } else { Measure::Angle };
-            return Ok((Coordinate::Joint { joint, freedom }, measure));
+            return Ok((Coordinate::Joint { joint, dof }, measure));
         }
         Meaning::Body(body, key) => (body, key),
     };

@@ -46,7 +46,7 @@ mod reference {
         let settings = Settings { friction, ..Settings::default() };
         let mechanism = model.mechanism.clone();
         let mut solver =
-            InverseDynamics::new(mechanism, &model.homes, &coordinates, &targets, settings)
+            InverseDynamics::new(mechanism, &model.initial_poses, &coordinates, &targets, settings)
                 .unwrap();
         let loads: Vec<_> = model.load(load).unwrap().at(t).collect();
         solver.solve(&loads).unwrap().drives.clone()
@@ -151,10 +151,10 @@ mod andrews {
         let motion = model.motion("squeeze").unwrap();
         let [(coordinate, _)] = motion.coordinates.as_slice() else { panic!() };
         let targets: Vec<_> = motion.at(0.0).collect();
-        let (mechanism, homes) = (model.mechanism.clone(), &model.homes);
+        let (mechanism, initial_poses) = (model.mechanism.clone(), &model.initial_poses);
         let solver = InverseDynamics::new(
             mechanism,
-            homes,
+            initial_poses,
             &[*coordinate],
             &targets,
             stiction_core::dynamics::Settings {

@@ -191,7 +191,7 @@ tip = [1, 0, 0]
     let names: Vec<_> = model.legs.iter().map(|leg| leg.name.as_str()).collect();
     assert_eq!(names, ["leg1", "leg2", "leg3"]);
     assert!(model.mechanism.joint_id("leg3.S2").is_some());
-    let (body, home) = model.homes[1];
+    let (body, home) = model.initial_poses[1];
     assert_eq!(model.mechanism.bodies()[body.0].name, "leg2.rod");
     let expected = Vec3::new(1f64.cos(), 1f64.sin(), 0.5);
     assert!((home.position - expected).norm() < 1e-15);

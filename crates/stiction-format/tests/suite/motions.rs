@@ -76,9 +76,9 @@ motion = "all"
             Coordinate::Position { body: PLATFORM, axis: 0 },
             Coordinate::Angle { body: PLATFORM, order: AngleOrder::XYZ, index: 1 },
             Coordinate::RotationVector { body: PLATFORM, axis: 2 },
-            Coordinate::Joint { joint: JointId(0), freedom: 0 },
-            Coordinate::Joint { joint: JointId(1), freedom: 0 },
-            Coordinate::Joint { joint: JointId(1), freedom: 1 },
+            Coordinate::Joint { joint: JointId(0), dof: 0 },
+            Coordinate::Joint { joint: JointId(1), dof: 0 },
+            Coordinate::Joint { joint: JointId(1), dof: 1 },
         ]
     );
     let targets: Vec<_> = motion.at(0.5).collect();
@@ -212,9 +212,9 @@ leg1.rod.mz = "3 N m"
 #[test]
 fn formulas_that_fail_later_explain_themselves() {
     let model = model("[motions.m]\nduration = 1\nplatform.x = \"1 m/(t - 3)\"\n");
-    let (_, course) = &model.motion("m").unwrap().coordinates[0];
-    assert!(course.fault_at(1.0).is_none());
-    let fault = course.fault_at(3.0).unwrap();
+    let (_, signal) = &model.motion("m").unwrap().coordinates[0];
+    assert!(signal.fault_at(1.0).is_none());
+    let fault = signal.fault_at(3.0).unwrap();
     assert_eq!(fault.place.unwrap().line_column(), (19, 18));
     assert_eq!(fault.label, "division by zero");
 }

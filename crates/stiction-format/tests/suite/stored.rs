@@ -120,8 +120,8 @@ fn assert_same(text: &str) {
     for t in instants(&whole) {
         assert_eq!(after(&whole, t), after(&stored, t), "after {t}");
     }
-    for (_, course) in &stored.coordinates {
-        assert!(course.fault_at(whole.start).is_none());
+    for (_, signal) in &stored.coordinates {
+        assert!(signal.fault_at(whole.start).is_none());
     }
 }
 
@@ -278,19 +278,19 @@ fn a_file_that_changes_is_refused() {
         let store = store(&text);
         let motion = motion(Contents::Stored(Arc::clone(&store) as Arc<dyn Store>)).unwrap();
         let (start, middle_time) = (motion.start, motion.start + 0.5 * motion.duration);
-        let (_, course) = &motion.coordinates[0];
-        assert!(course.at(start).value.is_finite());
+        let (_, signal) = &motion.coordinates[0];
+        assert!(signal.at(start).value.is_finite());
         change(&mut store.0.lock().unwrap(), middle);
         // The piece that is at hand is that of the file as it was.
-        assert!(course.fault_at(start).is_none());
-        let fault = course.fault_at(middle_time).unwrap();
+        assert!(signal.fault_at(start).is_none());
+        let fault = signal.fault_at(middle_time).unwrap();
         assert!(fault.message.contains(why), "{}", fault.message);
         assert_eq!(fault.place.unwrap().source.name, "motion.csv");
         // From now on there is nothing, not even what could be read.
-        assert!(course.at(start).value.is_nan() && course.at(middle_time).value.is_nan());
+        assert!(signal.at(start).value.is_nan() && signal.at(middle_time).value.is_nan());
         let samples = motion.samples.as_ref().unwrap();
         assert!(samples.at(0).is_nan());
-        assert!(motion.coordinates.iter().all(|(_, course)| course.fault_at(start).is_some()));
+        assert!(motion.coordinates.iter().all(|(_, signal)| signal.fault_at(start).is_some()));
     }
 }
 

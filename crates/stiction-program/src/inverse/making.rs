@@ -4,13 +4,13 @@ use super::{Beside, InverseProgram, Places};
 use crate::code::{Part, Slots, compile};
 use crate::compiled::Compiled;
 use crate::error::RecordError;
-use crate::given::Given;
 use crate::graph::{Node, Op, needed};
 use crate::inverse_recipe::InverseStages;
 use crate::loaded::{LoadPlace, place_of};
 use crate::machine::fuses;
+use crate::program_inputs::Given;
 use crate::quantity::Quantity;
-use crate::recipe::{Counts, Recipe};
+use crate::recording::{Counts, Recipe};
 use crate::run::{Runner, natural_lanes};
 use crate::samples::{Sample, samples, seeded_samples};
 use crate::stages::{early, handed};
@@ -24,7 +24,7 @@ const AGREES: f64 = 1e-9;
 impl InverseProgram {
     /// Records and compiles the program of a mechanism.
     ///
-    /// `course` gives prescribed values amid the motions that are meant, each near enough to the one before
+    /// `signal` gives prescribed values amid the motions that are meant, each near enough to the one before
     /// for the mechanism to be brought there from the position of `solver`. `loads` says which bodies are
     /// loaded, at which points, in which axes; the wrenches themselves are inputs. Friction is that of the mechanism,
     /// coupled to the reactions, whatever the solver's settings say.
@@ -34,34 +34,34 @@ impl InverseProgram {
     /// followed, or what was recorded does not give the solver's forces.
     pub fn record(
         solver: &InverseDynamics,
-        course: &[Vec<Target<f64>>],
+        signal: &[Vec<Target<f64>>],
         loads: &[AppliedLoad<f64>],
     ) -> Result<Self, RecordError> {
-        Self::record_with(solver, course, loads, true)
+        Self::record_with(solver, signal, loads, true)
     }
 
     /// The same, interpreted if `machine` is false: the slow way, for comparison.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,
-        course: &[Vec<Target<f64>>],
+        signal: &[Vec<Target<f64>>],
         loads: &[AppliedLoad<f64>],
         machine: bool,
     ) -> Result<Self, RecordError> {
-        let made = Self::record_beside(solver, course, loads, &[], machine)?;
+        let made = Self::record_beside(solver, signal, loads, &[], machine)?;
         Ok(made.0)
     }
 
     /// The same with what finds slopes of all drives by these quantities, at the state that was run last.
     pub(crate) fn record_beside(
         solver: &InverseDynamics,
-        course: &[Vec<Target<f64>>],
+        signal: &[Vec<Target<f64>>],
         loads: &[AppliedLoad<f64>],
         quantities: &[Quantity],
         machine: bool,
     ) -> Result<(Self, Beside), RecordError> {
         let kernel = solver.kernel().ok_or(RecordError::NoPlan)?;
-        let samples = samples(solver, course, loads)?;
+        let samples = samples(solver, signal, loads)?;
         let positions: Vec<Vec<f64>> =
             samples.iter().map(|sample| sample.state.coordinates.clone()).collect();
         let given = Given::new(solver, &positions, loads.len());
@@ -70,7 +70,7 @@ impl InverseProgram {
         let recorded = recipe.record_inverse(&given, &samples, quantities)?;
         let places = loads.iter().map(place_of).collect();
         let made = Self::compile(recipe.counts(0), &recorded, given, places, machine)?;
-        let others = seeded_samples(9, solver, course, loads)?;
+        let others = seeded_samples(9, solver, signal, loads)?;
         if made.0.agrees_with(solver, &others) { Ok(made) } else { Err(RecordError::NotConfirmed) }
     }
 
@@ -172,9 +172,9 @@ impl InverseProgram {
             ideal_reactions: ideal_reactions.to_vec(),
             drives: take(counts.drives),
             reactions: take(6 * counts.joints),
-            loads: take(counts.contacts),
-            velocities: take(counts.contacts),
-            frictions: take(counts.contacts),
+            loads: take(counts.interfaces),
+            velocities: take(counts.interfaces),
+            frictions: take(counts.interfaces),
         };
         let code = Compiled::new(&stages, slots.count(), machine);
         let operations = |parts: &[Part]| parts.iter().map(Part::operations).sum();

@@ -7,10 +7,10 @@
 mod making;
 
 use crate::compiled::Compiled;
-use crate::given::{BodyMotion, Given, StateOfMotion};
 use crate::loaded::{LoadPlace, check_count, check_loads};
 use crate::memory::Memory;
-use crate::recipe::Counts;
+use crate::program_inputs::{BodyMotion, Given, StateOfMotion};
+use crate::recording::Counts;
 use crate::run::{MOST_LANES, Runner};
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::kinematics::{State, Target};
@@ -299,14 +299,14 @@ impl InverseProgram {
     }
 
     /// The load on a contact, N; its sliding velocity, m/s; and its friction force, N, not negative.
-    pub fn contact(&self, memory: &Memory, lane: usize, contact: usize) -> [f64; 3] {
+    pub fn interface(&self, memory: &Memory, lane: usize, interface: usize) -> [f64; 3] {
         let Places { loads, velocities, frictions, .. } = &self.places;
-        [loads, velocities, frictions].map(|places| memory.read(places[contact], lane))
+        [loads, velocities, frictions].map(|places| memory.read(places[interface], lane))
     }
 
     /// Numbers of drives, joints and contacts.
     pub fn sizes(&self) -> (usize, usize, usize) {
-        (self.counts.drives, self.counts.joints, self.counts.contacts)
+        (self.counts.drives, self.counts.joints, self.counts.interfaces)
     }
 }
 

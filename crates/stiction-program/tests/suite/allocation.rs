@@ -9,16 +9,16 @@ use stiction_program::InverseProgram;
 fn programs_allocate_nothing() {
     assert_eq!(allocations(|| drop(black_box(Box::new(1)))), 1, "the counter counts");
     for name in ["3rps", "gough", "3upu"] {
-        let Robot { solver, course, loads } = Robot::new(name, None);
+        let Robot { solver, signal, loads } = Robot::new(name, None);
         for machine in [true, false] {
-            let program = InverseProgram::record_with(&solver, &course, &loads, machine).unwrap();
+            let program = InverseProgram::record_with(&solver, &signal, &loads, machine).unwrap();
             for lanes in [1, program.lanes()] {
                 let mut memory = program.memory(lanes);
                 let mut settled = vec![false; lanes];
                 let state = solver.assembly().state();
                 let run = || {
                     for lane in 0..lanes {
-                        program.set(&mut memory, lane, state, &course[0], &loads);
+                        program.set(&mut memory, lane, state, &signal[0], &loads);
                     }
                     program.run_frictionless(&mut memory, &mut settled);
                     program.run(&mut memory, &mut settled);

@@ -32,7 +32,7 @@ const ROBOTS: [(&str, Option<&str>); 14] = [
 ];
 
 fn of_motion(robot: &Robot) -> Vec<Quantity> {
-    let count = robot.course[0].len();
+    let count = robot.signal[0].len();
     let of = |k| [Quantity::Value(k), Quantity::Rate(k), Quantity::Acceleration(k)];
     (0..count).flat_map(of).collect()
 }
@@ -51,10 +51,10 @@ fn of_mechanism(robot: &Robot) -> Vec<Quantity> {
         quantities.push(Quantity::PlaceInPredecessor(joint, joint.0 % 3));
         quantities.push(Quantity::PlaceInSuccessor(joint, (joint.0 + 1) % 3));
     }
-    for (contact, content) in parameters.contacts.iter().enumerate() {
-        quantities.extend([Quantity::Coulomb(contact), Quantity::Viscous(contact)]);
-        if content.shape.freedoms().len() == 1 && content.radius != 1.0 {
-            quantities.push(Quantity::Radius(contact));
+    for (interface, content) in parameters.interfaces.iter().enumerate() {
+        quantities.extend([Quantity::Coulomb(interface), Quantity::Viscous(interface)]);
+        if content.shape.dofs().len() == 1 && content.radius != 1.0 {
+            quantities.push(Quantity::Radius(interface));
         }
     }
     quantities
@@ -81,9 +81,9 @@ fn number(parameters: &mut Parameters<D>, quantity: Quantity) -> Option<&mut D> 
         Quantity::PlaceInSuccessor(joint, axis) => {
             part(&mut parameters.frame_k[joint.0].position, axis)
         }
-        Quantity::Coulomb(contact) => &mut parameters.contacts[contact].law.coulomb,
-        Quantity::Viscous(contact) => &mut parameters.contacts[contact].law.viscous,
-        Quantity::Radius(contact) => &mut parameters.contacts[contact].radius,
+        Quantity::Coulomb(interface) => &mut parameters.interfaces[interface].law.coulomb,
+        Quantity::Viscous(interface) => &mut parameters.interfaces[interface].law.viscous,
+        Quantity::Radius(interface) => &mut parameters.interfaces[interface].radius,
         _ => return None,
     })
 }
@@ -134,7 +134,7 @@ fn slopes_are_those_of_dual_numbers() {
         for (machine, quantities) in cases {
             let program = DerivativeProgram::record_with(
                 &robot.solver,
-                &robot.course,
+                &robot.signal,
                 &robot.loads,
                 &quantities,
                 machine,
@@ -142,7 +142,7 @@ fn slopes_are_those_of_dual_numbers() {
             .unwrap();
             let mut memory = program.memory();
             let mut random = Random::new(11);
-            for targets in robot.course.clone().iter().step_by(3) {
+            for targets in robot.signal.clone().iter().step_by(3) {
                 robot.solver.move_to(targets).unwrap();
                 let state = robot.solver.assembly().state().clone();
                 assert!(program.run(&mut memory, &state, targets, &robot.loads));
@@ -175,11 +175,11 @@ fn slopes_are_those_of_dual_numbers() {
 /// Compares each slope alone with dual numbers, at this part of the course.
 fn assert_slopes(name: &str, robot: &mut Robot, positions: std::ops::Range<usize>) {
     let quantities = [of_motion(robot), of_mechanism(robot)].concat();
-    let (course, loads) = (&robot.course, &robot.loads);
-    let program = DerivativeProgram::record(&robot.solver, course, loads, &quantities).unwrap();
+    let (signal, loads) = (&robot.signal, &robot.loads);
+    let program = DerivativeProgram::record(&robot.solver, signal, loads, &quantities).unwrap();
     let mut memory = program.memory();
     let mut compared = 0;
-    for targets in robot.course.clone().drain(positions) {
+    for targets in robot.signal.clone().drain(positions) {
         robot.solver.move_to(&targets).unwrap();
         let state = robot.solver.assembly().state().clone();
         // A speed may be one in a row of a table from which no sample was.
@@ -262,7 +262,7 @@ fn difference(step: f64, mut of: impl FnMut(f64) -> Vec<f64>) -> Vec<f64> {
 
 /// Which way each contact slides, as it was solved last.
 fn senses_of(robot: &Robot) -> Vec<bool> {
-    robot.solver.forces().contacts.iter().map(|contact| contact.velocity > 0.0).collect()
+    robot.solver.forces().interfaces.iter().map(|interface| interface.velocity > 0.0).collect()
 }
 
 fn drives(robot: &mut Robot, targets: &[Target<f64>]) -> Vec<f64> {
@@ -280,10 +280,10 @@ fn derivatives_by_the_motion_are_differences() {
         let mut robot = Robot::new(name, load);
         let quantities = of_motion(&robot);
         let program =
-            DerivativeProgram::record(&robot.solver, &robot.course, &robot.loads, &quantities)
+            DerivativeProgram::record(&robot.solver, &robot.signal, &robot.loads, &quantities)
                 .unwrap();
         let mut memory = program.memory();
-        for mut targets in robot.course.clone() {
+        for mut targets in robot.signal.clone() {
             targets.iter_mut().for_each(|target| target.rate = random.number());
             robot.solver.move_to(&targets).unwrap();
             if robot.solver.solve(&robot.loads).is_err() {
@@ -352,7 +352,7 @@ fn derivatives_by_the_mechanism_are_differences() {
         })
         .collect();
     assert_eq!((feet.len(), bodies("rod").len(), bodies("cylinder").len()), (3, 3, 3));
-    let contacts = nominal.solver.parameters().contacts.len();
+    let interfaces = nominal.solver.parameters().interfaces.len();
     let mut cases: Vec<Case> = Vec::new();
     let of_all = |quantities: Vec<Quantity>| quantities.into_iter().map(|q| (q, 1.0)).collect();
     cases.push((
@@ -382,22 +382,22 @@ fn derivatives_by_the_mechanism_are_differences() {
         ["mu = 0.12,", "mu = VALUE,"],
         0.12,
         1e-2,
-        of_all((0..contacts).map(Quantity::Coulomb).collect()),
+        of_all((0..interfaces).map(Quantity::Coulomb).collect()),
     ));
     cases.push((
         ["viscous = \"0.02 N s/m\"", "viscous = \"VALUE N s/m\""],
         0.02,
         0.3,
-        of_all((0..contacts).map(Quantity::Viscous).collect()),
+        of_all((0..interfaces).map(Quantity::Viscous).collect()),
     ));
     for ([was, becomes], nominal_value, part, direction) in cases {
         let quantities: Vec<Quantity> = direction.iter().map(|(quantity, _)| *quantity).collect();
         let slopes: Vec<f64> = direction.iter().map(|(_, slope)| *slope).collect();
         let mut own = Robot::new("3rps", None);
         let program =
-            DerivativeProgram::record(&own.solver, &own.course, &own.loads, &quantities).unwrap();
+            DerivativeProgram::record(&own.solver, &own.signal, &own.loads, &quantities).unwrap();
         let mut memory = program.memory();
-        let targets = own.course[4].clone();
+        let targets = own.signal[4].clone();
         own.solver.move_to(&targets).unwrap();
         let state = own.solver.assembly().state().clone();
         assert!(program.run(&mut memory, &state, &targets, &own.loads));
@@ -425,7 +425,7 @@ fn derivatives_by_the_mechanism_are_differences() {
 fn what_has_no_derivatives_is_refused() {
     let robot = Robot::new("3rps", None);
     let record = |quantities: &[Quantity]| {
-        DerivativeProgram::record(&robot.solver, &robot.course, &robot.loads, quantities)
+        DerivativeProgram::record(&robot.solver, &robot.signal, &robot.loads, quantities)
     };
     assert_eq!(record(&[]).map(|_| ()), Err(RecordError::NoQuantity));
     for wrong in [
@@ -444,14 +444,14 @@ fn what_has_no_derivatives_is_refused() {
 fn derivatives_are_never_those_of_another_state() {
     let robot = Robot::new("3rps", None);
     let quantities = of_motion(&robot);
-    let (solver, course, loads) = (&robot.solver, &robot.course, &robot.loads);
-    let program = DerivativeProgram::record(solver, course, loads, &quantities).unwrap();
+    let (solver, signal, loads) = (&robot.solver, &robot.signal, &robot.loads);
+    let program = DerivativeProgram::record(solver, signal, loads, &quantities).unwrap();
     let mut memory = program.memory();
     let mut jacobian = vec![0.0; quantities.len() * solver.mechanism().actuators().count()];
     program.jacobian(&mut memory, &mut jacobian);
     assert!(jacobian.iter().all(|slope| slope.is_nan()));
 
-    let mut targets = course[0].clone();
+    let mut targets = signal[0].clone();
     targets.iter_mut().for_each(|target| target.rate = 0.1);
     let mut solver = solver.clone();
     solver.move_to(&targets).unwrap();

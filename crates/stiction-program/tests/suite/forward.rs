@@ -16,27 +16,32 @@ fn by_actuators(robot: &Robot) -> Robot {
     let mechanism = robot.solver.mechanism().clone();
     let actuators: Vec<(JointId, usize)> = mechanism.actuators().collect();
     let coordinates: Vec<_> =
-        actuators.iter().map(|&(joint, freedom)| Coordinate::Joint { joint, freedom }).collect();
+        actuators.iter().map(|&(joint, dof)| Coordinate::Joint { joint, dof }).collect();
     let mut solver = robot.solver.clone();
-    let mut course = Vec::new();
-    for targets in &robot.course {
+    let mut signal = Vec::new();
+    for targets in &robot.signal {
         solver.move_to(targets).unwrap();
-        let rates = solver.drive_rates();
-        let at = |(&(joint, freedom), rate): (&(JointId, usize), f64)| Target {
-            value: solver.joint_coordinates(joint)[freedom],
+        let rates = solver.actuator_rates();
+        let at = |(&(joint, dof), rate): (&(JointId, usize), f64)| Target {
+            value: solver.joint_coordinates(joint)[dof],
             rate,
             acceleration: 1.0,
         };
-        course.push(actuators.iter().zip(rates).map(at).collect::<Vec<_>>());
+        signal.push(actuators.iter().zip(rates).map(at).collect::<Vec<_>>());
     }
-    solver.move_to(&robot.course[0]).unwrap();
-    let homes: Vec<_> = (1..mechanism.bodies().len())
+    solver.move_to(&robot.signal[0]).unwrap();
+    let initial_poses: Vec<_> = (1..mechanism.bodies().len())
         .map(|body| (BodyId(body), mechanism.base().inverse() * world_pose(&solver, body)))
         .collect();
-    let solver =
-        InverseDynamics::new(mechanism, &homes, &coordinates, &course[0], Settings::default())
-            .unwrap();
-    Robot { solver, course, loads: robot.loads.clone() }
+    let solver = InverseDynamics::new(
+        mechanism,
+        &initial_poses,
+        &coordinates,
+        &signal[0],
+        Settings::default(),
+    )
+    .unwrap();
+    Robot { solver, signal, loads: robot.loads.clone() }
 }
 
 fn world_pose(solver: &InverseDynamics, body: usize) -> Pose<f64> {
@@ -45,7 +50,7 @@ fn world_pose(solver: &InverseDynamics, body: usize) -> Pose<f64> {
 }
 
 fn record(robot: &Robot, machine: bool) -> ForwardProgram {
-    ForwardProgram::record_with(&robot.solver, &robot.course, &robot.loads, machine).unwrap()
+    ForwardProgram::record_with(&robot.solver, &robot.signal, &robot.loads, machine).unwrap()
 }
 
 /// Largest difference over the largest number of both.
@@ -77,11 +82,11 @@ struct Found {
     coordinates: Vec<f64>,
     tree: Vec<f64>,
     reactions: [Vec<f64>; 2],
-    contacts: Vec<[f64; 3]>,
+    interfaces: Vec<[f64; 3]>,
 }
 
 fn found(program: &ForwardProgram, memory: &Memory, lane: usize, friction: bool) -> Found {
-    let [targets, freedoms, joints, contacts] = program.sizes();
+    let [targets, dofs, joints, interfaces] = program.sizes();
     Found {
         coordinates: (0..targets)
             .map(|k| match friction {
@@ -89,7 +94,7 @@ fn found(program: &ForwardProgram, memory: &Memory, lane: usize, friction: bool)
                 false => program.ideal_acceleration(memory, lane, k),
             })
             .collect(),
-        tree: (0..freedoms)
+        tree: (0..dofs)
             .map(|k| match friction {
                 true => program.tree_acceleration(memory, lane, k),
                 false => program.ideal_tree_acceleration(memory, lane, k),
@@ -99,7 +104,7 @@ fn found(program: &ForwardProgram, memory: &Memory, lane: usize, friction: bool)
             true => program.reaction(memory, lane, k),
             false => program.ideal_reaction(memory, lane, k),
         })),
-        contacts: (0..contacts).map(|k| program.contact(memory, lane, k)).collect(),
+        interfaces: (0..interfaces).map(|k| program.interface(memory, lane, k)).collect(),
     }
 }
 
@@ -112,13 +117,13 @@ const ROBOTS: [(&str, Option<&str>); 5] = [
 ];
 
 /// Any rates and accelerations at a position of the course.
-fn anyhow(course: &[Target<f64>], random: &mut Random, length: f64) -> Vec<Target<f64>> {
+fn anyhow(signal: &[Target<f64>], random: &mut Random, length: f64) -> Vec<Target<f64>> {
     let any = |target: &Target<f64>| Target {
         value: target.value + 0.01 * length.min(1.0) * random.number(),
         rate: 0.3 * random.number(),
         acceleration: 3.0 * random.number(),
     };
-    course.iter().map(any).collect()
+    signal.iter().map(any).collect()
 }
 
 /// Efforts that inverse dynamics finds cause the accelerations for which it found them, and its reactions,
@@ -147,8 +152,8 @@ fn return_from_inverse(robot: &mut Robot, machine: bool) -> (usize, f64) {
     let mut memory = program.memory(1);
     let mut settled = [false];
     let (mut compared, mut worst) = (0, 0.0_f64);
-    for course in robot.course.clone() {
-        let targets = anyhow(&course, &mut random, length);
+    for signal in robot.signal.clone() {
+        let targets = anyhow(&signal, &mut random, length);
         robot.solver.move_to(&targets).unwrap();
         robot.solver.settings_mut().friction = FrictionMode::Off;
         let ideal_forces = robot.solver.solve(&robot.loads).unwrap().clone();
@@ -183,8 +188,9 @@ fn return_from_inverse(robot: &mut Robot, machine: bool) -> (usize, f64) {
         }
         let real = found(&program, &memory, 0, true);
         compare(&real, &forces.reactions);
-        let scale = forces.contacts.iter().fold(1e-9_f64, |max, c| max.max(c.load));
-        for ([load, velocity, friction], expected) in real.contacts.iter().zip(&forces.contacts) {
+        let scale = forces.interfaces.iter().fold(1e-9_f64, |max, c| max.max(c.load));
+        for ([load, velocity, friction], expected) in real.interfaces.iter().zip(&forces.interfaces)
+        {
             worst = worst.max((load - expected.load).abs() / scale);
             worst = worst.max((friction - expected.limit).abs() / scale);
             assert!((velocity - expected.velocity).abs() < 1e-12);
@@ -223,8 +229,8 @@ fn programs_are_what_forward_dynamics_says() {
         let mut settled = vec![false; lanes];
         let (mut compared, mut singles) = (0, Vec::new());
         for k in 0..(2 * lanes).max(16) {
-            let course = &robot.course[k % robot.course.len()];
-            let mut targets = anyhow(course, &mut random, length);
+            let signal = &robot.signal[k % robot.signal.len()];
+            let mut targets = anyhow(signal, &mut random, length);
             if k == 1 {
                 // All stands still: alone among its neighbours it has to be left to the general solver.
                 targets.iter_mut().for_each(|target| target.rate = 0.0);
@@ -269,8 +275,8 @@ fn programs_are_what_forward_dynamics_says() {
             compared += 1;
             let single = found(&program, &memory, 0, true);
             let reactions = wrenches(&now.reactions());
-            let loads: Vec<f64> = now.contacts.iter().map(|c| c.load).collect();
-            let found_loads: Vec<f64> = single.contacts.iter().map(|c| c[0]).collect();
+            let loads: Vec<f64> = now.interfaces.iter().map(|c| c.load).collect();
+            let found_loads: Vec<f64> = single.interfaces.iter().map(|c| c[0]).collect();
             for difference in [
                 apart(&single.tree, &now.state.accelerations),
                 apart(&single.reactions[0], &reactions[0]),
@@ -294,7 +300,7 @@ fn what_has_no_program_is_refused() {
         ("bricard", RecordError::Redundant),
     ] {
         let robot = Robot::new(name, None);
-        let program = ForwardProgram::record(&robot.solver, &robot.course, &robot.loads);
+        let program = ForwardProgram::record(&robot.solver, &robot.signal, &robot.loads);
         assert_eq!(program.map(|_| ()), Err(why), "{name}");
     }
 }

@@ -9,12 +9,12 @@ use stiction_program::{InverseProgram, RecordError, StateOfMotion};
 /// The largest differences between a program and the solver along the course: without friction, with,
 /// relative to the largest force; moments over the characteristic length.
 fn compare(robot: &mut Robot, program: &InverseProgram) -> f64 {
-    let (drives, joints, contacts) = program.sizes();
+    let (drives, joints, interfaces) = program.sizes();
     let length = robot.solver.mechanism().characteristic_length();
     let mut memory = program.memory(1);
     let mut worst = 0.0_f64;
     let mut settled = [false];
-    for targets in robot.course.clone() {
+    for targets in robot.signal.clone() {
         robot.solver.move_to(&targets).unwrap();
         robot.solver.settings_mut().friction = FrictionMode::Converged;
         let forces = robot.solver.solve(&robot.loads).unwrap().clone();
@@ -32,7 +32,7 @@ fn compare(robot: &mut Robot, program: &InverseProgram) -> f64 {
         for drive in 0..drives {
             let found = program.drive(&memory, 0, drive);
             differs(found, forces.drives[drive], length.max(1.0));
-            differs(ideal[drive], forces.drives_frictionless[drive], length.max(1.0));
+            differs(ideal[drive], forces.efforts_frictionless[drive], length.max(1.0));
         }
         for joint in 0..joints {
             let found = program.reaction(&memory, 0, joint);
@@ -42,9 +42,9 @@ fn compare(robot: &mut Robot, program: &InverseProgram) -> f64 {
                 differs(found[3 + i], moment.to_array()[i], length);
             }
         }
-        for contact in 0..contacts {
-            let [load, velocity, friction] = program.contact(&memory, 0, contact);
-            let expected = &forces.contacts[contact];
+        for interface in 0..interfaces {
+            let [load, velocity, friction] = program.interface(&memory, 0, interface);
+            let expected = &forces.interfaces[interface];
             differs(load, expected.load, 1.0);
             differs(friction, expected.limit, 1.0);
             assert!((velocity - expected.velocity).abs() < 1e-12);
@@ -74,8 +74,8 @@ fn programs_are_their_solvers() {
     for (name, load) in ROBOTS {
         let mut robot = Robot::new(name, load);
         for machine in [false, true] {
-            let (course, loads) = (robot.course.clone(), robot.loads.clone());
-            let program = InverseProgram::record_with(&robot.solver, &course, &loads, machine)
+            let (signal, loads) = (robot.signal.clone(), robot.loads.clone());
+            let program = InverseProgram::record_with(&robot.solver, &signal, &loads, machine)
                 .unwrap_or_else(|error| panic!("{name}: {error}"));
             // Rounding behind condition numbers of some hundred.
             let worst = compare(&mut robot, &program);
@@ -90,14 +90,14 @@ fn programs_are_their_solvers() {
 fn lanes_are_states_of_their_own() {
     for (name, load) in ROBOTS {
         let mut robot = Robot::new(name, load);
-        let (course, loads) = (robot.course.clone(), robot.loads.clone());
-        let program = InverseProgram::record(&robot.solver, &course, &loads).unwrap();
+        let (signal, loads) = (robot.signal.clone(), robot.loads.clone());
+        let program = InverseProgram::record(&robot.solver, &signal, &loads).unwrap();
         let lanes = program.lanes();
         let (mut one, mut many) = (program.memory(1), program.memory(lanes));
         let mut settled = vec![false; lanes];
         let mut expected = Vec::new();
         for lane in 0..lanes {
-            let mut targets = course[lane % course.len()].clone();
+            let mut targets = signal[lane % signal.len()].clone();
             if lane == 1 {
                 // All stands still.
                 targets.iter_mut().for_each(|target| target.rate = 0.0);
@@ -135,9 +135,9 @@ fn lanes_are_states_of_their_own() {
 #[test]
 fn what_does_not_hold_is_redone() {
     let mut robot = Robot::new("3rps", None);
-    let program = InverseProgram::record(&robot.solver, &robot.course, &robot.loads).unwrap();
+    let program = InverseProgram::record(&robot.solver, &robot.signal, &robot.loads).unwrap();
     let mut solver = robot.solver.clone();
-    let mut targets = robot.course.clone();
+    let mut targets = robot.signal.clone();
     // All stands still: contacts rest.
     for rest in [3, 7] {
         targets[rest].iter_mut().for_each(|target| target.rate = 0.0);
@@ -180,12 +180,12 @@ fn what_does_not_hold_is_redone() {
 #[test]
 fn what_has_no_program_is_refused() {
     let robot = Robot::new("3rps", None);
-    let mut course = robot.course.clone();
-    course[3][0].value = 1e3;
-    let refused = |course: &[_]| {
-        InverseProgram::record(&robot.solver, course, &robot.loads).map(|_| ()).unwrap_err()
+    let mut signal = robot.signal.clone();
+    signal[3][0].value = 1e3;
+    let refused = |signal: &[_]| {
+        InverseProgram::record(&robot.solver, signal, &robot.loads).map(|_| ()).unwrap_err()
     };
-    assert!(matches!(refused(&course), RecordError::Course { position: 3, .. }));
+    assert!(matches!(refused(&signal), RecordError::Signal { position: 3, .. }));
     assert_eq!(refused(&[]), RecordError::EmptyCourse);
 }
 
@@ -194,7 +194,7 @@ fn what_has_no_program_is_refused() {
 #[test]
 fn what_means_the_same_is_computed_once() {
     let robot = Robot::new("3rps", None);
-    let program = InverseProgram::record(&robot.solver, &robot.course, &robot.loads).unwrap();
+    let program = InverseProgram::record(&robot.solver, &robot.signal, &robot.loads).unwrap();
     let [ideal, first, step, last] = program.operations();
     assert!(ideal < 900 && first < 1200 && step < 480 && last < 230, "{:?}", program.operations());
 }
@@ -203,13 +203,13 @@ fn what_means_the_same_is_computed_once() {
 #[test]
 fn what_is_given_must_be_what_was_recorded() {
     let robot = Robot::new("3rps", None);
-    let (solver, course, loads) = (&robot.solver, &robot.course, &robot.loads);
-    let program = InverseProgram::record(solver, course, loads).unwrap();
+    let (solver, signal, loads) = (&robot.solver, &robot.signal, &robot.loads);
+    let program = InverseProgram::record(solver, signal, loads).unwrap();
     let state = solver.assembly().state();
     let is_refused = |lane: usize, loads: &[AppliedLoad<f64>], flags: usize| {
         let run = || {
             let mut memory = program.memory(1);
-            program.set(&mut memory, lane, state, &course[0], loads);
+            program.set(&mut memory, lane, state, &signal[0], loads);
             program.run(&mut memory, &mut vec![false; flags]);
         };
         std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).is_err()

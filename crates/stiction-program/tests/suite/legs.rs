@@ -51,9 +51,9 @@ fn programs_know_where_the_legs_are() {
     for (chain, joints) in legs {
         let text = platform(chain, &joints);
         let model = model(chain, &text);
-        let Robot { mut solver, course, loads } = Robot::of(&model, Some("payload"));
+        let Robot { mut solver, signal, loads } = Robot::of(&model, Some("payload"));
         let motion = model.motion("sway").unwrap();
-        let program = InverseProgram::record(&solver, &course, &loads).unwrap();
+        let program = InverseProgram::record(&solver, &signal, &loads).unwrap();
         assert!(program.coordinates().is_empty(), "{chain}: {:?}", program.coordinates());
         assert_eq!(program.bodies().count(), 1);
         let mut memory = program.memory(1);

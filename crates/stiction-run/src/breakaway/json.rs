@@ -12,11 +12,11 @@ impl Findings {
         let names = Names::new(&job.model.mechanism);
         let mut drives = Map::new();
         for (k, (name, unit)) in names.drives.iter().enumerate() {
-            let (low, high) = self.forces.drive_bounds[k];
-            let (outer_low, outer_high) = self.forces.drive_outer_bounds[k];
+            let (low, high) = self.forces.effort_bounds[k];
+            let (outer_low, outer_high) = self.forces.effort_outer_bounds[k];
             let value = json!({
                 "unit": unit,
-                "frictionless": self.forces.drives_frictionless[k],
+                "frictionless": self.forces.efforts_frictionless[k],
                 "low": low,
                 "high": high,
                 "outer_low": outer_low,
@@ -26,7 +26,7 @@ impl Findings {
             });
             drives.insert(name.clone(), value);
         }
-        let undetermined = self.undetermined_loads.iter().map(|&k| &names.contacts[k].0);
+        let undetermined = self.undetermined_loads.iter().map(|&k| &names.interfaces[k].0);
         json!({
             "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
             "model": { "name": job.model.name, "title": job.model.title },
@@ -47,7 +47,7 @@ impl Findings {
     fn holding_json(&self, names: &Names, holding: &Holding) -> Value {
         let (not_enough, enough) = holding.needed;
         let frictions: Map<String, Value> = names
-            .contacts
+            .interfaces
             .iter()
             .zip(&holding.frictions)
             .map(|((name, _), friction)| (name.clone(), json!(friction)))

@@ -80,7 +80,7 @@ fn findings(solver: &InverseDynamics, time: f64, rest: Rest) -> Findings {
         time,
         forces: solver.forces().clone(),
         rest,
-        undetermined_loads: (0..loads.len()).filter(|&contact| !loads[contact]).collect(),
+        undetermined_loads: (0..loads.len()).filter(|&interface| !loads[interface]).collect(),
         redundant_actuators: statics.determined_drives().contains(&false),
     }
 }

@@ -51,8 +51,8 @@ fn write_drives(out: &mut impl Write, names: &Names, found: &Findings) -> fmt::R
         "driving force", "no friction", "from", "to", "backward", "forward",
     )?;
     for (k, (name, unit)) in names.drives.iter().enumerate() {
-        let without = found.forces.drives_frictionless[k];
-        let (low, high) = found.forces.drive_bounds[k];
+        let without = found.forces.efforts_frictionless[k];
+        let (low, high) = found.forces.effort_bounds[k];
         let more = |effort: f64| match effort.is_finite() {
             true => number((effort - without).abs()),
             false => "locked".to_owned(),
@@ -78,7 +78,7 @@ fn write_certainty(out: &mut impl Write, names: &Names, found: &Findings) -> fmt
     match forces.bounds {
         Bounds::Exact => writeln!(out, "the intervals are exact")?,
         Bounds::Certified => {
-            let each = forces.drive_bounds.iter().zip(&forces.drive_outer_bounds);
+            let each = forces.effort_bounds.iter().zip(&forces.effort_outer_bounds);
             let beyond = each.map(|(inner, outer)| (inner.0 - outer.0).max(outer.1 - inner.1));
             let beyond = beyond.zip(&names.drives).max_by(|a, b| a.0.total_cmp(&b.0));
             if let Some((beyond, (name, unit))) = beyond {
@@ -105,7 +105,7 @@ fn write_certainty(out: &mut impl Write, names: &Names, found: &Findings) -> fmt
     }
     if !found.undetermined_loads.is_empty() {
         let listed = found.undetermined_loads.iter().take(LISTED);
-        let listed: Vec<&str> = listed.map(|&k| names.contacts[k].0.as_str()).collect();
+        let listed: Vec<&str> = listed.map(|&k| names.interfaces[k].0.as_str()).collect();
         let more = if found.undetermined_loads.len() > LISTED { ", ..." } else { "" };
         writeln!(
             out,

@@ -4,7 +4,7 @@ use crate::inverse::{Error, Job, SINGULAR};
 use std::fmt::Write as _;
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::mobility::{Mobility, blocked_motions};
-use stiction_core::statics::{Constraints, Statics, ToldMotion};
+use stiction_core::statics::{Constraints, GainedTwist, Statics};
 
 /// A kind of singularity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -307,7 +307,7 @@ impl<'a> Watch<'a> {
         if kind == Kind::Constraint && constraints.distance(self.mobility) < SINGULAR {
             return self.constraint_weakness(solver);
         }
-        let told: ToldMotion = match kind {
+        let told: GainedTwist = match kind {
             Kind::Actuation => statics.weakest_motion(&idle),
             Kind::Constraint => constraints.weakest_motion(self.mobility, &idle),
             Kind::Leg => constraints.weakest_leg_motion(&idle),

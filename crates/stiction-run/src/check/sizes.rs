@@ -67,12 +67,12 @@ impl Measuring {
         let mechanism = solver.mechanism();
         let (mut joints, mut ranges) = (Vec::new(), Vec::new());
         for (joint, content) in mechanism.joints().iter().enumerate() {
-            let freedoms = content.joint_type.freedoms();
+            let dofs = content.joint_type.dofs();
             let coordinates = solver.joint_coordinates(JointId(joint));
-            for (freedom, value) in coordinates.into_iter().enumerate() {
-                let name = content.freedom_name(freedom);
-                let unit = freedoms[freedom].units().0;
-                joints.push((joint, freedom, value));
+            for (dof, value) in coordinates.into_iter().enumerate() {
+                let name = content.dof_name(dof);
+                let unit = dofs[dof].units().0;
+                joints.push((joint, dof, value));
                 ranges.push(Range { name, unit, least: value, greatest: value });
             }
         }
@@ -109,8 +109,8 @@ impl Measuring {
 
     /// Looks at a sample.
     pub(super) fn look(&mut self, solver: &InverseDynamics) {
-        for ((joint, freedom, last), range) in self.joints.iter_mut().zip(&mut self.sizes.joints) {
-            let value = solver.joint_coordinates(JointId(*joint))[*freedom];
+        for ((joint, dof, last), range) in self.joints.iter_mut().zip(&mut self.sizes.joints) {
+            let value = solver.joint_coordinates(JointId(*joint))[*dof];
             let turns = if range.unit == "rad" { ((*last - value) / TAU).round() } else { 0.0 };
             *last = value + turns * TAU;
             range.add(*last);

@@ -30,7 +30,7 @@ struct Path {
 #[derive(Clone, Debug)]
 struct Slide {
     joint: usize,
-    freedom: usize,
+    dof: usize,
     least: f64,
     greatest: f64,
 }
@@ -65,7 +65,7 @@ impl Trail {
     /// Adds the solver's present position.
     pub fn add(&mut self, solver: &InverseDynamics) {
         for slide in &mut self.slides {
-            let value = solver.joint_coordinates(JointId(slide.joint))[slide.freedom];
+            let value = solver.joint_coordinates(JointId(slide.joint))[slide.dof];
             slide.least = slide.least.min(value);
             slide.greatest = slide.greatest.max(value);
         }
@@ -96,7 +96,7 @@ impl Trail {
     /// How far back and how far forth a joint slides from where the solver is now, m.
     pub(super) fn stroke(&self, solver: &InverseDynamics, joint: usize) -> Option<(f64, f64)> {
         let slide = self.slides.iter().find(|slide| slide.joint == joint)?;
-        let now = *solver.joint_coordinates(JointId(joint)).get(slide.freedom)?;
+        let now = *solver.joint_coordinates(JointId(joint)).get(slide.dof)?;
         Some((slide.least - now, slide.greatest - now))
     }
 }
@@ -104,13 +104,13 @@ impl Trail {
 fn slides(solver: &InverseDynamics) -> Vec<Slide> {
     let mut slides = Vec::new();
     for (joint, content) in solver.mechanism().joints().iter().enumerate() {
-        let freedoms = content.joint_type.freedoms();
-        let along = freedoms.iter().position(|f| f.translates() && f.axis == 2);
+        let dofs = content.joint_type.dofs();
+        let along = dofs.iter().position(|f| f.translates() && f.axis == 2);
         let coordinates = solver.joint_coordinates(JointId(joint));
-        if let Some(freedom) = along
-            && let Some(&first) = coordinates.get(freedom)
+        if let Some(dof) = along
+            && let Some(&first) = coordinates.get(dof)
         {
-            slides.push(Slide { joint, freedom, least: first, greatest: first });
+            slides.push(Slide { joint, dof, least: first, greatest: first });
         }
     }
     slides

@@ -5,7 +5,7 @@ use super::Home;
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use stiction_core::friction::{
-    Combine, Contact, ContactShape, Curve, Law, LoadMap, Supports, contacts_of,
+    Combine, Curve, InterfaceShape, JointFriction, Law, NormalLoadMap, Supports, interfaces_of,
 };
 use stiction_core::joint::Motion;
 use stiction_core::mechanism::{Body, BodyId, Compliance, Joint, Spring};
@@ -29,8 +29,8 @@ pub fn json(home: &Home<'_>) -> Value {
             "frame_from": pose_json(&joint.frame_j),
             "frame_to": pose_json(&joint.frame_k),
             "pitch": joint.pitch,
-            "freedoms": freedoms_json(joint, coordinates),
-            "friction": joint.friction.iter().map(|c| contact_json(joint, c)).collect::<Vec<_>>(),
+            "freedoms": dofs_json(joint, coordinates),
+            "friction": joint.friction.iter().map(|c| interface_json(joint, c)).collect::<Vec<_>>(),
             "compliance": joint.compliance.as_ref().map(compliance_json),
         })
     });
@@ -122,42 +122,42 @@ fn body_json(body: &Body, home: &Pose<f64>) -> Value {
     })
 }
 
-fn freedoms_json(joint: &Joint, coordinates: &[Option<f64>]) -> Value {
-    let freedoms = joint.joint_type.freedoms().iter().zip(&joint.actuated).zip(coordinates);
-    let freedom = freedoms.map(|((freedom, actuated), coordinate)| {
-        let kind = match freedom.motion {
+fn dofs_json(joint: &Joint, coordinates: &[Option<f64>]) -> Value {
+    let dofs = joint.joint_type.dofs().iter().zip(&joint.actuated).zip(coordinates);
+    let dof = dofs.map(|((dof, actuated), coordinate)| {
+        let kind = match dof.motion {
             Motion::Rotation => "rotation",
             Motion::Translation => "translation",
             Motion::Screw => "screw",
         };
         json!({
-            "name": freedom.name,
+            "name": dof.name,
             "kind": kind,
             "actuated": actuated,
             "coordinate": coordinate,
         })
     });
-    freedom.collect()
+    dof.collect()
 }
 
-fn contact_json(joint: &Joint, contact: &Contact) -> Value {
-    let (place, shape) = contacts_of(joint.joint_type)[contact.place];
+fn interface_json(joint: &Joint, interface: &JointFriction) -> Value {
+    let (place, shape) = interfaces_of(joint.joint_type)[interface.place];
     let word = match shape {
-        ContactShape::Pin { .. } => "pin",
-        ContactShape::Guide { .. } => "guide",
-        ContactShape::Thread => "thread",
-        ContactShape::Ball => "ball",
-        ContactShape::Plate => "plate",
+        InterfaceShape::Pin { .. } => "pin",
+        InterfaceShape::Guide { .. } => "guide",
+        InterfaceShape::Thread => "thread",
+        InterfaceShape::Ball => "ball",
+        InterfaceShape::Plate => "plate",
     };
-    let freedoms = joint.joint_type.freedoms()[shape.freedoms()].iter().map(|f| f.name);
+    let dofs = joint.joint_type.dofs()[shape.dofs()].iter().map(|f| f.name);
     json!({
         "place": place,
         "shape": word,
-        "freedoms": freedoms.collect::<Vec<_>>(),
-        "radius": contact.radius,
-        "law": law_json(&contact.law),
-        "backward": contact.backward.as_ref().map(law_json),
-        "load": load_json(&contact.load),
+        "freedoms": dofs.collect::<Vec<_>>(),
+        "radius": interface.radius,
+        "law": law_json(&interface.law),
+        "backward": interface.backward.as_ref().map(law_json),
+        "load": load_json(&interface.load),
     })
 }
 
@@ -187,7 +187,7 @@ fn law_json(law: &Law) -> Value {
     })
 }
 
-fn load_json(load: &LoadMap<f64>) -> Value {
+fn load_json(load: &NormalLoadMap<f64>) -> Value {
     let combine = match load.combine {
         Combine::Sum => "sum",
         Combine::Pads => "pads",

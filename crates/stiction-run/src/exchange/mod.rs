@@ -53,7 +53,7 @@ impl<'a> Home<'a> {
             }
             let mut values: Vec<Option<f64>> =
                 solver.joint_coordinates(JointId(index)).into_iter().map(Some).collect();
-            values.resize(joint.joint_type.freedoms().len(), None);
+            values.resize(joint.joint_type.dofs().len(), None);
             values
         });
         let motion = job.motion.coordinates.iter().map(|(coordinate, _)| *coordinate);

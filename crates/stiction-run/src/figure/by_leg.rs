@@ -9,7 +9,7 @@ use stiction_format::Model;
 #[derive(Clone, Debug)]
 pub(crate) struct ByLeg {
     panel_names: Vec<String>,
-    panel_of_contact: Vec<usize>,
+    panel_of_interface: Vec<usize>,
     traces: Vec<Trace>,
 }
 
@@ -17,8 +17,8 @@ impl ByLeg {
     /// No points yet; `count` will come.
     pub(crate) fn new(model: &Model, names: &Names, count: usize) -> Self {
         let mut panel_names: Vec<String> = Vec::new();
-        let panel_of_contact = names
-            .contacts
+        let panel_of_interface = names
+            .interfaces
             .iter()
             .map(|(_, joint)| {
                 let leg = model.leg_of_joint(JointId(*joint));
@@ -31,8 +31,8 @@ impl ByLeg {
             .collect();
         Self {
             panel_names,
-            panel_of_contact,
-            traces: vec![Trace::new(count); names.contacts.len()],
+            panel_of_interface,
+            traces: vec![Trace::new(count); names.interfaces.len()],
         }
     }
 
@@ -51,8 +51,8 @@ impl ByLeg {
         let panel =
             |name: &String| Panel { y_label: format!("{name} [{unit}]"), lines: Vec::new() };
         let mut panels: Vec<Panel> = self.panel_names.iter().map(panel).collect();
-        let traces = self.traces.into_iter().zip(&names.contacts);
-        for ((trace, (name, _)), &panel) in traces.zip(&self.panel_of_contact) {
+        let traces = self.traces.into_iter().zip(&names.interfaces);
+        for ((trace, (name, _)), &panel) in traces.zip(&self.panel_of_interface) {
             let lines = &mut panels[panel].lines;
             lines.push(trace.line(name, lines.len(), false));
         }

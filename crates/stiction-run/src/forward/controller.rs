@@ -94,15 +94,15 @@ impl<'a> Controller<'a> {
         let (bodies, actuators) = (model.bodies().clone(), model.mechanism().actuators());
         let forward = Forward::new(model.mechanism().clone(), &[]);
         let mut targets: Vec<Target<f64>> = actuators
-            .map(|(joint, freedom)| Target {
+            .map(|(joint, dof)| Target {
                 rate: 0.0,
                 acceleration: 0.0,
-                ..forward.joint_motion(&state, &bodies, joint, freedom)
+                ..forward.joint_motion(&state, &bodies, joint, dof)
             })
             .collect();
         let mut drives = |targets: &[Target<f64>]| -> Result<Vec<f64>, Error> {
             model.move_to(targets).map_err(Error::Controller)?;
-            Ok(model.solve(&[]).map_err(Error::ControllerForces)?.drives_frictionless.clone())
+            Ok(model.solve(&[]).map_err(Error::ControllerForces)?.efforts_frictionless.clone())
         };
         let still = drives(&targets)?;
         let mut masses = Vec::with_capacity(still.len());
@@ -174,7 +174,7 @@ pub(super) fn by_actuators(
 ) -> Result<InverseDynamics, Error> {
     let mechanism = model.mechanism.starting_at(bodies.joint_poses());
     let ground = forward.parameters().ground.inverse();
-    let homes: Vec<_> = model
+    let initial_poses: Vec<_> = model
         .mechanism
         .bodies()
         .iter()
@@ -182,15 +182,13 @@ pub(super) fn by_actuators(
         .skip(1)
         .map(|(index, _)| (stiction_core::mechanism::BodyId(index), ground * bodies.pose[index]))
         .collect();
-    let coordinates: Vec<Coordinate> = mechanism
-        .actuators()
-        .map(|(joint, freedom)| Coordinate::Joint { joint, freedom })
-        .collect();
+    let coordinates: Vec<Coordinate> =
+        mechanism.actuators().map(|(joint, dof)| Coordinate::Joint { joint, dof }).collect();
     let targets: Vec<Target<f64>> = mechanism
         .actuators()
-        .map(|(joint, freedom)| forward.joint_motion(state, bodies, joint, freedom))
+        .map(|(joint, dof)| forward.joint_motion(state, bodies, joint, dof))
         .collect();
     let settings = Settings { friction: FrictionMode::Off, ..Settings::default() };
-    InverseDynamics::new(mechanism, &homes, &coordinates, &targets, settings)
+    InverseDynamics::new(mechanism, &initial_poses, &coordinates, &targets, settings)
         .map_err(Error::Controller)
 }

@@ -20,22 +20,22 @@ pub(crate) struct Told {
 
 /// Says what happened; `at_rest` says which contacts stick at the start.
 pub(crate) fn tell_all(layout: &Layout, mut at_rest: Vec<bool>, events: &[Event]) -> Vec<Told> {
-    at_rest.resize(layout.names.contacts.len(), false);
+    at_rest.resize(layout.names.interfaces.len(), false);
     events.iter().map(|event| tell(layout, &mut at_rest, event)).collect()
 }
 
 fn tell(layout: &Layout, at_rest: &mut [bool], event: &Event) -> Told {
-    let contact_name = |contact: usize| layout.names.contacts[contact].0.clone();
+    let interface_name = |interface: usize| layout.names.interfaces[interface].0.clone();
     let joint_name = |joint: JointId| layout.names.joints[joint.0].clone();
     let (what, at, detail) = match &event.kind {
-        EventKind::Sticks { contact, .. } => {
-            at_rest[*contact] = true;
-            ("sticks", contact_name(*contact), String::new())
+        EventKind::Sticks { interface, .. } => {
+            at_rest[*interface] = true;
+            ("sticks", interface_name(*interface), String::new())
         }
-        EventKind::Slides { contact, direction, .. } => {
-            let rested = std::mem::replace(&mut at_rest[*contact], false);
+        EventKind::Slides { interface, direction, .. } => {
+            let rested = std::mem::replace(&mut at_rest[*interface], false);
             let what = if rested { "slides" } else { "reverses" };
-            (what, contact_name(*contact), way(*direction, layout.signed[*contact]))
+            (what, interface_name(*interface), way(*direction, layout.signed[*interface]))
         }
         EventKind::SharesNotUnique { redundant } => {
             ("shares-not-unique", String::new(), format!("{redundant} redundant"))

@@ -31,8 +31,8 @@ impl Curves {
     /// No points yet; `count` samples will come.
     pub fn new(job: &Job<'_>, layout: &Layout, count: usize) -> Self {
         let trace = Trace::new(count);
-        let driven = layout.freedom_of_actuator.clone();
-        let drawn = if driven.is_empty() { (0..layout.freedoms.len()).collect() } else { driven };
+        let driven = layout.dof_of_actuator.clone();
+        let drawn = if driven.is_empty() { (0..layout.dofs.len()).collect() } else { driven };
         let actuators = layout.names.drives.len();
         Self {
             title: format!("{} - {}", job.model.name, doing(job)),
@@ -52,15 +52,15 @@ impl Curves {
     /// Adds a sample.
     pub fn add(&mut self, rows: &Rows) {
         let time = rows.time;
-        for (trace, &freedom) in self.positions.iter_mut().zip(&self.drawn) {
-            trace.push(time, self.layout.motion_in(&rows.forward, freedom)[0]);
+        for (trace, &dof) in self.positions.iter_mut().zip(&self.drawn) {
+            trace.push(time, self.layout.motion_in(&rows.forward, dof)[0]);
         }
         for actuator in 0..self.drives.len() {
             let (drive, wanted) = self.layout.drive_in(&rows.forward, actuator);
             self.drives[actuator].push(time, drive);
             if let Some(wanted) = wanted {
-                let freedom = self.layout.freedom_of_actuator[actuator];
-                let position = self.layout.motion_in(&rows.forward, freedom)[0];
+                let dof = self.layout.dof_of_actuator[actuator];
+                let position = self.layout.motion_in(&rows.forward, dof)[0];
                 self.wanted[actuator].push(time, wanted);
                 self.errors[actuator].push(time, 1e3 * (position - wanted));
             }
@@ -88,13 +88,12 @@ impl Curves {
 
         let mut panels = Vec::new();
         let mut wanted = self.wanted.into_iter();
-        for (&freedom, trace) in self.drawn.iter().zip(self.positions).take(PANELS) {
-            let freedom = &layout.freedoms[freedom];
+        for (&dof, trace) in self.drawn.iter().zip(self.positions).take(PANELS) {
+            let dof = &layout.dofs[dof];
             let mut lines = vec![trace.line("position", 0, false)];
-            let wanted =
-                wanted.next().filter(|_| freedom.actuator.is_some_and(|a| layout.wanted[a]));
+            let wanted = wanted.next().filter(|_| dof.actuator.is_some_and(|a| layout.wanted[a]));
             lines.extend(wanted.map(|wanted| wanted.line("wanted", 1, true)));
-            let y_label = format!("{} [{}]", freedom.name, freedom.units()[0]);
+            let y_label = format!("{} [{}]", dof.name, dof.units()[0]);
             panels.push(Panel { y_label, lines });
         }
         if !panels.is_empty() {
@@ -102,11 +101,11 @@ impl Curves {
             figures.push(("motion", Figure { title, x_label: x_label.clone(), panels }));
         }
         if follows {
-            let errors = self.errors.into_iter().zip(&layout.freedom_of_actuator);
+            let errors = self.errors.into_iter().zip(&layout.dof_of_actuator);
             let errors = errors.zip(&layout.wanted).filter(|(_, wanted)| **wanted).take(PANELS);
-            let panels = errors.map(|((trace, &freedom), _)| {
-                let freedom = &layout.freedoms[freedom];
-                let y_label = format!("{} [m{}]", freedom.name, freedom.units()[0]);
+            let panels = errors.map(|((trace, &dof), _)| {
+                let dof = &layout.dofs[dof];
+                let y_label = format!("{} [m{}]", dof.name, dof.units()[0]);
                 Panel { y_label, lines: vec![trace.line("error", 1, false)] }
             });
             let title = format!("Off the motion by: {}", self.title);
@@ -159,8 +158,8 @@ fn sticking(summary: &Summary, events: &[Event]) -> Trace {
     for event in events {
         let before = count(&at_rest);
         match event.kind {
-            EventKind::Sticks { contact, .. } => at_rest[contact] = true,
-            EventKind::Slides { contact, .. } => at_rest[contact] = false,
+            EventKind::Sticks { interface, .. } => at_rest[interface] = true,
+            EventKind::Slides { interface, .. } => at_rest[interface] = false,
             _ => continue,
         }
         if count(&at_rest) != before {

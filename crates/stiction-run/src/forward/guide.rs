@@ -50,8 +50,8 @@ impl<'a> Guide<'a> {
     /// How the actuators move.
     pub(super) fn actuators(&self, forward: &Forward, out: &mut [Target<f64>]) {
         let (state, bodies) = (self.solver.assembly().state(), self.solver.bodies());
-        for (target, (joint, freedom)) in out.iter_mut().zip(forward.mechanism().actuators()) {
-            *target = forward.joint_motion(state, bodies, joint, freedom);
+        for (target, (joint, dof)) in out.iter_mut().zip(forward.mechanism().actuators()) {
+            *target = forward.joint_motion(state, bodies, joint, dof);
         }
     }
 
@@ -60,7 +60,7 @@ impl<'a> Guide<'a> {
         self.job.loads_at(self.time, &mut self.loads).map_err(Error::Motion)?;
         let time = self.time;
         match self.solver.solve(&self.loads) {
-            Ok(forces) => Ok((&forces.drives, &forces.drives_frictionless)),
+            Ok(forces) => Ok((&forces.drives, &forces.efforts_frictionless)),
             Err(error) => Err(Error::Motion(inverse::Error::Forces { time, error })),
         }
     }

@@ -89,8 +89,8 @@ pub fn arrange(model: &Model, friction: bool, locks: &[(JointId, usize)]) -> Mod
     if !friction {
         model.mechanism = model.mechanism.without_friction();
     }
-    for &(joint, freedom) in locks {
-        model.mechanism = model.mechanism.with_actuator(joint, freedom);
+    for &(joint, dof) in locks {
+        model.mechanism = model.mechanism.with_actuator(joint, dof);
     }
     model
 }

@@ -1,15 +1,16 @@
 //! Forward dynamics: what a mechanism does, from a start on.
 
-mod acting;
+mod acting_inputs;
+mod checkpoint;
 mod controller;
 mod error;
 mod events;
 mod figures;
 mod guide;
 mod job;
-mod mark;
 mod outcome;
 mod poles;
+mod reference;
 mod rows;
 mod run;
 mod sample;
@@ -17,12 +18,11 @@ mod start;
 mod summary;
 mod tables;
 mod terminal;
-mod wanted;
 
+pub use checkpoint::{Mark, checksum};
 pub use error::Error;
 pub use figures::Curves;
 pub use job::{Feed, Job, Start, arrange};
-pub use mark::{Mark, checksum};
 pub use outcome::{Ending, Outcome};
 pub use poles::pole;
 pub use rows::{Layout, Rows, Scribe};

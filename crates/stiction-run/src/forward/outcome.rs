@@ -1,7 +1,7 @@
 //! What is told of the whole simulation.
 
+use super::checkpoint::Mark;
 use super::error::Error;
-use super::mark::Mark;
 use stiction_core::forward::Event;
 
 /// How a simulation ended.

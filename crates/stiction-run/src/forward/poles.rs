@@ -1,6 +1,6 @@
 //! Forces that pass through infinity.
 
-use stiction_format::Course;
+use stiction_format::Signal;
 
 /// Instants that are looked at: a prime number, so that none is a simple part of the whole, as poles often are.
 const LOOKS: usize = 4099;
@@ -12,11 +12,11 @@ const NEAR: f64 = 1048576.0;
 
 /// The instant at which a course changes its sign by way of infinity, between these instants; the first of several. A pole
 /// without a change of sign makes whatever it drives too fast, which is told by itself.
-pub fn pole(course: &Course, from: f64, until: f64) -> Option<f64> {
-    if course.is_constant() {
+pub fn pole(signal: &Signal, from: f64, until: f64) -> Option<f64> {
+    if signal.is_constant() {
         return None;
     }
-    let value = |t: f64| course.at(t).value;
+    let value = |t: f64| signal.at(t).value;
     let at = |k: usize| from + (until - from) * (k as f64 / LOOKS as f64);
     let mut left = (from, value(from));
     for k in 1..=LOOKS {

@@ -3,12 +3,12 @@
 use super::sample::Sample;
 use crate::inverse::bodies::BodyRow;
 use crate::names::Names;
-use stiction_core::forward::{ContactInstant, ContactMode};
+use stiction_core::forward::{InterfaceMode, InterfaceSample};
 use stiction_core::mechanism::{JointId, Mechanism};
 
 /// A scalar freedom of a joint.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Freedom {
+pub(crate) struct Dof {
     /// The joint's name, with that of the freedom where the joint has several.
     pub(crate) name: String,
     pub(crate) joint: JointId,
@@ -19,21 +19,21 @@ pub(crate) struct Freedom {
 }
 
 /// All scalar freedoms of a mechanism's joints.
-pub(crate) fn freedoms_of(mechanism: &Mechanism) -> Vec<Freedom> {
+pub(crate) fn dofs_of(mechanism: &Mechanism) -> Vec<Dof> {
     let actuators: Vec<_> = mechanism.actuators().collect();
     let mut all = Vec::new();
     for (id, joint) in mechanism.joints().iter().enumerate() {
         if !joint.joint_type.has_scalar_coordinates() {
             continue;
         }
-        let freedoms = joint.joint_type.freedoms();
-        for (index, freedom) in freedoms.iter().enumerate() {
+        let dofs = joint.joint_type.dofs();
+        for (index, dof) in dofs.iter().enumerate() {
             let joint_id = JointId(id);
-            all.push(Freedom {
-                name: joint.freedom_name(index),
+            all.push(Dof {
+                name: joint.dof_name(index),
                 joint: joint_id,
                 index,
-                translates: freedom.translates(),
+                translates: dof.translates(),
                 actuator: actuators.iter().position(|a| *a == (joint_id, index)),
             });
         }
@@ -41,7 +41,7 @@ pub(crate) fn freedoms_of(mechanism: &Mechanism) -> Vec<Freedom> {
     all
 }
 
-impl Freedom {
+impl Dof {
     /// Units of the coordinate, its rate and its acceleration.
     pub(crate) fn units(&self) -> [&'static str; 3] {
         if self.translates { ["m", "m/s", "m/s^2"] } else { ["rad", "rad/s", "rad/s^2"] }
@@ -52,13 +52,13 @@ impl Freedom {
 #[derive(Clone, Debug)]
 pub struct Layout {
     pub(crate) names: Names,
-    pub(crate) freedoms: Vec<Freedom>,
+    pub(crate) dofs: Vec<Dof>,
     /// For each actuator whether it follows a motion.
     pub(crate) wanted: Vec<bool>,
     /// For each contact whether its sliding has one direction, and so a sign.
     pub(crate) signed: Vec<bool>,
     /// For each actuator its freedom.
-    pub(crate) freedom_of_actuator: Vec<usize>,
+    pub(crate) dof_of_actuator: Vec<usize>,
     bodies: Vec<String>,
 }
 
@@ -83,32 +83,32 @@ pub struct Rows {
 const REACTION: [&str; 7] =
     ["fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]", "determined"];
 /// Columns of a contact.
-const CONTACT: [&str; 6] =
+const INTERFACE: [&str; 6] =
     ["speed [m/s]", "load [N]", "friction [N]", "limit [N]", "power [W]", "sticks"];
 
 impl Layout {
     /// The columns of a mechanism; `wanted` says of each actuator whether it follows a motion.
     pub fn new(mechanism: &Mechanism, wanted: Vec<bool>) -> Self {
-        let freedoms = freedoms_of(mechanism);
-        let place = |actuator: usize| freedoms.iter().position(|f| f.actuator == Some(actuator));
-        let freedom_of_actuator: Vec<usize> =
+        let dofs = dofs_of(mechanism);
+        let place = |actuator: usize| dofs.iter().position(|f| f.actuator == Some(actuator));
+        let dof_of_actuator: Vec<usize> =
             (0..mechanism.actuators().count()).filter_map(place).collect();
         let signed = mechanism.joints().iter().flat_map(|joint| {
-            let contacts = stiction_core::friction::contacts_of(joint.joint_type);
-            joint.friction.iter().map(|f| contacts[f.place].1.has_one_freedom())
+            let interfaces = stiction_core::friction::interfaces_of(joint.joint_type);
+            joint.friction.iter().map(|f| interfaces[f.place].1.has_one_dof())
         });
         // One of several freedoms is told which, as in all other columns here.
         let mut names = Names::new(mechanism);
-        for ((name, _), &freedom) in names.drives.iter_mut().zip(&freedom_of_actuator) {
-            let own: &Freedom = &freedoms[freedom];
+        for ((name, _), &dof) in names.drives.iter_mut().zip(&dof_of_actuator) {
+            let own: &Dof = &dofs[dof];
             name.clone_from(&own.name);
         }
         Self {
             names,
             wanted,
             signed: signed.collect(),
-            freedom_of_actuator,
-            freedoms,
+            dof_of_actuator,
+            dofs,
             bodies: BodyRow::header(mechanism).collect(),
         }
     }
@@ -116,16 +116,16 @@ impl Layout {
     /// Header of `forward.csv`.
     pub(crate) fn forward(&self) -> Vec<String> {
         let mut header = time();
-        for freedom in &self.freedoms {
-            let units = freedom.units();
+        for dof in &self.dofs {
+            let units = dof.units();
             for (what, unit) in ["position", "rate", "acceleration"].iter().zip(units) {
-                header.push(format!("{}.{what} [{unit}]", freedom.name));
+                header.push(format!("{}.{what} [{unit}]", dof.name));
             }
-            if let Some(actuator) = freedom.actuator {
+            if let Some(actuator) = dof.actuator {
                 let (name, unit) = &self.names.drives[actuator];
                 header.push(format!("{name}.drive [{unit}]"));
                 if self.wanted[actuator] {
-                    header.push(format!("{}.wanted [{}]", freedom.name, units[0]));
+                    header.push(format!("{}.wanted [{}]", dof.name, units[0]));
                 }
             }
         }
@@ -144,8 +144,8 @@ impl Layout {
 
     /// Header of `friction.csv`.
     pub(crate) fn friction(&self) -> Vec<String> {
-        let contacts = self.names.contacts.iter();
-        let columns = contacts.flat_map(|(name, _)| CONTACT.map(|c| format!("{name}.{c}")));
+        let interfaces = self.names.interfaces.iter();
+        let columns = interfaces.flat_map(|(name, _)| INTERFACE.map(|c| format!("{name}.{c}")));
         time().into_iter().chain(columns).collect()
     }
 
@@ -160,8 +160,8 @@ impl Layout {
         header.extend(["kinetic [J]", "potential [J]"].map(str::to_owned));
         header.extend(self.names.drives.iter().map(|(name, _)| format!("{name}.work [J]")));
         header.extend(["loads.work [J]", "dampers.dissipated [J]"].map(str::to_owned));
-        let contacts = self.names.contacts.iter();
-        header.extend(contacts.map(|(name, _)| format!("{name}.dissipated [J]")));
+        let interfaces = self.names.interfaces.iter();
+        header.extend(interfaces.map(|(name, _)| format!("{name}.dissipated [J]")));
         header.extend(["error [J]", "turnover [J]"].map(str::to_owned));
         header
     }
@@ -169,9 +169,9 @@ impl Layout {
     /// Header of `motion.csv`, which other verbs read.
     pub(crate) fn motion(&self) -> Vec<String> {
         let mut header = time();
-        for &freedom in &self.freedom_of_actuator {
-            let freedom = &self.freedoms[freedom];
-            let (name, [unit, rate, acceleration]) = (&freedom.name, freedom.units());
+        for &dof in &self.dof_of_actuator {
+            let dof = &self.dofs[dof];
+            let (name, [unit, rate, acceleration]) = (&dof.name, dof.units());
             header.push(format!("{name} [{unit}]"));
             header.push(format!("d({name}) [{rate}]"));
             header.push(format!("dd({name}) [{acceleration}]"));
@@ -180,20 +180,20 @@ impl Layout {
     }
 
     /// Where in a row of `forward.csv` a freedom's numbers begin.
-    fn place(&self, freedom: usize) -> usize {
-        let width = |f: &Freedom| 3 + f.actuator.map_or(0, |a| 1 + usize::from(self.wanted[a]));
-        self.freedoms[..freedom].iter().map(width).sum()
+    fn place(&self, dof: usize) -> usize {
+        let width = |f: &Dof| 3 + f.actuator.map_or(0, |a| 1 + usize::from(self.wanted[a]));
+        self.dofs[..dof].iter().map(width).sum()
     }
 
     /// Position, rate and acceleration of a freedom.
-    pub(crate) fn motion_in<'r>(&self, row: &'r [f64], freedom: usize) -> &'r [f64] {
-        let at = self.place(freedom);
+    pub(crate) fn motion_in<'r>(&self, row: &'r [f64], dof: usize) -> &'r [f64] {
+        let at = self.place(dof);
         &row[at..at + 3]
     }
 
     /// The effort of an actuator, and where it is wanted.
     pub(crate) fn drive_in(&self, row: &[f64], actuator: usize) -> (f64, Option<f64>) {
-        let at = self.place(self.freedom_of_actuator[actuator]) + 3;
+        let at = self.place(self.dof_of_actuator[actuator]) + 3;
         (row[at], self.wanted[actuator].then(|| row[at + 1]))
     }
 }
@@ -203,7 +203,7 @@ fn time() -> Vec<String> {
 }
 
 /// Speed and friction of a contact: with a sign where there is one direction.
-fn along(moment: &ContactInstant, signed: bool) -> (f64, f64) {
+fn along(moment: &InterfaceSample, signed: bool) -> (f64, f64) {
     let size = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     match signed {
         true => (moment.velocity[0], moment.friction[0]),
@@ -235,9 +235,9 @@ impl Scribe {
 
         let row = &mut rows.forward;
         row.clear();
-        for (freedom, motion) in layout.freedoms.iter().zip(sample.joints) {
+        for (dof, motion) in layout.dofs.iter().zip(sample.joints) {
             row.extend([motion.value, motion.rate, motion.acceleration]);
-            if let Some(actuator) = freedom.actuator {
+            if let Some(actuator) = dof.actuator {
                 row.push(now.drives[actuator]);
                 row.extend(layout.wanted[actuator].then(|| sample.wanted[actuator].value));
             }
@@ -254,10 +254,11 @@ impl Scribe {
 
         let row = &mut rows.friction;
         row.clear();
-        let contacts = now.contacts.iter().zip(&now.account.contacts);
-        for ((moment, power), signed) in contacts.zip(&layout.signed) {
+        let interfaces = now.interfaces.iter().zip(&now.account.interfaces);
+        for ((moment, power), signed) in interfaces.zip(&layout.signed) {
             let (speed, friction) = along(moment, *signed);
-            let sticks = matches!(moment.contact, ContactMode::Sticks | ContactMode::AtLimit(_));
+            let sticks =
+                matches!(moment.interface, InterfaceMode::Sticks | InterfaceMode::AtLimit(_));
             row.extend([speed, moment.load, friction, moment.limit, *power]);
             row.push(f64::from(u8::from(sticks)));
         }
@@ -272,7 +273,7 @@ impl Scribe {
         row.extend([now.account.kinetic, now.account.potential]);
         row.extend_from_slice(&energies.drives);
         row.extend([energies.loads, energies.dampers]);
-        row.extend_from_slice(&energies.contacts);
+        row.extend_from_slice(&energies.interfaces);
         row.extend([sample.energy_error, energies.turnover]);
     }
 }

@@ -1,18 +1,18 @@
 //! A simulation carried out.
 
-use super::acting::{Acting, prescribed};
+use super::acting_inputs::{Acting, prescribed};
+use super::checkpoint::Mark;
 use super::controller::by_actuators;
 use super::error::Error;
 use super::job::{Feed, Job};
-use super::mark::Mark;
 use super::outcome::{Ending, Outcome};
-use super::rows::freedoms_of;
+use super::rows::dofs_of;
 use super::sample::Sample;
 use super::start;
 use crate::{Instants, InstantsError};
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Checkpoint, Event, Forward};
-use stiction_format::Course;
+use stiction_format::Signal;
 
 /// Rates at the start may differ by this part: projection and rounding.
 const CHANGED: f64 = 1e-6;
@@ -77,8 +77,8 @@ impl Job<'_> {
         let now = simulation.instant();
         let rates_changed = simulation.dropped() > CHANGED;
         let invertible = by_actuators(self.model, &forward, (&now.state, &now.bodies)).is_ok();
-        let freedoms = freedoms_of(&self.model.mechanism);
-        let mut joints = Vec::with_capacity(freedoms.len());
+        let dofs = dofs_of(&self.model.mechanism);
+        let mut joints = Vec::with_capacity(dofs.len());
         let mut wanted = Vec::new();
         let mut ending = Ending::Reached;
         let (mut done, mut last) = (0, self.from);
@@ -117,7 +117,7 @@ impl Job<'_> {
             }
             let now = simulation.instant();
             joints.clear();
-            joints.extend(freedoms.iter().map(|f| simulation.joint_motion(f.joint, f.index)));
+            joints.extend(dofs.iter().map(|f| simulation.joint_motion(f.joint, f.index)));
             let loads: Vec<AppliedLoad<f64>> = self.load.at(time).collect();
             let sample = Sample {
                 forward: &forward,
@@ -170,13 +170,13 @@ impl Job<'_> {
 
     /// Whether all formulas have finite values.
     fn check(&self, time: f64) -> Result<(), Error> {
-        let drives: &[(usize, Course)] = match self.drives {
+        let drives: &[(usize, Signal)] = match self.drives {
             Feed::Given(drives) => &drives.efforts,
             Feed::Inverse => &[],
         };
         let loads = self.load.wrenches.iter().flat_map(|w| w.force.iter().chain(&w.moment));
-        for course in drives.iter().map(|(_, course)| course).chain(loads) {
-            if let Some(fault) = course.fault_at(time) {
+        for signal in drives.iter().map(|(_, signal)| signal).chain(loads) {
+            if let Some(fault) = signal.fault_at(time) {
                 return Err(Error::NotFinite(Box::new(fault)));
             }
         }
@@ -186,8 +186,8 @@ impl Job<'_> {
     /// What is behind an error on the way to an instant: a recording that could not be read any more, or a
     /// motion without a value. Else the error itself.
     fn explain(&self, error: Error, time: f64) -> Error {
-        let mut courses = self.motion.iter().flat_map(|motion| &motion.coordinates);
-        let fault = courses.find_map(|(_, course)| course.fault_at(time));
+        let mut signals = self.motion.iter().flat_map(|motion| &motion.coordinates);
+        let fault = signals.find_map(|(_, signal)| signal.fault_at(time));
         match fault {
             Some(fault) => Error::NotFinite(Box::new(fault)),
             None => self.check(time).err().unwrap_or(error),

@@ -16,7 +16,7 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Erro
         Start::Given(motion) => (Some(motion), true),
         Start::Home => (None, false),
     };
-    let homes = &job.model.homes;
+    let initial_poses = &job.model.initial_poses;
     let (mut coordinates, mut targets) = (Vec::new(), Vec::new());
     if let Some(motion) = motion {
         check(motion)?;
@@ -25,7 +25,7 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Erro
             coordinates.push(*coordinate);
             targets.push(Target { rate, ..target });
         }
-        match forward.assemble(homes, &coordinates, &targets) {
+        match forward.assemble(initial_poses, &coordinates, &targets) {
             // Not everything is given, or not where the mechanism is singular.
             Err(ForwardError::Assembly(error))
                 if !matches!(error, AssemblyError::AngleRange { .. }) => {}
@@ -40,7 +40,7 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Erro
         })
         .collect();
     let known = angular(known);
-    forward.assemble_from(homes, &known).map_err(Error::Forward)
+    forward.assemble_from(initial_poses, &known).map_err(Error::Forward)
 }
 
 /// Rates of whole rotation vectors become angular velocities, which is what is known of a body:
@@ -82,8 +82,8 @@ fn angular(mut known: Vec<Known>) -> Vec<Known> {
 
 /// A formula without a finite value starts nothing.
 fn check(motion: &Motion) -> Result<(), Error> {
-    for (_, course) in &motion.coordinates {
-        if let Some(fault) = course.fault_at(motion.start) {
+    for (_, signal) in &motion.coordinates {
+        if let Some(fault) = signal.fault_at(motion.start) {
             return Err(Error::Motion(crate::inverse::Error::NotFinite(Box::new(fault))));
         }
     }

@@ -45,8 +45,8 @@ pub(super) struct Sticking {
 impl Summary {
     /// Nothing yet.
     pub fn new(layout: &Layout) -> Self {
-        let (drives, joints, contacts) =
-            (layout.names.drives.len(), layout.names.joints.len(), layout.names.contacts.len());
+        let (drives, joints, interfaces) =
+            (layout.names.drives.len(), layout.names.joints.len(), layout.names.interfaces.len());
         Self {
             layout: layout.clone(),
             first: None,
@@ -55,7 +55,7 @@ impl Summary {
             drives: vec![Size::default(); drives],
             errors: vec![Size::default(); drives],
             reactions: vec![Default::default(); joints],
-            loads: vec![Size::default(); contacts],
+            loads: vec![Size::default(); interfaces],
             closure: Size::default(),
             energy_error: Size::default(),
             energies: Size::default(),
@@ -72,8 +72,8 @@ impl Summary {
             let (drive, wanted) = self.layout.drive_in(&rows.forward, actuator);
             self.drives[actuator].add(time, drive);
             if let Some(wanted) = wanted {
-                let freedom = self.layout.freedom_of_actuator[actuator];
-                let position = self.layout.motion_in(&rows.forward, freedom)[0];
+                let dof = self.layout.dof_of_actuator[actuator];
+                let position = self.layout.motion_in(&rows.forward, dof)[0];
                 self.errors[actuator].add(time, position - wanted);
             }
         }
@@ -102,13 +102,13 @@ impl Summary {
         let mut all = vec![Sticking::default(); since.len()];
         for event in events {
             match event.kind {
-                EventKind::Sticks { contact, .. } => {
-                    all[contact].stops += 1;
-                    since[contact].get_or_insert(event.time);
+                EventKind::Sticks { interface, .. } => {
+                    all[interface].stops += 1;
+                    since[interface].get_or_insert(event.time);
                 }
-                EventKind::Slides { contact, .. } => {
-                    if let Some(begun) = since[contact].take() {
-                        all[contact].time += event.time - begun;
+                EventKind::Slides { interface, .. } => {
+                    if let Some(begun) = since[interface].take() {
+                        all[interface].time += event.time - begun;
                     }
                 }
                 _ => {}
@@ -133,7 +133,7 @@ impl Summary {
 
     /// The parts of the account of energy at the end.
     pub(super) fn account(&self) -> Account<'_> {
-        let (drives, contacts) = (self.drives.len(), self.loads.len());
+        let (drives, interfaces) = (self.drives.len(), self.loads.len());
         let last = self.last.energy.as_slice();
         let start = |k: usize| self.first.as_ref().map_or(0.0, |first| first.energy[k]);
         let at = |k: usize| last.get(k).copied().unwrap_or(0.0);
@@ -143,8 +143,8 @@ impl Summary {
             drives: last.get(2..2 + drives).unwrap_or(&[]),
             loads: at(2 + drives),
             dampers: at(3 + drives),
-            contacts: last.get(4 + drives..4 + drives + contacts).unwrap_or(&[]),
-            turnover: at(5 + drives + contacts),
+            interfaces: last.get(4 + drives..4 + drives + interfaces).unwrap_or(&[]),
+            turnover: at(5 + drives + interfaces),
         }
     }
 
@@ -155,10 +155,10 @@ impl Summary {
         let sticking = self.sticking(&outcome.events);
         let mut drives = Map::new();
         for (k, (name, unit)) in names.drives.iter().enumerate() {
-            let freedom = &self.layout.freedoms[self.layout.freedom_of_actuator[k]];
+            let dof = &self.layout.dofs[self.layout.dof_of_actuator[k]];
             let at_end = self.last.forward.as_slice();
             let motion = (!at_end.is_empty())
-                .then(|| self.layout.motion_in(at_end, self.layout.freedom_of_actuator[k]));
+                .then(|| self.layout.motion_in(at_end, self.layout.dof_of_actuator[k]));
             drives.insert(
                 name.clone(),
                 json!({
@@ -166,7 +166,7 @@ impl Summary {
                     "drive": self.drives[k].json(),
                     "work": account.drives.get(k),
                     "error": self.layout.wanted[k].then(|| self.errors[k].json()),
-                    "error_unit": self.layout.wanted[k].then(|| freedom.units()[0]),
+                    "error_unit": self.layout.wanted[k].then(|| dof.units()[0]),
                     "position_at_end": motion.map(|m| m[0]),
                     "rate_at_end": motion.map(|m| m[1]),
                 }),
@@ -177,12 +177,12 @@ impl Summary {
             joints.insert(name.clone(), json!({ "force": force.json(), "moment": moment.json() }));
         }
         let mut friction = Map::new();
-        for (k, (name, _)) in names.contacts.iter().enumerate() {
+        for (k, (name, _)) in names.interfaces.iter().enumerate() {
             friction.insert(
                 name.clone(),
                 json!({
                     "load": self.loads[k].json(),
-                    "dissipated": account.contacts.get(k),
+                    "dissipated": account.interfaces.get(k),
                     "sticks": sticking.get(k).map(|s| s.time),
                     "stops": sticking.get(k).map(|s| s.stops),
                 }),
@@ -229,7 +229,7 @@ impl Summary {
                 "drives": account.drives.iter().sum::<f64>(),
                 "loads": account.loads,
                 "dampers": account.dampers,
-                "contacts": account.contacts.iter().sum::<f64>(),
+                "contacts": account.interfaces.iter().sum::<f64>(),
                 "error": error,
                 "turnover": turnover,
                 "error_relative": self.energy_error_relative(),
@@ -285,7 +285,7 @@ impl Summary {
         let EventKind::NotUnique { joint, coupling, others } = &event.kind else { return None };
         let names = &self.layout.names;
         let each = others.iter().map(|other| {
-            let loads = names.contacts.iter().zip(&other.loads);
+            let loads = names.interfaces.iter().zip(&other.loads);
             let loads: Map<String, Value> =
                 loads.map(|((name, _), load)| (name.clone(), json!(load))).collect();
             json!({ "loads": loads })
@@ -323,6 +323,6 @@ pub(super) struct Account<'a> {
     pub(super) drives: &'a [f64],
     pub(super) loads: f64,
     pub(super) dampers: f64,
-    pub(super) contacts: &'a [f64],
+    pub(super) interfaces: &'a [f64],
     pub(super) turnover: f64,
 }

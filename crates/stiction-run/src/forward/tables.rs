@@ -46,9 +46,9 @@ impl<W: io::Write> Tables<W> {
     /// What the receivers say.
     pub fn add(&mut self, layout: &Layout, rows: &Rows) -> io::Result<()> {
         let motion: Vec<f64> = layout
-            .freedom_of_actuator
+            .dof_of_actuator
             .iter()
-            .flat_map(|&freedom| layout.motion_in(&rows.forward, freedom))
+            .flat_map(|&dof| layout.motion_in(&rows.forward, dof))
             .copied()
             .collect();
         let all =

@@ -27,7 +27,7 @@ pub fn write_summary(
         title => writeln!(out, "{}: {title}", model.name)?,
     }
     let names = &summary.layout.names;
-    let friction = match (job.friction, names.contacts.is_empty()) {
+    let friction = match (job.friction, names.interfaces.is_empty()) {
         (false, _) => "off",
         (true, true) => "not declared",
         (true, false) => "on",
@@ -42,8 +42,8 @@ pub fn write_summary(
     for (actuators, what) in
         [(&job.prescribed, "moved as the motion says"), (&job.locked, "locked")]
     {
-        let freedom = |actuator: &usize| summary.layout.freedom_of_actuator[*actuator];
-        let name = |actuator: &usize| summary.layout.freedoms[freedom(actuator)].name.as_str();
+        let dof = |actuator: &usize| summary.layout.dof_of_actuator[*actuator];
+        let name = |actuator: &usize| summary.layout.dofs[dof(actuator)].name.as_str();
         let listed: Vec<&str> = actuators.iter().map(name).collect();
         if !listed.is_empty() {
             writeln!(out, "{what}: {}", listed.join(", "))?;
@@ -75,7 +75,7 @@ pub fn write_summary(
 fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     let layout = &summary.layout;
     if layout.names.drives.is_empty() {
-        return write_freedoms(out, summary);
+        return write_dofs(out, summary);
     }
     let names = &layout.names.drives;
     let wide = width(names.iter().map(|(name, _)| name.as_str()), 13);
@@ -97,9 +97,9 @@ fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
         if follows { format!("  {:>12} {:>12}", "peak", "rms") } else { String::new() }
     )?;
     for (k, (name, unit)) in names.iter().enumerate() {
-        let freedom = layout.freedom_of_actuator[k];
-        let motion = layout.motion_in(&summary.last.forward, freedom);
-        let [place, speed, _] = layout.freedoms[freedom].units();
+        let dof = layout.dof_of_actuator[k];
+        let motion = layout.motion_in(&summary.last.forward, dof);
+        let [place, speed, _] = layout.dofs[dof].units();
         let size = &summary.drives[k];
         let (position, rate) = (settled(motion[0]), settled(motion[1]));
         write!(
@@ -128,17 +128,17 @@ fn settled(x: f64) -> String {
     if x.abs() < 1e-14 { "0".to_owned() } else { number(x) }
 }
 
-fn write_freedoms(out: &mut impl Write, summary: &Summary) -> fmt::Result {
+fn write_dofs(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     let layout = &summary.layout;
-    let wide = width(layout.freedoms.iter().map(|f| f.name.as_str()), 13);
+    let wide = width(layout.dofs.iter().map(|f| f.name.as_str()), 13);
     writeln!(out, "{:wide$}  {:>13}  {:>13}", "at the end", "position", "rate")?;
-    for (k, freedom) in layout.freedoms.iter().enumerate().take(LISTED) {
+    for (k, dof) in layout.dofs.iter().enumerate().take(LISTED) {
         let motion = layout.motion_in(&summary.last.forward, k);
-        let [place, speed, _] = freedom.units();
+        let [place, speed, _] = dof.units();
         writeln!(
             out,
             "{:wide$}  {:>13}  {:>13}",
-            freedom.name,
+            dof.name,
             format!("{} {place}", settled(motion[0])),
             format!("{} {speed}", settled(motion[1])),
         )?;
@@ -147,17 +147,17 @@ fn write_freedoms(out: &mut impl Write, summary: &Summary) -> fmt::Result {
 }
 
 fn write_friction(out: &mut impl Write, summary: &Summary, outcome: &Outcome) -> fmt::Result {
-    let names = &summary.layout.names.contacts;
+    let names = &summary.layout.names.interfaces;
     if names.is_empty() {
         return Ok(());
     }
     let account = summary.account();
     let sticking = summary.sticking(&outcome.events);
-    let total: f64 = account.contacts.iter().sum();
+    let total: f64 = account.interfaces.iter().sum();
     let mut order: Vec<usize> = (0..names.len()).collect();
     let rounding = summary.rounding();
     let settle = |x: f64| if x.abs() < rounding { 0.0 } else { x };
-    let dissipated = |k: usize| settle(account.contacts.get(k).copied().unwrap_or(0.0));
+    let dissipated = |k: usize| settle(account.interfaces.get(k).copied().unwrap_or(0.0));
     let total = settle(total);
     order.sort_by(|&a, &b| dissipated(b).total_cmp(&dissipated(a)));
     let listed = &order[..order.len().min(LISTED)];
@@ -202,7 +202,7 @@ fn write_friction(out: &mut impl Write, summary: &Summary, outcome: &Outcome) ->
 
 fn write_energy(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     let account = summary.account();
-    let dissipated = account.dampers + account.contacts.iter().sum::<f64>();
+    let dissipated = account.dampers + account.interfaces.iter().sum::<f64>();
     let rounding = summary.rounding();
     let amount = |x: f64| number(if x.abs() < rounding { 0.0 } else { x });
     writeln!(

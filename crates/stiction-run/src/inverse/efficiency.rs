@@ -43,8 +43,8 @@ pub(super) fn look_back(
     backward: &mut Vec<Backward>,
 ) {
     let powers = |solver: &InverseDynamics, forces: &Forces| -> Vec<(f64, f64)> {
-        let drives = forces.drives_frictionless.iter().zip(&forces.drives);
-        let at_rates = drives.zip(solver.drive_rates());
+        let drives = forces.efforts_frictionless.iter().zip(&forces.drives);
+        let at_rates = drives.zip(solver.actuator_rates());
         // What the actuator takes in.
         at_rates.map(|((without, with), rate)| (-without * rate, -with * rate)).collect()
     };

@@ -1,8 +1,8 @@
 //! The plots of a run.
 
+use super::contributions::ShareCurves;
 use super::job::Job;
 use super::sample::Sample;
-use super::shares::ShareCurves;
 use crate::figure::by_leg::ByLeg;
 use crate::figure::{Figure, Panel, Trace};
 use crate::names::Names;
@@ -27,7 +27,7 @@ impl Curves {
         let names = Names::new(&job.model.mechanism);
         let trace = Trace::new(count);
         Self {
-            has_friction: job.friction != FrictionMode::Off && !names.contacts.is_empty(),
+            has_friction: job.friction != FrictionMode::Off && !names.interfaces.is_empty(),
             title: format!("{} - {}, load {}", job.model.name, job.motion_name, job.load_name),
             drives: vec![[trace.clone(), trace.clone()]; names.drives.len()],
             friction: ByLeg::new(job.model, &names, count),
@@ -43,9 +43,9 @@ impl Curves {
         let (time, forces) = (sample.time, sample.forces);
         for (k, [with, without]) in self.drives.iter_mut().enumerate() {
             with.push(time, forces.drives[k]);
-            without.push(time, forces.drives_frictionless[k]);
+            without.push(time, forces.efforts_frictionless[k]);
         }
-        self.friction.add(time, forces.contacts.iter().map(|contact| contact.friction));
+        self.friction.add(time, forces.interfaces.iter().map(|interface| interface.friction));
         self.shares.add(time, sample.shares);
         let power = &forces.power;
         for (trace, value) in

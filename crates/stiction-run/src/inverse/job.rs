@@ -44,8 +44,8 @@ impl Job<'_> {
             vec![Target { value: 0.0, rate: 0.0, acceleration: 0.0 }; coordinates.len()];
         self.check_motion(time)?;
         self.targets_at(time, &mut targets);
-        let (mechanism, homes) = (self.model.mechanism.clone(), &self.model.homes);
-        InverseDynamics::new(mechanism, homes, &coordinates, &targets, Settings::default())
+        let (mechanism, initial_poses) = (self.model.mechanism.clone(), &self.model.initial_poses);
+        InverseDynamics::new(mechanism, initial_poses, &coordinates, &targets, Settings::default())
             .map_err(|error| Error::Assembly { time, error })
     }
 
@@ -66,15 +66,15 @@ impl Job<'_> {
     }
 
     fn targets_at(&self, time: f64, targets: &mut [Target<f64>]) {
-        for (target, (_, course)) in targets.iter_mut().zip(&self.motion.coordinates) {
-            *target = course.at(time);
+        for (target, (_, signal)) in targets.iter_mut().zip(&self.motion.coordinates) {
+            *target = signal.at(time);
         }
     }
 
     /// Why the motion has no value at an instant, if it has none.
     pub(crate) fn check_motion(&self, time: f64) -> Result<(), Error> {
-        for (_, course) in &self.motion.coordinates {
-            if let Some(fault) = course.fault_at(time) {
+        for (_, signal) in &self.motion.coordinates {
+            if let Some(fault) = signal.fault_at(time) {
                 return Err(Error::NotFinite(Box::new(fault)));
             }
         }
@@ -88,8 +88,8 @@ impl Job<'_> {
     ) -> Result<(), Error> {
         loads.clear();
         for wrench in &self.load.wrenches {
-            for course in wrench.force.iter().chain(&wrench.moment) {
-                if let Some(fault) = course.fault_at(time) {
+            for signal in wrench.force.iter().chain(&wrench.moment) {
+                if let Some(fault) = signal.fault_at(time) {
                     return Err(Error::NotFinite(Box::new(fault)));
                 }
             }

@@ -4,7 +4,7 @@ use super::chunks;
 use super::error::Error;
 use super::gathered::Gathered;
 use super::job::Job;
-use super::pace::{Following, Pace};
+use super::motion_scan::{Following, Pace};
 use super::sample::Sample;
 use super::solving::{Looks, Solving};
 use super::uniqueness::Uniqueness;
@@ -67,7 +67,7 @@ impl Job<'_> {
         let rest_speed = (REST * pace.fastest).max(STANDSTILL);
         *start.settings_mut() =
             Settings { friction: self.friction, rest_speed, ..Settings::default() };
-        let spins = start.assembly().prescription().spins().len();
+        let spins = start.assembly().motion_constraints().spins().len();
         let actuators = start.mechanism().actuators().count();
         // What the mechanism is meant to leave: what its actuators can govern.
         let meant = pace.mobility.min(actuators + spins);

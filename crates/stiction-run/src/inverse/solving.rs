@@ -124,7 +124,7 @@ impl Solving<'_> {
     ) -> Found {
         let side = solver.side();
         let mut backward = Vec::new();
-        if self.job.friction != FrictionMode::Off && !solver.forces().contacts.is_empty() {
+        if self.job.friction != FrictionMode::Off && !solver.forces().interfaces.is_empty() {
             look_back(solver, &mut piece.mirror, &loads, &mut backward);
         }
         let shares = solver.shares().clone();

@@ -1,10 +1,10 @@
 //! What a run comes to.
 
 use super::certainty::MOST_MARGIN;
+use super::contributions::Ranking;
 use super::efficiency::Efficiency;
 use super::job::Job;
 use super::sample::Sample;
-use super::shares::Ranking;
 use super::uniqueness::Singular;
 use super::verdict::Verdict;
 use crate::names::Names;
@@ -31,7 +31,7 @@ pub struct Summary {
     pub(super) unbounded_samples: usize,
     pub(super) reactions: Vec<(Size, Size)>,
     pub(super) dissipated: Vec<Integral>,
-    pub(super) contact_loads: Vec<Size>,
+    pub(super) interface_loads: Vec<Size>,
     pub(super) work: Work,
     pub(super) shares: Ranking,
     pub(super) efficiency: Efficiency,
@@ -68,8 +68,8 @@ impl Summary {
     /// Nothing yet.
     pub fn new(job: &Job<'_>) -> Self {
         let names = Names::new(&job.model.mechanism);
-        let (drives, joints, contacts) =
-            (names.drives.len(), names.joints.len(), names.contacts.len());
+        let (drives, joints, interfaces) =
+            (names.drives.len(), names.joints.len(), names.interfaces.len());
         Self {
             names,
             drives: vec![Comparison::default(); drives],
@@ -80,10 +80,10 @@ impl Summary {
             resting_samples: 0,
             unbounded_samples: 0,
             reactions: vec![Default::default(); joints],
-            dissipated: vec![Integral::default(); contacts],
-            contact_loads: vec![Size::default(); contacts],
+            dissipated: vec![Integral::default(); interfaces],
+            interface_loads: vec![Size::default(); interfaces],
             work: Work::default(),
-            shares: Ranking::new(drives, contacts),
+            shares: Ranking::new(drives, interfaces),
             efficiency: Efficiency::new(drives),
             power_residual: Size::default(),
             power_residual_relative: Size::default(),
@@ -92,7 +92,7 @@ impl Summary {
             actuation: Least::default(),
             constraint: Least::default(),
             determined_reactions: vec![[true; 6]; joints],
-            determined_loads: vec![true; contacts],
+            determined_loads: vec![true; interfaces],
             determined_drives: vec![true; drives],
         }
     }
@@ -101,9 +101,9 @@ impl Summary {
     pub fn add(&mut self, sample: &Sample<'_>) {
         let (time, forces) = (sample.time, sample.forces);
         for (k, comparison) in self.drives.iter_mut().enumerate() {
-            comparison.add(time, forces.drives[k], forces.drives_frictionless[k]);
-            let (low, high) = forces.drive_bounds[k];
-            let outer = forces.drive_outer_bounds[k];
+            comparison.add(time, forces.drives[k], forces.efforts_frictionless[k]);
+            let (low, high) = forces.effort_bounds[k];
+            let outer = forces.effort_outer_bounds[k];
             self.widest[k].add(time, high - low);
             if self.widest[k].peak_time == time {
                 self.widest_outer[k] = outer;
@@ -113,7 +113,7 @@ impl Summary {
                 self.certified_within[k] = self.certified_within[k].max(beyond);
             }
         }
-        if forces.contacts.iter().any(|c| !c.slides && c.limit > 0.0) {
+        if forces.interfaces.iter().any(|c| !c.slides && c.limit > 0.0) {
             let certainty = &mut self.certainty;
             match forces.bounds {
                 Bounds::Exact => certainty.exact += 1,
@@ -124,14 +124,14 @@ impl Summary {
         }
         self.unbounded_samples += usize::from(forces.bounds == Bounds::Unknown);
         self.resting_samples +=
-            usize::from(forces.contacts.iter().any(|c| !c.slides && c.limit > 0.0));
+            usize::from(forces.interfaces.iter().any(|c| !c.slides && c.limit > 0.0));
         for ((force, moment), (f, m)) in self.reactions.iter_mut().zip(&forces.reactions) {
             force.add(time, f.norm());
             moment.add(time, m.norm());
         }
-        for (k, contact) in forces.contacts.iter().enumerate() {
-            self.dissipated[k].add(time, contact.power);
-            self.contact_loads[k].add(time, contact.load);
+        for (k, interface) in forces.interfaces.iter().enumerate() {
+            self.dissipated[k].add(time, interface.power);
+            self.interface_loads[k].add(time, interface.load);
         }
         self.shares.add(time, sample.shares);
         self.efficiency.add(time, forces, sample.backward);
@@ -175,8 +175,8 @@ impl Summary {
 
     /// Contacts whose load, and so friction, is not unique.
     pub(super) fn frictions_that_are_not_unique(&self) -> impl Iterator<Item = &str> {
-        let contacts = self.names.contacts.iter().zip(&self.determined_loads);
-        contacts.filter(|(_, determined)| !**determined).map(|((name, _), _)| name.as_str())
+        let interfaces = self.names.interfaces.iter().zip(&self.determined_loads);
+        interfaces.filter(|(_, determined)| !**determined).map(|((name, _), _)| name.as_str())
     }
 
     /// The content of `summary.json`.
@@ -209,7 +209,7 @@ impl Summary {
 
     /// Whether there is friction to tell of.
     pub(super) fn has_friction(&self, job: &Job<'_>) -> bool {
-        job.friction != FrictionMode::Off && !self.names.contacts.is_empty()
+        job.friction != FrictionMode::Off && !self.names.interfaces.is_empty()
     }
 
     fn drives_json(&self, job: &Job<'_>) -> Value {
@@ -246,11 +246,11 @@ impl Summary {
     }
 
     fn friction_json(&self) -> Value {
-        let mut contacts = Map::new();
+        let mut interfaces = Map::new();
         let total: f64 = self.dissipated.iter().map(|integral| integral.value).sum();
-        for (k, (name, _)) in self.names.contacts.iter().enumerate() {
+        for (k, (name, _)) in self.names.interfaces.iter().enumerate() {
             let mut value = json!({
-                "load": self.contact_loads[k].json(),
+                "load": self.interface_loads[k].json(),
                 "dissipated": self.dissipated[k].value,
                 "dissipated_part": (total > 0.0).then(|| self.dissipated[k].value / total),
                 "determined": self.determined_loads[k],
@@ -259,9 +259,9 @@ impl Summary {
             if self.names.steady.contains(name) {
                 value["law"] = json!("steady state of a law with a state");
             }
-            contacts.insert(name.clone(), value);
+            interfaces.insert(name.clone(), value);
         }
-        Value::Object(contacts)
+        Value::Object(interfaces)
     }
 
     fn verdicts_json(&self, job: &Job<'_>, verdict: &Verdict) -> Value {

@@ -51,12 +51,12 @@ impl<W: io::Write> Tables<W> {
         let reactions = Table::new(reactions, &header)?;
 
         let mut header = begin();
-        for (name, _) in &names.contacts {
+        for (name, _) in &names.interfaces {
             for column in ["speed [m/s]", "load [N]", "friction [N]", "power [W]", "determined"] {
                 header.push(format!("{name}.{column}"));
             }
         }
-        if !names.contacts.is_empty() {
+        if !names.interfaces.is_empty() {
             header.push("coupling [-]".to_owned());
         }
         let friction = Table::new(friction, &header)?;
@@ -74,12 +74,12 @@ impl<W: io::Write> Tables<W> {
         for (drive, &(low, high)) in forces
             .drives
             .iter()
-            .zip(&forces.drive_bounds)
+            .zip(&forces.effort_bounds)
             .enumerate()
             .map(|(k, (drive, bounds))| ((k, *drive), bounds))
         {
             let (k, drive) = drive;
-            for value in [drive, forces.drives_frictionless[k], low, high] {
+            for value in [drive, forces.efforts_frictionless[k], low, high] {
                 table.number(value)?;
             }
         }
@@ -107,13 +107,13 @@ impl<W: io::Write> Tables<W> {
 
         let table = &mut self.friction;
         table.number(sample.time)?;
-        for (contact, &determined) in forces.contacts.iter().zip(sample.determined_loads) {
-            for value in [contact.velocity, contact.load, contact.friction, contact.power] {
+        for (interface, &determined) in forces.interfaces.iter().zip(sample.determined_loads) {
+            for value in [interface.velocity, interface.load, interface.friction, interface.power] {
                 table.number(value)?;
             }
             table.flag(determined)?;
         }
-        if !forces.contacts.is_empty() {
+        if !forces.interfaces.is_empty() {
             // Where it is not known it has no bound.
             table.number(sample.coupling.unwrap_or(f64::INFINITY))?;
         }

@@ -42,7 +42,7 @@ pub fn write_summary(
         number(job.motion.duration),
         if count == 1 { "" } else { "s" },
         job.load_name,
-        if job.friction != FrictionMode::Off && summary.names.contacts.is_empty() {
+        if job.friction != FrictionMode::Off && summary.names.interfaces.is_empty() {
             "not declared"
         } else {
             friction_word(job.friction)
@@ -64,7 +64,7 @@ fn write_drives(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::
         return writeln!(out, "no joint is actuated: there are no driving forces\n");
     }
     let wide = width(summary.names.drives.iter().map(|(name, _)| name.as_str()), 13);
-    let has_friction = job.friction != FrictionMode::Off && !summary.names.contacts.is_empty();
+    let has_friction = job.friction != FrictionMode::Off && !summary.names.interfaces.is_empty();
     if has_friction {
         writeln!(
             out,
@@ -146,20 +146,20 @@ fn write_friction(
     let is_pose = verdict.samples == 1;
     let amount = |integral: &Integral| if is_pose { integral.last() } else { integral.value };
     let total = amount(&summary.work.dissipated);
-    let mut contacts: Vec<(f64, &str)> = summary
+    let mut interfaces: Vec<(f64, &str)> = summary
         .dissipated
         .iter()
-        .zip(&summary.names.contacts)
+        .zip(&summary.names.interfaces)
         .map(|(integral, (name, _))| (amount(integral), name.as_str()))
         .collect();
-    contacts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    interfaces.sort_by(|a, b| b.0.total_cmp(&a.0));
     let unit = if is_pose { "W" } else { "J" };
     write!(out, "friction dissipates {} {unit}", number(total))?;
     // Nothing has no shares.
     if total != 0.0 {
-        let shares = contacts.iter().take(LISTED);
+        let shares = interfaces.iter().take(LISTED);
         let shares = shares.map(|(part, name)| format!("{name} {}", percent(Some(part / total))));
-        let more = if contacts.len() > LISTED { ", ..." } else { "" };
+        let more = if interfaces.len() > LISTED { ", ..." } else { "" };
         write!(out, ": {}{more}", shares.collect::<Vec<_>>().join(", "))?;
     }
     writeln!(out)?;

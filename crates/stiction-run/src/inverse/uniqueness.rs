@@ -2,7 +2,7 @@
 
 use stiction_core::dynamics::{InverseDynamics, Weighting};
 use stiction_core::joint::JointType;
-use stiction_core::statics::{Distances, NullDirection, Proximity, Statics};
+use stiction_core::statics::{Distances, NullDirection, SingularityDistances, Statics};
 
 /// Closer to a singular position than this is in it: distances are zero where ranks do not count.
 pub(crate) const SINGULAR: f64 = f64::MIN_POSITIVE;
@@ -14,7 +14,7 @@ pub(super) struct Uniqueness {
     mobility: usize,
     joint_types: Vec<JointType>,
     /// Where the balance has as many unknowns as equations.
-    proximity: Option<Proximity>,
+    proximity: Option<SingularityDistances>,
     pub(super) distances: Distances,
     pub(super) redundancy: usize,
     pub(super) reactions: Vec<[bool; 6]>,
@@ -52,11 +52,11 @@ impl Uniqueness {
         Self {
             mobility,
             joint_types: mechanism.joints().iter().map(|j| j.joint_type).collect(),
-            proximity: Proximity::new(mechanism),
+            proximity: SingularityDistances::new(mechanism),
             distances: Distances { actuation: 1.0, constraint: 1.0 },
             redundancy: 0,
             reactions: vec![[true; 6]; mechanism.joints().len()],
-            loads: vec![true; solver.parameters().contacts.len()],
+            loads: vec![true; solver.parameters().interfaces.len()],
             drives: vec![true; mechanism.actuators().count()],
             is_singular: false,
             singular: None,
@@ -81,7 +81,7 @@ impl Uniqueness {
             };
             return;
         }
-        let spins = solver.assembly().prescription().spins().len();
+        let spins = solver.assembly().motion_constraints().spins().len();
         let statics: Statics = solver.statics();
         self.redundancy = statics.redundancy();
         self.reactions = statics.determined_reactions();
@@ -98,7 +98,7 @@ impl Uniqueness {
 
 /// Whether the balance leaves nothing open: no redundancy, and no body that spins idly.
 pub(super) fn is_determined(solver: &InverseDynamics) -> bool {
-    let has_spins = !solver.assembly().prescription().spins().is_empty();
+    let has_spins = !solver.assembly().motion_constraints().spins().is_empty();
     solver.weighting() == Some(Weighting::Determined) && !has_spins
 }
 

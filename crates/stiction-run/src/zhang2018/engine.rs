@@ -135,7 +135,7 @@ fn of_sample(sample: &inverse::Sample<'_>, mechanism: &Mechanism) -> Result<Samp
     Ok(Sample {
         time: sample.time,
         drives: three(&forces.drives, mechanism)?,
-        ideal: three(&forces.drives_frictionless, mechanism)?,
+        ideal: three(&forces.efforts_frictionless, mechanism)?,
         unknowns,
         power: forces.power,
     })
@@ -154,8 +154,8 @@ pub(super) fn positions(job: &Job<'_>) -> Result<Vec<(f64, [f64; 3], OfJoints)>,
         let (mut lengths, mut rates) = ([0.0; 3], [[0.0; 3]; 3]);
         for n in 0..3 {
             let [r, p, s] = joints(solver.mechanism(), n)?;
-            let rate = |joint: JointId, freedom: usize| {
-                bodies.joint_rates(topology, joint.0).get(freedom).copied()
+            let rate = |joint: JointId, dof: usize| {
+                bodies.joint_rates(topology, joint.0).get(dof).copied()
             };
             lengths[n] = solver.joint_coordinates(p).first().copied().unwrap_or(f64::NAN);
             // Of a ball the rate about its axis y, along which all R axes lie.
@@ -193,7 +193,7 @@ pub(super) fn interval(job: &Job<'_>, time: f64, rest_speed: f64) -> Result<Inte
     solver.solve(&loads).map_err(|error| inverse::Error::Forces { time, error })?;
     let forces = solver.forces();
     Ok(Interval {
-        attained: three(&forces.drive_bounds, solver.mechanism())?,
-        outer: three(&forces.drive_outer_bounds, solver.mechanism())?,
+        attained: three(&forces.effort_bounds, solver.mechanism())?,
+        outer: three(&forces.effort_outer_bounds, solver.mechanism())?,
     })
 }

@@ -15,9 +15,10 @@ fn kernels_allocate_nothing() {
             let start = job.motion.start;
             let targets: Vec<_> = job.motion.at(start).collect();
             let settings = Settings { friction, ..Settings::default() };
-            let (mechanism, homes) = (model.mechanism.clone(), &model.homes);
+            let (mechanism, initial_poses) = (model.mechanism.clone(), &model.initial_poses);
             let solver =
-                InverseDynamics::new(mechanism, homes, &coordinates, &targets, settings).unwrap();
+                InverseDynamics::new(mechanism, initial_poses, &coordinates, &targets, settings)
+                    .unwrap();
             let kernel = solver.kernel().unwrap();
             let parameters = solver.parameters().clone();
             let mut workspace = kernel.workspace(&parameters, solver.assembly().state());

@@ -31,7 +31,7 @@ fn robot(model: &Model, [x, z, theta]: [f64; 3], rates: [f64; 3], all: bool) -> 
         (Coordinate::Position { body, axis: 2 }, z, rates[1]),
         (Coordinate::Angle { body, order, index: 1 }, ry, -rates[2]),
     ];
-    let (_, home) = model.homes.iter().find(|(known, _)| *known == body).unwrap();
+    let (_, home) = model.initial_poses.iter().find(|(known, _)| *known == body).unwrap();
     if all {
         prescribed.extend([
             (Coordinate::Position { body, axis: 1 }, home.position.y, 0.0),
@@ -46,9 +46,10 @@ fn robot(model: &Model, [x, z, theta]: [f64; 3], rates: [f64; 3], all: bool) -> 
         .collect();
     let rotation = stiction_core::spatial::Mat3::about_axis(1, ry.sin_cos());
     let position = stiction_core::spatial::Vec3::new(x, home.position.y, z);
-    let homes = [(body, Pose { rotation, position })];
+    let initial_poses = [(body, Pose { rotation, position })];
     let mechanism = model.mechanism.clone();
-    InverseDynamics::new(mechanism, &homes, &coordinates, &targets, Settings::default()).unwrap()
+    InverseDynamics::new(mechanism, &initial_poses, &coordinates, &targets, Settings::default())
+        .unwrap()
 }
 
 /// Length and rate of a leg.

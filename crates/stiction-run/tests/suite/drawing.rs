@@ -18,8 +18,9 @@ fn assembled(model: &Model) -> InverseDynamics {
     };
     let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
     let targets: Vec<_> = motion.at(motion.start).collect();
-    let (mechanism, homes) = (model.mechanism.clone(), &model.homes);
-    InverseDynamics::new(mechanism, homes, &coordinates, &targets, Settings::default()).unwrap()
+    let (mechanism, initial_poses) = (model.mechanism.clone(), &model.initial_poses);
+    InverseDynamics::new(mechanism, initial_poses, &coordinates, &targets, Settings::default())
+        .unwrap()
 }
 
 fn picture(solver: &InverseDynamics) -> String {
@@ -262,8 +263,8 @@ fn chain(types: &[JointType], step: f64, name: &str) -> InverseDynamics {
     let mechanism = builder.build().unwrap();
     let mut coordinates = Vec::new();
     for (k, kind) in types.iter().enumerate() {
-        for freedom in 0..kind.freedoms().len() {
-            coordinates.push(Coordinate::Joint { joint: JointId(k), freedom });
+        for dof in 0..kind.dofs().len() {
+            coordinates.push(Coordinate::Joint { joint: JointId(k), dof });
         }
     }
     let zero = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };

@@ -60,9 +60,9 @@ fn a_description_is_an_assembled_mechanism() {
             let joint_type = JointType::from_symbol(joint["type"].as_str().unwrap()).unwrap();
             let j = frame(&joint["from"]) * pose(&joint["frame_from"]);
             let k = frame(&joint["to"]) * pose(&joint["frame_to"]);
-            let freedoms = joint["freedoms"].as_array().unwrap();
+            let dofs = joint["freedoms"].as_array().unwrap();
             let coordinates: Vec<Option<f64>> =
-                freedoms.iter().map(|freedom| freedom["coordinate"].as_f64()).collect();
+                dofs.iter().map(|dof| dof["coordinate"].as_f64()).collect();
             // Loops are closed to 1e-12 m.
             if joint_type.has_scalar_coordinates() {
                 let coordinates: Vec<f64> = coordinates.into_iter().map(Option::unwrap).collect();
@@ -75,8 +75,8 @@ fn a_description_is_an_assembled_mechanism() {
             }
         }
         let frictions = joints.iter().map(|joint| joint["friction"].as_array().unwrap().len());
-        let contacts = model.mechanism.joints().iter().map(|joint| joint.friction.len());
-        assert_eq!(frictions.sum::<usize>(), contacts.sum::<usize>());
+        let interfaces = model.mechanism.joints().iter().map(|joint| joint.friction.len());
+        assert_eq!(frictions.sum::<usize>(), interfaces.sum::<usize>());
     }
 }
 

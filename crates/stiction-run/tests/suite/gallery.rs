@@ -78,10 +78,11 @@ fn needed(poses: &[Pose<f64>; 9], step: f64, body: &Body) -> [Vec3<f64>; 2] {
 /// The poses of all bodies around an instant.
 fn poses_around(job: &Job<'_>, t: f64) -> Vec<[Pose<f64>; 9]> {
     let coordinates: Vec<_> = job.motion.coordinates.iter().map(|(c, _)| *c).collect();
-    let (mechanism, homes) = (job.model.mechanism.clone(), &job.model.homes);
+    let (mechanism, initial_poses) = (job.model.mechanism.clone(), &job.model.initial_poses);
     let start: Vec<_> = job.motion.at(job.motion.start).collect();
     let mut solver =
-        InverseDynamics::new(mechanism, homes, &coordinates, &start, Settings::default()).unwrap();
+        InverseDynamics::new(mechanism, initial_poses, &coordinates, &start, Settings::default())
+            .unwrap();
     let mut poses = vec![[Pose::identity(); 9]; job.model.mechanism.bodies().len()];
     let mut before = job.motion.start;
     for k in 0..9 {
@@ -257,9 +258,14 @@ fn a_griffis_duffy_platform_is_singular_everywhere() {
     let coordinates: Vec<_> = job.motion.coordinates.iter().map(|(c, _)| *c).collect();
     for k in 0..20 {
         let targets: Vec<_> = job.motion.at(0.1 * f64::from(k)).collect();
-        let (mechanism, homes) = (model.mechanism.clone(), &model.homes);
-        let solver =
-            InverseDynamics::new(mechanism, homes, &coordinates, &targets, Settings::default());
+        let (mechanism, initial_poses) = (model.mechanism.clone(), &model.initial_poses);
+        let solver = InverseDynamics::new(
+            mechanism,
+            initial_poses,
+            &coordinates,
+            &targets,
+            Settings::default(),
+        );
         assert_eq!(solver.unwrap().statics().open_motions(), 1, "{k}");
     }
 }

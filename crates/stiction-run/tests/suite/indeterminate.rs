@@ -38,8 +38,8 @@ fn answers(name: &str, scale: f64, body: &str, force: Vec3<f64>, moment: Vec3<f6
             Target { value: target.value * s, rate: 0.0, acceleration: 0.0 }
         })
         .collect();
-    let homes: Vec<_> = model
-        .homes
+    let initial_poses: Vec<_> = model
+        .initial_poses
         .iter()
         .map(|(body, home)| (*body, Pose { position: home.position * scale, ..*home }))
         .collect();
@@ -52,7 +52,7 @@ fn answers(name: &str, scale: f64, body: &str, force: Vec3<f64>, moment: Vec3<f6
     };
     let settings = Settings { friction: FrictionMode::Off, ..Settings::default() };
     let mut solver =
-        InverseDynamics::new(mechanism, &homes, &coordinates, &targets, settings).unwrap();
+        InverseDynamics::new(mechanism, &initial_poses, &coordinates, &targets, settings).unwrap();
 
     let balance = solver.balance();
     let demand = balance.demand(solver.parameters(), solver.bodies(), &[load]);

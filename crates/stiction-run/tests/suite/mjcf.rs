@@ -220,10 +220,10 @@ fn joints_move_as_ours() {
         };
         let world = World::at(&document, &moves);
         for (index, joint) in model.mechanism.joints().iter().enumerate() {
-            let freedoms = joint.joint_type.freedoms();
-            let names: Vec<String> = match freedoms.len() {
+            let dofs = joint.joint_type.dofs();
+            let names: Vec<String> = match dofs.len() {
                 1 => vec![joint.name.clone()],
-                _ => freedoms.iter().map(|f| format!("{}.{}", joint.name, f.name)).collect(),
+                _ => dofs.iter().map(|f| format!("{}.{}", joint.name, f.name)).collect(),
             };
             let Some(&(child, parent)) = names.first().and_then(|n| world.joints.get(&**n)) else {
                 continue;

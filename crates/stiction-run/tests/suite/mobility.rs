@@ -9,38 +9,38 @@ fn mobility(model: &Model) -> Mobility {
     let motion = model.motion(model.default_motion.as_ref().unwrap()).unwrap();
     let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
     let targets: Vec<_> = motion.at(motion.start + 0.1 * motion.duration).collect();
-    let (mechanism, homes) = (model.mechanism.clone(), &model.homes);
+    let (mechanism, initial_poses) = (model.mechanism.clone(), &model.initial_poses);
     let solver =
-        InverseDynamics::new(mechanism, homes, &coordinates, &targets, Settings::default());
+        InverseDynamics::new(mechanism, initial_poses, &coordinates, &targets, Settings::default());
     Mobility::of(&solver.unwrap())
 }
 
-fn freedoms(name: &str, body: &str) -> (Vec<String>, Vec<String>) {
+fn dofs(name: &str, body: &str) -> (Vec<String>, Vec<String>) {
     let found = mobility(&model(name)).bodies.into_iter().find(|known| known.body == body);
     found.map(|body| (body.motions, body.first_order_only)).unwrap()
 }
 
 #[test]
 fn what_bodies_can_do_in_words() {
-    let (lasting, brief) = freedoms("zhang2018", "platform");
+    let (lasting, brief) = dofs("zhang2018", "platform");
     assert_eq!(lasting, ["translation along x", "translation along z", "rotation about y"]);
     assert_eq!(brief.len(), 1);
     assert_eq!(brief, ["rotation about the line leg2.S - leg3.S (along x)"]);
-    let (lasting, brief) = freedoms("3rrr", "platform");
+    let (lasting, brief) = dofs("3rrr", "platform");
     assert_eq!(lasting, ["translation along x", "translation along y", "rotation about z"]);
     assert!(brief.is_empty());
-    let (lasting, _) = freedoms("slider-crank", "slider");
+    let (lasting, _) = dofs("slider-crank", "slider");
     assert_eq!(lasting, ["translation along x"]);
-    let (lasting, _) = freedoms("slider-crank", "crank");
+    let (lasting, _) = dofs("slider-crank", "crank");
     assert_eq!(lasting, ["rotation about z through (0, 0, 0) m"]);
-    let (lasting, _) = freedoms("gough", "platform");
+    let (lasting, _) = dofs("gough", "platform");
     assert_eq!(lasting.len(), 6);
     for name in ["delta", "3upu"] {
-        let (lasting, _) = freedoms(name, "platform");
+        let (lasting, _) = dofs(name, "platform");
         let moves = ["translation along x", "translation along y", "translation along z"];
         assert_eq!(lasting, moves, "{name}");
     }
-    let (lasting, _) = freedoms("spherical-3rrr", "camera");
+    let (lasting, _) = dofs("spherical-3rrr", "camera");
     assert_eq!(lasting, ["x", "y", "z"].map(|k| format!("rotation about {k} through (0, 0, 0) m")));
 }
 

@@ -46,8 +46,8 @@ fn tell(job: &Job<'_>) -> Told {
 fn from<'a>(told: &'a Told, drive: &str) -> Vec<(&'a str, &'a [f64])> {
     let prefix = format!("{drive}.from.");
     let columns = told.shares.columns().filter_map(|(name, column)| {
-        let contact = name.strip_prefix(&prefix)?.split(" [").next()?;
-        Some((contact, column.as_slice()))
+        let interface = name.strip_prefix(&prefix)?.split(" [").next()?;
+        Some((interface, column.as_slice()))
     });
     columns.collect()
 }
@@ -80,12 +80,12 @@ fn shares_add_up_to_what_friction_makes_of_the_drives() {
                 }
             }
             // Contacts at rest have none.
-            for (contact, share) in told.shares.columns().filter_map(|(name, column)| {
+            for (interface, share) in told.shares.columns().filter_map(|(name, column)| {
                 Some((name.split_once(".from.")?.1.split(" [").next()?, column))
             }) {
-                let friction = told.friction.column(&format!("{contact}.friction [N]"));
+                let friction = told.friction.column(&format!("{interface}.friction [N]"));
                 for (friction, share) in friction.iter().zip(share) {
-                    assert!(*friction != 0.0 || *share == 0.0, "{name} {contact}");
+                    assert!(*friction != 0.0 || *share == 0.0, "{name} {interface}");
                 }
             }
         }
@@ -110,8 +110,9 @@ fn the_regular_twin_dissipates_what_is_known() {
         let dissipated = told.json["work"]["dissipated"].as_f64().unwrap();
         // Known to three decimals; reversals make the trapezoidal rule as coarse as that.
         assert!((dissipated - known).abs() < 1e-3, "{dissipated} {known}");
-        let contacts = told.json["friction"].as_object().unwrap();
-        let parts = contacts.values().map(|contact| contact["dissipated_part"].as_f64().unwrap());
+        let interfaces = told.json["friction"].as_object().unwrap();
+        let parts =
+            interfaces.values().map(|interface| interface["dissipated_part"].as_f64().unwrap());
         assert!((parts.sum::<f64>() - 1.0).abs() < 1e-12);
         // Each leg's own guide is what its drive feels most.
         for leg in 1..=3 {

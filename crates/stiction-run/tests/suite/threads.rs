@@ -107,7 +107,7 @@ fn pieces_are_on_the_way() {
         let mut before = found[0].0;
         let mut solver = InverseDynamics::new(
             job.model.mechanism.clone(),
-            &job.model.homes,
+            &job.model.initial_poses,
             &coordinates,
             &at(before),
             Settings { friction: FrictionMode::Off, ..Settings::default() },

@@ -39,14 +39,15 @@ fn said(model: &Model, change: &Change) -> Vec<Said> {
         };
         motion.at(t).zip(coordinates.iter().map(|c| c.is_angle(&types))).map(scaled).collect()
     };
-    let homes: Vec<_> = model
-        .homes
+    let initial_poses: Vec<_> = model
+        .initial_poses
         .iter()
         .map(|(body, home)| (*body, Pose { position: home.position * change.scale, ..*home }))
         .collect();
     let (mut before, settings) = (motion.start, Settings::default());
     let mut solver =
-        InverseDynamics::new(mechanism, &homes, &coordinates, &at(before), settings).unwrap();
+        InverseDynamics::new(mechanism, &initial_poses, &coordinates, &at(before), settings)
+            .unwrap();
     (0..4)
         .map(|k| {
             // Off the reversals and the symmetric positions.
@@ -61,7 +62,7 @@ fn said(model: &Model, change: &Change) -> Vec<Said> {
 fn here(solver: &InverseDynamics) -> Said {
     let (mobility, statics) = (Mobility::of(solver), solver.statics());
     let constraints = Constraints::new(&statics);
-    let spins = solver.assembly().prescription().spins().len();
+    let spins = solver.assembly().motion_constraints().spins().len();
     let mechanism = solver.mechanism();
     let joint = |index: usize| mechanism.joints()[index].name.clone();
     let leg = constraints.leg_distance(spins);
@@ -92,7 +93,7 @@ fn here(solver: &InverseDynamics) -> Said {
         drives: mechanism
             .actuators()
             .zip(statics.determined_drives())
-            .map(|((id, freedom), flag)| (format!("{} {freedom}", joint(id.0)), flag))
+            .map(|((id, dof), flag)| (format!("{} {dof}", joint(id.0)), flag))
             .collect(),
         distances: vec![
             statics.actuation_distance(spins),

@@ -94,7 +94,7 @@ fn joints_can_be_prescribed_and_locked() {
 
 /// One of two freedoms is told which.
 #[test]
-fn a_lock_of_one_of_two_freedoms_is_named() {
+fn a_lock_of_one_of_two_dofs_is_named() {
     let folder = Folder::new("forward-which");
     let run =
         ["forward", "gough", "--hold", "leg2.U.second", "--drives", "none", "--until", "0.001"];

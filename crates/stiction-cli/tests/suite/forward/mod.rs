@@ -51,11 +51,11 @@ fn the_files_are_complete() {
     assert_eq!(column(&forward, "leg2.R.rate [rad/s]").len(), 21);
 
     let friction = inner.read("friction.csv");
-    for contact in ["leg1.R", "leg2.P", "leg3.S"] {
-        let get = |what: &str| column(&friction, &format!("{contact}.{what}"));
+    for interface in ["leg1.R", "leg2.P", "leg3.S"] {
+        let get = |what: &str| column(&friction, &format!("{interface}.{what}"));
         let (force, limit, sticks) = (get("friction [N]"), get("limit [N]"), get("sticks"));
         for ((force, limit), sticks) in force.iter().zip(limit).zip(sticks) {
-            assert!(sticks == 0.0 || force.abs() <= limit * (1.0 + 1e-8), "{contact}");
+            assert!(sticks == 0.0 || force.abs() <= limit * (1.0 + 1e-8), "{interface}");
         }
     }
     let energy = inner.read("energy.csv");

@@ -3,7 +3,7 @@
 //! Equation (B4) of the book's theory.
 
 use super::Balance;
-use crate::dynamics::spring::Pull;
+use crate::dynamics::spring::SpringForce;
 use crate::dynamics::structure::BalanceStructure;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
@@ -40,8 +40,8 @@ impl<T: Scalar> Balance<T> {
             }
             for index in cut.actuators.clone() {
                 let actuator = topology.actuators[topology.cut_actuators[index]];
-                let freedom = &joint_type.freedoms()[actuator.freedom];
-                self.columns[topology.constraints + index] = freedom.effort(j, k);
+                let dof = &joint_type.dofs()[actuator.dof];
+                self.columns[topology.constraints + index] = dof.effort(j, k);
             }
         }
     }
@@ -56,7 +56,7 @@ impl<T: Scalar> Balance<T> {
         bodies: &Bodies<T>,
     ) {
         for spring in &parameters.springs {
-            let wrench = Pull::of(spring, bodies).wrench;
+            let wrench = SpringForce::of(spring, bodies).wrench;
             let [from, to] = spring.ends.map(|body| topology.node_of_body[body]);
             if let Some(node) = to {
                 self.demand[node] -= wrench;
@@ -119,8 +119,8 @@ fn spin_twist<T: Scalar>(
     let mut twist = Twist::zero();
     let mut next = Some(node);
     while let Some(node) = next {
-        for dof in topology.nodes[node].dofs.clone() {
-            twist += bodies.screws[dof] * accelerations[dof];
+        for tree_dof in topology.nodes[node].tree_dofs.clone() {
+            twist += bodies.screws[tree_dof] * accelerations[tree_dof];
         }
         next = topology.nodes[node].parent;
     }

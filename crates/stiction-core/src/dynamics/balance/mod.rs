@@ -2,15 +2,15 @@
 //!
 //! Equation (B6) of the book's theory.
 
+mod apply_friction;
 mod loading;
 mod system;
-mod tilt;
 
 use super::plan::BalancePlan;
 use super::setup::Setup;
 use super::structure::BalanceStructure;
 use crate::kinematics::Bodies;
-use crate::linalg::Elimination;
+use crate::linalg::StaticLu;
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Twist, Wrench};
@@ -47,7 +47,7 @@ impl<T: Scalar> Balance<T> {
     pub(super) fn new(
         topology: &Topology,
         structure: &BalanceStructure,
-        program: &Elimination,
+        program: &StaticLu,
     ) -> Self {
         let zeros = |n| vec![T::zero(); n];
         let wrenches = |n| vec![Wrench::zero(); n];
@@ -56,8 +56,8 @@ impl<T: Scalar> Balance<T> {
             spin_demand: structure.spin_nodes.iter().map(|nodes| wrenches(nodes.len())).collect(),
             columns: wrenches(structure.wrench_columns),
             tilted: wrenches(structure.wrench_columns),
-            rows: vec![Twist::zero(); topology.freedoms()],
-            constants: zeros(topology.freedoms()),
+            rows: vec![Twist::zero(); topology.dofs()],
+            constants: zeros(topology.dofs()),
             cut_constants: wrenches(topology.cuts.len()),
             node_wrenches: wrenches(topology.nodes.len()),
             cut_wrenches: wrenches(topology.cuts.len()),
@@ -87,7 +87,7 @@ impl<T: Scalar> Balance<T> {
         &mut self,
         topology: &Topology,
         structure: &BalanceStructure,
-        program: &Elimination,
+        program: &StaticLu,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         passes: usize,
@@ -99,7 +99,7 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// The reciprocal pivots of the last factorisation.
-    pub(super) fn reciprocal_pivots(&self, program: &Elimination) -> Vec<T> {
+    pub(super) fn reciprocal_pivots(&self, program: &StaticLu) -> Vec<T> {
         program.pivots().map(|slot| self.factors[slot]).collect()
     }
 
@@ -138,7 +138,7 @@ impl<T: Scalar> Balance<T> {
         &mut self,
         topology: &Topology,
         structure: &BalanceStructure,
-        program: &Elimination,
+        program: &StaticLu,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         passes: usize,
@@ -190,15 +190,15 @@ impl<T: Scalar> Balance<T> {
         friction_efforts: &[T],
         drives: &mut [T],
     ) {
-        for (dof, content) in topology.dofs.iter().enumerate() {
+        for (tree_dof, content) in topology.tree_dofs.iter().enumerate() {
             let (Some(actuator), Link::Joint { joint, reversed }) =
                 (content.actuator, topology.nodes[content.node].link)
             else {
                 continue;
             };
-            let effort = bodies.screws[dof].power(self.joint_wrenches[joint]);
+            let effort = bodies.screws[tree_dof].power(self.joint_wrenches[joint]);
             let effort = if reversed { -effort } else { effort };
-            drives[actuator] = effort - friction_efforts[dof];
+            drives[actuator] = effort - friction_efforts[tree_dof];
         }
         for (index, &actuator) in topology.cut_actuators.iter().enumerate() {
             drives[actuator] = self.unknowns[topology.constraints + index];
@@ -272,9 +272,9 @@ impl Balance<f64> {
         self.correction[..unknowns.len()].copy_from_slice(unknowns);
         self.correct(topology, structure);
         let mut drives = vec![0.0; topology.actuators.len()];
-        for (dof, content) in topology.dofs.iter().enumerate() {
+        for (tree_dof, content) in topology.tree_dofs.iter().enumerate() {
             if let Some(actuator) = content.actuator {
-                drives[actuator] = bodies.screws[dof].power(self.node_wrenches[content.node]);
+                drives[actuator] = bodies.screws[tree_dof].power(self.node_wrenches[content.node]);
             }
         }
         for (index, &actuator) in topology.cut_actuators.iter().enumerate() {

@@ -27,15 +27,15 @@ impl<T: Scalar> Balance<T> {
             self.entries[at] = value;
             at += 1;
         };
-        let is_passive = |dof: &usize| topology.dofs[*dof].actuator.is_none();
+        let is_passive = |tree_dof: &usize| topology.tree_dofs[*tree_dof].actuator.is_none();
         for (cut, columns) in topology.cuts.iter().zip(&structure.columns_of) {
             for &(node, sign) in &cut.path {
                 let sign = T::from_f64(sign);
-                for dof in topology.nodes[node].dofs.clone().filter(is_passive) {
+                for tree_dof in topology.nodes[node].tree_dofs.clone().filter(is_passive) {
                     for &column in columns {
-                        push(self.rows[dof].power(self.tilted[column]) * sign);
+                        push(self.rows[tree_dof].power(self.tilted[column]) * sign);
                         if bordered {
-                            push(bodies.screws[dof].power(self.columns[column]) * sign);
+                            push(bodies.screws[tree_dof].power(self.columns[column]) * sign);
                         }
                     }
                 }
@@ -43,10 +43,10 @@ impl<T: Scalar> Balance<T> {
         }
         for (nodes, demands) in structure.spin_nodes.iter().zip(&self.spin_demand) {
             for (&node, &demand) in nodes.iter().zip(demands) {
-                for dof in topology.nodes[node].dofs.clone().filter(is_passive) {
-                    push(-self.rows[dof].power(demand));
+                for tree_dof in topology.nodes[node].tree_dofs.clone().filter(is_passive) {
+                    push(-self.rows[tree_dof].power(demand));
                     if bordered {
-                        push(-bodies.screws[dof].power(demand));
+                        push(-bodies.screws[tree_dof].power(demand));
                     }
                 }
             }
@@ -58,17 +58,17 @@ impl<T: Scalar> Balance<T> {
                     parameters,
                     topology.cut_actuators[column - topology.constraints],
                 )),
-                WeighedKind::Drive { dof } => {
-                    let weight = topology.dofs[dof]
+                WeighedKind::Drive { tree_dof } => {
+                    let weight = topology.tree_dofs[tree_dof]
                         .actuator
                         .map_or(T::zero(), |a| drive_weight(topology, parameters, a));
                     for &(a, sign_a) in &weighed.cuts {
                         for &k in &structure.columns_of[a] {
-                            let left = bodies.screws[dof].power(self.columns[k]) * weight;
+                            let left = bodies.screws[tree_dof].power(self.columns[k]) * weight;
                             for &(b, sign_b) in &weighed.cuts {
                                 let left = left * T::from_f64(sign_a * sign_b);
                                 for &l in &structure.columns_of[b] {
-                                    push(left * self.rows[dof].power(self.tilted[l]));
+                                    push(left * self.rows[tree_dof].power(self.tilted[l]));
                                 }
                             }
                         }
@@ -101,9 +101,9 @@ impl<T: Scalar> Balance<T> {
     ) {
         self.right.fill(T::zero());
         let first = structure.first_balance_row();
-        for (right, &dof) in self.right[first..].iter_mut().zip(&structure.passive) {
-            let wrench = self.node_wrenches[topology.dofs[dof].node];
-            *right = self.rows[dof].power(wrench) - self.constants[dof];
+        for (right, &tree_dof) in self.right[first..].iter_mut().zip(&structure.passive) {
+            let wrench = self.node_wrenches[topology.tree_dofs[tree_dof].node];
+            *right = self.rows[tree_dof].power(wrench) - self.constants[tree_dof];
         }
         if structure.weighting == Weighting::Determined {
             return;
@@ -121,16 +121,17 @@ impl<T: Scalar> Balance<T> {
                     let weight = drive_weight(topology, parameters, actuator);
                     self.right[column] -= weight * self.unknowns[column];
                 }
-                WeighedKind::Drive { dof } => {
-                    let weight = topology.dofs[dof]
+                WeighedKind::Drive { tree_dof } => {
+                    let weight = topology.tree_dofs[tree_dof]
                         .actuator
                         .map_or(T::zero(), |a| drive_weight(topology, parameters, a));
-                    let wrench = self.node_wrenches[topology.dofs[dof].node];
-                    let drive = (self.rows[dof].power(wrench) - self.constants[dof]) * weight;
+                    let wrench = self.node_wrenches[topology.tree_dofs[tree_dof].node];
+                    let drive =
+                        (self.rows[tree_dof].power(wrench) - self.constants[tree_dof]) * weight;
                     for &(cut, sign) in &weighed.cuts {
                         let drive = drive * T::from_f64(sign);
                         for &column in &structure.columns_of[cut] {
-                            let change = bodies.screws[dof].power(self.columns[column]);
+                            let change = bodies.screws[tree_dof].power(self.columns[column]);
                             self.right[column] -= change * drive;
                         }
                     }
@@ -164,11 +165,11 @@ impl<T: Scalar> Balance<T> {
     ) -> (f64, f64, f64) {
         let length = parameters.length.largest();
         let mut residual: f64 = 0.0;
-        for &dof in &structure.passive {
-            let content = &topology.dofs[dof];
+        for &tree_dof in &structure.passive {
+            let content = &topology.tree_dofs[tree_dof];
             let wrench = self.node_wrenches[content.node];
-            let error = (self.rows[dof].power(wrench) - self.constants[dof]).largest();
-            let error = if topology.dof_translates(content) { error } else { error / length };
+            let error = (self.rows[tree_dof].power(wrench) - self.constants[tree_dof]).largest();
+            let error = if topology.tree_dof_translates(content) { error } else { error / length };
             residual = if error.is_nan() { f64::INFINITY } else { residual.max(error) };
         }
         let size = |wrench: &Wrench<T>| {
@@ -187,8 +188,8 @@ impl<T: Scalar> Balance<T> {
 /// Efforts of rotary actuators count divided by the characteristic length.
 fn drive_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, actuator: usize) -> T {
     let actuator = topology.actuators[actuator];
-    let freedom = &topology.joint_types[actuator.joint].freedoms()[actuator.freedom];
-    match freedom.motion {
+    let dof = &topology.joint_types[actuator.joint].dofs()[actuator.dof];
+    match dof.motion {
         Motion::Translation => T::one(),
         Motion::Rotation | Motion::Screw => (parameters.length * parameters.length).recip(),
     }

@@ -6,7 +6,7 @@ mod settled;
 pub(super) use settled::STAGNATED;
 
 use super::balance::Balance;
-use super::contacts::{ContactState, Contacts, Coupling};
+use super::interfaces::{Coupling, InterfaceState, Interfaces};
 use super::settings::{FrictionMode, Settings};
 use super::setup::Setup;
 use crate::kinematics::{Bodies, Kinematics};
@@ -20,9 +20,9 @@ use crate::topology::{Role, Topology};
 #[derive(Clone, Debug)]
 pub struct Inverse<T> {
     balance: Balance<T>,
-    contacts: Contacts<T>,
+    interfaces: Interfaces<T>,
     drives: Vec<T>,
-    drives_frictionless: Vec<T>,
+    efforts_frictionless: Vec<T>,
     /// For each idle spin the tree's accelerations for its unit acceleration.
     spin_responses: Vec<Vec<T>>,
     friction_efforts: Vec<T>,
@@ -36,16 +36,16 @@ pub struct Inverse<T> {
 impl<T: Scalar> Inverse<T> {
     /// Room for a mechanism.
     pub fn new(setup: &Setup<'_>, parameters: &Parameters<T>) -> Self {
-        let Setup { topology, prescription, balance: plan, .. } = *setup;
+        let Setup { topology, motion_constraints, balance: plan, .. } = *setup;
         let actuators = topology.actuators.len();
-        let spins = prescription.spins().len();
+        let spins = motion_constraints.spins().len();
         Self {
             balance: Balance::new(topology, &plan.structure, &plan.program),
-            contacts: Contacts::new(parameters.contacts.len()),
+            interfaces: Interfaces::new(parameters.interfaces.len()),
             drives: vec![T::zero(); actuators],
-            drives_frictionless: vec![T::zero(); actuators],
-            spin_responses: vec![vec![T::zero(); topology.freedoms()]; spins],
-            friction_efforts: vec![T::zero(); topology.freedoms()],
+            efforts_frictionless: vec![T::zero(); actuators],
+            spin_responses: vec![vec![T::zero(); topology.dofs()]; spins],
+            friction_efforts: vec![T::zero(); topology.dofs()],
             friction_change: T::zero(),
             friction_steps: 0,
             sign_without: T::one(),
@@ -61,8 +61,8 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// The same without friction.
-    pub fn drives_frictionless(&self) -> &[T] {
-        &self.drives_frictionless
+    pub fn efforts_frictionless(&self) -> &[T] {
+        &self.efforts_frictionless
     }
 
     /// The complete wrench of each joint, predecessor on successor, about the kernel origin in
@@ -77,20 +77,20 @@ impl<T: Scalar> Inverse<T> {
         (wrench.force, wrench.moment_about(bodies.frame_j[joint].position))
     }
 
-    /// The contacts, in the order of [`Parameters::contacts`].
-    pub fn contacts(&self) -> &[ContactState<T>] {
-        &self.contacts.states
+    /// The contacts, in the order of [`Parameters::interfaces`].
+    pub fn interfaces(&self) -> &[InterfaceState<T>] {
+        &self.interfaces.states
     }
 
     /// For a contact at rest, the direction and the part of its greatest friction with which it
     /// holds (components along its freedoms, at most of length one). Zero unless set.
-    pub fn set_held(&mut self, contact: usize, held: [T; 3]) {
-        self.contacts.held[contact] = held;
+    pub fn set_held(&mut self, interface: usize, held: [T; 3]) {
+        self.interfaces.held[interface] = held;
     }
 
     /// Whether friction acts at all.
     pub fn has_friction(&self) -> bool {
-        self.mode != FrictionMode::Off && !self.contacts.states.is_empty()
+        self.mode != FrictionMode::Off && !self.interfaces.states.is_empty()
     }
 
     /// The largest change of a load in the last step of the coupling, N.
@@ -148,7 +148,7 @@ impl<T: Scalar> Inverse<T> {
         self.balance.load(topology, parameters, &kinematics.bodies, loads);
         for spin in 0..self.spin_responses.len() {
             let response = &mut self.spin_responses[spin];
-            kinematics.response_to_spin(setup.prescription, setup.motion, spin, response);
+            kinematics.response_to_spin(setup.motion_constraints, setup.motion, spin, response);
             let structure = &setup.balance.structure;
             let bodies = &kinematics.bodies;
             self.balance.load_spin(topology, structure, parameters, bodies, spin, response);
@@ -158,10 +158,10 @@ impl<T: Scalar> Inverse<T> {
         self.sign_with = self.sign_without;
         self.friction_efforts.fill(T::zero());
         self.read_drives(topology, bodies);
-        self.drives_frictionless.copy_from_slice(&self.drives);
+        self.efforts_frictionless.copy_from_slice(&self.drives);
         let rest_speed = T::from_f64(settings.rest_speed);
-        self.contacts.slide(topology, parameters, bodies, rest_speed);
-        self.contacts.press_frictionless(parameters, bodies, &self.balance.joint_wrenches);
+        self.interfaces.slide(topology, parameters, bodies, rest_speed);
+        self.interfaces.press_frictionless(parameters, bodies, &self.balance.joint_wrenches);
         self.friction_change = T::zero();
         self.friction_steps = 0;
     }
@@ -175,7 +175,7 @@ impl<T: Scalar> Inverse<T> {
     ) -> (T, T) {
         self.sign_with = self.couple(setup, parameters, bodies, Coupling::Linear);
         let (change, largest) =
-            self.contacts.press(parameters, bodies, &self.balance.joint_wrenches);
+            self.interfaces.press(parameters, bodies, &self.balance.joint_wrenches);
         self.friction_steps += 1;
         self.friction_change = change;
         (change, largest)
@@ -200,7 +200,7 @@ impl<T: Scalar> Inverse<T> {
     ) {
         let structure = &setup.balance.structure;
         self.balance.carry(setup.topology, structure, cuts, spins);
-        self.contacts.press(parameters, bodies, &self.balance.joint_wrenches);
+        self.interfaces.press(parameters, bodies, &self.balance.joint_wrenches);
         self.step(setup, parameters, bodies);
         self.finish_friction(setup.topology, parameters, bodies);
     }
@@ -234,7 +234,7 @@ impl<T: Scalar> Inverse<T> {
     ) -> T {
         let plan = setup.balance;
         let (structure, program) = (&plan.structure, &plan.program);
-        self.balance.rub(setup.topology, parameters, bodies, &self.contacts, coupling);
+        self.balance.rub(setup.topology, parameters, bodies, &self.interfaces, coupling);
         self.balance.solve(setup.topology, structure, program, parameters, bodies, plan.passes())
     }
 
@@ -258,11 +258,11 @@ impl<T: Scalar> Inverse<T> {
     /// Efforts of friction on the tree's freedoms.
     fn add_friction_efforts(&mut self, topology: &Topology, parameters: &Parameters<T>) {
         self.friction_efforts.fill(T::zero());
-        for (contact, state) in parameters.contacts.iter().zip(&self.contacts.states) {
-            let Role::Tree { node } = topology.role[contact.joint] else { continue };
-            let first = topology.nodes[node].dofs.start;
-            for (&against, freedom) in state.against.iter().zip(contact.shape.freedoms()) {
-                self.friction_efforts[first + freedom] += against * state.friction();
+        for (interface, state) in parameters.interfaces.iter().zip(&self.interfaces.states) {
+            let Role::Tree { node } = topology.role[interface.joint] else { continue };
+            let first = topology.nodes[node].tree_dofs.start;
+            for (&against, dof) in state.against.iter().zip(interface.shape.dofs()) {
+                self.friction_efforts[first + dof] += against * state.friction();
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Other frictions at the same motion: what forces would be with them.
 
 use super::Inverse;
-use crate::dynamics::contacts::Coupling;
+use crate::dynamics::interfaces::Coupling;
 use crate::dynamics::settings::{FrictionMode, Settings};
 use crate::dynamics::setup::Setup;
 use crate::friction::Resistance;
@@ -20,11 +20,11 @@ impl<T: Scalar> Inverse<T> {
         wrenches: &[Wrench<T>],
     ) {
         self.balance.joint_wrenches.copy_from_slice(wrenches);
-        self.contacts.press(parameters, bodies, wrenches);
+        self.interfaces.press(parameters, bodies, wrenches);
     }
 
     /// Speeds, directions and laws again, with this part of the coefficients.
-    pub(in crate::dynamics) fn rub_at(
+    pub(in crate::dynamics) fn apply_friction_at(
         &mut self,
         topology: &Topology,
         parameters: &Parameters<T>,
@@ -33,8 +33,8 @@ impl<T: Scalar> Inverse<T> {
         part: T,
     ) {
         let rest_speed = T::from_f64(settings.rest_speed);
-        self.contacts.slide(topology, parameters, bodies, rest_speed);
-        for state in &mut self.contacts.states {
+        self.interfaces.slide(topology, parameters, bodies, rest_speed);
+        for state in &mut self.interfaces.states {
             state.resistance.coefficient *= part;
         }
     }
@@ -49,11 +49,11 @@ impl<T: Scalar> Inverse<T> {
         settings: &Settings,
     ) {
         let rest_speed = T::from_f64(settings.rest_speed);
-        self.contacts.slide(setup.topology, parameters, bodies, rest_speed);
+        self.interfaces.slide(setup.topology, parameters, bodies, rest_speed);
         if self.mode == FrictionMode::Converged {
             // Where no friction holds directly it still changes the loads of what slides.
             self.couple(setup, parameters, bodies, Coupling::Linear);
-            self.contacts.press(parameters, bodies, &self.balance.joint_wrenches);
+            self.interfaces.press(parameters, bodies, &self.balance.joint_wrenches);
         } else {
             self.couple(setup, parameters, bodies, Coupling::Frozen);
         }
@@ -62,16 +62,16 @@ impl<T: Scalar> Inverse<T> {
 
     /// Sets what every contact resists with; for probing.
     pub(in crate::dynamics) fn set_resistances(&mut self, resistance: Resistance<T>) {
-        self.contacts.states.iter_mut().for_each(|state| state.resistance = resistance);
+        self.interfaces.states.iter_mut().for_each(|state| state.resistance = resistance);
     }
 
     /// Sets what one contact resists with; for probing.
     pub(in crate::dynamics) fn set_resistance(
         &mut self,
-        contact: usize,
+        interface: usize,
         resistance: Resistance<T>,
     ) {
-        self.contacts.states[contact].resistance = resistance;
+        self.interfaces.states[interface].resistance = resistance;
     }
 
     /// All forces with given friction forces, N, one for each contact, whatever its load: solves once more,
@@ -84,7 +84,7 @@ impl<T: Scalar> Inverse<T> {
         bodies: &Bodies<T>,
         frictions: &[T],
     ) {
-        for (state, friction) in self.contacts.states.iter_mut().zip(frictions) {
+        for (state, friction) in self.interfaces.states.iter_mut().zip(frictions) {
             state.resistance = Resistance { coefficient: T::zero(), constant: *friction };
         }
         self.couple(setup, parameters, bodies, Coupling::Frozen);

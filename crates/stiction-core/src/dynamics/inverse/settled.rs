@@ -1,10 +1,10 @@
 //! Whether what was computed is a solution.
 
 use super::Inverse;
-use crate::dynamics::contacts::ContactState;
+use crate::dynamics::interfaces::InterfaceState;
 use crate::dynamics::settings::{FrictionMode, Settings};
 use crate::dynamics::setup::Setup;
-use crate::parameters::{ContactParameters, Parameters};
+use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
 
 /// Changes of loads below this part of the largest are rounding where they do not fall any more.
@@ -14,10 +14,10 @@ impl<T: Scalar> Inverse<T> {
     /// Whether the coupling of friction and reactions is solved, on the branch that begins at no
     /// friction as far as the determinant's sign tells.
     pub fn friction_settled(&self, settings: &Settings) -> bool {
-        if self.mode != FrictionMode::Converged || self.contacts.states.is_empty() {
+        if self.mode != FrictionMode::Converged || self.interfaces.states.is_empty() {
             return true;
         }
-        let loads = self.contacts.states.iter().map(|c| c.load.value.largest());
+        let loads = self.interfaces.states.iter().map(|c| c.load.value.largest());
         let largest = loads.fold(0.0, f64::max);
         settings.is_settled(self.friction_change.largest(), largest)
             && (self.orientation() - T::one()).largest() == 0.0
@@ -26,7 +26,7 @@ impl<T: Scalar> Inverse<T> {
     /// Whether the coupling is solved as far as rounding lets it be: near locking, where loads grow,
     /// Newton's method comes to a stand before its change is that of a single solve.
     pub(in crate::dynamics) fn friction_stagnated(&self) -> bool {
-        let loads = self.contacts.states.iter().map(|c| c.load.value.largest());
+        let loads = self.interfaces.states.iter().map(|c| c.load.value.largest());
         let largest = loads.fold(0.0, f64::max);
         let change = self.friction_change.largest();
         change.is_finite()
@@ -42,10 +42,10 @@ impl<T: Scalar> Inverse<T> {
         let (residual, demanded, carried) =
             self.balance.size_of_residual(setup.topology, &setup.balance.structure, parameters);
         // What friction asks for whatever the reactions are.
-        let without_load = |(state, contact): (&ContactState<T>, &ContactParameters<T>)| {
-            state.resistance.force(contact.load.preload).largest()
+        let without_load = |(state, interface): (&InterfaceState<T>, &InterfaceParameters<T>)| {
+            state.resistance.force(interface.load.preload).largest()
         };
-        let frictions = self.contacts.states.iter().zip(&parameters.contacts).map(without_load);
+        let frictions = self.interfaces.states.iter().zip(&parameters.interfaces).map(without_load);
         let demanded = frictions.fold(demanded, f64::max);
         residual.is_finite() && residual <= 1e-9 * carried && carried <= GROWTH * demanded
     }

@@ -4,11 +4,11 @@
 
 use super::map::FrictionMap;
 use super::outer::outer_changes;
+use crate::dynamics::continuation;
 use crate::dynamics::forces::Forces;
 use crate::dynamics::inverse::Inverse;
 use crate::dynamics::settings::Settings;
 use crate::dynamics::setup::Setup;
-use crate::dynamics::wedge;
 use crate::kinematics::Kinematics;
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
@@ -33,7 +33,7 @@ pub(in crate::dynamics) struct Position<'a> {
 /// Static friction of one contact at rest: its direction, of length one or zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Held {
-    pub(super) contact: usize,
+    pub(super) interface: usize,
     pub(super) direction: [f64; 3],
     /// Whether the direction is given.
     pub(super) fixed: bool,
@@ -62,9 +62,9 @@ pub(in crate::dynamics) fn bound_drives(
     mut position: Position<'_>,
 ) {
     forces.close_bounds();
-    let resting: Vec<usize> = (0..position.parameters.contacts.len())
-        .filter(|&contact| {
-            let state = &inverse.contacts()[contact];
+    let resting: Vec<usize> = (0..position.parameters.interfaces.len())
+        .filter(|&interface| {
+            let state = &inverse.interfaces()[interface];
             // Its load may be zero only while nothing else has friction.
             state.sliding == 0.0 && state.resistance.coefficient > 0.0
         })
@@ -74,7 +74,7 @@ pub(in crate::dynamics) fn bound_drives(
     }
     let released: Vec<Held> = resting
         .iter()
-        .map(|&contact| Held { contact, direction: [0.0; 3], fixed: false })
+        .map(|&interface| Held { interface, direction: [0.0; 3], fixed: false })
         .collect();
     let slopes = probe(inverse, &position, &released);
     let Position { setup, parameters, settings, .. } = position;
@@ -85,7 +85,7 @@ pub(in crate::dynamics) fn bound_drives(
             let before = forces.drives[actuator];
             let way = Way { actuator, sense, before };
             let found = extreme(inverse, &mut position, &released, &slopes, way);
-            let (low, high) = &mut forces.drive_bounds[actuator];
+            let (low, high) = &mut forces.effort_bounds[actuator];
             (*low, *high) = (low.min(found.least), high.max(found.greatest));
         }
     }
@@ -145,8 +145,8 @@ pub(super) fn extreme(
 }
 
 pub(super) fn hold(inverse: &mut Inverse<f64>, held: &[Held]) {
-    for &Held { contact, direction, .. } in held {
-        inverse.set_held(contact, direction);
+    for &Held { interface, direction, .. } in held {
+        inverse.set_held(interface, direction);
     }
 }
 
@@ -159,7 +159,7 @@ pub(super) fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -
         return true;
     }
     let outcome =
-        wedge::follow_friction(inverse, setup, parameters, kinematics, loads, settings, 1.0);
+        continuation::follow_friction(inverse, setup, parameters, kinematics, loads, settings, 1.0);
     if outcome.is_err() {
         inverse.finish_friction(setup.topology, parameters, &kinematics.bodies);
     }
@@ -175,20 +175,20 @@ pub(super) fn probe(
 ) -> Vec<Vec<Vec<f64>>> {
     let Position { setup, parameters, kinematics, settings, .. } = position;
     let mut slopes = Vec::with_capacity(held.len());
-    for &Held { contact, direction, .. } in held {
-        let freedoms = parameters.contacts[contact].shape.freedoms().len();
+    for &Held { interface, direction, .. } in held {
+        let dofs = parameters.interfaces[interface].shape.dofs().len();
         let of_component = |component: usize| {
             let [ahead, back] = [PROBE, -PROBE].map(|part| {
                 let mut moved = direction;
                 moved[component] += part;
-                inverse.set_held(contact, moved);
+                inverse.set_held(interface, moved);
                 inverse.hold_again(setup, parameters, &kinematics.bodies, settings);
                 inverse.drives().to_vec()
             });
             ahead.iter().zip(&back).map(|(ahead, back)| ahead - back).collect()
         };
-        slopes.push((0..freedoms).map(of_component).collect());
-        inverse.set_held(contact, direction);
+        slopes.push((0..dofs).map(of_component).collect());
+        inverse.set_held(interface, direction);
     }
     inverse.hold_again(setup, parameters, &kinematics.bodies, settings);
     slopes

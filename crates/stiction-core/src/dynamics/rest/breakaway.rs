@@ -32,14 +32,19 @@ pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>
     let Position { setup, parameters, kinematics, .. } = position;
     let topology = setup.topology;
     let count = topology.actuators.len();
-    if setup.prescription.coordinates().len() != count {
+    if setup.motion_constraints.coordinates().len() != count {
         return vec![None; count];
     }
     let mut responses = Vec::with_capacity(count);
     let mut matrix = DMatrix::zeros(count, count);
     for column in 0..count {
-        let mut rates = vec![0.0; topology.freedoms()];
-        kinematics.response_to_coordinate(setup.prescription, setup.motion, column, &mut rates);
+        let mut rates = vec![0.0; topology.dofs()];
+        kinematics.response_to_coordinate(
+            setup.motion_constraints,
+            setup.motion,
+            column,
+            &mut rates,
+        );
         let twists = body_twists(topology, &kinematics.bodies, &rates);
         for (row, actuator) in topology.actuators.iter().enumerate() {
             matrix[(row, column)] = actuator_rate(topology, &kinematics.bodies, actuator, &twists);
@@ -51,7 +56,7 @@ pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>
     let velocities = (0..count).map(|actuator| {
         let unit = DVector::from_fn(count, |k, _| if k == actuator { 1.0 } else { 0.0 });
         let amounts = factors.solve(&unit)?;
-        let mut rates = vec![0.0; topology.freedoms()];
+        let mut rates = vec![0.0; topology.dofs()];
         for (response, amount) in responses.iter().zip(amounts.iter()) {
             rates.iter_mut().zip(response).for_each(|(rate, r)| *rate += r * amount);
         }
@@ -59,8 +64,8 @@ pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>
             return None;
         }
         bodies.move_with(topology, &rates);
-        let sliding = parameters.contacts.iter().map(|contact| {
-            bodies.surface_velocity(topology, contact, parameters.pitch[contact.joint])
+        let sliding = parameters.interfaces.iter().map(|interface| {
+            bodies.surface_velocity(topology, interface, parameters.pitch[interface.joint])
         });
         Some(sliding.collect())
     });
@@ -81,11 +86,11 @@ pub(super) fn break_away(
         let held: Vec<Held> = velocities
             .iter()
             .enumerate()
-            .map(|(contact, velocity)| {
+            .map(|(interface, velocity)| {
                 let speed = size(velocity);
                 let fixed = speed > STILL * fastest;
                 let over = if fixed { sense / speed } else { 0.0 };
-                Held { contact, direction: velocity.map(|v| v * over), fixed }
+                Held { interface, direction: velocity.map(|v| v * over), fixed }
             })
             .collect();
         hold(inverse, &held);

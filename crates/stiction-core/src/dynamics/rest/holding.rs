@@ -201,7 +201,7 @@ fn ratio(sizes: &[f64], weights: &[f64]) -> f64 {
 
 /// The limits of frictions under loads, forward and backward.
 fn limits(map: &FrictionMap<'_>, loads: &[f64]) -> Vec<[f64; 2]> {
-    let limit = |(contact, load): (usize, &f64)| map.coefficients(contact).map(|mu| mu * load);
+    let limit = |(interface, load): (usize, &f64)| map.coefficients(interface).map(|mu| mu * load);
     loads.iter().enumerate().map(limit).collect()
 }
 
@@ -275,7 +275,7 @@ fn greatest_insufficient(map: &FrictionMap<'_>, demand: &Demand, most: f64, know
         let rest = &vector - reach * reach.tr_mul(&vector);
         rest.iter().copied().collect::<Vec<f64>>()
     };
-    let plain_loads: Vec<f64> = (0..map.contacts()).map(|c| map.load_without(c)).collect();
+    let plain_loads: Vec<f64> = (0..map.interfaces()).map(|c| map.load_without(c)).collect();
     let plain = map.couplings(|k| unit(map.len(), k));
     let least: Vec<f64> = match known.iter().any(|x| *x != 0.0) {
         true => known.iter().zip(without_effect(known)).map(|(a, b)| a - b).collect(),
@@ -314,7 +314,7 @@ fn greatest_insufficient(map: &FrictionMap<'_>, demand: &Demand, most: f64, know
 
 /// The friction of each contact.
 fn split(map: &FrictionMap<'_>, frictions: &[f64]) -> Vec<Vec<f64>> {
-    let mut each = vec![Vec::new(); map.contacts()];
+    let mut each = vec![Vec::new(); map.interfaces()];
     for (owner, friction) in map.owners().zip(frictions) {
         each[owner].push(*friction);
     }

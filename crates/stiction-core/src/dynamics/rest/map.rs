@@ -1,10 +1,10 @@
 //! What friction does: joints' wrenches and drives are affine in the friction forces.
 
-use crate::dynamics::contacts::load_by;
+use crate::dynamics::interfaces::load_by;
 use crate::dynamics::inverse::Inverse;
 use crate::dynamics::settings::{FrictionMode, Settings};
 use crate::dynamics::setup::Setup;
-use crate::friction::{LoadMap, OwnFriction, Resistance};
+use crate::friction::{NormalLoadMap, OwnFriction, Resistance};
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 /// One component of the friction at one contact.
 #[derive(Clone, Debug)]
 struct Component {
-    contact: usize,
+    interface: usize,
     /// What a friction of one newton adds to the wrench of each joint.
     wrenches: Vec<Wrench<f64>>,
     /// What it adds to each drive, and to the acceleration of each idle spin.
@@ -46,28 +46,28 @@ impl<'a> FrictionMap<'a> {
         settings: &Settings,
     ) -> Self {
         let mut probe = inverse.clone();
-        let mut respond = |contact: usize, held: [f64; 3], force: f64| {
-            probe.set_held(contact, held);
-            probe.rub_at(setup.topology, parameters, bodies, settings, 1.0);
+        let mut respond = |interface: usize, held: [f64; 3], force: f64| {
+            probe.set_held(interface, held);
+            probe.apply_friction_at(setup.topology, parameters, bodies, settings, 1.0);
             probe.set_resistances(Resistance { coefficient: 0.0, constant: 0.0 });
-            probe.set_resistance(contact, Resistance { coefficient: 0.0, constant: force });
+            probe.set_resistance(interface, Resistance { coefficient: 0.0, constant: force });
             let wrenches = probe.frozen_wrenches(setup, parameters, bodies).to_vec();
             probe.finish_friction(setup.topology, parameters, bodies);
-            probe.set_held(contact, [0.0; 3]);
+            probe.set_held(interface, [0.0; 3]);
             (wrenches, probe.drives().to_vec(), probe.spin_accelerations(setup).to_vec())
         };
         let mut components = Vec::new();
-        for (contact, content) in parameters.contacts.iter().enumerate() {
-            let rests = inverse.contacts()[contact].sliding == 0.0;
-            let without = respond(contact, [0.0; 3], 0.0);
-            let freedoms = if rests { content.shape.freedoms().len() } else { 1 };
-            for freedom in 0..freedoms {
+        for (interface, content) in parameters.interfaces.iter().enumerate() {
+            let rests = inverse.interfaces()[interface].sliding == 0.0;
+            let without = respond(interface, [0.0; 3], 0.0);
+            let dofs = if rests { content.shape.dofs().len() } else { 1 };
+            for dof in 0..dofs {
                 let mut held = [0.0; 3];
-                held[freedom] = 1.0;
-                let with = respond(contact, held, 1.0);
+                held[dof] = 1.0;
+                let with = respond(interface, held, 1.0);
                 let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
                 components.push(Component {
-                    contact,
+                    interface,
                     wrenches: with.0.iter().zip(&without.0).map(|(a, b)| *a - *b).collect(),
                     drives: less(&with.1, &without.1),
                     spins: less(&with.2, &without.2),
@@ -84,18 +84,18 @@ impl<'a> FrictionMap<'a> {
     }
 
     /// Number of contacts.
-    pub(super) fn contacts(&self) -> usize {
-        self.parameters.contacts.len()
+    pub(super) fn interfaces(&self) -> usize {
+        self.parameters.interfaces.len()
     }
 
     /// The contact of each component.
     pub(super) fn owners(&self) -> impl Iterator<Item = usize> {
-        self.components.iter().map(|component| component.contact)
+        self.components.iter().map(|component| component.interface)
     }
 
     /// The lengths of the contacts' parts of a vector with an entry for each component.
     pub(super) fn sizes(&self, vector: &[f64]) -> Vec<f64> {
-        let mut sizes = vec![0.0; self.contacts()];
+        let mut sizes = vec![0.0; self.interfaces()];
         for (owner, x) in self.owners().zip(vector) {
             sizes[owner] = f64::hypot(sizes[owner], *x);
         }
@@ -113,36 +113,36 @@ impl<'a> FrictionMap<'a> {
     }
 
     /// The coefficients of a contact, of its friction forward and backward (positive and negative).
-    pub(super) fn coefficients(&self, contact: usize) -> [f64; 2] {
-        let state = &self.inverse.contacts()[contact];
+    pub(super) fn coefficients(&self, interface: usize) -> [f64; 2] {
+        let state = &self.inverse.interfaces()[interface];
         if state.sliding > 0.0 {
             return [state.resistance.coefficient; 2];
         }
-        let content = &self.parameters.contacts[contact];
+        let content = &self.parameters.interfaces[interface];
         content.laws().map(|law| law.at_rest())
     }
 
     /// Whether a contact rests.
-    pub(super) fn rests(&self, contact: usize) -> bool {
-        self.inverse.contacts()[contact].sliding == 0.0
+    pub(super) fn rests(&self, interface: usize) -> bool {
+        self.inverse.interfaces()[interface].sliding == 0.0
     }
 
     /// The load of a contact where nothing at rest has friction, N.
-    pub(super) fn load_without(&self, contact: usize) -> f64 {
-        self.inverse.contacts()[contact].load()
+    pub(super) fn load_without(&self, interface: usize) -> f64 {
+        self.inverse.interfaces()[interface].load()
     }
 
     /// The loads of all contacts under frictions, N.
     pub(super) fn loads(&self, frictions: &[f64]) -> Vec<f64> {
-        (0..self.contacts())
-            .map(|contact| {
+        (0..self.interfaces())
+            .map(|interface| {
                 if !self.coupled {
-                    return self.load_without(contact);
+                    return self.load_without(interface);
                 }
-                let content = &self.parameters.contacts[contact];
+                let content = &self.parameters.interfaces[interface];
                 let wrench = self.inverse.joint_wrenches()[content.joint];
                 let change = self.change(content.joint, frictions);
-                self.load_of(contact, &content.load, wrench + change, frictions)
+                self.load_of(interface, &content.load, wrench + change, frictions)
             })
             .collect()
     }
@@ -150,12 +150,12 @@ impl<'a> FrictionMap<'a> {
     /// The most by which the load of each contact changes with frictions that change by these,
     /// whatever they were before: loads are norms of the reaction, up to constants.
     pub(super) fn most_changes(&self, frictions: &[f64]) -> Vec<f64> {
-        (0..self.contacts())
-            .map(|contact| {
-                let content = &self.parameters.contacts[contact];
+        (0..self.interfaces())
+            .map(|interface| {
+                let content = &self.parameters.interfaces[interface];
                 let (map, change) =
                     (content.load.seminorm(), self.change(content.joint, frictions));
-                if self.coupled { self.load_of(contact, &map, change, frictions) } else { 0.0 }
+                if self.coupled { self.load_of(interface, &map, change, frictions) } else { 0.0 }
             })
             .collect()
     }
@@ -163,7 +163,7 @@ impl<'a> FrictionMap<'a> {
     /// Entry (i, j): the most by which the load of contact i changes with a friction of one newton
     /// at contact j, in any direction, after `filter` has made of it what may be.
     pub(super) fn couplings(&self, filter: impl Fn(usize) -> Vec<f64>) -> DMatrix<f64> {
-        let mut matrix = DMatrix::zeros(self.contacts(), self.contacts());
+        let mut matrix = DMatrix::zeros(self.interfaces(), self.interfaces());
         for (k, owner) in self.owners().enumerate() {
             // By the triangle inequality and that of Cauchy and Schwarz.
             for (i, change) in self.most_changes(&filter(k)).into_iter().enumerate() {
@@ -185,18 +185,18 @@ impl<'a> FrictionMap<'a> {
 
     fn load_of(
         &self,
-        contact: usize,
-        map: &LoadMap<f64>,
+        interface: usize,
+        map: &NormalLoadMap<f64>,
         wrench: Wrench<f64>,
         frictions: &[f64],
     ) -> f64 {
         // A thread's own friction bears a part of its load; it has one component.
-        let own = self.owners().position(|owner| owner == contact);
+        let own = self.owners().position(|owner| owner == interface);
         let constant = own.map_or(0.0, |k| frictions[k]);
-        let state = &self.inverse.contacts()[contact];
+        let state = &self.inverse.interfaces()[interface];
         let direction = if state.sliding > 0.0 { state.sense } else { 1.0 };
         let own = OwnFriction { coefficient: 0.0, constant, direction };
-        let content = &self.parameters.contacts[contact];
+        let content = &self.parameters.interfaces[interface];
         let pitch = self.parameters.pitch[content.joint];
         load_by(map, content, pitch, self.bodies, wrench, own).value
     }

@@ -42,7 +42,7 @@ impl Rest {
         if forces.bounds != Bounds::Attained {
             return;
         }
-        for (breakaway, bounds) in self.breakaway.iter().zip(&mut forces.drive_bounds) {
+        for (breakaway, bounds) in self.breakaway.iter().zip(&mut forces.effort_bounds) {
             let Some(Breakaway { forward, backward }) = breakaway else { continue };
             for effort in [forward.0, forward.1, backward.0, backward.1] {
                 if effort.is_finite() {
@@ -59,7 +59,7 @@ impl Rest {
         if !matches!(forces.bounds, Bounds::Exact | Bounds::Certified) {
             return;
         }
-        for (holding, &(low, high)) in self.alone.iter_mut().zip(&forces.drive_bounds) {
+        for (holding, &(low, high)) in self.alone.iter_mut().zip(&forces.effort_bounds) {
             let contains_zero = low <= 0.0 && 0.0 <= high;
             if holding.verdict == Verdict::Undecided && contains_zero {
                 holding.verdict = Verdict::Holds;
@@ -71,8 +71,8 @@ impl Rest {
 
 /// Looks at the position in `inverse`, where nothing moves.
 pub(super) fn examine(inverse: &mut Inverse<f64>, mut position: Position<'_>) -> Rest {
-    let released: Vec<Held> = (0..position.parameters.contacts.len())
-        .map(|contact| Held { contact, direction: [0.0; 3], fixed: false })
+    let released: Vec<Held> = (0..position.parameters.interfaces.len())
+        .map(|interface| Held { interface, direction: [0.0; 3], fixed: false })
         .collect();
     let velocities = breakaway::impending(&mut position);
     let breakaway = velocities
@@ -97,14 +97,14 @@ pub(super) fn examine(inverse: &mut Inverse<f64>, mut position: Position<'_>) ->
         .map(|(index, (&drive, actuator))| {
             let joint_type = setup.topology.joint_types[actuator.joint];
             // A torque is compared with a force over the characteristic length.
-            let scale = match joint_type.freedoms()[actuator.freedom].motion {
+            let scale = match joint_type.dofs()[actuator.dof].motion {
                 Motion::Translation => 1.0,
                 Motion::Rotation | Motion::Screw => 1.0 / parameters.length,
             };
             (index, drive, scale)
         })
         .collect();
-    let spins = setup.prescription.spins().len();
+    let spins = setup.motion_constraints.spins().len();
     let wrenches = inverse.joint_wrenches().iter();
     let forces = wrenches.map(|wrench| wrench.force.norm());
     let largest = forces.chain(drives.iter().map(|(_, drive, scale)| (drive * scale).abs()));

@@ -20,9 +20,9 @@ pub(super) fn greatest_frictions(
     couplings: &DMatrix<f64>,
     part: f64,
 ) -> Option<Vec<[f64; 2]>> {
-    let count = map.contacts();
-    let coefficient = |contact: usize| {
-        let [forward, backward] = map.coefficients(contact);
+    let count = map.interfaces();
+    let coefficient = |interface: usize| {
+        let [forward, backward] = map.coefficients(interface);
         part * forward.max(backward)
     };
     let coupled = DMatrix::from_fn(count, count, |i, j| coefficient(i) * couplings[(i, j)]);
@@ -30,18 +30,18 @@ pub(super) fn greatest_frictions(
     if radius_bound(coupled.as_slice(), count, &mut Default::default()) >= 1.0 {
         return None;
     }
-    let alone = |contact: usize| {
-        if map.rests(contact) { coefficient(contact) * loads[contact] } else { 0.0 }
+    let alone = |interface: usize| {
+        if map.rests(interface) { coefficient(interface) * loads[interface] } else { 0.0 }
     };
-    let constants = DVector::from_fn(count, |contact, _| alone(contact));
+    let constants = DVector::from_fn(count, |interface, _| alone(interface));
     let greatest = (DMatrix::identity(count, count) - coupled).lu().solve(&constants)?;
     let sound = greatest.iter().all(|x| x.is_finite() && *x >= -1e-12 * greatest.amax());
-    let limit = |(contact, greatest): (usize, &f64)| {
-        let [forward, backward] = map.coefficients(contact);
+    let limit = |(interface, greatest): (usize, &f64)| {
+        let [forward, backward] = map.coefficients(interface);
         let most = forward.max(backward);
         let part = |coefficient: f64| if most > 0.0 { coefficient / most } else { 0.0 };
         // What slides may change either way.
-        let parts = if map.rests(contact) { [part(forward), part(backward)] } else { [1.0; 2] };
+        let parts = if map.rests(interface) { [part(forward), part(backward)] } else { [1.0; 2] };
         parts.map(|part| part * greatest.max(0.0))
     };
     sound.then(|| greatest.iter().enumerate().map(limit).collect())
@@ -50,7 +50,8 @@ pub(super) fn greatest_frictions(
 /// The least and the greatest change of each drive by static friction, certified: nothing lies
 /// beyond. None where the coupling is too strong.
 pub(super) fn outer_changes(map: &FrictionMap<'_>, drives: usize) -> Option<Vec<(f64, f64)>> {
-    let loads: Vec<f64> = (0..map.contacts()).map(|contact| map.load_without(contact)).collect();
+    let loads: Vec<f64> =
+        (0..map.interfaces()).map(|interface| map.load_without(interface)).collect();
     let couplings = map.couplings(|k| unit(map.len(), k));
     let greatest = greatest_frictions(map, &loads, &couplings, 1.0)?;
     let owners: Vec<usize> = map.owners().collect();
@@ -58,11 +59,11 @@ pub(super) fn outer_changes(map: &FrictionMap<'_>, drives: usize) -> Option<Vec<
         let slopes = map.slopes(actuator);
         let sizes = map.sizes(&slopes);
         let (mut low, mut high) = (0.0, 0.0);
-        for (contact, size) in sizes.into_iter().enumerate() {
-            let single = owners.iter().filter(|owner| **owner == contact).count() == 1;
+        for (interface, size) in sizes.into_iter().enumerate() {
+            let single = owners.iter().filter(|owner| **owner == interface).count() == 1;
             let slope =
-                owners.iter().position(|owner| *owner == contact).map_or(0.0, |k| slopes[k]);
-            let [mut up, mut down] = greatest[contact];
+                owners.iter().position(|owner| *owner == interface).map_or(0.0, |k| slopes[k]);
+            let [mut up, mut down] = greatest[interface];
             // Friction forward is positive; of balls and plates both are the same.
             if single && slope < 0.0 {
                 core::mem::swap(&mut up, &mut down);

@@ -5,21 +5,21 @@
 mod planning;
 mod solve;
 
-use super::contacts::load_by;
-use super::coupling::CouplingRoom;
+use super::contributions::{Shares, Sharing};
+use super::coupling::CouplingWorkspace;
 use super::forces::Forces;
+use super::interfaces::load_by;
 use super::inverse::Inverse;
 use super::kernel::Kernel;
 use super::plan::{BalancePlan, NotPlanned};
 use super::settings::{FrictionMode, Settings};
 use super::setup::Setup;
-use super::shares::{Shares, Sharing};
 use super::structure::Weighting;
 use crate::friction::OwnFriction;
 use crate::kinematics::{
     Assembly, AssemblyError, Bodies, Coordinate, Kinematics, Target, actuator_rate, body_twists,
 };
-use crate::linalg::Elimination;
+use crate::linalg::StaticLu;
 use crate::mechanism::{BodyId, JointId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
@@ -42,7 +42,7 @@ use nalgebra::DMatrix;
 ///     .body(BodySpec::new("bob").mass(2.0).com(Vec3::new(0.5, 0.0, 0.0)))
 ///     .joint(JointSpec::new("pivot", JointType::Revolute, "ground", "bob").actuated())
 ///     .build()?;
-/// let angle = Coordinate::Joint { joint: JointId(0), freedom: 0 };
+/// let angle = Coordinate::Joint { joint: JointId(0), dof: 0 };
 /// let level = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
 /// let mut solver =
 ///     InverseDynamics::new(pendulum, &[], &[angle], &[level], Settings::default())?;
@@ -60,11 +60,11 @@ pub struct InverseDynamics {
     plan: Result<BalancePlan, NotPlanned>,
     inverse: Option<Inverse<f64>>,
     /// By which rates were solved for first: whatever is planned later, its signs compare.
-    first_program: Elimination,
+    first_program: StaticLu,
     forces: Forces,
     /// The strength of the coupling in the last solution by the kernel.
     strength: f64,
-    room: CouplingRoom,
+    room: CouplingWorkspace,
     /// Made when it is first asked for.
     sharing: Option<Sharing<f64>>,
     /// Whether the last forces are those of the kernel, and not of the dense system.
@@ -108,7 +108,7 @@ pub(super) struct Parts<'a> {
 }
 
 impl InverseDynamics {
-    /// Assembles the mechanism at `targets`, one for each of `coordinates`. `homes` are guesses of
+    /// Assembles the mechanism at `targets`, one for each of `coordinates`. `initial_poses` are guesses of
     /// the poses of bodies in the ground's frame. Which of several assembly modes it finds is told by
     /// [`JointSpec::start`](crate::mechanism::JointSpec::start) and these guesses.
     ///
@@ -119,13 +119,13 @@ impl InverseDynamics {
     /// Unless there is one target for each coordinate, and all bodies, joints and freedoms that are named exist.
     pub fn new(
         mechanism: Mechanism,
-        homes: &[(BodyId, Pose<f64>)],
+        initial_poses: &[(BodyId, Pose<f64>)],
         coordinates: &[Coordinate],
         targets: &[Target<f64>],
         settings: Settings,
     ) -> Result<Self, AssemblyError> {
         let rule = TreeRule::Structure;
-        Self::with_tree(mechanism, rule, homes, coordinates, targets, settings)
+        Self::with_tree(mechanism, rule, initial_poses, coordinates, targets, settings)
     }
 
     /// The same with a tree chosen by `rule`.
@@ -138,7 +138,7 @@ impl InverseDynamics {
     pub fn with_tree(
         mechanism: Mechanism,
         rule: TreeRule,
-        homes: &[(BodyId, Pose<f64>)],
+        initial_poses: &[(BodyId, Pose<f64>)],
         coordinates: &[Coordinate],
         targets: &[Target<f64>],
         settings: Settings,
@@ -146,14 +146,14 @@ impl InverseDynamics {
         let topology = Topology::with_tree(&mechanism, rule);
         let parameters = Parameters::new(&mechanism);
         let assembly =
-            Assembly::new(&mechanism, &topology, &parameters, homes, coordinates, targets)?;
+            Assembly::new(&mechanism, &topology, &parameters, initial_poses, coordinates, targets)?;
         let forces = Forces::new(
             topology.actuators.len(),
             mechanism.joints().len(),
-            parameters.contacts.len(),
+            parameters.interfaces.len(),
         );
         let first_program = assembly.program().clone();
-        let shares = Shares::new(topology.actuators.len(), parameters.contacts.len());
+        let shares = Shares::new(topology.actuators.len(), parameters.interfaces.len());
         let mut solver = Self {
             mechanism,
             topology,
@@ -165,7 +165,7 @@ impl InverseDynamics {
             first_program,
             forces,
             strength: 0.0,
-            room: CouplingRoom::default(),
+            room: CouplingWorkspace::default(),
             sharing: None,
             forces_by_kernel: true,
             shares,
@@ -215,7 +215,8 @@ impl InverseDynamics {
     /// that is connected with no friction. Zero without friction or where it is not coupled. None
     /// where the position is singular, or constraints and actuators are both redundant.
     pub fn coupling(&self) -> Option<f64> {
-        if self.settings.friction != FrictionMode::Converged || self.parameters.contacts.is_empty()
+        if self.settings.friction != FrictionMode::Converged
+            || self.parameters.interfaces.is_empty()
         {
             return Some(0.0);
         }
@@ -229,8 +230,8 @@ impl InverseDynamics {
     pub(super) fn parts(&mut self) -> Option<Parts<'_>> {
         let (Ok(balance), Some(inverse)) = (&self.plan, &self.inverse) else { return None };
         let (topology, parameters, settings) = (&self.topology, &self.parameters, &self.settings);
-        let (prescription, motion, kinematics) = self.assembly.parts();
-        let setup = Setup { topology, prescription, motion, balance };
+        let (motion_constraints, motion, kinematics) = self.assembly.parts();
+        let setup = Setup { topology, motion_constraints, motion, balance };
         Some(Parts { setup, inverse, parameters, kinematics, settings })
     }
 
@@ -240,20 +241,20 @@ impl InverseDynamics {
     /// many actuators as prescribed coordinates.
     pub fn side(&mut self) -> Option<f64> {
         let topology = &self.topology;
-        let freedoms = topology.freedoms();
-        let (prescription, motion, kinematics) = self.assembly.parts();
-        let count = prescription.coordinates().len();
+        let dofs = topology.dofs();
+        let (motion_constraints, motion, kinematics) = self.assembly.parts();
+        let count = motion_constraints.coordinates().len();
         if count == 0 || count != topology.actuators.len() {
             return None;
         }
         // Where just the actuators are prescribed the matrix is a permutation.
-        if let Some(sign) = order_of_actuators(topology, prescription.coordinates()) {
+        if let Some(sign) = order_of_actuators(topology, motion_constraints.coordinates()) {
             return Some(sign * kinematics.sign_by(&self.first_program)?.signum());
         }
-        let mut rates = vec![0.0; freedoms];
+        let mut rates = vec![0.0; dofs];
         let mut matrix = DMatrix::zeros(count, count);
         for column in 0..count {
-            kinematics.response_to_coordinate(prescription, motion, column, &mut rates);
+            kinematics.response_to_coordinate(motion_constraints, motion, column, &mut rates);
             let bodies = &kinematics.bodies;
             let twists = body_twists(topology, bodies, &rates);
             for (row, actuator) in topology.actuators.iter().enumerate() {
@@ -261,14 +262,14 @@ impl InverseDynamics {
             }
         }
         // Closures and actuators by the tree are these times closures and coordinates by the tree.
-        let prescription = kinematics.sign_by(&self.first_program)?;
-        let determinant = matrix.determinant() * prescription;
+        let motion_constraints = kinematics.sign_by(&self.first_program)?;
+        let determinant = matrix.determinant() * motion_constraints;
         determinant.is_finite().then(|| determinant.signum())
     }
 
     /// Where bodies spin idly: each body's index and the axis of its spin in world axes.
     pub fn idle_axes(&self) -> Vec<IdleAxis> {
-        let spins = self.assembly.prescription().spins().iter();
+        let spins = self.assembly.motion_constraints().spins().iter();
         let pose = &self.bodies().pose;
         spins.map(|spin| (spin.body.0, pose[spin.body.0].rotation * spin.axis)).collect()
     }
@@ -283,14 +284,14 @@ impl InverseDynamics {
         let bodies = self.bodies();
         let relative = bodies.frame_j[joint.0].inverse() * bodies.frame_k[joint.0];
         let (_, coordinates) = content.joint_type.misfit(relative, content.pitch);
-        coordinates[..content.joint_type.freedoms().len()].to_vec()
+        coordinates[..content.joint_type.dofs().len()].to_vec()
     }
 
     /// The largest loop-closure error at the present position, m; angles times the characteristic
     /// length.
     pub fn closure_error(&self) -> f64 {
         let assembly = &self.assembly;
-        assembly.kinematics().closure_error(assembly.prescription(), self.parameters.length)
+        assembly.kinematics().closure_error(assembly.motion_constraints(), self.parameters.length)
     }
 
     /// The forces of the last [`Self::solve`] that succeeded, wherever the mechanism was moved since; zeros before the
@@ -306,8 +307,8 @@ impl InverseDynamics {
             (self.forces_by_kernel, &self.plan, &self.inverse)
         {
             let (topology, parameters) = (&self.topology, &self.parameters);
-            let (prescription, motion, kinematics) = self.assembly.parts();
-            let setup = Setup { topology, prescription, motion, balance };
+            let (motion_constraints, motion, kinematics) = self.assembly.parts();
+            let setup = Setup { topology, motion_constraints, motion, balance };
             let sharing = self.sharing.get_or_insert_with(|| Sharing::new(&setup));
             sharing.run(&setup, parameters, &kinematics.bodies, inverse, &mut self.shares);
         }
@@ -315,7 +316,7 @@ impl InverseDynamics {
     }
 
     /// Rates of the actuators, rad/s or m/s, in the order of [`Mechanism::actuators`].
-    pub fn drive_rates(&self) -> impl Iterator<Item = f64> {
+    pub fn actuator_rates(&self) -> impl Iterator<Item = f64> {
         let (topology, bodies) = (&self.topology, self.bodies());
         let actuators = topology.actuators.iter();
         actuators.map(|actuator| bodies.actuator_rate(topology, *actuator))
@@ -341,7 +342,7 @@ impl InverseDynamics {
         let balance = self.plan.as_ref().ok()?;
         Some(Kernel::new(&Setup {
             topology: &self.topology,
-            prescription: self.assembly.prescription(),
+            motion_constraints: self.assembly.motion_constraints(),
             motion: self.assembly.program(),
             balance,
         }))
@@ -396,14 +397,14 @@ impl InverseDynamics {
     /// For each contact whether its load, and with it its friction, is determined by the balance
     /// alone; `statics` is that of the present position.
     pub fn determined_loads(&self, statics: &Statics) -> Vec<bool> {
-        let mut determined = vec![true; self.parameters.contacts.len()];
+        let mut determined = vec![true; self.parameters.interfaces.len()];
         for stress in statics.self_stresses() {
-            for (flag, contact) in determined.iter_mut().zip(&self.parameters.contacts) {
+            for (flag, interface) in determined.iter_mut().zip(&self.parameters.interfaces) {
                 // The load map of the self-stress alone.
-                let map = contact.load.seminorm();
-                let pitch = self.parameters.pitch[contact.joint];
-                let (wrench, none) = (stress[contact.joint], OwnFriction::none());
-                let load = load_by(&map, contact, pitch, self.bodies(), wrench, none);
+                let map = interface.load.seminorm();
+                let pitch = self.parameters.pitch[interface.joint];
+                let (wrench, none) = (stress[interface.joint], OwnFriction::none());
+                let load = load_by(&map, interface, pitch, self.bodies(), wrench, none);
                 *flag &= load.value < DETERMINED;
             }
         }
@@ -414,9 +415,9 @@ impl InverseDynamics {
 /// The sign of the permutation by which `coordinates` are the actuators; none if they are not.
 fn order_of_actuators(topology: &Topology, coordinates: &[Coordinate]) -> Option<f64> {
     let place = |coordinate: &Coordinate| {
-        let &Coordinate::Joint { joint: JointId(joint), freedom } = coordinate else { return None };
+        let &Coordinate::Joint { joint: JointId(joint), dof } = coordinate else { return None };
         let actuators = &topology.actuators;
-        actuators.binary_search_by_key(&(joint, freedom), |a| (a.joint, a.freedom)).ok()
+        actuators.binary_search_by_key(&(joint, dof), |a| (a.joint, a.dof)).ok()
     };
     let mut places = coordinates.iter().map(place).collect::<Option<Vec<usize>>>()?;
     // Each exchange puts one where it belongs, so there are fewer than coordinates; a coordinate that is

@@ -19,8 +19,8 @@ impl InverseDynamics {
             Err(_) => None,
             Ok(balance) => {
                 let (topology, parameters) = (&self.topology, &self.parameters);
-                let (prescription, motion, _) = self.assembly.parts();
-                let setup = Setup { topology, prescription, motion, balance };
+                let (motion_constraints, motion, _) = self.assembly.parts();
+                let setup = Setup { topology, motion_constraints, motion, balance };
                 Some(Inverse::new(&setup, parameters))
             }
         };
@@ -32,7 +32,7 @@ impl InverseDynamics {
     /// inertia.
     pub(super) fn steady_idle_spins(&mut self) {
         let length = self.parameters.length;
-        for spin in self.assembly.prescription().spins() {
+        for spin in self.assembly.motion_constraints().spins() {
             let body = spin.body.0;
             let inertia = &mut self.parameters.inertia[body];
             let size = inertia.trace() + self.parameters.mass[body] * length * length;
@@ -46,12 +46,12 @@ impl InverseDynamics {
     }
 
     pub(super) fn spin_responses(&mut self) -> Vec<Vec<f64>> {
-        let freedoms = self.topology.freedoms();
-        let (prescription, motion, kinematics) = self.assembly.parts();
-        (0..prescription.spins().len())
+        let dofs = self.topology.dofs();
+        let (motion_constraints, motion, kinematics) = self.assembly.parts();
+        (0..motion_constraints.spins().len())
             .map(|spin| {
-                let mut response = vec![0.0; freedoms];
-                kinematics.response_to_spin(prescription, motion, spin, &mut response);
+                let mut response = vec![0.0; dofs];
+                kinematics.response_to_spin(motion_constraints, motion, spin, &mut response);
                 response
             })
             .collect()

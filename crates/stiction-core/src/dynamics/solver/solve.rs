@@ -1,7 +1,8 @@
 //! From a position to forces: by the kernel where its numbers can be trusted, else with care.
 
 use super::InverseDynamics;
-use crate::dynamics::careful;
+use crate::dynamics::continuation::{self, Lock};
+use crate::dynamics::dense_fallback;
 use crate::dynamics::error::InverseError;
 use crate::dynamics::forces::{Bounds, Forces};
 use crate::dynamics::power::Power;
@@ -9,12 +10,11 @@ use crate::dynamics::rest::bounds;
 use crate::dynamics::rest::{self, Rest};
 use crate::dynamics::settings::FrictionMode;
 use crate::dynamics::setup::Setup;
-use crate::dynamics::spring::Pull;
-use crate::dynamics::wedge::{self, Lock};
-use crate::friction::ContactShape;
+use crate::dynamics::spring::SpringForce;
+use crate::friction::InterfaceShape;
 use crate::mechanism::Mechanism;
-use crate::parameters::{ContactParameters, Parameters};
-use crate::statics::{AppliedLoad, Uncarried};
+use crate::parameters::{InterfaceParameters, Parameters};
+use crate::statics::{AppliedLoad, InfeasibleLoad};
 
 /// Forces are given out only where the power balance holds to this part of what is turned over.
 /// Round-off is some 1e-15; positions near singular ones magnify it.
@@ -63,7 +63,7 @@ impl InverseDynamics {
     /// Springs whose ends coincide have no direction to pull in.
     fn check_springs(&self) -> Result<(), InverseError> {
         let (bodies, length) = (self.bodies(), self.parameters.length);
-        let is_lost = |spring| !Pull::of(spring, bodies).has_direction(spring, length);
+        let is_lost = |spring| !SpringForce::of(spring, bodies).has_direction(spring, length);
         match self.parameters.springs.iter().position(is_lost) {
             None => Ok(()),
             Some(k) => Err(InverseError::SpringWithoutDirection {
@@ -75,14 +75,14 @@ impl InverseDynamics {
     /// Whether every rod is still in its cylinder.
     fn check_overlaps(&self) -> Result<(), InverseError> {
         let bodies = self.bodies();
-        for contact in &self.parameters.contacts {
-            let (j, k) = (&bodies.frame_j[contact.joint], &bodies.frame_k[contact.joint]);
+        for interface in &self.parameters.interfaces {
+            let (j, k) = (&bodies.frame_j[interface.joint], &bodies.frame_k[interface.joint]);
             let slide = (k.position - j.position).dot(j.rotation.columns[2]);
-            if let Some(overlap) = contact.load.overlap(slide)
+            if let Some(overlap) = interface.load.overlap(slide)
                 && overlap <= 0.0
                 && self.settings.friction != FrictionMode::Off
             {
-                let joint = self.mechanism.joints()[contact.joint].name.clone();
+                let joint = self.mechanism.joints()[interface.joint].name.clone();
                 return Err(InverseError::NoOverlap { joint, beyond: -overlap });
             }
         }
@@ -106,8 +106,8 @@ impl InverseDynamics {
         let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else { return false };
         let topology = &self.topology;
         self.assembly.forget_spins(topology);
-        let (prescription, motion, kinematics) = self.assembly.parts();
-        let setup = Setup { topology, prescription, motion, balance };
+        let (motion_constraints, motion, kinematics) = self.assembly.parts();
+        let setup = Setup { topology, motion_constraints, motion, balance };
         inverse.solve(&setup, &self.parameters, kinematics, loads, &self.settings);
         inverse.is_balanced(&setup, &self.parameters)
     }
@@ -119,10 +119,10 @@ impl InverseDynamics {
         };
         let (topology, parameters) = (&self.topology, &self.parameters);
         let settings = &self.settings;
-        let (prescription, motion, kinematics) = self.assembly.parts();
-        let setup = Setup { topology, prescription, motion, balance };
+        let (motion_constraints, motion, kinematics) = self.assembly.parts();
+        let setup = Setup { topology, motion_constraints, motion, balance };
         let is_coupled = settings.friction == FrictionMode::Converged
-            && inverse.contacts().iter().any(|contact| contact.sliding > 0.0);
+            && inverse.interfaces().iter().any(|interface| interface.sliding > 0.0);
         let strength = match is_coupled {
             true => self.room.strength(inverse, &setup, parameters, &kinematics.bodies),
             false => 0.0,
@@ -134,15 +134,16 @@ impl InverseDynamics {
         if !settled || !is_unique || !inverse.is_balanced(&setup, parameters) {
             // There may be other solutions, or none: follow the one that is connected with no friction.
             // It is found, or lost where friction locks.
-            let followed = wedge::follow_friction(
+            let followed = continuation::follow_friction(
                 inverse, &setup, parameters, kinematics, loads, settings, 1.0,
             );
             if let Err(lock) = followed {
                 // Where there certainly is one, what was lost is digits. (A thread's load contains its
                 // own friction, and has no limit where that locks it.)
-                let is_thread =
-                    |contact: &ContactParameters<f64>| contact.shape == ContactShape::Thread;
-                let exists = is_unique && !parameters.contacts.iter().any(is_thread);
+                let is_thread = |interface: &InterfaceParameters<f64>| {
+                    interface.shape == InterfaceShape::Thread
+                };
+                let exists = is_unique && !parameters.interfaces.iter().any(is_thread);
                 return Err(match exists {
                     true => InverseError::Unsettled,
                     false => locked(&self.mechanism, parameters, lock),
@@ -154,7 +155,7 @@ impl InverseDynamics {
         forces.read(&kinematics.bodies, inverse);
         let position = bounds::Position { setup, parameters, kinematics, loads, settings };
         bounds::bound_drives(forces, inverse, position);
-        let dissipated = forces.contacts.iter().map(|c| c.power);
+        let dissipated = forces.interfaces.iter().map(|c| c.power);
         let bodies = &kinematics.bodies;
         forces.power = Power::new(topology, parameters, bodies, &forces.drives, dissipated, loads);
         Ok(())
@@ -177,8 +178,8 @@ impl InverseDynamics {
         let spins = self.spin_responses();
         let bodies = &self.assembly.kinematics().bodies;
         let accelerations = &self.assembly.state().accelerations;
-        let solution = careful::solve(
-            &careful::Position {
+        let solution = dense_fallback::solve(
+            &dense_fallback::Position {
                 mechanism: &self.mechanism,
                 topology: &self.topology,
                 parameters: &self.parameters,
@@ -206,7 +207,7 @@ impl InverseDynamics {
             &self.parameters,
             &solution.bodies,
             &self.forces.drives,
-            self.forces.contacts.iter().map(|c| c.power),
+            self.forces.interfaces.iter().map(|c| c.power),
             loads,
         );
         let residual = self.forces.imbalance(self.parameters.length);
@@ -236,8 +237,8 @@ impl InverseDynamics {
             return Err(InverseError::Unsettled);
         };
         let (topology, parameters, settings) = (&self.topology, &self.parameters, &self.settings);
-        let (prescription, motion, kinematics) = self.assembly.parts();
-        let setup = Setup { topology, prescription, motion, balance };
+        let (motion_constraints, motion, kinematics) = self.assembly.parts();
+        let setup = Setup { topology, motion_constraints, motion, balance };
         let position = bounds::Position { setup, parameters, kinematics, loads, settings };
         let mut rest = rest::examine(inverse, position);
         rest.extend_intervals(&mut self.forces);
@@ -246,7 +247,7 @@ impl InverseDynamics {
     }
 
     /// An uncarried load with names and places.
-    fn in_words(&self, uncarried: &Uncarried) -> InverseError {
+    fn in_words(&self, uncarried: &InfeasibleLoad) -> InverseError {
         let (body, motion) = uncarried.motion.in_words(&self.mechanism, self.parameters.origin);
         let unit = if uncarried.motion.turns { "N m" } else { "N" };
         InverseError::CannotCarry { body, motion, missing: uncarried.missing.abs(), unit }
@@ -255,7 +256,7 @@ impl InverseDynamics {
 
 /// Where the solution is lost, with the joint's name.
 fn locked(mechanism: &Mechanism, parameters: &Parameters<f64>, lock: Lock) -> InverseError {
-    let joint = parameters.contacts[lock.contact].joint;
+    let joint = parameters.interfaces[lock.interface].joint;
     InverseError::Locked {
         joint: mechanism.joints()[joint].name.clone(),
         percent: 100.0 * lock.part,

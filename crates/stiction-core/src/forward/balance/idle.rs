@@ -3,7 +3,7 @@
 
 use super::scene::Scene;
 use super::{Balance, Massless};
-use crate::forward::rows::each_freedom;
+use crate::forward::constraint_jacobian::each_dof;
 use crate::kinematics::body_twists;
 use crate::spatial::{Twist, Vec3, Wrench};
 use crate::topology::Link;
@@ -41,8 +41,8 @@ impl Balance {
                     size = weight.fold(size, f64::max);
                 }
                 Some((joint, wrench)) => {
-                    each_freedom(scene.topology, joint, |dof, sign| {
-                        sum += sign * scene.bodies.screws[dof].power(wrench) * rates[dof];
+                    each_dof(scene.topology, joint, |tree_dof, sign| {
+                        sum += sign * scene.bodies.screws[tree_dof].power(wrench) * rates[tree_dof];
                     });
                     size = wrench.moment_about(scene.bodies.frame_j[joint].position).norm();
                 }
@@ -63,8 +63,8 @@ impl Balance {
                 let mut sum = Vec3::zero();
                 let mut next = topology.node_of_body[body].map(|node| &topology.nodes[node]);
                 while let Some(node) = next {
-                    for dof in node.dofs.clone() {
-                        sum += bodies.screws[dof].angular * amounts[dof];
+                    for tree_dof in node.tree_dofs.clone() {
+                        sum += bodies.screws[tree_dof].angular * amounts[tree_dof];
                     }
                     next = match node.link {
                         Link::Joint { .. } => node.parent.map(|parent| &topology.nodes[parent]),

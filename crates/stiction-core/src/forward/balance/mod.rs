@@ -16,21 +16,21 @@
 
 mod cholesky;
 mod idle;
+mod redundancy;
 mod respond;
 mod response;
 mod scene;
-mod spread;
 
 pub(super) use cholesky::{factor, solve_factored};
 pub(super) use respond::{Four, Scratch};
 pub(super) use response::Response;
 pub(super) use scene::Scene;
 
-use super::rows::Rows;
+use super::constraint_jacobian::Rows;
 use crate::linalg::RowSpace;
 use cholesky::factorise;
 use idle::moving;
-use spread::Spread;
+use redundancy::Spread;
 
 /// Rows that add less than this, relative to the largest, depend on the others: the rule of
 /// [`crate::statics::RANK_TOLERANCE`].
@@ -77,7 +77,7 @@ impl Balance {
         scene: &Scene<'_>,
         scratch: &mut Scratch,
     ) -> Result<(), Massless> {
-        let n = scene.topology.freedoms();
+        let n = scene.topology.dofs();
         let Self { rows, space, scaled, basis, moved, factor, idle, .. } = self;
         scaled.clone_from(&rows.matrix);
         for (row, entries) in rows.rows.iter().zip(scaled.chunks_exact_mut(n.max(1))) {
@@ -125,7 +125,7 @@ impl Balance {
     /// The row that no acceleration satisfies, if there is one, and by how much the nearest misses it, m/s^2
     /// or rad/s^2: a dependent row whose value is not the one that the others give it.
     pub(super) fn contradiction(&self, scene: &Scene<'_>) -> Option<(usize, f64)> {
-        let n = scene.topology.freedoms();
+        let n = scene.topology.dofs();
         if self.space.rank() == self.rows.rows.len() {
             return None;
         }

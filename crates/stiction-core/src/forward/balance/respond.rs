@@ -1,11 +1,11 @@
 //! What a decomposed balance answers to efforts in the joints.
 
 use super::cholesky::solve_factored;
+use super::redundancy;
 use super::response::Response;
 use super::scene::Scene;
-use super::spread;
 use super::{Balance, dot, fill};
-use crate::forward::rows::each_freedom;
+use crate::forward::constraint_jacobian::each_dof;
 use crate::scalar::{Lanes, Scalar};
 use crate::spatial::{Twist, Wrench};
 use crate::topology::{Link, Role};
@@ -48,7 +48,7 @@ pub(in crate::forward) struct Scratch {
     one: Answer<f64>,
     four: Answer<Four>,
     /// Also for the rule of shares.
-    spread: spread::Room,
+    spread: redundancy::Room,
 }
 
 impl Balance {
@@ -74,7 +74,7 @@ impl Balance {
         scratch: &mut Scratch,
         response: &mut Response,
     ) {
-        let n = scene.topology.freedoms();
+        let n = scene.topology.dofs();
         let Scratch { right, one, spread, .. } = scratch;
         fill(&mut one.push, n, 0.0);
         if whole {
@@ -92,8 +92,8 @@ impl Balance {
             fill(&mut one.accelerations, n, 0.0);
         }
         for &(joint, wrench) in efforts {
-            each_freedom(scene.topology, joint, |dof, sign| {
-                one.push[dof] += sign * scene.bodies.screws[dof].power(wrench);
+            each_dof(scene.topology, joint, |tree_dof, sign| {
+                one.push[tree_dof] += sign * scene.bodies.screws[tree_dof].power(wrench);
             });
         }
         self.answer(scene, efforts, one);
@@ -111,7 +111,7 @@ impl Balance {
         scratch: &'s mut Scratch,
     ) -> &'s [Wrench<Four>] {
         debug_assert!(self.spread.stresses.is_empty(), "shares are open");
-        let n = scene.topology.freedoms();
+        let n = scene.topology.dofs();
         let four = &mut scratch.four;
         fill(&mut four.push, n, Four::zero());
         fill(&mut four.accelerations, n, Four::zero());
@@ -120,8 +120,8 @@ impl Balance {
         for (k, (&(joint, effort), lane)) in efforts.iter().zip(&mut lanes).enumerate() {
             let only = Four::from_fn(|l| if l == k { 1.0 } else { 0.0 });
             *lane = (joint, effort.lift::<Four>() * only);
-            each_freedom(scene.topology, joint, |dof, sign| {
-                four.push[dof].0[k] += sign * scene.bodies.screws[dof].power(effort);
+            each_dof(scene.topology, joint, |tree_dof, sign| {
+                four.push[tree_dof].0[k] += sign * scene.bodies.screws[tree_dof].power(effort);
             });
         }
         self.answer(scene, &lanes[..efforts.len().min(4)], four);
@@ -136,7 +136,7 @@ impl Balance {
         efforts: &[(usize, Wrench<T>)],
         answer: &mut Answer<T>,
     ) {
-        let n = scene.topology.freedoms();
+        let n = scene.topology.dofs();
         let Answer { push, along, accelerations, multipliers, .. } = answer;
         // What is left along the freedoms accelerates them.
         along.clear();
@@ -173,7 +173,7 @@ impl Balance {
         multipliers: Vec<f64>,
         scratch: &mut Scratch,
     ) -> Response {
-        let (n, one) = (scene.topology.freedoms(), &mut scratch.one);
+        let (n, one) = (scene.topology.dofs(), &mut scratch.one);
         fill(&mut one.accelerations, n, 0.0);
         fill(&mut one.beyond, scene.bodies.pose.len(), Wrench::zero());
         one.multipliers.clone_from(&multipliers);
@@ -197,8 +197,8 @@ impl Balance {
                 (Link::Joint { .. }, Some(parent)) => sums[topology.nodes[parent].body],
                 _ => Twist::zero(),
             };
-            for dof in node.dofs.clone() {
-                sum += bodies.screws[dof].lift() * accelerations[dof];
+            for tree_dof in node.tree_dofs.clone() {
+                sum += bodies.screws[tree_dof].lift() * accelerations[tree_dof];
             }
             sums[node.body] = sum;
             beyond[node.body] += masses.inertia[node.body].times(sum);

@@ -1,6 +1,6 @@
 //! Where a mechanism is and how it moves, as the balance needs them.
 
-use crate::forward::masses::Masses;
+use crate::forward::mass_matrix::MassMatrix;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::spatial::Twist;
@@ -12,7 +12,7 @@ pub(in crate::forward) struct Scene<'a> {
     pub(in crate::forward) topology: &'a Topology,
     pub(in crate::forward) parameters: &'a Parameters<f64>,
     pub(in crate::forward) bodies: &'a Bodies<f64>,
-    pub(in crate::forward) masses: &'a Masses,
+    pub(in crate::forward) masses: &'a MassMatrix,
     /// For each freedom of the tree the characteristic length where it translates, else one.
     pub(in crate::forward) columns: &'a [f64],
 }

@@ -11,8 +11,8 @@ mod uniqueness;
 
 pub(super) use solution::Lost;
 
+use super::affine_friction::{AffineFriction, load};
 use super::balance::{Balance, Four, Response, Scene, Scratch};
-use super::rub::{Rub, load};
 use crate::friction::Load;
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
@@ -50,22 +50,28 @@ pub(super) struct Coupling {
 #[derive(Clone, Copy)]
 pub(super) struct Site<'a> {
     pub(super) scene: Scene<'a>,
-    pub(super) rubs: &'a [Rub],
+    pub(super) affine_frictions: &'a [AffineFriction],
 }
 
 impl Site<'_> {
-    fn load(&self, contact: usize, wrench: Wrench<f64>) -> Load<f64> {
+    fn load(&self, interface: usize, wrench: Wrench<f64>) -> Load<f64> {
         let Scene { parameters, bodies, .. } = self.scene;
-        load(parameters, bodies, &parameters.contacts[contact], self.rubs[contact].own, wrench)
+        load(
+            parameters,
+            bodies,
+            &parameters.interfaces[interface],
+            self.affine_frictions[interface].own,
+            wrench,
+        )
     }
 
-    fn joint(&self, contact: usize) -> usize {
-        self.scene.parameters.contacts[contact].joint
+    fn joint(&self, interface: usize) -> usize {
+        self.scene.parameters.interfaces[interface].joint
     }
 
-    fn against(&self, contact: usize, part: [f64; 3]) -> (usize, Wrench<f64>) {
+    fn against(&self, interface: usize, part: [f64; 3]) -> (usize, Wrench<f64>) {
         let Scene { topology, parameters, bodies, .. } = self.scene;
-        let content = &parameters.contacts[contact];
+        let content = &parameters.interfaces[interface];
         (content.joint, bodies.wrench_of(topology, content, part.map(|x| -x)))
     }
 }
@@ -84,13 +90,13 @@ impl Coupling {
         known.extend_from_slice(efforts);
         active.clear();
         units.clear();
-        for (contact, rub) in site.rubs.iter().enumerate() {
+        for (interface, rub) in site.affine_frictions.iter().enumerate() {
             if rub.known != [0.0; 3] {
-                known.push(site.against(contact, rub.known));
+                known.push(site.against(interface, rub.known));
             }
             if rub.per_load != [0.0; 3] {
-                units.push(site.against(contact, rub.per_load));
-                active.push(contact);
+                units.push(site.against(interface, rub.per_load));
+                active.push(interface);
             }
         }
         balance.respond_into(&site.scene, known, true, scratch, base);
@@ -140,11 +146,9 @@ impl Coupling {
     /// Loads where friction that grows with them is left out.
     fn frictionless_loads(&self, site: Site<'_>, loads: &mut Vec<f64>) {
         loads.clear();
-        loads.extend(
-            self.active
-                .iter()
-                .map(|&contact| site.load(contact, self.base.wrenches[site.joint(contact)]).value),
-        );
+        loads.extend(self.active.iter().map(|&interface| {
+            site.load(interface, self.base.wrenches[site.joint(interface)]).value
+        }));
     }
 
     /// Accelerations and reactions from loads of the active contacts.
@@ -167,10 +171,10 @@ impl Coupling {
         }
         found.clear();
         let mut active = self.active.iter().zip(loads).peekable();
-        for contact in 0..site.rubs.len() {
-            found.push(match active.next_if(|(next, _)| **next == contact) {
+        for interface in 0..site.affine_frictions.len() {
+            found.push(match active.next_if(|(next, _)| **next == interface) {
                 Some((_, load)) => *load,
-                None => site.load(contact, response.wrenches[site.joint(contact)]).value,
+                None => site.load(interface, response.wrenches[site.joint(interface)]).value,
             });
         }
     }
@@ -185,8 +189,8 @@ fn note(
     wrench: impl Fn(usize) -> Wrench<f64>,
 ) {
     let width = blocks_of(active.len());
-    for (of_joint, &contact) in influence.chunks_exact_mut(6 * width).zip(active) {
-        let Wrench { force, moment } = wrench(site.joint(contact));
+    for (of_joint, &interface) in influence.chunks_exact_mut(6 * width).zip(active) {
+        let Wrench { force, moment } = wrench(site.joint(interface));
         let components = [force.x, force.y, force.z, moment.x, moment.y, moment.z];
         for (row, component) in of_joint.chunks_exact_mut(width).zip(components) {
             row[l / 4].0[l % 4] = component;

@@ -27,7 +27,7 @@ pub(in crate::forward) struct Lost {
     /// The part of the coefficients at which the solution is lost.
     pub(in crate::forward) part: f64,
     /// The contact whose load grows most.
-    pub(in crate::forward) contact: usize,
+    pub(in crate::forward) interface: usize,
 }
 
 /// Room for Newton's method.
@@ -116,7 +116,7 @@ impl Coupling {
         loads.clear();
         let mut found = self.active.is_empty();
         if !found && let Some(known) = known {
-            loads.extend(self.active.iter().map(|&contact| known[contact]));
+            loads.extend(self.active.iter().map(|&interface| known[interface]));
             let limit = UNBOUNDED * greatest(&loads);
             found = self.newton(site, &mut loads, (1.0, limit), true, room);
         }
@@ -160,8 +160,8 @@ impl Coupling {
                 let size = greatest(start);
                 let growth = |k: &usize| loads[*k] / (start[*k] + 1e-12 * size);
                 let most = (0..loads.len()).max_by(|a, b| growth(a).total_cmp(&growth(b)));
-                let contact = most.map_or(0, |k| self.active[k]);
-                result = Err(Lost { part, contact });
+                let interface = most.map_or(0, |k| self.active[k]);
+                result = Err(Lost { part, interface });
                 break;
             }
         }

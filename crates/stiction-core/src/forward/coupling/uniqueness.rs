@@ -23,8 +23,8 @@ impl Coupling {
         let count = self.active.len();
         changes.clear();
         for (k, &to) in self.active.iter().enumerate() {
-            let content = &parameters.contacts[to];
-            let own = site.rubs[to].own.coefficient;
+            let content = &parameters.interfaces[to];
+            let own = site.affine_frictions[to].own.coefficient;
             let mut rows: [&[Four]; 6] = [&[]; 6];
             rows.iter_mut().zip(self.of_joint(k)).for_each(|(row, of_joint)| *row = of_joint);
             let wrenches = (0..count).map(|l| {

@@ -9,10 +9,10 @@ use super::packing::parts;
 use super::{Energies, Simulation};
 use crate::forward::Forward;
 use crate::forward::balance::Balance;
+use crate::forward::constraint_jacobian::Rows;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
-use crate::forward::rows::Rows;
 use crate::forward::situation::Situation;
 use crate::kinematics::State;
 
@@ -53,7 +53,7 @@ impl Forward {
         }
         let mut state = now.state.clone();
         state.rates.clone_from(accelerations);
-        let bristles = vec![[0.0; 3]; now.contacts.len()];
+        let bristles = vec![[0.0; 3]; now.interfaces.len()];
         let situation = self.situation(now.time, state, &bristles, (&[], &[]), inputs);
         self.can_go_on(&situation).map_err(|error| match error {
             ForwardError::Blocked { time, what, by, translates, .. } => {
@@ -77,10 +77,10 @@ impl Forward {
             Some(&actuator) => {
                 let at = topology.actuators[actuator];
                 let name = self.joint_name(at.joint);
-                match topology.joint_types[at.joint].freedoms() {
+                match topology.joint_types[at.joint].dofs() {
                     [_] => format!("joint `{name}`, which is locked or prescribed,"),
                     all => {
-                        let own = all[at.freedom].name;
+                        let own = all[at.dof].name;
                         format!("joint `{name}.{own}`, which is locked or prescribed,")
                     }
                 }
@@ -116,7 +116,7 @@ impl Simulation<'_> {
             let targets = model.targets(time, inputs);
             let (held, _) = model.held(&targets, &[], &[], &[]);
             let rows = Rows::new(&model.topology, &model.parameters, &arrived.bodies, &held);
-            let n = model.topology.freedoms();
+            let n = model.topology.dofs();
             let first = model.topology.constraints;
             let missed = |row: usize| {
                 let entries = &rows.matrix[row * n..(row + 1) * n];
@@ -134,7 +134,7 @@ impl Simulation<'_> {
         let put_in = drives.iter().sum::<f64>() - self.energies.drives.iter().sum::<f64>()
             + (energies[0] - loads);
         let lost = energies[1] - dampers + energies[3..].iter().sum::<f64>()
-            - self.energies.contacts.iter().sum::<f64>();
+            - self.energies.interfaces.iter().sum::<f64>();
         let (was, is) = (&self.now.account, &arrived.account);
         let gained = (is.kinetic - was.kinetic) + (is.potential - was.potential);
         let step = energies[2] - turnover + is.kinetic.max(was.kinetic);

@@ -3,12 +3,12 @@
 use super::scratch::Scratch;
 use super::stepping::{QUIET, Stepping};
 use super::{Event, Settings, Simulation};
+use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::error::ForwardError;
 use crate::forward::instant::Instant;
 use crate::forward::integrator::Steps;
 use crate::forward::project::Anchor;
-use crate::forward::rub::ContactMode;
-use crate::forward::{Account, ContactInstant, Energies, Forward};
+use crate::forward::{Account, Energies, Forward, InterfaceSample};
 use crate::kinematics::{Bodies, State};
 use crate::spatial::{Mat3, Pose, Twist, Vec3, Wrench};
 
@@ -94,20 +94,20 @@ impl Tape<'_> {
         *x = some.then_some(number);
     }
 
-    fn mode(&mut self, mode: &mut ContactMode) {
+    fn mode(&mut self, mode: &mut InterfaceMode) {
         let (mut kind, mut direction) = match *mode {
-            ContactMode::Smooth => (0, [0.0; 3]),
-            ContactMode::Slides(d) => (1, d),
-            ContactMode::Sticks => (2, [0.0; 3]),
-            ContactMode::AtLimit(d) => (3, d),
+            InterfaceMode::Smooth => (0, [0.0; 3]),
+            InterfaceMode::Slides(d) => (1, d),
+            InterfaceMode::Sticks => (2, [0.0; 3]),
+            InterfaceMode::AtLimit(d) => (3, d),
         };
         self.count(&mut kind);
         self.numbers(&mut direction);
         *mode = match kind {
-            0 => ContactMode::Smooth,
-            1 => ContactMode::Slides(direction),
-            2 => ContactMode::Sticks,
-            _ => ContactMode::AtLimit(direction),
+            0 => InterfaceMode::Smooth,
+            1 => InterfaceMode::Slides(direction),
+            2 => InterfaceMode::Sticks,
+            _ => InterfaceMode::AtLimit(direction),
         };
     }
 }
@@ -128,17 +128,17 @@ impl<'a> Simulation<'a> {
         now.bodies.acceleration.iter_mut().for_each(|t| tape.twist(t));
         tape.numbers(&mut now.drives);
         now.wrenches.iter_mut().for_each(|w| tape.wrench(w));
-        for contact in &mut now.contacts {
-            tape.mode(&mut contact.contact);
-            tape.numbers(&mut contact.velocity);
-            tape.number(&mut contact.load);
-            tape.numbers(&mut contact.friction);
-            tape.number(&mut contact.limit);
+        for interface in &mut now.interfaces {
+            tape.mode(&mut interface.interface);
+            tape.numbers(&mut interface.velocity);
+            tape.number(&mut interface.load);
+            tape.numbers(&mut interface.friction);
+            tape.number(&mut interface.limit);
         }
         tape.numbers(now.bristle_rates.iter_mut().flatten());
         let account = &mut now.account;
         tape.numbers([&mut account.kinetic, &mut account.potential, &mut account.exchange]);
-        tape.numbers(account.drives.iter_mut().chain(&mut account.contacts));
+        tape.numbers(account.drives.iter_mut().chain(&mut account.interfaces));
         tape.numbers([&mut account.loads, &mut account.dampers]);
         tape.option(&mut now.coupling);
         tape.count(&mut now.redundant);
@@ -148,12 +148,12 @@ impl<'a> Simulation<'a> {
         self.modes.iter_mut().for_each(|m| tape.mode(m));
         let mut anchors = self.anchors.len();
         tape.count(&mut anchors);
-        let none = Anchor { joint: 0, freedom: 0, pose: Pose::identity() };
+        let none = Anchor { joint: 0, dof: 0, pose: Pose::identity() };
         // No joint has more than six freedoms: a number beyond is no number of ours.
         self.anchors.resize(anchors.min(6 * self.model.topology.joint_types.len()), none);
         for anchor in &mut self.anchors {
             tape.count(&mut anchor.joint);
-            tape.count(&mut anchor.freedom);
+            tape.count(&mut anchor.dof);
             tape.pose(&mut anchor.pose);
         }
         self.frozen.iter_mut().for_each(|f| tape.flag(f));
@@ -165,7 +165,7 @@ impl<'a> Simulation<'a> {
             tape.numbers([&mut angle.value, &mut angle.rate, &mut angle.time]);
         }
         let energies = &mut self.energies;
-        tape.numbers(energies.drives.iter_mut().chain(&mut energies.contacts));
+        tape.numbers(energies.drives.iter_mut().chain(&mut energies.interfaces));
         tape.numbers([&mut energies.loads, &mut energies.dampers, &mut energies.turnover]);
         tape.numbers([&mut self.energy_at_start, &mut self.fastest, &mut self.fastest_rate]);
         tape.number(&mut self.step);
@@ -202,27 +202,27 @@ impl Forward {
         settings: Settings,
     ) -> Result<Simulation<'_>, ForwardError> {
         let topology = &self.topology;
-        let (joints, contacts) = (topology.joint_types.len(), self.parameters.contacts.len());
-        let contact = ContactInstant {
-            contact: ContactMode::Smooth,
+        let (joints, interfaces) = (topology.joint_types.len(), self.parameters.interfaces.len());
+        let interface = InterfaceSample {
+            interface: InterfaceMode::Smooth,
             velocity: [0.0; 3],
             load: 0.0,
             friction: [0.0; 3],
             limit: 0.0,
         };
         let drives = vec![0.0; topology.actuators.len()];
-        let each = vec![0.0; contacts];
+        let each = vec![0.0; interfaces];
         let now = Instant {
             time: 0.0,
             state: State::new(topology),
             bodies: Bodies::new(topology),
             drives: drives.clone(),
             wrenches: vec![Wrench::zero(); joints],
-            contacts: vec![contact; contacts],
-            bristle_rates: vec![[0.0; 3]; contacts],
+            interfaces: vec![interface; interfaces],
+            bristle_rates: vec![[0.0; 3]; interfaces],
             account: Account {
                 drives: drives.clone(),
-                contacts: each.clone(),
+                interfaces: each.clone(),
                 ..Account::default()
             },
             coupling: None,
@@ -237,15 +237,15 @@ impl Forward {
             model: self,
             settings,
             now,
-            modes: vec![ContactMode::Smooth; contacts],
+            modes: vec![InterfaceMode::Smooth; interfaces],
             anchors: Vec::new(),
-            frozen: vec![false; topology.freedoms()],
-            bristles: vec![[0.0; 3]; contacts],
-            grips: vec![1.0; contacts],
-            shares: vec![[0.0; 3]; contacts],
+            frozen: vec![false; topology.dofs()],
+            bristles: vec![[0.0; 3]; interfaces],
+            grips: vec![1.0; interfaces],
+            shares: vec![[0.0; 3]; interfaces],
             overload: 1.0,
             angles,
-            energies: Energies { drives, contacts: each, ..Energies::default() },
+            energies: Energies { drives, interfaces: each, ..Energies::default() },
             energy_at_start: 0.0,
             fastest: 0.0,
             fastest_rate: 0.0,
@@ -273,7 +273,7 @@ impl Forward {
         let Tape::In(rest, wrong) = tape else { return Err(ForwardError::Checkpoint) };
         let joints_fit = simulation.anchors.iter().all(|anchor| {
             let joint_type = topology.joint_types.get(anchor.joint);
-            joint_type.is_some_and(|joint_type| anchor.freedom < joint_type.freedoms().len())
+            joint_type.is_some_and(|joint_type| anchor.dof < joint_type.dofs().len())
         });
         let sound = numbers.iter().all(|x| x.is_finite());
         if wrong || rest.len() > 0 || !sound || !joints_fit {

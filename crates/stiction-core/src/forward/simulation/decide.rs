@@ -3,10 +3,10 @@
 use super::locate::Ending;
 use super::stepping::LONGEST_WAIT;
 use super::{Event, EventKind, REST, Simulation};
+use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::project::Anchor;
-use crate::forward::rub::{ContactMode, norm};
 use crate::forward::stick::Choice;
 use crate::kinematics::State;
 use crate::mechanism::JointId;
@@ -29,7 +29,7 @@ impl Simulation<'_> {
                 self.look_for_others(inputs)?;
                 if leaves { self.reconsider(inputs, None) } else { Ok(()) }
             }
-            Ending::Stops(contact) => self.reconsider(inputs, Some(contact)),
+            Ending::Stops(interface) => self.reconsider(inputs, Some(interface)),
             Ending::LetsGo | Ending::Passes(_) => self.reconsider(inputs, None),
         }
     }
@@ -38,22 +38,22 @@ impl Simulation<'_> {
     /// there its friction came to the limit, or that of what held it.
     fn leaves_its_limit(&mut self, since: f64) -> bool {
         let mut leaves = false;
-        for contact in 0..self.modes.len() {
-            let ContactMode::AtLimit(direction) = self.modes[contact] else { continue };
+        for interface in 0..self.modes.len() {
+            let InterfaceMode::AtLimit(direction) = self.modes[interface] else { continue };
             let along = |v: [f64; 3]| v.iter().zip(direction).map(|(v, d)| v * d).sum::<f64>();
-            let velocity = self.now.contacts[contact].velocity;
+            let velocity = self.now.interfaces[interface].velocity;
             let moves = norm(velocity) > REST * self.fastest;
-            let begins = self.model.surface_acceleration(&self.now.bodies, contact);
+            let begins = self.model.surface_acceleration(&self.now.bodies, interface);
             let accelerations = &self.now.state.accelerations;
-            let rounding = self.model.rounding_of_beginnings(accelerations, contact);
+            let rounding = self.model.rounding_of_beginnings(accelerations, interface);
             leaves |= moves || norm(begins) > rounding;
             if moves && along(velocity) > 0.0 || !moves && along(begins) > rounding {
-                let joint = JointId(self.model.parameters.contacts[contact].joint);
-                let kind = EventKind::Slides { contact, joint, direction };
+                let joint = JointId(self.model.parameters.interfaces[interface].joint);
+                let kind = EventKind::Slides { interface, joint, direction };
                 // Loops may have lost rank since.
                 let place = self.events.partition_point(|event| event.time <= since);
                 self.events.insert(place, Event { time: since, kind });
-                self.modes[contact] = ContactMode::Slides(direction);
+                self.modes[interface] = InterfaceMode::Slides(direction);
             }
         }
         leaves
@@ -79,8 +79,8 @@ impl Simulation<'_> {
                 step: 0.0,
                 tolerance: self.settings.relative,
                 around: match stopped {
-                    Some(contact) => {
-                        let joint = model.joint_name(model.parameters.contacts[contact].joint);
+                    Some(interface) => {
+                        let joint = model.joint_name(model.parameters.interfaces[interface].joint);
                         format!(" (joint `{joint}` stops and goes without end)")
                     }
                     None => String::new(),
@@ -89,42 +89,42 @@ impl Simulation<'_> {
         }
         let mut state = self.now.state.clone();
         let targets = model.targets(time, inputs);
-        if let Some(contact) = stopped {
+        if let Some(interface) = stopped {
             // At rest to the last digit, and with it all that it holds.
-            let (anchors, frozen) = self.holds_of(&[contact]);
+            let (anchors, frozen) = self.holds_of(&[interface]);
             let frozen: Vec<bool> =
                 frozen.iter().zip(&self.frozen).map(|(a, b)| *a || *b).collect();
             let anchors: Vec<Anchor> = self.anchors.iter().copied().chain(anchors).collect();
             model.project(time, &mut state, &targets, &anchors, &frozen)?;
             if self.moves_on(&state) {
-                return self.reverse(contact, inputs);
+                return self.reverse(interface, inputs);
             }
         }
         let mut situation =
             model.situation(time, state, &self.bristles, (&self.grips, &self.shares), inputs);
-        if let Some(contact) = stopped
-            && !self.takes_freedom(&situation, contact)
+        if let Some(interface) = stopped
+            && !self.takes_dof(&situation, interface)
         {
-            return self.reverse(contact, inputs);
+            return self.reverse(interface, inputs);
         }
         let before = self.modes.clone();
         let mut modes = self.modes.clone();
         let mut resting = Vec::new();
         for (index, mode) in modes.iter_mut().enumerate() {
             let speed = norm(situation.velocities[index]);
-            if *mode == ContactMode::Smooth {
+            if *mode == InterfaceMode::Smooth {
                 continue;
             }
             if speed <= REST * self.fastest
                 || stopped == Some(index)
-                || *mode == ContactMode::Sticks
+                || *mode == InterfaceMode::Sticks
             {
                 match model.led(index, (time, self.fastest), inputs) {
                     Some(led) => *mode = led,
                     None => resting.push(index),
                 }
-            } else if matches!(mode, ContactMode::AtLimit(_)) {
-                *mode = ContactMode::Slides(situation.velocities[index].map(|v| v / speed));
+            } else if matches!(mode, InterfaceMode::AtLimit(_)) {
+                *mode = InterfaceMode::Slides(situation.velocities[index].map(|v| v / speed));
             }
         }
         let Choice { modes, solved } = model.choose(&mut situation, &modes, &resting)?;
@@ -156,24 +156,24 @@ impl Simulation<'_> {
 
     /// Whether the mechanism has less freedom when this contact sticks. At a dead centre it has not: the
     /// contact stands while all moves on.
-    pub(super) fn takes_freedom(
+    pub(super) fn takes_dof(
         &self,
         situation: &crate::forward::situation::Situation,
-        contact: usize,
+        interface: usize,
     ) -> bool {
         let model = self.model;
         let mut sticks = self.modes.clone();
-        sticks[contact] = ContactMode::Sticks;
-        let mobility = |modes: &[ContactMode]| {
+        sticks[interface] = InterfaceMode::Sticks;
+        let mobility = |modes: &[InterfaceMode]| {
             let (held, _) = model.held(&situation.targets, modes, &[], &[]);
-            let rows = crate::forward::rows::Rows::new(
+            let rows = crate::forward::constraint_jacobian::Rows::new(
                 &model.topology,
                 &model.parameters,
                 &situation.bodies,
                 &held,
             );
             let balance = crate::forward::balance::Balance::new(&model.scene(situation), rows);
-            balance.map_or(0, |balance| balance.mobility(model.topology.freedoms()))
+            balance.map_or(0, |balance| balance.mobility(model.topology.dofs()))
         };
         mobility(&sticks) < mobility(&self.modes)
     }
@@ -181,12 +181,12 @@ impl Simulation<'_> {
     /// A contact slides back at once.
     pub(super) fn reverse(
         &mut self,
-        contact: usize,
+        interface: usize,
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let before = self.modes.clone();
-        if let ContactMode::Slides(direction) = self.modes[contact] {
-            self.modes[contact] = ContactMode::Slides(direction.map(|d| -d));
+        if let InterfaceMode::Slides(direction) = self.modes[interface] {
+            self.modes[interface] = InterfaceMode::Slides(direction.map(|d| -d));
         }
         let y = self.pack();
         self.now = self.evaluate(self.now.time, &y, inputs, self.settings.look_for_others)?;
@@ -195,28 +195,28 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    pub(super) fn tell(&mut self, before: &[ContactMode]) {
+    pub(super) fn tell(&mut self, before: &[InterfaceMode]) {
         let time = self.now.time;
-        for contact in 0..self.modes.len() {
-            let joint = JointId(self.model.parameters.contacts[contact].joint);
-            let kind = match (before[contact], self.modes[contact]) {
+        for interface in 0..self.modes.len() {
+            let joint = JointId(self.model.parameters.interfaces[interface].joint);
+            let kind = match (before[interface], self.modes[interface]) {
                 (
-                    ContactMode::Sticks | ContactMode::AtLimit(_),
-                    ContactMode::Sticks | ContactMode::AtLimit(_),
+                    InterfaceMode::Sticks | InterfaceMode::AtLimit(_),
+                    InterfaceMode::Sticks | InterfaceMode::AtLimit(_),
                 ) => {
                     continue;
                 }
-                (_, ContactMode::Sticks | ContactMode::AtLimit(_)) => {
-                    EventKind::Sticks { contact, joint }
+                (_, InterfaceMode::Sticks | InterfaceMode::AtLimit(_)) => {
+                    EventKind::Sticks { interface, joint }
                 }
                 // A direction that turns is no event, one that turns round is.
-                (ContactMode::Slides(a), ContactMode::Slides(b))
+                (InterfaceMode::Slides(a), InterfaceMode::Slides(b))
                     if a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() > 0.0 =>
                 {
                     continue;
                 }
-                (_, ContactMode::Slides(direction)) => {
-                    EventKind::Slides { contact, joint, direction }
+                (_, InterfaceMode::Slides(direction)) => {
+                    EventKind::Slides { interface, joint, direction }
                 }
                 _ => continue,
             };

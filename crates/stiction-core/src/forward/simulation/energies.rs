@@ -14,7 +14,7 @@ pub struct Energies {
     /// Dissipated in dampers.
     pub dampers: f64,
     /// Dissipated in each contact; of bristles with what they store.
-    pub contacts: Vec<f64>,
+    pub interfaces: Vec<f64>,
     /// All powers summed as magnitudes, that between kinetic and potential energy among them.
     pub turnover: f64,
 }
@@ -28,9 +28,9 @@ impl Simulation<'_> {
     /// Kinetic and potential energy less what was put in and plus what was dissipated since the start:
     /// what is lost to errors, J.
     pub fn energy_error(&self) -> f64 {
-        let Energies { drives, loads, dampers, contacts, .. } = &self.energies;
+        let Energies { drives, loads, dampers, interfaces, .. } = &self.energies;
         let now = self.now.account.kinetic + self.now.account.potential;
         let put_in = drives.iter().sum::<f64>() + loads;
-        now - self.energy_at_start - put_in + dampers + contacts.iter().sum::<f64>()
+        now - self.energy_at_start - put_in + dampers + interfaces.iter().sum::<f64>()
     }
 }

@@ -19,14 +19,14 @@ pub enum EventKind {
     /// A contact stops and sticks.
     Sticks {
         /// Index of the contact among all.
-        contact: usize,
+        interface: usize,
         /// Its joint.
         joint: JointId,
     },
     /// A contact begins to slide, or slides back.
     Slides {
         /// Index of the contact among all.
-        contact: usize,
+        interface: usize,
         /// Its joint.
         joint: JointId,
         /// Where to, along its freedoms.

@@ -2,10 +2,10 @@
 
 use super::packing::parts;
 use super::{REST, Simulation};
+use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
-use crate::forward::rub::{ContactMode, norm};
 use std::convert::Infallible;
 
 /// How far beyond its limit friction is where a contact lets go: more than the search forgives.
@@ -37,12 +37,12 @@ pub(super) enum Ending {
 
 impl Simulation<'_> {
     /// How fast a contact slides in its sense, and the change of that.
-    pub(super) fn closing_speed(&self, at: &Instant, contact: usize) -> (f64, f64) {
-        let ContactMode::Slides(direction) = self.modes[contact] else { return (0.0, 1.0) };
+    pub(super) fn closing_speed(&self, at: &Instant, interface: usize) -> (f64, f64) {
+        let InterfaceMode::Slides(direction) = self.modes[interface] else { return (0.0, 1.0) };
         let dot = |v: [f64; 3]| v.iter().zip(direction).map(|(v, d)| v * d).sum::<f64>();
         (
-            dot(at.contacts[contact].velocity),
-            dot(self.model.surface_acceleration(&at.bodies, contact)),
+            dot(at.interfaces[interface].velocity),
+            dot(self.model.surface_acceleration(&at.bodies, interface)),
         )
     }
 
@@ -57,22 +57,22 @@ impl Simulation<'_> {
         let mut suspects = Vec::new();
         let mut led: Option<f64> = None;
         let mut holds = false;
-        for contact in 0..self.modes.len() {
-            match self.modes[contact] {
-                ContactMode::Slides(_) => {
-                    let (v0, a0) = self.closing_speed(&self.now, contact);
-                    let (v1, a1) = self.closing_speed(arrived, contact);
+        for interface in 0..self.modes.len() {
+            match self.modes[interface] {
+                InterfaceMode::Slides(_) => {
+                    let (v0, a0) = self.closing_speed(&self.now, interface);
+                    let (v1, a1) = self.closing_speed(arrived, interface);
                     if v1 < 0.0 || dips((v0, a0 * step), (v1, a1 * step)) {
-                        suspects.push(contact);
+                        suspects.push(interface);
                     }
                 }
-                ContactMode::Sticks => {
+                InterfaceMode::Sticks => {
                     holds = true;
-                    if let Some(part) = self.is_led_away(contact, (time, step), inputs) {
+                    if let Some(part) = self.is_led_away(interface, (time, step), inputs) {
                         led = Some(led.map_or(part, |before| before.min(part)));
                     }
                 }
-                ContactMode::Smooth | ContactMode::AtLimit(_) => {}
+                InterfaceMode::Smooth | InterfaceMode::AtLimit(_) => {}
             }
         }
         // Stages of the step lie all along it.
@@ -90,11 +90,11 @@ impl Simulation<'_> {
         self.lists.push(last);
         prepared?;
         let mut first: Option<(f64, Ending)> = led.map(|part| (part, Ending::LetsGo));
-        for contact in suspects {
-            if let Some(part) = self.stop_within(contact)
+        for interface in suspects {
+            if let Some(part) = self.stop_within(interface)
                 && first.as_ref().is_none_or(|(before, _)| part < *before)
             {
-                first = Some((part, Ending::Stops(contact)));
+                first = Some((part, Ending::Stops(interface)));
             }
         }
         if holds {
@@ -107,7 +107,7 @@ impl Simulation<'_> {
     }
 
     /// The part of the step at which a contact's velocity falls through zero.
-    fn stop_within(&self, contact: usize) -> Option<f64> {
+    fn stop_within(&self, interface: usize) -> Option<f64> {
         const PIECES: usize = 16;
         let mut y = Vec::new();
         let mut bodies = crate::kinematics::Bodies::new(&self.model.topology);
@@ -117,10 +117,10 @@ impl Simulation<'_> {
             let (topology, parameters) = (&self.model.topology, &self.model.parameters);
             bodies.place(topology, parameters, coordinates);
             bodies.move_with(topology, rates);
-            let content = &parameters.contacts[contact];
+            let content = &parameters.interfaces[interface];
             let pitch = parameters.pitch[content.joint];
             let velocity = bodies.surface_velocity(topology, content, pitch);
-            let ContactMode::Slides(direction) = self.modes[contact] else { return 1.0 };
+            let InterfaceMode::Slides(direction) = self.modes[interface] else { return 1.0 };
             velocity.iter().zip(direction).map(|(v, d)| v * d).sum()
         };
         let mut below = None;
@@ -151,7 +151,7 @@ impl Simulation<'_> {
         if at.gives_way.is_some() {
             return -1.0;
         }
-        let sticks = at.contacts.iter().filter(|c| c.contact == ContactMode::Sticks);
+        let sticks = at.interfaces.iter().filter(|c| c.interface == InterfaceMode::Sticks);
         let relative = sticks.map(|c| {
             let has = norm(c.friction);
             let size = c.limit.max(has).max(f64::MIN_POSITIVE);

@@ -5,12 +5,12 @@ mod checkpoint;
 mod decide;
 mod energies;
 mod event;
-mod heed;
-mod hold;
-mod led;
+mod input_change;
 mod locate;
+mod locking;
 mod others;
 mod packing;
+mod prescribed;
 mod ranks;
 mod rest;
 mod runaway;
@@ -33,8 +33,8 @@ use super::error::ForwardError;
 use super::inputs::{Angle, Inputs};
 use super::integrator::Steps;
 use super::project::Anchor;
+use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::instant::Instant;
-use crate::forward::rub::ContactMode;
 use scratch::Scratch;
 
 /// Contacts slower than this part of the fastest rest.
@@ -46,7 +46,7 @@ pub struct Simulation<'a> {
     model: &'a Forward,
     settings: Settings,
     now: Instant,
-    modes: Vec<ContactMode>,
+    modes: Vec<InterfaceMode>,
     anchors: Vec<Anchor>,
     frozen: Vec<bool>,
     bristles: Vec<[f64; 3]>,
@@ -93,7 +93,7 @@ impl Simulation<'_> {
     }
 
     /// What each contact does.
-    pub fn contacts(&self) -> &[ContactMode] {
+    pub fn interfaces(&self) -> &[InterfaceMode] {
         &self.modes
     }
 

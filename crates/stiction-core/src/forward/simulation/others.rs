@@ -26,7 +26,7 @@ impl Simulation<'_> {
             (&self.grips, &self.shares),
             inputs,
         );
-        let loads: Vec<f64> = self.now.contacts.iter().map(|c| c.load).collect();
+        let loads: Vec<f64> = self.now.interfaces.iter().map(|c| c.load).collect();
         let mut solved = model
             .solve(&situation, &self.modes, Some(&loads), false)
             .map_err(|u| model.unsolved(time, u))?;
@@ -34,7 +34,7 @@ impl Simulation<'_> {
         let Some(other) = others.first() else { return Ok(()) };
         let differs = |c: &usize| (other.loads[*c] - loads[*c]).abs();
         let most = (0..loads.len()).max_by(|a, b| differs(a).total_cmp(&differs(b)));
-        let joint = JointId(most.map_or(0, |c| model.parameters.contacts[c].joint));
+        let joint = JointId(most.map_or(0, |c| model.parameters.interfaces[c].joint));
         let kind = EventKind::NotUnique { joint, coupling, others };
         self.events.push(Event { time, kind });
         Ok(())

@@ -21,7 +21,7 @@ impl Simulation<'_> {
         let energies = &self.energies;
         y.extend_from_slice(&energies.drives);
         y.extend([energies.loads, energies.dampers, energies.turnover]);
-        y.extend_from_slice(&energies.contacts);
+        y.extend_from_slice(&energies.interfaces);
     }
 
     pub(super) fn unpack<'y>(&self, y: &'y [f64]) -> (State<f64>, &'y [f64]) {
@@ -42,10 +42,10 @@ impl Simulation<'_> {
         rates.extend_from_slice(&account.drives);
         rates.push(account.loads);
         rates.push(account.dampers);
-        let powers = account.drives.iter().chain(&account.contacts).map(|p| p.abs());
+        let powers = account.drives.iter().chain(&account.interfaces).map(|p| p.abs());
         let others = [account.loads, account.dampers, account.exchange];
         rates.push(powers.chain(others.map(f64::abs)).sum::<f64>());
-        rates.extend_from_slice(&account.contacts);
+        rates.extend_from_slice(&account.interfaces);
     }
 
     /// Room for a list of numbers.
@@ -59,18 +59,18 @@ impl Simulation<'_> {
         let (topology, columns) = (&self.model.topology, &self.model.columns);
         let mut scales = vec![1.0; topology.coordinates()];
         for node in &topology.nodes {
-            let dofs = node.dofs.clone();
-            for (scale, dof) in scales[node.coordinates.clone()].iter_mut().zip(dofs) {
-                *scale = columns[dof];
+            let tree_dofs = node.tree_dofs.clone();
+            for (scale, tree_dof) in scales[node.coordinates.clone()].iter_mut().zip(tree_dofs) {
+                *scale = columns[tree_dof];
             }
         }
         scales.extend_from_slice(columns);
-        for contact in &self.model.parameters.contacts {
-            let bristles = contact.law.bristles.as_ref();
-            let size = bristles.map_or(f64::INFINITY, |b| contact.law.at_rest() / b.stiffness);
+        for interface in &self.model.parameters.interfaces {
+            let bristles = interface.law.bristles.as_ref();
+            let size = bristles.map_or(f64::INFINITY, |b| interface.law.at_rest() / b.stiffness);
             scales.extend([size; 3]);
         }
-        let energies = self.energies.drives.len() + 3 + self.energies.contacts.len();
+        let energies = self.energies.drives.len() + 3 + self.energies.interfaces.len();
         scales.extend(std::iter::repeat_n(f64::INFINITY, energies));
         scales
     }

@@ -2,7 +2,7 @@
 
 use crate::forward::Forward;
 use crate::forward::balance::DEPENDENT;
-use crate::forward::rows::{Held, Rows};
+use crate::forward::constraint_jacobian::{Held, Rows};
 use crate::kinematics::{Bodies, State, Target};
 use crate::linalg::RowSpace;
 
@@ -41,7 +41,7 @@ impl Ranks {
         bodies.move_with(topology, &state.rates);
         model.held_into(targets, &[], (&[], &[]), held, holding);
         rows.update(topology, parameters, bodies, held);
-        let n = topology.freedoms();
+        let n = topology.dofs();
         scaled.clone_from(&rows.matrix);
         for (row, entries) in rows.rows.iter().zip(scaled.chunks_exact_mut(n.max(1))) {
             entries.iter_mut().zip(&model.columns).for_each(|(e, c)| *e *= row.scale * c);

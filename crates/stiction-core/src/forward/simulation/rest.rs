@@ -9,9 +9,9 @@
 
 use super::locate::Ending;
 use super::{REST, Simulation};
+use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
-use crate::forward::rub::{ContactMode, norm};
 
 /// Slower than this part of the fastest a plate or ball goes straight to its stop: the stop is then as far off,
 /// as part of the time since it was fastest.
@@ -30,7 +30,7 @@ pub(super) enum Approach {
     /// It is as good as there.
     Arrives {
         /// Which.
-        contact: usize,
+        interface: usize,
         /// s.
         within: f64,
     },
@@ -40,17 +40,17 @@ impl Simulation<'_> {
     /// The plate or ball that is nearest to its stop, where one slows down.
     pub(super) fn approach(&self) -> Option<Approach> {
         let mut most = f64::INFINITY;
-        for (contact, mode) in self.modes.iter().enumerate() {
-            let single = self.model.parameters.contacts[contact].shape.has_one_freedom();
-            if single || !matches!(mode, ContactMode::Slides(_)) {
+        for (interface, mode) in self.modes.iter().enumerate() {
+            let single = self.model.parameters.interfaces[interface].shape.has_one_dof();
+            if single || !matches!(mode, InterfaceMode::Slides(_)) {
                 continue;
             }
-            let velocity = self.now.contacts[contact].velocity;
+            let velocity = self.now.interfaces[interface].velocity;
             let speed = norm(velocity);
             if speed <= 0.0 {
                 continue;
             }
-            let change = self.model.surface_acceleration(&self.now.bodies, contact);
+            let change = self.model.surface_acceleration(&self.now.bodies, interface);
             let along = velocity.iter().zip(change).map(|(v, a)| v * a).sum::<f64>() / speed;
             let slows = -along;
             if slows <= 0.0 {
@@ -60,7 +60,7 @@ impl Simulation<'_> {
             if speed <= SLOW * self.fastest {
                 let turns = [0, 1, 2].map(|k| change[k] - along * velocity[k] / speed);
                 if norm(turns) < slows {
-                    return Some(Approach::Arrives { contact, within });
+                    return Some(Approach::Arrives { interface, within });
                 }
                 continue;
             }
@@ -72,7 +72,7 @@ impl Simulation<'_> {
     /// The last way of a plate or ball to its stop, `within` s from now.
     pub(super) fn come_to_rest(
         &mut self,
-        contact: usize,
+        interface: usize,
         within: f64,
         (start, first): (&[f64], &[f64]),
         inputs: &mut dyn Inputs,
@@ -82,6 +82,6 @@ impl Simulation<'_> {
         let time = self.now.time;
         let arrived = self.arrive(time + within, &y, inputs)?;
         self.commit(&y, arrived);
-        self.follow_up(Ending::Stops(contact), time, inputs)
+        self.follow_up(Ending::Stops(interface), time, inputs)
     }
 }

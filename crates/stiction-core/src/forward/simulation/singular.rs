@@ -9,7 +9,7 @@ use super::scratch::Scratch;
 use super::{Event, EventKind, Simulation};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
-use crate::forward::instant::ContactInstant;
+use crate::forward::instant::InterfaceSample;
 use crate::spatial::Wrench;
 
 /// Conditions that are nearer to dependent than this are looked at closely.
@@ -46,8 +46,8 @@ impl Simulation<'_> {
         found.state.accelerations.fill(0.0);
         found.drives.fill(0.0);
         found.wrenches.iter_mut().for_each(|w| *w = Wrench::zero());
-        for contact in &mut found.contacts {
-            (contact.load, contact.friction, contact.limit) = (0.0, [0.0; 3], 0.0);
+        for interface in &mut found.interfaces {
+            (interface.load, interface.friction, interface.limit) = (0.0, [0.0; 3], 0.0);
         }
         found.bristle_rates.fill([0.0; 3]);
         // Of third order in how far apart they are.
@@ -66,7 +66,7 @@ impl Simulation<'_> {
             for (to, from) in found.wrenches.iter_mut().zip(&there.wrenches) {
                 *to += *from * weight;
             }
-            for (to, from) in found.contacts.iter_mut().zip(&there.contacts) {
+            for (to, from) in found.interfaces.iter_mut().zip(&there.interfaces) {
                 to.load += weight * from.load;
                 to.limit += weight * from.limit;
                 sum(&mut to.friction, &from.friction);
@@ -81,7 +81,8 @@ impl Simulation<'_> {
             let rate = found.bodies.actuator_rate(topology, topology.actuators[index]);
             *power = found.drives[index] * rate;
         }
-        found.account.contacts = found.contacts.iter().map(ContactInstant::dissipated).collect();
+        found.account.interfaces =
+            found.interfaces.iter().map(InterfaceSample::dissipated).collect();
         self.now = found;
         Ok(())
     }

@@ -4,10 +4,10 @@ use super::scratch::Scratch;
 use super::stepping::{FIRST, QUIET};
 use super::{Energies, Method, REST, Settings, Simulation};
 use crate::forward::Forward;
+use crate::forward::affine_friction::{InterfaceMode, is_smooth, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::{Inputs, View};
 use crate::forward::integrator::Steps;
-use crate::forward::rub::{ContactMode, is_smooth, norm};
 use crate::forward::stick::Choice;
 use crate::kinematics::{Bodies, State};
 
@@ -35,8 +35,8 @@ fn check(model: &Forward, time: f64, state: &State<f64>) -> Result<(), ForwardEr
     let sizes = |state: &State<f64>| {
         [state.coordinates.len(), state.rates.len(), state.accelerations.len()]
     };
-    let freedoms = model.topology.freedoms();
-    let (found, expected) = (sizes(state), [model.topology.coordinates(), freedoms, freedoms]);
+    let dofs = model.topology.dofs();
+    let (found, expected) = (sizes(state), [model.topology.coordinates(), dofs, dofs]);
     assert!(
         found == expected,
         "a state of {found:?} coordinates, rates and accelerations for a tree that has {expected:?}"
@@ -58,9 +58,9 @@ impl<'a> Simulation<'a> {
         inputs: &mut dyn Inputs,
     ) -> Result<Self, ForwardError> {
         check(model, time, &state)?;
-        let contacts = &model.parameters.contacts;
-        let bristles = vec![[0.0; 3]; contacts.len()];
-        let frozen = vec![false; model.topology.freedoms()];
+        let interfaces = &model.parameters.interfaces;
+        let bristles = vec![[0.0; 3]; interfaces.len()];
+        let frozen = vec![false; model.topology.dofs()];
         let targets = model.targets(time, inputs);
         let mut bodies = Bodies::new(&model.topology);
         bodies.place(&model.topology, &model.parameters, &state.coordinates);
@@ -68,7 +68,7 @@ impl<'a> Simulation<'a> {
         // What prescribed and locked actuators take from the rates leaves rounding of these.
         let pitch = &model.parameters.pitch;
         let velocities =
-            contacts.iter().map(|c| bodies.surface_velocity(&model.topology, c, pitch[c.joint]));
+            interfaces.iter().map(|c| bodies.surface_velocity(&model.topology, c, pitch[c.joint]));
         let asked = velocities.map(norm).fold(0.0, f64::max);
         let wished = state.rates.clone();
         model.project(time, &mut state, &targets, &[], &frozen)?;
@@ -94,22 +94,22 @@ impl<'a> Simulation<'a> {
         let mut situation = model.situation(time, state, &bristles, (&[], &[]), inputs);
         model.can_go_on(&situation)?;
         let fastest = situation.velocities.iter().map(|v| norm(*v)).fold(asked, f64::max);
-        let mut modes = Vec::with_capacity(contacts.len());
+        let mut modes = Vec::with_capacity(interfaces.len());
         let mut resting = Vec::new();
-        for (index, contact) in contacts.iter().enumerate() {
+        for (index, interface) in interfaces.iter().enumerate() {
             let velocity = situation.velocities[index];
             let speed = norm(velocity);
-            modes.push(if is_smooth(contact) {
-                ContactMode::Smooth
+            modes.push(if is_smooth(interface) {
+                InterfaceMode::Smooth
             } else if speed <= REST * fastest {
                 if let Some(led) = model.led(index, (time, fastest), inputs) {
                     led
                 } else {
                     resting.push(index);
-                    ContactMode::Sticks
+                    InterfaceMode::Sticks
                 }
             } else {
-                ContactMode::Slides(velocity.map(|v| v / speed))
+                InterfaceMode::Slides(velocity.map(|v| v / speed))
             });
         }
         let in_steps = settings.method == Method::TimeStepping;
@@ -117,8 +117,8 @@ impl<'a> Simulation<'a> {
             if in_steps { None } else { Some(model.choose(&mut situation, &modes, &resting)) };
         let (mut grips, mut shares) = (situation.grips.clone(), situation.shares.clone());
         // Where nothing was chosen they have not been made.
-        grips.resize(contacts.len(), 1.0);
-        shares.resize(contacts.len(), [0.0; 3]);
+        grips.resize(interfaces.len(), 1.0);
+        shares.resize(interfaces.len(), [0.0; 3]);
         let overload = situation.overload;
         // Why there are no accelerations at the start.
         let mut refusal = None;
@@ -149,7 +149,7 @@ impl<'a> Simulation<'a> {
         }
         let energies = Energies {
             drives: vec![0.0; model.topology.actuators.len()],
-            contacts: vec![0.0; contacts.len()],
+            interfaces: vec![0.0; interfaces.len()],
             ..Energies::default()
         };
         let mut simulation = Self {

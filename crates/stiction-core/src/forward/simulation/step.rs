@@ -6,11 +6,11 @@ use super::rest::{Approach, PASSED, SLOW};
 use super::scratch::Scratch;
 use super::stepping::{DENSE, LONGEST_WAIT};
 use super::{Method, REST, Simulation};
+use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use crate::forward::integrator::Tolerance;
-use crate::forward::rub::{ContactMode, norm};
 
 /// Conditions that are as close to dependent as this: stages of steps are moved onto the loops, too.
 const NEAR_SINGULAR: f64 = 0.2;
@@ -54,10 +54,10 @@ impl Simulation<'_> {
     ) -> Result<(), ForwardError> {
         let time = self.now.time;
         let approach = self.approach();
-        if let Some(Approach::Arrives { contact, within }) = approach
+        if let Some(Approach::Arrives { interface, within }) = approach
             && within < end - time
         {
-            return self.come_to_rest(contact, within, (start, first), inputs);
+            return self.come_to_rest(interface, within, (start, first), inputs);
         }
         let nearest = match approach {
             Some(Approach::Nears { most }) => most,
@@ -131,7 +131,7 @@ impl Simulation<'_> {
         if many {
             self.stiff = (0, 0);
         }
-        many && self.rubs() && self.settings.method == Method::Automatic
+        many && self.affine_frictions() && self.settings.method == Method::Automatic
     }
 
     pub(super) fn shrink(
@@ -218,8 +218,8 @@ impl Simulation<'_> {
             }
             let next = self.arrive(time + short, &y, inputs)?;
             self.room.spare(std::mem::replace(&mut arrived, next));
-            let Ending::Stops(contact) = ending else { break };
-            let (value, slope) = self.closing_speed(&arrived, contact);
+            let Ending::Stops(interface) = ending else { break };
+            let (value, slope) = self.closing_speed(&arrived, interface);
             let change = -value / slope;
             let size = change.abs();
             let far = size > 0.1 * short || !size.is_finite() || !error.is_finite();
@@ -229,14 +229,14 @@ impl Simulation<'_> {
             part += change / step;
             nudge = (size < NUDGE * short).then_some(change);
         }
-        if let Ending::Stops(contact) = ending
-            && !self.model.parameters.contacts[contact].shape.has_one_freedom()
+        if let Ending::Stops(interface) = ending
+            && !self.model.parameters.interfaces[interface].shape.has_one_dof()
         {
             // The way of a ball or plate has turned by a right angle: no stop, unless it is slow enough. But
             // what has become much slower may have passed one.
-            let speed = norm(arrived.contacts[contact].velocity);
+            let speed = norm(arrived.interfaces[interface].velocity);
             if speed > SLOW * self.fastest {
-                if speed < PASSED * norm(self.now.contacts[contact].velocity) {
+                if speed < PASSED * norm(self.now.interfaces[interface].velocity) {
                     return Ok(Ending::Passes(part * step));
                 }
                 ending = Ending::Smooth;
@@ -252,11 +252,11 @@ impl Simulation<'_> {
 
     /// Directions of balls and plates are taken afresh at the start of each step.
     pub(super) fn look_along(&mut self) {
-        for (contact, mode) in self.modes.iter_mut().enumerate() {
-            if let ContactMode::Slides(direction) = mode
-                && !self.model.parameters.contacts[contact].shape.has_one_freedom()
+        for (interface, mode) in self.modes.iter_mut().enumerate() {
+            if let InterfaceMode::Slides(direction) = mode
+                && !self.model.parameters.interfaces[interface].shape.has_one_dof()
             {
-                let velocity = self.now.contacts[contact].velocity;
+                let velocity = self.now.interfaces[interface].velocity;
                 let speed = norm(velocity);
                 if speed > REST * self.fastest {
                     *direction = velocity.map(|v| v / speed);
@@ -277,15 +277,15 @@ impl Simulation<'_> {
         self.energies.loads = energies[drives];
         self.energies.dampers = energies[drives + 1];
         self.energies.turnover = energies[drives + 2];
-        self.energies.contacts.copy_from_slice(&energies[drives + 3..]);
+        self.energies.interfaces.copy_from_slice(&energies[drives + 3..]);
         self.become_now(arrived);
         self.keep_fastest();
     }
 
     /// Remembers the fastest sliding and the fastest rate that there were.
     pub(super) fn keep_fastest(&mut self) {
-        for contact in &self.now.contacts {
-            self.fastest = self.fastest.max(norm(contact.velocity));
+        for interface in &self.now.interfaces {
+            self.fastest = self.fastest.max(norm(interface.velocity));
         }
         for (rate, column) in self.now.state.rates.iter().zip(&self.model.columns) {
             self.fastest_rate = self.fastest_rate.max((rate / column).abs());
@@ -350,7 +350,7 @@ impl Simulation<'_> {
     pub(super) fn look_near(&mut self) {
         let loads = &mut self.room.loads;
         loads.clear();
-        loads.extend(self.now.contacts.iter().map(|contact| contact.load));
+        loads.extend(self.now.interfaces.iter().map(|interface| interface.load));
         self.room.margin = f64::INFINITY;
     }
 

@@ -3,12 +3,12 @@
 
 use super::{Event, EventKind, Method, Simulation};
 use crate::forward::Forward;
+use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
-use crate::forward::instant::{Account, ContactInstant, Instant};
-use crate::forward::leap::{Leap, Work};
+use crate::forward::instant::{Account, Instant, InterfaceSample};
 use crate::forward::project::Anchor;
-use crate::forward::rub::{ContactMode, norm};
+use crate::forward::time_stepping::{Leap, Work};
 use crate::kinematics::State;
 use crate::mechanism::JointId;
 use crate::parameters::Parameters;
@@ -52,12 +52,15 @@ impl Simulation<'_> {
 
     /// Whether an error of the event-driven method is a reason to go on in steps.
     pub(super) fn may_step(&self, error: &ForwardError) -> bool {
-        let holds = |c: &ContactMode| matches!(c, ContactMode::Sticks | ContactMode::AtLimit(_));
+        let holds =
+            |c: &InterfaceMode| matches!(c, InterfaceMode::Sticks | InterfaceMode::AtLimit(_));
         self.settings.method == Method::Automatic
             && self.stepping.is_none()
             && match error {
                 // Without friction there is nothing that steps of first order do better.
-                ForwardError::NoChoice { .. } | ForwardError::Stiff { .. } => self.rubs(),
+                ForwardError::NoChoice { .. } | ForwardError::Stiff { .. } => {
+                    self.affine_frictions()
+                }
                 // Where something holds, what lets go may have been chosen badly; where all slide there is
                 // no acceleration at all.
                 ForwardError::NoAcceleration { .. } => self.modes.iter().any(holds),
@@ -66,7 +69,7 @@ impl Simulation<'_> {
     }
 
     /// Whether anything rubs.
-    pub(super) fn rubs(&self) -> bool {
+    pub(super) fn affine_frictions(&self) -> bool {
         !self.modes.is_empty()
     }
 
@@ -89,9 +92,13 @@ impl Simulation<'_> {
     }
 
     /// Anchors and frozen freedoms where these contacts stick; what stuck before keeps its place.
-    fn places_of(&self, before: &[ContactMode], after: &[ContactMode]) -> (Vec<Anchor>, Vec<bool>) {
+    fn places_of(
+        &self,
+        before: &[InterfaceMode],
+        after: &[InterfaceMode],
+    ) -> (Vec<Anchor>, Vec<bool>) {
         let still =
-            |c: &usize| before[*c] == ContactMode::Sticks && after[*c] == ContactMode::Sticks;
+            |c: &usize| before[*c] == InterfaceMode::Sticks && after[*c] == InterfaceMode::Sticks;
         let sticks: Vec<usize> = (0..after.len()).filter(still).collect();
         let (mut anchors, frozen) = self.holds_of(&sticks);
         keep_poses(&mut anchors, &self.anchors);
@@ -104,7 +111,7 @@ impl Simulation<'_> {
         time: f64,
         step: f64,
         from: &State<f64>,
-        (modes, bristles, near): (&[ContactMode], &[[f64; 3]], &[[f64; 3]]),
+        (modes, bristles, near): (&[InterfaceMode], &[[f64; 3]], &[[f64; 3]]),
         inputs: &mut dyn Inputs,
     ) -> Result<Landed, ForwardError> {
         self.evaluations += 1;
@@ -115,7 +122,7 @@ impl Simulation<'_> {
             let held = model.leap(time, step, from, (&stands, bristles, near), inputs);
             let stays = |leap: &Leap| {
                 let each = modes.iter().zip(&stands).zip(&leap.modes);
-                each.into_iter().any(|((a, b), after)| a != b && *after == ContactMode::Sticks)
+                each.into_iter().any(|((a, b), after)| a != b && *after == InterfaceMode::Sticks)
             };
             if let Ok(held) = held
                 && stays(&held)
@@ -139,7 +146,7 @@ impl Simulation<'_> {
         model.project(time, &mut state, &targets, &anchors, &frozen)?;
         // What has come to rest is at rest in the new position, too.
         let all: Vec<usize> =
-            (0..leap.modes.len()).filter(|&c| leap.modes[c] == ContactMode::Sticks).collect();
+            (0..leap.modes.len()).filter(|&c| leap.modes[c] == InterfaceMode::Sticks).collect();
         let (_, frozen) = self.holds_of(&all);
         model.project(time, &mut state, &targets, &anchors, &frozen)?;
         if !state.coordinates.iter().chain(&state.rates).all(|x| x.is_finite()) {
@@ -152,20 +159,20 @@ impl Simulation<'_> {
     /// friction at rest holds them there they stay. None where friction at rest is no more than in sliding.
     fn stands_while_it_turns(
         &self,
-        modes: &[ContactMode],
+        modes: &[InterfaceMode],
         leap: &Leap,
-    ) -> Option<Vec<ContactMode>> {
+    ) -> Option<Vec<InterfaceMode>> {
         let mut stands = modes.to_vec();
-        for (contact, mode) in stands.iter_mut().enumerate() {
-            let (ContactMode::Slides(before), ContactMode::Slides(after)) =
-                (*mode, leap.modes[contact])
+        for (interface, mode) in stands.iter_mut().enumerate() {
+            let (InterfaceMode::Slides(before), InterfaceMode::Slides(after)) =
+                (*mode, leap.modes[interface])
             else {
                 continue;
             };
             let turns = before.iter().zip(after).map(|(a, b)| a * b).sum::<f64>() < 0.0;
-            let law = self.model.parameters.contacts[contact].law_towards(after[0]);
-            if turns && law.at_rest() > law.coefficient(norm(leap.velocities[contact])) {
-                *mode = ContactMode::Sticks;
+            let law = self.model.parameters.interfaces[interface].law_towards(after[0]);
+            if turns && law.at_rest() > law.coefficient(norm(leap.velocities[interface])) {
+                *mode = InterfaceMode::Sticks;
             }
         }
         (stands != modes).then_some(stands)
@@ -179,7 +186,7 @@ impl Simulation<'_> {
             }
         }
         for node in &self.model.topology.nodes {
-            if frozen[node.dofs.clone()].iter().all(|f| *f) {
+            if frozen[node.tree_dofs.clone()].iter().all(|f| *f) {
                 let range = node.coordinates.clone();
                 state.coordinates[range.clone()].copy_from_slice(&from.coordinates[range]);
             }
@@ -274,10 +281,10 @@ impl Simulation<'_> {
         time: f64,
         half: f64,
         from: &State<f64>,
-        (modes, bristles): (&[ContactMode], &[[f64; 3]]),
+        (modes, bristles): (&[InterfaceMode], &[[f64; 3]]),
         inputs: &mut dyn Inputs,
     ) -> Result<(Landed, Landed, Landed), ForwardError> {
-        let near: Vec<[f64; 3]> = self.now.contacts.iter().map(|c| c.friction).collect();
+        let near: Vec<[f64; 3]> = self.now.interfaces.iter().map(|c| c.friction).collect();
         let whole = self.land(time, 2.0 * half, from, (modes, bristles, &near), inputs)?;
         let near = &whole.leap.frictions;
         let first = self.land(time, half, from, (modes, bristles, near), inputs)?;
@@ -289,7 +296,7 @@ impl Simulation<'_> {
 
     fn tell_jump(&mut self, leap: &Leap, time: f64, change: f64) {
         let most = (0..leap.loads.len()).max_by(|a, b| leap.loads[*a].total_cmp(&leap.loads[*b]));
-        let joint = JointId(most.map_or(0, |c| self.model.parameters.contacts[c].joint));
+        let joint = JointId(most.map_or(0, |c| self.model.parameters.interfaces[c].joint));
         self.events.push(Event { time, kind: EventKind::Jump { joint, change } });
     }
 
@@ -299,10 +306,10 @@ impl Simulation<'_> {
             to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
         };
         sum(&mut energies.drives, &work.drives);
-        sum(&mut energies.contacts, &work.contacts);
+        sum(&mut energies.interfaces, &work.interfaces);
         energies.loads += work.loads;
         energies.dampers += work.dampers;
-        let each = work.drives.iter().chain(&work.contacts).map(|w| w.abs());
+        let each = work.drives.iter().chain(&work.interfaces).map(|w| w.abs());
         energies.turnover += each.sum::<f64>() + work.loads.abs() + work.dampers.abs();
     }
 
@@ -318,7 +325,7 @@ impl Simulation<'_> {
         self.energies.turnover += (self.now.account.potential - before).abs();
         // What stuck before is held where it was, what sticks now where it is.
         let sticks: Vec<usize> =
-            (0..self.modes.len()).filter(|&c| self.modes[c] == ContactMode::Sticks).collect();
+            (0..self.modes.len()).filter(|&c| self.modes[c] == InterfaceMode::Sticks).collect();
         let (mut all, _) = self.holds_of(&sticks);
         keep_poses(&mut all, &anchors);
         self.anchors = all;
@@ -354,7 +361,7 @@ impl Simulation<'_> {
 /// What was held before stays where it was.
 fn keep_poses(anchors: &mut [Anchor], before: &[Anchor]) {
     for anchor in anchors {
-        let same = |a: &&Anchor| (a.joint, a.freedom) == (anchor.joint, anchor.freedom);
+        let same = |a: &&Anchor| (a.joint, a.dof) == (anchor.joint, anchor.dof);
         if let Some(kept) = before.iter().find(same) {
             anchor.pose = kept.pose;
         }
@@ -376,28 +383,28 @@ impl Forward {
         let (mut state, mut bodies) = (situation.state, situation.bodies);
         state.accelerations = accelerations;
         bodies.accelerate(topology, &state.accelerations);
-        let contacts: Vec<ContactInstant> = parameters
-            .contacts
+        let interfaces: Vec<InterfaceSample> = parameters
+            .interfaces
             .iter()
             .enumerate()
-            .map(|(k, contact)| ContactInstant {
-                contact: leap.modes[k],
+            .map(|(k, interface)| InterfaceSample {
+                interface: leap.modes[k],
                 velocity: leap.velocities[k],
                 load: leap.loads[k],
                 friction: leap.frictions[k],
-                limit: contact.law_towards(leap.frictions[k][0]).at_rest() * leap.loads[k],
+                limit: interface.law_towards(leap.frictions[k][0]).at_rest() * leap.loads[k],
             })
             .collect();
         let mut account = Account::default();
         let acting = (&situation.masses, &situation.loads[..]);
-        account.update(self, acting, &bodies, &leap.drives, &contacts);
+        account.update(self, acting, &bodies, &leap.drives, &interfaces);
         Instant {
             time,
             state,
             bodies,
             drives: leap.drives,
             wrenches: leap.response.wrenches,
-            contacts,
+            interfaces,
             bristle_rates: vec![[0.0; 3]; leap.modes.len()],
             account,
             coupling: None,

@@ -16,11 +16,11 @@ impl Forward {
             if !joint_type.has_scalar_coordinates() || topology.node_of(joint).is_some() {
                 continue;
             }
-            for (freedom, own) in joint_type.freedoms().iter().enumerate() {
+            for (dof, own) in joint_type.dofs().iter().enumerate() {
                 if !own.translates() {
                     let Target { value, rate, .. } =
-                        self.joint_motion(state, bodies, JointId(joint), freedom);
-                    angles.push(Angle { joint, freedom, value, rate, time });
+                        self.joint_motion(state, bodies, JointId(joint), dof);
+                    angles.push(Angle { joint, dof, value, rate, time });
                 }
             }
         }
@@ -31,10 +31,10 @@ impl Forward {
 impl Simulation<'_> {
     /// How a joint's freedom moves at present, see [`Forward::joint_motion`]; angles are counted on over full
     /// turns since the start.
-    pub fn joint_motion(&self, joint: JointId, freedom: usize) -> Target<f64> {
+    pub fn joint_motion(&self, joint: JointId, dof: usize) -> Target<f64> {
         let now = &self.now;
-        let mut motion = self.model.joint_motion(&now.state, &now.bodies, joint, freedom);
-        let own = |angle: &&Angle| (angle.joint, angle.freedom) == (joint.0, freedom);
+        let mut motion = self.model.joint_motion(&now.state, &now.bodies, joint, dof);
+        let own = |angle: &&Angle| (angle.joint, angle.dof) == (joint.0, dof);
         if let Some(angle) = self.angles.iter().find(own) {
             motion.value = angle.value;
         }
@@ -60,7 +60,7 @@ impl Simulation<'_> {
         let (model, now) = (self.model, &self.now);
         for angle in &mut self.angles {
             let joint = JointId(angle.joint);
-            let motion = model.joint_motion(&now.state, &now.bodies, joint, angle.freedom);
+            let motion = model.joint_motion(&now.state, &now.bodies, joint, angle.dof);
             let passed = now.time - angle.time;
             let expected = angle.value + 0.5 * passed * (angle.rate + motion.rate);
             angle.value = motion.value + TAU * ((expected - motion.value) / TAU).round();

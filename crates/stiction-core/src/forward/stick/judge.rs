@@ -1,7 +1,7 @@
 //! What is wrong with a choice, if anything is.
 
 use crate::forward::Forward;
-use crate::forward::rub::{ContactMode, norm};
+use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::situation::Situation;
 use crate::forward::solve::{Solved, Unsolved};
 
@@ -13,7 +13,7 @@ pub(super) enum Verdict {
     /// It satisfies all laws.
     Stands(Box<Solved>),
     /// This contact does something else.
-    Change(usize, ContactMode),
+    Change(usize, InterfaceMode),
 }
 
 impl Forward {
@@ -22,29 +22,29 @@ impl Forward {
     pub(super) fn judge(
         &self,
         situation: &Situation,
-        trial: &mut [ContactMode],
+        trial: &mut [InterfaceMode],
         resting: &[usize],
     ) -> Result<Verdict, Unsolved> {
         let (mut solved, turned) = self.turn(situation, trial, resting)?;
-        if let Some(contact) = turned {
-            return Ok(Verdict::Change(contact, ContactMode::Sticks));
+        if let Some(interface) = turned {
+            return Ok(Verdict::Change(interface, InterfaceMode::Sticks));
         }
         let accelerated = self.accelerated_by(situation, &solved);
         let begins = |c: usize| self.begins(&accelerated, &solved, c).is_some();
-        let lets_go = |c: &usize| matches!(trial[*c], ContactMode::AtLimit(_)) && begins(*c);
+        let lets_go = |c: &usize| matches!(trial[*c], InterfaceMode::AtLimit(_)) && begins(*c);
         let slides: Vec<usize> = resting.iter().copied().filter(lets_go).collect();
         if !slides.is_empty() {
             // Sliding friction from here on; with less friction it slides all the more.
             let kept = trial.to_vec();
-            for &contact in &slides {
-                if let ContactMode::AtLimit(direction) = trial[contact] {
-                    trial[contact] = ContactMode::Slides(direction);
+            for &interface in &slides {
+                if let InterfaceMode::AtLimit(direction) = trial[interface] {
+                    trial[interface] = InterfaceMode::Slides(direction);
                 }
             }
             let (again, turned) = self.turn(situation, trial, resting)?;
-            if let Some(contact) = turned {
+            if let Some(interface) = turned {
                 trial.copy_from_slice(&kept);
-                return Ok(Verdict::Change(contact, ContactMode::Sticks));
+                return Ok(Verdict::Change(interface, InterfaceMode::Sticks));
             }
             solved = again;
         }
@@ -54,10 +54,10 @@ impl Forward {
         let worst = self.beyond(situation, trial, &solved, resting);
         Ok(match worst {
             None => Verdict::Stands(Box::new(solved)),
-            Some((contact, friction)) => {
+            Some((interface, friction)) => {
                 // Friction has the sense of the sliding that it resists.
                 let size = norm(friction);
-                Verdict::Change(contact, ContactMode::AtLimit(friction.map(|f| f / size)))
+                Verdict::Change(interface, InterfaceMode::AtLimit(friction.map(|f| f / size)))
             }
         })
     }
@@ -68,21 +68,21 @@ impl Forward {
     fn weaken(
         &self,
         situation: &Situation,
-        trial: &mut [ContactMode],
+        trial: &mut [InterfaceMode],
         resting: &[usize],
     ) -> Option<Solved> {
         let mut weak = resting.to_vec();
         weak.retain(|&c| match trial[c] {
-            ContactMode::AtLimit(d) => {
-                !self.parameters.contacts[c].law_towards(d[0]).slides_as_at_its_limit()
+            InterfaceMode::AtLimit(d) => {
+                !self.parameters.interfaces[c].law_towards(d[0]).slides_as_at_its_limit()
             }
             _ => false,
         });
         while !weak.is_empty() {
             let mut slides = trial.to_vec();
-            for &contact in &weak {
-                if let ContactMode::AtLimit(direction) = trial[contact] {
-                    slides[contact] = ContactMode::Slides(direction);
+            for &interface in &weak {
+                if let InterfaceMode::AtLimit(direction) = trial[interface] {
+                    slides[interface] = InterfaceMode::Slides(direction);
                 }
             }
             let (solved, turned) = self.turn(situation, &mut slides, resting).ok()?;
@@ -105,18 +105,19 @@ impl Forward {
     pub(super) fn beyond(
         &self,
         situation: &Situation,
-        trial: &[ContactMode],
+        trial: &[InterfaceMode],
         solved: &Solved,
         resting: &[usize],
     ) -> Option<(usize, [f64; 3])> {
         // What holds a contact may depend on other constraints, and then need not do what is asked of it.
         if !solved.balance.spread.stresses.is_empty() {
-            if let Some((contact, way)) = self.gives_way(situation, solved)
-                && resting.contains(&contact)
+            if let Some((interface, way)) = self.gives_way(situation, solved)
+                && resting.contains(&interface)
             {
-                return Some((contact, way));
+                return Some((interface, way));
             }
-            let held = resting.iter().filter(|&&contact| trial[contact] == ContactMode::Sticks);
+            let held =
+                resting.iter().filter(|&&interface| trial[interface] == InterfaceMode::Sticks);
             let accelerated = self.accelerated_by(situation, solved);
             let begins = |c: usize| self.begins(&accelerated, solved, c).map(|begins| (c, begins));
             let mut moving = held.filter_map(|&c| begins(c));
@@ -124,13 +125,13 @@ impl Forward {
                 return Some(found);
             }
         }
-        let contacts = self.contacts(situation, trial, solved);
+        let interfaces = self.interfaces(situation, trial, solved);
         let mut worst: Option<(f64, usize)> = None;
-        for &contact in resting {
-            if trial[contact] != ContactMode::Sticks {
+        for &interface in resting {
+            if trial[interface] != InterfaceMode::Sticks {
                 continue;
             }
-            let now = &contacts[contact];
+            let now = &interfaces[interface];
             let (has, most) = (norm(now.friction), now.limit * situation.overload);
             let beyond = has - most * (1.0 + BEYOND);
             // Forces that are nothing but rounding exceed no limit.
@@ -139,10 +140,10 @@ impl Forward {
             if beyond > rounding {
                 let ratio = if most > 0.0 { has / most } else { f64::INFINITY };
                 if worst.is_none_or(|(w, _)| ratio > w) {
-                    worst = Some((ratio, contact));
+                    worst = Some((ratio, interface));
                 }
             }
         }
-        worst.map(|(_, contact)| (contact, contacts[contact].friction))
+        worst.map(|(_, interface)| (interface, interfaces[interface].friction))
     }
 }

@@ -11,9 +11,9 @@ mod judge;
 mod turn;
 
 use super::Forward;
+use super::affine_friction::{InterfaceMode, norm};
 use super::error::ForwardError;
 use super::guess::Guess;
-use super::rub::{ContactMode, norm};
 use super::situation::Situation;
 use super::solve::{Solved, Unsolved};
 use judge::Verdict;
@@ -35,7 +35,7 @@ const ALIGNED: f64 = 1e-6;
 
 /// A choice that satisfies all laws.
 pub(super) struct Choice {
-    pub(super) modes: Vec<ContactMode>,
+    pub(super) modes: Vec<InterfaceMode>,
     pub(super) solved: Solved,
 }
 
@@ -44,7 +44,7 @@ impl Forward {
     pub(super) fn choose(
         &self,
         situation: &mut Situation,
-        modes: &[ContactMode],
+        modes: &[InterfaceMode],
         resting: &[usize],
     ) -> Result<Choice, ForwardError> {
         let permanent = self.grip(situation, modes, resting);
@@ -81,33 +81,33 @@ impl Forward {
         let (mut guilty, mut failure) = (resting.first().copied().unwrap_or(0), None);
         match self.improve(situation, trial_of(modes, resting), resting) {
             Ok(choice) => return Ok(choice),
-            Err(Stuck { contact, unsolved }) => {
-                guilty = contact.unwrap_or(guilty);
+            Err(Stuck { interface, unsolved }) => {
+                guilty = interface.unwrap_or(guilty);
                 failure = unsolved.map(|u| self.unsolved(situation.time, u)).or(failure);
             }
         }
         if let Some(choice) = self.look_through(situation, modes, resting) {
             return Ok(choice);
         }
-        let joint = self.joint_name(self.parameters.contacts.get(guilty).map_or(0, |c| c.joint));
+        let joint = self.joint_name(self.parameters.interfaces.get(guilty).map_or(0, |c| c.joint));
         Err(failure.unwrap_or(ForwardError::NoChoice { time: situation.time, joint }))
     }
 
     /// How much friction each contact at rest can bear, from the loads where all of them slide without it.
     /// Also how many constraints are redundant then.
-    fn grip(&self, situation: &mut Situation, modes: &[ContactMode], resting: &[usize]) -> usize {
-        let contacts = &self.parameters.contacts;
-        situation.grips = vec![1.0; contacts.len()];
+    fn grip(&self, situation: &mut Situation, modes: &[InterfaceMode], resting: &[usize]) -> usize {
+        let interfaces = &self.parameters.interfaces;
+        situation.grips = vec![1.0; interfaces.len()];
         let mut free = modes.to_vec();
-        for &contact in resting {
-            free[contact] = ContactMode::AtLimit([0.0; 3]);
+        for &interface in resting {
+            free[interface] = InterfaceMode::AtLimit([0.0; 3]);
         }
         let Ok(solved) = self.solve(situation, &free, None, false) else { return 0 };
         let redundant = solved.balance.spread.stresses.len();
-        let limits: Vec<f64> = contacts
+        let limits: Vec<f64> = interfaces
             .iter()
             .zip(&solved.coupled.loads)
-            .map(|(contact, load)| contact.law.at_rest() * load)
+            .map(|(interface, load)| interface.law.at_rest() * load)
             .collect();
         let largest = limits.iter().fold(0.0_f64, |m, l| m.max(*l));
         if largest > 0.0 && largest.is_finite() {
@@ -132,17 +132,17 @@ impl Forward {
     /// A choice whose directions are right already: nothing is turned, all is checked.
     fn as_it_is(&self, situation: &Situation, guess: &Guess, resting: &[usize]) -> Option<Choice> {
         let mut modes = guess.modes.clone();
-        for &contact in resting {
-            if let ContactMode::AtLimit(direction) = modes[contact] {
-                modes[contact] = ContactMode::Slides(direction);
+        for &interface in resting {
+            if let InterfaceMode::AtLimit(direction) = modes[interface] {
+                modes[interface] = InterfaceMode::Slides(direction);
             }
         }
         let solved = self.solve(situation, &modes, Some(&guess.loads), true).ok()?;
         let accelerated = self.accelerated_by(situation, &solved);
-        for &contact in resting {
-            let ContactMode::Slides(direction) = modes[contact] else { continue };
-            let Some(begins) = self.begins(&accelerated, &solved, contact) else {
-                modes[contact] = ContactMode::AtLimit(direction);
+        for &interface in resting {
+            let InterfaceMode::Slides(direction) = modes[interface] else { continue };
+            let Some(begins) = self.begins(&accelerated, &solved, interface) else {
+                modes[interface] = InterfaceMode::AtLimit(direction);
                 continue;
             };
             let size = norm(begins);
@@ -160,7 +160,7 @@ impl Forward {
     fn improve(
         &self,
         situation: &Situation,
-        mut trial: Vec<ContactMode>,
+        mut trial: Vec<InterfaceMode>,
         resting: &[usize],
     ) -> Result<Choice, Stuck> {
         let mut seen = HashSet::new();
@@ -171,28 +171,28 @@ impl Forward {
             }
             match self.judge(situation, &mut trial, resting) {
                 Ok(Verdict::Stands(solved)) => return Ok(Choice { modes: trial, solved: *solved }),
-                Ok(Verdict::Change(contact, mode)) => {
-                    guilty = Some(contact);
-                    trial[contact] = mode;
+                Ok(Verdict::Change(interface, mode)) => {
+                    guilty = Some(interface);
+                    trial[interface] = mode;
                 }
-                Err(unsolved) => return Err(Stuck { contact: guilty, unsolved: Some(unsolved) }),
+                Err(unsolved) => return Err(Stuck { interface: guilty, unsolved: Some(unsolved) }),
             }
         }
-        Err(Stuck { contact: guilty, unsolved: None })
+        Err(Stuck { interface: guilty, unsolved: None })
     }
 
     /// All choices of sticking, sliding forward or backward, the most sticking first.
     fn look_through(
         &self,
         situation: &Situation,
-        modes: &[ContactMode],
+        modes: &[InterfaceMode],
         resting: &[usize],
     ) -> Option<Choice> {
         let count = resting.len() as u32;
         if count == 0 || count > MOST {
             return None;
         }
-        let single = |c: &usize| self.parameters.contacts[*c].shape.has_one_freedom();
+        let single = |c: &usize| self.parameters.interfaces[*c].shape.has_one_dof();
         if !resting.iter().all(single) {
             return None;
         }
@@ -208,11 +208,11 @@ impl Forward {
         numbers.sort_by_key(|&n| sliding(n));
         for mut number in numbers {
             let mut trial = modes.to_vec();
-            for &contact in resting {
-                trial[contact] = match number % 3 {
-                    0 => ContactMode::Sticks,
-                    1 => ContactMode::AtLimit([1.0, 0.0, 0.0]),
-                    _ => ContactMode::AtLimit([-1.0, 0.0, 0.0]),
+            for &interface in resting {
+                trial[interface] = match number % 3 {
+                    0 => InterfaceMode::Sticks,
+                    1 => InterfaceMode::AtLimit([1.0, 0.0, 0.0]),
+                    _ => InterfaceMode::AtLimit([-1.0, 0.0, 0.0]),
                 };
                 number /= 3;
             }
@@ -225,24 +225,24 @@ impl Forward {
 }
 
 /// All contacts at rest sticking.
-fn trial_of(modes: &[ContactMode], resting: &[usize]) -> Vec<ContactMode> {
+fn trial_of(modes: &[InterfaceMode], resting: &[usize]) -> Vec<InterfaceMode> {
     let mut trial = modes.to_vec();
-    for &contact in resting {
-        trial[contact] = ContactMode::Sticks;
+    for &interface in resting {
+        trial[interface] = InterfaceMode::Sticks;
     }
     trial
 }
 
 /// Where the search ended without a choice.
 struct Stuck {
-    contact: Option<usize>,
+    interface: Option<usize>,
     unsolved: Option<Unsolved>,
 }
 
-fn pattern(modes: &[ContactMode], resting: &[usize]) -> Vec<i64> {
-    let of = |contact: &usize| match modes[*contact] {
-        ContactMode::Smooth | ContactMode::Sticks => 0,
-        ContactMode::Slides(d) | ContactMode::AtLimit(d) => {
+fn pattern(modes: &[InterfaceMode], resting: &[usize]) -> Vec<i64> {
+    let of = |interface: &usize| match modes[*interface] {
+        InterfaceMode::Smooth | InterfaceMode::Sticks => 0,
+        InterfaceMode::Slides(d) | InterfaceMode::AtLimit(d) => {
             1 + d.iter().fold(0, |sum, x| 1000 * sum + (x * 400.0).round() as i64 + 400)
         }
     };

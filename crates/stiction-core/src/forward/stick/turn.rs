@@ -1,7 +1,7 @@
 //! Directions in which contacts begin to slide: those of balls and plates are those of their acceleration.
 
 use crate::forward::Forward;
-use crate::forward::rub::{ContactMode, norm};
+use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::situation::Situation;
 use crate::forward::solve::{Solved, Unsolved};
 use crate::kinematics::Bodies;
@@ -20,33 +20,33 @@ impl Forward {
     pub(super) fn turn(
         &self,
         situation: &Situation,
-        trial: &mut [ContactMode],
+        trial: &mut [InterfaceMode],
         resting: &[usize],
     ) -> Result<(Solved, Option<usize>), Unsolved> {
         for pass in 0..TURNS {
             let solved = self.solve(situation, trial, None, true)?;
             let accelerated = self.accelerated_by(situation, &solved);
             let mut turned = 0.0_f64;
-            for &contact in resting {
-                let (ContactMode::AtLimit(direction) | ContactMode::Slides(direction)) =
-                    trial[contact]
+            for &interface in resting {
+                let (InterfaceMode::AtLimit(direction) | InterfaceMode::Slides(direction)) =
+                    trial[interface]
                 else {
                     continue;
                 };
-                let Some(begins) = self.begins(&accelerated, &solved, contact) else { continue };
+                let Some(begins) = self.begins(&accelerated, &solved, interface) else { continue };
                 let along: f64 = begins.iter().zip(direction).map(|(a, d)| a * d).sum();
-                let single = self.parameters.contacts[contact].shape.has_one_freedom();
+                let single = self.parameters.interfaces[interface].shape.has_one_dof();
                 if along < 0.0 && (single || pass > 3) {
-                    return Ok((solved, Some(contact)));
+                    return Ok((solved, Some(interface)));
                 }
                 if single {
                     continue;
                 }
-                let next = self.direction(situation, &solved, contact, begins);
+                let next = self.direction(situation, &solved, interface, begins);
                 turned = turned.max(norm([0, 1, 2].map(|i| next[i] - direction[i])));
-                trial[contact] = match trial[contact] {
-                    ContactMode::Slides(_) => ContactMode::Slides(next),
-                    _ => ContactMode::AtLimit(next),
+                trial[interface] = match trial[interface] {
+                    InterfaceMode::Slides(_) => InterfaceMode::Slides(next),
+                    _ => InterfaceMode::AtLimit(next),
                 };
             }
             if turned < TURNED || pass + 1 == TURNS {
@@ -65,24 +65,24 @@ impl Forward {
         &self,
         situation: &Situation,
         solved: &Solved,
-        contact: usize,
+        interface: usize,
         begins: [f64; 3],
     ) -> [f64; 3] {
-        let content = &self.parameters.contacts[contact];
+        let content = &self.parameters.interfaces[interface];
         let arms = content.arms(self.parameters.pitch[content.joint]);
         let scene = self.scene(situation);
         let mut taken = Matrix3::zeros();
         for (column, wrench) in
-            self.unit_frictions(&situation.bodies, contact).into_iter().enumerate()
+            self.unit_frictions(&situation.bodies, interface).into_iter().enumerate()
         {
             let response = solved.balance.respond(&scene, &[(content.joint, wrench)], false);
             for row in 0..3 {
                 taken[(row, column)] =
-                    -self.surface_rate(&situation.bodies, &response.accelerations, contact, row);
+                    -self.surface_rate(&situation.bodies, &response.accelerations, interface, row);
             }
         }
-        let load = solved.coupled.loads[contact];
-        let rub = &solved.rubs[contact];
+        let load = solved.coupled.loads[interface];
+        let rub = &solved.affine_frictions[interface];
         let friction: [f64; 3] =
             [0, 1, 2].map(|i| (rub.known[i] + rub.per_load[i] * load) / arms[i]);
         let size = norm(friction);
@@ -123,21 +123,21 @@ impl Forward {
         &self,
         accelerated: &Bodies<f64>,
         solved: &Solved,
-        contact: usize,
+        interface: usize,
     ) -> Option<[f64; 3]> {
         let accelerations = &solved.coupled.response.accelerations;
-        let begins = self.surface_acceleration(accelerated, contact);
-        (norm(begins) > self.rounding_of_beginnings(accelerations, contact)).then_some(begins)
+        let begins = self.surface_acceleration(accelerated, interface);
+        (norm(begins) > self.rounding_of_beginnings(accelerations, interface)).then_some(begins)
     }
 
     /// Accelerations of a contact's surface up to this, m/s^2, are rounding.
     pub(in crate::forward) fn rounding_of_beginnings(
         &self,
         accelerations: &[f64],
-        contact: usize,
+        interface: usize,
     ) -> f64 {
         let parameters = &self.parameters;
-        let content = &parameters.contacts[contact];
+        let content = &parameters.interfaces[interface];
         let largest = accelerations
             .iter()
             .zip(&self.columns)

@@ -8,14 +8,14 @@ use crate::spatial::Pose;
 /// What is named must exist: indices are the caller's, and no input.
 pub(super) fn check_existence(
     mechanism: &Mechanism,
-    homes: &[(BodyId, Pose<f64>)],
+    initial_poses: &[(BodyId, Pose<f64>)],
     coordinates: &[Coordinate],
 ) {
     let check_body = |body: BodyId| {
         let count = mechanism.bodies().len();
         assert!(body.0 < count, "{body:?} of a mechanism of {count} bodies, the ground among them");
     };
-    homes.iter().for_each(|(body, _)| check_body(*body));
+    initial_poses.iter().for_each(|(body, _)| check_body(*body));
     for coordinate in coordinates {
         match *coordinate {
             Coordinate::Position { body, axis: index }
@@ -24,14 +24,14 @@ pub(super) fn check_existence(
                 check_body(body);
                 assert!(index < 3, "{coordinate:?}: there are three of these");
             }
-            Coordinate::Joint { joint, freedom } => {
+            Coordinate::Joint { joint, dof } => {
                 let joints = mechanism.joints();
                 let count = joints.len();
                 assert!(joint.0 < count, "{joint:?} of a mechanism of {count} joints");
                 let joint_type = joints[joint.0].joint_type;
                 assert!(
-                    joint_type.has_scalar_coordinates() && freedom < joint_type.freedoms().len(),
-                    "joint `{}` has no scalar coordinate {freedom}",
+                    joint_type.has_scalar_coordinates() && dof < joint_type.dofs().len(),
+                    "joint `{}` has no scalar coordinate {dof}",
                     joints[joint.0].name
                 );
             }

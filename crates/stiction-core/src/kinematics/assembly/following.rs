@@ -43,9 +43,12 @@ impl Assembly {
             let mut targets = core::mem::take(&mut self.targets);
             motion(next, &mut targets);
             self.targets = targets;
-            let outcome =
-                check_targets(&self.body_names, self.prescription.coordinates(), &self.targets)
-                    .and_then(|()| self.step_smoothly(topology, parameters, next - now, true));
+            let outcome = check_targets(
+                &self.body_names,
+                self.motion_constraints.coordinates(),
+                &self.targets,
+            )
+            .and_then(|()| self.step_smoothly(topology, parameters, next - now, true));
             match outcome {
                 Ok(()) => {
                     now = next;
@@ -82,7 +85,7 @@ impl Assembly {
         let mut targets = core::mem::take(&mut self.targets);
         motion(to, &mut targets);
         self.targets = targets;
-        check_targets(&self.body_names, self.prescription.coordinates(), &self.targets)
+        check_targets(&self.body_names, self.motion_constraints.coordinates(), &self.targets)
             .and_then(|()| self.search(topology, parameters))
             .err()
     }
@@ -101,7 +104,8 @@ impl Assembly {
         step: f64,
         targets: &[Target<f64>],
     ) -> bool {
-        if check_targets(&self.body_names, self.prescription.coordinates(), targets).is_err() {
+        if check_targets(&self.body_names, self.motion_constraints.coordinates(), targets).is_err()
+        {
             return false;
         }
         self.passed.copy_from_slice(&self.targets);

@@ -11,12 +11,12 @@ pub(in crate::kinematics) fn guess(
     mechanism: &Mechanism,
     topology: &Topology,
     parameters: &Parameters<f64>,
-    homes: &[(BodyId, Pose<f64>)],
+    initial_poses: &[(BodyId, Pose<f64>)],
 ) -> State<f64> {
     // Poses outwards from the ground along any joints, at their start coordinates.
     let mut pose = vec![None; mechanism.bodies().len()];
     pose[BodyId::GROUND.0] = Some(parameters.ground);
-    for &(body, home) in homes {
+    for &(body, home) in initial_poses {
         pose[body.0] = Some(parameters.ground * home);
     }
     loop {

@@ -13,9 +13,9 @@ pub(super) use guess::guess;
 use super::bodies::{Bodies, State};
 use super::coordinate::{Coordinate, Target};
 use super::error::AssemblyError;
-use super::prescription::Prescription;
+use super::motion_constraints::MotionConstraints;
 use super::system::Kinematics;
-use crate::linalg::Elimination;
+use crate::linalg::StaticLu;
 use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
@@ -36,8 +36,8 @@ const NEWTON_STEPS: usize = 12;
 /// A mechanism in a position that satisfies its loops and a prescription.
 #[derive(Clone, Debug)]
 pub struct Assembly {
-    prescription: Prescription,
-    program: Elimination,
+    motion_constraints: MotionConstraints,
+    program: StaticLu,
     kinematics: Kinematics<f64>,
     state: State<f64>,
     /// The last position that was found, to judge the next by.
@@ -59,7 +59,7 @@ pub struct Assembly {
 
 impl Assembly {
     /// Assembles the mechanism at `targets`, one for each of `coordinates`, starting from the
-    /// mechanism's start coordinates and from the guessed poses in `homes` (in the ground's frame).
+    /// mechanism's start coordinates and from the guessed poses in `initial_poses` (in the ground's frame).
     ///
     /// # Errors
     /// See [`AssemblyError`].
@@ -70,27 +70,27 @@ impl Assembly {
         mechanism: &Mechanism,
         topology: &Topology,
         parameters: &Parameters<f64>,
-        homes: &[(BodyId, Pose<f64>)],
+        initial_poses: &[(BodyId, Pose<f64>)],
         coordinates: &[Coordinate],
         targets: &[Target<f64>],
     ) -> Result<Self, AssemblyError> {
         let body_names: Vec<_> = mechanism.bodies().iter().map(|b| b.name.clone()).collect();
         let joint_names: Vec<_> = mechanism.joints().iter().map(|j| j.name.clone()).collect();
-        check_existence(mechanism, homes, coordinates);
+        check_existence(mechanism, initial_poses, coordinates);
         check_targets(&body_names, coordinates, targets)?;
-        let state = guess(mechanism, topology, parameters, homes);
-        let prescription = Prescription::new(topology, coordinates, &[]);
-        let kinematics = Kinematics::new(topology, &prescription, &Elimination::default());
+        let state = guess(mechanism, topology, parameters, initial_poses);
+        let motion_constraints = MotionConstraints::new(topology, coordinates, &[]);
+        let kinematics = Kinematics::new(topology, &motion_constraints, &StaticLu::default());
         let mut assembly = Self {
-            prescription,
-            program: Elimination::default(),
+            motion_constraints,
+            program: StaticLu::default(),
             kinematics,
             before: state.clone(),
             sound: state.clone(),
             predicted: state.clone(),
             state,
             trial: Bodies::new(topology),
-            step: vec![0.0; topology.freedoms()],
+            step: vec![0.0; topology.dofs()],
             targets: targets.to_vec(),
             passed: targets.to_vec(),
             row_scales: Vec::new(),
@@ -105,12 +105,12 @@ impl Assembly {
     }
 
     /// What is prescribed, idle spins included.
-    pub fn prescription(&self) -> &Prescription {
-        &self.prescription
+    pub fn motion_constraints(&self) -> &MotionConstraints {
+        &self.motion_constraints
     }
 
     /// The program that solves for rates; for kernels in other scalars.
-    pub fn program(&self) -> &Elimination {
+    pub fn program(&self) -> &StaticLu {
         &self.program
     }
 
@@ -126,14 +126,14 @@ impl Assembly {
 
     /// Takes the accelerations of idle spins out again, which dynamics adds.
     pub(crate) fn forget_spins(&mut self, topology: &Topology) {
-        if !self.prescription.spins().is_empty() {
+        if !self.motion_constraints.spins().is_empty() {
             self.kinematics.bodies.accelerate(topology, &self.state.accelerations);
         }
     }
 
     /// What is prescribed, how rates are solved for, and the motion to be completed.
-    pub(crate) fn parts(&mut self) -> (&Prescription, &Elimination, &mut Kinematics<f64>) {
-        (&self.prescription, &self.program, &mut self.kinematics)
+    pub(crate) fn parts(&mut self) -> (&MotionConstraints, &StaticLu, &mut Kinematics<f64>) {
+        (&self.motion_constraints, &self.program, &mut self.kinematics)
     }
 
     /// How often it was planned how to solve for rates.
@@ -167,7 +167,7 @@ impl Assembly {
         parameters: &Parameters<f64>,
         targets: &[Target<f64>],
     ) -> Result<(), AssemblyError> {
-        check_targets(&self.body_names, self.prescription.coordinates(), targets)?;
+        check_targets(&self.body_names, self.motion_constraints.coordinates(), targets)?;
         self.before.clone_from(&self.state);
         self.passed.copy_from_slice(&self.targets);
         self.targets.copy_from_slice(targets);
@@ -230,7 +230,7 @@ impl Assembly {
         self.kinematics.contradiction(
             topology,
             parameters,
-            &self.prescription,
+            &self.motion_constraints,
             &self.state,
             &self.targets,
             &self.joint_names,
@@ -256,7 +256,7 @@ impl Assembly {
         self.kinematics.differentiate(
             topology,
             parameters,
-            &self.prescription,
+            &self.motion_constraints,
             &self.program,
             &mut self.state,
             &self.targets,
@@ -272,7 +272,7 @@ impl Assembly {
             self.kinematics.approach(
                 topology,
                 parameters,
-                &self.prescription,
+                &self.motion_constraints,
                 &self.program,
                 &mut self.state,
                 &self.targets,
@@ -284,8 +284,14 @@ impl Assembly {
             }
             // The error before the step that was just taken.
             if self.scaled_error() < NEAR {
-                let (prescription, state) = (&self.prescription, &self.state);
-                self.kinematics.place(topology, parameters, prescription, state, &self.targets);
+                let (motion_constraints, state) = (&self.motion_constraints, &self.state);
+                self.kinematics.place(
+                    topology,
+                    parameters,
+                    motion_constraints,
+                    state,
+                    &self.targets,
+                );
                 error = self.scaled_error();
                 if error < closed {
                     return true;

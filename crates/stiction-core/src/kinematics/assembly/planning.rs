@@ -1,8 +1,8 @@
 //! The order in which rates are solved for at a position, and the spins that nothing determines.
 
+use super::super::dof::{self, OpenMotion};
 use super::super::error::AssemblyError;
-use super::super::freedom::{self, OpenMotion};
-use super::super::prescription::Prescription;
+use super::super::motion_constraints::MotionConstraints;
 use super::super::system::{Kinematics, column_scales};
 use super::Assembly;
 use crate::linalg::Svd;
@@ -21,11 +21,12 @@ impl Assembly {
         parameters: &Parameters<f64>,
     ) -> Result<(), AssemblyError> {
         self.plans += 1;
-        let before = (self.prescription.clone(), self.row_scales.clone(), self.kinematics.clone());
+        let before =
+            (self.motion_constraints.clone(), self.row_scales.clone(), self.kinematics.clone());
         let planned = self.plan_anew(topology, parameters);
         if planned.is_err() {
             // What was planned for other positions stays good there.
-            (self.prescription, self.row_scales, self.kinematics) = before;
+            (self.motion_constraints, self.row_scales, self.kinematics) = before;
         }
         planned
     }
@@ -35,13 +36,13 @@ impl Assembly {
         topology: &Topology,
         parameters: &Parameters<f64>,
     ) -> Result<(), AssemblyError> {
-        let coordinates = self.prescription.coordinates().to_vec();
-        self.prescription = Prescription::new(topology, &coordinates, &[]);
-        self.row_scales = self.prescription.row_scales(parameters.length);
+        let coordinates = self.motion_constraints.coordinates().to_vec();
+        self.motion_constraints = MotionConstraints::new(topology, &coordinates, &[]);
+        self.row_scales = self.motion_constraints.row_scales(parameters.length);
         if self.try_plan(topology, parameters) {
             return Ok(());
         }
-        let found = freedom::open_motions(
+        let found = dof::open_motions(
             topology,
             parameters,
             &self.kinematics.bodies,
@@ -50,8 +51,8 @@ impl Assembly {
         );
         let open = match found {
             OpenMotion::Spins(spins) => {
-                self.prescription = Prescription::new(topology, &coordinates, &spins);
-                self.row_scales = self.prescription.row_scales(parameters.length);
+                self.motion_constraints = MotionConstraints::new(topology, &coordinates, &spins);
+                self.row_scales = self.motion_constraints.row_scales(parameters.length);
                 if self.try_plan(topology, parameters) {
                     return Ok(());
                 }
@@ -64,22 +65,23 @@ impl Assembly {
     }
 
     pub(super) fn try_plan(&mut self, topology: &Topology, parameters: &Parameters<f64>) -> bool {
-        self.kinematics = Kinematics::new(topology, &self.prescription, &self.program);
-        let (prescription, state) = (&self.prescription, &self.state);
-        self.kinematics.place(topology, parameters, prescription, state, &self.targets);
-        self.kinematics.linearise(topology, prescription);
-        let Ok(plan) = self.kinematics.plan(topology, &self.prescription, parameters.length) else {
+        self.kinematics = Kinematics::new(topology, &self.motion_constraints, &self.program);
+        let (motion_constraints, state) = (&self.motion_constraints, &self.state);
+        self.kinematics.place(topology, parameters, motion_constraints, state, &self.targets);
+        self.kinematics.linearise(topology, motion_constraints);
+        let Ok(plan) = self.kinematics.plan(topology, &self.motion_constraints, parameters.length)
+        else {
             return false;
         };
         // A small pivot need not mean a small singular value, but no small one means none.
         if plan.smallest_pivot < SUSPICIOUS_PIVOT {
             let svd = Svd::new(&self.scaled_jacobian(topology, parameters));
-            if svd.rank_of_order_one(freedom::OPEN) < topology.freedoms() {
+            if svd.rank_of_order_one(dof::OPEN) < topology.dofs() {
                 return false;
             }
         }
         self.program = plan.compile();
-        self.kinematics = Kinematics::new(topology, &self.prescription, &self.program);
+        self.kinematics = Kinematics::new(topology, &self.motion_constraints, &self.program);
         true
     }
 
@@ -89,6 +91,6 @@ impl Assembly {
         parameters: &Parameters<f64>,
     ) -> DMatrix<f64> {
         let columns = column_scales(topology, parameters.length);
-        self.kinematics.scaled_matrix(&self.prescription, &self.row_scales, &columns)
+        self.kinematics.scaled_matrix(&self.motion_constraints, &self.row_scales, &columns)
     }
 }

@@ -1,9 +1,9 @@
 //! The careful way into a position, and what is missing where there is none.
 
 use super::super::coordinate::{Coordinate, Target};
+use super::super::dof;
 use super::super::error::{AssemblyError, Gap};
-use super::super::freedom;
-use super::super::prescription::Prescription;
+use super::super::motion_constraints::MotionConstraints;
 use super::super::rotation_vector::RotationVector;
 use super::super::system::{Kinematics, column_scales};
 use super::{Assembly, NEAR};
@@ -30,19 +30,20 @@ impl Assembly {
         topology: &Topology,
         parameters: &Parameters<f64>,
     ) -> Result<(), AssemblyError> {
-        if let Some((prescription, targets)) = self.by_rotations(topology) {
-            let prescription = core::mem::replace(&mut self.prescription, prescription);
+        if let Some((motion_constraints, targets)) = self.by_rotations(topology) {
+            let motion_constraints =
+                core::mem::replace(&mut self.motion_constraints, motion_constraints);
             let targets = core::mem::replace(&mut self.targets, targets);
             // What is missed is told by what was prescribed.
             let _ = self.search_directly(topology, parameters);
-            (self.prescription, self.targets) = (prescription, targets);
+            (self.motion_constraints, self.targets) = (motion_constraints, targets);
         }
         self.search_directly(topology, parameters)
     }
 
     /// The prescription with such orientations as rotation vectors; none if there are none.
-    fn by_rotations(&self, topology: &Topology) -> Option<(Prescription, Vec<Target<f64>>)> {
-        let mut coordinates = self.prescription.coordinates().to_vec();
+    fn by_rotations(&self, topology: &Topology) -> Option<(MotionConstraints, Vec<Target<f64>>)> {
+        let mut coordinates = self.motion_constraints.coordinates().to_vec();
         let mut targets = self.targets.clone();
         let mut some = false;
         for first in 0..coordinates.len() {
@@ -67,8 +68,8 @@ impl Assembly {
             }
             some = true;
         }
-        let spins = self.prescription.spins();
-        some.then(|| (Prescription::new(topology, &coordinates, spins), targets))
+        let spins = self.motion_constraints.spins();
+        some.then(|| (MotionConstraints::new(topology, &coordinates, spins), targets))
     }
 
     /// Levenberg and Marquardt's method on all rows: slow, but it needs neither a plan nor a good
@@ -80,11 +81,11 @@ impl Assembly {
     ) -> Result<(), AssemblyError> {
         // A motion that cannot be followed shows best as a gap in the loops.
         const PRESCRIBED_WEIGHT: f64 = 100.0;
-        if self.kinematics.errors().len() != self.prescription.row_count() {
-            self.kinematics = Kinematics::new(topology, &self.prescription, &self.program);
+        if self.kinematics.errors().len() != self.motion_constraints.row_count() {
+            self.kinematics = Kinematics::new(topology, &self.motion_constraints, &self.program);
         }
         let columns = column_scales(topology, parameters.length);
-        let mut weights = self.prescription.row_scales(parameters.length);
+        let mut weights = self.motion_constraints.row_scales(parameters.length);
         let closures = topology.constraints;
         weights[closures..].iter_mut().for_each(|w| *w *= PRESCRIBED_WEIGHT);
         let residual = |kinematics: &Kinematics<f64>| {
@@ -94,8 +95,8 @@ impl Assembly {
             )
         };
 
-        let (prescription, state) = (&self.prescription, &self.state);
-        self.kinematics.place(topology, parameters, prescription, state, &self.targets);
+        let (motion_constraints, state) = (&self.motion_constraints, &self.state);
+        self.kinematics.place(topology, parameters, motion_constraints, state, &self.targets);
         let mut errors = residual(&self.kinematics);
         let mut damping = 1e-3;
         let mut nudges = 0;
@@ -103,15 +104,22 @@ impl Assembly {
             if errors.amax() < NEAR {
                 break;
             }
-            self.kinematics.linearise(topology, &self.prescription);
-            let jacobian = self.kinematics.scaled_matrix(&self.prescription, &weights, &columns);
+            self.kinematics.linearise(topology, &self.motion_constraints);
+            let jacobian =
+                self.kinematics.scaled_matrix(&self.motion_constraints, &weights, &columns);
             if nudges < NUDGES && !jacobian.iter().all(|slope| slope.is_finite()) {
                 // Angles like those of the order zxz have no rates where the frames are parallel, as they are
                 // at first: from there no step would be found, though the position is within reach.
                 nudges += 1;
                 self.nudge(topology, &columns, nudges);
-                let (prescription, state) = (&self.prescription, &self.state);
-                self.kinematics.place(topology, parameters, prescription, state, &self.targets);
+                let (motion_constraints, state) = (&self.motion_constraints, &self.state);
+                self.kinematics.place(
+                    topology,
+                    parameters,
+                    motion_constraints,
+                    state,
+                    &self.targets,
+                );
                 errors = residual(&self.kinematics);
                 continue;
             }
@@ -131,8 +139,14 @@ impl Assembly {
                 let step: Vec<f64> = step.iter().zip(&columns).map(|(s, c)| s * c).collect();
                 self.predicted.clone_from(&self.state);
                 self.state.advance(topology, &step);
-                let (prescription, state) = (&self.prescription, &self.state);
-                self.kinematics.place(topology, parameters, prescription, state, &self.targets);
+                let (motion_constraints, state) = (&self.motion_constraints, &self.state);
+                self.kinematics.place(
+                    topology,
+                    parameters,
+                    motion_constraints,
+                    state,
+                    &self.targets,
+                );
                 let trial = residual(&self.kinematics);
                 if trial.norm_squared() < errors.norm_squared() {
                     improved = trial.norm() < errors.norm() * (1.0 - 1e-12);
@@ -147,8 +161,8 @@ impl Assembly {
                 break;
             }
         }
-        let (prescription, state) = (&self.prescription, &self.state);
-        self.kinematics.place(topology, parameters, prescription, state, &self.targets);
+        let (motion_constraints, state) = (&self.motion_constraints, &self.state);
+        self.kinematics.place(topology, parameters, motion_constraints, state, &self.targets);
         if errors.amax() < 1e-6 {
             Ok(())
         } else {
@@ -192,15 +206,14 @@ impl Assembly {
         topology: &Topology,
         parameters: &Parameters<f64>,
     ) -> Option<(usize, usize)> {
-        self.kinematics.linearise(topology, &self.prescription);
-        let rows = self.prescription.row_scales(parameters.length);
-        let (closures, freedoms) = (topology.constraints, topology.freedoms());
+        self.kinematics.linearise(topology, &self.motion_constraints);
+        let rows = self.motion_constraints.row_scales(parameters.length);
+        let (closures, dofs) = (topology.constraints, topology.dofs());
         let columns = column_scales(topology, parameters.length);
-        let all = self.kinematics.scaled_matrix(&self.prescription, &rows, &columns);
+        let all = self.kinematics.scaled_matrix(&self.motion_constraints, &rows, &columns);
         let scaled = all.rows(0, closures).into_owned();
-        let rank =
-            if closures == 0 { 0 } else { Svd::new(&scaled).rank_of_order_one(freedom::OPEN) };
-        let (prescribed, mobility) = (self.prescription.coordinates().len(), freedoms - rank);
+        let rank = if closures == 0 { 0 } else { Svd::new(&scaled).rank_of_order_one(dof::OPEN) };
+        let (prescribed, mobility) = (self.motion_constraints.coordinates().len(), dofs - rank);
         (prescribed > mobility).then_some((prescribed, mobility))
     }
 
@@ -228,7 +241,7 @@ impl Assembly {
                 worst = Gap { joint, length, angle, ..worst };
             }
         }
-        for (error, is_angle) in errors.iter().zip(self.prescription.are_angles()).skip(row) {
+        for (error, is_angle) in errors.iter().zip(self.motion_constraints.are_angles()).skip(row) {
             let missed = if is_angle { &mut worst.missed_angle } else { &mut worst.missed_length };
             *missed = missed.max(error.abs());
         }

@@ -1,7 +1,9 @@
 //! What may be wrong with the friction of a joint.
 
 use super::JointSpec;
-use crate::friction::{Combine, Contact, ContactShape, Curve, Law, Supports, contacts_of};
+use crate::friction::{
+    Combine, Curve, InterfaceShape, JointFriction, Law, Supports, interfaces_of,
+};
 use crate::joint::JointType;
 use crate::mechanism::Defect;
 
@@ -11,17 +13,17 @@ const NOT_NEGATIVE: &str = "at least 0";
 impl JointSpec {
     pub(super) fn check_friction(&self, defects: &mut Vec<Defect>) {
         let joint = || self.name.clone();
-        let places = contacts_of(self.joint_type);
-        for (i, contact) in self.friction.iter().enumerate() {
-            let Some((_, shape)) = places.get(contact.place) else {
+        let places = interfaces_of(self.joint_type);
+        for (i, interface) in self.friction.iter().enumerate() {
+            let Some((_, shape)) = places.get(interface.place) else {
                 let joint_type = self.joint_type.symbol();
                 defects.push(Defect::NoContact { joint: joint(), joint_type });
                 continue;
             };
-            if self.friction[..i].iter().any(|other| other.place == contact.place) {
+            if self.friction[..i].iter().any(|other| other.place == interface.place) {
                 defects.push(Defect::DuplicateContact { joint: joint() });
             }
-            match contact.radius {
+            match interface.radius {
                 None if shape.turns() => defects.push(Defect::Radius {
                     joint: joint(),
                     problem: "a friction on a turning contact needs the contact's radius",
@@ -33,12 +35,12 @@ impl JointSpec {
                 _ => {}
             }
             let mut check = Checks { joint: &self.name, defects };
-            check.load(contact, *shape, self.joint_type);
-            check.number("radius", contact.radius, POSITIVE);
-            check.law(&contact.law);
-            if let Some(law) = &contact.backward {
+            check.load(interface, *shape, self.joint_type);
+            check.number("radius", interface.radius, POSITIVE);
+            check.law(&interface.law);
+            if let Some(law) = &interface.backward {
                 check.law(law);
-                if !shape.has_one_freedom() {
+                if !shape.has_one_dof() {
                     check.problem("only a contact with one freedom slides forward or backward");
                 }
             }
@@ -70,14 +72,14 @@ impl Checks<'_> {
         }
     }
 
-    fn load(&mut self, contact: &Contact, shape: ContactShape, joint_type: JointType) {
-        let map = &contact.load;
+    fn load(&mut self, interface: &JointFriction, shape: InterfaceShape, joint_type: JointType) {
+        let map = &interface.load;
         self.number("preload", Some(map.preload), NOT_NEGATIVE);
         self.number("bending span", map.bending_span, POSITIVE);
         self.number("collar ratio", map.axial_ratio, NOT_NEGATIVE);
         self.number("torsion arm", map.torsion_arm, POSITIVE);
         self.number("smoothing", map.smoothing, POSITIVE);
-        let is_thread = shape == ContactShape::Thread;
+        let is_thread = shape == InterfaceShape::Thread;
         match map.flank_cosine {
             None if is_thread => self.problem("the friction of a thread needs its flank angle"),
             Some(_) if !is_thread => self.problem("only a thread has a flank angle"),
@@ -88,10 +90,10 @@ impl Checks<'_> {
             None => {}
         }
         match (map.combine, shape) {
-            (Combine::Pads, ContactShape::Ball | ContactShape::Plate) => {
+            (Combine::Pads, InterfaceShape::Ball | InterfaceShape::Plate) => {
                 self.problem("a ball or a plate has no pads");
             }
-            (Combine::RootSumSquare, ContactShape::Thread) => {
+            (Combine::RootSumSquare, InterfaceShape::Thread) => {
                 self.problem("the loads of a thread add as a sum, or as those of two pads");
             }
             _ => {}

@@ -1,7 +1,7 @@
 //! Joints to be.
 
 use super::{check_finite, pose_numbers};
-use crate::friction::Contact;
+use crate::friction::JointFriction;
 use crate::joint::JointType;
 use crate::mechanism::{BodyId, Compliance, Defect, Joint};
 use crate::spatial::Pose;
@@ -20,7 +20,7 @@ pub struct JointSpec {
     pitch: f64,
     actuated: Vec<usize>,
     start: Option<Vec<f64>>,
-    pub(super) friction: Vec<Contact>,
+    pub(super) friction: Vec<JointFriction>,
     compliance: Option<Compliance>,
 }
 
@@ -61,13 +61,13 @@ impl JointSpec {
 
     /// All freedoms are actuated.
     pub fn actuated(mut self) -> Self {
-        self.actuated = (0..self.joint_type.freedoms().len()).collect();
+        self.actuated = (0..self.joint_type.dofs().len()).collect();
         self
     }
 
     /// Only these freedoms are actuated.
-    pub fn actuated_freedoms(mut self, freedoms: impl Into<Vec<usize>>) -> Self {
-        self.actuated = freedoms.into();
+    pub fn actuated_dofs(mut self, dofs: impl Into<Vec<usize>>) -> Self {
+        self.actuated = dofs.into();
         self
     }
 
@@ -84,8 +84,8 @@ impl JointSpec {
     }
 
     /// Adds a friction.
-    pub fn friction(mut self, contact: Contact) -> Self {
-        self.friction.push(contact);
+    pub fn friction(mut self, interface: JointFriction) -> Self {
+        self.friction.push(interface);
         self
     }
 
@@ -105,11 +105,11 @@ impl JointSpec {
             defects.push(Defect::Pitch { joint: joint.clone() });
         }
 
-        let mut actuated = vec![false; self.joint_type.freedoms().len()];
-        for &freedom in &self.actuated {
-            match actuated.get_mut(freedom) {
+        let mut actuated = vec![false; self.joint_type.dofs().len()];
+        for &dof in &self.actuated {
+            match actuated.get_mut(dof) {
                 Some(driven) if self.joint_type.has_scalar_coordinates() => *driven = true,
-                _ => defects.push(Defect::NotActuable { joint: joint.clone(), freedom }),
+                _ => defects.push(Defect::NotActuable { joint: joint.clone(), dof }),
             }
         }
 

@@ -16,17 +16,17 @@ use std::collections::{HashMap, HashSet};
 /// What columns of results are of beside joints.
 const TAKEN: [&str; 3] = ["time", "loads", "dampers"];
 
-/// Freedoms of joints are called `joint.freedom` where there are several: no other joint may be.
+/// Freedoms of joints are called `joint.dof` where there are several: no other joint may be.
 fn check_names(joints: &[Joint], defects: &mut Vec<Defect>) {
     for joint in joints {
         if TAKEN.contains(&joint.name.as_str()) {
             defects.push(Defect::NameTaken { name: joint.name.clone() });
         }
-        let freedoms = joint.joint_type.freedoms();
-        if freedoms.len() == 1 {
+        let dofs = joint.joint_type.dofs();
+        if dofs.len() == 1 {
             continue;
         }
-        let own: Vec<String> = (0..freedoms.len()).map(|k| joint.freedom_name(k)).collect();
+        let own: Vec<String> = (0..dofs.len()).map(|k| joint.dof_name(k)).collect();
         for other in joints.iter().filter(|other| own.contains(&other.name)) {
             let (joint, other) = (other.name.clone(), joint.name.clone());
             defects.push(Defect::NameOfFreedom { joint, other });

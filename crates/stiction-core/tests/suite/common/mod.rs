@@ -6,7 +6,7 @@ pub mod simulated;
 
 use std::collections::HashMap;
 use stiction_core::dynamics::{AppliedLoad, LoadAxes};
-use stiction_core::friction::{Contact, Law, LoadMap};
+use stiction_core::friction::{JointFriction, Law, NormalLoadMap};
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::{AngleOrder, Coordinate, Target};
 use stiction_core::mechanism::{BodyId, BodySpec, JointSpec, Mechanism, MechanismBuilder};
@@ -26,13 +26,13 @@ pub fn diagonal(x: f64, y: f64, z: f64) -> Mat3<f64> {
 }
 
 /// Coulomb and viscous friction at the first contact, with nothing but the resultant force as load.
-pub fn friction(mu: f64, viscous: f64, radius: Option<f64>) -> Contact {
-    Contact { radius, ..Contact::guide(Law::coulomb_viscous(mu, viscous)) }
+pub fn friction(mu: f64, viscous: f64, radius: Option<f64>) -> JointFriction {
+    JointFriction { radius, ..JointFriction::guide(Law::coulomb_viscous(mu, viscous)) }
 }
 
 pub struct Robot {
     pub mechanism: Mechanism,
-    pub homes: Vec<(BodyId, Pose<f64>)>,
+    pub initial_poses: Vec<(BodyId, Pose<f64>)>,
     pub coordinates: Vec<Coordinate>,
 }
 
@@ -47,7 +47,7 @@ fn rps_leg(
     inertias: [Mat3<f64>; 2],
     slide_origin: f64,
     start: [f64; 2],
-    rub: Option<&[Contact; 3]>,
+    rub: Option<&[JointFriction; 3]>,
 ) -> MechanismBuilder {
     let (base, rod) = (format!("leg{n}.base"), format!("leg{n}.rod"));
     let y = Vec3::unit(1);
@@ -75,7 +75,7 @@ fn rps_leg(
 }
 
 /// The symmetric 3-RPS of `reference/3rps_symmetric_*`.
-pub fn symmetric_3rps(rub: Option<[Contact; 3]>) -> Robot {
+pub fn symmetric_3rps(rub: Option<[JointFriction; 3]>) -> Robot {
     let mut builder = MechanismBuilder::new("3rps")
         .gravity(v(0.0, 0.0, -9.81))
         .body(BodySpec::new("platform").mass(5.83).inertia(diagonal(0.0142, 0.0142, 0.025)));
@@ -98,7 +98,7 @@ pub fn symmetric_3rps(rub: Option<[Contact; 3]>) -> Robot {
     let platform = mechanism.body_id("platform").unwrap();
     let order = AngleOrder::XYZ;
     Robot {
-        homes: vec![(platform, Pose::at(v(0.0, 0.0, 0.55)))],
+        initial_poses: vec![(platform, Pose::at(v(0.0, 0.0, 0.55)))],
         coordinates: vec![
             Coordinate::Position { body: platform, axis: 2 },
             Coordinate::Angle { body: platform, order, index: 0 },
@@ -153,7 +153,11 @@ pub fn slider_crank() -> Robot {
         .build()
         .unwrap();
     let joint = mechanism.joint_id("A").unwrap();
-    Robot { mechanism, homes: vec![], coordinates: vec![Coordinate::Joint { joint, freedom: 0 }] }
+    Robot {
+        mechanism,
+        initial_poses: vec![],
+        coordinates: vec![Coordinate::Joint { joint, dof: 0 }],
+    }
 }
 
 /// The planar 3-RRR of reference R9.
@@ -193,7 +197,7 @@ pub fn planar_3rrr() -> Robot {
     let mechanism = builder.build().unwrap();
     let body = mechanism.body_id("platform").unwrap();
     Robot {
-        homes: vec![(body, Pose::identity())],
+        initial_poses: vec![(body, Pose::identity())],
         coordinates: vec![
             Coordinate::Position { body, axis: 0 },
             Coordinate::Position { body, axis: 1 },
@@ -268,7 +272,7 @@ pub fn regular_twin(mu: f64, viscous: f64) -> Robot {
     let platform = mechanism.body_id("platform").unwrap();
     let rotation = Mat3::about_axis(1, 25f64.to_radians().sin_cos());
     Robot {
-        homes: vec![(platform, Pose { rotation, position: v(0.06, 0.075, 0.5) })],
+        initial_poses: vec![(platform, Pose { rotation, position: v(0.06, 0.075, 0.5) })],
         coordinates: vec![
             Coordinate::Position { body: platform, axis: 0 },
             Coordinate::Position { body: platform, axis: 2 },
@@ -288,7 +292,7 @@ pub fn printed_robot(rub: bool) -> Robot {
     let root = 3f64.sqrt();
     let feet = [v(0.0, root * k, 0.0), v(l, 0.0, 0.0), v(-l, 0.0, 0.0)];
     let tips = [v(0.0, 2.0 * k / root, 0.0), v(k, -k / root, 0.0), v(-k, -k / root, 0.0)];
-    let contacts = [
+    let interfaces = [
         friction(0.12, 0.02, Some(0.0125)),
         friction(0.12, 0.02, None),
         friction(0.12, 0.02, Some(0.025)),
@@ -303,14 +307,14 @@ pub fn printed_robot(rub: bool) -> Robot {
             [diagonal(0.0502, 0.0502, 0.002), diagonal(0.0185, 0.0185, 0.0005)],
             0.3493,
             [[0.0, 0.16], [-0.53, 0.24], [0.53, 0.24]][n],
-            rub.then_some(&contacts),
+            rub.then_some(&interfaces),
         );
     }
     let mechanism = builder.build().unwrap();
     let body = mechanism.body_id("platform").unwrap();
     let order = AngleOrder::XYZ;
     Robot {
-        homes: vec![(body, Pose::at(v(0.0, k / root, 0.515)))],
+        initial_poses: vec![(body, Pose::at(v(0.0, k / root, 0.515)))],
         coordinates: vec![
             Coordinate::Position { body, axis: 0 },
             Coordinate::Position { body, axis: 1 },

@@ -2,7 +2,7 @@
 
 use super::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
-use stiction_core::friction::{ContactShape, contacts_of};
+use stiction_core::friction::{InterfaceShape, interfaces_of};
 use stiction_core::kinematics::AssemblyError;
 
 /// A mechanism with what is prescribed and how it moves at the present instant.
@@ -30,7 +30,8 @@ impl Case {
         let statics = solver.statics();
         let smallest = *statics.singular_values()[..statics.rank()].last().unwrap();
         let open = statics.open_motions();
-        let is_regular = smallest >= 1e-3 && open <= solver.assembly().prescription().spins().len();
+        let is_regular =
+            smallest >= 1e-3 && open <= solver.assembly().motion_constraints().spins().len();
         is_regular.then_some((solver, smallest))
     }
 }
@@ -129,7 +130,7 @@ pub struct DraftJoint {
     pub ends: (usize, usize),
     pub frame: Pose<f64>,
     pub actuated: Vec<usize>,
-    pub friction: Vec<Contact>,
+    pub friction: Vec<JointFriction>,
 }
 
 impl Draft {
@@ -169,8 +170,8 @@ impl Draft {
     /// Random friction in every joint that has contacts.
     pub fn rub(&mut self, random: &mut Random, mu: f64) {
         for joint in &mut self.joints {
-            for (place, (_, shape)) in contacts_of(joint.joint_type).iter().enumerate() {
-                joint.friction.push(Contact {
+            for (place, (_, shape)) in interfaces_of(joint.joint_type).iter().enumerate() {
+                joint.friction.push(JointFriction {
                     place,
                     radius: shape.turns().then(|| random.between(0.005, 0.03)),
                     law: Law::coulomb_viscous(
@@ -178,10 +179,10 @@ impl Draft {
                         random.between(0.0, 5.0),
                     ),
                     backward: None,
-                    load: LoadMap {
+                    load: NormalLoadMap {
                         preload: random.between(0.0, 3.0),
-                        flank_cosine: (*shape == ContactShape::Thread).then_some(0.9),
-                        ..LoadMap::force_only()
+                        flank_cosine: (*shape == InterfaceShape::Thread).then_some(0.9),
+                        ..NormalLoadMap::force_only()
                     },
                 });
             }
@@ -214,12 +215,12 @@ impl Draft {
                 Self::body_name(s),
             )
             .frames(self.pose(p).inverse() * joint.frame, self.pose(s).inverse() * joint.frame)
-            .actuated_freedoms(joint.actuated.clone());
+            .actuated_dofs(joint.actuated.clone());
             if joint.joint_type == JointType::Helical {
                 spec = spec.pitch(0.01);
             }
-            for contact in &joint.friction {
-                spec = spec.friction(contact.clone());
+            for interface in &joint.friction {
+                spec = spec.friction(interface.clone());
             }
             builder = builder.joint(spec);
         }
@@ -315,8 +316,8 @@ const FIVE: [&[JointType]; 4] = [
     &[Cylindrical, Spherical],
 ];
 
-fn freedoms(joint_type: JointType) -> usize {
-    joint_type.freedoms().len()
+fn dofs(joint_type: JointType) -> usize {
+    joint_type.dofs().len()
 }
 
 /// A random draft of a class, with actuators, and the freedoms left to prescribe beyond actuators
@@ -328,7 +329,7 @@ pub fn draft(class: Class, random: &mut Random) -> (Draft, Vec<(usize, usize)>) 
         joints
             .iter()
             .filter(|&&j| draft.joints[j].joint_type.has_scalar_coordinates())
-            .flat_map(|&j| (0..freedoms(draft.joints[j].joint_type)).map(move |f| (j, f)))
+            .flat_map(|&j| (0..dofs(draft.joints[j].joint_type)).map(move |f| (j, f)))
             .collect()
     };
     match class {
@@ -354,7 +355,7 @@ pub fn draft(class: Class, random: &mut Random) -> (Draft, Vec<(usize, usize)>) 
         Class::Loop => {
             let mut types: Vec<JointType> = vec![Spherical];
             let target = 6 + 1 + random.below(2);
-            while types.iter().map(|&t| freedoms(t)).sum::<usize>() < target {
+            while types.iter().map(|&t| dofs(t)).sum::<usize>() < target {
                 types.push(random.pick(&[
                     Revolute,
                     Prismatic,
@@ -364,7 +365,7 @@ pub fn draft(class: Class, random: &mut Random) -> (Draft, Vec<(usize, usize)>) 
                     Revolute,
                 ]));
             }
-            let mobility = types.iter().map(|&t| freedoms(t)).sum::<usize>() - 6;
+            let mobility = types.iter().map(|&t| dofs(t)).sum::<usize>() - 6;
             let at = random.below(types.len());
             types.swap(0, at);
             let ends = (v(-0.4, 0.0, 0.0), v(0.4, 0.1, 0.0));
@@ -458,8 +459,8 @@ pub fn draft(class: Class, random: &mut Random) -> (Draft, Vec<(usize, usize)>) 
             driven.extend([(branch, 0), (branch, 1)]);
         }
     }
-    for &(joint, freedom) in &driven {
-        draft.joints[joint].actuated.push(freedom);
+    for &(joint, dof) in &driven {
+        draft.joints[joint].actuated.push(dof);
     }
     draft.reverse_some(random);
     let prescribed = match class {
@@ -491,9 +492,9 @@ fn in_motion(
 ) -> Case {
     let coordinates = prescribed
         .iter()
-        .map(|&(joint, freedom)| Coordinate::Joint {
+        .map(|&(joint, dof)| Coordinate::Joint {
             joint: mechanism.joint_id(&format!("j{joint}")).unwrap(),
-            freedom,
+            dof,
         })
         .collect::<Vec<_>>();
     let targets = coordinates

@@ -14,7 +14,7 @@ pub fn rubbing_3rps(balls: f64) -> (Robot, Forward, State<f64>) {
         friction(balls, 0.1 / 0.025_f64.powi(2), Some(0.025)),
     ]));
     let model = Forward::new(robot.mechanism.clone(), &[]);
-    let state = model.assemble(&robot.homes, &robot.coordinates, &level()).unwrap();
+    let state = model.assemble(&robot.initial_poses, &robot.coordinates, &level()).unwrap();
     (robot, model, state)
 }
 
@@ -27,9 +27,13 @@ pub fn level() -> [Target<f64>; 3] {
 /// the guide, m: beyond `span / (2 mu)` it jams. No gravity.
 pub fn collar(offset: f64) -> Mechanism {
     let x = along(Vec3::zero(), Vec3::unit(0));
-    let contact = Contact {
-        load: LoadMap { bending_span: Some(0.02), combine: Combine::Pads, ..LoadMap::force_only() },
-        ..Contact::guide(Law::coulomb_viscous(0.12, 0.0))
+    let interface = JointFriction {
+        load: NormalLoadMap {
+            bending_span: Some(0.02),
+            combine: Combine::Pads,
+            ..NormalLoadMap::force_only()
+        },
+        ..JointFriction::guide(Law::coulomb_viscous(0.12, 0.0))
     };
     MechanismBuilder::new("collar")
         .gravity(v(0.0, 0.0, 0.0))
@@ -43,7 +47,7 @@ pub fn collar(offset: f64) -> Mechanism {
             JointSpec::new("guide", JointType::Prismatic, "ground", "collar")
                 .frames(x, x)
                 .actuated()
-                .friction(contact),
+                .friction(interface),
         )
         .build()
         .unwrap()

@@ -74,7 +74,7 @@ fn joint(
     let ends = if random.below(4) == 0 { (ends.1, ends.0) } else { ends };
     let mut actuated = Vec::new();
     if joint_type.has_scalar_coordinates() {
-        actuated = (0..joint_type.freedoms().len()).filter(|_| random.below(3) == 0).collect();
+        actuated = (0..joint_type.dofs().len()).filter(|_| random.below(3) == 0).collect();
     }
     let pitch = random.pick(&[1, -1, 2]);
     Joint { joint_type, ends, at, axis, second, pitch, actuated }

@@ -101,9 +101,9 @@ impl Joint {
     }
 
     /// The wrench of an actuator on a freedom: a couple, or a force through the joint.
-    pub fn effort(&self, freedom: usize) -> Six {
+    pub fn effort(&self, dof: usize) -> Six {
         let (p, a, x) = (self.at, self.axis, self.second);
-        match (self.joint_type, freedom) {
+        match (self.joint_type, dof) {
             (Revolute | Helical | Cylindrical | Universal, 0) | (Planar, 2) => six(ZERO, a),
             (Universal, 1) => six(ZERO, x),
             (Prismatic, 0) | (Cylindrical, 1) => line(a, p),
@@ -160,7 +160,7 @@ impl Drawing {
                 Some(*sum - joint.twists().len())
             })
             .collect();
-        let freedoms = self.joints.iter().map(|j| j.twists().len()).sum();
+        let dofs = self.joints.iter().map(|j| j.twists().len()).sum();
         // The way from the ground to each body, as joints with signs.
         let mut ways: Vec<Option<Vec<(usize, i64)>>> = vec![None; self.coms.len() + 1];
         ways[0] = Some(vec![]);
@@ -186,19 +186,19 @@ impl Drawing {
         let mut rows = Vec::new();
         for index in closing {
             let (p, s) = self.joints[index].ends;
-            let mut conditions = vec![vec![0; freedoms]; 6];
+            let mut conditions = vec![vec![0; dofs]; 6];
             let to_successor = ways[p].iter().flatten().copied().chain([(index, 1)]);
             let back = ways[s].iter().flatten().map(|&(joint, sign)| (joint, -sign));
             for (joint, sign) in to_successor.chain(back) {
-                for (freedom, twist) in self.joints[joint].twists().into_iter().enumerate() {
+                for (dof, twist) in self.joints[joint].twists().into_iter().enumerate() {
                     for k in 0..6 {
-                        conditions[k][first[joint] + freedom] += sign * twist[k];
+                        conditions[k][first[joint] + dof] += sign * twist[k];
                     }
                 }
             }
             rows.extend(conditions);
         }
-        (freedoms, rows)
+        (dofs, rows)
     }
 
     /// The same mechanism with bodies in given frames (poses in the world), lengths times `scale`.
@@ -224,7 +224,7 @@ impl Drawing {
             let (p, s) = joint.ends;
             let mut spec = JointSpec::new(format!("j{index}"), joint.joint_type, name(p), name(s))
                 .frames(frame(p).inverse() * pose, frame(s).inverse() * pose)
-                .actuated_freedoms(joint.actuated.clone());
+                .actuated_dofs(joint.actuated.clone());
             if joint.joint_type == Helical {
                 spec = spec.pitch(joint.pitch as f64 * scale);
             }

@@ -34,7 +34,8 @@ pub fn assembled(drawing: &Drawing, random: &mut Random) -> InverseDynamics {
     }
     let targets: Vec<_> =
         targets.into_iter().map(|value| Target { value, rate: 0.0, acceleration: 0.0 }).collect();
-    let homes: Vec<_> = frames.iter().enumerate().map(|(k, f)| (BodyId(k + 1), *f)).collect();
-    InverseDynamics::new(mechanism, &homes, &coordinates, &targets, Settings::default())
+    let initial_poses: Vec<_> =
+        frames.iter().enumerate().map(|(k, f)| (BodyId(k + 1), *f)).collect();
+    InverseDynamics::new(mechanism, &initial_poses, &coordinates, &targets, Settings::default())
         .unwrap_or_else(|error| panic!("{error} {drawing:?}"))
 }

@@ -36,8 +36,8 @@ impl Verdicts {
         let held = RowSpace::of(prime, equations, &drawing.constraint_rows());
         let mobility = equations - held.rank();
         // The same by the loops' conditions on the joints' rates.
-        let (freedoms, rows) = drawing.loop_rows();
-        assert_eq!(mobility, freedoms - RowSpace::of(prime, freedoms, &rows).rank(), "{drawing:?}");
+        let (dofs, rows) = drawing.loop_rows();
+        assert_eq!(mobility, dofs - RowSpace::of(prime, dofs, &rows).rank(), "{drawing:?}");
 
         // The balance: a row for each equation, a column for each unknown.
         let unknowns = unknowns(drawing);

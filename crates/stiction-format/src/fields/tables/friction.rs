@@ -144,7 +144,7 @@ pub(crate) const BACKWARD_LAW: &[Field] =
     &[MU, MU_STATIC, VISCOUS, STRIBECK_VELOCITY, STRIBECK_EXPONENT, TABLE];
 
 /// One sliding contact.
-pub(crate) const CONTACT: &[Field] = &[
+pub(crate) const INTERFACE: &[Field] = &[
     LAW,
     MU,
     MU_STATIC,
@@ -173,11 +173,11 @@ pub(crate) const CONTACT: &[Field] = &[
 
 /// Contacts of joints that have two of them.
 const PARTS: &[Field] = &[
-    field("first", Table(CONTACT), "What is different at the first axis of a U joint."),
-    field("second", Table(CONTACT), "What is different at the second axis of a U joint."),
-    field("angle", Table(CONTACT), "What is different at the turning contact of a C joint."),
-    field("slide", Table(CONTACT), "What is different at the sliding contact of a C joint."),
+    field("first", Table(INTERFACE), "What is different at the first axis of a U joint."),
+    field("second", Table(INTERFACE), "What is different at the second axis of a U joint."),
+    field("angle", Table(INTERFACE), "What is different at the turning contact of a C joint."),
+    field("slide", Table(INTERFACE), "What is different at the sliding contact of a C joint."),
 ];
 
 /// The friction of a joint.
-pub(crate) const JOINT_FRICTION: &[Field] = &joined::<28>(CONTACT, PARTS);
+pub(crate) const JOINT_FRICTION: &[Field] = &joined::<28>(INTERFACE, PARTS);

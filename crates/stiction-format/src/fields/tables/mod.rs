@@ -8,7 +8,7 @@ mod load;
 mod motion;
 
 pub(crate) use drives::{CHANNEL, CONTROL, DRIVES};
-pub(crate) use friction::{BACKWARD_LAW, CONTACT, JOINT_FRICTION};
+pub(crate) use friction::{BACKWARD_LAW, INTERFACE, JOINT_FRICTION};
 pub(crate) use joint::{JOINT, JOINT_COMPLIANCE, JOINT_TYPES, LEG_JOINT};
 pub(crate) use legs::{LEGS, PLACE};
 pub(crate) use load::{BODY_LOAD, LOAD};

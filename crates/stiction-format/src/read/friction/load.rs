@@ -4,16 +4,16 @@ use super::layers::{Layers, Notes};
 use super::{Place, applies};
 use crate::diagnostic::Diagnostic;
 use std::f64::consts::FRAC_PI_2;
-use stiction_core::friction::{Combine, ContactShape, LoadMap, Supports};
+use stiction_core::friction::{Combine, InterfaceShape, NormalLoadMap, Supports};
 
 /// Reads the load map of a contact.
 pub(super) fn read(
     layers: &Layers<'_>,
-    shape: ContactShape,
+    shape: InterfaceShape,
     joint: &Place<'_>,
     radius: Option<f64>,
     notes: &mut Notes,
-) -> LoadMap<f64> {
+) -> NormalLoadMap<f64> {
     let applies = |key| applies(key, shape, joint.joint_type);
     let mut part = |key| applies(key).then(|| layers.number(key, notes)).flatten();
     let (bending_span, collar) = (part("bending_span"), part("collar_radius"));
@@ -25,8 +25,8 @@ pub(super) fn read(
         if applies("supports") { supports(layers, notes) } else { Supports::Predecessor };
     let one_on_each = matches!(supports, Supports::OneOnEach { .. });
     let flank_cosine =
-        (shape == ContactShape::Thread).then(|| flank_cosine(layers, joint, radius, notes));
-    LoadMap {
+        (shape == InterfaceShape::Thread).then(|| flank_cosine(layers, joint, radius, notes));
+    NormalLoadMap {
         bending_span: bending_span.filter(|_| !one_on_each),
         axial_ratio: axial_ratio.filter(|ratio| ratio.is_finite()),
         torsion_arm,
@@ -38,15 +38,15 @@ pub(super) fn read(
     }
 }
 
-fn combine(layers: &Layers<'_>, shape: ContactShape, notes: &mut Notes) -> Combine {
+fn combine(layers: &Layers<'_>, shape: InterfaceShape, notes: &mut Notes) -> Combine {
     let combine = match layers.word("combine") {
         Some("pads") => Combine::Pads,
         Some("root-sum-square") => Combine::RootSumSquare,
         _ => Combine::Sum,
     };
     let why = match (combine, shape) {
-        (Combine::Pads, ContactShape::Plate) => "a plate has no pads",
-        (Combine::RootSumSquare, ContactShape::Thread) => {
+        (Combine::Pads, InterfaceShape::Plate) => "a plate has no pads",
+        (Combine::RootSumSquare, InterfaceShape::Thread) => {
             "a thread's friction bears a part of its own load, which such a root does not allow"
         }
         _ => return combine,

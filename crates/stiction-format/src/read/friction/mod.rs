@@ -7,10 +7,10 @@ mod load;
 use super::context::{Context, Record};
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
 use crate::document::Table;
-use crate::fields::tables::{BACKWARD_LAW, CONTACT, JOINT_FRICTION};
+use crate::fields::tables::{BACKWARD_LAW, INTERFACE, JOINT_FRICTION};
 use crate::source::Span;
 use layers::{Layers, Notes};
-use stiction_core::friction::{Contact, ContactShape, Law, contacts_of};
+use stiction_core::friction::{InterfaceShape, JointFriction, Law, interfaces_of};
 use stiction_core::joint::JointType;
 
 /// The joint whose friction is read.
@@ -61,17 +61,17 @@ pub(crate) fn read(
     context: &Context<'_>,
     table: &Table,
     joint: &Place<'_>,
-) -> (Vec<Contact>, FrictionSpans) {
+) -> (Vec<JointFriction>, FrictionSpans) {
     let &Place { joint_type, what, .. } = joint;
-    let places = contacts_of(joint_type);
+    let places = interfaces_of(joint_type);
     let shared = Record::new(context, table, JOINT_FRICTION, format!("the friction of {what}"));
     let spans = FrictionSpans { table: table.span.clone(), numbers: Vec::new() };
     let mut notes = Notes { spans, told: Vec::new() };
     let own_name = |name: &str| places.iter().any(|(place, _)| !place.is_empty() && *place == name);
     for (key, _) in &table.entries {
-        let is_contact = !CONTACT.iter().any(|field| field.key == key.name)
+        let is_interface = !INTERFACE.iter().any(|field| field.key == key.name)
             && JOINT_FRICTION.iter().any(|field| field.key == key.name);
-        if is_contact && !own_name(&key.name) {
+        if is_interface && !own_name(&key.name) {
             let symbol = joint_type.symbol();
             let names = places.iter().map(|(name, _)| *name).filter(|name| !name.is_empty());
             context.push(
@@ -94,11 +94,11 @@ pub(crate) fn read(
     let shared_backward = shared_backward
         .as_ref()
         .map(|(table, what)| Record::new(context, table, BACKWARD_LAW, what.clone()));
-    let mut contacts = Vec::new();
+    let mut interfaces = Vec::new();
     for (place, (name, shape)) in places.iter().enumerate() {
         let own = (!name.is_empty()).then(|| shared.table(name)).flatten();
         let what = format!("contact `{name}` of {what}");
-        let own = own.map(|table| Record::new(context, table, CONTACT, what.clone()));
+        let own = own.map(|table| Record::new(context, table, INTERFACE, what.clone()));
         let own_backward = own.as_ref().and_then(|own| backward(own, &what));
         let own_backward = own_backward
             .as_ref()
@@ -108,31 +108,31 @@ pub(crate) fn read(
         let sides = [own_backward.as_ref(), shared_backward.as_ref()];
         let forward: Vec<_> = own.as_ref().into_iter().chain([&shared]).collect();
         let both: Vec<_> = sides.into_iter().flatten().chain(forward.iter().copied()).collect();
-        let differs = both.len() > forward.len() && shape.has_one_freedom();
+        let differs = both.len() > forward.len() && shape.has_one_dof();
         let forward = Layers { records: &forward, no_shared_radius };
         let both = Layers { records: &both, no_shared_radius };
         let law = law::read(&forward, &mut notes);
         let radius = forward.number("radius", &mut notes);
         let load = load::read(&forward, *shape, joint, radius, &mut notes);
         let backward = differs.then(|| law::read(&both, &mut notes));
-        contacts.push(Contact { place, radius, law, backward, load });
+        interfaces.push(JointFriction { place, radius, law, backward, load });
         if let Some(own) = &own {
-            not_applicable(context, own, CONTACT, &[*shape], joint_type);
+            not_applicable(context, own, INTERFACE, &[*shape], joint_type);
         }
     }
     if places.is_empty() {
         // The builder says that this joint has no friction.
-        contacts.push(Contact::guide(Law::coulomb_viscous(0.0, 0.0)));
+        interfaces.push(JointFriction::guide(Law::coulomb_viscous(0.0, 0.0)));
     } else {
         let shapes: Vec<_> = places.iter().map(|(_, shape)| *shape).collect();
         not_applicable(context, &shared, JOINT_FRICTION, &shapes, joint_type);
     }
-    (contacts, notes.spans)
+    (interfaces, notes.spans)
 }
 
 /// Whether a contact of this shape has the part. A radius of a guide is the builder's to refuse.
-fn applies(key: &str, shape: ContactShape, joint_type: JointType) -> bool {
-    use ContactShape::{Ball, Guide, Pin, Plate, Thread};
+fn applies(key: &str, shape: InterfaceShape, joint_type: JointType) -> bool {
+    use InterfaceShape::{Ball, Guide, Pin, Plate, Thread};
     match key {
         "bending_span" | "combine" => shape != Ball,
         "collar_radius" => matches!(shape, Pin { .. }),
@@ -144,7 +144,7 @@ fn applies(key: &str, shape: ContactShape, joint_type: JointType) -> bool {
         },
         "flank_angle" => shape == Thread,
         "smoothing" => shape != Thread,
-        "backward" => shape.has_one_freedom(),
+        "backward" => shape.has_one_dof(),
         _ => true,
     }
 }
@@ -154,7 +154,7 @@ fn not_applicable(
     context: &Context<'_>,
     record: &Record<'_>,
     fields: &[crate::fields::Field],
-    shapes: &[ContactShape],
+    shapes: &[InterfaceShape],
     joint_type: JointType,
 ) {
     for field in fields {
@@ -163,10 +163,10 @@ fn not_applicable(
             continue;
         }
         let what = match shapes {
-            [ContactShape::Ball] => "a ball",
-            [ContactShape::Plate] => "a plate",
-            [ContactShape::Thread] => "a thread",
-            [ContactShape::Guide { .. }] => "a straight guide",
+            [InterfaceShape::Ball] => "a ball",
+            [InterfaceShape::Plate] => "a plate",
+            [InterfaceShape::Thread] => "a thread",
+            [InterfaceShape::Guide { .. }] => "a straight guide",
             _ => "a pin",
         };
         let label = match field.key {

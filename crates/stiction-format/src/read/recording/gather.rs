@@ -5,11 +5,11 @@ use super::messages::Messages;
 use super::plan::Plan;
 use super::scan::{Scan, scan};
 use super::tape::Tape;
-use crate::course::recorded::lines::Line;
-use crate::course::recorded::{Found, Layout, Survey};
-use crate::course::samples::SampleTimes;
-use crate::course::{Course, Curve, Fill};
 use crate::diagnostic::number;
+use crate::signal::recorded::lines::Line;
+use crate::signal::recorded::{Found, Layout, Survey};
+use crate::signal::samples::SampleTimes;
+use crate::signal::{Curve, Fill, Signal};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -28,7 +28,7 @@ pub(super) struct Curved {
     /// The column of its values.
     pub(super) column: usize,
     pub(super) fill: Fill,
-    pub(super) course: Course,
+    pub(super) signal: Signal,
     is_finite: bool,
     /// Whether it is long and had to be solved at once all the same.
     pub(super) is_stiff: bool,
@@ -94,9 +94,9 @@ pub(super) fn gather(
         (Some(Sink::Index(survey)), Tape::Stored { store, name }) => {
             match survey.finish(store, name) {
                 Found::Pieces(recorded, finite) => {
-                    let course = |curve| Course::recorded(&recorded, curve);
+                    let signal = |curve| Signal::recorded(&recorded, curve);
                     let curves = finite.into_iter().enumerate();
-                    let curves = curves.map(|(curve, finite)| (course(curve), finite, false));
+                    let curves = curves.map(|(curve, finite)| (signal(curve), finite, false));
                     (SampleTimes::recorded(&recorded), curves.collect())
                 }
                 Found::Stiff if end <= MOST_AT_ONCE => {
@@ -111,10 +111,10 @@ pub(super) fn gather(
         }
         (None | Some(Sink::Index(_)), _) => (SampleTimes::from(Arc::from([])), Vec::new()),
     };
-    let curved = |((&column, &fill), (course, is_finite, is_stiff))| Curved {
+    let curved = |((&column, &fill), (signal, is_finite, is_stiff))| Curved {
         column,
         fill,
-        course,
+        signal,
         is_finite,
         is_stiff,
     };
@@ -139,13 +139,13 @@ impl Gathered {
 }
 
 /// The instants, and for each curve whether it is finite and whether it is stiff.
-fn at_once(plan: &Plan, mut columns: Vec<Vec<f64>>) -> (SampleTimes, Vec<(Course, bool, bool)>) {
+fn at_once(plan: &Plan, mut columns: Vec<Vec<f64>>) -> (SampleTimes, Vec<(Signal, bool, bool)>) {
     let mut take = |place: usize| columns.get_mut(place).map(std::mem::take).unwrap_or_default();
     let times: Arc<[f64]> = take(0).into();
     let curves = plan.layout.curves().map(|(fill, places)| {
         let curve = Curve::through(fill, &times, places.map(&mut take).collect());
         let (is_finite, is_stiff) = (curve.is_finite(), curve.is_stiff());
-        (Course::curve(curve), is_finite, is_stiff)
+        (Signal::curve(curve), is_finite, is_stiff)
     });
     let curves = curves.collect();
     (times.into(), curves)

@@ -4,11 +4,11 @@ use super::super::actuators::Actuators;
 use super::super::names::Names;
 use super::super::path::{Meaning, Orders, coordinate, resolve};
 use super::messages::Messages;
-use crate::course::recorded::lines::{Line, cells};
 use crate::diagnostic::quoted;
 use crate::expression::Measure;
 use crate::expression::unit::Scale;
 use crate::expression::{Dimension, unit_of};
+use crate::signal::recorded::lines::{Line, cells};
 use crate::source::Span;
 use stiction_core::kinematics::Coordinate;
 

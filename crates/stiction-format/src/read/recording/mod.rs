@@ -58,7 +58,7 @@ fn motion(gathered: Gathered, messages: &mut Messages) -> Option<Motion> {
                      in parts";
         }
         kinds.add(kind, &column.name);
-        coordinates.push((coordinate, curve.course));
+        coordinates.push((coordinate, curve.signal));
     }
     Some(Motion {
         title: String::new(),
@@ -115,7 +115,7 @@ fn drives(gathered: Gathered, messages: &mut Messages) -> Option<Drives> {
     let interpolation = curves.first().map(|curve| curve.fill.describe(samples.count()));
     let efforts =
         curves.into_iter().filter_map(|curve| match header.columns.get(curve.column)?.role {
-            Role::Effort(actuator) => Some((actuator, curve.course)),
+            Role::Effort(actuator) => Some((actuator, curve.signal)),
             _ => None,
         });
     let efforts = efforts.collect();

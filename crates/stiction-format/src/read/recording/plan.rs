@@ -1,9 +1,9 @@
 //! Which columns of a recording make which curves.
 
 use super::header::{Header, Role};
-use crate::course::recorded::Layout;
-use crate::course::{Fill, Given};
 use crate::expression::unit::Scale;
+use crate::signal::recorded::Layout;
+use crate::signal::{Fill, Given};
 
 /// The curves of a recording.
 pub(super) struct Plan {

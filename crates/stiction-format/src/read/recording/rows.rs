@@ -3,8 +3,8 @@
 use super::super::context::LARGEST;
 use super::header::{Header, Role};
 use super::messages::Messages;
-use crate::course::recorded::lines::{Line, cells};
 use crate::diagnostic::{number, quoted};
+use crate::signal::recorded::lines::{Line, cells};
 use crate::source::Span;
 
 /// Reads the rows of a recording one after another, and says what is wrong with them.

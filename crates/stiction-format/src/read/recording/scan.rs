@@ -3,8 +3,8 @@
 use super::header::Header;
 use super::messages::Messages;
 use super::rows::Rows;
-use crate::course::recorded::lines::{Line, cells, lines};
 use crate::diagnostic::Diagnostics;
+use crate::signal::recorded::lines::{Line, cells, lines};
 use crate::source::{Begin, Source};
 use std::ops::Range;
 use std::sync::Arc;

@@ -1,7 +1,7 @@
 //! What a recording is read from.
 
 use crate::contents::{Contents, Store};
-use crate::course::recorded::Pages;
+use crate::signal::recorded::Pages;
 use crate::source::Source;
 use std::sync::Arc;
 

@@ -9,7 +9,7 @@ use stiction_format::{Model, Source, gallery, read};
 pub(crate) struct Robot {
     pub(crate) solver: InverseDynamics,
     /// Prescribed values amid the motion.
-    pub(crate) course: Vec<Vec<Target<f64>>>,
+    pub(crate) signal: Vec<Vec<Target<f64>>>,
     pub(crate) loads: Vec<AppliedLoad<f64>>,
 }
 
@@ -32,14 +32,19 @@ impl Robot {
         let motion = model.motion(model.default_motion.as_deref().unwrap()).unwrap();
         let load = model.load(load.or(model.default_load.as_deref()).unwrap()).unwrap();
         let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
-        let course: Vec<Vec<_>> = (0..10)
+        let signal: Vec<Vec<_>> = (0..10)
             .map(|k| motion.at(0.1 * (f64::from(k) + 0.37) * motion.duration).collect())
             .collect();
-        let (mechanism, homes) = (model.mechanism.clone(), &model.homes);
-        let solver =
-            InverseDynamics::new(mechanism, homes, &coordinates, &course[0], Settings::default());
+        let (mechanism, initial_poses) = (model.mechanism.clone(), &model.initial_poses);
+        let solver = InverseDynamics::new(
+            mechanism,
+            initial_poses,
+            &coordinates,
+            &signal[0],
+            Settings::default(),
+        );
         let solver = solver.unwrap_or_else(|error| panic!("{error}"));
         let loads = load.at(0.1).collect();
-        Self { solver, course, loads }
+        Self { solver, signal, loads }
     }
 }

@@ -38,11 +38,11 @@ impl Writer<'_> {
         let mut drives = Vec::new();
         let names = crate::names::Names::new(mechanism).drives;
         let mut taken = Names::default();
-        for ((joint, freedom), (name, _)) in mechanism.actuators().zip(names) {
+        for ((joint, dof), (name, _)) in mechanism.actuators().zip(names) {
             let steps = self.tree.parts.iter().zip(&self.parts);
             let own =
                 steps.filter(|(part, _)| part.joint == joint.0).flat_map(|(_, own)| &own.steps);
-            let named = own.into_iter().find(|named| named.step.freedom == Some(freedom));
+            let named = own.into_iter().find(|named| named.step.dof == Some(dof));
             drives.extend(named.map(|named| (taken.take(&name), named.name.clone())));
         }
         if drives.is_empty() {

@@ -46,7 +46,7 @@ impl Writer<'_> {
             let joint = self.joint(self.tree.parts[part].joint);
             let names = self.parts[part].steps.iter();
             let (advance, angle): (Vec<_>, Vec<_>) =
-                names.partition(|named| named.step.freedom.is_none());
+                names.partition(|named| named.step.dof.is_none());
             let (Some(advance), Some(angle)) = (advance.first(), angle.first()) else { continue };
             let mut attributes = vec![
                 ("name", joint_names.take(&advance.name)),

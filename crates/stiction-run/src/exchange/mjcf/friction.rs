@@ -1,43 +1,43 @@
 //! What of friction MJCF can say: damping that does not depend on load.
 
-use stiction_core::friction::{Contact, ContactShape, Curve, Law, Thread, contacts_of};
+use stiction_core::friction::{Curve, InterfaceShape, JointFriction, Law, Thread, interfaces_of};
 use stiction_core::mechanism::Joint;
 
 /// For each freedom of a joint its damping, N s/m or N m s.
 pub(super) fn damping(joint: &Joint) -> Vec<f64> {
-    let mut damping = vec![0.0; joint.joint_type.freedoms().len()];
-    for contact in &joint.friction {
-        let Some(viscous) = viscous(contact) else { continue };
-        let (_, shape) = contacts_of(joint.joint_type)[contact.place];
-        let radius = contact.radius.unwrap_or(1.0);
+    let mut damping = vec![0.0; joint.joint_type.dofs().len()];
+    for interface in &joint.friction {
+        let Some(viscous) = viscous(interface) else { continue };
+        let (_, shape) = interfaces_of(joint.joint_type)[interface.place];
+        let radius = interface.radius.unwrap_or(1.0);
         // The power that is lost: coefficient times speed at the surface squared.
         let squares = match shape {
-            ContactShape::Plate => [1.0, 1.0, radius * radius],
-            ContactShape::Thread => {
+            InterfaceShape::Plate => [1.0, 1.0, radius * radius],
+            InterfaceShape::Thread => {
                 let way = Thread { radius, pitch: joint.pitch }.way();
                 [way * way; 3]
             }
-            ContactShape::Guide { .. } => [1.0; 3],
-            ContactShape::Pin { .. } | ContactShape::Ball => [radius * radius; 3],
+            InterfaceShape::Guide { .. } => [1.0; 3],
+            InterfaceShape::Pin { .. } | InterfaceShape::Ball => [radius * radius; 3],
         };
-        for (freedom, square) in shape.freedoms().zip(squares) {
-            damping[freedom] += viscous * square;
+        for (dof, square) in shape.dofs().zip(squares) {
+            damping[dof] += viscous * square;
         }
     }
     damping
 }
 
 /// The viscous coefficient, N s/m; none if it is different backward.
-fn viscous(contact: &Contact) -> Option<f64> {
-    let same = contact.backward.as_ref().is_none_or(|law| law.viscous == contact.law.viscous);
-    same.then_some(contact.law.viscous)
+fn viscous(interface: &JointFriction) -> Option<f64> {
+    let same = interface.backward.as_ref().is_none_or(|law| law.viscous == interface.law.viscous);
+    same.then_some(interface.law.viscous)
 }
 
 /// Whether damping is all the friction that there is; where there can be none, whether there is no
 /// friction.
-pub(super) fn is_damping_alone(contact: &Contact, can_be_damped: bool) -> bool {
-    let laws = [Some(&contact.law), contact.backward.as_ref()];
-    viscous(contact).is_some_and(|viscous| can_be_damped || viscous == 0.0)
+pub(super) fn is_damping_alone(interface: &JointFriction, can_be_damped: bool) -> bool {
+    let laws = [Some(&interface.law), interface.backward.as_ref()];
+    viscous(interface).is_some_and(|viscous| can_be_damped || viscous == 0.0)
         && laws.into_iter().flatten().all(has_no_coefficient)
 }
 

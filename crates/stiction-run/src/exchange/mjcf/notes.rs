@@ -11,7 +11,7 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     for (index, joint) in mechanism.joints().iter().enumerate() {
         let has_steps = tree.parts.iter().any(|part| part.joint == index);
         all += joint.friction.len();
-        let carried = |contact: &&_| friction::is_damping_alone(contact, has_steps);
+        let carried = |interface: &&_| friction::is_damping_alone(interface, has_steps);
         left_out += joint.friction.len() - joint.friction.iter().filter(carried).count();
     }
     if left_out > 0 {

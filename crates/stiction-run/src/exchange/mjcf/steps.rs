@@ -21,7 +21,7 @@ pub(super) struct Step {
     pub(super) suffix: &'static str,
     /// The freedom of our joint whose coordinate it has; none for the advance of a screw, which the
     /// angle dictates. Of a ball, the first of three.
-    pub(super) freedom: Option<usize>,
+    pub(super) dof: Option<usize>,
     /// Where it is, in the frame of the child, m.
     pub(super) position: Vec3<f64>,
     /// Its axis in the frame of the child; of a ball without meaning.
@@ -63,18 +63,18 @@ fn sequence(joint_type: JointType) -> &'static [(Kind, usize, &'static str, Opti
 pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> {
     let joint = &home.model.mechanism.joints()[index];
     let sequence = sequence(joint.joint_type);
-    let coordinate = |freedom: Option<usize>| match freedom {
-        Some(freedom) => home.coordinates[index][freedom].unwrap_or(0.0),
+    let coordinate = |dof: Option<usize>| match dof {
+        Some(dof) => home.coordinates[index][dof].unwrap_or(0.0),
         None => joint.pitch * home.coordinates[index][0].unwrap_or(0.0),
     };
     let moves: Vec<Pose<f64>> = sequence
         .iter()
-        .map(|&(kind, axis, _, freedom)| match kind {
+        .map(|&(kind, axis, _, dof)| match kind {
             Kind::Hinge => Pose {
-                rotation: Mat3::about_axis(axis, coordinate(freedom).sin_cos()),
+                rotation: Mat3::about_axis(axis, coordinate(dof).sin_cos()),
                 position: Vec3::zero(),
             },
-            Kind::Slide => Pose::at(Vec3::unit(axis) * coordinate(freedom)),
+            Kind::Slide => Pose::at(Vec3::unit(axis) * coordinate(dof)),
             Kind::Ball => Pose { rotation: home.across[index].rotation, position: Vec3::zero() },
         })
         .collect();
@@ -82,7 +82,7 @@ pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> 
         |poses: &[Pose<f64>]| poses.iter().fold(Pose::identity(), |all, pose| all * *pose);
     let frame = child_frame(joint, reversed);
     let step = |k: usize| {
-        let (kind, axis, suffix, freedom) = sequence[k];
+        let (kind, axis, suffix, dof) = sequence[k];
         // Where the child sees the frame about which this step moves.
         let seen = match reversed {
             false => frame * product(&moves[k + 1..]).inverse(),
@@ -92,10 +92,10 @@ pub(super) fn steps(home: &Home<'_>, index: usize, reversed: bool) -> Vec<Step> 
         Step {
             kind,
             suffix,
-            freedom,
+            dof,
             position: seen.position,
             axis: if reversed { -axis } else { axis },
-            home: if kind == Kind::Ball { 0.0 } else { coordinate(freedom) },
+            home: if kind == Kind::Ball { 0.0 } else { coordinate(dof) },
         }
     };
     let mut steps: Vec<Step> = (0..sequence.len()).map(step).collect();

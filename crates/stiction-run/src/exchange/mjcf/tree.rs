@@ -111,7 +111,7 @@ fn rank(mechanism: &Mechanism, joint: &Joint) -> (usize, Reverse<usize>) {
         (Closing::Connect, _) => 3,
         (Closing::Nothing, _) => 4,
     };
-    (rank, Reverse(joint.actuated_freedoms().count()))
+    (rank, Reverse(joint.actuated_dofs().count()))
 }
 
 fn closing_of(joint_type: JointType) -> Closing {

@@ -138,7 +138,7 @@ impl<'a> Writer<'a> {
                 attributes.push(("axis", numbers(&step.axis.to_array())));
                 attributes.push(("ref", numbers(&[step.home])));
             }
-            let damping = step.freedom.map_or(0.0, |freedom| damping[freedom]);
+            let damping = step.dof.map_or(0.0, |dof| damping[dof]);
             if damping > 0.0 {
                 attributes.push(("damping", numbers(&[damping])));
             }

@@ -2,7 +2,7 @@
 
 use super::Unwritable;
 use stiction_core::friction::{
-    Combine, Contact, ContactShape, Curve, Law, LoadMap, Supports, contacts_of,
+    Combine, Curve, InterfaceShape, JointFriction, Law, NormalLoadMap, Supports, interfaces_of,
 };
 use stiction_core::mechanism::Joint;
 use toml::{Table, Value};
@@ -12,24 +12,24 @@ pub(super) fn table(joint: &Joint) -> Result<Option<Table>, Unwritable> {
     if joint.friction.is_empty() {
         return Ok(None);
     }
-    let places = contacts_of(joint.joint_type);
-    let of_place = |place: usize| joint.friction.iter().find(|contact| contact.place == place);
-    if let ([_], Some(contact)) = (places, of_place(0)) {
-        return contact_table(joint, contact).map(Some);
+    let places = interfaces_of(joint.joint_type);
+    let of_place = |place: usize| joint.friction.iter().find(|interface| interface.place == place);
+    if let ([_], Some(interface)) = (places, of_place(0)) {
+        return interface_table(joint, interface).map(Some);
     }
     let mut all = Table::new();
     for (place, (name, shape)) in places.iter().enumerate() {
-        let contact = match of_place(place) {
-            Some(contact) => contact_table(joint, contact)?,
+        let interface = match of_place(place) {
+            Some(interface) => interface_table(joint, interface)?,
             None => frictionless(*shape),
         };
-        all.insert((*name).to_owned(), contact.into());
+        all.insert((*name).to_owned(), interface.into());
     }
     Ok(Some(all))
 }
 
 /// A contact beside one that has friction.
-fn frictionless(shape: ContactShape) -> Table {
+fn frictionless(shape: InterfaceShape) -> Table {
     let mut table = Table::from_iter([("mu".to_owned(), Value::from(0.0))]);
     if shape.turns() {
         // Any will do: nothing is multiplied by it.
@@ -38,14 +38,14 @@ fn frictionless(shape: ContactShape) -> Table {
     table
 }
 
-fn contact_table(joint: &Joint, contact: &Contact) -> Result<Table, Unwritable> {
-    let mut table = law_table(&contact.law);
-    if let Some(radius) = contact.radius {
+fn interface_table(joint: &Joint, interface: &JointFriction) -> Result<Table, Unwritable> {
+    let mut table = law_table(&interface.law);
+    if let Some(radius) = interface.radius {
         table.insert("radius".into(), radius.into());
     }
-    load(&mut table, joint, contact);
-    if let Some(backward) = &contact.backward {
-        let backward = backward_table(&contact.law, backward)
+    load(&mut table, joint, interface);
+    if let Some(backward) = &interface.backward {
+        let backward = backward_table(&interface.law, backward)
             .ok_or_else(|| Unwritable { joint: joint.name.clone() })?;
         table.insert("backward".into(), backward.into());
     }
@@ -108,8 +108,8 @@ fn backward_table(forward: &Law, backward: &Law) -> Option<Table> {
     Some(table)
 }
 
-fn load(table: &mut Table, joint: &Joint, contact: &Contact) {
-    let LoadMap {
+fn load(table: &mut Table, joint: &Joint, interface: &JointFriction) {
+    let NormalLoadMap {
         bending_span,
         axial_ratio,
         torsion_arm,
@@ -118,9 +118,9 @@ fn load(table: &mut Table, joint: &Joint, contact: &Contact) {
         supports,
         flank_cosine,
         smoothing,
-    } = contact.load;
+    } = interface.load;
     let mut put = |key: &str, value: Value| table.insert(key.to_owned(), value);
-    let radius = contact.radius.unwrap_or(0.0);
+    let radius = interface.radius.unwrap_or(0.0);
     let numbers = [
         ("bending_span", bending_span),
         ("collar_radius", axial_ratio.map(|ratio| ratio * radius)),

@@ -29,7 +29,7 @@ pub(super) fn table(mechanism: &Mechanism, joint: &Joint) -> Result<Table, Unwri
         put("pitch", joint.pitch.into());
     }
     let driven: Vec<Value> =
-        joint.actuated_freedoms().map(|k| joint.joint_type.freedoms()[k].name.into()).collect();
+        joint.actuated_dofs().map(|k| joint.joint_type.dofs()[k].name.into()).collect();
     if !driven.is_empty() {
         put("actuated", driven.into());
     }

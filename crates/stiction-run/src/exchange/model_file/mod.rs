@@ -166,9 +166,7 @@ fn motion_table(mechanism: &Mechanism, motion: &[(Coordinate, Target<f64>)]) -> 
                 table.insert(format!("{}.order", body_name(body)), order.into());
                 format!("{}.r{}", body_name(body), index + 1)
             }
-            Coordinate::Joint { joint, freedom } => {
-                mechanism.joints()[joint.0].freedom_name(freedom)
-            }
+            Coordinate::Joint { joint, dof } => mechanism.joints()[joint.0].dof_name(dof),
         };
         let is_angle = coordinate
             .is_angle(&mechanism.joints().iter().map(|joint| joint.joint_type).collect::<Vec<_>>());

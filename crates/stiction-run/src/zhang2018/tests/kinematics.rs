@@ -87,7 +87,7 @@ fn accelerations_are_derivatives_of_rates() {
 
 #[test]
 fn positions_and_rates_are_those_of_the_engine() {
-    for (name, motion, load, robot, course) in [
+    for (name, motion, load, robot, signal) in [
         ("zhang2018", "printed", "none", Robot::printed(), Robot::printed_motion as fn(f64) -> _),
         ("zhang2018-regular", "regular", "L0", Robot::regular(), Robot::regular_motion),
     ] {
@@ -95,7 +95,7 @@ fn positions_and_rates_are_those_of_the_engine() {
         let job = job(&model, motion, load, FrictionMode::Off).unwrap();
         let found = positions(&job).unwrap();
         assert_eq!(found.len(), 101);
-        let (lengths, rates) = agreement(&robot, course, &found);
+        let (lengths, rates) = agreement(&robot, signal, &found);
         // Rounding of lengths below a metre and rates below one.
         assert!(lengths < 4e-15 && rates < 1e-14, "{name}: {lengths} {rates}");
     }

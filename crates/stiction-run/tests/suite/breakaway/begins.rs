@@ -19,7 +19,7 @@ fn breakaway_is_at_the_ends_of_the_interval() {
             continue;
         };
         for (k, breakaway) in found.rest.breakaway.iter().enumerate() {
-            let (Some(breakaway), (low, high)) = (breakaway, found.forces.drive_bounds[k]) else {
+            let (Some(breakaway), (low, high)) = (breakaway, found.forces.effort_bounds[k]) else {
                 continue;
             };
             let rounding = 1e-9 * (low.abs() + high.abs());
@@ -119,7 +119,7 @@ load = "press"
     let found = look(&default_job(&model, FrictionMode::Converged), None).unwrap();
     assert_eq!(found.forces.bounds, Bounds::Attained);
     let mut some = 0;
-    for (breakaway, (low, high)) in found.rest.breakaway.iter().zip(&found.forces.drive_bounds) {
+    for (breakaway, (low, high)) in found.rest.breakaway.iter().zip(&found.forces.effort_bounds) {
         let Some(Breakaway { forward, backward }) = breakaway else { continue };
         for effort in [forward.0, forward.1, backward.0, backward.1] {
             assert!((*low..=*high).contains(&effort), "{low} {effort} {high}");
@@ -136,31 +136,32 @@ fn breakaway_is_the_limit_of_slow_motion() {
     let holder = Holder::new(&model, 0.3);
     let legs: Vec<_> = model.mechanism.actuators().collect();
     let coordinates: Vec<Coordinate> =
-        legs.iter().map(|&(joint, freedom)| Coordinate::Joint { joint, freedom }).collect();
+        legs.iter().map(|&(joint, dof)| Coordinate::Joint { joint, dof }).collect();
     for (k, breakaway) in holder.rest.breakaway.iter().enumerate() {
         let breakaway = breakaway.unwrap();
         for (rate, expected) in [(1e-8, breakaway.forward), (-1e-8, breakaway.backward)] {
             let targets: Vec<Target<f64>> = legs
                 .iter()
                 .enumerate()
-                .map(|(leg, &(joint, freedom))| Target {
-                    value: holder.solver.joint_coordinates(joint)[freedom],
+                .map(|(leg, &(joint, dof))| Target {
+                    value: holder.solver.joint_coordinates(joint)[dof],
                     rate: if leg == k { rate } else { 0.0 },
                     acceleration: 0.0,
                 })
                 .collect();
-            let (mechanism, homes) = (model.mechanism.clone(), &model.homes);
+            let (mechanism, initial_poses) = (model.mechanism.clone(), &model.initial_poses);
             let settings = Settings { rest_speed: 1e-14, ..Settings::default() };
             let mut solver =
-                InverseDynamics::new(mechanism, homes, &coordinates, &targets, settings).unwrap();
+                InverseDynamics::new(mechanism, initial_poses, &coordinates, &targets, settings)
+                    .unwrap();
             let forces = solver.solve(&holder.loads).unwrap();
-            let same = holder.solver.forces().drives_frictionless.iter();
-            for (a, b) in same.zip(&forces.drives_frictionless) {
+            let same = holder.solver.forces().efforts_frictionless.iter();
+            for (a, b) in same.zip(&forces.efforts_frictionless) {
                 assert!((a - b).abs() < 1e-9 * a.abs(), "another position: {a} {b}");
             }
             // Legs that stand have guides at rest, with no friction or any: the effort is between.
             let (least, greatest) = (expected.0.min(expected.1), expected.0.max(expected.1));
-            let (low, high) = forces.drive_bounds[k];
+            let (low, high) = forces.effort_bounds[k];
             // Viscous friction at 1e-8 m/s, and what slow contacts of the standing legs leave.
             let near = 1e-6;
             assert!(

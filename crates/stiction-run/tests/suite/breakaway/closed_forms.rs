@@ -39,7 +39,7 @@ fn an_inclined_plane() {
         ));
         let (s, c) = angle.to_radians().sin_cos();
         let (along, normal) = (3.0 * G * s, 3.0 * G * c);
-        let (low, high) = found.forces.drive_bounds[0];
+        let (low, high) = found.forces.effort_bounds[0];
         // Up the plane friction forward must be overcome, down it friction backward holds.
         near(high, along + mu * normal);
         near(low, along - mu_back * normal);
@@ -95,7 +95,7 @@ fn a_screw_jack() {
         // The flank angle is declared in a section along the axis.
         let flank = (15.0_f64.to_radians().tan() * climb.cos()).atan();
         let friction = (mu / flank.cos()).atan();
-        let (low, high) = found.forces.drive_bounds[0];
+        let (low, high) = found.forces.effort_bounds[0];
         near(high, weight * radius * (climb + friction).tan());
         near(low, weight * radius * (climb - friction).tan());
         let holding = &found.rest.unpowered;
@@ -207,10 +207,10 @@ fn a_slider_crank() {
         }
         let low = torques.iter().copied().fold(f64::INFINITY, f64::min);
         let high = torques.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let (found_low, found_high) = found.forces.drive_bounds[0];
+        let (found_low, found_high) = found.forces.effort_bounds[0];
         near(found_low, low);
         near(found_high, high);
-        let (outer_low, outer_high) = found.forces.drive_outer_bounds[0];
+        let (outer_low, outer_high) = found.forces.effort_outer_bounds[0];
         assert!(outer_low <= low && high <= outer_high);
         // Where the push P vanishes, friction alone carries the load.
         let needed = load.abs() / (mu * 60.0);

@@ -22,13 +22,13 @@ impl Holder {
             .motion
             .coordinates
             .iter()
-            .map(|(c, course)| (*c, Target { rate: 0.0, acceleration: 0.0, ..course.at(time) }))
+            .map(|(c, signal)| (*c, Target { rate: 0.0, acceleration: 0.0, ..signal.at(time) }))
             .unzip();
         let loads: Vec<_> = job.load.at(time).collect();
         let mechanism = model.mechanism.clone();
         let settings = Settings::default();
         let mut solver =
-            InverseDynamics::new(mechanism, &model.homes, &coordinates, &targets, settings)
+            InverseDynamics::new(mechanism, &model.initial_poses, &coordinates, &targets, settings)
                 .unwrap();
         let rest = solver.rest(&loads).unwrap();
         Self { solver, loads, targets, rest }
@@ -44,12 +44,12 @@ impl Holder {
         let parameters = self.solver.parameters();
         let settings = Settings::default();
         let mut workspace = kernel.workspace(parameters, self.solver.assembly().state());
-        for (contact, held) in held.iter().enumerate() {
-            workspace.inverse.set_held(contact, *held);
+        for (interface, held) in held.iter().enumerate() {
+            workspace.inverse.set_held(interface, *held);
         }
         kernel.run(parameters, &mut workspace, &self.targets, &self.loads, &settings);
         let inverse = &workspace.inverse;
-        let loads = inverse.contacts().iter().map(|contact| contact.load()).collect();
+        let loads = inverse.interfaces().iter().map(|interface| interface.load()).collect();
         inverse.friction_settled(&settings).then(|| (inverse.drives().to_vec(), loads))
     }
 }

@@ -4,7 +4,7 @@ use crate::breakaway::holder::Holder;
 use crate::breakaway::near;
 use crate::common::*;
 use stiction_core::dynamics::Verdict;
-use stiction_core::friction::ContactShape;
+use stiction_core::friction::InterfaceShape;
 use stiction_core::random::Random;
 
 /// Two actuators: all ways to put the frictions of a five-bar's pins at a limit or at nothing.
@@ -12,21 +12,21 @@ use stiction_core::random::Random;
 fn a_five_bar_against_all_ways_to_hold_it() {
     let model = model("five-bar");
     let holder = Holder::new(&model, 0.37);
-    let contacts = holder.solver.parameters().contacts.len();
-    assert!(contacts >= 5);
+    let interfaces = holder.solver.parameters().interfaces.len();
+    assert!(interfaces >= 5);
     let forces = holder.solver.forces();
     let mut reached = vec![(f64::INFINITY, f64::NEG_INFINITY); 2];
-    for number in 0..3_usize.pow(contacts as u32) {
+    for number in 0..3_usize.pow(interfaces as u32) {
         let digit = |k: usize| (number / 3_usize.pow(k as u32) % 3) as f64 - 1.0;
-        let held: Vec<[f64; 3]> = (0..contacts).map(|k| [digit(k), 0.0, 0.0]).collect();
+        let held: Vec<[f64; 3]> = (0..interfaces).map(|k| [digit(k), 0.0, 0.0]).collect();
         for (reached, drive) in reached.iter_mut().zip(holder.drives(&held).unwrap()) {
             *reached = (reached.0.min(drive), reached.1.max(drive));
         }
     }
     for (k, (low, high)) in reached.into_iter().enumerate() {
-        near(forces.drive_bounds[k].0, low);
-        near(forces.drive_bounds[k].1, high);
-        let (outer_low, outer_high) = forces.drive_outer_bounds[k];
+        near(forces.effort_bounds[k].0, low);
+        near(forces.effort_bounds[k].1, high);
+        let (outer_low, outer_high) = forces.effort_outer_bounds[k];
         assert!(outer_low <= low && high <= outer_high);
         // Certified bounds that say nothing would be no help.
         assert!(
@@ -41,16 +41,16 @@ fn a_five_bar_against_all_ways_to_hold_it() {
 fn balls_and_pins_of_a_robot_against_random_ways_to_hold_it() {
     let model = model("3rps");
     let holder = Holder::new(&model, 0.3);
-    let contacts = &holder.solver.parameters().contacts;
+    let interfaces = &holder.solver.parameters().interfaces;
     let forces = holder.solver.forces();
     let mut random = Random::new(7);
     let mut widest = [0.0_f64; 3];
     for round in 0..2000 {
-        let held: Vec<[f64; 3]> = contacts
+        let held: Vec<[f64; 3]> = interfaces
             .iter()
-            .map(|contact| {
+            .map(|interface| {
                 let mut held = [0.0, 0.0, 0.0].map(|_: f64| random.number());
-                if contact.shape != ContactShape::Ball {
+                if interface.shape != InterfaceShape::Ball {
                     held = [held[0], 0.0, 0.0];
                 }
                 // Half of them at their limits, the others within.
@@ -60,7 +60,7 @@ fn balls_and_pins_of_a_robot_against_random_ways_to_hold_it() {
             })
             .collect();
         for (k, drive) in holder.drives(&held).unwrap().into_iter().enumerate() {
-            let (low, high) = forces.drive_bounds[k];
+            let (low, high) = forces.effort_bounds[k];
             let rounding = 1e-9 * (high - low);
             assert!((low - rounding..=high + rounding).contains(&drive), "{low} {drive} {high}");
             let centre = forces.drives[k];
@@ -70,7 +70,7 @@ fn balls_and_pins_of_a_robot_against_random_ways_to_hold_it() {
     // Random signs of many contacts seldom agree, but come some way.
     assert!(widest.iter().all(|w| *w > 0.4), "{widest:?}");
     for ((low, high), (outer_low, outer_high)) in
-        forces.drive_bounds.iter().zip(&forces.drive_outer_bounds)
+        forces.effort_bounds.iter().zip(&forces.effort_outer_bounds)
     {
         assert!(outer_low <= low && high <= outer_high);
     }
@@ -93,7 +93,8 @@ fn frictions_that_hold_do_hold() {
             continue;
         }
         // Of the loads under these frictions only the kernel knows: they are found in turn.
-        let mut loads: Vec<f64> = holder.solver.forces().contacts.iter().map(|c| c.load).collect();
+        let mut loads: Vec<f64> =
+            holder.solver.forces().interfaces.iter().map(|c| c.load).collect();
         let mut left = f64::INFINITY;
         for _ in 0..1000 {
             let part = |(friction, load): (&Vec<f64>, &f64)| [friction[0] / (mu * load), 0.0, 0.0];

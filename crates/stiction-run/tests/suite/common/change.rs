@@ -39,7 +39,7 @@ impl Change {
                 JointSpec::new(self.name('j', index, &joint.name), joint.joint_type, from, to)
                     .frames(scaled(joint.frame_j), scaled(joint.frame_k))
                     .pitch(joint.pitch * s)
-                    .actuated_freedoms(joint.actuated_freedoms().collect::<Vec<_>>());
+                    .actuated_dofs(joint.actuated_dofs().collect::<Vec<_>>());
             let mut start = joint.start.clone();
             let lengths = match joint.joint_type {
                 JointType::Prismatic => 0..1,

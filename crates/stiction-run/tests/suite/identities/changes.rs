@@ -7,7 +7,7 @@ use crate::identities::solve::{
 use crate::identities::specimen::Specimen;
 use crate::mechanisms::random::{Case, Random};
 use stiction_core::dynamics::{AppliedLoad, LoadAxes};
-use stiction_core::friction::{Contact, Curve, Law, Supports, contacts_of};
+use stiction_core::friction::{Curve, JointFriction, Law, Supports, interfaces_of};
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{
@@ -56,8 +56,8 @@ fn order_of_bodies_and_joints() {
             mechanism.joint_id(&case.mechanism.joints()[old].name).expect("it has the same joints")
         };
         let coordinates = case.coordinates.iter().map(|coordinate| match *coordinate {
-            Coordinate::Joint { joint, freedom } => {
-                Coordinate::Joint { joint: joint_named_as(joint.0), freedom }
+            Coordinate::Joint { joint, dof } => {
+                Coordinate::Joint { joint: joint_named_as(joint.0), dof }
             }
             other => other,
         });
@@ -83,9 +83,9 @@ fn order_of_bodies_and_joints() {
             let places = mechanism
                 .joints()
                 .iter()
-                .flat_map(|j| j.friction.iter().map(|contact| (j.name.clone(), contact.place)));
-            let contacts = &solved.forces.contacts;
-            let mut loads: Vec<_> = places.zip(contacts.iter().map(|c| c.load)).collect();
+                .flat_map(|j| j.friction.iter().map(|interface| (j.name.clone(), interface.place)));
+            let interfaces = &solved.forces.interfaces;
+            let mut loads: Vec<_> = places.zip(interfaces.iter().map(|c| c.load)).collect();
             drives.sort_by(|a, b| a.0.cmp(&b.0));
             loads.sort_by(|a, b| a.0.cmp(&b.0));
             let values =
@@ -115,11 +115,11 @@ fn rebuilt(
     let joints = mechanism.joints().iter().map(joint);
     let builder = joints.fold(builder, |builder, joint| {
         let (from, to) = (name(joint.predecessor), name(joint.successor));
-        let driven: Vec<usize> = joint.actuated_freedoms().collect();
+        let driven: Vec<usize> = joint.actuated_dofs().collect();
         let spec = JointSpec::new(joint.name, joint.joint_type, from, to)
             .frames(joint.frame_j, joint.frame_k)
             .pitch(joint.pitch)
-            .actuated_freedoms(driven);
+            .actuated_dofs(driven);
         builder.joint(joint.friction.into_iter().fold(spec, JointSpec::friction))
     });
     builder.build().unwrap_or_else(|defects| panic!("{defects:?}"))
@@ -182,7 +182,11 @@ fn scaled(case: &Case, scale: f64) -> Case {
         frame_j: place(joint.frame_j),
         frame_k: place(joint.frame_k),
         pitch: joint.pitch * scale,
-        friction: joint.friction.iter().map(|contact| scaled_contact(contact, scale)).collect(),
+        friction: joint
+            .friction
+            .iter()
+            .map(|interface| scaled_interface(interface, scale))
+            .collect(),
         ..joint.clone()
     };
     let builder = MechanismBuilder::new("scaled").gravity(case.mechanism.gravity() * scale);
@@ -210,7 +214,7 @@ fn scaled(case: &Case, scale: f64) -> Case {
     }
 }
 
-fn scaled_contact(contact: &Contact, scale: f64) -> Contact {
+fn scaled_interface(interface: &JointFriction, scale: f64) -> JointFriction {
     let law = |law: &Law| {
         let mut law = law.clone();
         law.viscous *= scale;
@@ -221,9 +225,9 @@ fn scaled_contact(contact: &Contact, scale: f64) -> Contact {
         }
         law
     };
-    let mut scaled = contact.clone();
-    scaled.law = law(&contact.law);
-    scaled.backward = contact.backward.as_ref().map(law);
+    let mut scaled = interface.clone();
+    scaled.law = law(&interface.law);
+    scaled.backward = interface.backward.as_ref().map(law);
     let lengths = [&mut scaled.radius, &mut scaled.load.bending_span, &mut scaled.load.torsion_arm];
     lengths.into_iter().flatten().for_each(|length| *length *= scale);
     scaled.load.preload *= scale.powi(2);
@@ -231,11 +235,11 @@ fn scaled_contact(contact: &Contact, scale: f64) -> Contact {
 }
 
 /// Contacts that slide the other way, for those joints' freedoms whose sign is -1.
-fn turned_laws(joint: &Joint, signs: &[f64]) -> Vec<Contact> {
-    let turned = |contact: &Contact| {
-        let (_, shape) = contacts_of(joint.joint_type)[contact.place];
-        let mut turned = contact.clone();
-        let slides_back = signs.get(shape.freedoms().start).is_some_and(|sign| *sign < 0.0);
+fn turned_laws(joint: &Joint, signs: &[f64]) -> Vec<JointFriction> {
+    let turned = |interface: &JointFriction| {
+        let (_, shape) = interfaces_of(joint.joint_type)[interface.place];
+        let mut turned = interface.clone();
+        let slides_back = signs.get(shape.dofs().start).is_some_and(|sign| *sign < 0.0);
         if let (Some(backward), true) = (&mut turned.backward, slides_back) {
             std::mem::swap(&mut turned.law, backward);
         }
@@ -247,15 +251,15 @@ fn turned_laws(joint: &Joint, signs: &[f64]) -> Vec<Contact> {
 /// The signs of what is prescribed and of the drives, from those of the joints' freedoms.
 fn signed(case: &Case, signs: &[Vec<f64>]) -> (Vec<Target<f64>>, Vec<f64>) {
     let targets = case.targets.iter().zip(&case.coordinates).map(|(target, coordinate)| {
-        let Coordinate::Joint { joint, freedom } = *coordinate else { unreachable!("joints only") };
-        let sign = signs[joint.0][freedom];
+        let Coordinate::Joint { joint, dof } = *coordinate else { unreachable!("joints only") };
+        let sign = signs[joint.0][dof];
         Target {
             value: sign * target.value,
             rate: sign * target.rate,
             acceleration: sign * target.acceleration,
         }
     });
-    let drives = case.mechanism.actuators().map(|(joint, freedom)| signs[joint.0][freedom]);
+    let drives = case.mechanism.actuators().map(|(joint, dof)| signs[joint.0][dof]);
     (targets.collect(), drives.collect())
 }
 
@@ -291,9 +295,9 @@ fn joints_the_other_way_round() {
                 return joint.clone();
             }
             let mut friction = turned_laws(joint, &signs[id]);
-            for contact in &mut friction {
-                let load = &mut contact.load;
-                let on_one = contacts_of(joint.joint_type)[contact.place].1.freedoms().len() == 1
+            for interface in &mut friction {
+                let load = &mut interface.load;
+                let on_one = interfaces_of(joint.joint_type)[interface.place].1.dofs().len() == 1
                     && !matches!(joint.joint_type, JointType::Revolute);
                 load.supports = match load.supports {
                     Supports::Predecessor if on_one => Supports::Successor,

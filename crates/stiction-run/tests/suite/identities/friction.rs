@@ -12,12 +12,15 @@ use stiction_core::kinematics::Target;
 fn friction_dissipates() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
         let solved = solve(&specimen.case())?;
-        let largest =
-            solved.forces.contacts.iter().fold(1e-9_f64, |max, contact| max.max(contact.load));
-        let wrong = solved.forces.contacts.iter().enumerate().find(|(_, contact)| {
-            let gives = contact.power < 0.0;
-            let exceeds = contact.friction.abs() > contact.limit * (1.0 + 1e-12);
-            gives || exceeds || contact.load < -1e-12 * largest || contact.load.is_nan()
+        let largest = solved
+            .forces
+            .interfaces
+            .iter()
+            .fold(1e-9_f64, |max, interface| max.max(interface.load));
+        let wrong = solved.forces.interfaces.iter().enumerate().find(|(_, interface)| {
+            let gives = interface.power < 0.0;
+            let exceeds = interface.friction.abs() > interface.limit * (1.0 + 1e-12);
+            gives || exceeds || interface.load < -1e-12 * largest || interface.load.is_nan()
         });
         Ok(wrong.map_or(Verdict::Holds, |wrong| Verdict::Broken(format!("{wrong:?}"))))
     }
@@ -32,10 +35,10 @@ fn small_friction_acts_in_proportion() {
         const SMALL: f64 = 1e-7;
         let with = |factor: f64| {
             let mut specimen = specimen.clone();
-            let contacts = specimen.draft.joints.iter_mut().flat_map(|joint| &mut joint.friction);
-            for contact in contacts {
-                weaken(&mut contact.law, factor);
-                if let Some(law) = &mut contact.backward {
+            let interfaces = specimen.draft.joints.iter_mut().flat_map(|joint| &mut joint.friction);
+            for interface in interfaces {
+                weaken(&mut interface.law, factor);
+                if let Some(law) = &mut interface.backward {
                     weaken(law, factor);
                 }
             }
@@ -45,9 +48,9 @@ fn small_friction_acts_in_proportion() {
         let largest = full
             .drives
             .iter()
-            .chain(full.contacts.iter().map(|contact| &contact.load))
+            .chain(full.interfaces.iter().map(|interface| &interface.load))
             .fold(1e-9_f64, |max, x| max.max(x.abs()));
-        for (k, none) in whole.drives_frictionless.iter().enumerate() {
+        for (k, none) in whole.efforts_frictionless.iter().enumerate() {
             let (once, twice) = (half.drives[k] - none, whole.drives[k] - none);
             // What is of second order in the coefficients, and rounding.
             let tolerance = (1e3 * SMALL * SMALL + 1e-12) * largest;
@@ -81,9 +84,9 @@ fn slow_motions_are_within_the_interval_at_rest() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
         let with = |factor: f64| {
             let mut specimen = specimen.clone();
-            let contacts = specimen.draft.joints.iter_mut().flat_map(|joint| &mut joint.friction);
+            let interfaces = specimen.draft.joints.iter_mut().flat_map(|joint| &mut joint.friction);
             // Laws that change with speed say more at rest than while sliding.
-            contacts.for_each(|contact| contact.backward = None);
+            interfaces.for_each(|interface| interface.backward = None);
             let targets = specimen.prescribed.iter_mut().map(|(_, _, target)| target);
             for target in targets {
                 *target = Target { rate: factor * target.rate, acceleration: 0.0, ..*target };
@@ -100,7 +103,7 @@ fn slow_motions_are_within_the_interval_at_rest() {
             let largest = slow.forces.drives.iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
             for (k, drive) in slow.forces.drives.iter().enumerate() {
                 let (attained, outer) =
-                    (rest.forces.drive_bounds[k], rest.forces.drive_outer_bounds[k]);
+                    (rest.forces.effort_bounds[k], rest.forces.effort_outer_bounds[k]);
                 let (least, most) = (attained.0.min(outer.0), attained.1.max(outer.1));
                 // Viscous forces at these speeds, and rounding.
                 let slack = 1e-7 * largest;

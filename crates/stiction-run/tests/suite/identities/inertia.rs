@@ -17,7 +17,7 @@ fn inertia_is_symmetric_and_positive() {
         let driven: Vec<Coordinate> = case
             .mechanism
             .actuators()
-            .map(|(joint, freedom)| Coordinate::Joint { joint, freedom })
+            .map(|(joint, dof)| Coordinate::Joint { joint, dof })
             .collect();
         if driven.len() != case.coordinates.len()
             || !driven.iter().all(|coordinate| case.coordinates.contains(coordinate))
@@ -36,7 +36,7 @@ fn inertia_is_symmetric_and_positive() {
             }
             let solved = solve(&case)?;
             largest = largest.max(solved.numbers().largest);
-            Ok::<_, Verdict>(solved.forces.drives_frictionless)
+            Ok::<_, Verdict>(solved.forces.efforts_frictionless)
         };
         let rest = drives(None)?;
         let n = driven.len();
@@ -77,17 +77,17 @@ fn loads_superpose() {
         };
         let (none, all) = (with(&[])?, with(&case.loads)?);
         let mut largest = none.numbers().largest.max(all.numbers().largest);
-        let none = none.forces.drives_frictionless;
+        let none = none.forces.efforts_frictionless;
         let mut sum = none.clone();
         for load in &case.loads {
             let alone = with(&[*load])?;
             largest = largest.max(alone.numbers().largest);
-            let alone = alone.forces.drives_frictionless;
+            let alone = alone.forces.efforts_frictionless;
             for ((sum, alone), none) in sum.iter_mut().zip(alone).zip(&none) {
                 *sum += alone - none;
             }
         }
-        Ok(agree("drive", &all.forces.drives_frictionless, &sum, largest, TOLERANCE))
+        Ok(agree("drive", &all.forces.efforts_frictionless, &sum, largest, TOLERANCE))
     }
     try_everywhere("loads superpose", 0.5, identity);
 }
@@ -108,7 +108,7 @@ fn rates_enter_by_their_squares() {
             }
             let solved = solve(&case)?;
             largest = largest.max(solved.numbers().largest);
-            Ok::<_, Verdict>(solved.forces.drives_frictionless)
+            Ok::<_, Verdict>(solved.forces.efforts_frictionless)
         };
         let (rest, once, back, twice) = (with(0.0)?, with(1.0)?, with(-1.0)?, with(2.0)?);
         let quadrupled: Vec<f64> =

@@ -2,7 +2,7 @@
 
 use crate::mechanisms::random::{Draft, Random};
 use stiction_core::friction::{
-    Combine, Contact, ContactShape, Curve, Exponent, Supports, contacts_of,
+    Combine, Curve, Exponent, InterfaceShape, JointFriction, Supports, interfaces_of,
 };
 use stiction_core::joint::JointType;
 
@@ -10,45 +10,50 @@ use stiction_core::joint::JointType;
 /// direction.
 pub(crate) fn enrich(draft: &mut Draft, random: &mut Random) {
     for joint in &mut draft.joints {
-        for contact in &mut joint.friction {
-            let (_, shape) = contacts_of(joint.joint_type)[contact.place];
+        for interface in &mut joint.friction {
+            let (_, shape) = interfaces_of(joint.joint_type)[interface.place];
             if random.below(2) == 0 {
-                load(contact, joint.joint_type, shape, random);
+                load(interface, joint.joint_type, shape, random);
             }
             if random.below(3) == 0 {
-                law(contact, shape, random);
+                law(interface, shape, random);
             }
         }
     }
 }
 
-fn load(contact: &mut Contact, joint_type: JointType, shape: ContactShape, random: &mut Random) {
-    let map = &mut contact.load;
-    let has_two_supports = !matches!(shape, ContactShape::Ball);
+fn load(
+    interface: &mut JointFriction,
+    joint_type: JointType,
+    shape: InterfaceShape,
+    random: &mut Random,
+) {
+    let map = &mut interface.load;
+    let has_two_supports = !matches!(shape, InterfaceShape::Ball);
     if has_two_supports {
         map.bending_span = Some(random.between(0.05, 0.2));
     }
     match shape {
-        ContactShape::Pin { .. } => map.axial_ratio = Some(random.between(0.5, 2.0)),
-        ContactShape::Guide { .. } => map.torsion_arm = Some(random.between(0.02, 0.1)),
+        InterfaceShape::Pin { .. } => map.axial_ratio = Some(random.between(0.5, 2.0)),
+        InterfaceShape::Guide { .. } => map.torsion_arm = Some(random.between(0.02, 0.1)),
         _ => {}
     }
     map.combine = match (shape, random.below(3)) {
-        (ContactShape::Plate | ContactShape::Ball, 1)
-        | (ContactShape::Thread | ContactShape::Ball, 2) => Combine::Sum,
+        (InterfaceShape::Plate | InterfaceShape::Ball, 1)
+        | (InterfaceShape::Thread | InterfaceShape::Ball, 2) => Combine::Sum,
         (_, 1) => Combine::Pads,
         (_, 2) => Combine::RootSumSquare,
         _ => Combine::Sum,
     };
-    let slides = matches!(shape, ContactShape::Guide { .. } | ContactShape::Thread)
+    let slides = matches!(shape, InterfaceShape::Guide { .. } | InterfaceShape::Thread)
         || joint_type == JointType::Cylindrical;
     if slides && random.below(3) == 0 {
         map.supports = Supports::Successor;
     }
 }
 
-fn law(contact: &mut Contact, shape: ContactShape, random: &mut Random) {
-    let law = &mut contact.law;
+fn law(interface: &mut JointFriction, shape: InterfaceShape, random: &mut Random) {
+    let law = &mut interface.law;
     let static_coefficient = law.coulomb * random.between(1.0, 1.5);
     law.curve = match random.below(3) {
         0 => Curve::Stribeck {
@@ -65,10 +70,10 @@ fn law(contact: &mut Contact, shape: ContactShape, random: &mut Random) {
     };
     if matches!(law.curve, Curve::Table(_)) {
         law.coulomb = 0.0;
-    } else if shape.has_one_freedom() && random.below(2) == 0 {
+    } else if shape.has_one_dof() && random.below(2) == 0 {
         let mut backward = law.clone();
         backward.coulomb *= random.between(0.5, 1.0);
         backward.viscous *= random.between(0.5, 1.0);
-        contact.backward = Some(backward);
+        interface.backward = Some(backward);
     }
 }

@@ -42,7 +42,9 @@ pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict>
     let Some(&smallest) = statics.singular_values()[..statics.rank()].last() else {
         return Err(Verdict::Apart("nothing moves"));
     };
-    if smallest < 1e-2 || statics.open_motions() > solver.assembly().prescription().spins().len() {
+    if smallest < 1e-2
+        || statics.open_motions() > solver.assembly().motion_constraints().spins().len()
+    {
         return Err(Verdict::Apart("nearly singular"));
     }
     // Prescribed coordinates may say badly where a platform is, which magnifies rounding too.
@@ -59,7 +61,7 @@ pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict>
         drives.iter().zip(lengths).fold(0.0_f64, |max, (x, unit)| max.max((x / unit).abs()))
     };
     // Close to self-locking, friction magnifies rounding as well.
-    if largest(&forces.drives) > 20.0 * largest(&forces.drives_frictionless) {
+    if largest(&forces.drives) > 20.0 * largest(&forces.efforts_frictionless) {
         return Err(Verdict::Apart("nearly locked"));
     }
     let solved = Solved { solver, forces };
@@ -82,9 +84,9 @@ fn per_length(case: &Case, actuator: usize) -> f64 {
 
 /// Whether an actuator's effort is a moment.
 pub(crate) fn exerts_moment(case: &Case, actuator: usize) -> bool {
-    let (joint, freedom) = case.mechanism.actuators().nth(actuator).expect("an actuator");
-    let freedoms = case.mechanism.joints()[joint.0].joint_type.freedoms();
-    !freedoms[freedom].translates()
+    let (joint, dof) = case.mechanism.actuators().nth(actuator).expect("an actuator");
+    let dofs = case.mechanism.joints()[joint.0].joint_type.dofs();
+    !dofs[dof].translates()
 }
 
 /// What is compared of two descriptions of the same.
@@ -98,7 +100,8 @@ pub(crate) struct Numbers {
 
 impl Solved {
     pub(crate) fn numbers(&self) -> Numbers {
-        let loads: Vec<f64> = self.forces.contacts.iter().map(|contact| contact.load).collect();
+        let loads: Vec<f64> =
+            self.forces.interfaces.iter().map(|interface| interface.load).collect();
         let drives = self.forces.drives.clone();
         let reactions = self.forces.reactions.iter().flat_map(|(f, m)| [f.norm(), m.norm()]);
         let all = reactions.chain(loads.iter().copied()).chain(drives.iter().copied());

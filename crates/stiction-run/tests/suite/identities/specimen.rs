@@ -27,10 +27,8 @@ impl Specimen {
         let (mut draft, case) = case(class, seed, MU);
         enrich(&mut draft, &mut Random(seed ^ 0x5EED));
         let prescribed = case.coordinates.iter().zip(&case.targets).map(|(coordinate, target)| {
-            let Coordinate::Joint { joint, freedom } = *coordinate else {
-                unreachable!("joints only")
-            };
-            (joint.0, freedom, *target)
+            let Coordinate::Joint { joint, dof } = *coordinate else { unreachable!("joints only") };
+            (joint.0, dof, *target)
         });
         Self { class, seed, prescribed: prescribed.collect(), loads: case.loads, draft }
     }
@@ -47,7 +45,7 @@ impl Specimen {
             coordinates: self
                 .prescribed
                 .iter()
-                .map(|&(joint, freedom, _)| Coordinate::Joint { joint: JointId(joint), freedom })
+                .map(|&(joint, dof, _)| Coordinate::Joint { joint: JointId(joint), dof })
                 .collect(),
             targets: self.prescribed.iter().map(|(_, _, target)| *target).collect(),
             loads: self.loads.clone(),
@@ -89,7 +87,7 @@ impl Specimen {
         let prescribed = self
             .prescribed
             .iter()
-            .filter_map(|&(joint, freedom, target)| Some((place(joint)?, freedom, target)));
+            .filter_map(|&(joint, dof, target)| Some((place(joint)?, dof, target)));
         let loads = self
             .loads
             .iter()

@@ -1,0 +1,128 @@
+//! Rows and columns of the balance, tilted by friction that is linear in the reactions.
+//!
+//! Equation (F5) of the book's theory.
+
+use super::Balance;
+use crate::dynamics::interfaces::{Coupling, InterfaceState, Interfaces};
+use crate::dynamics::plan::BalancePlan;
+use crate::dynamics::setup::Setup;
+use crate::kinematics::Bodies;
+use crate::parameters::{InterfaceParameters, Parameters};
+use crate::scalar::Scalar;
+use crate::spatial::{Twist, Wrench};
+use crate::topology::{Link, Role, Topology};
+
+impl<T: Scalar> Balance<T> {
+    /// Tilts rows and columns by friction. Needs the wrenches that the contacts were pressed with.
+    pub(in crate::dynamics) fn rub(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        interfaces: &Interfaces<T>,
+        coupling: Coupling,
+    ) {
+        self.rows.copy_from_slice(&bodies.screws);
+        self.tilted.copy_from_slice(&self.columns);
+        self.constants.fill(T::zero());
+        self.cut_constants.fill(Wrench::zero());
+        if coupling == Coupling::None {
+            return;
+        }
+        for (interface, state) in parameters.interfaces.iter().zip(&interfaces.states) {
+            let Role::Tree { node } = topology.role[interface.joint] else { continue };
+            let (constant, slope) = state.linear(coupling, self.joint_wrenches[interface.joint]);
+            let first = topology.nodes[node].tree_dofs.start;
+            let reversed = matches!(topology.nodes[node].link, Link::Joint { reversed: true, .. });
+            for (&against, dof) in state.against.iter().zip(interface.shape.dofs()) {
+                // `slope` acts on the predecessor's wrench, rows on the parent's.
+                let tilt = slope * against;
+                if reversed {
+                    self.rows[first + dof] += tilt;
+                } else {
+                    self.rows[first + dof] -= tilt;
+                }
+                self.constants[first + dof] += against * constant;
+            }
+        }
+        for cut in 0..topology.cuts.len() {
+            self.rub_cut(topology, parameters, bodies, interfaces, coupling, cut);
+        }
+    }
+
+    /// A cut joint's wrench is `columns + sum of q (constant + slope.power(wrench))`, with `q` the
+    /// efforts of each contact's friction: solved here for the wrench.
+    fn rub_cut(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        interfaces: &Interfaces<T>,
+        coupling: Coupling,
+        cut: usize,
+    ) {
+        let joint = topology.cuts[cut].joint;
+        // No joint type has more than two contacts.
+        let mut q = [Wrench::zero(); 2];
+        let mut n = [Twist::zero(); 2];
+        let mut constant = Wrench::zero();
+        let range = parameters.interfaces_at[joint].clone();
+        if range.is_empty() {
+            return;
+        }
+        for (place, index) in range.take(2).enumerate() {
+            let (interface, state) = (&parameters.interfaces[index], &interfaces.states[index]);
+            let (force, slope) = state.linear(coupling, self.joint_wrenches[joint]);
+            q[place] = bodies.wrench_of(topology, interface, state.against);
+            n[place] = slope;
+            constant += q[place] * force;
+        }
+        // (I - G) y = n(u), wrench = u + q y, with G_ab = n_a(q_b).
+        let (g00, g01) = (n[0].power(q[0]), n[0].power(q[1]));
+        let (g10, g11) = (n[1].power(q[0]), n[1].power(q[1]));
+        let (a, d) = (T::one() - g00, T::one() - g11);
+        let over = (a * d - g01 * g10).recip();
+        let absorb = |u: Wrench<T>| {
+            let (b0, b1) = (n[0].power(u), n[1].power(u));
+            let y0 = (d * b0 + g01 * b1) * over;
+            let y1 = (a * b1 + g10 * b0) * over;
+            u + q[0] * y0 + q[1] * y1
+        };
+        for column in topology.cuts[cut].columns(topology.constraints) {
+            self.tilted[column] = absorb(self.columns[column]);
+        }
+        self.cut_constants[cut] = absorb(constant);
+    }
+
+    /// The balance of [`Self::rest_like`] with nothing but one contact's friction, as it is now;
+    /// writes what the drives must do against it.
+    pub(in crate::dynamics) fn rub_alone(
+        &mut self,
+        setup: &Setup<'_>,
+        parameters: &Parameters<T>,
+        bodies: &Bodies<T>,
+        interface: &InterfaceParameters<T>,
+        state: &InterfaceState<T>,
+        drives: &mut [T],
+    ) {
+        let topology = setup.topology;
+        self.constants.fill(T::zero());
+        self.cut_constants.fill(Wrench::zero());
+        match topology.role[interface.joint] {
+            Role::Tree { node } => {
+                let first = topology.nodes[node].tree_dofs.start;
+                for (&against, dof) in state.against.iter().zip(interface.shape.dofs()) {
+                    self.constants[first + dof] = against * state.friction();
+                }
+            }
+            Role::Cut { cut } => {
+                let wrench = bodies.wrench_of(topology, interface, state.against);
+                self.cut_constants[cut] = wrench * state.friction();
+            }
+        }
+        let BalancePlan { structure, program } = setup.balance;
+        let passes = setup.balance.passes();
+        self.solve_factored(topology, structure, program, parameters, bodies, passes);
+        self.read_drives(topology, bodies, &self.constants, drives);
+    }
+}

@@ -1,0 +1,187 @@
+//! The tree's mass matrix and what inertia, gravity, loads and springs do on its freedoms.
+
+use crate::dynamics::SpringForce;
+use crate::kinematics::Bodies;
+use crate::parameters::{Parameters, SpringParameters};
+use crate::scalar::Scalar;
+use crate::spatial::{Mat3, Twist, Vec3, Wrench};
+use crate::statics::{AppliedLoad, demand_of_motion};
+use crate::topology::{Link, Topology};
+
+/// Inertia of one body, or of several that move as one, about the kernel origin in world axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Inertia {
+    mass: f64,
+    /// Mass times centre of mass, kg m.
+    moment: Vec3<f64>,
+    /// About the origin, kg m^2.
+    second: Mat3<f64>,
+}
+
+impl Inertia {
+    fn of(parameters: &Parameters<f64>, bodies: &Bodies<f64>, body: usize) -> Self {
+        let pose = bodies.pose[body];
+        let (mass, com) = (parameters.mass[body], pose.apply(parameters.com[body]));
+        let about_com = pose.rotation * parameters.inertia[body] * pose.rotation.transpose();
+        let square = com.norm_squared();
+        let column = |k: usize| {
+            let e: Vec3<f64> = Vec3::unit(k);
+            (e * square - com * com.component(k)) * mass
+        };
+        let steiner = Mat3::from_columns(column(0), column(1), column(2));
+        Self { mass, moment: com * mass, second: about_com + steiner }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.mass += other.mass;
+        self.moment += other.moment;
+        self.second = self.second + other.second;
+    }
+
+    /// The momentum of a motion, or what an acceleration demands.
+    #[inline(always)]
+    pub(super) fn times<T: Scalar>(&self, twist: Twist<T>) -> Wrench<T> {
+        let (mass, moment) = (T::from_f64(self.mass), self.moment.lift());
+        let second = self.second.lift();
+        Wrench {
+            force: twist.linear * mass + twist.angular.cross(moment),
+            moment: second * twist.angular + moment.cross(twist.linear),
+        }
+    }
+}
+
+/// Inertia and what drives the tree, at one position and velocity.
+#[derive(Clone, Debug, Default)]
+pub(super) struct MassMatrix {
+    /// Each body's own.
+    pub(super) inertia: Vec<Inertia>,
+    /// Row by row.
+    pub(super) matrix: Vec<f64>,
+    /// What the joints must exert on each body where the tree does not accelerate.
+    pub(super) demand: Vec<Wrench<f64>>,
+    /// The same on the tree's freedoms.
+    pub(super) bias: Vec<f64>,
+    /// Room for what hangs from each body, and what it demands.
+    composite: Vec<Inertia>,
+    beyond: Vec<Wrench<f64>>,
+}
+
+impl MassMatrix {
+    /// Needs bodies placed and moved.
+    pub(super) fn new(
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        bodies: &mut Bodies<f64>,
+        loads: &[AppliedLoad<f64>],
+    ) -> Self {
+        let mut masses = Self::default();
+        masses.update(topology, parameters, bodies, loads);
+        masses
+    }
+
+    /// The same in the room that is there.
+    pub(super) fn update(
+        &mut self,
+        topology: &Topology,
+        parameters: &Parameters<f64>,
+        bodies: &mut Bodies<f64>,
+        loads: &[AppliedLoad<f64>],
+    ) {
+        let count = bodies.pose.len();
+        let n = topology.dofs();
+        let Self { inertia, matrix, demand, bias, composite, beyond } = self;
+        inertia.clear();
+        inertia.extend((0..count).map(|b| Inertia::of(parameters, bodies, b)));
+        bodies.acceleration.clone_from(&bodies.bias);
+        demand.clear();
+        demand.extend((0..count).map(|body| match body {
+            0 => Wrench::zero(),
+            _ => demand_of_motion(parameters, bodies, body),
+        }));
+        for load in loads {
+            demand[load.body.0] -= load.wrench(bodies);
+        }
+        for spring in &parameters.springs {
+            let pull = SpringForce::of(spring, bodies);
+            let [from, to] = spring.ends;
+            demand[to] -= pull.wrench;
+            demand[from] += pull.wrench;
+        }
+        composite.clone_from(inertia);
+        beyond.clone_from(demand);
+        matrix.clear();
+        matrix.resize(n * n, 0.0);
+        bias.clear();
+        bias.resize(n, 0.0);
+        for node in topology.nodes.iter().rev() {
+            let whole = composite[node.body];
+            for tree_dof in node.tree_dofs.clone() {
+                let momentum = whole.times(bodies.screws[tree_dof]);
+                bias[tree_dof] = bodies.screws[tree_dof].power(beyond[node.body]);
+                let mut next = Some(node);
+                while let Some(above) = next {
+                    for other in above.tree_dofs.clone() {
+                        let entry = bodies.screws[other].power(momentum);
+                        matrix[tree_dof * n + other] = entry;
+                        matrix[other * n + tree_dof] = entry;
+                    }
+                    next = above.parent.map(|parent| &topology.nodes[parent]);
+                }
+            }
+            if let (Link::Joint { .. }, Some(parent)) = (node.link, node.parent) {
+                let parent = topology.nodes[parent].body;
+                composite[parent].add(&whole);
+                let wrench = beyond[node.body];
+                beyond[parent] += wrench;
+            }
+        }
+    }
+
+    /// Kinetic energy, J.
+    pub(super) fn kinetic(&self, bodies: &Bodies<f64>) -> f64 {
+        let each = self.inertia.iter().zip(&bodies.twist);
+        each.map(|(inertia, twist)| 0.5 * twist.power(inertia.times(*twist))).sum()
+    }
+}
+
+/// Potential energy of gravity (zero at the kernel origin) and of springs, J.
+pub(super) fn potential(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
+    let of_body = |body: usize| {
+        let com = bodies.pose[body].apply(parameters.com[body]);
+        -parameters.mass[body] * parameters.gravity.dot(com)
+    };
+    let of_springs = parameters.springs.iter().map(|spring| {
+        let longer = SpringForce::of(spring, bodies).length - spring.free_length;
+        0.5 * spring.stiffness * longer * longer
+    });
+    (1..bodies.pose.len()).map(of_body).chain(of_springs).sum()
+}
+
+/// What dampers of springs dissipate where bodies move like this, W.
+pub(super) fn damped(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
+    let of_spring = |spring: &SpringParameters<f64>| {
+        let rate = SpringForce::of(spring, bodies).rate;
+        spring.damping * rate * rate
+    };
+    parameters.springs.iter().map(of_spring).sum()
+}
+
+/// The power of all loads where bodies move like this, W.
+pub(super) fn power_of_loads(loads: &[AppliedLoad<f64>], bodies: &Bodies<f64>) -> f64 {
+    loads.iter().map(|load| bodies.twist[load.body.0].power(load.wrench(bodies))).sum()
+}
+
+/// What potential energy grows by where bodies move like this, W.
+pub(super) fn exchange(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
+    let of_body = |body: usize| {
+        let com = bodies.pose[body].apply(parameters.com[body]);
+        let twist = bodies.twist[body];
+        let velocity = twist.velocity_at(com);
+        -parameters.mass[body] * parameters.gravity.dot(velocity)
+    };
+    let of_springs = parameters.springs.iter().map(|spring| {
+        let pull = SpringForce::of(spring, bodies);
+        spring.stiffness * (pull.length - spring.free_length) * pull.rate
+    });
+    (1..bodies.pose.len()).map(of_body).chain(of_springs).sum()
+}

@@ -1,0 +1,53 @@
+//! What acts changes suddenly: a controller has taken a sample, or a force jumps.
+
+use super::locate::LET_GO;
+use super::{REST, Simulation};
+use crate::forward::affine_friction::{InterfaceMode, norm};
+use crate::forward::error::ForwardError;
+use crate::forward::inputs::Inputs;
+use crate::forward::instant::Instant;
+
+impl Simulation<'_> {
+    /// Accelerations and reactions under what acts now. Contacts are looked at anew only where they do not clearly
+    /// go on with what they do: that is the rule of the search as well, which tries it first, and costs many times as
+    /// much.
+    pub(super) fn heed_change(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        if let Some(instant) = self.goes_on(inputs) {
+            self.become_now(instant);
+            return self.look_for_others(inputs);
+        }
+        self.reconsider(inputs, None)
+    }
+
+    fn goes_on(&mut self, inputs: &mut dyn Inputs) -> Option<Instant> {
+        let still = self.is_still();
+        let clear =
+            self.modes.iter().zip(&self.now.interfaces).all(|(mode, interface)| match mode {
+                InterfaceMode::Smooth | InterfaceMode::Sticks => true,
+                InterfaceMode::AtLimit(_) => false,
+                InterfaceMode::Slides(_) => norm(interface.velocity) > REST * self.fastest,
+            });
+        if !clear || self.overload != 1.0 {
+            return None;
+        }
+        let mut y = self.list();
+        self.pack_into(&mut y);
+        let time = self.now.time;
+        let found = match still {
+            true => self.watch(time, &y, true, inputs),
+            false => self.evaluate(time, &y, inputs, true),
+        };
+        self.lists.push(y);
+        let instant = found.ok()?;
+        // Where more sticks than is needed to hold it, friction is shared anew unless nothing moves at all.
+        let sticks = self.modes.contains(&InterfaceMode::Sticks);
+        let shared = sticks && instant.redundant > 0 && !still;
+        let unique = instant.coupling.is_some_and(|coupling| coupling < 1.0);
+        let holds = self.least_margin(&instant) > 2.0 * LET_GO;
+        if shared || !unique || !holds {
+            self.room.spare(instant);
+            return None;
+        }
+        Some(instant)
+    }
+}

@@ -1,0 +1,119 @@
+//! What sticks is frozen: it does not move, not even by rounding.
+
+use super::{Event, EventKind, Simulation};
+use crate::forward::affine_friction::InterfaceMode;
+use crate::forward::error::ForwardError;
+use crate::forward::inputs::Inputs;
+use crate::forward::project::Anchor;
+use crate::topology::Role;
+
+impl Simulation<'_> {
+    /// Anchors of cut joints and frozen freedoms of the tree that these contacts hold.
+    pub(super) fn holds_of(&self, interfaces: &[usize]) -> (Vec<Anchor>, Vec<bool>) {
+        let topology = &self.model.topology;
+        let mut anchors = Vec::new();
+        let mut frozen = vec![false; topology.dofs()];
+        for &interface in interfaces {
+            let content = &self.model.parameters.interfaces[interface];
+            let joint = content.joint;
+            for dof in content.shape.dofs() {
+                let driven = self.model.prescribed.iter().any(|&a| {
+                    (topology.actuators[a].joint, topology.actuators[a].dof) == (joint, dof)
+                });
+                match topology.role[joint] {
+                    _ if driven => {}
+                    Role::Tree { node } => {
+                        frozen[topology.nodes[node].tree_dofs.start + dof] = true;
+                    }
+                    Role::Cut { .. } => {
+                        let (j, k) =
+                            (self.now.bodies.frame_j[joint], self.now.bodies.frame_k[joint]);
+                        anchors.push(Anchor { joint, dof, pose: j.inverse() * k });
+                    }
+                }
+            }
+        }
+        (anchors, frozen)
+    }
+
+    /// Freezes what sticks, and all that cannot move then.
+    pub(super) fn hold(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        let model = self.model;
+        self.room.conditions_hold = false;
+        let sticks: Vec<usize> =
+            (0..self.modes.len()).filter(|&c| self.modes[c] == InterfaceMode::Sticks).collect();
+        (self.anchors, self.frozen) = self.holds_of(&sticks);
+        if sticks.is_empty() {
+            self.told_of_shares = 0;
+            return Ok(());
+        }
+        let mut state = self.now.state.clone();
+        let situation = model.situation(
+            self.now.time,
+            state.clone(),
+            &self.bristles,
+            (&self.grips, &self.shares),
+            inputs,
+        );
+        let loads: Vec<f64> = self.now.interfaces.iter().map(|c| c.load).collect();
+        let solved = model
+            .solve(&situation, &self.modes, Some(&loads), true)
+            .map_err(|u| model.unsolved(situation.time, u))?;
+        // Where nothing is left to move, nothing moves, not even by rounding. A freedom that is immobile
+        // while others move may be at a dead centre.
+        if model.prescribed.is_empty() && solved.balance.mobility(model.topology.dofs()) == 0 {
+            self.frozen.fill(true);
+        }
+        for (rate, frozen) in state.rates.iter_mut().zip(&self.frozen) {
+            if *frozen {
+                *rate = 0.0;
+            }
+        }
+        let redundant = solved.balance.spread.stresses.len();
+        let without = self.permanently_redundant(&situation);
+        let shares = redundant.saturating_sub(without);
+        if shares > 0 && shares != self.told_of_shares {
+            let kind = EventKind::SharesNotUnique { redundant: shares };
+            self.events.push(Event { time: self.now.time, kind });
+        }
+        self.told_of_shares = shares;
+        let situation = model.situation(
+            self.now.time,
+            state,
+            &self.bristles,
+            (&self.grips, &self.shares),
+            inputs,
+        );
+        self.now = model.instant(situation, &self.modes, &solved);
+        self.still();
+        Ok(())
+    }
+
+    /// How many constraints are redundant where nothing sticks.
+    pub(super) fn permanently_redundant(
+        &self,
+        situation: &crate::forward::situation::Situation,
+    ) -> usize {
+        let model = self.model;
+        let (held, _) = model.held(&situation.targets, &[], &[], &[]);
+        let rows = crate::forward::constraint_jacobian::Rows::new(
+            &model.topology,
+            &model.parameters,
+            &situation.bodies,
+            &held,
+        );
+        match crate::forward::balance::Balance::new(&model.scene(situation), rows) {
+            Ok(balance) => balance.spread.stresses.len(),
+            Err(_) => 0,
+        }
+    }
+
+    /// Nothing frozen accelerates, not even by rounding.
+    pub(super) fn still(&mut self) {
+        for (acceleration, frozen) in self.now.state.accelerations.iter_mut().zip(&self.frozen) {
+            if *frozen {
+                *acceleration = 0.0;
+            }
+        }
+    }
+}

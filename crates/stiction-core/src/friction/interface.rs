@@ -1,0 +1,102 @@
+//! Sliding contacts: where in a joint friction acts.
+
+use super::{Law, NormalLoadMap};
+use crate::joint::{Carrier, JointType};
+
+/// One sliding contact of a joint and its friction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointFriction {
+    /// Place of the contact among those of the joint's type: an index into [`interfaces_of`].
+    pub place: usize,
+    /// Radius of the sliding surface, m; of a plate the effective one, at which its friction resists
+    /// its turning. Guides slide along their axis and take no radius.
+    pub radius: Option<f64>,
+    /// From speed and load to friction force.
+    pub law: Law,
+    /// The same for sliding backward, if it is different; only for contacts with one freedom.
+    pub backward: Option<Law>,
+    /// From reaction to load.
+    pub load: NormalLoadMap<f64>,
+}
+
+impl JointFriction {
+    /// The guide of a prismatic joint, loaded by the force across it.
+    pub fn guide(law: Law) -> Self {
+        Self { place: 0, radius: None, law, backward: None, load: NormalLoadMap::force_only() }
+    }
+
+    /// The first contact of a joint that turns on a surface of radius `radius` (m): a pin, a ball, a plate, a thread; loaded
+    /// by the force on it.
+    pub fn round(radius: f64, law: Law) -> Self {
+        Self { radius: Some(radius), ..Self::guide(law) }
+    }
+}
+
+/// The geometry of a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InterfaceShape {
+    /// A pin that turns about an axis of J or K: freedom `dof`, axis number `axis`.
+    Pin {
+        /// Index of the rotation among the joint's freedoms.
+        dof: usize,
+        /// Axis 0, 1, 2 for x, y, z of the carrier's frame.
+        axis: usize,
+        /// The body in which the axis is fixed.
+        carrier: Carrier,
+    },
+    /// A guide that slides along the z axis of J.
+    Guide {
+        /// Index of the translation among the joint's freedoms.
+        dof: usize,
+    },
+    /// A thread about the z axis of J, which slides along its helix.
+    Thread,
+    /// A ball: freedoms 0, 1, 2 are the angular velocity in K.
+    Ball,
+    /// A plate with its middle at the origin of K on a plane across the z axis of J: freedoms 0 and
+    /// 1 are the velocity of its middle, freedom 2 turns it.
+    Plate,
+}
+
+impl InterfaceShape {
+    /// The indices of the freedoms along which the contact slides.
+    #[inline]
+    pub const fn dofs(self) -> core::ops::Range<usize> {
+        match self {
+            Self::Pin { dof, .. } | Self::Guide { dof } => dof..dof + 1,
+            Self::Thread => 0..1,
+            Self::Ball | Self::Plate => 0..3,
+        }
+    }
+
+    /// Whether the contact has a radius.
+    pub const fn turns(self) -> bool {
+        !matches!(self, Self::Guide { .. })
+    }
+
+    /// Whether it slides forward or backward, and in no other direction.
+    pub const fn has_one_dof(self) -> bool {
+        !matches!(self, Self::Ball | Self::Plate)
+    }
+}
+
+const PIN_Z: InterfaceShape =
+    InterfaceShape::Pin { dof: 0, axis: 2, carrier: Carrier::Predecessor };
+
+/// The sliding contacts of a joint type, each with its name (empty where the joint has only one).
+/// Fixed and free joints have none.
+pub const fn interfaces_of(joint_type: JointType) -> &'static [(&'static str, InterfaceShape)] {
+    match joint_type {
+        JointType::Revolute => &[("", PIN_Z)],
+        JointType::Prismatic => &[("", InterfaceShape::Guide { dof: 0 })],
+        JointType::Helical => &[("", InterfaceShape::Thread)],
+        JointType::Cylindrical => &[("angle", PIN_Z), ("slide", InterfaceShape::Guide { dof: 1 })],
+        JointType::Universal => &[
+            ("first", PIN_Z),
+            ("second", InterfaceShape::Pin { dof: 1, axis: 0, carrier: Carrier::Successor }),
+        ],
+        JointType::Spherical => &[("", InterfaceShape::Ball)],
+        JointType::Planar => &[("", InterfaceShape::Plate)],
+        JointType::Fixed | JointType::Free => &[],
+    }
+}

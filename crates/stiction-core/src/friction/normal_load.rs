@@ -1,0 +1,493 @@
+//! Load maps: from a joint's reaction to the load on its sliding surface.
+//!
+//! Equation (F3) of the book's theory.
+
+use crate::scalar::Scalar;
+use crate::spatial::{Twist, Vec3, Wrench};
+
+/// Which components of a joint's reaction press its sliding surfaces together, at what arm.
+///
+/// The load is made of parts:
+///
+/// | part | pin (R, C, U) | guide (P, C) | thread (H) | ball (S) | plate (E) |
+/// | --- | --- | --- | --- | --- | --- |
+/// | always | radial force | lateral force | radial force, normal force of the flanks | resultant force | normal force |
+/// | `bending_span` | 2 x bending moment / span | the same | the same | - | 2 x tilting moment / span |
+/// | `axial_ratio` | axial force x ratio (collar radius / pin radius) | - | - | - | - |
+/// | `torsion_arm` | - | torsional moment / arm | - | - | - |
+/// | `preload` | added | added | added | added | added |
+///
+/// How they add is [`Combine`]'s to say. Moments are about the middle between the supports, see
+/// [`Supports`]: the joint's origin by default; of a plate about its own origin, that of K. A part
+/// without its length is absent: nothing is assumed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalLoadMap<T> {
+    /// Distance between the two supports of a pin or guide, or across a plate, m.
+    pub bending_span: Option<T>,
+    /// Collar radius over pin radius, dimensionless.
+    pub axial_ratio: Option<T>,
+    /// Arm at which a guide takes torsion, m.
+    pub torsion_arm: Option<T>,
+    /// Constant load, N.
+    pub preload: T,
+    /// How the parts add.
+    pub combine: Combine,
+    /// Where the supports are.
+    pub supports: Supports<T>,
+    /// Cosine of a thread's half flank angle in the section normal to the thread.
+    pub flank_cosine: Option<T>,
+    /// Rounds off the corner of every norm at zero: `sqrt(x^2 + smoothing^2) - smoothing`, N.
+    pub smoothing: Option<T>,
+}
+
+/// How the parts of a load add.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Combine {
+    /// Each part stands for surfaces of its own: their sum.
+    #[default]
+    Sum,
+    /// Radial (lateral) force and bending moment make one force at each of two supports, a span
+    /// apart: the sum of these two forces, `|F/2 + M x e/span| + |F/2 - M x e/span|` with the axis
+    /// `e`. Axial force and torsion add to it.
+    Pads,
+    /// The root of the sum of the squares of all parts; the preload is added.
+    RootSumSquare,
+}
+
+/// Where the two supports are that take the bending moment of a contact whose bodies slide along
+/// each other.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum Supports<T> {
+    /// On the predecessor, half a span before and behind the origin of J.
+    #[default]
+    Predecessor,
+    /// On the successor, half a span before and behind the origin of K.
+    Successor,
+    /// One on each, as the gland of a cylinder and the piston of its rod: the span changes with the
+    /// slide, and takes the place of [`NormalLoadMap::bending_span`].
+    OneOnEach {
+        /// Place of the predecessor's support along the axis, from the origin of J, m.
+        gland: T,
+        /// Place of the successor's support along the axis, from the origin of K, m.
+        piston: T,
+    },
+}
+
+/// A load and how it changes with the reaction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Load<T> {
+    /// The load, N, not negative.
+    pub value: T,
+    /// Its gradient: `d value = gradient.power(d wrench)`. Zero in every part that vanishes.
+    pub gradient: Twist<T>,
+}
+
+impl<T: Scalar> NormalLoadMap<T> {
+    /// Nothing but the resultant force.
+    pub fn force_only() -> Self {
+        Self {
+            bending_span: None,
+            axial_ratio: None,
+            torsion_arm: None,
+            preload: T::zero(),
+            combine: Combine::Sum,
+            supports: Supports::Predecessor,
+            flank_cosine: None,
+            smoothing: None,
+        }
+    }
+
+    /// The map as a seminorm of the reaction: without preload, its corners not rounded off. No load
+    /// changes by more than this one of the change of the reaction.
+    pub fn seminorm(&self) -> Self {
+        Self { preload: T::zero(), smoothing: None, ..*self }
+    }
+
+    /// The distance between supports on both bodies where the origin of K is `slide` before that of
+    /// J along the axis; positive as long as they overlap. None where the span is constant.
+    #[inline]
+    pub fn overlap(&self, slide: T) -> Option<T> {
+        let Supports::OneOnEach { gland, piston } = self.supports else { return None };
+        let apart = gland - piston;
+        Some(apart.if_positive(apart - slide, slide - apart))
+    }
+
+    /// The load of a pin, guide or thread's bore: a surface around the line along the unit vector
+    /// `axis`, between the origins of J and K, under `wrench` (about the kernel's origin).
+    #[inline]
+    pub fn between(&self, wrench: Wrench<T>, j: Vec3<T>, k: Vec3<T>, axis: Vec3<T>) -> Load<T> {
+        let (middle, span) = match self.supports {
+            Supports::Predecessor => (j, self.bending_span),
+            Supports::Successor => (k, self.bending_span),
+            Supports::OneOnEach { gland, piston } => {
+                let slide = (k - j).dot(axis);
+                let middle = j + axis * ((gland + slide + piston) * T::from_f64(0.5));
+                (middle, self.overlap(slide))
+            }
+        };
+        self.across(wrench, middle, axis, span)
+    }
+
+    /// The load of a pin or guide: a surface around the line through `point`, the middle between its
+    /// supports, along the unit vector `axis`, under `wrench` (about the kernel's origin).
+    pub fn around_axis(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>) -> Load<T> {
+        self.across(wrench, point, axis, self.bending_span)
+    }
+
+    #[inline]
+    fn across(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>, span: Option<T>) -> Load<T> {
+        // What is rare is not inlined: kernels of dual numbers grow large.
+        if self.combine == Combine::Sum && self.smoothing.is_none() {
+            self.sum(wrench, point, axis, span)
+        } else {
+            self.combined(wrench, point, axis, span)
+        }
+    }
+
+    /// The sum of all parts.
+    #[inline]
+    fn sum(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>, span: Option<T>) -> Load<T> {
+        let moment = wrench.moment_about(point);
+        let mut sum = Sum { value: self.preload, by_force: Vec3::zero(), by_moment: Vec3::zero() };
+
+        let lateral = norm(wrench.force.across(axis));
+        sum.value += lateral.value;
+        sum.by_force += lateral.direction;
+
+        if let Some(span) = span {
+            let factor = T::from_f64(2.0) / span;
+            let bending = norm(moment.across(axis));
+            sum.value += bending.value * factor;
+            sum.by_moment += bending.direction * factor;
+        }
+        if let Some(ratio) = self.axial_ratio {
+            let axial = norm(axis * wrench.force.dot(axis));
+            sum.value += axial.value * ratio;
+            sum.by_force += axial.direction * ratio;
+        }
+        if let Some(arm) = self.torsion_arm {
+            let torsion = norm(axis * moment.dot(axis));
+            sum.value += torsion.value / arm;
+            sum.by_moment += torsion.direction * arm.recip();
+        }
+        sum.load(point)
+    }
+
+    /// The parts, added and smoothed as is declared.
+    fn combined(
+        &self,
+        wrench: Wrench<T>,
+        point: Vec3<T>,
+        axis: Vec3<T>,
+        span: Option<T>,
+    ) -> Load<T> {
+        let (none, two) = (T::zero(), T::from_f64(2.0));
+        let moment = wrench.moment_about(point);
+        let lateral = wrench.force.across(axis);
+        let bending = span.map_or(none, |span| two / span);
+        let torsion = self.torsion_arm.map_or(none, T::recip);
+        let axial = self.axial_ratio.unwrap_or(none);
+        let along = axis * (wrench.force.dot(axis) * axial);
+        let bent = moment.across(axis) * bending;
+        let twisted = axis * (moment.dot(axis) * torsion);
+        if self.combine == Combine::RootSumSquare {
+            let square = lateral.norm_squared()
+                + along.norm_squared()
+                + bent.norm_squared()
+                + twisted.norm_squared();
+            let Part { value, direction: over } = self.root(square);
+            let by_force = (lateral + along * axial) * over;
+            let by_moment = (bent * bending + twisted * torsion) * over;
+            return Sum { value: self.preload + value, by_force, by_moment }.load(point);
+        }
+        let mut sum = Sum { value: self.preload, by_force: Vec3::zero(), by_moment: Vec3::zero() };
+        if self.combine == Combine::Pads {
+            let half = T::from_f64(0.5);
+            let couple = bent.cross(axis) * half;
+            let ahead = self.norm(lateral * half + couple);
+            let behind = self.norm(lateral * half - couple);
+            sum.value += ahead.value + behind.value;
+            sum.by_force += (ahead.direction + behind.direction) * half;
+            sum.by_moment += axis.cross(ahead.direction - behind.direction) * (bending * half);
+        } else {
+            let (lateral, bent) = (self.norm(lateral), self.norm(bent));
+            sum.value += lateral.value + bent.value;
+            sum.by_force += lateral.direction;
+            sum.by_moment += bent.direction * bending;
+        }
+        let (along, twisted) = (self.norm(along), self.norm(twisted));
+        sum.value += along.value + twisted.value;
+        sum.by_force += along.direction * axial;
+        sum.by_moment += twisted.direction * torsion;
+        sum.load(point)
+    }
+
+    /// The load of a plate whose origin is at `point` and whose normal is `normal`, under `wrench`
+    /// (about the kernel's origin).
+    pub fn on_plane(&self, wrench: Wrench<T>, point: Vec3<T>, normal: Vec3<T>) -> Load<T> {
+        let factor = self.bending_span.map_or(T::zero(), |span| T::from_f64(2.0) / span);
+        let pressing = normal * wrench.force.dot(normal);
+        let tilting = wrench.moment_about(point).across(normal) * factor;
+        let (value, by_force, by_moment) = if self.combine == Combine::RootSumSquare {
+            let root = self.root(pressing.norm_squared() + tilting.norm_squared());
+            (root.value, pressing * root.direction, tilting * (factor * root.direction))
+        } else {
+            let (pressing, tilting) = (self.norm(pressing), self.norm(tilting));
+            (pressing.value + tilting.value, pressing.direction, tilting.direction * factor)
+        };
+        Sum { value: self.preload + value, by_force, by_moment }.load(point)
+    }
+
+    /// The load of a ball at `point` under `wrench` (about the kernel's origin).
+    #[inline]
+    pub fn at_point(&self, wrench: Wrench<T>, point: Vec3<T>) -> Load<T> {
+        let resultant = self.norm(wrench.force);
+        Sum {
+            value: self.preload + resultant.value,
+            by_force: resultant.direction,
+            by_moment: Vec3::zero(),
+        }
+        .load(point)
+    }
+
+    /// The length of a force and its gradient, with the corner rounded off if that is declared.
+    #[inline]
+    fn norm(&self, force: Vec3<T>) -> Part<T, Vec3<T>> {
+        match self.smoothing {
+            None => norm(force),
+            Some(smoothing) => smooth(force, smoothing),
+        }
+    }
+
+    /// The root of a square and the factor that makes its gradient from that of half the square.
+    fn root(&self, square: T) -> Part<T, T> {
+        match self.smoothing {
+            None => {
+                let value = square.norm_of_square();
+                let safe = value.if_positive(value, T::one());
+                Part { value, direction: value.if_positive(safe.recip(), T::zero()) }
+            }
+            Some(smoothing) => {
+                let root = (square + smoothing * smoothing).sqrt();
+                Part { value: square / (root + smoothing), direction: root.recip() }
+            }
+        }
+    }
+}
+
+impl NormalLoadMap<f64> {
+    /// The same map as constants of another scalar.
+    pub fn lift<T: Scalar>(&self) -> NormalLoadMap<T> {
+        NormalLoadMap {
+            bending_span: self.bending_span.map(T::from_f64),
+            axial_ratio: self.axial_ratio.map(T::from_f64),
+            torsion_arm: self.torsion_arm.map(T::from_f64),
+            preload: T::from_f64(self.preload),
+            combine: self.combine,
+            supports: match self.supports {
+                Supports::Predecessor => Supports::Predecessor,
+                Supports::Successor => Supports::Successor,
+                Supports::OneOnEach { gland, piston } => {
+                    Supports::OneOnEach { gland: T::from_f64(gland), piston: T::from_f64(piston) }
+                }
+            },
+            flank_cosine: self.flank_cosine.map(T::from_f64),
+            smoothing: self.smoothing.map(T::from_f64),
+        }
+    }
+}
+
+/// A length and its gradient.
+struct Part<T, D> {
+    value: T,
+    direction: D,
+}
+
+/// The length of a vector and its gradient, the unit vector (zero where the length is).
+#[inline]
+fn norm<T: Scalar>(v: Vec3<T>) -> Part<T, Vec3<T>> {
+    let value = v.norm();
+    let safe = value.if_positive(value, T::one());
+    Part { value, direction: v * safe.recip() }
+}
+
+/// `sqrt(v^2 + e^2) - e`, without cancellation.
+fn smooth<T: Scalar>(v: Vec3<T>, e: T) -> Part<T, Vec3<T>> {
+    let square = v.norm_squared();
+    let root = (square + e * e).sqrt();
+    Part { value: square / (root + e), direction: v * root.recip() }
+}
+
+struct Sum<T> {
+    value: T,
+    by_force: Vec3<T>,
+    by_moment: Vec3<T>,
+}
+
+impl<T: Scalar> Sum<T> {
+    /// Moves the gradient from `point` to the kernel's origin.
+    #[inline]
+    fn load(self, point: Vec3<T>) -> Load<T> {
+        Load {
+            value: self.value,
+            gradient: Twist {
+                angular: self.by_moment,
+                linear: self.by_force + point.cross(self.by_moment),
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::{Dual, Lanes};
+    use proptest::prelude::*;
+
+    type D = Dual<f64, 6>;
+
+    /// Every part, in every way to add them.
+    fn maps() -> Vec<NormalLoadMap<f64>> {
+        let whole = NormalLoadMap {
+            bending_span: Some(0.1),
+            axial_ratio: Some(1.5),
+            torsion_arm: Some(0.03),
+            preload: 2.0,
+            ..NormalLoadMap::force_only()
+        };
+        let mut maps = vec![NormalLoadMap::force_only()];
+        for combine in [Combine::Sum, Combine::Pads, Combine::RootSumSquare] {
+            let map = NormalLoadMap { combine, ..whole };
+            maps.extend([map, NormalLoadMap { smoothing: Some(0.5), ..map }]);
+            let supports = Supports::OneOnEach { gland: 0.15, piston: -0.2 };
+            maps.push(NormalLoadMap { supports, bending_span: None, ..map });
+            maps.push(NormalLoadMap { supports: Supports::Successor, ..map });
+        }
+        maps
+    }
+
+    /// All kinds of contacts under a wrench.
+    fn loads<T: Scalar>(map: &NormalLoadMap<T>, wrench: Wrench<T>) -> [Load<T>; 4] {
+        let point = Vec3::new(0.2, -0.1, 0.3);
+        let axis = Vec3::new(2.0, -1.0, 2.0).direction().unwrap();
+        let (j, k) = (point.lift(), (point + axis * 0.07).lift());
+        [
+            map.between(wrench, j, k, axis.lift()),
+            map.around_axis(wrench, j, axis.lift()),
+            map.on_plane(wrench, k, axis.lift()),
+            map.at_point(wrench, j),
+        ]
+    }
+
+    fn as_wrench<T: Scalar>(c: [T; 6]) -> Wrench<T> {
+        Wrench { force: Vec3::new(c[0], c[1], c[2]), moment: Vec3::new(c[3], c[4], c[5]) }
+    }
+
+    proptest! {
+        /// The gradient against exact derivatives of the value itself; lanes against numbers.
+        #[test]
+        fn gradient_is_the_derivative_of_the_value(
+            wrench in prop::array::uniform6(-5.0..5.0_f64)
+        ) {
+            let variables = core::array::from_fn(|i| D::variable(wrench[i], i));
+            for map in maps() {
+                let numbers = loads(&map, as_wrench(wrench));
+                let duals = loads(&map.lift::<D>(), as_wrench(variables));
+                type L = Lanes<f64, 4>;
+                let lanes = loads(&map.lift::<L>(), as_wrench(wrench.map(L::from_f64)));
+                for ((number, dual), lane) in numbers.iter().zip(duals).zip(lanes) {
+                    prop_assert_eq!(number.value, dual.value.value);
+                    prop_assert_eq!(lane.value.0, [number.value; 4]);
+                    prop_assert!(number.value >= map.preload);
+                    let gradient = number.gradient;
+                    let found = [gradient.linear.to_array(), gradient.angular.to_array()].concat();
+                    for (i, component) in found.iter().enumerate() {
+                        let error = component - dual.value.slope[i];
+                        // Rounding of unit vectors whose length is a difference.
+                        prop_assert!(error.abs() < 1e-11, "{map:?} {i}: {error}");
+                    }
+                }
+            }
+        }
+
+        /// A load grows no faster than its reaction: the triangle inequality, on which uniqueness
+        /// rests.
+        #[test]
+        fn loads_are_seminorms(
+            a in prop::array::uniform6(-5.0..5.0_f64),
+            b in prop::array::uniform6(-5.0..5.0_f64),
+        ) {
+            for map in maps() {
+                let change = as_wrench(a) - as_wrench(b);
+                let of = |map: &NormalLoadMap<f64>, wrench| loads(map, wrench).map(|load| load.value);
+                                let pairs = of(&map, as_wrench(a)).into_iter().zip(of(&map, as_wrench(b)));
+                for ((a, b), most) in pairs.zip(of(&map.seminorm(), change)) {
+                    prop_assert!((a - b).abs() <= most * (1.0 + 1e-12) + 1e-12);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_reaction_leaves_the_preload() {
+        for map in maps() {
+            for load in loads(&map, Wrench::zero()) {
+                assert_eq!(load, Load { value: map.preload, gradient: Twist::zero() });
+            }
+        }
+    }
+
+    /// Two pads by hand: 30 N across and 4 N m about the same direction's normal, 0.2 m apart, make
+    /// 15 N + 20 N on one pad and 15 N - 20 N on the other; at right angles each bears the root of
+    /// 15^2 + 20^2.
+    #[test]
+    fn two_pads() {
+        let map = NormalLoadMap {
+            bending_span: Some(0.2),
+            combine: Combine::Pads,
+            ..NormalLoadMap::force_only()
+        };
+        let force = Vec3::new(30.0, 0.0, -7.0);
+        for (moment, expected) in [
+            (Vec3::new(0.0, 4.0, 9.0), 35.0 + 5.0),
+            (Vec3::new(0.0, -4.0, 9.0), 35.0 + 5.0),
+            (Vec3::new(4.0, 0.0, 9.0), 25.0 + 25.0),
+        ] {
+            let wrench = Wrench { force, moment };
+            let load = map.around_axis(wrench, Vec3::zero(), Vec3::unit(2));
+            assert!((load.value - expected).abs() < 1e-13, "{load:?}");
+        }
+        let sum = NormalLoadMap { combine: Combine::Sum, ..map };
+        let root = NormalLoadMap { combine: Combine::RootSumSquare, ..map };
+        let wrench = Wrench { force, moment: Vec3::new(0.0, 4.0, 9.0) };
+        for (map, expected) in [(sum, 70.0), (root, 50.0)] {
+            let load = map.around_axis(wrench, Vec3::zero(), Vec3::unit(2));
+            assert!((load.value - expected).abs() < 1e-13, "{load:?}");
+        }
+    }
+
+    /// A rod under a force across its end, in a gland and with a piston: a lever.
+    #[test]
+    fn gland_and_piston() {
+        let map = NormalLoadMap {
+            combine: Combine::Pads,
+            supports: Supports::OneOnEach { gland: 0.5, piston: -0.6 },
+            ..NormalLoadMap::force_only()
+        };
+        for slide in [0.65, 0.8, 0.95] {
+            // The gland is 0.5 from J, the piston at slide - 0.6, the force at slide.
+            let overlap = 0.5 - (slide - 0.6);
+            assert!((map.overlap(slide).unwrap() - overlap).abs() < 1e-15);
+            let force = Vec3::new(0.0, 40.0, 0.0);
+            let tip = Vec3::unit(2) * slide;
+            let wrench = Wrench { force, moment: tip.cross(force) };
+            let load = map.between(wrench, Vec3::zero(), tip, Vec3::unit(2));
+            let (gland, piston) = (40.0 * 0.6 / overlap, 40.0 * (slide - 0.5) / overlap);
+            assert!((load.value - (gland + piston)).abs() < 1e-12 * load.value);
+        }
+        assert!(map.overlap(1.2).unwrap() < 0.0);
+        let turned = Supports::OneOnEach { gland: -0.5, piston: 0.6 };
+        let turned = NormalLoadMap { supports: turned, ..map };
+        assert!((turned.overlap(-0.8).unwrap() - 0.3).abs() < 1e-15);
+    }
+}

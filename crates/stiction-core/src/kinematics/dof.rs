@@ -1,0 +1,175 @@
+//! Freedoms that a prescription leaves open.
+
+use super::bodies::Bodies;
+use super::error::OpenDof;
+use super::motion_constraints::Spin;
+use crate::linalg::Svd;
+use crate::mechanism::BodyId;
+use crate::parameters::Parameters;
+use crate::spatial::{Twist, Vec3, describe_motion};
+use crate::topology::{Actuator, Link, Topology};
+use nalgebra::{DMatrix, DVector};
+
+/// Singular values below this, relative to the largest, count as zero. Matrices here are scaled to
+/// entries of order one. A position at which a freedom is blocked to second order only is found no
+/// better than to the square root of round-off, 1e-8, and so is the singular value.
+pub(super) const OPEN: f64 = 1e-6;
+
+/// What is left open.
+pub(super) enum OpenMotion {
+    /// Nothing but idle spins of single bodies.
+    Spins(Vec<Spin>),
+    /// Freedoms that matter.
+    Freedoms(Vec<OpenTwist>),
+}
+
+/// A motion of some body that is left open.
+pub(super) struct OpenTwist {
+    body: usize,
+    motion: String,
+}
+
+impl OpenTwist {
+    pub(super) fn named(self, bodies: &[String]) -> OpenDof {
+        OpenDof { body: bodies[self.body].clone(), motion: self.motion }
+    }
+}
+
+/// Finds what the (scaled) system leaves open at the present position.
+pub(super) fn open_motions(
+    topology: &Topology,
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+    scaled: &DMatrix<f64>,
+    column_scales: &[f64],
+) -> OpenMotion {
+    let svd = Svd::new(scaled);
+    let null = svd.null_space(svd.rank_of_order_one(OPEN));
+    // Rates of the tree for each open direction, then twists of the bodies.
+    let rates: Vec<DVector<f64>> = null
+        .iter()
+        .map(|n| DVector::from_iterator(n.len(), n.iter().zip(column_scales).map(|(x, s)| x * s)))
+        .collect();
+    let twists: Vec<Vec<Twist<f64>>> =
+        rates.iter().map(|rates| body_twists(topology, bodies, rates.as_slice())).collect();
+    match idle_spins(topology, parameters, bodies, &rates, &twists) {
+        Some(spins) => OpenMotion::Spins(spins),
+        None => OpenMotion::Freedoms(
+            twists.iter().map(|twists| in_words(parameters, bodies, twists)).collect(),
+        ),
+    }
+}
+
+/// Twists of all bodies for given rates of the tree.
+pub(crate) fn body_twists(
+    topology: &Topology,
+    bodies: &Bodies<f64>,
+    rates: &[f64],
+) -> Vec<Twist<f64>> {
+    let mut twists = vec![Twist::zero(); bodies.pose.len()];
+    for node in &topology.nodes {
+        let mut twist = match (node.link, node.parent) {
+            (Link::Joint { .. }, Some(parent)) => twists[topology.nodes[parent].body],
+            _ => Twist::zero(),
+        };
+        for tree_dof in node.tree_dofs.clone() {
+            twist += bodies.screws[tree_dof] * rates[tree_dof];
+        }
+        twists[node.body] = twist;
+    }
+    twists
+}
+
+/// The rate of an actuator where the bodies have these twists.
+pub(crate) fn actuator_rate(
+    topology: &Topology,
+    bodies: &Bodies<f64>,
+    actuator: &Actuator,
+    twists: &[Twist<f64>],
+) -> f64 {
+    let (predecessor, successor) = topology.ends[actuator.joint];
+    let dof = &topology.joint_types[actuator.joint].dofs()[actuator.dof];
+    let effort = bodies.effort(dof, actuator.joint);
+    (twists[successor] - twists[predecessor]).power(effort)
+}
+
+/// The spins, if every open motion is made of rotations of bodies about axes through their own
+/// centres of mass, and drives nothing.
+fn idle_spins(
+    topology: &Topology,
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+    rates: &[DVector<f64>],
+    twists: &[Vec<Twist<f64>>],
+) -> Option<Vec<Spin>> {
+    let length = parameters.length;
+    // Parts of unit motions below this are none.
+    let small = 1e-4;
+    for actuator in &topology.actuators {
+        let dof = &topology.joint_types[actuator.joint].dofs()[actuator.dof];
+        let size = if dof.translates() { length } else { 1.0 };
+        for twists in twists {
+            if actuator_rate(topology, bodies, actuator, twists).abs() > small * size {
+                return None;
+            }
+        }
+    }
+    // Bodies whose spins are chosen, as rows of amounts in each open motion.
+    let mut chosen = DMatrix::<f64>::zeros(0, rates.len());
+    let mut spins = Vec::new();
+    for body in 1..bodies.pose.len() {
+        let pose = bodies.pose[body];
+        let com = pose.apply(parameters.com[body]);
+        let motion = DMatrix::from_columns(
+            &twists
+                .iter()
+                .map(|twists| {
+                    let (w, v) =
+                        (twists[body].angular, twists[body].velocity_at(com) * (1.0 / length));
+                    DVector::from_column_slice(&[w.x, w.y, w.z, v.x, v.y, v.z])
+                })
+                .collect::<Vec<_>>(),
+        );
+        let Svd { u, singular_values: values, .. } = Svd::new(&motion);
+        if values[0] < small {
+            continue;
+        }
+        let moves_com = u.fixed_view::<3, 1>(3, 0).norm() > small;
+        if moves_com || (values.len() > 1 && values[1] > small) {
+            return None;
+        }
+        let axis = Vec3::new(u[(0, 0)], u[(1, 0)], u[(2, 0)]);
+        let amounts = u.column(0).transpose() * motion;
+        let count = chosen.nrows();
+        let mut with = chosen.clone().insert_row(count, 0.0);
+        with.row_mut(count).copy_from(&amounts);
+        if Svd::new(&with.transpose()).singular_values.min() > small {
+            chosen = with;
+            spins.push(Spin {
+                body: BodyId(body),
+                axis: pose.rotation.transpose_mul(axis).direction()?,
+            });
+        }
+    }
+    (spins.len() == rates.len()).then_some(spins)
+}
+
+/// The body that moves most and how.
+fn in_words(
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+    twists: &[Twist<f64>],
+) -> OpenTwist {
+    let size = |body: usize| {
+        let twist = twists[body];
+        let at = bodies.pose[body].apply(parameters.com[body]);
+        twist.angular.norm() * parameters.length + twist.velocity_at(at).norm()
+    };
+    let body = (1..twists.len()).max_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap_or(0);
+    let twist = twists[body];
+    // Told about the world's origin.
+    let in_world = twist.about(-parameters.origin);
+    let largest = twist.angular.norm() * parameters.length + twist.linear.norm();
+    let motion = describe_motion(in_world * (1.0 / largest), parameters.length);
+    OpenTwist { body, motion }
+}

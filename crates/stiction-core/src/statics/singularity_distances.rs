@@ -1,0 +1,464 @@
+//! Distances to singular positions along a motion, fast: where nothing is redundant.
+//!
+//! A smallest singular value is the root of the smallest eigenvalue of a matrix times its own transpose.
+//! Between bodies such a product has blocks only where a joint is, and between joints only where they share
+//! a body, so that its decomposition costs little: in proportion to the number of legs, but for what the
+//! joints at one hub have to do with each other.
+//!
+//! Equation (M6) of the book's theory.
+
+use super::distance::Distances;
+use super::newton_euler::NewtonEuler;
+use crate::joint::{Dof, JointType};
+use crate::kinematics::Bodies;
+use crate::linalg::{BLOCK, BlockCholesky, Lanczos, Part, Slot, Twofold};
+use crate::mechanism::Mechanism;
+use crate::parameters::Parameters;
+use crate::spatial::Wrench;
+
+/// Below this part of the largest entry a value is found with solutions refined against the matrix itself:
+/// products have lost too many of its digits. What is lost enters by the square of (product's rounding, some
+/// 1e-14, over the value's square).
+const SMALL: f64 = 1e-4;
+/// Below this part a decomposition of the matrix itself is asked: the product's decomposition is too far from
+/// right for refinement, which gains a factor of (value's square over product's rounding) with each pass.
+const TINY: f64 = 1e-6;
+/// Passes of refinement at most: at [`TINY`] each gains a factor of a hundred.
+const PASSES: usize = 10;
+/// Corrections of a solution that are rounding.
+const REFINED: f64 = 1e-14;
+
+/// Finds [`Distances`] at position after position of one mechanism.
+#[derive(Clone, Debug)]
+pub struct SingularityDistances {
+    /// Without the ground.
+    bodies: usize,
+    joints: Vec<Content>,
+    /// Products between bodies: of all that joints and actuators carry.
+    by_bodies: BlockCholesky,
+    body_slots: Vec<[Option<Slot>; 3]>,
+    /// Products between joints: of constraints.
+    by_joints: BlockCholesky,
+    joint_slots: Vec<Meeting>,
+    /// For each joint its unit wrenches, constraints first, on its predecessor and its successor; scaled.
+    on: Vec<[[Part; BLOCK]; 2]>,
+    lanczos: Lanczos,
+}
+
+#[derive(Clone, Debug)]
+struct Content {
+    joint_type: JointType,
+    /// Predecessor and successor.
+    ends: [usize; 2],
+    constraints: usize,
+    /// Constraints and drives.
+    unknowns: usize,
+    drives: Vec<Dof>,
+}
+
+/// Two joints at one body; of each which of its ends.
+#[derive(Clone, Copy, Debug)]
+struct Meeting {
+    joints: [usize; 2],
+    ends: [usize; 2],
+    slot: Slot,
+}
+
+impl SingularityDistances {
+    /// For a mechanism; none unless its balance has as many unknowns as equations.
+    pub fn new(mechanism: &Mechanism) -> Option<Self> {
+        let bodies = mechanism.bodies().len() - 1;
+        let joints: Vec<Content> = mechanism
+            .joints()
+            .iter()
+            .map(|joint| {
+                let dofs = joint.joint_type.dofs();
+                let drives: Vec<Dof> = joint.actuated_dofs().map(|dof| dofs[dof]).collect();
+                let constraints = joint.joint_type.constraints().len();
+                let ends = [joint.predecessor.0, joint.successor.0];
+                let unknowns = constraints + drives.len();
+                Content { joint_type: joint.joint_type, ends, constraints, unknowns, drives }
+            })
+            .collect();
+        if joints.iter().map(|joint| joint.unknowns).sum::<usize>() != BLOCK * bodies {
+            return None;
+        }
+        let moving = |joint: &Content| joint.ends.map(|end| end.checked_sub(1));
+        let pairs = joints.iter().filter_map(|joint| {
+            let [a, b] = moving(joint);
+            a.zip(b)
+        });
+        let by_bodies = BlockCholesky::new(bodies, pairs);
+        let body_slots = joints
+            .iter()
+            .map(|joint| {
+                let [a, b] = moving(joint);
+                let slot = |a: Option<usize>, b: Option<usize>| by_bodies.slot(a?, b?);
+                [slot(a, a), slot(b, b), slot(a, b)]
+            })
+            .collect();
+
+        let mut at = vec![Vec::new(); bodies + 1];
+        for (index, joint) in joints.iter().enumerate() {
+            for end in 0..2 {
+                at[joint.ends[end]].push((index, end));
+            }
+        }
+        let meetings = || {
+            at.iter().skip(1).flat_map(|at: &Vec<(usize, usize)>| {
+                let pairs = at.iter().enumerate();
+                pairs.flat_map(move |(k, a)| at[k..].iter().map(move |b| (*a, *b)))
+            })
+        };
+        let by_joints = BlockCholesky::new(joints.len(), meetings().map(|(a, b)| (a.0, b.0)));
+        let joint_slots = meetings()
+            .filter_map(|(a, b)| {
+                let slot = by_joints.slot(a.0, b.0)?;
+                Some(Meeting { joints: [a.0, b.0], ends: [a.1, b.1], slot })
+            })
+            .collect();
+        let count = joints.len();
+        Some(Self {
+            bodies,
+            joints,
+            by_bodies,
+            body_slots,
+            by_joints,
+            joint_slots,
+            on: vec![[[[0.0; BLOCK]; BLOCK]; 2]; count],
+            lanczos: Lanczos::default(),
+        })
+    }
+
+    /// The distances at the present position of `bodies`.
+    pub fn measure(
+        &mut self,
+        mechanism: &Mechanism,
+        parameters: &Parameters<f64>,
+        bodies: &Bodies<f64>,
+    ) -> Distances {
+        let largest = self.place(parameters, bodies);
+        let trusted = |value: &f64| *value > SMALL * largest;
+        let refined = |value: &f64| *value > TINY * largest;
+        let actuation = self
+            .smallest_between_bodies(false)
+            .filter(trusted)
+            .or_else(|| self.smallest_between_bodies(true).filter(refined));
+        if let Some(actuation) = actuation {
+            let constraint = self
+                .smallest_between_joints(false)
+                .filter(trusted)
+                .or_else(|| self.smallest_between_joints(true).filter(refined));
+            if let Some(constraint) = constraint {
+                return Distances { actuation, constraint };
+            }
+        }
+        let types: Vec<JointType> = self.joints.iter().map(|joint| joint.joint_type).collect();
+        Distances::of_square(&NewtonEuler::new(mechanism, parameters, bodies), &types)
+    }
+
+    /// The scaled balance at the position, joint by joint; returns its largest entry.
+    fn place(&mut self, parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
+        let mut largest = 0.0_f64;
+        let length = parameters.length;
+        for (index, joint) in self.joints.iter().enumerate() {
+            let (j, k) = (&bodies.frame_j[index], &bodies.frame_k[index]);
+            let mut wrenches = [Wrench::zero(); BLOCK];
+            let constraints = joint.joint_type.constraints();
+            for (wrench, constraint) in wrenches.iter_mut().zip(constraints) {
+                let scale = if constraint.is_moment() { length } else { 1.0 };
+                *wrench = constraint.wrench(j, k, parameters.pitch[index]) * scale;
+            }
+            for (wrench, dof) in wrenches[joint.constraints..].iter_mut().zip(&joint.drives) {
+                let scale = if dof.translates() { 1.0 } else { length };
+                *wrench = dof.effort(j, k) * scale;
+            }
+            for (end, sense) in [(0, -1.0), (1, 1.0)] {
+                let body = joint.ends[end];
+                let com = bodies.pose[body].apply(parameters.com[body]);
+                let columns = &mut self.on[index][end];
+                for (column, wrench) in columns.iter_mut().zip(&wrenches) {
+                    let force = (wrench.force * sense).to_array();
+                    let moment = (wrench.moment_about(com) * (sense / length)).to_array();
+                    for i in 0..3 {
+                        (column[i], column[i + 3]) = (force[i], moment[i]);
+                    }
+                    if body != 0 {
+                        largest = column.iter().fold(largest, |most, entry| most.max(entry.abs()));
+                    }
+                }
+            }
+        }
+        largest
+    }
+
+    /// Of everything: wrenches that bodies find hardest to carry.
+    fn smallest_between_bodies(&mut self, refine: bool) -> Option<f64> {
+        let (joints, on) = (&self.joints, &self.on);
+        let matrix = &mut self.by_bodies;
+        matrix.clear();
+        for (index, joint) in self.joints.iter().enumerate() {
+            let [on_a, on_b] = &self.on[index];
+            let (on_a, on_b) = (&on_a[..joint.unknowns], &on_b[..joint.unknowns]);
+            let pairs = [(on_a, on_a), (on_b, on_b), (on_a, on_b)];
+            for (slot, (rows, columns)) in self.body_slots[index].iter().zip(pairs) {
+                let Some(slot) = slot else { continue };
+                let (block, transposed) = matrix.block(*slot);
+                let (rows, columns) = if transposed { (columns, rows) } else { (rows, columns) };
+                for (row, column) in rows.iter().zip(columns) {
+                    for i in 0..BLOCK {
+                        for j in 0..BLOCK {
+                            block[i * BLOCK + j] += row[i] * column[j];
+                        }
+                    }
+                }
+            }
+        }
+        let all = (0..self.bodies).map(|_| BLOCK);
+        let product = |x: &[Part], out: &mut [[Twofold; BLOCK]]| {
+            for (joint, on) in joints.iter().zip(on) {
+                for unknown in 0..joint.unknowns {
+                    let mut power = Twofold::default();
+                    for (end, on) in joint.ends.iter().zip(on) {
+                        let Some(body) = end.checked_sub(1) else { continue };
+                        (0..BLOCK).for_each(|i| power.add_product(on[unknown][i], x[body][i]));
+                    }
+                    for (end, on) in joint.ends.iter().zip(on) {
+                        let Some(body) = end.checked_sub(1) else { continue };
+                        (0..BLOCK).for_each(|i| out[body][i].add_multiple(on[unknown][i], power));
+                    }
+                }
+            }
+        };
+        let motion = weakest(matrix, &mut self.lanczos, all, refine.then_some(product))?;
+        // The value from the matrix itself: the product has fewer digits.
+        let mut square = 0.0;
+        for (index, joint) in self.joints.iter().enumerate() {
+            for unknown in 0..joint.unknowns {
+                let at = |end: usize| {
+                    let body = joint.ends[end].checked_sub(1)?;
+                    Some(dot(&self.on[index][end][unknown], &motion[body]))
+                };
+                let amount = at(0).unwrap_or(0.0) + at(1).unwrap_or(0.0);
+                square += amount * amount;
+            }
+        }
+        Some((square / length_squared(motion)).sqrt())
+    }
+
+    /// Of constraints alone: what joints carry that loads bodies least.
+    fn smallest_between_joints(&mut self, refine: bool) -> Option<f64> {
+        if self.joints.iter().all(|joint| joint.constraints == 0) {
+            return Some(1.0);
+        }
+        let matrix = &mut self.by_joints;
+        matrix.clear();
+        for Meeting { joints: [a, b], ends: [end_a, end_b], slot } in &self.joint_slots {
+            let rows = &self.on[*a][*end_a][..self.joints[*a].constraints];
+            let columns = &self.on[*b][*end_b][..self.joints[*b].constraints];
+            let (block, transposed) = matrix.block(*slot);
+            for (i, row) in rows.iter().enumerate() {
+                for (j, column) in columns.iter().enumerate() {
+                    let at = if transposed { j * BLOCK + i } else { i * BLOCK + j };
+                    block[at] += dot(row, column);
+                }
+            }
+        }
+        // What a joint does not carry stands apart from all else.
+        for (index, joint) in self.joints.iter().enumerate() {
+            let Some(slot) = matrix.slot(index, index) else { continue };
+            let (block, _) = matrix.block(slot);
+            for i in joint.constraints..BLOCK {
+                block[i * BLOCK + i] = 1.0;
+            }
+        }
+        let (joints, on, bodies) = (&self.joints, &self.on, self.bodies);
+        let sizes = joints.iter().map(|joint| joint.constraints);
+        let product = |x: &[Part], out: &mut [[Twofold; BLOCK]]| {
+            let mut carried = vec![[Twofold::default(); BLOCK]; bodies];
+            let ends = |index: usize| {
+                let joint: &Content = &joints[index];
+                let moving = |end: usize| Some((joint.ends[end].checked_sub(1)?, &on[index][end]));
+                [moving(0), moving(1)].into_iter().flatten()
+            };
+            for index in 0..joints.len() {
+                for (body, columns) in ends(index) {
+                    for k in 0..joints[index].constraints {
+                        (0..BLOCK)
+                            .for_each(|i| carried[body][i].add_product(columns[k][i], x[index][k]));
+                    }
+                }
+            }
+            for index in 0..joints.len() {
+                for (body, columns) in ends(index) {
+                    for k in 0..joints[index].constraints {
+                        (0..BLOCK).for_each(|i| {
+                            out[index][k].add_multiple(columns[k][i], carried[body][i])
+                        });
+                    }
+                }
+            }
+        };
+        let stress = weakest(matrix, &mut self.lanczos, sizes, refine.then_some(product))?;
+        let mut on_bodies = vec![[0.0; BLOCK]; self.bodies];
+        for (index, joint) in self.joints.iter().enumerate() {
+            for end in 0..2 {
+                let Some(body) = joint.ends[end].checked_sub(1) else { continue };
+                let columns = &self.on[index][end][..joint.constraints];
+                for (column, amount) in columns.iter().zip(&stress[index]) {
+                    for i in 0..BLOCK {
+                        on_bodies[body][i] += column[i] * amount;
+                    }
+                }
+            }
+        }
+        Some((length_squared(&on_bodies) / length_squared(stress)).sqrt())
+    }
+}
+
+/// The vector of the smallest eigenvalue of the matrix, whose blocks of rows have these sizes. With
+/// `product`, which multiplies by the matrix without having formed it, solutions are refined.
+fn weakest<'a>(
+    matrix: &mut BlockCholesky,
+    lanczos: &'a mut Lanczos,
+    sizes: impl Iterator<Item = usize>,
+    product: Option<impl Fn(&[Part], &mut [[Twofold; BLOCK]])>,
+) -> Option<&'a [Part]> {
+    if !matrix.factor() {
+        return None;
+    }
+    // Any start will do that is not orthogonal to what is looked for.
+    let start = sizes.enumerate().map(|(k, size)| {
+        core::array::from_fn(|i| {
+            let angle = 1.0 + (BLOCK * k + i) as f64 * 0.7548;
+            if i < size { angle.sin() } else { 0.0 }
+        })
+    });
+    let Some(product) = product else {
+        return lanczos.greatest(start, |vector| matrix.solve(vector));
+    };
+    let mut settled = true;
+    let found =
+        lanczos.greatest(start, |vector| settled &= solve_refined(matrix, vector, &product));
+    found.filter(|_| settled)
+}
+
+/// Solves by a decomposition that is roughly right; whether that settled.
+fn solve_refined(
+    matrix: &mut BlockCholesky,
+    vector: &mut [Part],
+    product: &impl Fn(&[Part], &mut [[Twofold; BLOCK]]),
+) -> bool {
+    let wanted = vector.to_vec();
+    matrix.solve(vector);
+    let mut left = vec![[Twofold::default(); BLOCK]; wanted.len()];
+    for _ in 0..PASSES {
+        for (left, wanted) in left.iter_mut().flatten().zip(wanted.iter().flatten()) {
+            *left = Twofold::default();
+            left.add_product(-1.0, *wanted);
+        }
+        product(vector, &mut left);
+        let mut correction: Vec<Part> =
+            left.iter().map(|part| part.map(|sum| -sum.value())).collect();
+        matrix.solve(&mut correction);
+        for (x, more) in vector.iter_mut().flatten().zip(correction.iter().flatten()) {
+            *x += more;
+        }
+        let [size, change] = [&*vector, &correction].map(length_squared);
+        if change <= REFINED * REFINED * size {
+            return true;
+        }
+        if !change.is_finite() {
+            break;
+        }
+    }
+    false
+}
+
+fn dot(a: &Part, b: &Part) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn length_squared(vector: &[Part]) -> f64 {
+    vector.iter().map(|part| dot(part, part)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::newton_euler::Unknown;
+    use super::*;
+    use crate::dynamics::{InverseDynamics, Settings};
+    use crate::kinematics::{Coordinate, Target};
+    use crate::linalg::Svd;
+    use crate::mechanism::{BodySpec, JointId, JointSpec, MechanismBuilder};
+    use crate::spatial::{Mat3, Pose, Vec3};
+
+    /// A four-bar of R, U, S and R joints.
+    fn four_bar() -> Mechanism {
+        let at = |x: f64, y: f64, z: f64| {
+            // Axes of turning in no special direction.
+            let turn = Vec3::new(0.4 + x, 0.9 - y, 0.2 + z);
+            Pose { rotation: Mat3::rotation(turn, 1.0), position: Vec3::new(x, y, z) }
+        };
+        let joint = |name: &str, kind, ends: [&str; 2], frames: [Pose<f64>; 2]| {
+            JointSpec::new(name, kind, ends[0], ends[1]).frames(frames[0], frames[1])
+        };
+        // All bodies' frames are the ground's in this position.
+        let [a, b, c, d] =
+            [at(0.0, 0.0, 0.0), at(0.02, 0.0, 0.1), at(0.33, 0.01, 0.2), at(0.3, 0.02, 0.0)];
+        let mut builder = MechanismBuilder::new("four-bar");
+        for (name, com) in [("crank", b), ("rod", c), ("rocker", d)] {
+            builder = builder.body(BodySpec::new(name).mass(1.0).com(com.position * 0.6));
+        }
+        builder
+            .joint(joint("a", JointType::Revolute, ["ground", "crank"], [a, a]).actuated())
+            .joint(joint("b", JointType::Universal, ["crank", "rod"], [b, b]))
+            .joint(joint("c", JointType::Spherical, ["rod", "rocker"], [c, c]))
+            .joint(joint("d", JointType::Revolute, ["ground", "rocker"], [d, d]))
+            .build()
+            .unwrap()
+    }
+
+    /// Where moments are counted in an unfit length any position is nearly singular.
+    #[test]
+    fn small_values_are_found_by_refined_solutions() {
+        let mut refined = 0;
+        let crank = Coordinate::Joint { joint: JointId(0), dof: 0 };
+        let still = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+        let solver =
+            InverseDynamics::new(four_bar(), &[], &[crank], &[still], Settings::default()).unwrap();
+        let mechanism = solver.mechanism();
+        for length in [1e2, 1e3, 1e4, 3e4, 1e5, 3e5, 1e6] {
+            let mut parameters = solver.parameters().clone();
+            parameters.length = length;
+            let system = NewtonEuler::new(mechanism, &parameters, solver.bodies());
+            let types: Vec<_> = mechanism.joints().iter().map(|joint| joint.joint_type).collect();
+            let scaled = system.scaled_matrix(&types);
+            let is_constraint =
+                |k: &usize| matches!(system.unknowns[*k], Unknown::Constraint { .. });
+            let constraints: Vec<usize> = (0..scaled.ncols()).filter(is_constraint).collect();
+            let only_constraints = scaled.select_columns(&constraints);
+
+            let mut proximity = SingularityDistances::new(mechanism).unwrap();
+            let largest = proximity.place(&parameters, solver.bodies());
+            let pairs = [
+                (proximity.smallest_between_bodies(true), Svd::new(&scaled)),
+                (proximity.smallest_between_joints(true), Svd::new(&only_constraints)),
+            ];
+            for (found, svd) in pairs {
+                let expected = *svd.singular_values.as_slice().last().unwrap();
+                if !(TINY * largest..=SMALL * largest).contains(&expected) {
+                    continue;
+                }
+                // 1e-12 is where the search stops; the least value is known to the rounding of the entries
+                // over that value, whatever finds it.
+                let known = 2e-12 + 8.0 * f64::EPSILON * svd.largest() / expected;
+                let found = found.unwrap();
+                let error = (found - expected).abs() / expected;
+                assert!(error < known, "{length}: {found} {expected}, {error}");
+                refined += 1;
+            }
+        }
+        assert!(refined >= 3, "{refined}");
+    }
+}

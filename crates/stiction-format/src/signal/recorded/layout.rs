@@ -1,0 +1,59 @@
+//! Which columns of a file make which curves.
+
+use super::lines::{cells, lines};
+use crate::expression::unit::Scale;
+use crate::signal::Fill;
+use crate::source::{Begin, Source};
+
+/// What of each row is kept: the time first, then the numbers of each curve, side by side.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    /// For each column of the file its place among what is kept, and its unit.
+    pub(crate) columns: Vec<(Option<usize>, Scale)>,
+    /// The curves.
+    pub(crate) fills: Vec<Fill>,
+}
+
+impl Layout {
+    /// How many numbers of a row are kept.
+    pub(crate) fn width(&self) -> usize {
+        1 + self.fills.iter().map(|fill| fill.columns()).sum::<usize>()
+    }
+
+    /// For each curve how its gaps are filled, and which of the kept columns are its own.
+    pub(crate) fn curves(&self) -> impl Iterator<Item = (Fill, std::ops::Range<usize>)> + '_ {
+        let mut next = 1;
+        self.fills.iter().map(move |&fill| {
+            let first = next;
+            next += fill.columns();
+            (fill, first..next)
+        })
+    }
+
+    /// What is kept of a row of the file.
+    pub(crate) fn pick(&self, row: &[f64], kept: &mut [f64]) {
+        for ((place, _), value) in self.columns.iter().zip(row) {
+            if let Some(kept) = place.and_then(|place| kept.get_mut(place)) {
+                *kept = *value;
+            }
+        }
+    }
+
+    /// The kept columns of all rows in a text that was read before; nothing if one cannot be read now.
+    pub(crate) fn read(&self, text: String, begin: u64) -> Option<Vec<Vec<f64>>> {
+        let source = Source::piece("", text, Begin { bytes: begin, lines: 0 });
+        let mut columns = vec![Vec::new(); self.width()];
+        for line in lines(&source) {
+            let mut known = self.columns.iter();
+            for cell in cells(&source.text, line) {
+                let (place, scale) = known.next()?;
+                let Some(column) = place.and_then(|place| columns.get_mut(place)) else { continue };
+                column.push(scale.apply(source.text.get(cell)?.parse().ok()?));
+            }
+            if known.next().is_some() {
+                return None;
+            }
+        }
+        Some(columns)
+    }
+}

@@ -1,0 +1,134 @@
+//! A recording from its begin to its end, window by window, of which only an index is kept.
+
+use super::piece::fingerprint;
+use super::{Layout, Mark, Recorded};
+use crate::contents::Store;
+use crate::signal::{Window, agrees, is_long};
+use std::ops::Range;
+use std::sync::Arc;
+use stiction_core::kinematics::Target;
+
+/// Takes a recording's rows one after another.
+pub(crate) struct Survey {
+    layout: Layout,
+    /// What is kept of the rows that the next window knows, and their lines in the file.
+    columns: Vec<Vec<f64>>,
+    lines: Vec<Range<u64>>,
+    /// The number of the first of these rows, and of the first that the next window is asked for.
+    first: usize,
+    begin: usize,
+    marks: Vec<Mark>,
+    /// The knots of all curves at the last sample that a window was asked for.
+    last: Vec<Target<f64>>,
+    /// For each curve whether all of it is finite.
+    finite: Vec<bool>,
+    /// Whether a window of it did not agree with the one before.
+    is_stiff: bool,
+}
+
+/// What was found.
+pub(crate) enum Found {
+    /// It can be read piece by piece; for each curve whether all of it is finite.
+    Pieces(Arc<Recorded>, Vec<bool>),
+    /// It must be solved at once.
+    Stiff,
+}
+
+impl Survey {
+    pub(crate) fn new(layout: Layout) -> Self {
+        Self {
+            columns: vec![Vec::new(); layout.width()],
+            lines: Vec::new(),
+            first: 0,
+            begin: 0,
+            marks: Vec::new(),
+            last: Vec::new(),
+            finite: vec![true; layout.fills.len()],
+            is_stiff: false,
+            layout,
+        }
+    }
+
+    fn count(&self) -> usize {
+        self.first + self.lines.len()
+    }
+
+    /// Takes what is kept of a row, and where its line is.
+    pub(crate) fn push(&mut self, row: &[f64], line: Range<u64>) {
+        if self.is_stiff {
+            return;
+        }
+        for (column, value) in self.columns.iter_mut().zip(row) {
+            column.push(*value);
+        }
+        self.lines.push(line);
+        if is_long(self.count() - self.begin) {
+            self.close(&Window::at(self.begin, self.count()));
+        }
+    }
+
+    /// Makes the index.
+    pub(crate) fn finish(mut self, store: &Arc<dyn Store>, name: &str) -> Found {
+        let count = self.count();
+        let end = self.columns.first().and_then(|times| times.last()).copied();
+        if self.begin < count && !self.is_stiff {
+            self.close(&Window::at(self.begin, count));
+        }
+        if self.is_stiff {
+            return Found::Stiff;
+        }
+        let ends = (count, end.unwrap_or(f64::NAN));
+        let recorded = Recorded::new(Arc::clone(store), name, self.layout, self.marks, ends);
+        Found::Pieces(Arc::new(recorded), self.finite)
+    }
+
+    /// Solves a window, marks it, and forgets what no other needs.
+    fn close(&mut self, window: &Window) {
+        if self.mark(window).is_none() {
+            self.is_stiff = true;
+            return;
+        }
+        self.begin = window.asked.end;
+        let done = Window::at(self.begin, self.count().max(self.begin)).known.start - self.first;
+        for column in &mut self.columns {
+            column.drain(..done.min(column.len()));
+        }
+        self.lines.drain(..done.min(self.lines.len()));
+        self.first += done;
+    }
+
+    /// Nothing if it does not agree with the window before.
+    fn mark(&mut self, window: &Window) -> Option<()> {
+        let known = 0..window.known.len();
+        let columns: Vec<Vec<f64>> = self
+            .columns
+            .iter()
+            .map(|column| Some(column.get(known.clone())?.to_vec()))
+            .collect::<Option<_>>()?;
+        let fingerprint = fingerprint(&columns);
+        let times = columns.first()?;
+        let skip = window.skip();
+        let (mut first, mut last) = (Vec::new(), Vec::new());
+        for (curve, (fill, places)) in self.layout.curves().enumerate() {
+            let own = columns.get(places)?;
+            let knots = fill.knots(times, own.to_vec());
+            if let Some(before) = self.last.get(curve)
+                && fill.reaches_far()
+                && !agrees(before, &knots, skip, times, own.first()?)
+            {
+                return None;
+            }
+            let asked = knots.get(skip..skip + window.asked.len())?;
+            let is_finite = |k: &Target<f64>| (k.value + k.rate + k.acceleration).is_finite();
+            if let Some(finite) = self.finite.get_mut(curve) {
+                *finite &= asked.iter().all(is_finite);
+            }
+            first.push(*asked.first()?);
+            last.push(*asked.last()?);
+        }
+        let bytes = self.lines.first()?.start..self.lines.get(known.end - 1)?.end;
+        self.marks.push(Mark { time: *times.get(skip)?, knots: first, bytes, fingerprint });
+        self.last = last;
+        Some(())
+    }
+}

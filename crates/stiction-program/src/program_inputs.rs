@@ -1,0 +1,301 @@
+//! What a program is given: motions of floating bodies, coordinates that have no closed form, prescribed
+//! values, loads.
+
+use crate::samples::Sample;
+use stiction_core::dynamics::{AppliedLoad, InverseDynamics};
+use stiction_core::kinematics::{Legs, State, Target};
+use stiction_core::mechanism::{BodyId, Mechanism};
+use stiction_core::parameters::Parameters;
+use stiction_core::scalar::{Dual, Scalar};
+use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
+use stiction_core::topology::Topology;
+
+/// The motion of a body: of its origin, and its turning, in world axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyMotion<T> {
+    /// Of the origin, m.
+    pub position: Vec3<T>,
+    /// From body axes to world axes, of length one.
+    pub orientation: Quaternion<T>,
+    /// Of the origin, m/s.
+    pub velocity: Vec3<T>,
+    /// rad/s.
+    pub angular_velocity: Vec3<T>,
+    /// Of the origin, m/s^2.
+    pub acceleration: Vec3<T>,
+    /// rad/s^2.
+    pub angular_acceleration: Vec3<T>,
+}
+
+/// One state of many.
+#[derive(Clone, Copy, Debug)]
+pub struct StateOfMotion<'a> {
+    /// Motions of [`crate::InverseProgram::bodies`].
+    pub bodies: &'a [BodyMotion<f64>],
+    /// Coordinates of the tree, of which [`crate::InverseProgram::coordinates`] are read; empty if there are none.
+    pub coordinates: &'a [f64],
+    /// What is prescribed. The solver goes by it alone.
+    pub targets: &'a [Target<f64>],
+    /// Loads as those for which the program was recorded, but for force and moment.
+    pub loads: &'a [AppliedLoad<f64>],
+}
+
+/// Numbers of a motion.
+const MOTION: usize = 19;
+
+impl<T: Scalar> BodyMotion<T> {
+    fn to_array(self) -> [T; MOTION] {
+        let Self { position: p, orientation: Quaternion { w, v: q }, velocity: v, .. } = self;
+        let (u, a, b) = (self.angular_velocity, self.acceleration, self.angular_acceleration);
+        [
+            p.x, p.y, p.z, w, q.x, q.y, q.z, v.x, v.y, v.z, u.x, u.y, u.z, a.x, a.y, a.z, b.x, b.y,
+            b.z,
+        ]
+    }
+
+    fn read(next: &mut impl FnMut() -> T) -> Self {
+        let position = vector(next);
+        let w = next();
+        Self {
+            position,
+            orientation: Quaternion { w, v: vector(next) },
+            velocity: vector(next),
+            angular_velocity: vector(next),
+            acceleration: vector(next),
+            angular_acceleration: vector(next),
+        }
+    }
+}
+
+fn vector<T>(next: &mut impl FnMut() -> T) -> Vec3<T> {
+    let [x, y, z] = [next(), next(), next()];
+    Vec3 { x, y, z }
+}
+
+pub(crate) fn load_to_array(
+    AppliedLoad { force: f, moment: m, .. }: &AppliedLoad<f64>,
+) -> [f64; 6] {
+    [f.x, f.y, f.z, m.x, m.y, m.z]
+}
+
+pub(crate) fn target_to_array(target: &Target<f64>) -> [f64; 3] {
+    [target.value, target.rate, target.acceleration]
+}
+
+/// Puts rows of numbers into the next slots, one lane each.
+#[inline]
+fn put<'a, const N: usize, const L: usize>(
+    slots: &mut impl Iterator<Item = &'a mut [f64; L]>,
+    rows: [[f64; N]; L],
+) {
+    for (k, slot) in (0..N).zip(slots) {
+        *slot = core::array::from_fn(|lane| rows[lane][k]);
+    }
+}
+
+/// The order of a program's inputs.
+#[derive(Clone, Debug)]
+pub(crate) struct Given {
+    topology: Topology,
+    origin: Vec3<f64>,
+    legs: Legs,
+    /// Coordinates of the tree that are neither a floating body's nor found in closed form.
+    free: Vec<usize>,
+    count: usize,
+    /// How many of the inputs are prescribed values; they come last.
+    prescribed: usize,
+}
+
+impl Given {
+    /// For positions amid those that are meant, as coordinates of the tree.
+    pub(crate) fn new(solver: &InverseDynamics, positions: &[Vec<f64>], loads: usize) -> Self {
+        let (topology, parameters) = (solver.topology().clone(), solver.parameters());
+        let legs = Legs::new(&topology, parameters, positions);
+        let floats = |place: &usize| topology.floating().any(|(_, own, _)| own.contains(place));
+        let is_free = |place: &usize| !floats(place) && !legs.finds(*place);
+        let free: Vec<usize> = (0..topology.coordinates()).filter(is_free).collect();
+        let targets = solver.assembly().motion_constraints().coordinates().len();
+        let motions = MOTION * topology.floating().count();
+        let count = motions + free.len() + 3 * targets + 6 * loads;
+        Self { origin: parameters.origin, topology, legs, free, count, prescribed: 3 * targets }
+    }
+
+    /// Numbers that are given.
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The first of the prescribed values among the inputs.
+    pub(crate) fn first_prescribed(&self) -> usize {
+        self.count - self.prescribed
+    }
+
+    /// The bodies whose motions are given.
+    pub(crate) fn bodies(&self) -> impl Iterator<Item = BodyId> + '_ {
+        self.topology.floating().map(|(body, ..)| body)
+    }
+
+    /// The places of coordinates that are given.
+    pub(crate) fn free(&self) -> &[usize] {
+        &self.free
+    }
+
+    /// All numbers in their order, from motions of the floating bodies and coordinates of the tree.
+    #[inline]
+    pub(crate) fn visit(
+        &self,
+        motions: impl IntoIterator<Item = BodyMotion<f64>>,
+        coordinates: &[f64],
+        targets: &[Target<f64>],
+        loads: &[AppliedLoad<f64>],
+        mut put: impl FnMut(&[f64]),
+    ) {
+        for motion in motions {
+            put(&motion.to_array());
+        }
+        for place in &self.free {
+            // What is not told is no number, and nothing holds with it.
+            put(&[coordinates.get(*place).copied().unwrap_or(f64::NAN)]);
+        }
+        for load in loads {
+            put(&load_to_array(load));
+        }
+        for target in targets {
+            put(&target_to_array(target));
+        }
+    }
+
+    /// The same numbers of as many states as there are lanes, those of all states side by side: written
+    /// one state after the other they would be that many times as many pieces of memory.
+    #[inline]
+    pub(crate) fn write_lanes<const L: usize>(
+        &self,
+        states: [&StateOfMotion<'_>; L],
+        reads_targets: bool,
+        slots: &mut [[f64; L]],
+    ) {
+        let mut slots = slots.iter_mut();
+        for body in 0..self.topology.floating().count() {
+            put(&mut slots, states.map(|state| state.bodies[body].to_array()));
+        }
+        for place in &self.free {
+            // What is not told is no number, and nothing holds with it.
+            let told = |state: &StateOfMotion<'_>| state.coordinates.get(*place).copied();
+            put(&mut slots, states.map(|state| [told(state).unwrap_or(f64::NAN)]));
+        }
+        for load in 0..states[0].loads.len() {
+            put(&mut slots, states.map(|state| load_to_array(&state.loads[load])));
+        }
+        for target in 0..if reads_targets { states[0].targets.len() } else { 0 } {
+            put(&mut slots, states.map(|state| target_to_array(&state.targets[target])));
+        }
+    }
+
+    /// All numbers of a sample.
+    pub(crate) fn row(&self, Sample { state, targets, loads }: &Sample) -> Vec<f64> {
+        let mut row = Vec::with_capacity(self.count);
+        self.visit(self.motions(state), &state.coordinates, targets, loads, |x| row.extend(x));
+        row
+    }
+
+    /// The motions of the floating bodies in a state of the tree.
+    pub(crate) fn motions<'a>(
+        &'a self,
+        state: &'a State<f64>,
+    ) -> impl Iterator<Item = BodyMotion<f64>> + 'a {
+        let part = |numbers: &[f64], start: usize| {
+            Vec3::new(numbers[start], numbers[start + 1], numbers[start + 2])
+        };
+        self.topology.floating().map(move |(_, coordinates, dofs)| {
+            let q = &state.coordinates[coordinates];
+            let from_origin = part(q, 0);
+            let (v, w) = (&state.rates, dofs.start);
+            let [velocity, turning] = [part(v, w), part(v, w + 3)];
+            let a = &state.accelerations;
+            let [acceleration, change] = [part(a, w), part(a, w + 3)];
+            let velocity = velocity + turning.cross(from_origin);
+            BodyMotion {
+                position: from_origin + self.origin,
+                orientation: Quaternion::from_coordinates(&q[3..]),
+                velocity,
+                angular_velocity: turning,
+                acceleration: acceleration + change.cross(from_origin) + turning.cross(velocity),
+                angular_acceleration: change,
+            }
+        })
+    }
+
+    /// Reads motions and coordinates into a state of the tree; rates and accelerations are filled in as far
+    /// as they follow from the motions.
+    pub(crate) fn read<T: Scalar>(
+        &self,
+        mechanism: &Mechanism,
+        state: &mut State<T>,
+        next: &mut impl FnMut() -> T,
+    ) {
+        let mut poses = Vec::new();
+        for (body, coordinates, dofs) in self.topology.floating() {
+            let motion = BodyMotion::read(next);
+            let position = motion.position - self.origin.lift();
+            let q = &mut state.coordinates[coordinates];
+            q[..3].copy_from_slice(&position.to_array());
+            motion.orientation.write(&mut q[3..]);
+            let (turning, change) = (motion.angular_velocity, motion.angular_acceleration);
+            let linear = motion.velocity - turning.cross(position);
+            let second =
+                motion.acceleration - change.cross(position) - turning.cross(motion.velocity);
+            let put = |numbers: &mut [T], linear: Vec3<T>, angular: Vec3<T>| {
+                let numbers = &mut numbers[dofs.clone()];
+                numbers[..3].copy_from_slice(&linear.to_array());
+                numbers[3..].copy_from_slice(&angular.to_array());
+            };
+            put(&mut state.rates, linear, turning);
+            put(&mut state.accelerations, second, change);
+            poses.push((body, pose_in_time(&motion, position)));
+        }
+        for place in &self.free {
+            state.coordinates[*place] = next();
+        }
+        let parameters = Parameters::<InTime<T>>::new(mechanism);
+        let pose = |body| {
+            let known = poses.iter().find(|(floating, _)| *floating == body);
+            known.map_or_else(Pose::identity, |(_, pose)| *pose)
+        };
+        self.legs.find(&self.topology, &parameters, pose, |place, found| {
+            state.coordinates[place] = found.value.value;
+            if let Some(dof) = self.legs.dof(&self.topology, place) {
+                state.rates[dof] = found.value.slope[0];
+                state.accelerations[dof] = found.slope[0].slope[0];
+            }
+        });
+    }
+}
+
+/// A function of time with its first two derivatives.
+type InTime<T> = Dual<Dual<T, 1>, 1>;
+
+fn in_time<T: Scalar>(value: T, rate: T, acceleration: T) -> InTime<T> {
+    Dual {
+        value: Dual { value, slope: [rate] },
+        slope: [Dual { value: rate, slope: [acceleration] }],
+    }
+}
+
+/// The pose of a body as it moves, its origin at `position` now.
+fn pose_in_time<T: Scalar>(motion: &BodyMotion<T>, position: Vec3<T>) -> Pose<InTime<T>> {
+    let join = |value: Vec3<T>, rate: Vec3<T>, second: Vec3<T>| {
+        let part =
+            |axis| in_time(value.component(axis), rate.component(axis), second.component(axis));
+        Vec3::new(part(0), part(1), part(2))
+    };
+    let column = |axis: usize| {
+        let value = motion.orientation.rotation().columns[axis];
+        let rate = motion.angular_velocity.cross(value);
+        let second = motion.angular_acceleration.cross(value) + motion.angular_velocity.cross(rate);
+        join(value, rate, second)
+    };
+    Pose {
+        rotation: Mat3::from_columns(column(0), column(1), column(2)),
+        position: join(position, motion.velocity, motion.acceleration),
+    }
+}

@@ -1,0 +1,318 @@
+//! Everything that acts on the mechanism from outside.
+
+use super::controller::{Controller, Told, by_actuators};
+use super::error::Error;
+use super::guide::Guide;
+use super::job::{Feed, Job};
+use super::reference::{Wanted, own_course};
+use stiction_core::dynamics::AppliedLoad;
+use stiction_core::forward::{Forward, Inputs, View};
+use stiction_core::kinematics::{Bodies, State, Target};
+use stiction_format::Signal;
+
+/// Time between updates of the drives of inverse dynamics where there is no controller, s.
+const UPDATE: f64 = 1e-3;
+
+/// Instants that are apart by less than this part of a period are the same.
+const SAME: f64 = 1e-6;
+
+/// How a prescribed actuator is told where to be.
+#[derive(Clone, Debug)]
+enum Way<'a> {
+    /// The motion says so itself.
+    Signal(&'a Signal),
+    /// By way of the whole motion; the actuator's index.
+    Guide(usize),
+    /// It stays where it is.
+    Stays(f64),
+}
+
+/// More samples than this have not been taken: the number is none of ours.
+const COUNTABLE: f64 = 1e15;
+
+/// The inputs of a simulation.
+pub(super) struct Acting<'a> {
+    forward: &'a Forward,
+    job: &'a Job<'a>,
+    ways: Vec<Way<'a>>,
+    /// Where prescribed actuators are.
+    leader: Option<Guide<'a>>,
+    /// Where actuators that follow the motion are to be.
+    wanted: Wanted<'a>,
+    controller: Option<Controller<'a>>,
+    /// Efforts between two samples.
+    kept: Vec<f64>,
+    /// Samples taken so far.
+    samples: usize,
+    /// Where the simulation stops next, s.
+    stretch_end: f64,
+    period: Option<f64>,
+    /// Whether the user wants it to stop.
+    stopped: &'a dyn Fn() -> bool,
+    /// Whether it was found so.
+    pub(super) is_stopped: bool,
+    /// Why inputs could not be computed.
+    pub(super) failed: Option<Error>,
+}
+
+/// The actuators whose motion is given, in the order of [`Acting`]'s targets.
+pub(super) fn prescribed(job: &Job<'_>) -> Vec<usize> {
+    let moved = job.prescribed.iter().filter(|a| !job.locked.contains(a));
+    moved.chain(&job.locked).copied().collect()
+}
+
+impl<'a> Acting<'a> {
+    /// The mechanism starts at `state`.
+    pub(super) fn new(
+        job: &'a Job<'a>,
+        forward: &'a Forward,
+        state: &State<f64>,
+        stopped: &'a dyn Fn() -> bool,
+    ) -> Result<Self, Error> {
+        let mut bodies = Bodies::new(forward.topology());
+        bodies.place(forward.topology(), forward.parameters(), &state.coordinates);
+        bodies.move_with(forward.topology(), &state.rates);
+        bodies.accelerate(forward.topology(), &state.accelerations);
+        let actuators: Vec<_> = forward.mechanism().actuators().collect();
+        let ways: Vec<Way<'a>> = prescribed(job)
+            .into_iter()
+            .map(|actuator| {
+                let (joint, dof) = actuators[actuator];
+                if job.locked.contains(&actuator) {
+                    return Way::Stays(forward.joint_coordinate(state, &bodies, joint, dof));
+                }
+                own_course(job, forward, actuator).map_or(Way::Guide(actuator), Way::Signal)
+            })
+            .collect();
+        let is_led = ways.iter().any(|way| matches!(way, Way::Guide(_)));
+        let leader = if is_led { Guide::new(job)? } else { None };
+        let controller = match job.control {
+            Some(control) => Some(Controller::new(job, control, forward, (state, &bodies))?),
+            None => None,
+        };
+        let period = match job.control {
+            Some(control) => Some(control.period),
+            None if matches!(job.drives, Feed::Inverse) => Some(UPDATE),
+            None => None,
+        };
+        let starts = actuators
+            .iter()
+            .map(|(joint, dof)| forward.joint_coordinate(state, &bodies, *joint, *dof));
+        let wanted = Wanted::new(job, forward, &starts.collect::<Vec<_>>())?;
+        Ok(Self {
+            forward,
+            job,
+            ways,
+            leader,
+            stopped,
+            is_stopped: false,
+            wanted,
+            controller,
+            kept: vec![0.0; actuators.len()],
+            samples: 0,
+            stretch_end: job.from,
+            period,
+            failed: None,
+        })
+    }
+
+    /// When the next sample is due; at the end of the present stretch if rounding alone tells them apart.
+    fn next_sample(&self) -> Option<f64> {
+        let period = self.period?;
+        let time = self.job.from + self.samples as f64 * period;
+        let same = (time - self.stretch_end).abs() < SAME * period;
+        Some(if same { self.stretch_end } else { time })
+    }
+
+    /// Says up to where the simulation goes on next.
+    pub(super) fn go_to(&mut self, time: f64) {
+        self.stretch_end = time;
+    }
+
+    /// What it remembers, as numbers.
+    pub(super) fn memory(&self) -> Vec<f64> {
+        let mut numbers = vec![self.samples as f64];
+        numbers.extend_from_slice(&self.kept);
+        numbers.extend(self.wanted.memory());
+        numbers.extend(self.controller.iter().flat_map(Controller::memory));
+        numbers
+    }
+
+    /// Remembers again, when the mechanism is like this; nothing if the numbers are not of this.
+    pub(super) fn remember(
+        &mut self,
+        numbers: &[f64],
+        (state, bodies): (&State<f64>, &Bodies<f64>),
+    ) -> Option<()> {
+        let count = self.kept.len();
+        let (first, rest) = numbers.split_first()?;
+        let (kept, rest) = rest.split_at_checked(count)?;
+        let rest = self.wanted.remember(rest)?;
+        if !(0.0..=COUNTABLE).contains(first) {
+            return None;
+        }
+        self.samples = *first as usize;
+        self.kept.copy_from_slice(kept);
+        if let Some(controller) = &mut self.controller {
+            if !rest.is_empty() && rest.len() != count {
+                return None;
+            }
+            let model = by_actuators(self.job.model, self.forward, (state, bodies)).ok();
+            controller.remember(rest, model);
+        }
+        Some(())
+    }
+
+    /// Follows the motion without being asked for anything.
+    pub(super) fn walk(&mut self, time: f64) -> Result<(), Error> {
+        self.wanted.walk(time)?;
+        self.leader.as_mut().map_or(Ok(()), |leader| leader.go_to(time))
+    }
+
+    /// Where actuators are wanted; zeros for those that follow nothing.
+    pub(super) fn wanted_at(&mut self, time: f64) -> Result<&[Target<f64>], Error> {
+        self.wanted.at(self.forward, time)
+    }
+
+    fn given_at(&self, time: f64, efforts: &mut [f64]) {
+        if let Feed::Given(drives) = self.job.drives {
+            for (actuator, signal) in &drives.efforts {
+                efforts[*actuator] = signal.at(time).value;
+            }
+        }
+    }
+
+    fn sample(&mut self, view: &View<'_>) -> Result<(), Error> {
+        let (time, forward) = (view.time, self.forward);
+        let mut feed = vec![0.0; self.kept.len()];
+        let mut friction = vec![0.0; self.kept.len()];
+        let wanted = self.wanted.at(forward, time)?.to_vec();
+        let with_friction = self
+            .job
+            .control
+            .is_some_and(|control| control.friction == stiction_format::FrictionFeed::Reference);
+        if (with_friction || matches!(self.job.drives, Feed::Inverse))
+            && let Some(guide) = self.wanted.guide()
+        {
+            let (with, without) = guide.drives()?;
+            for (index, (with, without)) in with.iter().zip(without).enumerate() {
+                friction[index] = with - without;
+                if matches!(self.job.drives, Feed::Inverse) {
+                    feed[index] = *with;
+                }
+            }
+        }
+        self.given_at(time, &mut feed);
+        let Some(controller) = &mut self.controller else {
+            self.kept = feed;
+            return Ok(());
+        };
+        let actual: Vec<(f64, f64)> = (0..self.kept.len())
+            .map(|index| (view.actuator_coordinate(index), view.actuator_rate(index)))
+            .collect();
+        let loads: Vec<AppliedLoad<f64>> = self.job.load.at(time).collect();
+        let (wanted, feed, friction) = (&wanted, &feed, &friction);
+        let told = Told { time, actual: &actual, wanted, feed, friction, loads: &loads };
+        self.kept = controller.sample(&told)?;
+        Ok(())
+    }
+}
+
+impl Inputs for Acting<'_> {
+    fn efforts(&mut self, view: &View<'_>, efforts: &mut [f64]) {
+        if self.period.is_some() {
+            efforts.copy_from_slice(&self.kept);
+        } else {
+            self.given_at(view.time, efforts);
+        }
+        self.is_stopped |= (self.stopped)();
+        if self.failed.is_some() || self.is_stopped {
+            // Whoever asks goes no further.
+            efforts.fill(f64::NAN);
+        }
+    }
+
+    fn targets(&mut self, time: f64, targets: &mut [Target<f64>]) {
+        if let Some(leader) = &mut self.leader
+            && let Err(error) = leader.go_to(time)
+        {
+            self.failed.get_or_insert(error);
+        }
+        let mut all = Vec::new();
+        if let Some(leader) = &self.leader {
+            let zero = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+            all = vec![zero; self.kept.len()];
+            leader.actuators(self.forward, &mut all);
+        }
+        for (target, way) in targets.iter_mut().zip(&self.ways) {
+            *target = match way {
+                Way::Signal(signal) => signal.at(time),
+                Way::Guide(actuator) => all[*actuator],
+                Way::Stays(value) => Target { value: *value, rate: 0.0, acceleration: 0.0 },
+            };
+        }
+    }
+
+    fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
+        loads.extend(self.job.load.at(view.time));
+    }
+
+    fn next_change(&self, time: f64) -> Option<f64> {
+        let sample = self.next_sample().filter(|next| *next > time);
+        let recorded = match (self.job.drives, self.period) {
+            // A controller takes them at its own samples.
+            (Feed::Given(drives), None) => {
+                drives.samples.as_ref().and_then(|samples| samples.after(time))
+            }
+            _ => None,
+        };
+        [sample, recorded].into_iter().flatten().reduce(f64::min)
+    }
+
+    fn steady_until(&self, time: f64) -> f64 {
+        let constant = |signal: &Signal| signal.is_constant();
+        let wrenches = &self.job.load.wrenches;
+        let loads = wrenches.iter().all(|w| w.force.iter().chain(&w.moment).all(constant));
+        let efforts = match (self.job.drives, self.period) {
+            // They are kept between the samples of a controller, at which a stretch ends.
+            (_, Some(_)) => true,
+            (Feed::Given(drives), None) => {
+                drives.efforts.iter().all(|(_, signal)| constant(signal))
+            }
+            (Feed::Inverse, None) => false,
+        };
+        if loads && efforts && !self.is_stopped { f64::INFINITY } else { time }
+    }
+
+    fn seen_until(&self, time: f64) -> f64 {
+        let wrenches = &self.job.load.wrenches;
+        let loads = wrenches.iter().flat_map(|w| w.force.iter().chain(&w.moment));
+        let efforts: &[(usize, Signal)] = match (self.job.drives, self.period) {
+            (Feed::Given(drives), None) => &drives.efforts,
+            // They are kept between samples.
+            _ => &[],
+        };
+        let own = self.ways.iter().filter_map(|way| match way {
+            Way::Signal(signal) => Some(*signal),
+            Way::Guide(_) | Way::Stays(_) => None,
+        });
+        let motion = self.leader.as_ref().and(self.job.motion);
+        let whole = motion.iter().flat_map(|motion| &motion.coordinates);
+        loads
+            .chain(efforts.iter().map(|(_, signal)| signal))
+            .chain(whole.map(|(_, signal)| signal))
+            .chain(own)
+            .map(|signal| signal.seen_until(time))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    fn change(&mut self, view: &View<'_>) {
+        if self.next_sample().is_none_or(|next| view.time < next) {
+            return;
+        }
+        self.samples += 1;
+        if let Err(error) = self.sample(view) {
+            self.failed.get_or_insert(error);
+        }
+    }
+}

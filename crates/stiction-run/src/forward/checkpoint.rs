@@ -1,0 +1,161 @@
+//! A simulation that was stopped, as text.
+
+use super::job::{Feed, Job};
+use serde_json::{Value, json};
+use stiction_core::forward::{Competitor, Event, EventKind, Method};
+use stiction_core::mechanism::{JointId, Mechanism};
+
+/// A simulation at one of its samples, as numbers: from there it can go on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mark {
+    /// Samples done.
+    pub samples: usize,
+    /// The mechanism's state, see [`stiction_core::forward::Checkpoint`].
+    pub simulation: Vec<f64>,
+    /// What controllers and other inputs remember.
+    pub inputs: Vec<f64>,
+    /// What happened so far.
+    pub events: Vec<Event>,
+}
+
+impl Mark {
+    /// As JSON; numbers as text, to the last bit.
+    pub fn json(&self) -> Value {
+        json!({
+            "samples": self.samples,
+            "simulation": text(&self.simulation),
+            "inputs": text(&self.inputs),
+            "events": self.events.iter().map(event_json).collect::<Vec<_>>(),
+        })
+    }
+
+    /// From JSON; nothing if it is not of a mark.
+    pub fn from_json(value: &Value) -> Option<Self> {
+        Some(Self {
+            samples: usize::try_from(value["samples"].as_u64()?).ok()?,
+            simulation: numbers(&value["simulation"])?,
+            inputs: numbers(&value["inputs"])?,
+            events: value["events"].as_array()?.iter().map(event).collect::<Option<_>>()?,
+        })
+    }
+
+    /// Whether all that it speaks of is there in a mechanism, and all its numbers are such.
+    pub(super) fn fits(&self, mechanism: &Mechanism) -> bool {
+        let joints = mechanism.joints();
+        let interfaces: usize = joints.iter().map(|joint| joint.friction.len()).sum();
+        let has_joint = |joint: &JointId| joint.0 < joints.len();
+        let events = self.events.iter().all(|event| {
+            event.time.is_finite()
+                && match &event.kind {
+                    EventKind::Sticks { interface, joint }
+                    | EventKind::Slides { interface, joint, .. } => {
+                        *interface < interfaces && has_joint(joint)
+                    }
+                    EventKind::NotUnique { joint, .. } | EventKind::Jump { joint, .. } => {
+                        has_joint(joint)
+                    }
+                    EventKind::SharesNotUnique { .. }
+                    | EventKind::Singular { .. }
+                    | EventKind::Method { .. } => true,
+                }
+        });
+        events && self.inputs.iter().all(|number| number.is_finite())
+    }
+}
+
+impl Job<'_> {
+    /// A number that is another one for another mechanism, motion, load, controller, start or accuracy; the
+    /// end does not matter.
+    pub fn fingerprint(&self) -> u64 {
+        let drives = match self.drives {
+            Feed::Given(drives) => Some(drives),
+            Feed::Inverse => None,
+        };
+        let all = format!(
+            "{:?} {:?} {:?} {drives:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?}",
+            self.model.mechanism,
+            self.motion,
+            self.load,
+            self.control,
+            self.prescribed,
+            self.locked,
+            self.start,
+            self.from,
+            self.step,
+            self.settings,
+            self.model.initial_poses,
+        );
+        checksum(&all)
+    }
+}
+
+/// A number that tells texts apart that differ by accident: FNV-1a, 64 bits.
+pub fn checksum(text: &str) -> u64 {
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+/// Numbers between spaces, in the shortest way that reads back as the same.
+fn text(numbers: &[f64]) -> String {
+    let each: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
+    each.join(" ")
+}
+
+fn numbers(value: &Value) -> Option<Vec<f64>> {
+    value.as_str()?.split_ascii_whitespace().map(|x| x.parse().ok()).collect()
+}
+
+fn event_json(event: &Event) -> Value {
+    let time = text(&[event.time]);
+    match &event.kind {
+        EventKind::Sticks { interface, joint } => {
+            json!({ "time": time, "sticks": interface, "joint": joint.0 })
+        }
+        EventKind::Slides { interface, joint, direction } => {
+            json!({ "time": time, "slides": interface, "joint": joint.0, "way": text(direction) })
+        }
+        EventKind::SharesNotUnique { redundant } => json!({ "time": time, "redundant": redundant }),
+        EventKind::NotUnique { joint, coupling, others } => {
+            let loads: Vec<String> = others.iter().map(|other| text(&other.loads)).collect();
+            json!({ "time": time, "others": loads, "joint": joint.0, "coupling": text(&[*coupling]) })
+        }
+        EventKind::Singular { lost } => json!({ "time": time, "lost": lost }),
+        EventKind::Method { method } => {
+            json!({ "time": time, "steps": *method == Method::TimeStepping })
+        }
+        EventKind::Jump { joint, change } => {
+            json!({ "time": time, "joint": joint.0, "change": text(&[*change]) })
+        }
+    }
+}
+
+fn event(value: &Value) -> Option<Event> {
+    let index = |key: &str| usize::try_from(value[key].as_u64()?).ok();
+    let number = |key: &str| numbers(&value[key])?.first().copied();
+    let joint = || index("joint").map(JointId);
+    let kind = if let Some(interface) = index("sticks") {
+        EventKind::Sticks { interface, joint: joint()? }
+    } else if let Some(interface) = index("slides") {
+        let direction = numbers(&value["way"])?.try_into().ok()?;
+        EventKind::Slides { interface, joint: joint()?, direction }
+    } else if let Some(redundant) = index("redundant") {
+        EventKind::SharesNotUnique { redundant }
+    } else if let Some(lost) = index("lost") {
+        EventKind::Singular { lost }
+    } else if let Some(steps) = value["steps"].as_bool() {
+        let method = if steps { Method::TimeStepping } else { Method::EventDriven };
+        EventKind::Method { method }
+    } else if let Some(change) = number("change") {
+        EventKind::Jump { joint: joint()?, change }
+    } else {
+        let loads = value["others"].as_array()?.iter().map(numbers);
+        let others = loads.map(|loads| {
+            // Nobody asks for more of them later.
+            Some(Competitor { loads: loads?, accelerations: Vec::new(), interfaces: Vec::new() })
+        });
+        let others = others.collect::<Option<_>>()?;
+        EventKind::NotUnique { joint: joint()?, coupling: number("coupling")?, others }
+    };
+    Some(Event { time: number("time")?, kind })
+}

@@ -1,0 +1,132 @@
+//! Where actuators are to be: as the motion says of them, else as it moves the whole mechanism.
+
+use super::error::Error;
+use super::guide::Guide;
+use super::job::{Feed, Job};
+use std::f64::consts::TAU;
+use stiction_core::forward::Forward;
+use stiction_core::kinematics::{Coordinate, Target};
+use stiction_format::{FrictionFeed, Signal};
+
+/// Where actuators are wanted that follow the motion.
+#[derive(Clone, Debug)]
+pub(super) struct Wanted<'a> {
+    followers: Vec<Follower<'a>>,
+    guide: Option<Guide<'a>>,
+    now: Vec<Target<f64>>,
+}
+
+#[derive(Clone, Debug)]
+struct Follower<'a> {
+    actuator: usize,
+    turns: bool,
+    /// What the motion says of it itself.
+    signal: Option<&'a Signal>,
+    /// Where it was wanted last, angles counted on from where it started, and when that was, s.
+    last: (Target<f64>, f64),
+}
+
+/// What the motion says itself of where an actuator is.
+pub(super) fn own_course<'a>(
+    job: &Job<'a>,
+    forward: &Forward,
+    actuator: usize,
+) -> Option<&'a Signal> {
+    let (joint, dof) = forward.mechanism().actuators().nth(actuator)?;
+    let own = Coordinate::Joint { joint, dof };
+    let mut signals = job.motion.iter().flat_map(|motion| &motion.coordinates);
+    signals.find(|(coordinate, _)| *coordinate == own).map(|(_, signal)| signal)
+}
+
+impl<'a> Wanted<'a> {
+    /// `starts` is where each actuator starts. The whole motion is followed only where something asks for
+    /// more than it says of single actuators: it need not determine everything.
+    pub(super) fn new(job: &Job<'a>, forward: &Forward, starts: &[f64]) -> Result<Self, Error> {
+        let mechanism = forward.mechanism();
+        let mut followers = Vec::new();
+        for (actuator, (joint, dof)) in mechanism.actuators().enumerate() {
+            if job.followers()[actuator] {
+                let own = &mechanism.joints()[joint.0].joint_type.dofs()[dof];
+                let start = Target { value: starts[actuator], rate: 0.0, acceleration: 0.0 };
+                followers.push(Follower {
+                    actuator,
+                    turns: !own.translates(),
+                    signal: own_course(job, forward, actuator),
+                    last: (start, job.from),
+                });
+            }
+        }
+        let reference = FrictionFeed::Reference;
+        let efforts = matches!(job.drives, Feed::Inverse)
+            || job.control.is_some_and(|control| control.friction == reference);
+        let whole = efforts || followers.iter().any(|follower| follower.signal.is_none());
+        let guide = if whole { Guide::new(job)? } else { None };
+        let zero = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+        Ok(Self { followers, guide, now: vec![zero; starts.len()] })
+    }
+
+    /// Where all actuators are wanted; zeros for those that follow nothing.
+    pub(super) fn at(&mut self, forward: &Forward, time: f64) -> Result<&[Target<f64>], Error> {
+        let own: Vec<Option<Target<f64>>> =
+            self.followers.iter().map(|follower| follower.own(time)).collect::<Result<_, _>>()?;
+        if let Some(guide) = &mut self.guide {
+            guide.go_to(time)?;
+            guide.actuators(forward, &mut self.now);
+        }
+        for (follower, own) in self.followers.iter_mut().zip(own) {
+            let now = &mut self.now[follower.actuator];
+            *now = follower.count_on(own.unwrap_or(*now), time);
+        }
+        Ok(&self.now)
+    }
+
+    /// Who follows the whole motion, if something asks for that; up to the last instant that was asked for.
+    pub(super) fn guide(&mut self) -> Option<&mut Guide<'a>> {
+        self.guide.as_mut()
+    }
+
+    /// Follows the motion without being asked for anything.
+    pub(super) fn walk(&mut self, time: f64) -> Result<(), Error> {
+        self.guide.as_mut().map_or(Ok(()), |guide| guide.go_to(time))
+    }
+
+    /// What it remembers, as numbers.
+    pub(super) fn memory(&self) -> impl Iterator<Item = f64> {
+        self.followers.iter().flat_map(|follower| {
+            let (last, time) = follower.last;
+            [last.value, last.rate, time]
+        })
+    }
+
+    /// Remembers again; what is left of the numbers, nothing if they are too few.
+    pub(super) fn remember<'n>(&mut self, mut numbers: &'n [f64]) -> Option<&'n [f64]> {
+        for follower in &mut self.followers {
+            let (&[value, rate, time], rest) = numbers.split_first_chunk()?;
+            follower.last = (Target { value, rate, acceleration: 0.0 }, time);
+            numbers = rest;
+        }
+        Some(numbers)
+    }
+}
+
+impl Follower<'_> {
+    fn own(&self, time: f64) -> Result<Option<Target<f64>>, Error> {
+        let Some(signal) = self.signal else { return Ok(None) };
+        match signal.fault_at(time) {
+            Some(fault) => Err(Error::Motion(crate::inverse::Error::NotFinite(Box::new(fault)))),
+            None => Ok(Some(signal.at(time))),
+        }
+    }
+
+    /// An angle as it follows from the last: of those that look the same the one nearest to where the mean rate
+    /// leads.
+    fn count_on(&mut self, mut now: Target<f64>, time: f64) -> Target<f64> {
+        let (last, before) = self.last;
+        if self.turns {
+            let expected = last.value + 0.5 * (time - before) * (last.rate + now.rate);
+            now.value += TAU * ((expected - now.value) / TAU).round();
+        }
+        self.last = (now, time);
+        now
+    }
+}

@@ -1,0 +1,198 @@
+//! How much of each driving force each joint's friction causes: table, ranking, plot.
+
+use super::job::Job;
+use super::sample::Sample;
+use crate::figure::{Figure, Panel, Trace};
+use crate::names::Names;
+use crate::numbers::number;
+use crate::statistics::Size;
+use crate::table::Table;
+use serde_json::{Value, json};
+use std::fmt::{self, Write};
+use std::io;
+use stiction_core::dynamics::{FrictionMode, Shares};
+
+/// Drives and contacts told at most.
+const DRIVES_TOLD: usize = 3;
+const INTERFACES_TOLD: usize = 4;
+/// Shares below this part of the largest are rounding, and not told.
+const ROUNDING: f64 = 1e-9;
+/// The colour of what all friction makes.
+const ALL: usize = 6;
+
+impl Job<'_> {
+    /// Whether there are shares to tell: there is friction, and something is driven.
+    pub fn has_shares(&self) -> bool {
+        let mechanism = &self.model.mechanism;
+        self.friction != FrictionMode::Off
+            && mechanism.actuators().next().is_some()
+            && mechanism.joints().iter().any(|joint| !joint.friction.is_empty())
+    }
+}
+
+/// `shares.csv`: for each drive and each contact with friction what the one causes of the other.
+pub struct ShareTable<W: io::Write>(Table<W>);
+
+impl<W: io::Write> ShareTable<W> {
+    /// Begins the table.
+    ///
+    /// # Errors
+    /// What the receiver says.
+    pub fn new(job: &Job<'_>, into: W) -> io::Result<Self> {
+        let names = Names::new(&job.model.mechanism);
+        let mut header = vec!["time [s]".to_owned()];
+        for (drive, unit) in &names.drives {
+            for (interface, _) in &names.interfaces {
+                header.push(format!("{drive}.from.{interface} [{unit}]"));
+            }
+        }
+        Table::new(into, &header).map(Self)
+    }
+
+    /// Adds a row.
+    ///
+    /// # Errors
+    /// What the receiver says.
+    pub fn add(&mut self, sample: &Sample<'_>) -> io::Result<()> {
+        let Self(table) = self;
+        table.number(sample.time)?;
+        for drive in 0..sample.forces.drives.len() {
+            for share in sample.shares.of_drive(drive) {
+                table.number(share)?;
+            }
+        }
+        table.end_row()
+    }
+
+    /// Writes what is buffered and gives the receiver back.
+    ///
+    /// # Errors
+    /// What the receiver says.
+    pub fn finish(self) -> io::Result<W> {
+        self.0.finish()
+    }
+}
+
+/// For each drive the sizes of all contacts' shares.
+#[derive(Clone, Debug)]
+pub(super) struct Ranking(Vec<Vec<Size>>);
+
+impl Ranking {
+    pub(super) fn new(drives: usize, interfaces: usize) -> Self {
+        Self(vec![vec![Size::default(); interfaces]; drives])
+    }
+
+    pub(super) fn add(&mut self, time: f64, shares: &Shares<f64>) {
+        for (drive, sizes) in self.0.iter_mut().enumerate() {
+            for (size, share) in sizes.iter_mut().zip(shares.of_drive(drive)) {
+                size.add(time, share);
+            }
+        }
+    }
+
+    /// The contacts that have a share in a drive, that with the largest root mean square first.
+    fn ranked(&self, drive: usize) -> Vec<usize> {
+        let sizes = &self.0[drive];
+        let largest = sizes.iter().map(Size::rms).fold(0.0, f64::max);
+        let mut interfaces: Vec<usize> =
+            (0..sizes.len()).filter(|&c| sizes[c].rms() > ROUNDING * largest).collect();
+        interfaces.sort_by(|&a, &b| sizes[b].rms().total_cmp(&sizes[a].rms()));
+        interfaces
+    }
+
+    pub(super) fn json(&self, names: &Names, drive: usize) -> Value {
+        let interfaces = self.ranked(drive).into_iter().map(|interface| {
+            let mut value = self.0[drive][interface].json();
+            value["contact"] = json!(names.interfaces[interface].0);
+            value
+        });
+        interfaces.collect()
+    }
+
+    /// One line for each drive, of which `changes` are the root mean squares of what friction makes
+    /// of them and of the drives themselves; those that it changes most.
+    pub(super) fn write(
+        &self,
+        out: &mut impl Write,
+        names: &Names,
+        changes: &[(f64, f64)],
+    ) -> fmt::Result {
+        // Forces are not compared with moments, but relative to the drive itself.
+        let relative = |drive: &usize| changes[*drive].0 / changes[*drive].1;
+        let mut drives: Vec<usize> =
+            (0..changes.len()).filter(|&drive| changes[drive].0 > 0.0).collect();
+        if drives.len() > DRIVES_TOLD {
+            drives.sort_by(|a, b| relative(b).total_cmp(&relative(a)));
+            drives.truncate(DRIVES_TOLD);
+            drives.sort_unstable();
+        }
+        for drive in drives {
+            let (name, unit) = &names.drives[drive];
+            let ranked = self.ranked(drive);
+            let told = ranked.iter().take(INTERFACES_TOLD);
+            let told = told.map(|&interface| {
+                format!(
+                    "{} {}",
+                    names.interfaces[interface].0,
+                    number(self.0[drive][interface].rms())
+                )
+            });
+            let told: Vec<String> = told.collect();
+            let more = if ranked.len() > INTERFACES_TOLD { ", ..." } else { "" };
+            let change = number(changes[drive].0);
+            writeln!(
+                out,
+                "friction changes {name} by {change} {unit} rms: {}{more}",
+                told.join(", ")
+            )?;
+        }
+        Ok(())
+    }
+}
+
+/// The curves of all shares.
+#[derive(Clone, Debug)]
+pub(super) struct ShareCurves {
+    ranking: Ranking,
+    all: Vec<Trace>,
+    traces: Vec<Vec<Trace>>,
+}
+
+impl ShareCurves {
+    /// No points yet; `count` samples will come.
+    pub(super) fn new(names: &Names, count: usize) -> Self {
+        let (drives, interfaces) = (names.drives.len(), names.interfaces.len());
+        let trace = Trace::new(count);
+        Self {
+            ranking: Ranking::new(drives, interfaces),
+            all: vec![trace.clone(); drives],
+            traces: vec![vec![trace; interfaces]; drives],
+        }
+    }
+
+    pub(super) fn add(&mut self, time: f64, shares: &Shares<f64>) {
+        self.ranking.add(time, shares);
+        for (drive, (all, traces)) in self.all.iter_mut().zip(&mut self.traces).enumerate() {
+            all.push(time, shares.of_drive(drive).sum());
+            for (trace, share) in traces.iter_mut().zip(shares.of_drive(drive)) {
+                trace.push(time, share);
+            }
+        }
+    }
+
+    /// A panel for each drive with its largest shares.
+    pub(super) fn figure(self, names: &Names, title: String, x_label: String) -> Figure {
+        let mut panels = Vec::new();
+        for (drive, (all, traces)) in self.all.into_iter().zip(self.traces).enumerate() {
+            let mut lines = vec![all.line("all friction", ALL, true)];
+            let ranked = self.ranking.ranked(drive);
+            for (place, &interface) in ranked.iter().take(INTERFACES_TOLD).enumerate() {
+                let trace = traces[interface].clone();
+                lines.push(trace.line(&names.interfaces[interface].0, place, false));
+            }
+            let (name, unit) = &names.drives[drive];
+            panels.push(Panel { y_label: format!("{name} [{unit}]"), lines });
+        }
+        Figure { title, x_label, panels }
+    }
+}
