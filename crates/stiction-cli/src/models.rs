@@ -4,7 +4,7 @@ use crate::arguments::Models;
 use crate::failure::Failure;
 use crate::print;
 use serde_json::json;
-use stiction_format::{Model, Source, gallery};
+use stiction_format::{ModelFile, Source, gallery};
 
 pub(crate) fn run(options: &Models) -> Result<(), Failure> {
     list(options).map_err(|failure| failure.for_programs(options.json))
@@ -18,7 +18,7 @@ fn list(options: &Models) -> Result<(), Failure> {
             false => print(text),
         };
     }
-    let models: Vec<(&str, Model)> =
+    let models: Vec<(&str, ModelFile)> =
         gallery::names().map(|name| Ok((name, read(name)?))).collect::<Result<_, Failure>>()?;
     if options.json {
         let list: Vec<_> = models
@@ -44,7 +44,7 @@ fn list(options: &Models) -> Result<(), Failure> {
     print(&out)
 }
 
-fn read(name: &str) -> Result<Model, Failure> {
+fn read(name: &str) -> Result<ModelFile, Failure> {
     let text = gallery::get(name).unwrap_or_default();
     let source = Source::new(format!("{name}.toml"), text);
     Ok(stiction_format::read(&source, &|_| Err("the gallery has no other files".to_owned()))?)

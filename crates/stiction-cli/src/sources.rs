@@ -7,13 +7,13 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use stiction_format::{
-    Contents, Control, Drives, LoadCase, Model, Motion, Source, gallery, not_text,
+    Contents, Control, Drives, LoadCase, ModelFile, Motion, Source, gallery, not_text,
 };
 
 /// A model that was found.
 #[derive(Debug)]
 pub(crate) struct Found {
-    pub(crate) model: Model,
+    pub(crate) model: ModelFile,
 }
 
 /// The files that were read, by their full paths: no result may take their place.

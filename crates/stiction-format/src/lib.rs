@@ -1,7 +1,7 @@
 //! The model file: text in, mechanism or diagnostics out.
 //!
 //! A model is a TOML file that holds a mechanism, its named motions and its named loads. [`read`]
-//! turns it into a [`Model`], or into [`Diagnostics`]: everything that is wrong with it at once, each
+//! turns it into a [`ModelFile`], or into [`Diagnostics`]: everything that is wrong with it at once, each
 //! with its place, what was expected, and a way out.
 //!
 //! ```
@@ -111,7 +111,7 @@
 //! `d(platform.x) [mm/s]` and `dd(platform.x) [mm/s^2]`. See [`Motion::interpolation`].
 //!
 //! Drives are keyed by actuator: `leg1.P = 50 N`; a file of them has columns like `leg1.P [N]` or, as results
-//! have, `leg1.P.drive [N]`. See [`Model::parse_drives`], [`Model::parse_control`].
+//! have, `leg1.P.drive [N]`. See [`ModelFile::parse_drives`], [`ModelFile::parse_control`].
 //!
 //! A load is keyed by body: `platform = { force = [...], moment = [...], at = [...], axes = "world" }`.
 //!
@@ -123,7 +123,7 @@ mod document;
 mod expression;
 mod fields;
 pub mod gallery;
-mod model;
+mod model_file;
 mod parameters;
 mod read;
 mod signal;
@@ -132,8 +132,8 @@ mod source;
 pub use contents::{Contents, Store, not_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use fields::json_schema;
-pub use model::{
-    AppliedWrench, Channel, Control, ControlType, Drives, FrictionFeed, Leg, LoadCase, Model,
+pub use model_file::{
+    AppliedWrench, Channel, Control, ControlType, Drives, FrictionFeed, Leg, LoadCase, ModelFile,
     Motion,
 };
 pub use read::read;

@@ -10,12 +10,12 @@ use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settin
 use stiction_core::kinematics::Target;
 use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Lanes;
-use stiction_format::{Model, Source, gallery, read};
+use stiction_format::{ModelFile, Source, gallery, read};
 
 const LANES: usize = 8;
 type L = Lanes<f64, LANES>;
 
-fn model(name: &str) -> Model {
+fn model(name: &str) -> ModelFile {
     let text = gallery::get(name).expect("it is in the gallery");
     read(&Source::new(format!("{name}.toml"), text), &|_| Err("no files".into()))
         .expect("it is accepted")

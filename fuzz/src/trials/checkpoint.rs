@@ -4,7 +4,7 @@ use super::texts::{files, model_of};
 use serde_json::Value;
 use std::cell::Cell;
 use stiction_core::forward::Settings;
-use stiction_format::{Drives, LoadCase, Model, Source};
+use stiction_format::{Drives, LoadCase, ModelFile, Source};
 use stiction_run::forward::{
     Feed, Job, Layout, Mark, Rows, Scribe, Start, Summary, Tables, write_events, write_summary,
 };
@@ -28,7 +28,7 @@ duration = 1
 A = "0.1*t"
 "#;
 
-fn job<'a>(model: &'a Model, drives: &'a Drives, load: &'a LoadCase) -> Job<'a> {
+fn job<'a>(model: &'a ModelFile, drives: &'a Drives, load: &'a LoadCase) -> Job<'a> {
     Job {
         model,
         motion: model.motion("m"),

@@ -5,7 +5,7 @@ use super::texts::model_of;
 use std::time::{Duration, Instant};
 use stiction_core::dynamics::FrictionMode;
 use stiction_core::forward::Settings;
-use stiction_format::{Control, Drives, LoadCase, Model, Motion, Source};
+use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion, Source};
 use stiction_run::exchange::{Home, json_text, mjcf};
 use stiction_run::{breakaway, check, forward, inverse};
 
@@ -17,7 +17,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 const SPAN: f64 = 0.05;
 
 /// The motion and the load that the program would take.
-fn asked(model: &Model) -> Option<(Motion, LoadCase)> {
+fn asked(model: &ModelFile) -> Option<(Motion, LoadCase)> {
     let motion = match &model.default_motion {
         Some(name) => model.motion(name)?,
         None => &model.motions.first()?.1,
@@ -168,7 +168,7 @@ fn stopped(job: &inverse::Job<'_>) {
     let _ = findings.json(job).to_string();
 }
 
-fn simulated(model: &Model, motion: &Motion, load: &LoadCase) {
+fn simulated(model: &ModelFile, motion: &Motion, load: &LoadCase) {
     let files = |_: &str| Err("none".to_owned());
     let control = |text: &str| model.parse_control(&Source::new("--controller", text), &files).ok();
     let actuators = model.mechanism.actuators().count();
@@ -184,7 +184,7 @@ fn simulated(model: &Model, motion: &Motion, load: &LoadCase) {
 }
 
 fn simulate(
-    model: &Model,
+    model: &ModelFile,
     motion: &Motion,
     load: &LoadCase,
     control: Option<&Control>,

@@ -1,7 +1,9 @@
 //! Texts that are read and not run: model files, units, expressions, recordings, options.
 
 use std::sync::{Arc, OnceLock};
-use stiction_format::{Contents, Diagnostics, Model, Motion, Signal, Source, Store, gallery, read};
+use stiction_format::{
+    Contents, Diagnostics, ModelFile, Motion, Signal, Source, Store, gallery, read,
+};
 
 /// Messages in all ways in which they are given out.
 fn render(diagnostics: &Diagnostics) {
@@ -29,15 +31,15 @@ pub(crate) fn files(_: &str) -> Result<Contents, String> {
 }
 
 /// The model that a text describes, if it does; its warnings are rendered.
-pub(crate) fn model_of(text: &str) -> Option<Model> {
+pub(crate) fn model_of(text: &str) -> Option<ModelFile> {
     let model = accepted(read(&Source::new("model.toml", text), &files))?;
     render(&model.warnings);
     Some(model)
 }
 
 /// A robot to which motions, loads and drives may belong; read once.
-fn robot() -> &'static Model {
-    static ROBOT: OnceLock<Model> = OnceLock::new();
+fn robot() -> &'static ModelFile {
+    static ROBOT: OnceLock<ModelFile> = OnceLock::new();
     ROBOT.get_or_init(|| {
         let text = gallery::get("3rps").expect("it is in the gallery");
         model_of(text).expect("the gallery is right")

@@ -6,12 +6,12 @@ use crate::sources::Found;
 use stiction_core::dynamics::FrictionMode;
 use stiction_core::forward::{Method, Settings};
 use stiction_core::mechanism::{JointId, Mechanism};
-use stiction_format::{Control, Drives, LoadCase, Model, Motion};
+use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion};
 use stiction_run::forward::{Feed, Job, Start, arrange, pole};
 
 /// Everything that a job borrows.
 pub(super) struct Setup {
-    model: Model,
+    model: ModelFile,
     motion: Option<(Motion, String)>,
     load: (LoadCase, String),
     drives: (Efforts, String),

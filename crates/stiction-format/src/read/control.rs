@@ -7,7 +7,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, number, quoted};
 use crate::document::{Table, Value};
 use crate::expression::Measure;
 use crate::fields::tables::{CHANNEL, CONTROL};
-use crate::model::{Channel, Control, ControlType, FrictionFeed};
+use crate::model_file::{Channel, Control, ControlType, FrictionFeed};
 use crate::source::{Place, Source};
 use std::f64::consts::TAU;
 use std::sync::Arc;

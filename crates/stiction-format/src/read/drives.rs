@@ -7,7 +7,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::document::Table;
 use crate::expression::Measure;
 use crate::fields::tables::DRIVES;
-use crate::model::Drives;
+use crate::model_file::Drives;
 use crate::signal::Signal;
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;

@@ -10,7 +10,7 @@ use super::{control, drives, load, statement};
 use crate::contents::Contents;
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
 use crate::document::{self, Document, Table};
-use crate::model::{Control, Drives, LoadCase, Model, Motion};
+use crate::model_file::{Control, Drives, LoadCase, ModelFile, Motion};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ fn kind(text: &str) -> Given<'_> {
     }
 }
 
-impl Model {
+impl ModelFile {
     /// The motion that `given` asks for: the name of one of the model's motions, a CSV or TOML file,
     /// or assignments such as `platform.x = 5 mm*sin(2*pi*t); platform.z = 0.5; duration = 2 s`.
     /// `given.name` is what messages call it, for example `--motion`.

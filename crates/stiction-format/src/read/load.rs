@@ -7,7 +7,7 @@ use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
 use crate::document::{Key, Table};
 use crate::expression::Measure;
 use crate::fields::tables::{BODY_LOAD, LOAD};
-use crate::model::{AppliedWrench, LoadCase};
+use crate::model_file::{AppliedWrench, LoadCase};
 use crate::signal::Signal;
 use stiction_core::dynamics::LoadAxes;
 use stiction_core::mechanism::{BodyId, GROUND_NAME};

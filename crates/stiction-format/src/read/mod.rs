@@ -29,7 +29,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, quoted};
 use crate::document::{self, Document, Table, Value};
 use crate::fields::Field;
 use crate::fields::tables::{BODY, DEFAULT, JOINT, MODEL, SPRING};
-use crate::model::{Leg, LoadCase, Model, Motion};
+use crate::model_file::{Leg, LoadCase, ModelFile, Motion};
 use crate::source::{Place, Source};
 use body::BodyDraft;
 use context::{Context, Record};
@@ -53,14 +53,14 @@ use stiction_core::mechanism::{BodyId, GROUND_NAME, JointId, Mechanism, Mechanis
 pub fn read(
     source: &Source,
     files: &dyn Fn(&str) -> Result<Contents, String>,
-) -> Result<Model, Diagnostics> {
+) -> Result<ModelFile, Diagnostics> {
     let source = Arc::new(source.clone());
     let mut out = Diagnostics::new();
     let model = document::parse(&source, &mut out)
         .and_then(|document| read_document(&source, &document, files, &mut out));
     out.sort();
     match model {
-        Some(model) if !out.has_errors() => Ok(Model { warnings: out, ..model }),
+        Some(model) if !out.has_errors() => Ok(ModelFile { warnings: out, ..model }),
         _ => Err(out),
     }
 }
@@ -70,7 +70,7 @@ fn read_document(
     document: &Document,
     files: Files<'_>,
     out: &mut Diagnostics,
-) -> Option<Model> {
+) -> Option<ModelFile> {
     let Document { root, broken } = document;
     if root.entries.is_empty() && broken.is_empty() {
         out.push(
@@ -89,10 +89,10 @@ fn read_document(
     context.out.replace(std::mem::take(out));
     let model = read_model(&context, root, files);
     *out = context.out.into_inner();
-    model.map(|model| Model { parameters, ..model })
+    model.map(|model| ModelFile { parameters, ..model })
 }
 
-fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<Model> {
+fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<ModelFile> {
     let record = Record::new(context, table, MODEL, "the model");
     // Says so if it is no table; its content has been read.
     record.table("parameters");
@@ -131,7 +131,7 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
     if !context.out.borrow().has_errors() {
         parts.origin(&record, &names).warn(&mechanism.warnings());
     }
-    Some(Model {
+    Some(ModelFile {
         name: parts.name.clone(),
         title: record.line("title"),
         source: record.line("source"),

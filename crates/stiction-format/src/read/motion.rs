@@ -9,7 +9,7 @@ use crate::diagnostic::{Diagnostic, number};
 use crate::document::{Table, Value};
 use crate::expression::Measure;
 use crate::fields::tables::{MOTION, ORDERS};
-use crate::model::Motion;
+use crate::model_file::Motion;
 use crate::signal::Signal;
 use crate::source::Span;
 use stiction_core::kinematics::{AngleOrder, Coordinate};
@@ -248,7 +248,11 @@ impl Reader<'_> {
 }
 
 /// Says which formulas of a load have no finite value at some instant of a motion.
-pub(crate) fn check_load(context: &Context<'_>, load: &crate::model::LoadCase, motion: &Motion) {
+pub(crate) fn check_load(
+    context: &Context<'_>,
+    load: &crate::model_file::LoadCase,
+    motion: &Motion,
+) {
     for wrench in &load.wrenches {
         let signals = wrench.force.iter().chain(&wrench.moment);
         check_courses(context, signals, motion.start, motion.duration, motion.step);

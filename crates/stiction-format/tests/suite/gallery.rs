@@ -20,9 +20,9 @@ fn all_models_are_read_without_a_word() {
 
 mod reference {
     use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
-    use stiction_format::{Model, Source, gallery, read};
+    use stiction_format::{ModelFile, Source, gallery, read};
 
-    fn model(name: &str) -> Model {
+    fn model(name: &str) -> ModelFile {
         let text = gallery::get(name).unwrap();
         read(&Source::new(format!("{name}.toml"), text), &|_| Err("no files".into())).unwrap()
     }
@@ -39,7 +39,7 @@ mod reference {
     }
 
     /// The driving forces at an instant of the default motion under a load.
-    fn drives(model: &Model, load: &str, friction: FrictionMode, t: f64) -> Vec<f64> {
+    fn drives(model: &ModelFile, load: &str, friction: FrictionMode, t: f64) -> Vec<f64> {
         let motion = model.motion(model.default_motion.as_ref().unwrap()).unwrap();
         let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
         let targets: Vec<_> = motion.at(t).collect();
@@ -116,7 +116,7 @@ mod reference {
 mod andrews {
     use stiction_core::dynamics::InverseDynamics;
     use stiction_core::kinematics::{Coordinate, Target};
-    use stiction_format::{Model, Source, gallery, read};
+    use stiction_format::{ModelFile, Source, gallery, read};
 
     const NAMES: [&str; 7] = ["beta", "theta", "gamma", "phi", "delta", "Omega", "epsilon"];
     /// The angles at t = 0, rad.
@@ -141,13 +141,13 @@ mod andrews {
         1.048080741042263,
     ];
 
-    fn model() -> Model {
+    fn model() -> ModelFile {
         let source = Source::new("andrews.toml", gallery::get("andrews").unwrap());
         read(&source, &|_| Err("no files".into())).unwrap()
     }
 
     /// At the first instant of the default motion.
-    fn at_the_start(model: &Model) -> (InverseDynamics, Coordinate) {
+    fn at_the_start(model: &ModelFile) -> (InverseDynamics, Coordinate) {
         let motion = model.motion("squeeze").unwrap();
         let [(coordinate, _)] = motion.coordinates.as_slice() else { panic!() };
         let targets: Vec<_> = motion.at(0.0).collect();

@@ -2,9 +2,9 @@
 
 use stiction_core::mechanism::{Mechanism, MechanismBuilder};
 use stiction_core::spatial::Vec3;
-use stiction_format::{Model, Source, read};
+use stiction_format::{ModelFile, Source, read};
 
-fn model(text: &str) -> Model {
+fn model(text: &str) -> ModelFile {
     read(&Source::new("robot.toml", text), &|_| Err(String::new()))
         .unwrap_or_else(|diagnostics| panic!("{diagnostics}"))
 }

@@ -28,9 +28,9 @@ wrong_files! {
 }
 
 mod given {
-    use stiction_format::{Diagnostics, Model, Source, read};
+    use stiction_format::{Diagnostics, ModelFile, Source, read};
 
-    fn robot() -> Model {
+    fn robot() -> ModelFile {
         let text = include_str!("../wrong/robot.toml");
         read(&Source::new("robot.toml", text), &|_| Err(String::new())).unwrap()
     }

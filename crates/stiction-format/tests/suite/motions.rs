@@ -4,7 +4,7 @@ use stiction_core::dynamics::LoadAxes;
 use stiction_core::kinematics::{AngleOrder, Coordinate, Target};
 use stiction_core::mechanism::{BodyId, JointId};
 use stiction_core::spatial::Vec3;
-use stiction_format::{Contents, Model, Motion, Source, read};
+use stiction_format::{Contents, ModelFile, Motion, Source, read};
 
 const ROBOT: &str = r#"
 gravity = [0, 0, 0]
@@ -26,11 +26,11 @@ axis = "z"
 
 const PLATFORM: BodyId = BodyId(1);
 
-fn model(text: &str) -> Model {
+fn model(text: &str) -> ModelFile {
     model_with(text, &[])
 }
 
-fn model_with(text: &str, files: &[(&str, &str)]) -> Model {
+fn model_with(text: &str, files: &[(&str, &str)]) -> ModelFile {
     let fetch = |name: &str| {
         let file = files.iter().find(|(known, _)| *known == name);
         file.map(|(_, text)| Contents::from(*text)).ok_or_else(|| "no such file".to_owned())

@@ -2,10 +2,10 @@
 
 use proptest::prelude::*;
 use std::time::{Duration, Instant};
-use stiction_format::{Diagnostics, Model, Source, gallery, read};
+use stiction_format::{Diagnostics, ModelFile, Source, gallery, read};
 
 /// Reads and, whatever comes of it, renders the messages in all ways.
-fn attempt(text: &str) -> Result<Model, Diagnostics> {
+fn attempt(text: &str) -> Result<ModelFile, Diagnostics> {
     let files = |_: &str| Ok("time, A\n0, 1\n1, 2\n".into());
     let result = read(&Source::new("model.toml", text), &files);
     let diagnostics = match &result {

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::sync::{Arc, Mutex};
 use stiction_core::kinematics::Target;
-use stiction_format::{Contents, Diagnostics, Drives, Model, Motion, Source, Store, read};
+use stiction_format::{Contents, Diagnostics, Drives, ModelFile, Motion, Source, Store, read};
 
 const ROBOT: &str = r#"
 gravity = [0, 0, 0]
@@ -41,7 +41,7 @@ fn store(text: &str) -> Arc<Bytes> {
     Arc::new(Bytes(Mutex::new(text.as_bytes().to_vec())))
 }
 
-fn robot() -> Model {
+fn robot() -> ModelFile {
     let files = |_: &str| Err("no files".to_owned());
     read(&Source::new("robot.toml", ROBOT), &files).unwrap()
 }

@@ -13,13 +13,13 @@ use stiction_core::joint::JointType;
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_core::spatial::Pose;
-use stiction_format::Model;
+use stiction_format::ModelFile;
 
 /// A model with its mechanism put together.
 #[derive(Clone, Debug)]
 pub struct Home<'a> {
     /// The model.
-    pub model: &'a Model,
+    pub model: &'a ModelFile,
     /// For each body its frame in the world, loops closed.
     pub poses: Vec<Pose<f64>>,
     /// For each joint `X_JK`.

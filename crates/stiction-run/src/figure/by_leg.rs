@@ -3,7 +3,7 @@
 use super::{Panel, Trace};
 use crate::names::Names;
 use stiction_core::mechanism::JointId;
-use stiction_format::Model;
+use stiction_format::ModelFile;
 
 /// A curve for each contact.
 #[derive(Clone, Debug)]
@@ -15,7 +15,7 @@ pub(crate) struct ByLeg {
 
 impl ByLeg {
     /// No points yet; `count` will come.
-    pub(crate) fn new(model: &Model, names: &Names, count: usize) -> Self {
+    pub(crate) fn new(model: &ModelFile, names: &Names, count: usize) -> Self {
         let mut panel_names: Vec<String> = Vec::new();
         let panel_of_interface = names
             .interfaces

@@ -5,7 +5,7 @@ use super::job::Job;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Bodies, Coordinate, State, Target};
-use stiction_format::{Control, ControlType, FrictionFeed, Model};
+use stiction_format::{Control, ControlType, FrictionFeed, ModelFile};
 
 /// A controller at work.
 #[derive(Clone, Debug)]
@@ -168,7 +168,7 @@ impl<'a> Controller<'a> {
 /// Inverse dynamics of the mechanism where it is now, prescribed by its actuators; without friction, unless
 /// that is changed.
 pub(super) fn by_actuators(
-    model: &Model,
+    model: &ModelFile,
     forward: &Forward,
     (state, bodies): (&State<f64>, &Bodies<f64>),
 ) -> Result<InverseDynamics, Error> {

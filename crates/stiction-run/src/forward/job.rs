@@ -2,13 +2,13 @@
 
 use stiction_core::forward::Settings;
 use stiction_core::mechanism::JointId;
-use stiction_format::{Control, Drives, LoadCase, Model, Motion};
+use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion};
 
 /// What is to be simulated.
 #[derive(Clone, Debug)]
 pub struct Job<'a> {
     /// The model as it is simulated, see [`arrange`].
-    pub model: &'a Model,
+    pub model: &'a ModelFile,
     /// The motion at whose first instant it starts, and which controllers follow.
     pub motion: Option<&'a Motion>,
     /// How the motion is called.
@@ -84,7 +84,7 @@ impl Job<'_> {
 
 /// The model as it is simulated: with or without friction, and with locks, which are actuators, on these
 /// freedoms as well.
-pub fn arrange(model: &Model, friction: bool, locks: &[(JointId, usize)]) -> Model {
+pub fn arrange(model: &ModelFile, friction: bool, locks: &[(JointId, usize)]) -> ModelFile {
     let mut model = model.clone();
     if !friction {
         model.mechanism = model.mechanism.without_friction();

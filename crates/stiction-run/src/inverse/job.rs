@@ -4,13 +4,13 @@ use super::error::Error;
 use crate::{Instants, InstantsError};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction_core::kinematics::{Coordinate, Target};
-use stiction_format::{LoadCase, Model, Motion};
+use stiction_format::{LoadCase, ModelFile, Motion};
 
 /// What is to be computed.
 #[derive(Clone, Debug)]
 pub struct Job<'a> {
     /// The model.
-    pub model: &'a Model,
+    pub model: &'a ModelFile,
     /// Its motion.
     pub motion: &'a Motion,
     /// How the motion is called.

@@ -9,10 +9,10 @@ use serde_json::Value;
 use stiction_core::dynamics::{FrictionMode, Power, Settings};
 use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_core::spatial::Vec3;
-use stiction_format::{Model, Source, gallery, read};
+use stiction_format::{ModelFile, Source, gallery, read};
 
 /// A model of the gallery.
-pub(super) fn model(name: &str) -> Result<Model, Error> {
+pub(super) fn model(name: &str) -> Result<ModelFile, Error> {
     let text = gallery::get(name).ok_or_else(|| Error::Gallery(name.to_owned()))?;
     let no_files = |file: &str| Err(format!("{file}: the gallery reads no files"));
     read(&Source::new(name, text), &no_files).map_err(|_| Error::Gallery(name.to_owned()))
@@ -20,7 +20,7 @@ pub(super) fn model(name: &str) -> Result<Model, Error> {
 
 /// A job on such a model with a motion and a load of its own.
 pub(super) fn job<'a>(
-    model: &'a Model,
+    model: &'a ModelFile,
     motion: &str,
     load: &str,
     friction: FrictionMode,

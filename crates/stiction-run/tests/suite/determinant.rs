@@ -7,7 +7,7 @@ use stiction_core::kinematics::{AngleOrder, Coordinate, Target};
 use stiction_core::random::Random;
 use stiction_core::spatial::Pose;
 use stiction_core::statics::Constraints;
-use stiction_format::Model;
+use stiction_format::ModelFile;
 
 /// Half sides of platform and base, m.
 const K: f64 = 0.15;
@@ -21,7 +21,12 @@ fn some_pose(random: &mut Random) -> [f64; 3] {
 
 /// The robot at a pose of its plane, moving at rates of x, z, theta. All six coordinates of the
 /// platform are prescribed where `all`: the printed robot's roll is open to first order.
-fn robot(model: &Model, [x, z, theta]: [f64; 3], rates: [f64; 3], all: bool) -> InverseDynamics {
+fn robot(
+    model: &ModelFile,
+    [x, z, theta]: [f64; 3],
+    rates: [f64; 3],
+    all: bool,
+) -> InverseDynamics {
     let body = model.mechanism.body_id("platform").unwrap();
     let order = AngleOrder::XYZ;
     // Theta is the angle of the platform's normal with the horizontal.

@@ -7,11 +7,11 @@ use stiction_core::joint::JointType;
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{BodySpec, GROUND_NAME, JointId, JointSpec, MechanismBuilder};
 use stiction_core::spatial::{Mat3, Pose, Vec3};
-use stiction_format::{Model, gallery};
+use stiction_format::{ModelFile, gallery};
 use stiction_run::check::{Page, draw_page, examine};
 use stiction_run::drawing::{Detail, Drawing, Surface, Trail, View};
 
-fn assembled(model: &Model) -> InverseDynamics {
+fn assembled(model: &ModelFile) -> InverseDynamics {
     let motion = match &model.default_motion {
         Some(name) => model.motion(name).unwrap(),
         None => &model.motions[0].1,
@@ -28,7 +28,7 @@ fn picture(solver: &InverseDynamics) -> String {
     drawing.svg(&drawing.best_view(), Detail::Full, Surface::Inline)
 }
 
-fn page(model: &Model) -> Page {
+fn page(model: &ModelFile) -> Page {
     let job = default_job(model, FrictionMode::Off);
     let findings = examine(&job, |_, _, _| true).unwrap();
     draw_page(&job, &findings).unwrap()

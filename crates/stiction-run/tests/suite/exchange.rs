@@ -5,11 +5,11 @@ use serde_json::Value;
 use stiction_core::dynamics::FrictionMode;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
-use stiction_format::{Model, gallery};
+use stiction_format::{ModelFile, gallery};
 use stiction_run::exchange::{Home, json, json_text};
 
 /// A model put together at the start of its default motion.
-fn home(model: &Model) -> Home<'_> {
+fn home(model: &ModelFile) -> Home<'_> {
     Home::of(&default_job(model, FrictionMode::Off)).unwrap()
 }
 

@@ -1,13 +1,13 @@
 //! Controllers in simulations, against recurrences that are solved by hand.
 
 use stiction_core::forward::Settings;
-use stiction_format::{Control, Drives, LoadCase, Model, Motion, Source, read};
+use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion, Source, read};
 use stiction_run::forward::{Ending, Feed, Job, Layout, Rows, Scribe, Start};
 
 const MASS: f64 = 2.0;
 
 /// A mass on a level guide.
-fn slide(friction: &str) -> Model {
+fn slide(friction: &str) -> ModelFile {
     let text = format!(
         r#"
         gravity = [0, 0, "-10 m/s^2"]
@@ -28,7 +28,7 @@ fn slide(friction: &str) -> Model {
 }
 
 struct Given {
-    model: Model,
+    model: ModelFile,
     motion: Motion,
     control: Control,
 }

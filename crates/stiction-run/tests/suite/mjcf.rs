@@ -6,18 +6,18 @@ use std::collections::{BTreeMap, HashMap};
 use stiction_core::dynamics::FrictionMode;
 use stiction_core::joint::JointType;
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
-use stiction_format::{LoadCase, Model, Source, gallery};
+use stiction_format::{LoadCase, ModelFile, Source, gallery};
 use stiction_run::exchange::{Home, Mjcf, Unfit, mjcf};
 use stiction_run::inverse::Job;
 
 const ZOO: &str = include_str!("common/zoo.toml");
 
 /// All models of the gallery, and one with all types of joints in all places.
-fn models() -> impl Iterator<Item = Model> {
+fn models() -> impl Iterator<Item = ModelFile> {
     gallery::names().map(model).chain([model_of("zoo", ZOO)])
 }
 
-fn home(model: &Model) -> Home<'_> {
+fn home(model: &ModelFile) -> Home<'_> {
     let job = match &model.default_load {
         Some(_) => default_job(model, FrictionMode::Off),
         None => Job { motion: &model.motions[0].1, ..without_load(model) },
@@ -26,7 +26,7 @@ fn home(model: &Model) -> Home<'_> {
 }
 
 /// The first motion without a load.
-fn without_load(model: &Model) -> Job<'_> {
+fn without_load(model: &ModelFile) -> Job<'_> {
     static NONE: LoadCase = LoadCase { title: String::new(), wrenches: Vec::new() };
     Job {
         model,

@@ -3,9 +3,9 @@
 use crate::common::*;
 use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::mobility::Mobility;
-use stiction_format::Model;
+use stiction_format::ModelFile;
 
-fn mobility(model: &Model) -> Mobility {
+fn mobility(model: &ModelFile) -> Mobility {
     let motion = model.motion(model.default_motion.as_ref().unwrap()).unwrap();
     let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
     let targets: Vec<_> = motion.at(motion.start + 0.1 * motion.duration).collect();

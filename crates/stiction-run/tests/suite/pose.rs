@@ -1,11 +1,11 @@
 //! A motion that takes no time is a single pose: all results are there, and none is a ratio of zeros.
 
 use stiction_core::dynamics::FrictionMode;
-use stiction_format::{LoadCase, Model, Source, gallery, read};
+use stiction_format::{LoadCase, ModelFile, Source, gallery, read};
 use stiction_run::inverse::{Curves, Job, Summary, Tables, Verdict, write_summary};
 
 /// The verdict, the summary as text and as JSON, the tables and the plots.
-fn run(model: &Model, motion: &str) -> (Verdict, String, serde_json::Value, Vec<String>) {
+fn run(model: &ModelFile, motion: &str) -> (Verdict, String, serde_json::Value, Vec<String>) {
     let motion = Source::new("--motion", motion);
     let motion = model.parse_motion(&motion, &|_| Err(String::new())).unwrap();
     let job = Job {
@@ -41,7 +41,7 @@ fn run(model: &Model, motion: &str) -> (Verdict, String, serde_json::Value, Vec<
     (verdict, text, json, files)
 }
 
-fn robot() -> Model {
+fn robot() -> ModelFile {
     let text = gallery::get("3rps").unwrap();
     read(&Source::new("3rps.toml", text), &|_| Err(String::new())).unwrap()
 }

@@ -5,7 +5,7 @@ use crate::common::collar::push_beside;
 use crate::common::*;
 use serde_json::Value;
 use stiction_core::dynamics::FrictionMode;
-use stiction_format::{LoadCase, Model};
+use stiction_format::{LoadCase, ModelFile};
 use stiction_run::inverse::{Backward, Job, ShareTable, Summary, write_summary};
 
 /// A job's table of shares, its summary as JSON and as text.
@@ -94,7 +94,7 @@ fn shares_add_up_to_what_friction_makes_of_the_drives() {
 }
 
 /// Some forty samples are enough.
-fn coarse(model: &Model, motion: &str) -> Option<f64> {
+fn coarse(model: &ModelFile, motion: &str) -> Option<f64> {
     let duration = model.motion(motion).unwrap().duration;
     (duration > 0.0).then_some(duration / 40.0)
 }
@@ -207,7 +207,7 @@ fn across_the_plane(slope: f64, rho: f64) -> String {
 static NO_LOAD: LoadCase = LoadCase { title: String::new(), wrenches: Vec::new() };
 
 /// A motion under nothing but gravity.
-fn none_loaded<'a>(model: &'a Model, motion: &str) -> Job<'a> {
+fn none_loaded<'a>(model: &'a ModelFile, motion: &str) -> Job<'a> {
     Job {
         model,
         motion: model.motion(motion).unwrap(),

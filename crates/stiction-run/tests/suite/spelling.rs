@@ -2,10 +2,10 @@
 
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
-use stiction_format::{Model, gallery};
+use stiction_format::{ModelFile, gallery};
 
 /// All drive columns of a model's default job by name.
-fn drives(model: &Model) -> Vec<(String, Vec<f64>)> {
+fn drives(model: &ModelFile) -> Vec<(String, Vec<f64>)> {
     let run = Run::of(&default_job(model, FrictionMode::Converged)).unwrap();
     let drives = run.inverse.columns().filter(|(name, _)| name.contains(".drive"));
     drives.map(|(name, values)| (name.clone(), values.clone())).collect()

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use stiction_core::dynamics::FrictionMode;
 use stiction_core::forward::Settings;
-use stiction_format::{Contents, Drives, LoadCase, Model, Motion, Source, Store};
+use stiction_format::{Contents, Drives, LoadCase, ModelFile, Motion, Source, Store};
 use stiction_run::forward::{self, Ending, Feed, Start};
 use stiction_run::inverse::{Error, Job};
 
@@ -58,18 +58,18 @@ fn turning() -> String {
     recording("A [rad]", |t| 1.0 + 0.3 * (2.0 * t).sin())
 }
 
-fn motion(model: &Model, contents: &Contents) -> Motion {
+fn motion(model: &ModelFile, contents: &Contents) -> Motion {
     let files = |_: &str| Ok(contents.clone());
     model.parse_motion(&Source::new("--motion", "turn.csv"), &files).unwrap()
 }
 
-fn drives(model: &Model, contents: &Contents) -> Drives {
+fn drives(model: &ModelFile, contents: &Contents) -> Drives {
     let files = |_: &str| Ok(contents.clone());
     model.parse_drives(&Source::new("--drives", "drive.csv"), &files).unwrap()
 }
 
 /// Driving forces at all samples, as bits.
-fn follow(model: &Model, motion: &Motion, threads: usize) -> Result<Vec<(u64, u64)>, Error> {
+fn follow(model: &ModelFile, motion: &Motion, threads: usize) -> Result<Vec<(u64, u64)>, Error> {
     let job = Job { motion, ..default_job(model, FrictionMode::Off) };
     let mut found = Vec::new();
     job.run_on(
@@ -113,7 +113,12 @@ fn a_file_that_is_overwritten_stops_the_motion() {
 }
 
 /// What is given to a simulation of the crank.
-fn simulate(model: &Model, motion: &Motion, drives: &Drives, prescribed: bool) -> (usize, Ending) {
+fn simulate(
+    model: &ModelFile,
+    motion: &Motion,
+    drives: &Drives,
+    prescribed: bool,
+) -> (usize, Ending) {
     let load = LoadCase::default();
     let job = forward::Job {
         model,

@@ -7,7 +7,7 @@ use stiction_core::dynamics::FrictionMode;
 const TWIN: &str = "zhang2018-regular";
 
 /// The regular twin with more motions and other frictions.
-fn twin(change: impl Fn(String) -> String) -> stiction_format::Model {
+fn twin(change: impl Fn(String) -> String) -> stiction_format::ModelFile {
     let motion = |name: &str, x: &str, ry: &str, t: &str| {
         format!(
             "[motions.{name}]\nduration = \"1 s\"\nstep = \"0.1 s\"\nstart = \"0.03 s\"\n\

@@ -2,7 +2,7 @@
 
 use crate::common::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
-use stiction_format::{Model, gallery};
+use stiction_format::{ModelFile, gallery};
 use stiction_run::inverse::{BodyTable, Error, Job, Sample, ShareTable, Summary, Tables, Verdict};
 
 /// All tables, the summary and the verdict of a run, as they are written.
@@ -37,7 +37,7 @@ fn run(job: &Job<'_>, threads: usize) -> Result<(Vec<Vec<u8>>, Verdict), Error> 
 }
 
 /// A gallery model with its default motion in so many samples.
-fn finely<'a>(model: &'a Model, friction: FrictionMode, samples: usize) -> Job<'a> {
+fn finely<'a>(model: &'a ModelFile, friction: FrictionMode, samples: usize) -> Job<'a> {
     let job = default_job(model, friction);
     let step = job.motion.duration / (samples - 1) as f64;
     Job { step: Some(step), ..job }

@@ -8,7 +8,7 @@ use stiction_core::kinematics::Target;
 use stiction_core::mobility::Mobility;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 use stiction_core::statics::Constraints;
-use stiction_format::{Model, gallery};
+use stiction_format::{ModelFile, gallery};
 use stiction_run::check::{Findings, examine};
 
 /// Everything that is said at one position.
@@ -25,7 +25,7 @@ struct Said {
 }
 
 /// At four instants of the default motion.
-fn said(model: &Model, change: &Change) -> Vec<Said> {
+fn said(model: &ModelFile, change: &Change) -> Vec<Said> {
     let mechanism = change.mechanism(&model.mechanism);
     let types: Vec<_> = mechanism.joints().iter().map(|joint| joint.joint_type).collect();
     let motion = model.motion(model.default_motion.as_ref().unwrap()).unwrap();
@@ -180,7 +180,7 @@ fn names() {
         let change = Change { rename: true, ..NONE };
         let mut renamed = model.clone();
         renamed.mechanism = change.mechanism(&model.mechanism);
-        let report = |model: &Model| -> Findings {
+        let report = |model: &ModelFile| -> Findings {
             let mut job = default_job(model, FrictionMode::Off);
             job.step = Some(job.motion.duration / 4.0);
             examine(&job, |_, _, _| true).unwrap()

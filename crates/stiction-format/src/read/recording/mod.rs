@@ -14,7 +14,7 @@ use super::actuators::Actuators;
 use super::context::Context;
 use super::names::Names;
 use super::path::Orders;
-use crate::model::{Drives, Motion};
+use crate::model_file::{Drives, Motion};
 use gather::{Gathered, gather};
 use header::{Header, Role};
 use messages::Messages;

@@ -3,7 +3,7 @@
 
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Settings};
 use stiction_core::kinematics::Target;
-use stiction_format::{Model, Source, gallery, read};
+use stiction_format::{ModelFile, Source, gallery, read};
 
 /// A solver at the first position of a course.
 pub(crate) struct Robot {
@@ -14,7 +14,7 @@ pub(crate) struct Robot {
 }
 
 /// A model from its text.
-pub(crate) fn model(name: &str, text: &str) -> Model {
+pub(crate) fn model(name: &str, text: &str) -> ModelFile {
     match read(&Source::new(name, text), &|_| Err("no files".into())) {
         Ok(model) => model,
         Err(error) => panic!("{name}: {error:?}"),
@@ -28,7 +28,7 @@ impl Robot {
     }
 
     /// Of a model.
-    pub(crate) fn of(model: &Model, load: Option<&str>) -> Self {
+    pub(crate) fn of(model: &ModelFile, load: Option<&str>) -> Self {
         let motion = model.motion(model.default_motion.as_deref().unwrap()).unwrap();
         let load = model.load(load.or(model.default_load.as_deref()).unwrap()).unwrap();
         let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();

@@ -3,7 +3,7 @@
 use crate::common::*;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Rest, Settings};
 use stiction_core::kinematics::{Coordinate, Target};
-use stiction_format::Model;
+use stiction_format::ModelFile;
 
 /// The drives of a mechanism at rest with every contact holding by a part of its greatest friction;
 /// none where friction and reactions do not settle.
@@ -16,7 +16,7 @@ pub(crate) struct Holder {
 
 impl Holder {
     /// At an instant of a model's default motion.
-    pub(crate) fn new(model: &Model, time: f64) -> Self {
+    pub(crate) fn new(model: &ModelFile, time: f64) -> Self {
         let job = default_job(model, FrictionMode::Converged);
         let (coordinates, targets): (Vec<Coordinate>, Vec<Target<f64>>) = job
             .motion

@@ -6,26 +6,26 @@ pub(crate) mod collar;
 
 use std::collections::BTreeMap;
 use stiction_core::dynamics::FrictionMode;
-use stiction_format::{Model, Source, gallery, read};
+use stiction_format::{ModelFile, Source, gallery, read};
 use stiction_run::inverse::{Error, Job, Tables, Verdict};
 
 pub(crate) const MODES: [FrictionMode; 3] =
     [FrictionMode::Off, FrictionMode::OnePass, FrictionMode::Converged];
 
 /// A model of the gallery.
-pub(crate) fn model(name: &str) -> Model {
+pub(crate) fn model(name: &str) -> ModelFile {
     model_of(name, gallery::get(name).unwrap())
 }
 
 /// A model from its text.
-pub(crate) fn model_of(name: &str, text: &str) -> Model {
+pub(crate) fn model_of(name: &str, text: &str) -> ModelFile {
     read(&Source::new(format!("{name}.toml"), text), &|_| Err("no files".into()))
         .unwrap_or_else(|diagnostics| panic!("{name}: {diagnostics}"))
 }
 
 /// A motion of a model under one of its loads.
 pub(crate) fn job<'a>(
-    model: &'a Model,
+    model: &'a ModelFile,
     motion: &str,
     load: &str,
     friction: FrictionMode,
@@ -43,7 +43,7 @@ pub(crate) fn job<'a>(
 }
 
 /// The motion and the load that are meant when nothing is said.
-pub(crate) fn default_job(model: &Model, friction: FrictionMode) -> Job<'_> {
+pub(crate) fn default_job(model: &ModelFile, friction: FrictionMode) -> Job<'_> {
     let (motion, load) = (model.default_motion.as_ref(), model.default_load.as_ref());
     job(model, motion.unwrap(), load.unwrap(), friction)
 }
@@ -120,7 +120,7 @@ pub(crate) fn regular() -> impl Iterator<Item = &'static str> {
 }
 
 /// All pairs of a motion and a load.
-pub(crate) fn cases(model: &Model) -> impl Iterator<Item = (&str, &str)> {
+pub(crate) fn cases(model: &ModelFile) -> impl Iterator<Item = (&str, &str)> {
     model.motions.iter().flat_map(|(motion, _)| {
         model.loads.iter().map(move |(load, _)| (motion.as_str(), load.as_str()))
     })

@@ -9,9 +9,9 @@ use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{BodyId, JointId, Mechanism};
 use stiction_core::spatial::{Pose, Vec3};
 
-/// What a model file says.
+/// Contents of a model file: a mechanism, its motions and its loads.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub struct ModelFile {
     /// Name.
     pub name: String,
     /// One line that says what it is; empty where the file says nothing.
@@ -193,7 +193,7 @@ impl AppliedWrench {
     }
 }
 
-impl Model {
+impl ModelFile {
     /// The motion with this name.
     pub fn motion(&self, name: &str) -> Option<&Motion> {
         self.motions.iter().find(|(known, _)| known == name).map(|(_, motion)| motion)
