@@ -150,9 +150,10 @@ fn circle(uses: &Uses) -> Option<Vec<String>> {
 
 #[test]
 fn modules_lie_in_layers() {
-    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates");
-    let mut entries: Vec<PathBuf> =
-        fs::read_dir(crates).unwrap().map(|entry| entry.unwrap().path().join("src")).collect();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let folders = ["crates", "studies"].map(|folder| fs::read_dir(root.join(folder)).unwrap());
+    let entries = folders.into_iter().flatten();
+    let mut entries: Vec<PathBuf> = entries.map(|e| e.unwrap().path().join("src")).collect();
     entries.sort();
     let mut edges = 0;
     for source in entries {

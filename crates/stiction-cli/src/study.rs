@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use stiction_format::gallery;
-use stiction_run::report::Report;
-use stiction_run::zhang2018;
+use stiction_zhang2018 as zhang2018;
+use stiction_zhang2018::report::Report;
 
 /// Names and titles of all studies.
 const STUDIES: [(&str, &str); 1] = [(

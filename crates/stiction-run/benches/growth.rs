@@ -13,7 +13,7 @@ use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{BodySpec, GROUND_NAME, JointSpec, Mechanism, MechanismBuilder};
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 use stiction_core::statics::SingularityDistances;
-use stiction_run::figure::{Figure, Line, Panel};
+use stiction_draw::figure::{Figure, Line, Panel};
 
 const LOOPS: [usize; 7] = [1, 3, 10, 30, 100, 300, 1000];
 const LEGS: [usize; 5] = [6, 12, 20, 30, 50];

@@ -50,20 +50,17 @@
 //! ```
 
 pub mod breakaway;
+mod by_leg;
 pub mod check;
-pub mod drawing;
 pub mod exchange;
-pub mod figure;
 pub mod forward;
 mod instants;
 pub mod inverse;
 mod names;
-mod numbers;
-mod page;
-pub mod report;
+mod portrait;
 mod statistics;
 mod table;
 mod undetermined;
-pub mod zhang2018;
 
 pub use instants::{Instants, InstantsError};
+pub use portrait::Portrait;

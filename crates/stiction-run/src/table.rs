@@ -1,7 +1,7 @@
 //! A table of numbers as CSV.
 
-use crate::numbers::exact;
 use std::io;
+use stiction_draw::numbers::exact;
 
 /// One table as CSV.
 pub struct Table<W: io::Write> {

@@ -3,7 +3,7 @@
 use crate::program::Folder;
 use crate::{book, renewed};
 use std::fs;
-use stiction_run::figure::{Figure, Line, Panel};
+use stiction_draw::figure::{Figure, Line, Panel};
 
 /// Coordinates are written to a tenth or finer: rounding may differ by one between machines.
 const ROUNDING: f64 = 0.15;

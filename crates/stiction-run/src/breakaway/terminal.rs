@@ -3,9 +3,9 @@
 use super::Findings;
 use crate::inverse::Job;
 use crate::names::Names;
-use crate::numbers::number;
 use std::fmt::{self, Write};
 use stiction_core::dynamics::{Bounds, Holding, Verdict};
+use stiction_draw::numbers::number;
 
 /// Contacts listed at most.
 const LISTED: usize = 6;

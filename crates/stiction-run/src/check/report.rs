@@ -2,11 +2,11 @@
 
 use super::{Findings, Kind, Nearness, Range, words};
 use crate::inverse::Job;
-use crate::numbers::number;
 use crate::undetermined::by_components;
 use std::fmt::{self, Write};
 use stiction_core::spatial::Vec3;
 use stiction_core::statics::JointLoad;
+use stiction_draw::numbers::number;
 
 /// Bodies, joints and ranges listed at most.
 const LISTED: usize = 12;

@@ -1,11 +1,11 @@
 //! Masses, ranges of joints, lengths of legs and the reach of bodies along a motion.
 
-use crate::numbers::{fixed, number};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::mechanism::{BodyId, JointId, Mechanism};
 use stiction_core::spatial::Vec3;
+use stiction_draw::numbers::{fixed, number};
 
 /// Positions are known to this, mm or deg.
 const ROUNDING: f64 = 1e-9;

@@ -2,7 +2,7 @@
 
 use super::{Findings, Kind};
 use crate::inverse::Job;
-use crate::numbers::number;
+use stiction_draw::numbers::number;
 
 /// Nearer than this to a singular position forces are some hundred times the load.
 const NEAR: f64 = 0.01;

@@ -3,8 +3,8 @@
 use super::json::CLEARANCE;
 use super::{Findings, Kind, Weakness};
 use crate::inverse::Job;
-use crate::numbers::number;
 use stiction_core::mobility::{Architecture, GenericRank};
+use stiction_draw::numbers::number;
 
 /// What a singular position brings.
 pub(super) fn gained(kind: Kind, weakness: &Weakness) -> String {

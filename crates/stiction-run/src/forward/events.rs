@@ -1,9 +1,9 @@
 //! What happened, in words.
 
 use super::rows::Layout;
-use crate::numbers::number;
 use stiction_core::forward::{Event, EventKind, Method};
 use stiction_core::mechanism::JointId;
+use stiction_draw::numbers::number;
 
 /// An event in words.
 #[derive(Clone, Debug, PartialEq)]

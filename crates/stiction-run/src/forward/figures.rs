@@ -3,9 +3,9 @@
 use super::job::Job;
 use super::rows::{Layout, Rows};
 use super::summary::Summary;
-use crate::figure::by_leg::ByLeg;
-use crate::figure::{Figure, Panel, Trace};
+use crate::by_leg::ByLeg;
 use stiction_core::forward::{Event, EventKind};
+use stiction_draw::figure::{Figure, Panel, Trace};
 
 /// Gathers a simulation's curves row by row.
 #[derive(Clone, Debug)]

@@ -138,7 +138,7 @@ pub fn write_events(into: impl io::Write, summary: &Summary, events: &[Event]) -
         tell_all(&summary.layout, summary.at_rest_first(), events)
     {
         let mut cell = String::new();
-        crate::numbers::exact(&mut cell, time);
+        stiction_draw::numbers::exact(&mut cell, time);
         writer.write_record([cell.as_str(), what, &at, &detail])?;
     }
     writer.flush()

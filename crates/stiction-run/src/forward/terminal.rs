@@ -5,8 +5,8 @@ use super::job::{Job, Start};
 use super::outcome::{Ending, Outcome};
 use super::summary::Summary;
 use crate::names::width;
-use crate::numbers::{number, order, percent};
 use std::fmt::{self, Write};
+use stiction_draw::numbers::{number, order, percent};
 
 /// Contacts and events listed at most.
 const LISTED: usize = 6;

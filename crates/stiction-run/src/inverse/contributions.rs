@@ -2,15 +2,15 @@
 
 use super::job::Job;
 use super::sample::Sample;
-use crate::figure::{Figure, Panel, Trace};
 use crate::names::Names;
-use crate::numbers::number;
 use crate::statistics::Size;
 use crate::table::Table;
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
 use std::io;
 use stiction_core::dynamics::{FrictionMode, Shares};
+use stiction_draw::figure::{Figure, Panel, Trace};
+use stiction_draw::numbers::number;
 
 /// Drives and contacts told at most.
 const DRIVES_TOLD: usize = 3;

@@ -3,11 +3,11 @@
 //! Equation (E3) of the book's theory.
 
 use crate::names::Names;
-use crate::numbers::{number, percent};
 use crate::statistics::Least;
 use serde_json::{Map, Value, json};
 use std::fmt::{self, Write};
 use stiction_core::dynamics::{AppliedLoad, Forces, InverseDynamics, InverseError, Mirror};
+use stiction_draw::numbers::{number, percent};
 
 /// Powers below this part of what is turned over are rounding.
 const ROUNDING: f64 = 1e-9;

@@ -3,10 +3,10 @@
 use super::contributions::ShareCurves;
 use super::job::Job;
 use super::sample::Sample;
-use crate::figure::by_leg::ByLeg;
-use crate::figure::{Figure, Panel, Trace};
+use crate::by_leg::ByLeg;
 use crate::names::Names;
 use stiction_core::dynamics::FrictionMode;
+use stiction_draw::figure::{Figure, Panel, Trace};
 
 /// Gathers a run's curves sample by sample.
 #[derive(Clone, Debug)]

@@ -36,8 +36,11 @@ impl Job<'_> {
         Instants::of(self.motion, self.step)
     }
 
-    /// The mechanism at an instant.
-    pub(crate) fn assemble(&self, time: f64) -> Result<InverseDynamics, Error> {
+    /// Assembles the mechanism at the pose that the motion prescribes at an instant, s.
+    ///
+    /// # Errors
+    /// [`Error::Assembly`] if the loops do not close there, [`Error::NotFinite`] if the motion has no value.
+    pub fn assemble(&self, time: f64) -> Result<InverseDynamics, Error> {
         let coordinates: Vec<Coordinate> =
             self.motion.coordinates.iter().map(|(coordinate, _)| *coordinate).collect();
         let mut targets =
@@ -49,13 +52,11 @@ impl Job<'_> {
             .map_err(|error| Error::Assembly { time, error })
     }
 
-    /// From one instant to the next.
-    pub(crate) fn follow(
-        &self,
-        solver: &mut InverseDynamics,
-        from: f64,
-        to: f64,
-    ) -> Result<(), Error> {
+    /// Moves an assembled mechanism along the motion from one instant to another, s.
+    ///
+    /// # Errors
+    /// See [`Job::assemble`].
+    pub fn follow(&self, solver: &mut InverseDynamics, from: f64, to: f64) -> Result<(), Error> {
         self.check_motion(to)?;
         let followed = solver.follow(from, to, |t, targets| self.targets_at(t, targets));
         followed.or_else(|error| {
@@ -81,11 +82,11 @@ impl Job<'_> {
         Ok(())
     }
 
-    pub(crate) fn loads_at(
-        &self,
-        time: f64,
-        loads: &mut Vec<AppliedLoad<f64>>,
-    ) -> Result<(), Error> {
+    /// Replaces `loads` by the external wrenches at an instant, s.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] if a load has no value.
+    pub fn loads_at(&self, time: f64, loads: &mut Vec<AppliedLoad<f64>>) -> Result<(), Error> {
         loads.clear();
         for wrench in &self.load.wrenches {
             for signal in wrench.force.iter().chain(&wrench.moment) {

@@ -6,11 +6,11 @@ use super::summary::{Summary, friction_word, weighting_words};
 use super::uniqueness::Singular;
 use super::verdict::Verdict;
 use crate::names::width;
-use crate::numbers::{number, order, percent};
 use crate::statistics::Integral;
 use crate::undetermined::by_components;
 use std::fmt::{self, Write};
 use stiction_core::dynamics::FrictionMode;
+use stiction_draw::numbers::{number, order, percent};
 
 /// Where velocities at a singular position are finite it is known to the root of rounding only.
 const ROOT_OF_ROUNDING: f64 = 1e-6;

@@ -7,9 +7,9 @@ use stiction_core::joint::JointType;
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{BodySpec, GROUND_NAME, JointId, JointSpec, MechanismBuilder};
 use stiction_core::spatial::{Mat3, Pose, Vec3};
+use stiction_draw::drawing::{Detail, Drawing, Surface, Trail, View};
 use stiction_format::{ModelFile, gallery};
 use stiction_run::check::{Page, draw_page, examine};
-use stiction_run::drawing::{Detail, Drawing, Surface, Trail, View};
 
 fn assembled(model: &ModelFile) -> InverseDynamics {
     let motion = match &model.default_motion {

@@ -4,6 +4,7 @@ mod allocation;
 mod bodies;
 mod breakaway;
 mod browser;
+#[path = "../../../stiction-draw/tests/suite/chromium/mod.rs"]
 mod chromium;
 mod common;
 #[path = "../../../stiction-core/tests/suite/common/counting.rs"]
@@ -24,8 +25,6 @@ mod mobility;
 mod motion;
 mod pose;
 mod references;
-mod report;
-mod sample;
 mod shares;
 mod singularities;
 mod spelling;

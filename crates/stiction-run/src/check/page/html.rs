@@ -1,10 +1,10 @@
 //! Pieces of the page. Text goes in as it is and comes out escaped; only what is named `inner` is
 //! markup already.
 
-use crate::drawing::svg::escape;
-use crate::page;
+use stiction_draw::page;
+use stiction_draw::xml::escape;
 
-pub(super) use crate::page::Column;
+pub(super) use stiction_draw::page::Column;
 
 const STYLE: &str = include_str!("style.css");
 

@@ -10,12 +10,12 @@ mod singular;
 mod sizes;
 
 use super::Findings;
-use crate::drawing::Surface;
-use crate::drawing::svg::escape;
 use crate::inverse::{Error, Job};
-use crate::numbers::number;
-use crate::page::Portrait;
+use crate::portrait::Portrait;
 use html::{card, note, paragraph, section};
+use stiction_draw::drawing::Surface;
+use stiction_draw::numbers::number;
+use stiction_draw::xml::escape;
 
 /// What [`draw_page`] gives.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -3,8 +3,8 @@
 use super::html::{Column, folded, note, paragraph, section, table};
 use crate::check::Findings;
 use crate::inverse::Job;
-use crate::numbers::number;
 use stiction_core::statics::JointLoad;
+use stiction_draw::numbers::number;
 
 /// Self-stresses that are listed at most.
 const LISTED: usize = 24;

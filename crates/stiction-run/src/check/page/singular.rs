@@ -3,7 +3,7 @@
 use super::html::{Column, note, paragraph, section, table};
 use crate::check::{Findings, Kind, Nearness, words};
 use crate::inverse::Job;
-use crate::numbers::number;
+use stiction_draw::numbers::number;
 
 /// Passages that are listed at most.
 const LISTED: usize = 24;

@@ -3,9 +3,9 @@
 use super::html::{Column, note, paragraph, section, table};
 use crate::check::{Findings, Range};
 use crate::inverse::Job;
-use crate::numbers::number;
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::spatial::Vec3;
+use stiction_draw::numbers::number;
 
 /// Every body's mass, centre of mass and principal moments of inertia; `start` is the mechanism at
 /// the beginning of the motion.

@@ -1,7 +1,7 @@
 //! Writing XML.
 
-use crate::drawing::svg::escape;
 use std::fmt::Write;
+use stiction_draw::xml::escape;
 
 /// Attributes of an element, in order.
 pub(super) type Attributes<'a> = &'a [(&'static str, String)];

@@ -1,0 +1,100 @@
+//! Elements of SVG as text, with lengths in px.
+
+use crate::xml::escape;
+use std::fmt::Write;
+
+/// A point of the picture, px.
+pub(super) type Point = [f64; 2];
+
+/// A length in px: to a tenth, without a sign of zero. What is not finite, which nothing here
+/// makes, would still be a number.
+pub(super) fn px(x: f64) -> String {
+    let tenths = if x.is_finite() { (x * 10.0).round() + 0.0 } else { 0.0 };
+    let text = format!("{:.1}", tenths / 10.0);
+    text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
+}
+
+/// A straight line.
+pub(super) fn line(class: &str, a: Point, b: Point) -> String {
+    format!(
+        r#"<line class="{class}" x1="{}" y1="{}" x2="{}" y2="{}"/>"#,
+        px(a[0]),
+        px(a[1]),
+        px(b[0]),
+        px(b[1])
+    )
+}
+
+/// A circle.
+pub(super) fn circle(class: &str, centre: Point, radius: f64) -> String {
+    format!(
+        r#"<circle class="{class}" cx="{}" cy="{}" r="{}"/>"#,
+        px(centre[0]),
+        px(centre[1]),
+        px(radius)
+    )
+}
+
+/// Corners joined by straight lines, closed or not.
+pub(super) fn corners(class: &str, points: &[Point], closed: bool) -> String {
+    let mut list = String::new();
+    for (k, point) in points.iter().enumerate() {
+        let gap = if k == 0 { "" } else { " " };
+        // Writing to a string does not fail.
+        let _ = write!(list, "{gap}{},{}", px(point[0]), px(point[1]));
+    }
+    let element = if closed { "polygon" } else { "polyline" };
+    format!(r#"<{element} class="{class}" points="{list}"/>"#)
+}
+
+/// An outline in the language of paths.
+pub(super) fn path(class: &str, outline: &str) -> String {
+    format!(r#"<path class="{class}" d="{outline}"/>"#)
+}
+
+/// How text stands at its point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Anchor {
+    Start,
+    Middle,
+}
+
+/// One line of text.
+pub(super) fn text(class: &str, at: Point, anchor: Anchor, content: &str) -> String {
+    let anchor = match anchor {
+        Anchor::Start => "start",
+        Anchor::Middle => "middle",
+    };
+    format!(
+        r#"<text class="{class}" x="{}" y="{}" text-anchor="{anchor}">{}</text>"#,
+        px(at[0]),
+        px(at[1]),
+        escape(content)
+    )
+}
+
+/// About how wide a text is at a size of letters, px: sans-serif letters are a little over half as
+/// wide as high, and those beyond Latin may be square.
+pub(super) fn width_of(content: &str, size: f64) -> f64 {
+    let letter = |c: char| match c {
+        'i' | 'j' | 'l' | 'I' | '.' | ',' | ':' | '\'' | '|' | ' ' => 0.32,
+        'm' | 'w' | 'M' | 'W' => 0.86,
+        c if u32::from(c) < 0x300 => 0.62,
+        _ => 1.0,
+    };
+    content.chars().map(letter).sum::<f64>() * size
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_are_short_numbers() {
+        assert_eq!(px(-0.01), "0");
+        assert_eq!(px(12.04), "12");
+        assert_eq!(px(-3.26), "-3.3");
+        assert_eq!(px(f64::NAN), "0");
+        assert_eq!(px(f64::INFINITY), "0");
+    }
+}

@@ -1,0 +1,237 @@
+//! Line plots.
+
+mod inline;
+mod trace;
+
+pub use trace::Trace;
+
+use crate::xml::is_of_xml;
+use kuva::prelude::*;
+use kuva::render::figure::Figure as Sheet;
+
+/// Panels one above the other over a common horizontal axis.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// Above all panels.
+    pub title: String,
+    /// Name and unit of the horizontal axis.
+    pub x_label: String,
+    /// From top to bottom.
+    pub panels: Vec<Panel>,
+}
+
+/// One set of axes.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    /// Name and unit of the vertical axis.
+    pub y_label: String,
+    /// The curves, in the order of the legend.
+    pub lines: Vec<Line>,
+}
+
+/// One curve.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// Its name in the legend.
+    pub label: String,
+    /// Its points.
+    pub points: Vec<(f64, f64)>,
+    /// Which of the colours.
+    pub colour: usize,
+    /// Dashed rather than solid.
+    pub dashed: bool,
+}
+
+/// What a figure is drawn for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Form {
+    /// A picture on its own, with its title and legends.
+    Paper,
+    /// A part of a page, which has the title and the legend.
+    Page,
+}
+
+/// Colours that are told apart on paper, on screen and by most eyes (after Okabe and Ito).
+pub const COLOURS: [&str; 8] =
+    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c6d00", "#2c8fc9", "#666666", "#a0522d"];
+/// The same upon a dark ground.
+pub const COLOURS_ON_DARK: [&str; 8] =
+    ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0", "#b5835a"];
+
+const PANEL_WIDTH: f64 = 860.0;
+/// Narrower, so that letters are as large as those around when a page is not wide.
+const PAGE_PANEL_WIDTH: f64 = 700.0;
+/// A panel alone need not leave room for others.
+const PAGE_LONE_HEIGHT: f64 = 280.0;
+const PANEL_HEIGHT: f64 = 220.0;
+/// Room left of the axes for tick labels and the axis' name.
+const LEFT: f64 = 92.0;
+/// Half the width of the mark for a single point.
+const MARK: f64 = 5.0;
+/// Widths of a legend's frame with its line samples, and of one letter.
+const LEGEND_FRAME: f64 = 48.0;
+const LETTER: f64 = 6.6;
+
+impl Figure {
+    /// The figure as SVG.
+    pub fn svg(&self) -> String {
+        SvgBackend.render_scene(&self.sheet(Form::Paper).render())
+    }
+
+    /// Whether there is nothing to draw.
+    pub fn is_empty(&self) -> bool {
+        let mut points = self.panels.iter().flat_map(|panel| &panel.lines).flat_map(|l| &l.points);
+        !points.any(|(x, y)| x.is_finite() && y.is_finite())
+    }
+
+    fn sheet(&self, form: Form) -> Sheet {
+        let rows: Vec<Vec<Plot>> = self.panels.iter().map(|panel| panel.plots(form)).collect();
+        // The same margins in all panels, so that their axes stand below each other.
+        let labels = self.panels.iter().flat_map(|panel| &panel.lines);
+        let longest = labels.map(|line| line.label.chars().count()).max().unwrap_or(0);
+        let legend = match form {
+            Form::Paper => LEGEND_FRAME + LETTER * longest as f64,
+            Form::Page => 0.0,
+        };
+        let layouts = self.panels.iter().zip(&rows).map(|(panel, plots)| {
+            Layout::auto_from_plots(plots)
+                .with_legend_width(legend)
+                .with_force_margins(LEFT, legend + 24.0)
+                .with_y_label(clean(&panel.y_label))
+                .with_x_label(clean(&self.x_label))
+                .with_font_family("Helvetica, Arial, sans-serif")
+        });
+        let layouts = layouts.collect();
+        let (width, height) = match form {
+            Form::Paper => (PANEL_WIDTH, PANEL_HEIGHT),
+            Form::Page if self.panels.len() == 1 => (PAGE_PANEL_WIDTH, PAGE_LONE_HEIGHT),
+            Form::Page => (PAGE_PANEL_WIDTH, PANEL_HEIGHT),
+        };
+        let mut sheet = Sheet::new(self.panels.len(), 1)
+            .with_plots(rows)
+            .with_layouts(layouts)
+            .with_cell_size(width, height);
+        // The lowest of panels with a common axis has its numbers and its name.
+        for group in groups(self.panels.len()) {
+            sheet = sheet.with_shared_x_slice(0, group.start, group.end - 1);
+        }
+        match form {
+            Form::Paper => sheet.with_title(clean(&self.title)),
+            Form::Page => sheet,
+        }
+    }
+}
+
+/// Panels whose horizontal axis is named once, below them: as many as are seen at once.
+fn groups(panels: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
+    const SEEN: usize = 4;
+    let count = panels.div_ceil(SEEN);
+    (0..count).map(move |k| k * panels / count..(k + 1) * panels / count)
+}
+
+/// The renderer escapes what has a meaning in SVG, but writes what cannot be in it.
+fn clean(text: &str) -> String {
+    text.chars().filter(|c| is_of_xml(*c)).collect()
+}
+
+#[cfg(feature = "png")]
+impl Figure {
+    /// The figure as PNG.
+    ///
+    /// # Errors
+    /// What the renderer says.
+    pub fn png(&self) -> Result<Vec<u8>, String> {
+        PngBackend::default()
+            .render_scene(&self.sheet(Form::Paper).render())
+            .map_err(|e| e.to_string())
+    }
+}
+
+impl Panel {
+    fn plots(&self, form: Form) -> Vec<Plot> {
+        self.lines.iter().map(|line| line.plot(form)).collect()
+    }
+}
+
+impl Line {
+    fn plot(&self, form: Form) -> Plot {
+        // What is not finite has no place on paper.
+        let points = self.points.iter().copied().filter(|(x, y)| x.is_finite() && y.is_finite());
+        let points: Vec<_> = points.collect();
+        let colour = COLOURS[self.colour % COLOURS.len()];
+        if points.len() == 1 {
+            // A line through one point cannot be seen. What would be dashed may lie upon another.
+            let shape = if self.dashed { MarkerShape::Cross } else { MarkerShape::Circle };
+            let mark = ScatterPlot::new().with_data(points).with_color(colour).with_size(MARK);
+            let mark = mark.with_marker(shape);
+            return Plot::from(match form {
+                Form::Paper => mark.with_legend(clean(&self.label)),
+                Form::Page => mark,
+            });
+        }
+        let line = LinePlot::new().with_data(points).with_color(colour).with_stroke_width(1.6);
+        let line = match form {
+            Form::Paper => line.with_legend(clean(&self.label)),
+            Form::Page => line,
+        };
+        Plot::from(if self.dashed { line.with_dashed() } else { line })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figure(lines: Vec<Vec<(f64, f64)>>) -> Figure {
+        let line =
+            |(k, points)| Line { label: format!("line {k}"), points, colour: k, dashed: k == 1 };
+        let lines = lines.into_iter().enumerate().map(line).collect();
+        Figure {
+            title: "title & <more>".into(),
+            x_label: "time [s]".into(),
+            panels: vec![Panel { y_label: "force [N]".into(), lines }],
+        }
+    }
+
+    /// Whatever is drawn, the picture is there and well formed.
+    #[test]
+    fn odd_data_are_drawn() {
+        let cases = [
+            vec![],
+            vec![vec![]],
+            vec![vec![(0.0, 1.0)]],
+            vec![vec![(0.0, 0.0), (1.0, 0.0)]],
+            vec![vec![(0.0, 1e300), (1.0, -1e300)]],
+            vec![vec![(0.0, 1e-300), (1.0, 2e-300)]],
+            vec![vec![(0.0, f64::NAN), (1.0, 2.0), (2.0, f64::INFINITY)]],
+            vec![vec![(5.0, 1.0); 3], vec![(5.0, 2.0)]],
+        ];
+        for case in cases {
+            let svg = figure(case.clone()).svg();
+            assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{case:?}");
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{case:?}");
+            assert!(!svg.contains("<more>"));
+        }
+    }
+
+    /// A line through one point would not be seen.
+    #[test]
+    fn a_single_point_is_marked() {
+        let svg = figure(vec![vec![(0.0, 1.0)], vec![(0.0, 2.0)]]).svg();
+        let marks = svg.matches("#0072b2").count() + svg.matches("#d55e00").count();
+        // Each in the plot and in the legend.
+        assert!(marks >= 4, "{svg}");
+        assert!(svg.contains("<circle"));
+    }
+
+    /// Whoever looks at one of many panels need not scroll to the last to see what is below it.
+    #[test]
+    fn tall_figures_name_their_axis_more_than_once() {
+        for (panels, names) in [(1, 1), (4, 1), (5, 2), (9, 3)] {
+            let mut tall = figure(vec![vec![(0.0, 0.0), (1.0, 1.0)]]);
+            tall.panels = vec![tall.panels[0].clone(); panels];
+            let svg = tall.svg();
+            assert_eq!(svg.matches("time [s]").count(), names, "{panels}");
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Numbers as people and as programs read them.
+
+pub use stiction_core::words::significant;
+
+/// Beyond this a number with digits after the point has more of them than it is known to.
+const LONGEST: f64 = 1e15;
+/// A double has no more digits than these.
+const MOST_DIGITS: usize = 17;
+
+/// Four significant digits.
+pub fn number(x: f64) -> String {
+    significant(x, 4)
+}
+
+/// The order of magnitude of what should be zero.
+pub fn order(x: f64) -> String {
+    if x == 0.0 { "0".to_owned() } else { format!("{x:.0e}") }
+}
+
+/// A ratio in percent; a dash where there is none.
+pub fn percent(ratio: Option<f64>) -> String {
+    ratio.map_or("-".to_owned(), |ratio| match 100.0 * ratio {
+        percent if percent.abs() < 1e5 => format!("{percent:.1} %"),
+        percent => format!("{percent:.1e} %"),
+    })
+}
+
+/// A number with so many digits after the point, without a sign of zero.
+pub fn fixed(x: f64, decimals: usize) -> String {
+    let decimals = decimals.min(MOST_DIGITS);
+    if x.abs() >= LONGEST {
+        return significant(x, 4);
+    }
+    let text = format!("{x:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.bytes().all(|c| c == b'0' || c == b'.') => rest.to_owned(),
+        _ => text,
+    }
+}
+
+/// Appends a number with all its digits, in the shortest way that reads back as the same number: plain
+/// between 1e-5 and 1e16, else with a power of ten.
+pub fn exact(out: &mut String, x: f64) {
+    let mut buffer = ryu::Buffer::new();
+    let text = buffer.format(x);
+    out.push_str(text.strip_suffix(".0").unwrap_or(text));
+}
+
+/// What is said for a number that is none.
+pub fn not_finite(x: f64) -> Option<&'static str> {
+    match x {
+        x if x.is_nan() => Some("none"),
+        f64::INFINITY => Some("∞"),
+        f64::NEG_INFINITY => Some("-∞"),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_after_the_point() {
+        assert_eq!(fixed(-0.0001, 2), "0.00");
+        assert_eq!(fixed(-0.0, 0), "0");
+        assert_eq!(fixed(2.5, 3), "2.500");
+        assert_eq!(fixed(-10.0, 0), "-10");
+        assert_eq!(fixed(-1e300, 3), "-1.000e300");
+    }
+
+    /// As the standard library writes them.
+    #[test]
+    fn all_digits() {
+        let mut random = stiction_core::random::Random::new(4);
+        let powers = (-320..309).map(|power| 10f64.powi(power) * (1.0 + random.number()));
+        let corners = [0.0, -0.0, 1.0, 1e-5, 9.99e-6, 1e15, 1e16, 123456789.0, -2.5, 0.1 + 0.2];
+        let none =
+            [f64::INFINITY, f64::NEG_INFINITY, f64::NAN, f64::MAX, f64::MIN_POSITIVE, 5e-324];
+        for x in powers.chain(corners).chain(none) {
+            let plain = x == 0.0 || (1e-5..1e16).contains(&x.abs());
+            let mut text = String::new();
+            exact(&mut text, x);
+            assert_eq!(text, if plain { format!("{x}") } else { format!("{x:e}") });
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_has_a_word() {
+        assert_eq!(not_finite(f64::NAN), Some("none"));
+        assert_eq!(not_finite(f64::NEG_INFINITY), Some("-∞"));
+        assert_eq!(not_finite(0.0), None);
+    }
+}

@@ -1,0 +1,146 @@
+//! The frame of all pages: one file that needs nothing else, light or dark as the reader prefers,
+//! dark on white on paper.
+
+use crate::figure::{COLOURS, COLOURS_ON_DARK};
+use crate::xml::escape;
+
+const STYLE: &str = include_str!("style.css");
+
+/// Names of colours with their values on a light and on a dark ground.
+const PALETTE: [(&str, &str, &str); 13] = [
+    ("paper", "#ffffff", "#1c1f24"),
+    ("ink", "#222222", "#e8e8e8"),
+    ("soft", "#5c5c5c", "#a9a9a9"),
+    ("edge", "#d5d9de", "#3d444d"),
+    ("tint", "#f3f5f8", "#272b32"),
+    ("link", "#0b5cad", "#7cb9f2"),
+    ("bad", "#a33100", "#ffab80"),
+    ("badtint", "#fdf0e8", "#3a2a22"),
+    ("good", "#1d6b34", "#86d79b"),
+    ("goodtint", "#ecf7ef", "#1f3226"),
+    ("open", "#755400", "#e6c35c"),
+    ("opentint", "#fdf6e0", "#35301d"),
+    ("grid", "#cccccc", "#4a525c"),
+];
+
+/// Declarations of the palette's colours and of those of lines.
+fn variables(is_dark: bool) -> String {
+    let colours = PALETTE.iter().map(|(name, light, dark)| {
+        let value = if is_dark { dark } else { light };
+        format!("--{name}:{value}")
+    });
+    let lines = if is_dark { COLOURS_ON_DARK } else { COLOURS };
+    let lines = lines.iter().enumerate().map(|(k, value)| format!("--line{k}:{value}"));
+    colours.chain(lines).collect::<Vec<_>>().join(";")
+}
+
+/// The colours of a light page, as a rule.
+pub fn light() -> String {
+    format!(":root{{{}}}", variables(false))
+}
+
+/// A whole page; `inner` is markup, `style` comes after what all pages share.
+pub fn page(title: &str, style: &str, inner: &str) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <meta name=\"color-scheme\" content=\"light dark\"/>\n\
+         <title>{}</title>\n<style>\n{}\n@media screen and (prefers-color-scheme:dark){{:root{{{}}}}}\n\
+         {STYLE}{style}</style>\n</head>\n<body>\n{inner}</body>\n</html>\n",
+        escape(title),
+        light(),
+        variables(true),
+    )
+}
+
+/// Alignment of a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Column {
+    /// Words, aligned to the left.
+    Text,
+    /// Numbers, aligned to the right.
+    Number,
+}
+
+/// A table; names and cells are markup.
+pub fn table(head: &[(String, Column)], rows: &[Vec<String>]) -> String {
+    let cell = |element: &str, column: Column, inner: &str| {
+        let class = if column == Column::Number { " class=\"number\"" } else { "" };
+        format!("<{element}{class}>{inner}</{element}>")
+    };
+    let mut inner = String::from("<table>\n<thead><tr>");
+    for (name, column) in head {
+        inner += &cell("th", *column, name);
+    }
+    inner += "</tr></thead>\n<tbody>\n";
+    for row in rows {
+        inner += "<tr>";
+        for ((_, column), text) in head.iter().zip(row) {
+            inner += &cell("td", *column, text);
+        }
+        inner += "</tr>\n";
+    }
+    inner + "</tbody>\n</table>"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Relative luminance of `#rrggbb` as WCAG 2 defines it.
+    fn luminance(colour: &str) -> f64 {
+        let part = |at: usize| {
+            let c = f64::from(u8::from_str_radix(&colour[at..at + 2], 16).unwrap()) / 255.0;
+            if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+        };
+        0.2126 * part(1) + 0.7152 * part(3) + 0.0722 * part(5)
+    }
+
+    fn contrast(a: &str, b: &str) -> f64 {
+        let (a, b) = (luminance(a), luminance(b));
+        (a.max(b) + 0.05) / (a.min(b) + 0.05)
+    }
+
+    fn colour(name: &str, is_dark: bool) -> &'static str {
+        let (_, light, dark) = PALETTE.iter().find(|(own, _, _)| *own == name).unwrap();
+        if is_dark { dark } else { light }
+    }
+
+    /// WCAG 2.2: 4.5 for text.
+    #[test]
+    fn text_is_legible() {
+        let grounds = [
+            ("paper", vec!["ink", "soft", "link", "bad", "good", "open"]),
+            ("tint", vec!["ink", "soft", "link"]),
+            ("badtint", vec!["ink", "link", "bad"]),
+            ("goodtint", vec!["ink", "link", "good"]),
+            ("opentint", vec!["ink", "link", "open"]),
+        ];
+        for is_dark in [false, true] {
+            for (ground, texts) in &grounds {
+                for text in texts {
+                    let found = contrast(colour(ground, is_dark), colour(text, is_dark));
+                    assert!(found >= 4.5, "{text} on {ground}, dark: {is_dark}: {found}");
+                }
+            }
+        }
+    }
+
+    /// WCAG 2.2: 3 for graphics.
+    #[test]
+    fn lines_are_legible() {
+        for (is_dark, colours) in [(false, COLOURS), (true, COLOURS_ON_DARK)] {
+            for line in colours {
+                let found = contrast(colour("paper", is_dark), line);
+                assert!(found >= 3.0, "{line}, dark: {is_dark}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn contrast_is_that_of_the_definition() {
+        assert!((contrast("#000000", "#ffffff") - 21.0).abs() < 1e-12);
+        // A pair often quoted as the lightest grey that is legible on white.
+        assert!((contrast("#767676", "#ffffff") - 4.54).abs() < 0.005);
+    }
+}

@@ -1,0 +1,61 @@
+//! Curves of contacts: those of one leg share a panel, those of no leg share one as well.
+
+use crate::names::Names;
+use stiction_core::mechanism::JointId;
+use stiction_draw::figure::{Panel, Trace};
+use stiction_format::ModelFile;
+
+/// A curve for each contact.
+#[derive(Clone, Debug)]
+pub(crate) struct ByLeg {
+    panel_names: Vec<String>,
+    panel_of_interface: Vec<usize>,
+    traces: Vec<Trace>,
+}
+
+impl ByLeg {
+    /// No points yet; `count` will come.
+    pub(crate) fn new(model: &ModelFile, names: &Names, count: usize) -> Self {
+        let mut panel_names: Vec<String> = Vec::new();
+        let panel_of_interface = names
+            .interfaces
+            .iter()
+            .map(|(_, joint)| {
+                let leg = model.leg_of_joint(JointId(*joint));
+                let panel = leg.map_or("joints", |leg| leg.name.as_str());
+                panel_names.iter().position(|known| known == panel).unwrap_or_else(|| {
+                    panel_names.push(panel.to_owned());
+                    panel_names.len() - 1
+                })
+            })
+            .collect();
+        Self {
+            panel_names,
+            panel_of_interface,
+            traces: vec![Trace::new(count); names.interfaces.len()],
+        }
+    }
+
+    /// Adds a point to each curve.
+    pub(crate) fn add(&mut self, time: f64, values: impl Iterator<Item = f64>) {
+        self.traces.iter_mut().zip(values).for_each(|(trace, value)| trace.push(time, value));
+    }
+
+    /// Whether there is no contact.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.traces.is_empty()
+    }
+
+    /// The panels; the curves are in `unit`.
+    pub(crate) fn panels(self, names: &Names, unit: &str) -> Vec<Panel> {
+        let panel =
+            |name: &String| Panel { y_label: format!("{name} [{unit}]"), lines: Vec::new() };
+        let mut panels: Vec<Panel> = self.panel_names.iter().map(panel).collect();
+        let traces = self.traces.into_iter().zip(&names.interfaces);
+        for ((trace, (name, _)), &panel) in traces.zip(&self.panel_of_interface) {
+            let lines = &mut panels[panel].lines;
+            lines.push(trace.line(name, lines.len(), false));
+        }
+        panels
+    }
+}

@@ -1,0 +1,77 @@
+//! Pictures of a mechanism for pages: the most legible instant of its motion, in the best view.
+
+use crate::inverse::{Error, Job};
+use stiction_core::dynamics::InverseDynamics;
+use stiction_draw::drawing::{Detail, Drawing, Surface, Trail, View};
+
+/// Thinner than this a mechanism looks like a line: another instant is shown, if it is better.
+const THIN: f64 = 0.1;
+/// How many instants are looked at for that.
+const LOOKS: usize = 12;
+
+/// Pictures of a mechanism at the most legible instant of its motion, with the paths of its bodies.
+pub struct Portrait {
+    /// The mechanism at the start of the motion.
+    pub start: InverseDynamics,
+    /// The mechanism at the instant shown.
+    shown: InverseDynamics,
+    /// Instant shown, s.
+    pub time: f64,
+    trail: Trail,
+}
+
+impl Portrait {
+    /// Follows the job's motion and chooses the instant to be shown.
+    ///
+    /// # Errors
+    /// See [`enum@Error`].
+    pub fn of(job: &Job<'_>) -> Result<Self, Error> {
+        let instants = job.instants()?;
+        let first = instants.at(0);
+        let start = job.assemble(first)?;
+        let mut solver = start.clone();
+        let mut trail = Trail::new(&solver);
+        let mut best = Drawing::new(&start).thickness();
+        let (mut shown, mut time) = (start.clone(), first);
+        let every = (instants.count() / LOOKS).max(1);
+        let mut before = first;
+        for (k, now) in instants.iter().enumerate().skip(1) {
+            job.follow(&mut solver, before, now)?;
+            before = now;
+            trail.add(&solver);
+            if best < THIN && k.is_multiple_of(every) {
+                let thickness = Drawing::new(&solver).thickness();
+                if thickness > 2.0 * best + 1e-3 {
+                    (best, time) = (thickness, now);
+                    shown = solver.clone();
+                }
+            }
+        }
+        Ok(Self { start, shown, time, trail })
+    }
+
+    fn drawing(&self) -> Drawing<'_> {
+        Drawing::new(&self.shown).with_trail(&self.trail)
+    }
+
+    /// The picture in its best view.
+    pub fn svg(&self, surface: Surface) -> String {
+        let drawing = self.drawing();
+        drawing.svg(&drawing.best_view(), Detail::Full, surface)
+    }
+
+    /// Further views with their names; none of a planar mechanism, which is shown face-on.
+    pub fn more_views(&self) -> Vec<(&'static str, String)> {
+        let drawing = self.drawing();
+        if drawing.is_planar() {
+            return Vec::new();
+        }
+        let views = [
+            ("from the front, along y", View::front()),
+            ("from the right, against x", View::side()),
+            ("from above, against z", View::top()),
+        ];
+        let small = |view| drawing.svg(&view, Detail::Small, Surface::Inline);
+        views.into_iter().map(|(name, view)| (name, small(view))).collect()
+    }
+}

@@ -1,0 +1,199 @@
+//! The general engine on the two models of the gallery, in the terms of the paper's formulas.
+
+use super::Error;
+use super::friction::OfJoints;
+use super::reactions::{OF_LEG, unknown};
+use serde_json::Value;
+use stiction_core::dynamics::{FrictionMode, Power, Settings};
+use stiction_core::mechanism::{JointId, Mechanism};
+use stiction_core::spatial::Vec3;
+use stiction_draw::figure::Figure;
+use stiction_format::{ModelFile, Source, gallery, read};
+use stiction_run::inverse::{self, Curves, Job, Phase, Summary, Verdict};
+
+/// A model of the gallery.
+pub(super) fn model(name: &str) -> Result<ModelFile, Error> {
+    let text = gallery::get(name).ok_or_else(|| Error::Gallery(name.to_owned()))?;
+    let no_files = |file: &str| Err(format!("{file}: the gallery reads no files"));
+    read(&Source::new(name, text), &no_files).map_err(|_| Error::Gallery(name.to_owned()))
+}
+
+/// A job on such a model with a motion and a load of its own.
+pub(super) fn job<'a>(
+    model: &'a ModelFile,
+    motion: &str,
+    load: &str,
+    friction: FrictionMode,
+) -> Result<Job<'a>, Error> {
+    let missing = || Error::Gallery(model.name.clone());
+    Ok(Job {
+        model,
+        motion: model.motion(motion).ok_or_else(missing)?,
+        motion_name: motion.to_owned(),
+        load: model.load(load).ok_or_else(missing)?,
+        load_name: load.to_owned(),
+        friction,
+        step: None,
+        friction_margin: false,
+    })
+}
+
+/// One instant as the engine sees it.
+#[derive(Clone, Debug)]
+pub(super) struct Sample {
+    pub(super) time: f64,
+    pub(super) drives: [f64; 3],
+    pub(super) ideal: [f64; 3],
+    /// For each leg the 14 unknowns of equations (22) to (27) in its own axes.
+    pub(super) unknowns: [[f64; OF_LEG]; 3],
+    pub(super) power: Power,
+}
+
+/// A run along a motion.
+pub(super) struct Run {
+    pub(super) samples: Vec<Sample>,
+    pub(super) verdict: Verdict,
+    /// As `summary.json`.
+    pub(super) summary: Value,
+    /// As the plots of `stiction inverse`.
+    pub(super) figures: Vec<(&'static str, Figure)>,
+}
+
+impl Run {
+    /// Carries out a job on one of the two robots.
+    pub(super) fn of(
+        job: &Job<'_>,
+        mut progress: impl FnMut(Phase, usize, usize) -> bool,
+    ) -> Result<Self, Error> {
+        let count = job.instants().map_err(inverse::Error::from)?.count();
+        let mut summary = Summary::new(job);
+        let mut curves = Curves::new(job, count);
+        let mut samples = Vec::with_capacity(count);
+        let mechanism = &job.model.mechanism;
+        let mut failed = None;
+        let verdict = job.run(
+            |sample| {
+                summary.add(sample);
+                curves.add(sample);
+                match of_sample(sample, mechanism) {
+                    Ok(sample) => samples.push(sample),
+                    Err(error) => failed = Some(error),
+                }
+                Ok(())
+            },
+            &mut progress,
+        )?;
+        if let Some(error) = failed {
+            return Err(error);
+        }
+        let summary = summary.json(job, &verdict);
+        Ok(Self { samples, verdict, summary, figures: curves.figures() })
+    }
+}
+
+/// Joints of leg n in the order of the models' chain.
+fn joints(mechanism: &Mechanism, n: usize) -> Result<[JointId; 3], Error> {
+    let id = |joint: &str| {
+        let found = mechanism.joint_id(&format!("leg{}.{joint}", n + 1));
+        found.ok_or_else(|| Error::Gallery(mechanism.name().to_owned()))
+    };
+    Ok([id("R")?, id("P")?, id("S")?])
+}
+
+/// The first three of some numbers.
+fn three<T: Copy>(values: &[T], mechanism: &Mechanism) -> Result<[T; 3], Error> {
+    match *values {
+        [a, b, c, ..] => Ok([a, b, c]),
+        _ => Err(Error::Gallery(mechanism.name().to_owned())),
+    }
+}
+
+fn of_sample(sample: &inverse::Sample<'_>, mechanism: &Mechanism) -> Result<Sample, Error> {
+    let forces = sample.forces;
+    let mut unknowns = [[0.0; OF_LEG]; 3];
+    for n in 0..3 {
+        let ids = joints(mechanism, n)?;
+        let [r, p, s] = ids.map(|id| forces.reactions[id.0]);
+        // The P joint's frame stands upright in the leg: its axes are t, y, u.
+        let frame = sample.bodies.frame_j[ids[1].0].rotation;
+        let [t, y, u] = [0, 1, 2].map(|k| frame * Vec3::unit(k));
+        let of = &mut unknowns[n];
+        for (i, axis) in [t, y, u].into_iter().enumerate() {
+            of[unknown::FR + i] = r.0.dot(axis);
+            of[unknown::MP + i] = p.1.dot(axis);
+            // The paper's is that on the rod.
+            of[unknown::FS + i] = -s.0.dot(axis);
+        }
+        for (i, axis) in [t, u].into_iter().enumerate() {
+            of[unknown::MR + i] = r.1.dot(axis);
+        }
+        for (i, axis) in [t, y].into_iter().enumerate() {
+            of[unknown::FP + i] = p.0.dot(axis);
+        }
+        of[unknown::TAU] = forces.drives[n];
+    }
+    Ok(Sample {
+        time: sample.time,
+        drives: three(&forces.drives, mechanism)?,
+        ideal: three(&forces.efforts_frictionless, mechanism)?,
+        unknowns,
+        power: forces.power,
+    })
+}
+
+/// Leg lengths and the rates of the P, R and S joints of each leg along a job's motion.
+pub(super) fn positions(job: &Job<'_>) -> Result<Vec<(f64, [f64; 3], OfJoints)>, Error> {
+    let instants = job.instants().map_err(inverse::Error::from)?;
+    let mut solver = job.assemble(instants.at(0))?;
+    let mut before = instants.at(0);
+    let mut all = Vec::with_capacity(instants.count());
+    for time in instants.iter() {
+        job.follow(&mut solver, before, time)?;
+        before = time;
+        let (topology, bodies) = (solver.topology(), solver.bodies());
+        let (mut lengths, mut rates) = ([0.0; 3], [[0.0; 3]; 3]);
+        for n in 0..3 {
+            let [r, p, s] = joints(solver.mechanism(), n)?;
+            let rate = |joint: JointId, dof: usize| {
+                bodies.joint_rates(topology, joint.0).get(dof).copied()
+            };
+            lengths[n] = solver.joint_coordinates(p).first().copied().unwrap_or(f64::NAN);
+            // Of a ball the rate about its axis y, along which all R axes lie.
+            let all = [rate(p, 0), rate(r, 0), rate(s, 1)].map(|rate| rate.unwrap_or(f64::NAN));
+            rates[n] = all;
+        }
+        all.push((time, lengths, rates));
+    }
+    Ok(all)
+}
+
+/// What static friction leaves open at one instant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Interval {
+    /// The least and the greatest of each driving force that are attained, N.
+    pub(super) attained: [(f64, f64); 3],
+    /// Nothing exceeds these, N.
+    pub(super) outer: [(f64, f64); 3],
+}
+
+impl Interval {
+    /// The most by which anything may lie beyond what is attained, N.
+    pub(super) fn beyond(&self) -> f64 {
+        let pairs = self.attained.iter().zip(&self.outer);
+        pairs.map(|(a, o)| (a.0 - o.0).max(o.1 - a.1)).fold(0.0, f64::max)
+    }
+}
+
+/// The interval of each driving force at one instant.
+pub(super) fn interval(job: &Job<'_>, time: f64, rest_speed: f64) -> Result<Interval, Error> {
+    let mut solver = job.assemble(time)?;
+    *solver.settings_mut() = Settings { friction: job.friction, rest_speed, ..Settings::default() };
+    let mut loads = Vec::new();
+    job.loads_at(time, &mut loads)?;
+    solver.solve(&loads).map_err(|error| inverse::Error::Forces { time, error })?;
+    let forces = solver.forces();
+    Ok(Interval {
+        attained: three(&forces.effort_bounds, solver.mechanism())?,
+        outer: three(&forces.effort_outer_bounds, solver.mechanism())?,
+    })
+}

@@ -1,0 +1,186 @@
+//! The paper, equation by equation: Zhang Y., Jin P., Gong J., Liu Q. (2018), Dynamic Modeling of 3-RPS
+//! Parallel Robot Considering Joint Friction.
+//!
+//! Closed formulas of this one robot live here, where they stand beside the engine that serves every
+//! mechanism and do not help it. `screws`, `kinematics`, `lagrangian`, `reactions`, `friction` and
+//! `simulation` are the paper's sections 1 to 6; `engine` is the general engine in the same terms;
+//! `sections` says what comes of it.
+
+mod engine;
+mod friction;
+mod kinematics;
+mod lagrangian;
+mod reactions;
+pub mod report;
+mod robot;
+mod screws;
+mod sections;
+mod simulation;
+
+#[cfg(test)]
+mod tests;
+
+use engine::{Run, job, model, positions};
+use report::{Report, Section};
+use stiction_core::dynamics::FrictionMode;
+use stiction_run::check::examine;
+use stiction_run::inverse::{self, Job};
+use thiserror::Error as ThisError;
+
+/// Why the study has no report.
+#[derive(Debug, ThisError)]
+#[non_exhaustive]
+pub enum Error {
+    /// A model that the program brings with it cannot be used.
+    #[error("the built-in model `{0}` cannot be used; this is a defect of the program")]
+    Gallery(
+        /// Its name.
+        String,
+    ),
+    /// A run failed.
+    #[error(transparent)]
+    Run(#[from] inverse::Error),
+    /// A formula has no value where it should have one.
+    #[error(
+        "the study's formulas have no solution where they should; this is a defect of the program"
+    )]
+    NoSolution,
+}
+
+/// The parts of the study in their order, for progress.
+const STEPS: [&str; 6] = [
+    "structure of the printed robot",
+    "positions",
+    "the regular twin without friction",
+    "the regular twin with friction",
+    "the printed motion",
+    "methods side by side",
+];
+
+/// Says where the study is, and asks whether to go on.
+struct Steps<F> {
+    progress: F,
+    step: usize,
+}
+
+impl<F: FnMut(&str, usize, usize) -> bool> Steps<F> {
+    fn begin(&mut self, step: usize) -> Result<(), Error> {
+        self.step = step;
+        self.ask()
+    }
+
+    fn ask(&mut self) -> Result<(), Error> {
+        if self.goes_on() { Ok(()) } else { Err(inverse::Error::Interrupted.into()) }
+    }
+
+    fn goes_on(&mut self) -> bool {
+        (self.progress)(STEPS[self.step], self.step, STEPS.len())
+    }
+
+    fn run(&mut self, job: &Job<'_>) -> Result<Run, Error> {
+        Run::of(job, |_, _, _| self.goes_on())
+    }
+}
+
+/// Carries out the study. `progress` is told what is being done, how many parts are done and how many
+/// there are, many times for each part, and answers whether to go on.
+///
+/// # Errors
+/// See [`enum@Error`].
+pub fn study(progress: impl FnMut(&str, usize, usize) -> bool) -> Result<Report, Error> {
+    let mut steps = Steps { progress, step: 0 };
+    let (printed, regular) = (model("zhang2018")?, model("zhang2018-regular")?);
+
+    steps.begin(0)?;
+    let unloaded = job(&printed, "printed", "none", FrictionMode::Off)?;
+    let ideal = job(&regular, "regular", "L0", FrictionMode::Off)?;
+    let mut examined = |job: &Job<'_>| examine(job, |_, _, _| steps.goes_on());
+    let findings = [examined(&unloaded)?, examined(&ideal)?];
+    steps.begin(1)?;
+    let of_printed = positions(&unloaded)?;
+    let of_twin = positions(&ideal)?;
+    steps.begin(2)?;
+    let frictionless = steps.run(&ideal)?;
+    steps.begin(3)?;
+    let mut with = |load: &str, friction| steps.run(&job(&regular, "regular", load, friction)?);
+    let none = with("L0", FrictionMode::Converged)?;
+    let moderate = with("L1", FrictionMode::Converged)?;
+    let heavy = with("LP", FrictionMode::Converged)?;
+    let one_pass = with("L0", FrictionMode::OnePass)?;
+    let runs = sections::twin::Runs { none: &none, moderate: &moderate, printed: &heavy };
+    steps.begin(4)?;
+    // The printed case has no answer, which is the answer.
+    let hopeless = job(&printed, "printed", "printed", FrictionMode::Off)?;
+    let refused = match hopeless.run(|_| Ok(()), |_, _, _| steps.goes_on()) {
+        Err(inverse::Error::Interrupted) => return Err(inverse::Error::Interrupted.into()),
+        Err(error) => error,
+        Ok(_) => return Err(Error::NoSolution),
+    };
+    steps.begin(5)?;
+    let loaded = job(&regular, "regular", "L0", FrictionMode::Converged)?;
+    let mut sections = vec![sections::structure::write(findings.each_ref(), [&unloaded, &ideal])?];
+    let mut add = |section: Section| {
+        sections.push(section);
+        steps.ask()
+    };
+    add(sections::kinematics::write(&of_printed, &of_twin))?;
+    add(sections::ideal::write(&frictionless.samples))?;
+    add(sections::reactions::write(&frictionless.samples))?;
+    let friction = sections::friction::write(&none.samples, &one_pass.samples);
+    add(friction.ok_or(Error::NoSolution)?)?;
+    add(sections::simulation::write(&refused))?;
+    add(sections::twin::write(&runs, &loaded)?)?;
+    add(sections::engines::write())?;
+    add(sections::headline::write())?;
+    add(sections::map::write())?;
+    Ok(Report {
+        title: "A 3-RPS parallel robot with joint friction: a paper, equation by equation".into(),
+        lead: lead(),
+        sections,
+        footer: footer(),
+    })
+}
+
+fn lead() -> Vec<String> {
+    vec![
+        "The paper models a 3-RPS parallel robot whose R axes are parallel: mobility by screw theory, kinematics, \
+         Lagrangian dynamics, all joint reactions by D’Alembert, friction that depends on those reactions, and \
+         driving forces corrected for it. This study computes every equation of it, says which hold, and does \
+         the same on the nearest robot for which the question has an answer."
+            .into(),
+        "In short: the kinematics are right. Three moments of inertia, the balance of the legs and the way friction \
+         enters are not. The printed robot is singular in every pose and its printed motion lies on a second \
+         singularity, so that without friction its driving forces do not exist, and with friction they are not determined; the [regular twin](#twin) differs in the tilt of its platform's triangle, \
+         and there every number is certain."
+            .into(),
+    ]
+}
+
+fn footer() -> Vec<String> {
+    vec![
+        "The paper: Zhang Y., Jin P., Gong J., Liu Q. (2018). Dynamic Modeling of 3-RPS Parallel Robot Considering Joint \
+         Friction. Transactions of the Chinese Society for Agricultural Machinery 49(9), 374–381 (in Chinese). Equation \
+         numbers are the paper's."
+            .into(),
+        "Not in the paper and ours: moments of inertia about x and z, which have no influence, the point P, and the \
+         regular twin with its motion."
+            .into(),
+        "Where the study differs from an independent review of the paper that it was checked against: the axis O~1~y~1~ is \
+         0.39 m from the bases of legs 2 and 3 and not 0.42 m; up to 56.05 N m are missing under the reversed load and not \
+         56.1; and (28) adds 18.35 % in leg 3 and not 18.4 %. All else agrees to the digits that were published."
+            .into(),
+        format!(
+            "stiction {}, `stiction study zhang2018`. SI units unless a column says otherwise.",
+            env!("CARGO_PKG_VERSION")
+        ),
+    ]
+}
+
+/// Point k of a sequence that fills the unit cube evenly: multiples, without their whole parts, of the
+/// powers of the number that does in three dimensions what the golden ratio does in one (the root of
+/// x^4^ = x + 1).
+fn even(k: usize) -> [f64; 3] {
+    const ROOT: f64 = 1.220_744_084_605_759_6;
+    let part = |power: i32| ((k + 1) as f64 * ROOT.powi(-power)).fract();
+    [part(1), part(2), part(3)]
+}

@@ -1,0 +1,319 @@
+//! Section 5 of the paper: friction, and equation (28).
+
+use super::{
+    curves, equation, fixed, greatest, note, panel, paragraph, power_of_ten, right, section, table,
+    wrong,
+};
+use crate::engine::Sample;
+use crate::friction::{
+    Method, Result, displacements, driving_forces_with_friction, sign, virtual_work,
+};
+use crate::report::{Cell, Section};
+use crate::robot::{Motion, NO_LOAD, Robot};
+
+/// Samples of a cycle in the comparison of methods.
+pub(crate) const SAMPLES: usize = 2000;
+
+/// The methods that are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Converged,
+    OnePass,
+    FromHome,
+    FromStart,
+    PrismaticOnly,
+    WithoutRadius,
+}
+
+impl Kind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Converged => "converged",
+            Self::OnePass => "one pass, virtual work",
+            Self::FromHome => "(28), Δq from zero input",
+            Self::FromStart => "(28), Δq from t = 0",
+            Self::PrismaticOnly => "P alone, converged",
+            Self::WithoutRadius => "one pass, without r",
+        }
+    }
+}
+
+/// One method along a cycle of the regular twin without load.
+pub(crate) struct Row {
+    pub(crate) kind: Kind,
+    /// Root mean square of what friction adds over that of the frictionless driving force.
+    pub(crate) effect: [f64; 3],
+    /// Root mean square of the error of that addition over that of the right addition.
+    pub(crate) error: [f64; 3],
+    /// Work per cycle of what friction adds to the drives, J.
+    pub(crate) work: f64,
+    /// Passes, at most.
+    pub(crate) passes: usize,
+}
+
+/// The legs' positions from which displacements are counted: at zero input, and at t = 0.
+fn origins(robot: &Robot) -> [[[f64; 3]; 3]; 2] {
+    let pose = [0.060, 0.500, 65.0_f64.to_radians()];
+    let home = Motion { pose, rate: [0.0; 3], acceleration: [0.0; 3] };
+    [displacements(robot, &home), displacements(robot, &Robot::regular_motion(0.0))]
+}
+
+fn cycle(robot: &Robot, method: Method) -> Option<Vec<Result>> {
+    let at = |k: usize| Robot::regular_motion(k as f64 / SAMPLES as f64);
+    (0..SAMPLES).map(|k| driving_forces_with_friction(robot, &at(k), NO_LOAD, method)).collect()
+}
+
+/// All methods side by side. None if one has no result.
+pub(crate) fn compare() -> Option<Vec<Row>> {
+    let robot = Robot::regular();
+    let [home, first] = origins(&robot);
+    let right = cycle(&robot, Method::Converged)?;
+    let methods = [
+        (Kind::Converged, Method::Converged),
+        (Kind::OnePass, Method::OnePass),
+        (Kind::FromHome, Method::Literal(home)),
+        (Kind::FromStart, Method::Literal(first)),
+        (Kind::PrismaticOnly, Method::PrismaticOnly),
+        (Kind::WithoutRadius, Method::WithoutRadius),
+    ];
+    let root_of = |squares: f64| squares.sqrt();
+    let rows = methods.into_iter().map(|(kind, method)| {
+        let results = cycle(&robot, method)?;
+        let sum = |f: &dyn Fn(usize) -> f64| (0..SAMPLES).map(|k| f(k).powi(2)).sum::<f64>();
+        let effect = core::array::from_fn(|n| {
+            root_of(sum(&|k| results[k].change()[n]) / sum(&|k| results[k].ideal[n]))
+        });
+        let error = core::array::from_fn(|n| {
+            let off = sum(&|k| results[k].change()[n] - right[k].change()[n]);
+            root_of(off / sum(&|k| right[k].change()[n]))
+        });
+        let power: f64 = results.iter().map(Result::power_of_change).sum();
+        let passes = results.iter().map(|r| r.passes).max().unwrap_or(0);
+        Some(Row { kind, effect, error, work: power / SAMPLES as f64, passes })
+    });
+    rows.collect()
+}
+
+/// The part of all (leg, instant) pairs at which the bars of (28), with displacements from zero input,
+/// give friction the wrong sign.
+pub(crate) fn wrong_signs() -> f64 {
+    let robot = Robot::regular();
+    let [home, _] = origins(&robot);
+    let mut wrong = 0;
+    for k in 0..SAMPLES {
+        let motion = Robot::regular_motion(k as f64 / SAMPLES as f64);
+        let method = Method::OnePass;
+        let Some(result) = driving_forces_with_friction(&robot, &motion, NO_LOAD, method) else {
+            return f64::NAN;
+        };
+        let now = displacements(&robot, &motion);
+        for n in 0..3 {
+            let work: f64 = (0..3).map(|j| result.friction[n][j] * (now[n][j] - home[n][j])).sum();
+            wrong += usize::from(sign(work) < 0.0);
+        }
+    }
+    wrong as f64 / (3 * SAMPLES) as f64
+}
+
+/// The largest difference, N, between the converged method here and the engine with friction.
+pub(crate) fn agreement(samples: &[Sample], method: Method) -> f64 {
+    let robot = Robot::regular();
+    greatest(samples.iter().flat_map(|sample| {
+        let motion = Robot::regular_motion(sample.time);
+        let own = driving_forces_with_friction(&robot, &motion, NO_LOAD, method)
+            .map_or([f64::INFINITY; 3], |result| result.drives);
+        (0..3).map(move |n| own[n] - sample.drives[n])
+    }))
+}
+
+/// The viscous torques that (28) cancels: the largest generalised force of the viscous parts alone
+/// along the twin's motion by virtual work; N, N, N m.
+fn viscous_part(robot: &Robot) -> [f64; 3] {
+    let mut most = [0.0_f64; 3];
+    for k in 0..200 {
+        let motion = Robot::regular_motion(f64::from(k) / 200.0);
+        let free = Robot { mu: 0.0, ..robot.clone() };
+        let Some(result) = driving_forces_with_friction(&free, &motion, NO_LOAD, Method::OnePass)
+        else {
+            continue;
+        };
+        let force = virtual_work(&free, &motion, &result.friction);
+        most = core::array::from_fn(|i| most[i].max(force[i].abs()));
+    }
+    most
+}
+
+pub(crate) fn write(samples: &[Sample], one_pass: &[Sample]) -> Option<Section> {
+    let robot = Robot::regular();
+    let rows = compare()?;
+    let wrong_part = 100.0 * wrong_signs();
+    let viscous = viscous_part(&robot);
+    let converged = agreement(samples, Method::Converged);
+    let once = agreement(one_pass, Method::OnePass);
+    let [home, _] = origins(&robot);
+    let time = |k: usize| k as f64 / 400.0;
+    let line = |n: usize, method: Method| -> Vec<(f64, f64)> {
+        let at = |k: usize| {
+            let motion = Robot::regular_motion(time(k));
+            let result = driving_forces_with_friction(&robot, &motion, NO_LOAD, method)?;
+            Some((time(k), result.change()[n]))
+        };
+        (0..=400).filter_map(at).collect()
+    };
+    let panels = (0..3)
+        .map(|n| {
+            panel(
+                &format!("leg {} [N]", n + 1),
+                [
+                    ("converged", 0, false, line(n, Method::Converged)),
+                    ("one pass", 2, true, line(n, Method::OnePass)),
+                    ("(28), from zero input", 1, true, line(n, Method::Literal(home))),
+                ],
+            )
+        })
+        .collect();
+    let pads = two_pads(samples, 0.1);
+    let work =
+        |kind: Kind| rows.iter().filter(|row| row.kind == kind).map(|row| row.work).sum::<f64>();
+    let blocks = vec![
+        paragraph(format!(
+            "Section 5.1 gives each joint a friction from its load N and its rate. The loads themselves are not defined \
+             in the paper; here N~P~ = (F~Pt~² + F~Py~²)^1/2^, N~R~ = (F~Rt~² + F~Ru~²)^1/2^, N~S~ = |F~S~|, and f~v~ is in N s/m \
+             at the surface. Each choice changes the answer: with two pads 100 mm apart that carry M~P~ too, N~P~ would be {:.1} \
+             to {:.0} times as large on the twin's motion.",
+            pads.0, pads.1,
+        )),
+        table(
+            "friction-formulas",
+            "The three formulas. A friction torque is the force at the surface times the surface's radius.",
+            [("joint", ""), ("as printed", ""), ("corrected", ""), ("printed is too large by", "")],
+            [
+                ["P".into(), "f~P~ = f~v~ q̇ + μ N~P~ sgn q̇".into(), "the same".into(), Cell::Empty],
+                [
+                    "R".into(),
+                    "T~R~ = f~v~ r φ̇ + μ N~R~ sgn(r φ̇)".into(),
+                    "T~R~ = r (f~v~ r φ̇ + μ N~R~ sgn φ̇)".into(),
+                    fixed(1.0 / robot.radius[0], 0),
+                ],
+                [
+                    "S".into(),
+                    "T~S~ = f~v~ r~s~ φ̇ + μ N~S~ sgn(r~s~ φ̇)".into(),
+                    "T~S~ = r~s~ (f~v~ r~s~ φ̇ + μ N~S~ sgn φ̇)".into(),
+                    fixed(1.0 / robot.radius[1], 0),
+                ],
+            ],
+        ),
+        equation("", "ΣE~f~ = Σ |f~P~ Δq + T~R~ Δφ~R~ + T~S~ Δφ~S~|,  L′ = L − ΣE~f~"),
+        equation("28", "τ̃ = J^T^ (d/dt ∂L′/∂q̇ − ∂L′/∂q)"),
+        wrong(format!(
+            "(28) is not mechanics: friction has no potential, and as N depends on accelerations, ΣE~f~ is not even part of \
+             a Lagrangian of first order. Here N is taken as given, as the paper must have done, and the radii are put back. \
+             What the terms then give can be followed by hand. The viscous term f~v~ q̇ Δq gives d/dt(f~v~ Δq) − f~v~ q̇ = 0: viscous friction cancels, though by virtual work it needs up \
+             to {} N, {} N and {} N m on the twin. The bars replace the sign of the velocity by that of \
+             the displacement: on {wrong_part:.0} % of all (leg, instant) pairs friction pushes instead of resisting. Were N \
+             constant, the work of a cycle would vanish, as that of any potential; as N changes, anything can come out: {:.3} J \
+             where friction takes {:.3} J, and with displacements counted from t = 0 a gain of {:.3} J.",
+            power_of_ten(viscous[0], 2),
+            power_of_ten(viscous[1], 2),
+            power_of_ten(viscous[2], 2),
+            work(Kind::FromHome),
+            work(Kind::Converged),
+            -work(Kind::FromStart),
+        )),
+        equation(
+            "",
+            "instead: τ = J~a~^−T^ (F − Q~load~ + Q~f~),  Q~f~ = Σ f~P~ ∂q/∂X + T~R~ ∂α/∂X + T~S~ ∂(β − α)/∂X",
+        ),
+        table(
+            "friction-methods",
+            "Methods on the regular twin without load, 2000 samples a cycle, for legs 1, 2 and 3. Added: root mean square of what friction adds \
+             over that of the frictionless drive. Error: root mean square of the error of this addition over that of the right \
+             one. Work: that of the addition in a cycle. (With 101 samples, as in \
+             [another table](#table-twin-metrics), reversals weigh more and last digits differ.)",
+            [
+                ("method", ""),
+                ("added: 1", "%"),
+                ("2", "%"),
+                ("3", "%"),
+                ("error: 1", "%"),
+                ("2", "%"),
+                ("3", "%"),
+                ("work", "J"),
+                ("passes", ""),
+            ],
+            rows.iter().map(|row| {
+                [
+                    Cell::from(row.kind.name()),
+                    fixed(100.0 * row.effect[0], 1),
+                    fixed(100.0 * row.effect[1], 1),
+                    fixed(100.0 * row.effect[2], 1),
+                    fixed(100.0 * row.error[0], 0),
+                    fixed(100.0 * row.error[1], 0),
+                    fixed(100.0 * row.error[2], 0),
+                    fixed(row.work, 3),
+                    fixed(row.passes as f64, 0),
+                ]
+            }),
+        ),
+        note(
+            "(28) is a trap: it gives percentages of the same size as the right answer with curves that are \
+             wrong by more than the whole effect. A comparison of percentages cannot see it; the work per cycle does at \
+             once.",
+        ),
+        curves(
+            "friction-methods-curves",
+            "Regular twin: what friction adds to the drives",
+            panels,
+            "What friction adds to the driving forces, by three methods. The one-pass curve misses how friction \
+             loads the joints; (28) has the wrong sign half of the time.",
+        ),
+        right(format!(
+            "Corrected, the formulas of section 5.1 and the 42 equations agree with the general engine: converged to \
+             {} N, one pass to {} N, at {} instants. In this robot the friction of P adds to its own \
+             drive and changes no reaction; the loop between friction and reactions runs through R and S alone.",
+            power_of_ten(converged, 2),
+            power_of_ten(once, 2),
+            samples.len(),
+        )),
+        table(
+            "friction-work",
+            "Work of all frictions a cycle: the sum of drives' work, and what the joints dissipate by the engine.",
+            [("method", ""), ("study, 2000 samples", "J"), ("engine, 101 samples", "J")],
+            [
+                [
+                    Cell::from("converged"),
+                    fixed(work(Kind::Converged), 4),
+                    fixed(dissipated(samples), 4),
+                ],
+                [
+                    Cell::from("one pass"),
+                    fixed(work(Kind::OnePass), 4),
+                    fixed(dissipated(one_pass), 4),
+                ],
+            ],
+        ),
+    ];
+    Some(section("friction", "Friction: section 5.1 and equation (28)", blocks))
+}
+
+/// How many times as large the load of a prismatic joint is with two pads `span` m apart about P that
+/// carry its moment as well, |F/2 + d| + |F/2 - d| with d = M x u / span: the least and the greatest.
+fn two_pads(samples: &[Sample], span: f64) -> (f64, f64) {
+    use crate::reactions::unknown::{FP, MP};
+    super::range(samples.iter().flat_map(|sample| sample.unknowns).map(|leg| {
+        let (force, couple) = ([leg[FP], leg[FP + 1]], [leg[MP + 1] / span, -leg[MP] / span]);
+        let pad = |sign: f64| {
+            let of = |i: usize| force[i] / 2.0 + sign * couple[i];
+            of(0).hypot(of(1))
+        };
+        (pad(1.0) + pad(-1.0)) / force[0].hypot(force[1])
+    }))
+}
+
+/// Work that joints dissipate along samples, J, by the trapezoidal rule.
+pub(crate) fn dissipated(samples: &[Sample]) -> f64 {
+    let piece = |pair: &[Sample]| {
+        0.5 * (pair[0].power.dissipated + pair[1].power.dissipated) * (pair[1].time - pair[0].time)
+    };
+    samples.windows(2).map(piece).sum()
+}

@@ -1,0 +1,187 @@
+//! Section 3 of the paper: dynamics without friction.
+
+use super::{
+    curves, digits, equation, fixed, greatest, panel, paragraph, power_of_ten, range, right,
+    section, table, wrong,
+};
+use crate::engine::Sample;
+use crate::kinematics::base_centre;
+use crate::lagrangian::{Printed, driving_forces, generalised_force};
+use crate::report::{Cell, Section};
+use crate::robot::{Motion, NO_LOAD, Robot};
+
+/// The readings of the moments of inertia, with what each gets wrong.
+pub(crate) const READINGS: [(&str, Printed); 4] = [
+    ("(8): J′~d~ = J~d~ + m~d~ (x² + z²)", Printed { platform: true, rods: false, bases: false }),
+    ("(16): J′~n1~ = J~n1~ + m~n1~ l~n1~²", Printed { platform: false, rods: true, bases: false }),
+    ("(17): l~n2~ to O~1~y~1~", Printed { platform: false, rods: false, bases: true }),
+    ("all three as printed", Printed::ALL),
+];
+
+/// How far a reading leads: the greatest error in the generalised forces (N, N, N m) and driving forces
+/// (N) along a motion; drives are none where they do not exist.
+pub(crate) fn errors(
+    robot: &Robot,
+    motion: fn(f64) -> Motion,
+    printed: Printed,
+    count: usize,
+) -> ([f64; 3], Option<[f64; 3]>) {
+    let mut forces = [0.0_f64; 3];
+    let mut drives = Some([0.0_f64; 3]);
+    for k in 0..count {
+        let motion = motion(k as f64 / count as f64);
+        let [with, without] =
+            [printed, Printed::NONE].map(|p| generalised_force(robot, p, &motion));
+        let [wrong, right] =
+            [printed, Printed::NONE].map(|p| driving_forces(robot, p, &motion, NO_LOAD));
+        drives = drives.zip(wrong.zip(right)).map(|(most, (wrong, right))| {
+            core::array::from_fn(|n| most[n].max((wrong[n] - right[n]).abs()))
+        });
+        forces = core::array::from_fn(|i| forces[i].max((with[i] - without[i]).abs()));
+    }
+    (forces, drives)
+}
+
+/// The largest differences from the engine's frictionless driving forces, N, and the largest force.
+pub(crate) fn agreement(samples: &[Sample]) -> (f64, f64) {
+    let robot = Robot::regular();
+    let mut worst = (0.0_f64, 0.0_f64);
+    for sample in samples {
+        let motion = Robot::regular_motion(sample.time);
+        let drives = driving_forces(&robot, Printed::NONE, &motion, NO_LOAD);
+        let own = drives.unwrap_or([f64::INFINITY; 3]);
+        worst.0 = worst.0.max(greatest((0..3).map(|n| own[n] - sample.ideal[n])));
+        worst.1 = worst.1.max(greatest(sample.ideal));
+    }
+    worst
+}
+
+pub(crate) fn write(samples: &[Sample]) -> Section {
+    let (printed, regular) = (Robot::printed(), Robot::regular());
+    let (difference, largest) = agreement(samples);
+    let rows = READINGS.map(|(name, reading)| {
+        let (forces, _) = errors(&printed, Robot::printed_motion, reading, 400);
+        let (_, drives) = errors(&regular, Robot::regular_motion, reading, 400);
+        let drives = drives.unwrap_or([f64::NAN; 3]);
+        [
+            Cell::from(name),
+            fixed(forces[0], 3),
+            fixed(forces[1], 3),
+            fixed(forces[2], 4),
+            fixed(drives[0], 1),
+            fixed(drives[1], 1),
+            fixed(drives[2], 1),
+        ]
+    });
+    let size = |robot: &Robot, motion: fn(f64) -> Motion, i: usize| {
+        let of = |k: usize| generalised_force(robot, Printed::NONE, &motion(k as f64 / 400.0))[i];
+        greatest((0..400).map(of))
+    };
+    let sizes = [0, 1, 2].map(|i| size(&printed, Robot::printed_motion, i));
+    let time = |k: usize| k as f64 / 200.0;
+    let line = |n: usize, reading: Printed| -> Vec<(f64, f64)> {
+        let at = |k: usize| {
+            let motion = Robot::regular_motion(time(k));
+            let drives = driving_forces(&regular, reading, &motion, NO_LOAD)?;
+            Some((time(k), drives[n]))
+        };
+        (0..=200).filter_map(at).collect()
+    };
+    let panels = (0..3)
+        .map(|n| {
+            panel(
+                &format!("leg {} [N]", n + 1),
+                [
+                    ("corrected", 0, false, line(n, Printed::NONE)),
+                    ("as printed", 1, true, line(n, Printed::ALL)),
+                ],
+            )
+        })
+        .collect();
+    let away = range((0..400).flat_map(|k| {
+        let pose = Robot::printed_motion(f64::from(k) / 400.0).pose;
+        let printed = &printed;
+        (1..3).map(move |n| {
+            let [x, z] = base_centre(printed, n, pose);
+            x.hypot(z)
+        })
+    }));
+    let blocks = vec![
+        equation("8", "E~d~ = ½ m~d~ (ẋ² + ż²) + ½ J′~d~ θ̇²"),
+        equation("16", "ΣE~n1~ = ½ Σ m~n1~ (Ẋ~Gn1~² + Ż~Gn1~²) + ½ Σ J′~n1~ φ̇~n~²"),
+        equation("17", "ΣE~n2~ = ½ Σ J′~n2~ φ̇~n~²"),
+        equation("18-20", "U = g (m~d~ z + Σ m~n1~ Z~Gn1~ + Σ m~n2~ Z~Gn2~)"),
+        equation("", "F = d/dt ∂L/∂Ẋ − ∂L/∂X,  L = E~d~ + ΣE~n1~ + ΣE~n2~ − U,  X = (x, z, θ)"),
+        equation("21", "τ = J^T^ F"),
+        paragraph(
+            "The study writes these energies as they stand and differentiates them by dual numbers, exactly. The \
+             potentials (18) to (20) are right. Three moments of inertia are not:",
+        ),
+        wrong(format!(
+            "(8): the kinetic energy of the platform's translation is counted twice, once in m~d~ v² and once more in \
+             J′~d~ = J~d~ + m~d~ (x² + z²), which belongs to a turn about O~1~. Right is J~d~. (16): the same for the \
+             rods; right is J~n1~. (17): a base turns about its own joint R~n~, at p = 174.65 mm from its centre of \
+             mass, and not about O~1~y~1~, which is {:.3} to {:.3} m away for legs 2 and 3 on (29). For leg 1 the two axes are one.",
+            away.0, away.1,
+        )),
+        table(
+            "ideal-errors",
+            &format!(
+                "Largest error of each reading along a cycle: generalised forces of the printed robot on (29), which are \
+                 {:.2} N, {:.1} N and {:.4} N m at most; driving forces of the regular twin, {largest:.0} N at most. On \
+                 (29) θ stands still, so (8) does no harm there.",
+                sizes[0], sizes[1], sizes[2]
+            ),
+            [
+                ("as printed", ""),
+                ("(29): F~x~", "N"),
+                ("F~z~", "N"),
+                ("M~θ~", "N m"),
+                ("twin: τ~1~", "N"),
+                ("τ~2~", "N"),
+                ("τ~3~", "N"),
+            ],
+            rows,
+        ),
+        curves(
+            "ideal-drives",
+            "Regular twin, driving forces without friction",
+            panels,
+            "Driving forces of the regular twin without friction and without load: inertias corrected, and as printed.",
+        ),
+        right(format!(
+            "With the three corrected, Lagrange's equations and the general engine give the same driving forces: they \
+             differ by at most {} N of {largest:.0} N at {} instants of the twin's motion, on which all rates, θ̇ \
+             too, are at work. So (21) is right where J exists, if F stands for the derivatives by x, z and θ (the paper \
+             uses q~n~ for them and for the joints' inputs) and the load is subtracted, which (21) omits. M~yθ~ belongs \
+             to θ and is −M~y~: a load couple enters with the minus sign.",
+            power_of_ten(difference, 2),
+            samples.len(),
+        )),
+        table(
+            "ideal-agreement",
+            "Lagrange against the general engine on the regular twin, no load: every tenth sample.",
+            [
+                ("time", "s"),
+                ("τ~1~", "N"),
+                ("τ~2~", "N"),
+                ("τ~3~", "N"),
+                ("largest difference", "N"),
+            ],
+            samples.iter().step_by(10).map(|sample| {
+                let motion = Robot::regular_motion(sample.time);
+                let own = driving_forces(&regular, Printed::NONE, &motion, NO_LOAD)
+                    .unwrap_or([f64::NAN; 3]);
+                let difference = greatest((0..3).map(|n| own[n] - sample.ideal[n]));
+                [
+                    fixed(sample.time, 1),
+                    fixed(own[0], 4),
+                    fixed(own[1], 4),
+                    fixed(own[2], 4),
+                    digits(difference, 2),
+                ]
+            }),
+        ),
+    ];
+    section("ideal-dynamics", "Dynamics without friction: equations (8) and (16) to (21)", blocks)
+}

@@ -1,0 +1,373 @@
+//! Section 4 of the paper: 42 equations for all joint reactions.
+
+use super::{
+    digits, equation, fixed, greatest, note, paragraph, power_of_ten, right, rounding, section,
+    table, told, wrong,
+};
+use crate::engine::Sample;
+use crate::lagrangian::{Printed, driving_forces};
+use crate::reactions::{Form, NAMES, OF_LEG, SIZE, System, unknown};
+use crate::report::{Cell, Section};
+use crate::robot::{Motion, NO_LOAD, Robot};
+use crate::screws::NEGLIGIBLE;
+use crate::simulation::out_of_range;
+use nalgebra::DVector;
+use stiction_core::linalg::Svd;
+
+/// Ranks of the 42 equations and their two smallest singular values, SI units, over some motions.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ranks {
+    pub(crate) rank: (usize, usize),
+    /// The least and the greatest of the last but one.
+    pub(crate) before_last: (f64, f64),
+    /// The least and the greatest of the last.
+    pub(crate) last: (f64, f64),
+}
+
+/// Ranks over motions.
+pub(crate) fn ranks(robot: &Robot, form: Form, motions: &mut dyn Iterator<Item = Motion>) -> Ranks {
+    let mut found = Ranks {
+        rank: (usize::MAX, 0),
+        before_last: (f64::INFINITY, 0.0),
+        last: (f64::INFINITY, 0.0),
+    };
+    for motion in motions {
+        let svd = Svd::new(&System::new(robot, &motion, NO_LOAD, form).matrix);
+        let rank = svd.rank(NEGLIGIBLE);
+        found.rank = (found.rank.0.min(rank), found.rank.1.max(rank));
+        let widen = |known: &mut (f64, f64), value: f64| {
+            *known = (known.0.min(value), known.1.max(value));
+        };
+        widen(&mut found.before_last, svd.singular_values[SIZE - 2]);
+        widen(&mut found.last, svd.singular_values[SIZE - 1]);
+    }
+    found
+}
+
+/// Poses at rest, spread evenly over a box about the workspace.
+fn at_rest(count: usize) -> impl Iterator<Item = Motion> {
+    let still = |pose| Motion { pose, rate: [0.0; 3], acceleration: [0.0; 3] };
+    super::structure::poses(count).map(still)
+}
+
+fn along(motion: fn(f64) -> Motion, count: usize) -> impl Iterator<Item = Motion> {
+    (0..count).map(move |k| motion(k as f64 / (count - 1) as f64))
+}
+
+/// The null vector of the printed robot's equations on (29), scaled so that leg 1 carries -2 along y,
+/// and the largest part of it that is neither a force along y nor what such a force makes in its leg.
+pub(crate) fn null_vector(time: f64) -> Option<(DVector<f64>, f64)> {
+    let motion = Robot::printed_motion(time);
+    let svd = Svd::new(&System::new(&Robot::printed(), &motion, NO_LOAD, Form::Corrected).matrix);
+    let [null] = svd.null_space(SIZE - 1).try_into().ok()?;
+    let null: DVector<f64> = &null * (-2.0 / null[unknown::FS + 1]);
+    // A force along y loads forces along y and moments about t and u.
+    let allowed = [1, 3, 4, 6, 7, 9, 12];
+    let rest = greatest((0..SIZE).filter(|i| !allowed.contains(&(i % OF_LEG))).map(|i| null[i]));
+    Some((null, rest))
+}
+
+/// The error of the transverse force F~S,t~ by the printed equation (23): for each leg the largest, N,
+/// and the largest force.
+pub(crate) fn transverse(
+    robot: &Robot,
+    motion: fn(f64) -> Motion,
+    count: usize,
+) -> ([f64; 3], [f64; 3]) {
+    let mut worst = ([0.0_f64; 3], [0.0_f64; 3]);
+    for motion in along(motion, count + 1).take(count) {
+        let of = |form: Form| {
+            let system = System::new(robot, &motion, NO_LOAD, form);
+            [0, 1, 2].map(|n| system.across(n))
+        };
+        let (printed, corrected) = (of(Form::Printed), of(Form::Corrected));
+        for n in 0..3 {
+            worst.0[n] = worst.0[n].max((printed[n] - corrected[n]).abs());
+            worst.1[n] = worst.1[n].max(corrected[n].abs());
+        }
+    }
+    worst
+}
+
+/// The largest difference between the 42 equations and the engine on the regular twin without friction,
+/// over all unknowns, and the largest unknown; N and N m together.
+pub(crate) fn agreement(frictionless: &[Sample]) -> (f64, f64) {
+    let robot = Robot::regular();
+    let mut worst = (0.0_f64, 0.0_f64);
+    for sample in frictionless {
+        let motion = Robot::regular_motion(sample.time);
+        let system = System::new(&robot, &motion, NO_LOAD, Form::Corrected);
+        let Some(own) = system.matrix.clone().lu().solve(&system.right) else {
+            return (f64::INFINITY, 0.0);
+        };
+        for n in 0..3 {
+            let leg = System::of_leg(&own, n);
+            let differences = leg.iter().zip(&sample.unknowns[n]).map(|(a, b)| a - b);
+            worst.0 = worst.0.max(greatest(differences));
+            worst.1 = worst.1.max(greatest(leg));
+        }
+    }
+    worst
+}
+
+const POSES: usize = 500;
+
+pub(crate) fn write(frictionless: &[Sample]) -> Section {
+    let (printed, regular) = (Robot::printed(), Robot::regular());
+    let twin = ranks(&regular, Form::Corrected, &mut along(Robot::regular_motion, 101));
+    let on_printed_motion = |form| ranks(&printed, form, &mut along(Robot::printed_motion, 101));
+    let cases = [
+        ("as printed, along (29), to the letter", on_printed_motion(Form::Literal)),
+        ("as printed, along (29), F′~R~ put back", on_printed_motion(Form::Printed)),
+        ("as printed, along (29), corrected", on_printed_motion(Form::Corrected)),
+        ("as printed, 500 poses, corrected", ranks(&printed, Form::Corrected, &mut at_rest(POSES))),
+        ("regular twin, along its motion, corrected", twin),
+        (
+            "regular twin, 500 poses, corrected",
+            ranks(&regular, Form::Corrected, &mut at_rest(POSES)),
+        ),
+    ];
+    let on_29 = transverse(&printed, Robot::printed_motion, 400);
+    let on_twin = transverse(&regular, Robot::regular_motion, 400);
+    let (difference, largest) = agreement(frictionless);
+    let null = [0.0, 0.13, 0.25, 0.5].map(|time| (time, null_vector(time)));
+    let rest = greatest(null.iter().filter_map(|(_, null)| null.as_ref().map(|n| n.1)));
+    let stresses = null.iter().flat_map(|(time, null)| {
+        null.iter().map(|(vector, _)| {
+            let leg = |n: usize, i: usize| vector[OF_LEG * n + i];
+            [
+                fixed(*time, 2),
+                fixed(leg(0, unknown::FS + 1), 6),
+                fixed(leg(1, unknown::FS + 1), 6),
+                fixed(leg(2, unknown::FS + 1), 6),
+                fixed(leg(0, unknown::MR), 4),
+                fixed(leg(0, unknown::MP), 4),
+            ]
+        })
+    });
+    let stresses: Vec<_> = stresses.collect();
+    let spread = twin.last;
+    let arms = [0, 1].map(|n| 1e3 * (printed.home[n] / 2.0 - printed.rod_com));
+    let blocks = vec![
+        paragraph(
+            "For each leg as a whole, for its rod and for the platform, forces and moments by D’Alembert, 14 unknowns a \
+             leg. With the inertia forces complete and all products written out they are:",
+        ),
+        equation("22", "F~S~ + F~R~ = m~i~ (a~i~ − g) + m~j~ (a~j~ − g)"),
+        equation(
+            "23",
+            "ρ u × F~S~ + M~R~ = p u × m~i~ (a~i~ − g) + (ρ − m) u × m~j~ (a~j~ − g) + (J~i~ + J~j~) α̈ e~y~",
+        ),
+        equation("24", "F~S~ + F~P~ + τ u = m~j~ (a~j~ − g)"),
+        equation("25", "(S − P) × F~S~ + M~P~ = (G~j~ − P) × m~j~ (a~j~ − g) + J~j~ α̈ e~y~"),
+        equation("26", "−Σ F~S,n~ = m~d~ (a − g) − F~load~"),
+        equation("27", "−Σ (S~n~ − O~2~) × F~S,n~ = J~d~ β̈ e~y~ − M~load~"),
+        wrong(format!(
+            "(22) lacks F′~R~, though it is defined below it, and the base's inertia force; its F′~fj~ is not defined and \
+             can only be F~lj~, which has the axial part alone of the rod's inertia force. The printed matrix R~α~ is the transposed one: it takes the leg's axis to \
+             (−cos φ, 0, sin φ). (23) and (25) lack the arms of the inertia forces and the sign that D’Alembert's \
+             principle gives their moments; the arm of a base's weight is L~i~/2 = (ρ − 2m)/2, {:.0} to \
+             {:.0} mm at zero input, and not p = 174.65 mm. In (27) the sign of M~lk~ is the wrong one, too, β̈ is printed as β, and I~k~ is \
+             missing from R~β~ I~k~ R~β~^T^. Vector products stand without a sign throughout. (26) is right.",
+            arms[0], arms[1],
+        )),
+        table(
+            "reactions-transverse",
+            "What the printed (23) makes of the force across the leg at the ball, F~S,t~: largest error and largest force.",
+            [
+                ("", ""),
+                ("leg 1, error", "N"),
+                ("of", "N"),
+                ("leg 2, error", "N"),
+                ("of", "N"),
+                ("leg 3, error", "N"),
+                ("of", "N"),
+            ],
+            [("printed robot, (29)", on_29), ("regular twin", on_twin)].map(
+                |(name, (error, of))| {
+                    [
+                        Cell::from(name),
+                        fixed(error[0], 2),
+                        fixed(of[0], 2),
+                        fixed(error[1], 2),
+                        fixed(of[1], 2),
+                        fixed(error[2], 2),
+                        fixed(of[2], 2),
+                    ]
+                },
+            ),
+        ),
+        table(
+            "reactions-printed",
+            "The whole system as printed in spirit (F′~R~ put back, legs turned the right way) against the corrected one, \
+             on the regular twin without load and friction: largest error of each unknown in any leg, and its largest value.",
+            [("unknown", ""), ("error", "N"), ("of", "N")],
+            printed_errors(&regular)
+                .map(|(name, error, of)| [name.into(), fixed(error, 1), fixed(of, 1)]),
+        ),
+        wrong(
+            "“42 independent equations”: the count is right, 42 for 42 unknowns; independent they are not, in any \
+             pose of the printed robot. No correction of the right-hand sides changes that: the rank is one of geometry.",
+        ),
+        table(
+            "reactions-rank",
+            "Rank of the 42 equations, and the last two singular values (SI units). Literal is (22) without F′~R~: \
+             nine unknowns stand in no equation.",
+            [
+                ("", ""),
+                ("rank", ""),
+                ("σ~41~, least", ""),
+                ("σ~41~, greatest", ""),
+                ("σ~42~, least", ""),
+                ("σ~42~, greatest", ""),
+            ],
+            cases.map(|(name, ranks)| {
+                [
+                    Cell::from(name),
+                    told(ranks.rank).into(),
+                    digits(ranks.before_last.0, 2),
+                    digits(ranks.before_last.1, 2),
+                    digits(ranks.last.0, 2),
+                    digits(ranks.last.1, 2),
+                ]
+            }),
+        ),
+        paragraph(format!(
+            "The missing equation leaves one internal force free: f times the vector below, forces along y in the three \
+             legs and the moments with which the joints pass them on (all other unknowns at most {}). Nothing that is measured outside tells f, and the loads of the P and S \
+             joints, hence their frictions, contain it.",
+            rounding(rest),
+        )),
+        table(
+            "reactions-null",
+            "The null vector along (29), scaled to −2 in leg 1. Moments in N m for f in N.",
+            [
+                ("time", "s"),
+                ("F~Sy,1~", ""),
+                ("F~Sy,2~", ""),
+                ("F~Sy,3~", ""),
+                ("M~Rt,1~", "m"),
+                ("M~Pt,1~", "m"),
+            ],
+            stresses,
+        ),
+        paragraph(
+            "What cannot be carried at all follows from the left null vector: a load along it has no solution, a load across \
+             it has. Off θ = 90° it is mostly a moment about y, with a part in M~x~: the roll, which neither constraints nor \
+             drives hold. (21) does not see the roll, and so it and the 42 equations contradict each other: off 90° (21) \
+             has a solution, and the 42 equations have none.",
+        ),
+        table(
+            "reactions-range",
+            "The load that the 42 equations of the printed robot cannot take, scaled to its largest component, at the pose \
+             that (29) has at t = 0.13 s but with other θ; by how much weight and inertia miss a solution, in the same scale; \
+             and what (21) gives.",
+            [
+                ("θ", "deg"),
+                ("F~x~", ""),
+                ("F~y~", ""),
+                ("F~z~", ""),
+                ("M~x~", ""),
+                ("M~y~", ""),
+                ("M~z~", ""),
+                ("missed by", "N m"),
+                ("largest τ of (21)", "N"),
+            ],
+            range_rows(&printed),
+        ),
+        right(format!(
+            "For the regular twin the corrected equations have one solution (σ~42~ from {:.3} to {:.3}), and the general \
+             engine finds it: over {} instants and all 42 unknowns the two differ by at most {} of {largest:.0} \
+             (N and N m).",
+            spread.0,
+            spread.1,
+            frictionless.len(),
+            power_of_ten(difference, 2),
+        )),
+        note(
+            "M~P~ depends on the point P at which it is stated, which the paper leaves to the reader; here P is fixed in the \
+             base, 349.3 mm from R. Forces and driving forces do not depend on it.",
+        ),
+        table(
+            "reactions-twin",
+            "All unknowns of the regular twin at t = 0.3 s, no load, no friction: by the 42 equations, and their \
+             difference from the general engine.",
+            [
+                ("", ""),
+                ("unit", ""),
+                ("leg 1", ""),
+                ("leg 2", ""),
+                ("leg 3", ""),
+                ("largest difference", ""),
+            ],
+            unknowns(frictionless),
+        ),
+    ];
+    section("reactions", "Joint reactions: equations (22) to (27)", blocks)
+}
+
+/// Largest errors of the system as printed in spirit, and largest values, N: driving forces and the forces at
+/// S, P and R.
+pub(crate) fn printed_errors(robot: &Robot) -> [(&'static str, f64, f64); 4] {
+    let mut found =
+        [("τ", 0.0_f64, 0.0_f64), ("F~S~", 0.0, 0.0), ("F~P~", 0.0, 0.0), ("F~R~", 0.0, 0.0)];
+    let places = [
+        unknown::TAU..unknown::FS,
+        unknown::FS..OF_LEG,
+        unknown::FP..unknown::MP,
+        unknown::FR..unknown::MR,
+    ];
+    for motion in along(Robot::regular_motion, 101) {
+        let solve = |form: Form| {
+            let system = System::new(robot, &motion, NO_LOAD, form);
+            system.matrix.clone().lu().solve(&system.right)
+        };
+        let (Some(printed), Some(corrected)) = (solve(Form::Printed), solve(Form::Corrected))
+        else {
+            continue;
+        };
+        for n in 0..3 {
+            let (wrong, right) = (System::of_leg(&printed, n), System::of_leg(&corrected, n));
+            for ((_, error, of), places) in found.iter_mut().zip(&places) {
+                *error = error.max(greatest(places.clone().map(|i| wrong[i] - right[i])));
+                *of = of.max(greatest(places.clone().map(|i| right[i])));
+            }
+        }
+    }
+    found
+}
+
+fn range_rows(robot: &Robot) -> Vec<[Cell; 9]> {
+    let row = |degrees: f64| {
+        let mut motion = Robot::printed_motion(0.13);
+        motion.pose[2] = degrees.to_radians();
+        let (null, missed) = out_of_range(robot, &motion, NO_LOAD)?;
+        let drives = driving_forces(robot, Printed::NONE, &motion, NO_LOAD);
+        let [fx, fy, fz, mx, my, mz] = null.map(|x| fixed(x, 4));
+        let drives = drives.map_or(Cell::from("none"), |drives| fixed(greatest(drives), 1));
+        Some([fixed(degrees, 0), fx, fy, fz, mx, my, mz, fixed(missed, 3), drives])
+    };
+    [70.0, 80.0, 85.0, 89.0, 90.0].into_iter().filter_map(row).collect()
+}
+
+fn unknowns(frictionless: &[Sample]) -> Vec<[Cell; 6]> {
+    let Some(sample) = frictionless.iter().find(|s| (s.time - 0.3).abs() < 1e-9) else {
+        return Vec::new();
+    };
+    let motion = Robot::regular_motion(sample.time);
+    let system = System::new(&Robot::regular(), &motion, NO_LOAD, Form::Corrected);
+    let Some(own) = system.matrix.clone().lu().solve(&system.right) else { return Vec::new() };
+    let legs: Vec<_> = (0..3).map(|n| System::of_leg(&own, n)).collect();
+    let row = |(i, (name, unit)): (usize, &(&str, &str))| {
+        let difference = greatest((0..3).map(|n| legs[n][i] - sample.unknowns[n][i]));
+        [
+            Cell::from(*name),
+            Cell::from(*unit),
+            fixed(legs[0][i], 4),
+            fixed(legs[1][i], 4),
+            fixed(legs[2][i], 4),
+            digits(difference, 2),
+        ]
+    };
+    NAMES.iter().enumerate().map(row).collect()
+}

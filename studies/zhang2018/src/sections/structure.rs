@@ -1,0 +1,192 @@
+//! Section 1 of the paper: what the robot can do.
+
+use super::{digits, equation, fixed, paragraph, right, section, table, told, wrong};
+use crate::report::{Block, Section};
+use crate::robot::{Pose, Robot};
+use crate::screws::{
+    actuation_wrenches, constraint_wrenches, gap_of_roll, leg_twists, power, rank, reciprocal,
+    roll_within, self_stress,
+};
+use crate::{Error, even};
+use nalgebra::DMatrix;
+use stiction_draw::drawing::Surface;
+use stiction_run::Portrait;
+use stiction_run::check::Findings;
+use stiction_run::inverse::Job;
+
+/// Poses at which ranks are taken, spread evenly over a box about the workspace.
+pub(crate) fn poses(count: usize) -> impl Iterator<Item = Pose<f64>> {
+    (0..count).map(|k| {
+        let [a, b, c] = even(k);
+        [-0.15 + 0.3 * a, 0.35 + 0.3 * b, (35.0 + 110.0 * c).to_radians()]
+    })
+}
+
+/// What ranks the screws have.
+pub(crate) struct Ranks {
+    /// Of the five twists of a leg, the least and the greatest over legs and poses.
+    pub(crate) leg: (usize, usize),
+    /// Of the three constraint wrenches.
+    pub(crate) constraints: (usize, usize),
+    /// Of constraint and actuation wrenches.
+    pub(crate) all: (usize, usize),
+    /// The largest power of the wrench (3) on any twist (1).
+    pub(crate) reciprocity: f64,
+    /// The largest departure of the self-stress from (-2, 1, 1).
+    pub(crate) stress: f64,
+}
+
+/// Ranks over many poses.
+pub(crate) fn ranks(robot: &Robot, count: usize) -> Ranks {
+    let widen = |known: &mut (usize, usize), rank: usize| {
+        *known = (known.0.min(rank), known.1.max(rank));
+    };
+    let none = (usize::MAX, 0);
+    let mut found =
+        Ranks { leg: none, constraints: none, all: none, reciprocity: 0.0, stress: 0.0 };
+    for pose in poses(count) {
+        for n in 0..3 {
+            let twists = leg_twists(robot, n, pose);
+            let wrench = reciprocal(robot, n, pose);
+            widen(&mut found.leg, rank(&DMatrix::from_fn(6, 5, |i, j| twists[j][i])));
+            let most = super::greatest(twists.iter().map(|twist| power(&wrench, twist)));
+            found.reciprocity = found.reciprocity.max(most);
+        }
+        let constraints = constraint_wrenches(robot, pose);
+        let drives = actuation_wrenches(robot, pose);
+        widen(&mut found.constraints, rank(&constraints));
+        let both =
+            DMatrix::from_fn(
+                6,
+                6,
+                |i, j| if j < 3 { constraints[(i, j)] } else { drives[(i, j - 3)] },
+            );
+        widen(&mut found.all, rank(&both));
+        let stress = self_stress(robot, pose).unwrap_or([0.0; 3]);
+        let misfit = super::greatest([stress[0] + 2.0, stress[1] - 1.0, stress[2] - 1.0]);
+        found.stress = found.stress.max(misfit);
+    }
+    found
+}
+
+fn picture(job: &Job<'_>, caption: &str) -> Result<Block, Error> {
+    let svg = Portrait::of(job)?.svg(Surface::Inline);
+    Ok(Block::Picture { svg, caption: caption.into() })
+}
+
+const COUNT: usize = 2000;
+
+pub(crate) fn write(
+    findings: [&Findings; 2],
+    [of_printed, of_regular]: [&Job<'_>; 2],
+) -> Result<Section, Error> {
+    let (printed, regular) = (Robot::printed(), Robot::regular());
+    let (ranks, of_twin) = (ranks(&printed, COUNT), ranks(&regular, COUNT));
+    let [mobility, of_this] = findings.map(|found| &found.mobility);
+    let play = |clearance: f64| -> f64 {
+        let by_engine = findings[0].play().first().map(|play| play.with(clearance).to_degrees());
+        by_engine.unwrap_or(f64::NAN)
+    };
+    let blocks = vec![
+        picture(of_printed, "The robot as printed, along (29).")?,
+        paragraph(
+            "Each leg is R, P, S from the ground to the platform; all three R axes lie along y. With r = R~3~S~3~ and \
+             u its direction, the five twists of leg 3 about R~3~ (of legs 1 and 2 about R~1~ and R~2~ likewise) are, as (angular; linear):",
+        ),
+        equation(
+            "1",
+            "$~1~ = (e~y~; 0),  $~2~ = (0; u),  $~3~ = (e~x~; r × e~x~),  $~4~ = (e~y~; r × e~y~),  $~5~ = (e~z~; r × e~z~)",
+        ),
+        equation("2", "$~R3P3~ = { $~1~  $~2~  $~3~  $~4~  $~5~ }"),
+        equation("3", "$^r^~R3P3~ = (e~y~; r × e~y~) = {0 1 0; −b~3~ 0 −b~5~}"),
+        right(format!(
+            "(1) to (3) are right: rank {} for every leg in {COUNT} poses, and the force along y through the ball does \
+             no work on any of the five (largest power {}). Two slips of print: (a~2~, c~2~) in (1) is the sliding \
+             direction u and not r × s; the r of (2), for reciprocal, belongs to (3) only.",
+            told(ranks.leg),
+            super::rounding(ranks.reciprocity),
+        )),
+        wrong(format!(
+            "“The three reciprocal screws are linearly independent”: they are not. The three forces are \
+             parallel to the R axes, and so is the plane of the three balls: they lie in one plane: rank {} in every one of \
+             {COUNT} poses, never 3. The forces (−2, 1, 1) f in the three legs balance each other for any f (largest departure {}).",
+            told(ranks.constraints),
+            super::rounding(ranks.stress),
+        )),
+        table(
+            "structure-mobility",
+            "Claimed and computed. Ranks over 2000 poses spread evenly; the engine's counts by `stiction check`.",
+            [("", ""), ("paper", ""), ("robot as printed", ""), ("regular twin", "")],
+            [
+                [
+                    "independent constraints".into(),
+                    "3".into(),
+                    told(ranks.constraints).into(),
+                    told(of_twin.constraints).into(),
+                ],
+                [
+                    "rank of constraints and drives".into(),
+                    "6".into(),
+                    told(ranks.all).into(),
+                    told(of_twin.all).into(),
+                ],
+                [
+                    "freedoms to first order".into(),
+                    "3".into(),
+                    mobility.instantaneous.to_string().into(),
+                    of_this.instantaneous.to_string().into(),
+                ],
+                [
+                    "freedoms of finite size".into(),
+                    "3".into(),
+                    mobility.finite.to_string().into(),
+                    of_this.finite.to_string().into(),
+                ],
+                [
+                    "Grübler's count".into(),
+                    "–".into(),
+                    mobility.gruebler.to_string().into(),
+                    of_this.gruebler.to_string().into(),
+                ],
+                [
+                    "redundant constraints".into(),
+                    "0".into(),
+                    mobility.redundant_constraints.to_string().into(),
+                    of_this.redundant_constraints.to_string().into(),
+                ],
+            ],
+        ),
+        paragraph(
+            "Held are the translation along y and the rotation about the platform's normal. The roll about the line \
+             S~2~S~3~ is free to first order: along y the loop closes with √3 k cos(roll), which has its maximum where the \
+             robot works, so that its gradient vanishes. What blocks the roll is the second order, a gap of \
+             (√3/2) k roll^2^. A little play in the joints therefore lets the platform roll a lot:",
+        ),
+        table(
+            "structure-play",
+            "Roll of the platform as printed (k = 150 mm) within the play of its joints: closed form, and the general \
+             engine from second derivatives of the loops.",
+            [
+                ("clearance", "µm"),
+                ("roll, closed form", "deg"),
+                ("roll, engine", "deg"),
+                ("gap at that roll", "µm"),
+            ],
+            [1e-6, 1e-5, 1e-4].map(|clearance| {
+                let roll = roll_within(&printed, clearance);
+                [
+                    fixed(clearance * 1e6, 0),
+                    fixed(roll.to_degrees(), 3),
+                    fixed(play(clearance), 3),
+                    digits(gap_of_roll(&printed, roll) * 1e6, 4),
+                ]
+            }),
+        ),
+        paragraph(
+            "The twin differs in its geometry: its platform's triangle is tilted by 30° about S~2~S~3~, and the base is \
+             narrowed to match. The plane of the balls is no longer parallel to the forces, and the rank is 3.",
+        ),
+        picture(of_regular, "The regular twin along its motion.")?,
+    ];
+    Ok(section("structure", "Structure: equations (1) to (3)", blocks))
+}
