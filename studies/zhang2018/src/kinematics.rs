@@ -1,26 +1,12 @@
-//! Section 2 of the paper: equations (4) to (7), (9) to (15), and the Jacobian.
+//! Section 2 of the paper: equations (7), (9) to (15), and the Jacobian.
 //!
 //! With `T` a dual number in time these functions give rates and accelerations, exact to rounding.
 
-use super::robot::{Motion, Pose, Robot};
+use super::robot::{Motion, Pose, Robot, leg_vector};
 use stiction_core::scalar::{Dual, Scalar};
 
 /// A number with its first and second derivative in time.
 pub(super) type Timed = Dual<Dual<f64, 1>, 1>;
-
-/// Centre of ball n in the fixed frame, x and z, less the platform's point O2: the vector O2 S~n~
-/// between equations (3) and (4). R~y~(beta) s~n~ with beta = 90 deg - theta.
-pub(super) fn arm<T: Scalar>(robot: &Robot, n: usize, theta: T) -> [T; 2] {
-    let (sin, cos) = theta.sin_cos();
-    let [sx, _, sz] = robot.s[n].map(T::from_f64);
-    [sx * sin + sz * cos, sz * sin - sx * cos]
-}
-
-/// Equations (4), (5) and (6): the vector R~n~ S~n~, x and z; its y is zero.
-pub(super) fn leg_vector<T: Scalar>(robot: &Robot, n: usize, [x, z, theta]: Pose<T>) -> [T; 2] {
-    let [ax, az] = arm(robot, n, theta);
-    [x + ax - T::from_f64(robot.b[n][0]), z + az - T::from_f64(robot.b[n][2])]
-}
 
 /// Length of leg n: equation (7) without the length at zero input.
 pub(super) fn leg_length<T: Scalar>(robot: &Robot, n: usize, pose: Pose<T>) -> T {

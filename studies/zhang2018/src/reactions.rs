@@ -168,7 +168,7 @@ impl System {
             let leg = self.legs[n];
             let [t, y, u] = axes(&leg);
             // S_n from O2; in y the difference of fixed points.
-            let [ax, az] = super::kinematics::arm(robot, n, motion.pose[2]);
+            let [ax, az] = super::robot::arm(robot, n, motion.pose[2]);
             let arm = Vector3::new(ax, robot.s[n][1], az);
             for (i, axis) in [t, y, u].into_iter().enumerate() {
                 let column = OF_LEG * n + unknown::FS + i;

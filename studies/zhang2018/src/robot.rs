@@ -4,6 +4,7 @@
 //! agreement of two ways, data included. Lengths in m, masses in kg.
 
 use core::f64::consts::TAU;
+use stiction_core::scalar::Scalar;
 
 /// A 3-RPS robot with parallel R axes whose platform stays parallel to them.
 #[derive(Clone, Debug)]
@@ -131,10 +132,24 @@ impl Robot {
     }
 }
 
+/// Centre of ball n in the fixed frame, x and z, less the platform's point O2: the vector O2 S~n~
+/// between equations (3) and (4). R~y~(beta) s~n~ with beta = 90 deg - theta.
+pub(super) fn arm<T: Scalar>(robot: &Robot, n: usize, theta: T) -> [T; 2] {
+    let (sin, cos) = theta.sin_cos();
+    let [sx, _, sz] = robot.s[n].map(T::from_f64);
+    [sx * sin + sz * cos, sz * sin - sx * cos]
+}
+
+/// Equations (4), (5) and (6): the vector R~n~ S~n~, x and z; its y is zero.
+pub(super) fn leg_vector<T: Scalar>(robot: &Robot, n: usize, [x, z, theta]: Pose<T>) -> [T; 2] {
+    let [ax, az] = arm(robot, n, theta);
+    [x + ax - T::from_f64(robot.b[n][0]), z + az - T::from_f64(robot.b[n][2])]
+}
+
 /// Distances R~n~ S~n~ at a pose.
 pub(super) fn leg_lengths(robot: &Robot, pose: Pose<f64>) -> [f64; 3] {
     core::array::from_fn(|n| {
-        let [dx, dz] = super::kinematics::leg_vector(robot, n, pose);
+        let [dx, dz] = leg_vector(robot, n, pose);
         dx.hypot(dz)
     })
 }

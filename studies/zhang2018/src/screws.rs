@@ -3,8 +3,7 @@
 //! Twists are (angular; linear), wrenches (force; moment), both about one point in fixed axes, so that
 //! their product is the power.
 
-use super::kinematics::{arm, leg_vector};
-use super::robot::{Pose, Robot};
+use super::robot::{Pose, Robot, arm, leg_vector};
 use nalgebra::{DMatrix, Vector3, Vector6};
 use stiction_core::linalg::Svd;
 

@@ -62,7 +62,7 @@ pub(crate) fn rows() -> Vec<Row> {
             "(4)–(6)",
             "vectors R~n~S~n~",
             "right",
-            path!(kinematics::leg_vector::<f64>),
+            path!(robot::leg_vector::<f64>),
             "kinematics",
             "leg_vectors_as_printed",
         ),

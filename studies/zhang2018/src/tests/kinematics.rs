@@ -1,6 +1,7 @@
 use super::*;
 use crate::engine::{job, model, positions};
 use crate::kinematics::*;
+use crate::robot::leg_vector;
 use crate::sections::kinematics::{agreement, data, determinant_misfit};
 use stiction_core::dynamics::FrictionMode;
 
