@@ -39,6 +39,27 @@ pub struct ModelFile {
     pub(crate) parameters: Parameters,
 }
 
+impl From<Mechanism> for ModelFile {
+    /// A mechanism without motions, loads or parameters.
+    fn from(mechanism: Mechanism) -> Self {
+        Self {
+            name: mechanism.name().to_owned(),
+            title: String::new(),
+            source: String::new(),
+            mechanism,
+            initial_poses: Vec::new(),
+            motions: Vec::new(),
+            loads: Vec::new(),
+            default_motion: None,
+            default_load: None,
+            default_friction: None,
+            legs: Vec::new(),
+            warnings: Diagnostics::new(),
+            parameters: Parameters::default(),
+        }
+    }
+}
+
 /// One of the legs that a model's short form describes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Leg {

@@ -1,6 +1,6 @@
 //! What is to be simulated.
 
-use stiction_core::forward::Settings;
+use stiction_core::forward::{Known, Settings};
 use stiction_core::mechanism::JointId;
 use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion};
 
@@ -63,6 +63,8 @@ pub enum Start<'a> {
     /// At the first instant of this motion, which need not determine everything: the other freedoms are
     /// where the model puts them, at rest.
     Given(&'a Motion),
+    /// At these coordinates and rates; all others follow from the loops and the home position.
+    Known(&'a [Known]),
     /// Where the model puts it, at rest.
     Home,
 }

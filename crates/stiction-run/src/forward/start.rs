@@ -14,9 +14,13 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Erro
         Start::Moving => (job.motion, true),
         Start::AtRest => (job.motion, false),
         Start::Given(motion) => (Some(motion), true),
-        Start::Home => (None, false),
+        Start::Known(_) | Start::Home => (None, false),
     };
     let initial_poses = &job.model.initial_poses;
+    if let Start::Known(known) = job.start {
+        let known = angular(known.to_vec());
+        return forward.assemble_from(initial_poses, &known).map_err(Error::Forward);
+    }
     let (mut coordinates, mut targets) = (Vec::new(), Vec::new());
     if let Some(motion) = motion {
         check(motion)?;

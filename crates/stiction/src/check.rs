@@ -1,0 +1,173 @@
+//! Mobility, redundancy and singularities of a robot.
+
+use crate::error::Error;
+use crate::explain;
+use crate::robot::Robot;
+use serde_json::Value;
+use std::fmt;
+use stiction_core::dynamics::FrictionMode;
+use stiction_format::{LoadCase, Motion};
+use stiction_run::check::{Findings, Kind, examine, write_report};
+use stiction_run::inverse::Job;
+
+/// Check of a robot along a motion; see [`Robot::check_along`].
+#[derive(Clone, Debug)]
+pub struct Check {
+    robot: Robot,
+    motion: Option<(Motion, String)>,
+    step: Option<f64>,
+    load: LoadCase,
+}
+
+impl Check {
+    pub(crate) fn new(robot: Robot) -> Self {
+        let motion = robot.default_motion();
+        Self { robot, motion, step: None, load: LoadCase::default() }
+    }
+
+    /// Sets the motion: its name in the model, the name of a file, or assignments.
+    ///
+    /// # Errors
+    /// There is no such motion, or the file or the assignments are defective.
+    pub fn motion(mut self, motion: &str) -> Result<Self, Error> {
+        self.motion = Some(self.robot.parse_motion(motion)?);
+        Ok(self)
+    }
+
+    /// Sets the time between samples, s. Default: that of the motion, else 0.01 s.
+    pub fn step(mut self, step: f64) -> Self {
+        self.step = Some(step);
+        self
+    }
+
+    /// The same request in the terms of `stiction_run`.
+    ///
+    /// # Errors
+    /// The model has no default motion, and none was given.
+    pub fn job(&self) -> Result<Job<'_>, Error> {
+        let (motion, name) = self.motion.as_ref().ok_or_else(|| self.robot.motion_missing())?;
+        Ok(Job {
+            model: self.robot.model(),
+            motion,
+            motion_name: name.clone(),
+            load: &self.load,
+            load_name: "none".to_owned(),
+            friction: FrictionMode::Off,
+            step: self.step,
+            friction_margin: false,
+        })
+    }
+
+    /// Examines the robot along the motion. Loads and friction play no part.
+    ///
+    /// # Errors
+    /// The mechanism cannot follow the motion.
+    pub fn run(&self) -> Result<Report, Error> {
+        let job = self.job()?;
+        let findings = examine(&job, |_phase, _done, _of| true).map_err(explain::inverse)?;
+        let json = findings.json(&job);
+        let mut text = String::new();
+        // Writing to a string does not fail.
+        let _ = write_report(&mut text, &job, &findings);
+        Ok(Report { findings, json, text })
+    }
+}
+
+/// Findings of a check. `Display` prints them as the command `stiction check` does.
+#[derive(Clone, Debug)]
+pub struct Report {
+    findings: Findings,
+    json: Value,
+    text: String,
+}
+
+/// Degrees of freedom at the first instant of the motion, counted in three ways.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mobility {
+    /// Grübler–Kutzbach count; negative where the mechanism is over-constrained.
+    pub gruebler: i64,
+    /// Instantaneous mobility, from the rank of the constraints.
+    pub instantaneous: usize,
+    /// Finite mobility, of motions over a distance; `None` where it is undecided.
+    pub finite: Option<usize>,
+}
+
+/// Nearest approach of the motion to singular positions of one kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Singularity {
+    /// Least singularity index along the motion, dimensionless; zero at a singular position.
+    pub index: f64,
+    /// Time of the least index, s.
+    pub time: f64,
+    /// `true` if the motion meets a singular position, at a sample or between two.
+    pub is_met: bool,
+}
+
+impl Report {
+    /// Degrees of freedom.
+    pub fn mobility(&self) -> Mobility {
+        let mobility = &self.findings.mobility;
+        Mobility {
+            gruebler: mobility.gruebler as i64,
+            instantaneous: mobility.instantaneous,
+            finite: mobility.finite_is_certain.then_some(mobility.finite),
+        }
+    }
+
+    /// Number of redundant constraints.
+    pub fn redundant_constraints(&self) -> usize {
+        self.findings.mobility.redundant_constraints
+    }
+
+    /// Components of reactions that statics leaves open, as `JOINT.COMPONENT`, for example `pin.fz`.
+    pub fn undetermined_reactions(&self) -> Vec<String> {
+        let open = self.findings.undetermined.iter();
+        open.flat_map(|(joint, components)| components.iter().map(move |c| format!("{joint}.{c}")))
+            .collect()
+    }
+
+    /// Singular positions of actuation (type 2): there the actuators do not determine the motion.
+    pub fn actuation_singularity(&self) -> Singularity {
+        self.singularity(Kind::Actuation).unwrap_or(NEVER)
+    }
+
+    /// Singular positions of the constraints: there the mechanism gains a degree of freedom.
+    pub fn constraint_singularity(&self) -> Singularity {
+        self.singularity(Kind::Constraint).unwrap_or(NEVER)
+    }
+
+    /// Singular positions of legs (type 1); `None` for a mechanism without legs.
+    pub fn leg_singularity(&self) -> Option<Singularity> {
+        self.singularity(Kind::Leg)
+    }
+
+    fn singularity(&self, kind: Kind) -> Option<Singularity> {
+        let (_, nearness) = self.findings.singularities().find(|(known, _)| *known == kind)?;
+        let is_met = self.findings.is_singular(kind);
+        Some(Singularity { index: nearness.least, time: nearness.time, is_met })
+    }
+
+    /// Warnings about the mechanism and its motion.
+    pub fn warnings(&self) -> &[String] {
+        &self.findings.warnings
+    }
+
+    /// All findings in the terms of `stiction_run`.
+    pub fn findings(&self) -> &Findings {
+        &self.findings
+    }
+
+    /// All findings as JSON, with the keys of `stiction check --json`.
+    pub fn to_json(&self) -> &Value {
+        &self.json
+    }
+}
+
+/// Index of a kind of singularity that does not exist for a mechanism.
+const NEVER: Singularity = Singularity { index: f64::INFINITY, time: 0.0, is_met: false };
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}

@@ -1,0 +1,218 @@
+//! Bounded reading of model files, motions and recordings.
+
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use stiction_format::{Contents, Store, not_text};
+
+/// Called while a long recording is read: its name, the bytes read, and its length in bytes.
+pub type ReadProgress = dyn Fn(&str, u64, u64) + Send + Sync;
+
+/// Largest file that is read as a whole, bytes.
+const LARGEST: u64 = 1 << 30;
+/// Recordings longer than this, bytes, are read piece by piece: in memory they take five times as much.
+const LONG: u64 = 8 << 20;
+/// Bytes of a device or a pipe that are read before it is refused as too long. A text typed into a pipe is
+/// shorter; an endless device is refused within milliseconds.
+const LARGEST_STREAM: u64 = 256 << 20;
+
+/// Reads files for a robot and remembers which.
+#[derive(Clone, Default)]
+pub(crate) struct Files {
+    read: Arc<Mutex<Vec<PathBuf>>>,
+    progress: Option<Arc<ReadProgress>>,
+}
+
+impl std::fmt::Debug for Files {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Files").field("read", &self.paths()).finish_non_exhaustive()
+    }
+}
+
+impl Files {
+    pub(crate) fn with_progress(progress: Option<Arc<ReadProgress>>) -> Self {
+        Self { progress, ..Self::default() }
+    }
+
+    /// Full paths of all files read so far.
+    pub(crate) fn paths(&self) -> Vec<PathBuf> {
+        self.read.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn note(&self, path: &Path) {
+        if let Ok(path) = path.canonicalize() {
+            self.read.lock().unwrap_or_else(PoisonError::into_inner).push(path);
+        }
+    }
+
+    /// Content of a file that a model or an option names: short files as text, long recordings as a store.
+    ///
+    /// # Errors
+    /// The reason, in words that follow "cannot read FILE: ".
+    pub(crate) fn contents(&self, path: &Path) -> Result<Contents, String> {
+        let metadata = fs::metadata(path).map_err(|error| describe(&error))?;
+        let is_table =
+            path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+        // A pipe cannot be read twice, so it is never a store.
+        if metadata.is_file() && metadata.len() > LONG && !is_table {
+            let stored = StoredFile::open(path, metadata.len(), self.progress.clone())
+                .map_err(|error| describe(&error))?;
+            self.note(path);
+            return Ok(Contents::Stored(Arc::new(stored)));
+        }
+        self.text(path).map(Contents::Whole)
+    }
+
+    /// Text of a file.
+    ///
+    /// # Errors
+    /// The reason, in words that follow "cannot read FILE: ".
+    pub(crate) fn text(&self, path: &Path) -> Result<String, String> {
+        let metadata = fs::metadata(path).map_err(|error| describe(&error))?;
+        if metadata.is_dir() {
+            return Err("it is a folder".to_owned());
+        }
+        let limit = if metadata.is_file() { LARGEST } else { LARGEST_STREAM };
+        if metadata.len() > limit {
+            let size = metadata.len() as f64 / 1e9;
+            return Err(format!("it has {size:.1} GB; at most 1 GB is read"));
+        }
+        let text = bounded(File::open(path).map_err(|error| describe(&error))?, limit)?;
+        self.note(path);
+        Ok(text)
+    }
+}
+
+/// Text from standard input.
+///
+/// # Errors
+/// The reason, in words that follow "cannot read standard input: ".
+pub(crate) fn standard_input() -> Result<String, String> {
+    bounded(io::stdin().lock(), LARGEST_STREAM)
+}
+
+/// Text of at most `limit` bytes; reads at most one byte more.
+fn bounded(from: impl Read, limit: u64) -> Result<String, String> {
+    let mut bytes = Vec::new();
+    let mut from = from.take(limit + 1);
+    let mut checked = 0;
+    // Piece by piece: what is no text is refused at once, however much of it follows.
+    loop {
+        let piece = (&mut from).take(PIECE).read_to_end(&mut bytes).map_err(|e| describe(&e))?;
+        if piece == 0 {
+            break;
+        }
+        if let Some(place) = bytes[checked..].iter().position(|byte| *byte == 0) {
+            let lines = (0, 0);
+            return Err(not_text(&bytes, checked + place, lines));
+        }
+        checked = bytes.len();
+        if checked as u64 > limit {
+            let size = limit as f64 / 1e9;
+            return Err(format!("it is longer than {size:.2} GB, the most that is read"));
+        }
+    }
+    String::from_utf8(bytes)
+        .map_err(|error| not_text(error.as_bytes(), error.utf8_error().valid_up_to(), (0, 0)))
+}
+
+/// Bytes read between two checks for text.
+const PIECE: u64 = 1 << 20;
+
+/// Reason why a file cannot be read, in plain words.
+fn describe(error: &io::Error) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => "there is no such file".to_owned(),
+        ErrorKind::PermissionDenied => "permission denied".to_owned(),
+        _ => error.to_string(),
+    }
+}
+
+/// A long recording on disk, read piece by piece.
+struct StoredFile {
+    name: String,
+    /// Length when it was opened, bytes.
+    length: u64,
+    state: Mutex<StoredState>,
+}
+
+struct StoredState {
+    file: File,
+    /// Present until the end has been read for the first time.
+    progress: Option<Arc<ReadProgress>>,
+}
+
+impl std::fmt::Debug for StoredFile {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("StoredFile").field("name", &self.name).finish_non_exhaustive()
+    }
+}
+
+impl StoredFile {
+    fn open(path: &Path, length: u64, progress: Option<Arc<ReadProgress>>) -> io::Result<Self> {
+        let state = StoredState { file: File::open(path)?, progress };
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        Ok(Self { name: name.into_owned(), length, state: Mutex::new(state) })
+    }
+}
+
+impl Store for StoredFile {
+    fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<usize, String> {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let StoredState { file, progress } = &mut *state;
+        file.seek(SeekFrom::Start(offset)).map_err(|error| describe(&error))?;
+        let count = loop {
+            match file.read(buffer) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                other => break other.map_err(|error| describe(&error))?,
+            }
+        };
+        if let Some(report) = progress {
+            let done = if count == 0 { self.length } else { offset + count as u64 };
+            report(&self.name, done, self.length);
+        }
+        if count == 0 {
+            *progress = None;
+        }
+        Ok(count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Counts the bytes taken from an endless source.
+    struct Endless(u8, u64);
+
+    impl Read for &mut Endless {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+            buffer.fill(self.0);
+            self.1 += buffer.len() as u64;
+            Ok(buffer.len())
+        }
+    }
+
+    #[test]
+    fn an_endless_text_is_refused_after_the_limit_and_one_byte() {
+        let mut endless = Endless(b'x', 0);
+        let why = bounded(&mut endless, 100_000_000).unwrap_err();
+        assert_eq!(why, "it is longer than 0.10 GB, the most that is read");
+        assert_eq!(endless.1, 100_000_001);
+    }
+
+    #[test]
+    fn an_endless_device_of_zeros_is_refused_after_its_first_piece() {
+        let mut endless = Endless(0, 0);
+        let why = bounded(&mut endless, LARGEST).unwrap_err();
+        assert!(why.contains("not a text file"), "{why}");
+        assert!(endless.1 <= 2 * PIECE, "{}", endless.1);
+    }
+
+    #[test]
+    fn a_text_as_long_as_the_limit_is_read() {
+        assert_eq!(bounded(&b"abc"[..], 3).as_deref(), Ok("abc"));
+        assert!(bounded(&b"abcd"[..], 3).is_err());
+    }
+}

@@ -1,0 +1,257 @@
+//! Look-up and checks of what acts in a simulation.
+
+use super::{Forward, MOST_CONTROLLER_SAMPLES};
+use crate::error::Error;
+use crate::names::find;
+use stiction_core::forward::Known;
+use stiction_core::kinematics::Coordinate;
+use stiction_core::mechanism::{JointId, Mechanism};
+use stiction_format::{Channel, Control, Drives, Motion};
+use stiction_run::forward::{Feed, Job, pole};
+
+/// Efforts that do not depend on the robot's motion.
+#[derive(Clone, Debug)]
+pub(super) enum Efforts {
+    Given(Drives),
+    /// Those of inverse dynamics for the motion.
+    Inverse,
+}
+
+/// State at the start.
+#[derive(Clone, Debug)]
+pub(super) enum Start {
+    /// Position and rates of the motion; the home position without one.
+    Motion,
+    /// The motion's position, at rest.
+    AtRest,
+    /// The first instant of these assignments.
+    Given(Motion),
+    /// Single coordinates and rates.
+    Known(Vec<Known>),
+}
+
+/// Renumbers efforts after actuators were added; `place` maps an old index to the new one.
+pub(super) fn renumber_drives(drives: &mut Drives, place: impl Fn(usize) -> usize) {
+    for (actuator, _) in &mut drives.efforts {
+        *actuator = place(*actuator);
+    }
+}
+
+/// Renumbers a controller's channels after actuators were added, `count` of them in all.
+pub(super) fn renumber_control(
+    control: &mut Control,
+    count: usize,
+    place: impl Fn(usize) -> usize,
+) {
+    let unused =
+        Channel { proportional: None, derivative: None, resolution: 0.0, limit: f64::INFINITY };
+    let mut channels = vec![unused; count];
+    for (old, channel) in control.channels.iter().enumerate() {
+        channels[place(old)] = *channel;
+    }
+    control.channels = channels;
+    for actuator in &mut control.named {
+        *actuator = place(*actuator);
+    }
+}
+
+impl Forward {
+    /// Degrees of freedom that a name means: all of a joint, or one of them.
+    pub(super) fn dofs_of(&self, name: &str) -> Result<Vec<(JointId, usize)>, Error> {
+        let joints = self.robot.mechanism().joints();
+        let names: Vec<String> = joints.iter().map(|joint| joint.name.clone()).collect();
+        let one = name.rsplit_once('.').and_then(|(owner, dof)| {
+            let joint = joints.iter().position(|joint| joint.name == owner)?;
+            let dofs = joints[joint].joint_type.dofs();
+            Some((joint, dofs.iter().position(|known| known.name == dof)?))
+        });
+        let (joint, dofs) = match one.filter(|_| !names.iter().any(|known| known == name)) {
+            Some((joint, dof)) => (joint, vec![(JointId(joint), dof)]),
+            None => {
+                let joint = find("joint", name, &names)?;
+                let count = joints[joint].joint_type.dofs().len();
+                (joint, (0..count).map(|dof| (JointId(joint), dof)).collect())
+            }
+        };
+        if !joints[joint].joint_type.has_scalar_coordinates() {
+            return Err(Error::input(format!("joint `{name}` has no scalar coordinate to lock"))
+                .with_help("lock other joints, for example all three around it"));
+        }
+        Ok(dofs)
+    }
+
+    pub(super) fn refuse_both(&self, joint: &str, both: bool) -> Result<(), Error> {
+        match both {
+            false => Ok(()),
+            true => Err(Error::input(format!(
+                "joint `{joint}` cannot be locked and have a prescribed motion at the same time"
+            ))
+            .with_help("use only one of `hold` and `prescribe` for this joint")),
+        }
+    }
+}
+
+/// Refuses requests that contradict themselves, and efforts without a finite value.
+pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
+    let mechanism = &job.model.mechanism;
+    if let Feed::Given(drives) = job.drives {
+        let named: Vec<usize> = drives.efforts.iter().map(|(actuator, _)| *actuator).collect();
+        refuse_unused("drives", &named, mechanism, job)?;
+    }
+    if let Some(control) = job.control {
+        refuse_unused("controller", &control.named, mechanism, job)?;
+        let is_taken =
+            |actuator: &usize| job.locked.contains(actuator) || job.prescribed.contains(actuator);
+        if (0..mechanism.actuators().count()).all(|actuator| is_taken(&actuator)) {
+            return Err(Error::input(
+                "the controller has no actuator: all are locked or have a prescribed motion",
+            )
+            .with_help("leave out `controller`, or free an actuator"));
+        }
+    }
+    if job.follows() && job.motion.is_none() {
+        return Err(Error::input("there is no motion to follow").with_help(
+            "add one to the model as [motions.NAME], or give one as assignments: `motion`",
+        ));
+    }
+    check_start(request)?;
+    check_until(request, job)?;
+    if let Feed::Given(drives) = job.drives {
+        refuse_gaps(drives, &job.drives_name, (job.from, job.until))?;
+    }
+    if let Some(control) = job.control {
+        let samples = (job.until - job.from) / control.period;
+        if samples > MOST_CONTROLLER_SAMPLES {
+            return Err(Error::input(format!(
+                "the controller's period of {} s means {samples:.1e} samples until {} s; the limit is \
+                 {MOST_CONTROLLER_SAMPLES:.0e}",
+                control.period, job.until
+            ))
+            .with_help("give the controller a longer period, or an earlier end: `until`"));
+        }
+    }
+    refuse_poles(job)
+}
+
+/// Refuses rates of rotation vectors without their values: an angular velocity follows from both.
+fn check_start(request: &Forward) -> Result<(), Error> {
+    let Start::Known(known) = &request.start else { return Ok(()) };
+    let is_incomplete = known.iter().any(|one| match one.coordinate {
+        Coordinate::RotationVector { body, .. } => {
+            let parts = known.iter().filter(|other| {
+                matches!(other.coordinate, Coordinate::RotationVector { body: own, .. } if own == body)
+                    && other.value.is_some()
+            });
+            one.rate.is_some_and(|rate| rate != 0.0) && parts.count() < 3
+        }
+        _ => false,
+    });
+    match is_incomplete {
+        false => Ok(()),
+        true => {
+            Err(Error::input("the rate of a rotation vector is given without its three values")
+                .with_help("give all of `rvx`, `rvy` and `rvz` of the body: `at`"))
+        }
+    }
+}
+
+fn check_until(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
+    let Some(until) = request.until else { return Ok(()) };
+    if until.is_nan() || until.is_infinite() {
+        return Err(Error::input(format!("`until` is {until} s"))
+            .with_help("give the time of the last sample, a finite number of seconds"));
+    }
+    if until < job.from {
+        return Err(Error::input(format!(
+            "`until` is {until} s, but the simulation starts at {} s",
+            job.from
+        ))
+        .with_help("give a later end"));
+    }
+    let recorded = job.motion.filter(|motion| motion.samples.is_some() && job.follows());
+    match recorded.map(|motion| motion.start + motion.duration) {
+        Some(end) if until > end => Err(Error::input(format!(
+            "the recorded motion ends at {end} s, before `until`, {until} s"
+        ))
+        .with_help(format!("end with the recording, at {end} s, or record a longer motion"))),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses efforts for actuators whose effort is a result: locked ones and those with a prescribed motion.
+fn refuse_unused(
+    option: &str,
+    named: &[usize],
+    mechanism: &Mechanism,
+    job: &Job<'_>,
+) -> Result<(), Error> {
+    for &actuator in named {
+        let (state, other) = if job.locked.contains(&actuator) {
+            ("is locked", "hold")
+        } else if job.prescribed.contains(&actuator) {
+            ("has a prescribed motion", "prescribe")
+        } else {
+            continue;
+        };
+        let Some((joint, dof)) = mechanism.actuators().nth(actuator) else { continue };
+        let name = mechanism.joints()[joint.0].dof_name(dof);
+        return Err(Error::input(format!(
+            "`{option}` names `{name}`, which {state}: its effort is a result of the simulation"
+        ))
+        .with_help(format!("leave `{name}` out of `{option}`, or out of `{other}`")));
+    }
+    Ok(())
+}
+
+/// Refuses times outside the samples of recorded efforts.
+fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result<(), Error> {
+    // A single sample holds at all times.
+    let Some(samples) = drives.samples.as_ref().filter(|samples| samples.count() > 1) else {
+        return Ok(());
+    };
+    let Some((first, last)) = samples.ends() else { return Ok(()) };
+    // Times that differ by the rounding of decimal numbers are the same.
+    let close = 1e-9 * (last - first);
+    if from < first - close {
+        return Err(Error::input(format!(
+            "the recorded efforts of {name} begin at {first} s, after the start at {from} s"
+        ))
+        .with_help("record them from the start on, or give the motion a later `start`"));
+    }
+    if until > last + close {
+        return Err(Error::input(format!(
+            "the recorded efforts of {name} end at {last} s, before the end at {until} s"
+        ))
+        .with_help(format!("end with them, `until` {last}, or record them for longer")));
+    }
+    Ok(())
+}
+
+/// Refuses forces with a pole: integration would pass over it and give arbitrary numbers.
+fn refuse_poles(job: &Job<'_>) -> Result<(), Error> {
+    let refuse = |what: String, at: f64| {
+        Err(Error::input(format!("{what} has no finite value at t = {at} s"))
+            .with_help("end before that time, or give a formula that stays finite"))
+    };
+    let mechanism = &job.model.mechanism;
+    if let Feed::Given(drives) = job.drives
+        && drives.samples.is_none()
+    {
+        for (actuator, signal) in &drives.efforts {
+            if let Some(at) = pole(signal, job.from, job.until)
+                && let Some((joint, dof)) = mechanism.actuators().nth(*actuator)
+            {
+                let name = mechanism.joints()[joint.0].actuator_name(dof);
+                return refuse(format!("the effort of `{name}`"), at);
+            }
+        }
+    }
+    for wrench in &job.load.wrenches {
+        let mut signals = wrench.force.iter().chain(&wrench.moment);
+        if let Some(at) = signals.find_map(|signal| pole(signal, job.from, job.until)) {
+            let body = &mechanism.bodies()[wrench.body.0].name;
+            return refuse(format!("the load on `{body}`"), at);
+        }
+    }
+    Ok(())
+}

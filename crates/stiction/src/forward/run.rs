@@ -1,0 +1,283 @@
+//! Results of a simulation, by name.
+
+use crate::error::Error;
+use crate::explain;
+use crate::inverse::{BodyPose, Reaction};
+use crate::names::Names;
+use crate::stream::Stream;
+use std::sync::Arc;
+use stiction_core::forward::{EventKind, InterfaceMode};
+use stiction_run::forward::{Ending, Outcome};
+
+/// Motion of a joint coordinate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointMotion {
+    /// Position, m or rad; angles count full turns.
+    pub position: f64,
+    /// Rate, m/s or rad/s.
+    pub rate: f64,
+    /// Acceleration, m/s² or rad/s².
+    pub acceleration: f64,
+}
+
+/// Friction in one friction interface of a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interface {
+    /// Sliding velocity along the interface's directions, m/s.
+    pub velocity: [f64; 3],
+    /// Friction force along the same directions, N.
+    pub force: [f64; 3],
+    /// Normal load, N.
+    pub load: f64,
+    /// Static friction limit, N.
+    pub limit: f64,
+    /// Dissipated power, W.
+    pub power: f64,
+    /// `true` while the interface sticks.
+    pub sticks: bool,
+}
+
+/// State and forces at one instant, by name. SI units, world axes.
+#[derive(Clone, Debug)]
+pub struct Sample {
+    names: Arc<Names>,
+    /// Time, s.
+    pub time: f64,
+    joints: Vec<JointMotion>,
+    efforts: Vec<f64>,
+    reactions: Vec<Reaction>,
+    interfaces: Vec<Interface>,
+    poses: Vec<BodyPose>,
+    /// Kinetic energy, J.
+    pub kinetic_energy: f64,
+    /// Potential energy of gravity and springs, J; gravity's is zero at the origin of the computation.
+    pub potential_energy: f64,
+    works: Vec<f64>,
+    /// Work of all loads since the start, J.
+    pub load_work: f64,
+    dissipated: Vec<f64>,
+    /// Energy dissipated by dampers of springs since the start, J.
+    pub damper_dissipation: f64,
+    /// Energy that the balance has lost to numerical errors since the start, J.
+    pub energy_error: f64,
+    /// Largest loop-closure error, m; angles times the characteristic length.
+    pub closure_error: f64,
+}
+
+impl Sample {
+    pub(super) fn new(names: Arc<Names>, sample: &stiction_run::forward::Sample<'_>) -> Self {
+        let now = sample.instant;
+        let determined = now.redundant == 0;
+        let joints = sample.joints.iter().map(|motion| JointMotion {
+            position: motion.value,
+            rate: motion.rate,
+            acceleration: motion.acceleration,
+        });
+        let reactions = now.reactions().into_iter().map(|(force, moment)| Reaction {
+            force: force.to_array(),
+            moment: moment.to_array(),
+            determined,
+        });
+        let interfaces = now.interfaces.iter().zip(&now.account.interfaces);
+        let interfaces = interfaces.map(|(state, power)| Interface {
+            velocity: state.velocity,
+            force: state.friction,
+            load: state.load,
+            limit: state.limit,
+            power: *power,
+            sticks: matches!(state.interface, InterfaceMode::Sticks | InterfaceMode::AtLimit(_)),
+        });
+        let origin = sample.forward.parameters().origin;
+        let poses = now.bodies.pose.iter().map(|pose| BodyPose::new(*pose, origin));
+        Self {
+            time: now.time,
+            joints: joints.collect(),
+            efforts: now.drives.clone(),
+            reactions: reactions.collect(),
+            interfaces: interfaces.collect(),
+            poses: poses.collect(),
+            kinetic_energy: now.account.kinetic,
+            potential_energy: now.account.potential,
+            works: sample.energies.drives.clone(),
+            load_work: sample.energies.loads,
+            dissipated: sample.energies.interfaces.clone(),
+            damper_dissipation: sample.energies.dampers,
+            energy_error: sample.energy_error,
+            closure_error: sample.closure,
+            names,
+        }
+    }
+
+    /// Motion of a joint coordinate: a joint's name, followed by that of the degree of freedom where the
+    /// joint has several.
+    ///
+    /// # Errors
+    /// There is no joint coordinate of that name.
+    pub fn joint(&self, coordinate: &str) -> Result<JointMotion, Error> {
+        Ok(self.joints[self.names.coordinate(coordinate)?])
+    }
+
+    /// Position of a joint coordinate, m or rad.
+    ///
+    /// # Errors
+    /// There is no joint coordinate of that name.
+    pub fn position(&self, coordinate: &str) -> Result<f64, Error> {
+        Ok(self.joint(coordinate)?.position)
+    }
+
+    /// Rate of a joint coordinate, m/s or rad/s.
+    ///
+    /// # Errors
+    /// There is no joint coordinate of that name.
+    pub fn rate(&self, coordinate: &str) -> Result<f64, Error> {
+        Ok(self.joint(coordinate)?.rate)
+    }
+
+    /// Force (N) or torque (N m) of an actuator.
+    ///
+    /// # Errors
+    /// There is no actuator of that name.
+    pub fn effort(&self, actuator: &str) -> Result<f64, Error> {
+        Ok(self.efforts[self.names.actuator(actuator)?])
+    }
+
+    /// Work of an actuator since the start, J.
+    ///
+    /// # Errors
+    /// There is no actuator of that name.
+    pub fn work(&self, actuator: &str) -> Result<f64, Error> {
+        Ok(self.works[self.names.actuator(actuator)?])
+    }
+
+    /// Reaction in a joint.
+    ///
+    /// # Errors
+    /// There is no joint of that name.
+    pub fn reaction(&self, joint: &str) -> Result<Reaction, Error> {
+        Ok(self.reactions[self.names.joint(joint)?])
+    }
+
+    /// Friction in a friction interface.
+    ///
+    /// # Errors
+    /// There is no friction interface of that name.
+    pub fn friction(&self, interface: &str) -> Result<Interface, Error> {
+        Ok(self.interfaces[self.names.interface(interface)?])
+    }
+
+    /// Energy dissipated in a friction interface since the start, J.
+    ///
+    /// # Errors
+    /// There is no friction interface of that name.
+    pub fn dissipated(&self, interface: &str) -> Result<f64, Error> {
+        Ok(self.dissipated[self.names.interface(interface)?])
+    }
+
+    /// Pose of a body in the world.
+    ///
+    /// # Errors
+    /// There is no body of that name.
+    pub fn pose(&self, body: &str) -> Result<BodyPose, Error> {
+        Ok(self.poses[self.names.body(body)?])
+    }
+
+    /// Kinetic and potential energy, J.
+    pub fn mechanical_energy(&self) -> f64 {
+        self.kinetic_energy + self.potential_energy
+    }
+}
+
+/// Event of a simulation: a joint sticks or slips, the method changes, a singular position is passed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// Time, s.
+    pub time: f64,
+    /// Friction interface or joint; empty where the event concerns the whole mechanism.
+    pub at: String,
+    /// Kind of event, with its numbers.
+    pub kind: EventKind,
+}
+
+/// Events with the names of what they concern.
+pub(super) fn named(names: &Names, events: &[stiction_core::forward::Event]) -> Vec<Event> {
+    let name = |event: &stiction_core::forward::Event| match &event.kind {
+        EventKind::Sticks { interface, .. } | EventKind::Slides { interface, .. } => {
+            names.interfaces.get(*interface).cloned()
+        }
+        EventKind::NotUnique { joint, .. } | EventKind::Jump { joint, .. } => {
+            names.joints.get(joint.0).cloned()
+        }
+        _ => None,
+    };
+    let each = events.iter().map(|event| Event {
+        time: event.time,
+        at: name(event).unwrap_or_default(),
+        kind: event.kind.clone(),
+    });
+    each.collect()
+}
+
+/// A simulation with all its samples.
+#[derive(Debug)]
+pub struct Run {
+    samples: Vec<Sample>,
+    events: Vec<Event>,
+    ended: Result<(), Error>,
+}
+
+impl Run {
+    pub(super) fn new(samples: Vec<Sample>, outcome: Outcome, names: &Names) -> Self {
+        let events = named(names, &outcome.events);
+        let ended = match outcome.ending {
+            Ending::Failed(error) => Err(explain::forward(*error)),
+            _ => Ok(()),
+        };
+        Self { samples, events, ended }
+    }
+
+    /// All samples, in the order of time.
+    pub fn samples(&self) -> &[Sample] {
+        &self.samples
+    }
+
+    /// The last sample.
+    ///
+    /// # Errors
+    /// The reason why there is no sample.
+    pub fn last(&self) -> Result<&Sample, Error> {
+        self.samples.last().ok_or_else(|| match &self.ended {
+            Err(error) => Error::no_answer(error.message()),
+            Ok(()) => Error::no_answer("the simulation has no sample"),
+        })
+    }
+
+    /// All events, in the order of time.
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    /// The end of the simulation: `Ok` if it reached its last instant, else the reason why not.
+    pub fn ended(&self) -> Result<(), &Error> {
+        self.ended.as_ref().copied()
+    }
+}
+
+/// Iterator over the samples of a simulation; see [`crate::Forward::samples`].
+pub struct Samples {
+    pub(super) stream: Stream<Sample, Vec<Event>>,
+}
+
+impl Samples {
+    /// All events, once all samples have been taken.
+    pub fn events(&self) -> Option<&[Event]> {
+        self.stream.result().map(Vec::as_slice)
+    }
+}
+
+impl Iterator for Samples {
+    type Item = Result<Sample, Error>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.stream.next()
+    }
+}

@@ -1,0 +1,66 @@
+//! Inverse and forward dynamics of mechanisms with closed kinematic chains and friction in their joints.
+//!
+//! Load a model file, choose a motion, and read actuator efforts, joint reactions and joint friction by
+//! name. All numbers are in SI units and radians; strings may carry units (`"30 deg"`, `"128.48 mm"`).
+//!
+//! ```
+//! let robot = stiction::Robot::load("examples/pendulum.toml")?;
+//! for sample in robot.inverse().motion("swing")?.samples()? {
+//!     println!("{} N m", sample?.effort("pivot")?);
+//! }
+//! let run = robot.forward().at("pivot", 1.0)?.until(10.0).run()?;
+//! println!("{} rad after 10 s", run.last()?.position("pivot")?);
+//! let report = robot.check()?;
+//! println!("{} degree of freedom", report.mobility().instantaneous);
+//! # Ok::<(), stiction::Error>(())
+//! ```
+//!
+//! | task | entry |
+//! | --- | --- |
+//! | efforts, reactions and friction along a motion | [`Robot::inverse`] |
+//! | motion under efforts, controllers, loads and locks | [`Robot::forward`] |
+//! | mobility, redundant constraints, singularities | [`Robot::check`] |
+//! | efforts at which a robot at rest begins to move | [`Robot::breakaway`] |
+//!
+//! Every failure is one type, [`Error`]: it names the place, the value and the limit, and suggests a cure.
+//! Nothing here panics on bad input, and an unknown name is answered by the nearest known one:
+//!
+//! ```
+//! let robot = stiction::Robot::builtin("five-bar")?;
+//! let error = robot.inverse().load("palyoad").err().ok_or("no error")?;
+//! assert!(error.to_string().contains("`palyoad`"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Layers
+//!
+//! This crate gives names to three others. [`core`] holds the mechanics and does no input or output;
+//! [`format`](mod@format) reads model files; [`run`] carries a model along a motion and makes tables, plots
+//! and reports. [`Inverse::job`] and [`Plan::job`] lead there.
+
+mod breakaway;
+mod check;
+mod error;
+pub mod explain;
+mod files;
+pub mod forward;
+mod inverse;
+mod names;
+mod robot;
+mod stream;
+
+pub use breakaway::{Breakaway, Rest};
+pub use check::{Check, Mobility, Report, Singularity};
+pub use error::{Error, ErrorKind};
+pub use files::ReadProgress;
+pub use forward::{Forward, Plan, Run};
+pub use inverse::{BodyPose, Inverse, JointFriction, Reaction, Sample, Samples};
+pub use robot::{Robot, RobotBuilder};
+
+pub use stiction_core as core;
+pub use stiction_core::dynamics::FrictionMode;
+pub use stiction_core::forward::{EventKind, Method};
+pub use stiction_core::mechanism::{BodySpec, JointSpec, SpringSpec};
+pub use stiction_format as format;
+pub use stiction_format::{Diagnostic, Diagnostics, gallery};
+pub use stiction_run as run;

@@ -1,0 +1,112 @@
+//! Names of actuators, joints, bodies and friction interfaces, and look-ups by them.
+
+use crate::error::Error;
+use stiction_core::friction::interfaces_of;
+use stiction_core::mechanism::{JointId, Mechanism};
+
+/// All names of a mechanism, in the order of the numbers that belong to them.
+#[derive(Debug)]
+pub(crate) struct Names {
+    /// For each actuator its short name (`leg1.P`) and its full name, which ends in the degree of freedom
+    /// where the joint has several.
+    pub(crate) actuators: Vec<(String, String)>,
+    pub(crate) joints: Vec<String>,
+    pub(crate) bodies: Vec<String>,
+    /// Scalar joint coordinates: name, joint, index of the degree of freedom.
+    pub(crate) coordinates: Vec<(String, JointId, usize)>,
+    /// Friction interfaces: the joint's name, followed by that of the interface where the joint has several.
+    pub(crate) interfaces: Vec<String>,
+}
+
+impl Names {
+    pub(crate) fn new(mechanism: &Mechanism) -> Self {
+        let joints = mechanism.joints();
+        let actuators = mechanism
+            .actuators()
+            .map(|(id, dof)| (joints[id.0].actuator_name(dof), joints[id.0].dof_name(dof)))
+            .collect();
+        let mut coordinates = Vec::new();
+        let mut interfaces = Vec::new();
+        for (index, joint) in joints.iter().enumerate() {
+            if joint.joint_type.has_scalar_coordinates() {
+                let dofs = 0..joint.joint_type.dofs().len();
+                coordinates.extend(dofs.map(|dof| (joint.dof_name(dof), JointId(index), dof)));
+            }
+            for friction in &joint.friction {
+                interfaces.push(match interfaces_of(joint.joint_type)[friction.place].0 {
+                    "" => joint.name.clone(),
+                    place => format!("{}.{place}", joint.name),
+                });
+            }
+        }
+        Self {
+            actuators,
+            joints: joints.iter().map(|joint| joint.name.clone()).collect(),
+            bodies: mechanism.bodies().iter().map(|body| body.name.clone()).collect(),
+            coordinates,
+            interfaces,
+        }
+    }
+
+    /// Index of an actuator.
+    pub(crate) fn actuator(&self, name: &str) -> Result<usize, Error> {
+        match self.actuators.iter().position(|(_, full)| full == name) {
+            Some(index) => Ok(index),
+            None => find("actuator", name, self.actuators.iter().map(|(short, _)| short)),
+        }
+    }
+
+    /// Index of a joint.
+    pub(crate) fn joint(&self, name: &str) -> Result<usize, Error> {
+        find("joint", name, &self.joints)
+    }
+
+    /// Index of a body; the ground is body 0.
+    pub(crate) fn body(&self, name: &str) -> Result<usize, Error> {
+        find("body", name, &self.bodies)
+    }
+
+    /// Index of a scalar joint coordinate.
+    pub(crate) fn coordinate(&self, name: &str) -> Result<usize, Error> {
+        find("joint coordinate", name, self.coordinates.iter().map(|(name, ..)| name))
+    }
+
+    /// Index of a friction interface.
+    pub(crate) fn interface(&self, name: &str) -> Result<usize, Error> {
+        if self.interfaces.is_empty() {
+            return Err(Error::input("the model declares no friction in any joint")
+                .with_help("add `friction = { mu = 0.1, radius = \"8 mm\" }` to a joint"));
+        }
+        find("friction interface", name, &self.interfaces)
+    }
+}
+
+/// Names listed at most in a message.
+const LISTED: usize = 12;
+
+/// Index of a name in a list, or an error that names the nearest one.
+pub(crate) fn find<'a>(
+    what: &str,
+    name: &str,
+    known: impl IntoIterator<Item = &'a String>,
+) -> Result<usize, Error> {
+    let known: Vec<&str> = known.into_iter().map(String::as_str).collect();
+    if let Some(index) = known.iter().position(|other| *other == name) {
+        return Ok(index);
+    }
+    let error = Error::input(format!("there is no {what} `{name}`"));
+    let nearest = known
+        .iter()
+        .map(|other| (strsim::damerau_levenshtein(other, name), other))
+        .min()
+        .filter(|(distance, other)| *distance <= 1 + other.len() / 3);
+    Err(match nearest {
+        Some((_, other)) => error.with_help(format!("did you mean `{other}`?")),
+        None if known.is_empty() => error.with_help(format!("the model has no {what}")),
+        None => {
+            let listed = known.iter().take(LISTED).copied().collect::<Vec<_>>().join(", ");
+            let more = if known.len() > LISTED { ", ..." } else { "" };
+            error.with_help(format!("known here: {listed}{more}"))
+        }
+    })
+}

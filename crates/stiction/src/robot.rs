@@ -1,0 +1,366 @@
+//! A robot: a mechanism with its named motions and loads.
+
+use crate::breakaway::Breakaway;
+use crate::check::{Check, Report};
+use crate::error::Error;
+use crate::files::{Files, ReadProgress, standard_input};
+use crate::forward::Forward;
+use crate::inverse::Inverse;
+use crate::names::{Names, find};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder, SpringSpec};
+use stiction_core::spatial::Vec3;
+use stiction_format::{
+    Contents, Control, Diagnostics, Drives, LoadCase, ModelFile, Motion, Source, gallery,
+};
+
+/// A mechanism with its named motions and loads, as a model file describes it.
+///
+/// Cheap to clone: clones share the model.
+#[derive(Clone, Debug)]
+pub struct Robot {
+    model: Arc<ModelFile>,
+    names: Arc<Names>,
+    files: Files,
+}
+
+impl Robot {
+    /// Reads a model file. Files that the model names are looked for in its folder.
+    ///
+    /// # Errors
+    /// The file cannot be read, or its content is defective: then the error lists all defects, each with
+    /// its place.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
+        Self::load_with(path.as_ref(), None)
+    }
+
+    /// Reads a model file, and reports progress while long recordings are read.
+    ///
+    /// # Errors
+    /// As [`Robot::load`].
+    pub fn load_with(path: &Path, progress: Option<Arc<ReadProgress>>) -> Result<Self, Error> {
+        let files = Files::with_progress(progress);
+        let name = path.display().to_string();
+        let text = files.text(path).map_err(|why| {
+            Error::input(format!("cannot read the model {name}: {why}"))
+                .with_help("give a model file, or the name of a built-in model")
+        })?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let beside = |file: &str| files.contents(&folder.join(file));
+        let model = stiction_format::read(&Source::new(name, text), &beside)?;
+        Ok(Self::new(model, files))
+    }
+
+    /// Reads the text of a model. Files that it names are looked for in the current folder.
+    ///
+    /// # Errors
+    /// The text is defective: the error lists all defects, each with its place.
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        Self::parse_named("model", text, None)
+    }
+
+    /// Reads a model from standard input, up to its end.
+    ///
+    /// # Errors
+    /// Standard input cannot be read, or its text is defective.
+    pub fn from_standard_input(progress: Option<Arc<ReadProgress>>) -> Result<Self, Error> {
+        let text = standard_input().map_err(|why| {
+            Error::input(format!("cannot read the model from standard input: {why}"))
+                .with_help("give a model file, or the name of a built-in model")
+        })?;
+        Self::parse_named("standard input", &text, progress)
+    }
+
+    fn parse_named(
+        name: &str,
+        text: &str,
+        progress: Option<Arc<ReadProgress>>,
+    ) -> Result<Self, Error> {
+        let files = Files::with_progress(progress);
+        let here = |file: &str| files.contents(Path::new(file));
+        let model = stiction_format::read(&Source::new(name, text), &here)?;
+        Ok(Self::new(model, files))
+    }
+
+    /// A built-in model, for example `gough` or `five-bar`; [`gallery::names`] lists all.
+    ///
+    /// # Errors
+    /// There is no built-in model of that name.
+    pub fn builtin(name: &str) -> Result<Self, Error> {
+        let known: Vec<String> = gallery::names().map(str::to_owned).collect();
+        find("built-in model", name, &known)?;
+        let text = gallery::get(name).unwrap_or_default();
+        let no_files = |_: &str| Err("a built-in model has no other files".to_owned());
+        let model = stiction_format::read(&Source::new(format!("{name}.toml"), text), &no_files)?;
+        Ok(Self::new(model, Files::default()))
+    }
+
+    /// Begins a robot that is described by code instead of a file.
+    pub fn builder(name: impl Into<String>) -> RobotBuilder {
+        RobotBuilder {
+            mechanism: MechanismBuilder::new(name),
+            motions: Vec::new(),
+            loads: Vec::new(),
+        }
+    }
+
+    pub(crate) fn new(model: ModelFile, files: Files) -> Self {
+        let names = Arc::new(Names::new(&model.mechanism));
+        Self { model: Arc::new(model), names, files }
+    }
+
+    /// Name of the model.
+    pub fn name(&self) -> &str {
+        &self.model.name
+    }
+
+    /// Title of the model, one line; empty where the file has none.
+    pub fn title(&self) -> &str {
+        &self.model.title
+    }
+
+    /// Warnings about the model, each with its place. They never change numbers.
+    pub fn warnings(&self) -> &Diagnostics {
+        &self.model.warnings
+    }
+
+    /// Names of the actuators, in the order of all lists of efforts.
+    pub fn actuators(&self) -> impl Iterator<Item = &str> {
+        self.names.actuators.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// Names of the joints, in the order of all lists of reactions.
+    pub fn joints(&self) -> impl Iterator<Item = &str> {
+        self.names.joints.iter().map(String::as_str)
+    }
+
+    /// Names of the bodies; the first is the ground.
+    pub fn bodies(&self) -> impl Iterator<Item = &str> {
+        self.names.bodies.iter().map(String::as_str)
+    }
+
+    /// Names of the friction interfaces: the joint's name, followed by that of the interface where the
+    /// joint has several.
+    pub fn friction_interfaces(&self) -> impl Iterator<Item = &str> {
+        self.names.interfaces.iter().map(String::as_str)
+    }
+
+    /// Names of the motions of the model.
+    pub fn motions(&self) -> impl Iterator<Item = &str> {
+        self.model.motions.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// Names of the loads of the model.
+    pub fn loads(&self) -> impl Iterator<Item = &str> {
+        self.model.loads.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// Inverse dynamics along a motion: actuator efforts, joint reactions and joint friction.
+    pub fn inverse(&self) -> Inverse {
+        Inverse::new(self.clone())
+    }
+
+    /// Forward dynamics: the motion under given efforts, controllers, loads and locks.
+    pub fn forward(&self) -> Forward {
+        Forward::new(self.clone())
+    }
+
+    /// Mobility, redundancy and singularities along the model's default motion.
+    ///
+    /// # Errors
+    /// The model has no default motion, or the mechanism cannot follow it.
+    pub fn check(&self) -> Result<Report, Error> {
+        self.check_along().run()
+    }
+
+    /// Mobility, redundancy and singularities along a motion of choice.
+    pub fn check_along(&self) -> Check {
+        Check::new(self.clone())
+    }
+
+    /// Static friction of the robot at rest at a position of its motion: the interval of each actuator's
+    /// effort, and the efforts at which motion begins.
+    pub fn breakaway(&self) -> Breakaway {
+        Breakaway::new(self.clone())
+    }
+
+    /// The model behind the names, for use with `stiction_core`, `stiction_format` and `stiction_run`.
+    pub fn model(&self) -> &ModelFile {
+        &self.model
+    }
+
+    /// The mechanism of the model.
+    pub fn mechanism(&self) -> &Mechanism {
+        &self.model.mechanism
+    }
+
+    /// Full paths of all files read for this robot so far.
+    pub fn files_read(&self) -> Vec<PathBuf> {
+        self.files.paths()
+    }
+
+    pub(crate) fn shared_model(&self) -> &Arc<ModelFile> {
+        &self.model
+    }
+
+    pub(crate) fn names(&self) -> &Arc<Names> {
+        &self.names
+    }
+
+    fn contents(&self, file: &str) -> Result<Contents, String> {
+        self.files.contents(Path::new(file))
+    }
+
+    /// A motion by its name in the model, the name of a file, or assignments; with its label in results.
+    pub(crate) fn parse_motion(&self, text: &str) -> Result<(Motion, String), Error> {
+        let motion =
+            self.model.parse_motion(&Source::new("motion", text), &|file| self.contents(file))?;
+        Ok((motion, label(text)))
+    }
+
+    /// The state at the first instant of assignments such as `A = 60 deg + 2 rad/s*t`.
+    pub(crate) fn parse_state(&self, text: &str) -> Result<Motion, Error> {
+        Ok(self.model.parse_motion(&Source::new("from", text), &|file| self.contents(file))?)
+    }
+
+    /// The model's default motion, or its only one, if it has either.
+    pub(crate) fn default_motion(&self) -> Option<(Motion, String)> {
+        let model = &*self.model;
+        let only = match model.motions.as_slice() {
+            [(name, _)] => Some(name),
+            _ => None,
+        };
+        let name = model.default_motion.as_ref().or(only)?;
+        Some((model.motion(name)?.clone(), name.clone()))
+    }
+
+    /// An error that asks for a motion, for a model without a default.
+    pub(crate) fn motion_missing(&self) -> Error {
+        let error = Error::input("the model has no default motion, and none is given");
+        let names: Vec<&str> = self.motions().collect();
+        error.with_help(match names.as_slice() {
+            [] => "give one, for example \"JOINT = 0; duration = 0\" for a single pose, or add \
+                   [motions.NAME] to the model"
+                .to_owned(),
+            names => format!("give one of its motions: {}", names.join(", ")),
+        })
+    }
+
+    /// A load by its name in the model, or assignments; with its label in results.
+    pub(crate) fn parse_load(&self, text: &str) -> Result<(LoadCase, String), Error> {
+        let load =
+            self.model.parse_load(&Source::new("load", text), &|file| self.contents(file))?;
+        Ok((load, label(text)))
+    }
+
+    /// The model's default load, or no load.
+    pub(crate) fn default_load(&self) -> (LoadCase, String) {
+        match &self.model.default_load {
+            Some(name) => (self.model.load(name).cloned().unwrap_or_default(), name.clone()),
+            None => (LoadCase::default(), "none".to_owned()),
+        }
+    }
+
+    /// Efforts of actuators of `model`, this robot's or the same with more actuators.
+    pub(crate) fn parse_drives(
+        &self,
+        model: &ModelFile,
+        text: &str,
+    ) -> Result<(Drives, String), Error> {
+        let drives =
+            model.parse_drives(&Source::new("drives", text), &|file| self.contents(file))?;
+        Ok((drives, label(text)))
+    }
+
+    /// A controller of `model`, this robot's or the same with more actuators.
+    pub(crate) fn parse_controller(
+        &self,
+        model: &ModelFile,
+        text: &str,
+    ) -> Result<(Control, String), Error> {
+        let source = Source::new("controller", text);
+        Ok((model.parse_control(&source, &|file| self.contents(file))?, label(text)))
+    }
+}
+
+/// Label of a motion or load in results: its name, or a remark where it was given as assignments.
+fn label(text: &str) -> String {
+    let text = text.trim();
+    if text.contains('=') { "from the command line".to_owned() } else { text.to_owned() }
+}
+
+/// Describes a robot by code; see [`Robot::builder`].
+#[derive(Clone, Debug)]
+pub struct RobotBuilder {
+    mechanism: MechanismBuilder,
+    motions: Vec<(String, String)>,
+    loads: Vec<(String, String)>,
+}
+
+impl RobotBuilder {
+    /// Sets the acceleration of gravity in world axes, m/s².
+    pub fn gravity(mut self, gravity: [f64; 3]) -> Self {
+        let [x, y, z] = gravity;
+        self.mechanism = self.mechanism.gravity(Vec3::new(x, y, z));
+        self
+    }
+
+    /// Adds a body.
+    pub fn body(mut self, body: BodySpec) -> Self {
+        self.mechanism = self.mechanism.body(body);
+        self
+    }
+
+    /// Adds a joint.
+    pub fn joint(mut self, joint: JointSpec) -> Self {
+        self.mechanism = self.mechanism.joint(joint);
+        self
+    }
+
+    /// Adds a spring.
+    pub fn spring(mut self, spring: SpringSpec) -> Self {
+        self.mechanism = self.mechanism.spring(spring);
+        self
+    }
+
+    /// Adds a motion, as assignments with units: `"pivot = 30 deg*sin(2*pi*t/s); duration = 2 s"`.
+    pub fn motion(mut self, name: impl Into<String>, assignments: impl Into<String>) -> Self {
+        self.motions.push((name.into(), assignments.into()));
+        self
+    }
+
+    /// Adds a load, as assignments with units: `"platform.fz = -100 N"`.
+    pub fn load(mut self, name: impl Into<String>, assignments: impl Into<String>) -> Self {
+        self.loads.push((name.into(), assignments.into()));
+        self
+    }
+
+    /// Builds the robot.
+    ///
+    /// # Errors
+    /// All defects of the mechanism at once, or those of a motion or load.
+    pub fn build(self) -> Result<Robot, Error> {
+        let mechanism =
+            self.mechanism.build().map_err(|defects| Error::input(defects.to_string()))?;
+        let mut model = ModelFile::from(mechanism);
+        for (name, text) in self.motions {
+            let source = Source::new(format!("motion {name}"), text);
+            let motion = model.parse_motion(&source, &|_| Err("no files here".to_owned()))?;
+            model.motions.push((name, motion));
+        }
+        for (name, text) in self.loads {
+            let source = Source::new(format!("load {name}"), text);
+            let load = model.parse_load(&source, &|_| Err("no files here".to_owned()))?;
+            model.loads.push((name, load));
+        }
+        Ok(Robot::new(model, Files::default()))
+    }
+}
+
+impl From<Mechanism> for Robot {
+    /// A robot without named motions and loads.
+    fn from(mechanism: Mechanism) -> Self {
+        Self::new(ModelFile::from(mechanism), Files::default())
+    }
+}

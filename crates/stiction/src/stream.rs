@@ -1,0 +1,105 @@
+//! A computation on a thread of its own whose results arrive one by one.
+
+use crate::error::Error;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::{Builder, JoinHandle};
+
+/// Samples that may wait to be taken; the computation pauses when so many do.
+const WAITING: usize = 64;
+
+/// Iterator over the samples of a computation, which runs ahead by at most [`WAITING`] of them.
+///
+/// After the last sample it holds the result of the whole computation. Dropping it stops the computation.
+pub(crate) struct Stream<T, R> {
+    /// Taken away to stop the computation.
+    receiver: Option<Receiver<T>>,
+    worker: Option<JoinHandle<Result<R, Error>>>,
+    stopped: Arc<AtomicBool>,
+    result: Option<R>,
+}
+
+/// The computation's end of a [`Stream`].
+pub(crate) struct Sender<T> {
+    sender: SyncSender<T>,
+    stopped: Arc<AtomicBool>,
+}
+
+impl<T> Sender<T> {
+    /// Hands over a sample; fails when nobody takes samples any more.
+    pub(crate) fn send(&self, sample: T) -> Result<(), String> {
+        self.sender.send(sample).map_err(|_| "the caller takes no more samples".to_owned())
+    }
+
+    /// Tells that the caller takes no more samples.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.stopped.load(Ordering::Relaxed)
+    }
+}
+
+impl<T: Send + 'static, R: Send + 'static> Stream<T, R> {
+    /// Starts a computation on a thread of its own.
+    pub(crate) fn start(
+        compute: impl FnOnce(&Sender<T>) -> Result<R, Error> + Send + 'static,
+    ) -> Result<Self, Error> {
+        let (sender, receiver) = sync_channel(WAITING);
+        let stopped = Arc::new(AtomicBool::new(false));
+        let sender = Sender { sender, stopped: Arc::clone(&stopped) };
+        let worker = Builder::new()
+            .name("stiction".to_owned())
+            .spawn(move || compute(&sender))
+            .map_err(|error| {
+                Error::no_answer(format!(
+                    "the system starts no thread for the computation: {error}"
+                ))
+                .with_help("raise the limit on threads, or use `each` in place of `samples`")
+            })?;
+        Ok(Self { receiver: Some(receiver), worker: Some(worker), stopped, result: None })
+    }
+}
+
+impl<T, R> Stream<T, R> {
+    /// The result of the whole computation, once all samples have been taken.
+    pub(crate) fn result(&self) -> Option<&R> {
+        self.result.as_ref()
+    }
+
+    fn join(&mut self) -> Option<Result<R, Error>> {
+        match self.worker.take()?.join() {
+            Ok(result) => Some(result),
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    }
+}
+
+impl<T, R> Iterator for Stream<T, R> {
+    type Item = Result<T, Error>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if let Some(receiver) = &self.receiver {
+            if let Ok(sample) = receiver.recv() {
+                return Some(Ok(sample));
+            }
+            self.receiver = None;
+        }
+        match self.join()? {
+            Ok(result) => {
+                self.result = Some(result);
+                None
+            }
+            Err(error) => Some(Err(error)),
+        }
+    }
+}
+
+impl<T, R> Drop for Stream<T, R> {
+    fn drop(&mut self) {
+        self.stopped.store(true, Ordering::Relaxed);
+        self.receiver = None;
+        // Joined, so that no computation outlives its stream; its outcome does not matter any more.
+        if let Some(worker) = self.worker.take() {
+            let _ = worker.join();
+        }
+    }
+}

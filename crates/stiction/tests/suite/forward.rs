@@ -1,0 +1,97 @@
+use super::{FRICTION_ARM, GRAVITY, INERTIA, LENGTH, MASS, pendulum};
+use stiction::{EventKind, Method, Robot};
+
+#[test]
+fn a_frictionless_pendulum_keeps_its_energy() {
+    let robot = pendulum();
+    let run = robot
+        .forward()
+        .at("pivot", 1.0)
+        .unwrap()
+        .friction(false)
+        .until(5.0)
+        .step(0.1)
+        .run()
+        .unwrap();
+    assert!(run.ended().is_ok());
+    assert_eq!(run.samples().len(), 51);
+    let start = &run.samples()[0];
+    assert_eq!((start.position("pivot").unwrap(), start.rate("pivot").unwrap()), (1.0, 0.0));
+    for sample in run.samples() {
+        let (angle, rate) = (sample.position("pivot").unwrap(), sample.rate("pivot").unwrap());
+        let kinetic = 0.5 * INERTIA * rate * rate;
+        let potential = MASS * GRAVITY * LENGTH * (1f64.cos() - angle.cos());
+        assert!((kinetic + potential).abs() < 1e-8, "{} {}", sample.time, kinetic + potential);
+        assert!((sample.kinetic_energy - kinetic).abs() < 1e-12);
+        let acceleration = sample.joint("pivot").unwrap().acceleration;
+        assert!((INERTIA * acceleration + MASS * GRAVITY * LENGTH * angle.sin()).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn a_pendulum_with_friction_comes_to_rest_and_its_energy_is_accounted_for() {
+    let robot = pendulum();
+    let run = robot.forward().at("pivot", 0.1).unwrap().until(20.0).run().unwrap();
+    let last_event = run.events().last().unwrap();
+    assert!(matches!(last_event.kind, EventKind::Sticks { .. }));
+    assert_eq!(last_event.at, "pivot");
+    let last = run.last().unwrap();
+    assert_eq!(last.rate("pivot").unwrap(), 0.0);
+    let friction = last.friction("pivot").unwrap();
+    assert!(friction.sticks && friction.force[0].abs() <= friction.limit);
+    // At rest friction carries the weight's moment.
+    let moment = MASS * GRAVITY * LENGTH * last.position("pivot").unwrap().sin();
+    assert!((friction.force[0].abs() * 8e-3 - moment.abs()).abs() < 1e-12);
+    assert!(moment.abs() <= FRICTION_ARM * MASS * GRAVITY);
+    let lost = run.samples()[0].mechanical_energy() - last.mechanical_energy();
+    assert!((last.dissipated("pivot").unwrap() - lost).abs() < 1e-9);
+    assert!(last.energy_error.abs() < 1e-9);
+}
+
+#[test]
+fn rates_and_positions_at_the_start_are_independent() {
+    let robot = pendulum();
+    let request = robot.forward().friction(false).until(0.0);
+    let first = |request: stiction::Forward| {
+        let run = request.run().unwrap();
+        let sample = &run.samples()[0];
+        (sample.position("pivot").unwrap(), sample.rate("pivot").unwrap())
+    };
+    assert_eq!(first(request.clone().rate("pivot", 2.0).unwrap()), (0.0, 2.0));
+    let both = request.clone().rate("pivot", 2.0).unwrap().at("pivot", 0.5).unwrap();
+    assert_eq!(first(both), (0.5, 2.0));
+    let text = request.from("pivot = 0.5 + 2*t").unwrap();
+    assert_eq!(first(text), (0.5, 2.0));
+}
+
+#[test]
+fn a_locked_joint_is_held_by_an_effort_with_its_name() {
+    let robot = Robot::builtin("slider-crank").unwrap();
+    let crank = robot.actuators().next().unwrap().to_owned();
+    let run = robot
+        .forward()
+        .drives(&format!("{crank} = 0"))
+        .unwrap()
+        .at(&crank, 1.0)
+        .unwrap()
+        .hold(robot.joints().last().unwrap())
+        .unwrap()
+        .until(0.5)
+        .run()
+        .unwrap();
+    let (first, last) = (&run.samples()[0], run.last().unwrap());
+    assert_eq!(first.position(&crank).unwrap(), last.position(&crank).unwrap());
+    assert!(last.effort(robot.joints().last().unwrap()).unwrap().abs() > 0.0);
+    assert_eq!(last.effort(&crank).unwrap(), 0.0);
+}
+
+#[test]
+fn both_schemes_agree_on_a_swing() {
+    let robot = pendulum();
+    let request = robot.forward().at("pivot", 0.5).unwrap().until(1.0).step(0.5);
+    let end = |method| {
+        let run = request.clone().method(method).run().unwrap();
+        run.last().unwrap().position("pivot").unwrap()
+    };
+    assert!((end(Method::EventDriven) - end(Method::TimeStepping)).abs() < 1e-4);
+}
