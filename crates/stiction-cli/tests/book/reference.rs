@@ -11,10 +11,10 @@ const HEAD: &str = "\
 
 <!-- Generated from the schema: `cargo xtask book` writes this page. -->
 
-This page is generated from the schema that `stiction schema` prints, and has every key. What keys mean together, with
-examples, is in [The model file](model-file.md). A *quantity* is a number in the unit of the column, or a text with
-units and formulas, see [quantities](model-file.md#quantities). **Bold** keys are required. The keys of a table that
-is marked → are in the section of that name.
+This page is generated from the schema that `stiction schema` prints, and lists every key. The page
+[The model file](model-file.md) explains how the keys belong together and gives examples. A *quantity* is a number in
+the unit of the column, or a string with units and formulas, see [quantities](model-file.md#quantities). **Bold** keys
+are required. An arrow → marks a key that is a table; the section of that name lists its keys.
 
 ";
 
@@ -29,7 +29,7 @@ const SECTIONS: &[(&str, &str)] = &[
         "Friction backward",
         "/properties/joints/additionalProperties/properties/friction/properties/backward",
     ),
-    ("Contact", "/properties/joints/additionalProperties/properties/friction/properties/first"),
+    ("Friction interface", "/properties/joints/additionalProperties/properties/friction/properties/first"),
     ("Compliance", "/properties/joints/additionalProperties/properties/compliance"),
     ("Spring", "/properties/springs/additionalProperties"),
     ("Legs", "/properties/legs/anyOf/0"),
