@@ -125,7 +125,7 @@ fn equations_have_code_and_tests() {
 fn citations_have_equations() {
     let (equations, _) = read();
     let mut wrong = Vec::new();
-    let mut folders = vec![crates()];
+    let mut folders = vec![crates(), crates().join("../studies")];
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
