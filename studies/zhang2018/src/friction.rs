@@ -25,8 +25,8 @@ pub(super) enum Method {
 }
 
 /// The unnumbered equations of section 5.1: friction of a joint with its rate's sign. Of P in N; of R
-/// and S the torque in N m, which is the force at the surface times its radius; the paper's T~R~ and
-/// T~S~ lack that factor.
+/// and S the torque in N m, which is the force at the surface times its radius; the paper's T_R and
+/// T_S lack that factor.
 pub(super) fn joint_friction(
     robot: &Robot,
     rates: &OfJoints,
@@ -159,9 +159,9 @@ pub(super) fn virtual_work(robot: &Robot, motion: &Motion, friction: &OfJoints) 
     })
 }
 
-/// Equation (28) to the letter: what the term -|f~P~ dq + T~R~ dphi~R~ + T~S~ dphi~S~| of L' adds to
+/// Equation (28) to the letter: what the term -|f_P dq + T_R dphi_R + T_S dphi_S| of L' adds to
 /// Lagrange's equations, loads taken as given and torques with their radii. With displacements d from
-/// `from`, the viscous part f~v~ q' d gives d/dt (f~v~ d) - f~v~ q' = 0: it cancels. What is left is the
+/// `from`, the viscous part f_v q' d gives d/dt (f_v d) - f_v q' = 0: it cancels. What is left is the
 /// Coulomb part with the sign of the sum in the bars in place of that of the motion.
 pub(super) fn energy_of_friction(
     robot: &Robot,

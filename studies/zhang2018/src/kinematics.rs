@@ -14,7 +14,7 @@ pub(super) fn leg_length<T: Scalar>(robot: &Robot, n: usize, pose: Pose<T>) -> T
     (dx * dx + dz * dz).sqrt()
 }
 
-/// Equation (7): the inputs q~n~ of the prismatic joints.
+/// Equation (7): the inputs q_n of the prismatic joints.
 pub(super) fn inputs<T: Scalar>(robot: &Robot, pose: Pose<T>) -> [T; 3] {
     core::array::from_fn(|n| leg_length(robot, n, pose) - T::from_f64(robot.home[n]))
 }
@@ -42,8 +42,8 @@ pub(super) fn base_centre<T: Scalar>(robot: &Robot, n: usize, pose: Pose<T>) -> 
     [T::from_f64(robot.b[n][0]) + dx * part, T::from_f64(robot.b[n][2]) + dz * part]
 }
 
-/// The matrix before section 3, J^-1^: row n holds the derivatives of q~n~ by x, z and theta,
-/// u~n~ . dS~n~/dX.
+/// The matrix before section 3, J^-1: row n holds the derivatives of q_n by x, z and theta,
+/// u_n . dS_n/dX.
 pub(super) fn inverse_jacobian(robot: &Robot, pose: Pose<f64>) -> [[f64; 3]; 3] {
     core::array::from_fn(|n| gradient(pose, |pose| leg_length(robot, n, pose)))
 }
@@ -57,7 +57,7 @@ fn gradient(pose: Pose<f64>, f: impl Fn(Pose<Dual<f64, 3>>) -> Dual<f64, 3>) -> 
     f(core::array::from_fn(|i| Dual::variable(pose[i], i))).slope
 }
 
-/// The determinant of J^-1^ times all leg lengths, in closed form for the printed robot: it is zero at
+/// The determinant of J^-1 times all leg lengths, in closed form for the printed robot: it is zero at
 /// theta = 90 deg whatever x, z, k and l are.
 pub(super) fn determinant(robot: &Robot, [x, z, theta]: Pose<f64>) -> f64 {
     let (sin, cos) = theta.sin_cos();

@@ -11,11 +11,11 @@ use stiction_core::scalar::{Dual, Scalar};
 /// Which of the moments of inertia are taken as printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Printed {
-    /// J'~d~ of equation (8): J~d~ + m~d~ (x^2^ + z^2^), with the translation counted once more.
+    /// J'_d of equation (8): J_d + m_d (x^2 + z^2), with the translation counted once more.
     pub(super) platform: bool,
-    /// J'~n1~ of equation (16): J~n1~ + m~n1~ l~n1~^2^, with the translation counted once more.
+    /// J'_n1 of equation (16): J_n1 + m_n1 l_n1^2, with the translation counted once more.
     pub(super) rods: bool,
-    /// J'~n2~ of equation (17): about the axis O1 y1 for all three legs.
+    /// J'_n2 of equation (17): about the axis O1 y1 for all three legs.
     pub(super) bases: bool,
 }
 
@@ -67,7 +67,7 @@ pub(super) fn rod_energy<T: Scalar>(
     sum * T::from_f64(0.5)
 }
 
-/// Equation (17): kinetic energy of the three bases, J. About R~n~ it is J~n2~ + m~n2~ p^2^ that turns.
+/// Equation (17): kinetic energy of the three bases, J. About R_n it is J_n2 + m_n2 p^2 that turns.
 pub(super) fn base_energy<T: Scalar>(
     robot: &Robot,
     printed: bool,
@@ -117,7 +117,7 @@ fn moving<T: Scalar>(pose: Pose<T>, rate: Pose<T>) -> Pose<Dual<T, 1>> {
     core::array::from_fn(|i| Dual { value: pose[i], slope: [rate[i]] })
 }
 
-/// The line before equation (21): the generalised force (F~x~, F~z~, M~theta~) of the motion, by
+/// The line before equation (21): the generalised force (F_x, F_z, M_theta) of the motion, by
 /// Lagrange's equations; N, N, N m.
 pub(super) fn generalised_force(robot: &Robot, printed: Printed, motion: &Motion) -> [f64; 3] {
     // Time runs in the inner number, the rates vary in the outer one.
@@ -140,7 +140,7 @@ pub(super) fn generalised_load([fx, _, fz, _, my, _]: Load) -> [f64; 3] {
 }
 
 /// Equation (21) with the load that it lacks: the driving forces, N, from
-/// J~a~^T^ tau = F - Q. None where the matrix has no inverse to rounding.
+/// J_a^T tau = F - Q. None where the matrix has no inverse to rounding.
 pub(super) fn driving_forces(
     robot: &Robot,
     printed: Printed,

@@ -165,7 +165,7 @@ fn footer() -> Vec<String> {
         "Not in the paper and ours: moments of inertia about x and z, which have no influence, the point P, and the \
          regular twin with its motion."
             .into(),
-        "Where the study differs from an independent review of the paper that it was checked against: the axis O~1~y~1~ is \
+        "Where the study differs from an independent review of the paper that it was checked against: the axis O<sub>1</sub>y<sub>1</sub> is \
          0.39 m from the bases of legs 2 and 3 and not 0.42 m; up to 56.05 N m are missing under the reversed load and not \
          56.1; and (28) adds 18.35 % in leg 3 and not 18.4 %. All else agrees to the digits that were published."
             .into(),
@@ -178,7 +178,7 @@ fn footer() -> Vec<String> {
 
 /// Point k of a sequence that fills the unit cube evenly: multiples, without their whole parts, of the
 /// powers of the number that does in three dimensions what the golden ratio does in one (the root of
-/// x^4^ = x + 1).
+/// x^4 = x + 1).
 fn even(k: usize) -> [f64; 3] {
     const ROOT: f64 = 1.220_744_084_605_759_6;
     let part = |power: i32| ((k + 1) as f64 * ROOT.powi(-power)).fract();

@@ -1,8 +1,8 @@
 //! Section 4 of the paper: equations (22) to (27), 42 equations for 42 unknowns.
 //!
 //! For each leg 14 unknowns in its own axes (t, y, u): u along the leg from R to S, y along the R axis,
-//! t = y x u. F~R~, M~R~: ground on base at R; F~P~, M~P~: base on rod at P; tau: base on rod along u;
-//! F~S~: platform on rod at S. N and N m.
+//! t = y x u. F_R, M_R: ground on base at R; F_P, M_P: base on rod at P; tau: base on rod along u;
+//! F_S: platform on rod at S. N and N m.
 
 use super::kinematics::{LegMotion, leg_motion};
 use super::robot::{Load, Motion, Robot};
@@ -25,29 +25,29 @@ pub(super) mod unknown {
 
 /// The names of a leg's unknowns in their order, with their units.
 pub(super) const NAMES: [(&str, &str); OF_LEG] = [
-    ("F~Rt~", "N"),
-    ("F~Ry~", "N"),
-    ("F~Ru~", "N"),
-    ("M~Rt~", "N m"),
-    ("M~Ru~", "N m"),
-    ("F~Pt~", "N"),
-    ("F~Py~", "N"),
-    ("M~Pt~", "N m"),
-    ("M~Py~", "N m"),
-    ("M~Pu~", "N m"),
+    ("F<sub>Rt</sub>", "N"),
+    ("F<sub>Ry</sub>", "N"),
+    ("F<sub>Ru</sub>", "N"),
+    ("M<sub>Rt</sub>", "N m"),
+    ("M<sub>Ru</sub>", "N m"),
+    ("F<sub>Pt</sub>", "N"),
+    ("F<sub>Py</sub>", "N"),
+    ("M<sub>Pt</sub>", "N m"),
+    ("M<sub>Py</sub>", "N m"),
+    ("M<sub>Pu</sub>", "N m"),
     ("τ", "N"),
-    ("F~St~", "N"),
-    ("F~Sy~", "N"),
-    ("F~Su~", "N"),
+    ("F<sub>St</sub>", "N"),
+    ("F<sub>Sy</sub>", "N"),
+    ("F<sub>Su</sub>", "N"),
 ];
 
 /// Which equations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Form {
-    /// As printed: without F'~R~ in (22), so that nine unknowns stand in no equation.
+    /// As printed: without F'_R in (22), so that nine unknowns stand in no equation.
     Literal,
-    /// As printed in spirit: F'~R~ is put back and legs are turned the right way, all else is as printed:
-    /// of the inertia forces only the rods' axial one, arms L~i~ / 2 and L~i~ + L~j~ / 2 with L~j~ = 2 m and L~i~ + L~j~ the leg's
+    /// As printed in spirit: F'_R is put back and legs are turned the right way, all else is as printed:
+    /// of the inertia forces only the rods' axial one, arms L_i / 2 and L_i + L_j / 2 with L_j = 2 m and L_i + L_j the leg's
     /// length, moments of inertia forces without their arms and with their printed sign.
     Printed,
     /// The complete equations of Newton and Euler.
@@ -254,7 +254,7 @@ impl System {
         }
     }
 
-    /// The force across leg n at its ball, F~S,t~, N: the y component of (23) holds nothing else that is
+    /// The force across leg n at its ball, F_S,t, N: the y component of (23) holds nothing else that is
     /// unknown, so it follows from the leg's own motion.
     pub(super) fn across(&self, n: usize) -> f64 {
         let (row, column) = (12 * n + 3 + E_Y, OF_LEG * n + unknown::FS);

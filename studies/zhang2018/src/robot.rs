@@ -132,21 +132,21 @@ impl Robot {
     }
 }
 
-/// Centre of ball n in the fixed frame, x and z, less the platform's point O2: the vector O2 S~n~
-/// between equations (3) and (4). R~y~(beta) s~n~ with beta = 90 deg - theta.
+/// Centre of ball n in the fixed frame, x and z, less the platform's point O2: the vector O2 S_n
+/// between equations (3) and (4). R_y(beta) s_n with beta = 90 deg - theta.
 pub(super) fn arm<T: Scalar>(robot: &Robot, n: usize, theta: T) -> [T; 2] {
     let (sin, cos) = theta.sin_cos();
     let [sx, _, sz] = robot.s[n].map(T::from_f64);
     [sx * sin + sz * cos, sz * sin - sx * cos]
 }
 
-/// Equations (4), (5) and (6): the vector R~n~ S~n~, x and z; its y is zero.
+/// Equations (4), (5) and (6): the vector R_n S_n, x and z; its y is zero.
 pub(super) fn leg_vector<T: Scalar>(robot: &Robot, n: usize, [x, z, theta]: Pose<T>) -> [T; 2] {
     let [ax, az] = arm(robot, n, theta);
     [x + ax - T::from_f64(robot.b[n][0]), z + az - T::from_f64(robot.b[n][2])]
 }
 
-/// Distances R~n~ S~n~ at a pose.
+/// Distances R_n S_n at a pose.
 pub(super) fn leg_lengths(robot: &Robot, pose: Pose<f64>) -> [f64; 3] {
     core::array::from_fn(|n| {
         let [dx, dz] = leg_vector(robot, n, pose);

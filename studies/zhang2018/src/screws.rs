@@ -78,7 +78,7 @@ pub(super) fn self_stress(robot: &Robot, pose: Pose<f64>) -> Option<[f64; 3]> {
 }
 
 /// How much the platform can roll about S2 S3 if its joints have play, rad: the loop in y closes within
-/// the gap (sqrt(3) / 2) k roll^2^, to second order.
+/// the gap (sqrt(3) / 2) k roll^2, to second order.
 pub(super) fn roll_within(robot: &Robot, clearance: f64) -> f64 {
     (clearance / (3.0_f64.sqrt() / 2.0 * robot.k)).sqrt()
 }

@@ -8,7 +8,7 @@ use super::robot::{Load, Motion, Robot, leg_lengths};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use stiction_core::linalg::Svd;
 
-/// The unknowns that are moments, N m, among the 42: M~R~ and M~P~ of each leg.
+/// The unknowns that are moments, N m, among the 42: M_R and M_P of each leg.
 fn is_moment(column: usize) -> bool {
     let place = column % super::reactions::OF_LEG;
     (3..5).contains(&place) || (7..10).contains(&place)
@@ -29,9 +29,9 @@ pub(super) fn in_units(system: &System, per_metre: f64) -> (DMatrix<f64>, DVecto
     (matrix, DVector::from_fn(SIZE, |i, _| system.right[i] * row_factor(i)))
 }
 
-/// The moment M~y~ on the platform, N m, that no drive can give at theta = 90 deg, without friction. All leg lines meet in
+/// The moment M_y on the platform, N m, that no drive can give at theta = 90 deg, without friction. All leg lines meet in
 /// one point there, in the projection along y: a resultant is balanced only if
-/// k z / (k - l) F~x~ - k x / (k - l) F~z~ + M~y~ = 0. Positive is missing about +y.
+/// k z / (k - l) F_x - k x / (k - l) F_z + M_y = 0. Positive is missing about +y.
 pub(super) fn missing_moment(robot: &Robot, motion: &Motion, load: Load) -> f64 {
     let force = generalised_force(robot, Printed::NONE, motion);
     let load = generalised_load(load);

@@ -1,6 +1,6 @@
 //! What is wrong with a report itself: names that are there twice, links that lead nowhere.
 
-use super::markup::{is_name, targets};
+use super::markup::{destinations, is_name};
 use super::{Block, Report, Text};
 use std::collections::HashSet;
 
@@ -42,9 +42,9 @@ impl Report {
             }
         }
         for text in self.texts() {
-            for target in targets(text) {
-                if !places.contains(&target) {
-                    defects.push(format!("a link leads to `#{target}`, which is not there"));
+            for target in destinations(text) {
+                if !target.strip_prefix('#').is_some_and(|name| places.contains(name)) {
+                    defects.push(format!("a link leads to `{target}`, which is not there"));
                 }
             }
         }

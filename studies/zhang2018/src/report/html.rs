@@ -1,6 +1,6 @@
 //! A report as a page: one file that needs nothing else and runs nothing.
 
-use super::markup::{html as marked, is_name};
+use super::markup::{html as marked, is_name, plain};
 use super::{Block, Cell, Finding, Report, Section, Table};
 use std::collections::HashSet;
 use stiction_draw::figure::Figure;
@@ -185,7 +185,7 @@ fn caption(label: &str, text: &str) -> String {
 fn cell(cell: &Cell) -> String {
     match cell {
         // A narrow column of many words would be long.
-        Cell::Text(text) if text.chars().count() > NARROW => {
+        Cell::Text(text) if plain(text).chars().count() > NARROW => {
             format!("<div class=\"long\">{}</div>", marked(text))
         }
         Cell::Text(text) => marked(text),

@@ -1,6 +1,6 @@
 //! A report in the Markdown of GitHub. Its pictures are files of their own.
 
-use super::markup::{Span, is_name, parse, plain};
+use super::markup::{Piece, is_name, parse, plain};
 use super::{Block, Cell, Report, Table};
 use std::collections::HashSet;
 
@@ -127,23 +127,21 @@ fn paragraph(text: &str) -> String {
     }
 }
 
-/// A text with its marks on one line.
+/// A text with its marks on one line. Marks are elements of HTML, because those of Markdown have rules
+/// about their neighbours.
 fn line(text: &str) -> String {
-    spans(&parse(text)).trim().to_owned()
-}
-
-fn spans(inside: &[Span]) -> String {
-    let span = |span: &Span| match span {
-        Span::Plain(text) => words(text),
-        Span::Marked(mark, inside) => {
-            // As elements, because Markdown's own marks have rules about what stands beside them.
-            let element = mark.element();
-            format!("<{element}>{}</{element}>", spans(inside))
-        }
-        Span::Code(text) => format!("<code>{}</code>", words(text)),
-        Span::Link(inside, name) => format!("[{}](#{name})", spans(inside)),
+    let piece = |piece: Piece| match piece {
+        Piece::Text(text) => words(&text),
+        Piece::Code(text) => format!("<code>{}</code>", words(&text)),
+        Piece::Begin(element) if element.place().is_some() => "[".to_owned(),
+        Piece::Begin(element) => element.begin().unwrap_or_default(),
+        Piece::End(element) => match element.place() {
+            Some(place) => format!("](#{place})"),
+            None => element.end().unwrap_or_default(),
+        },
     };
-    inside.iter().map(span).collect()
+    let line: String = parse(text).into_iter().map(piece).collect();
+    line.trim().to_owned()
 }
 
 /// Plain words: every sign that means something to Markdown is just a sign, in tables too.
@@ -184,13 +182,13 @@ mod tests {
         assert_eq!(paragraph("- a"), "\\- a");
         assert_eq!(paragraph("-3 N"), "\\-3 N");
         assert_eq!(paragraph("3 N\n# b"), "3 N \\# b");
-        assert_eq!(paragraph("_a_ b_c \u{7}d"), "\\_a\\_ b_c d");
+        assert_eq!(paragraph("\\_a\\_ b_c \u{7}d"), "\\_a\\_ b_c d");
         assert_eq!(paragraph("a | <b> & `c|d`"), "a \\| &lt;b&gt; &amp; <code>c\\|d</code>");
     }
 
     #[test]
     fn marks_are_kept() {
-        let text = "**a** *b* *F*~1~^2^ [c|](#d)";
+        let text = "**a** *b* *F*<sub>1</sub><sup>2</sup> [c|](#d)";
         let expected =
             "<strong>a</strong> <em>b</em> <em>F</em><sub>1</sub><sup>2</sup> [c\\|](#d)";
         assert_eq!(line(text), expected);

@@ -1,11 +1,10 @@
 //! A report: sections of text, equations, tables and figures, written once and given as a page for a
 //! browser, as Markdown and as CSV files.
 //!
-//! A report is data. Who makes one does not know how it will look; who draws one does not know what
-//! it says. Text is a small part of Markdown: `**strong**`, `*emphasis*`, `` `code` ``, `x~index~`,
-//! `x^power^` and `[words](#section)`; a backslash takes the meaning from the sign after it. Links
-//! lead to the name of a section, to `table-` or `figure-` and the name of a file of numbers, or to
-//! `eq-` and the number of an equation in lower case.
+//! A report is data: its author does not choose how it looks. Text is inline CommonMark: `**strong**`,
+//! `*emphasis*`, `` `code` `` and `[words](#section)`, with `<sub>` and `<sup>` for indices and powers;
+//! other HTML is plain text. Links lead to the name of a section, to `table-` or `figure-` and the name
+//! of a file of numbers, or to `eq-` and the number of an equation in lower case.
 
 mod defects;
 mod files;

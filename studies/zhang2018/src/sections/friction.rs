@@ -178,8 +178,8 @@ pub(crate) fn write(samples: &[Sample], one_pass: &[Sample]) -> Option<Section> 
     let blocks = vec![
         paragraph(format!(
             "Section 5.1 gives each joint a friction from its load N and its rate. The loads themselves are not defined \
-             in the paper; here N~P~ = (F~Pt~² + F~Py~²)^1/2^, N~R~ = (F~Rt~² + F~Ru~²)^1/2^, N~S~ = |F~S~|, and f~v~ is in N s/m \
-             at the surface. Each choice changes the answer: with two pads 100 mm apart that carry M~P~ too, N~P~ would be {:.1} \
+             in the paper; here N<sub>P</sub> = (F<sub>Pt</sub>² + F<sub>Py</sub>²)<sup>1/2</sup>, N<sub>R</sub> = (F<sub>Rt</sub>² + F<sub>Ru</sub>²)<sup>1/2</sup>, N<sub>S</sub> = |F<sub>S</sub>|, and f<sub>v</sub> is in N s/m \
+             at the surface. Each choice changes the answer: with two pads 100 mm apart that carry M<sub>P</sub> too, N<sub>P</sub> would be {:.1} \
              to {:.0} times as large on the twin's motion.",
             pads.0, pads.1,
         )),
@@ -188,27 +188,27 @@ pub(crate) fn write(samples: &[Sample], one_pass: &[Sample]) -> Option<Section> 
             "The three formulas. A friction torque is the force at the surface times the surface's radius.",
             [("joint", ""), ("as printed", ""), ("corrected", ""), ("printed is too large by", "")],
             [
-                ["P".into(), "f~P~ = f~v~ q̇ + μ N~P~ sgn q̇".into(), "the same".into(), Cell::Empty],
+                ["P".into(), "f<sub>P</sub> = f<sub>v</sub> q̇ + μ N<sub>P</sub> sgn q̇".into(), "the same".into(), Cell::Empty],
                 [
                     "R".into(),
-                    "T~R~ = f~v~ r φ̇ + μ N~R~ sgn(r φ̇)".into(),
-                    "T~R~ = r (f~v~ r φ̇ + μ N~R~ sgn φ̇)".into(),
+                    "T<sub>R</sub> = f<sub>v</sub> r φ̇ + μ N<sub>R</sub> sgn(r φ̇)".into(),
+                    "T<sub>R</sub> = r (f<sub>v</sub> r φ̇ + μ N<sub>R</sub> sgn φ̇)".into(),
                     fixed(1.0 / robot.radius[0], 0),
                 ],
                 [
                     "S".into(),
-                    "T~S~ = f~v~ r~s~ φ̇ + μ N~S~ sgn(r~s~ φ̇)".into(),
-                    "T~S~ = r~s~ (f~v~ r~s~ φ̇ + μ N~S~ sgn φ̇)".into(),
+                    "T<sub>S</sub> = f<sub>v</sub> r<sub>s</sub> φ̇ + μ N<sub>S</sub> sgn(r<sub>s</sub> φ̇)".into(),
+                    "T<sub>S</sub> = r<sub>s</sub> (f<sub>v</sub> r<sub>s</sub> φ̇ + μ N<sub>S</sub> sgn φ̇)".into(),
                     fixed(1.0 / robot.radius[1], 0),
                 ],
             ],
         ),
-        equation("", "ΣE~f~ = Σ |f~P~ Δq + T~R~ Δφ~R~ + T~S~ Δφ~S~|,  L′ = L − ΣE~f~"),
-        equation("28", "τ̃ = J^T^ (d/dt ∂L′/∂q̇ − ∂L′/∂q)"),
+        equation("", "ΣE<sub>f</sub> = Σ |f<sub>P</sub> Δq + T<sub>R</sub> Δφ<sub>R</sub> + T<sub>S</sub> Δφ<sub>S</sub>|,  L′ = L − ΣE<sub>f</sub>"),
+        equation("28", "τ̃ = J<sup>T</sup> (d/dt ∂L′/∂q̇ − ∂L′/∂q)"),
         wrong(format!(
-            "(28) is not mechanics: friction has no potential, and as N depends on accelerations, ΣE~f~ is not even part of \
+            "(28) is not mechanics: friction has no potential, and as N depends on accelerations, ΣE<sub>f</sub> is not even part of \
              a Lagrangian of first order. Here N is taken as given, as the paper must have done, and the radii are put back. \
-             What the terms then give can be followed by hand. The viscous term f~v~ q̇ Δq gives d/dt(f~v~ Δq) − f~v~ q̇ = 0: viscous friction cancels, though by virtual work it needs up \
+             What the terms then give can be followed by hand. The viscous term f<sub>v</sub> q̇ Δq gives d/dt(f<sub>v</sub> Δq) − f<sub>v</sub> q̇ = 0: viscous friction cancels, though by virtual work it needs up \
              to {} N, {} N and {} N m on the twin. The bars replace the sign of the velocity by that of \
              the displacement: on {wrong_part:.0} % of all (leg, instant) pairs friction pushes instead of resisting. Were N \
              constant, the work of a cycle would vanish, as that of any potential; as N changes, anything can come out: {:.3} J \
@@ -222,7 +222,7 @@ pub(crate) fn write(samples: &[Sample], one_pass: &[Sample]) -> Option<Section> 
         )),
         equation(
             "",
-            "instead: τ = J~a~^−T^ (F − Q~load~ + Q~f~),  Q~f~ = Σ f~P~ ∂q/∂X + T~R~ ∂α/∂X + T~S~ ∂(β − α)/∂X",
+            "instead: τ = J<sub>a</sub><sup>−T</sup> (F − Q<sub>load</sub> + Q<sub>f</sub>),  Q<sub>f</sub> = Σ f<sub>P</sub> ∂q/∂X + T<sub>R</sub> ∂α/∂X + T<sub>S</sub> ∂(β − α)/∂X",
         ),
         table(
             "friction-methods",

@@ -53,8 +53,8 @@ pub(crate) fn write() -> Section {
             "The mirror x → −x with t → 1 − t takes (29) to itself, changes legs 2 and 3 for each other, and reverses friction. \
              With friction from the frictionless reactions, as the paper computes it, and figures made of the magnitude of \
              the difference over the frictionless force, legs 2 and 3 then have equal figures under any load that is even in x \
-             (F~y~, F~z~, M~x~). 12.6 and 16.5 % differ, so the load would need F~x~ or M~y~, which (29) cannot balance, or \
-             M~z~, which it can ([what is out of range](#table-reactions-range))."
+             (F<sub>y</sub>, F<sub>z</sub>, M<sub>x</sub>). 12.6 and 16.5 % differ, so the load would need F<sub>x</sub> or M<sub>y</sub>, which (29) cannot balance, or \
+             M<sub>z</sub>, which it can ([what is out of range](#table-reactions-range))."
                 .into(),
             format!(
                 "Without load, self-stress and feedback leg 1 stands nearly upright: its prismatic joint is pressed by {load:.2} N \

@@ -12,9 +12,18 @@ use crate::robot::{Motion, NO_LOAD, Robot};
 
 /// The readings of the moments of inertia, with what each gets wrong.
 pub(crate) const READINGS: [(&str, Printed); 4] = [
-    ("(8): J′~d~ = J~d~ + m~d~ (x² + z²)", Printed { platform: true, rods: false, bases: false }),
-    ("(16): J′~n1~ = J~n1~ + m~n1~ l~n1~²", Printed { platform: false, rods: true, bases: false }),
-    ("(17): l~n2~ to O~1~y~1~", Printed { platform: false, rods: false, bases: true }),
+    (
+        "(8): J′<sub>d</sub> = J<sub>d</sub> + m<sub>d</sub> (x² + z²)",
+        Printed { platform: true, rods: false, bases: false },
+    ),
+    (
+        "(16): J′<sub>n1</sub> = J<sub>n1</sub> + m<sub>n1</sub> l<sub>n1</sub>²",
+        Printed { platform: false, rods: true, bases: false },
+    ),
+    (
+        "(17): l<sub>n2</sub> to O<sub>1</sub>y<sub>1</sub>",
+        Printed { platform: false, rods: false, bases: true },
+    ),
     ("all three as printed", Printed::ALL),
 ];
 
@@ -107,21 +116,30 @@ pub(crate) fn write(samples: &[Sample]) -> Section {
         })
     }));
     let blocks = vec![
-        equation("8", "E~d~ = ½ m~d~ (ẋ² + ż²) + ½ J′~d~ θ̇²"),
-        equation("16", "ΣE~n1~ = ½ Σ m~n1~ (Ẋ~Gn1~² + Ż~Gn1~²) + ½ Σ J′~n1~ φ̇~n~²"),
-        equation("17", "ΣE~n2~ = ½ Σ J′~n2~ φ̇~n~²"),
-        equation("18-20", "U = g (m~d~ z + Σ m~n1~ Z~Gn1~ + Σ m~n2~ Z~Gn2~)"),
-        equation("", "F = d/dt ∂L/∂Ẋ − ∂L/∂X,  L = E~d~ + ΣE~n1~ + ΣE~n2~ − U,  X = (x, z, θ)"),
-        equation("21", "τ = J^T^ F"),
+        equation("8", "E<sub>d</sub> = ½ m<sub>d</sub> (ẋ² + ż²) + ½ J′<sub>d</sub> θ̇²"),
+        equation(
+            "16",
+            "ΣE<sub>n1</sub> = ½ Σ m<sub>n1</sub> (Ẋ<sub>Gn1</sub>² + Ż<sub>Gn1</sub>²) + ½ Σ J′<sub>n1</sub> φ̇<sub>n</sub>²",
+        ),
+        equation("17", "ΣE<sub>n2</sub> = ½ Σ J′<sub>n2</sub> φ̇<sub>n</sub>²"),
+        equation(
+            "18-20",
+            "U = g (m<sub>d</sub> z + Σ m<sub>n1</sub> Z<sub>Gn1</sub> + Σ m<sub>n2</sub> Z<sub>Gn2</sub>)",
+        ),
+        equation(
+            "",
+            "F = d/dt ∂L/∂Ẋ − ∂L/∂X,  L = E<sub>d</sub> + ΣE<sub>n1</sub> + ΣE<sub>n2</sub> − U,  X = (x, z, θ)",
+        ),
+        equation("21", "τ = J<sup>T</sup> F"),
         paragraph(
             "The study writes these energies as they stand and differentiates them by dual numbers, exactly. The \
              potentials (18) to (20) are right. Three moments of inertia are not:",
         ),
         wrong(format!(
-            "(8): the kinetic energy of the platform's translation is counted twice, once in m~d~ v² and once more in \
-             J′~d~ = J~d~ + m~d~ (x² + z²), which belongs to a turn about O~1~. Right is J~d~. (16): the same for the \
-             rods; right is J~n1~. (17): a base turns about its own joint R~n~, at p = 174.65 mm from its centre of \
-             mass, and not about O~1~y~1~, which is {:.3} to {:.3} m away for legs 2 and 3 on (29). For leg 1 the two axes are one.",
+            "(8): the kinetic energy of the platform's translation is counted twice, once in m<sub>d</sub> v² and once more in \
+             J′<sub>d</sub> = J<sub>d</sub> + m<sub>d</sub> (x² + z²), which belongs to a turn about O<sub>1</sub>. Right is J<sub>d</sub>. (16): the same for the \
+             rods; right is J<sub>n1</sub>. (17): a base turns about its own joint R<sub>n</sub>, at p = 174.65 mm from its centre of \
+             mass, and not about O<sub>1</sub>y<sub>1</sub>, which is {:.3} to {:.3} m away for legs 2 and 3 on (29). For leg 1 the two axes are one.",
             away.0, away.1,
         )),
         table(
@@ -134,12 +152,12 @@ pub(crate) fn write(samples: &[Sample]) -> Section {
             ),
             [
                 ("as printed", ""),
-                ("(29): F~x~", "N"),
-                ("F~z~", "N"),
-                ("M~θ~", "N m"),
-                ("twin: τ~1~", "N"),
-                ("τ~2~", "N"),
-                ("τ~3~", "N"),
+                ("(29): F<sub>x</sub>", "N"),
+                ("F<sub>z</sub>", "N"),
+                ("M<sub>θ</sub>", "N m"),
+                ("twin: τ<sub>1</sub>", "N"),
+                ("τ<sub>2</sub>", "N"),
+                ("τ<sub>3</sub>", "N"),
             ],
             rows,
         ),
@@ -153,8 +171,8 @@ pub(crate) fn write(samples: &[Sample]) -> Section {
             "With the three corrected, Lagrange's equations and the general engine give the same driving forces: they \
              differ by at most {} N of {largest:.0} N at {} instants of the twin's motion, on which all rates, θ̇ \
              too, are at work. So (21) is right where J exists, if F stands for the derivatives by x, z and θ (the paper \
-             uses q~n~ for them and for the joints' inputs) and the load is subtracted, which (21) omits. M~yθ~ belongs \
-             to θ and is −M~y~: a load couple enters with the minus sign.",
+             uses q<sub>n</sub> for them and for the joints' inputs) and the load is subtracted, which (21) omits. M<sub>yθ</sub> belongs \
+             to θ and is −M<sub>y</sub>: a load couple enters with the minus sign.",
             power_of_ten(difference, 2),
             samples.len(),
         )),
@@ -163,9 +181,9 @@ pub(crate) fn write(samples: &[Sample]) -> Section {
             "Lagrange against the general engine on the regular twin, no load: every tenth sample.",
             [
                 ("time", "s"),
-                ("τ~1~", "N"),
-                ("τ~2~", "N"),
-                ("τ~3~", "N"),
+                ("τ<sub>1</sub>", "N"),
+                ("τ<sub>2</sub>", "N"),
+                ("τ<sub>3</sub>", "N"),
                 ("largest difference", "N"),
             ],
             samples.iter().step_by(10).map(|sample| {

@@ -61,7 +61,7 @@ pub(crate) fn data() -> [Datum; 5] {
     ]
 }
 
-/// The greatest difference, relative, of det(J^-1^) times all lengths from its closed form.
+/// The greatest difference, relative, of det(J^-1) times all lengths from its closed form.
 pub(crate) fn determinant_misfit(robot: &Robot, count: usize) -> f64 {
     let scale = 2.0 * robot.k * robot.l * robot.l;
     greatest(super::structure::poses(count).map(|pose| {
@@ -83,13 +83,19 @@ pub(crate) fn write(
     let home = [0.0, 0.505, FRAC_PI_2];
     let angle = leg_angle(&printed, 1, home).to_degrees();
     let blocks = vec![
-        equation("4", "R~2~S~2~ = (x + k sin θ − l, 0, z − k cos θ)"),
-        equation("5", "R~1~S~1~ = (x, 0, z)"),
-        equation("6", "R~3~S~3~ = (x − k sin θ + l, 0, z + k cos θ)"),
-        equation("7", "q~n~ = |R~n~S~n~| − L~n~"),
-        equation("9-12", "G~n1~ = S~n~ − m u~n~,  u~n~ = R~n~S~n~ / |R~n~S~n~|"),
-        equation("13-15", "φ~n~ = arccos(u~n~ · e~x~)"),
-        equation("", "q̇ = J^−1^ Ẋ,  row n of J^−1^: u~n~ · ∂S~n~/∂(x, z, θ)"),
+        equation("4", "R<sub>2</sub>S<sub>2</sub> = (x + k sin θ − l, 0, z − k cos θ)"),
+        equation("5", "R<sub>1</sub>S<sub>1</sub> = (x, 0, z)"),
+        equation("6", "R<sub>3</sub>S<sub>3</sub> = (x − k sin θ + l, 0, z + k cos θ)"),
+        equation("7", "q<sub>n</sub> = |R<sub>n</sub>S<sub>n</sub>| − L<sub>n</sub>"),
+        equation(
+            "9-12",
+            "G<sub>n1</sub> = S<sub>n</sub> − m u<sub>n</sub>,  u<sub>n</sub> = R<sub>n</sub>S<sub>n</sub> / |R<sub>n</sub>S<sub>n</sub>|",
+        ),
+        equation("13-15", "φ<sub>n</sub> = arccos(u<sub>n</sub> · e<sub>x</sub>)"),
+        equation(
+            "",
+            "q̇ = J<sup>−1</sup> Ẋ,  row n of J<sup>−1</sup>: u<sub>n</sub> · ∂S<sub>n</sub>/∂(x, z, θ)",
+        ),
         table(
             "kinematics-agreement",
             "Closed form against the general engine, which assembles the loops numerically: largest difference at 101 \
@@ -101,20 +107,23 @@ pub(crate) fn write(
             ],
         ),
         right(
-            "(4) to (7), (9) to (15) and J^−1^ are right, to rounding. Two cautions: the arccos of (13) to (15) loses the \
-             sign of the angle where a ball is below the base; J itself, the inverse of J^−1^, exists only off the singular surface of the next line.",
+            "(4) to (7), (9) to (15) and J<sup>−1</sup> are right, to rounding. Two cautions: the arccos of (13) to (15) loses the \
+             sign of the angle where a ball is below the base; J itself, the inverse of J<sup>−1</sup>, exists only off the singular surface of the next line.",
         ),
-        equation("", "ρ~1~ ρ~2~ ρ~3~ det J^−1^ = 2 k l cos θ [k (x cos θ + z sin θ) − l z]"),
+        equation(
+            "",
+            "ρ<sub>1</sub> ρ<sub>2</sub> ρ<sub>3</sub> det J<sup>−1</sup> = 2 k l cos θ [k (x cos θ + z sin θ) − l z]",
+        ),
         wrong(format!(
             "At θ = 90° the determinant is zero for every x, z, k and l, and equation (29) holds θ at 90°: times the \
-             leg lengths, the second and third row of J^−1^ then add up to twice the first. (The closed form agrees with the numbers at 2000 poses to {} \
-             of 2 k l^2^.)",
+             leg lengths, the second and third row of J<sup>−1</sup> then add up to twice the first. (The closed form agrees with the numbers at 2000 poses to {} \
+             of 2 k l<sup>2</sup>.)",
             rounding(misfit),
         )),
         paragraph(format!(
             "The data of section 6 do not belong to one robot. The table takes each at its word. The study keeps the \
              sides of 900 and 300 mm, which also agree with the base angles of 30° in section 1 (√3 k = l tan 30°), and \
-             the height of 505 mm; zero input is there, where φ~2~ is {angle:.2}°.",
+             the height of 505 mm; zero input is there, where φ<sub>2</sub> is {angle:.2}°.",
         )),
         table(
             "kinematics-data",
@@ -122,9 +131,9 @@ pub(crate) fn write(
             [
                 ("stated", ""),
                 ("l − k", "mm"),
-                ("height of S~2~", "mm"),
+                ("height of S<sub>2</sub>", "mm"),
                 ("leg 2", "mm"),
-                ("φ~2~", "deg"),
+                ("φ<sub>2</sub>", "deg"),
             ],
             data().map(|datum| {
                 let [offset, height, length, angle] = datum.implied;
@@ -139,7 +148,7 @@ pub(crate) fn write(
         ),
         paragraph(format!(
             "Nor do the lengths of (23) fit: it takes rod and base as bodies of uniform thickness that make up the leg, \
-             L~i~ + L~j~, with their weights at half their lengths. Twice the printed distances of the centres of mass are \
+             L<sub>i</sub> + L<sub>j</sub>, with their weights at half their lengths. Twice the printed distances of the centres of mass are \
              {:.2} mm together, more than any leg at zero input.",
             2e3 * (printed.rod_com + printed.base_com)
         )),

@@ -60,7 +60,7 @@ pub(crate) fn rows() -> Vec<Row> {
         ),
         row(
             "(4)–(6)",
-            "vectors R~n~S~n~",
+            "vectors R<sub>n</sub>S<sub>n</sub>",
             "right",
             path!(robot::leg_vector::<f64>),
             "kinematics",
@@ -68,14 +68,14 @@ pub(crate) fn rows() -> Vec<Row> {
         ),
         row(
             "(7)",
-            "inputs q~n~",
+            "inputs q<sub>n</sub>",
             "right",
             path!(kinematics::inputs::<f64>),
             "kinematics",
             "inputs_are_those_of_the_joints",
         ),
         row(
-            "J^−1^",
+            "J<sup>−1</sup>",
             "velocity Jacobian",
             "right; singular at θ = 90°",
             path!(kinematics::inverse_jacobian),
@@ -85,7 +85,7 @@ pub(crate) fn rows() -> Vec<Row> {
         row(
             "(8)",
             "energy of the platform",
-            "wrong: J′~d~",
+            "wrong: J′<sub>d</sub>",
             path!(lagrangian::platform_energy::<f64>),
             "ideal",
             "errors_of_the_printed_inertias",
@@ -100,7 +100,7 @@ pub(crate) fn rows() -> Vec<Row> {
         ),
         row(
             "(13)–(15)",
-            "angles φ~n~",
+            "angles φ<sub>n</sub>",
             "right above the base",
             path!(kinematics::leg_angle::<f64>),
             "kinematics",
@@ -109,7 +109,7 @@ pub(crate) fn rows() -> Vec<Row> {
         row(
             "(16)",
             "energy of the rods",
-            "wrong: J′~n1~",
+            "wrong: J′<sub>n1</sub>",
             path!(lagrangian::rod_energy::<f64>),
             "ideal",
             "errors_of_the_printed_inertias",
@@ -165,7 +165,7 @@ pub(crate) fn rows() -> Vec<Row> {
         row(
             "(27)",
             "moments on the platform",
-            "wrong sign of M~lk~",
+            "wrong sign of M<sub>lk</sub>",
             path!(reactions::System::new),
             "reactions",
             "printed_system_is_wrong_by_much",
@@ -187,7 +187,7 @@ pub(crate) fn rows() -> Vec<Row> {
             "without_radius_nothing_rubs",
         ),
         row(
-            "ΣE~f~, L′, (28)",
+            "ΣE<sub>f</sub>, L′, (28)",
             "friction as an energy",
             "wrong",
             path!(friction::energy_of_friction),

@@ -88,9 +88,9 @@ pub(super) fn curves(id: &str, title: &str, panels: Vec<Panel>, caption: &str) -
 pub(super) fn power_of_ten(value: f64, digits: usize) -> String {
     let text = format!("{value:.*e}", digits.saturating_sub(1));
     match text.split_once('e') {
-        Some(("1", power)) => format!("10^{}^", power.replace('-', "−")),
+        Some(("1", power)) => format!("10<sup>{}</sup>", power.replace('-', "−")),
         Some((front, power)) if power != "0" => {
-            format!("{front} × 10^{}^", power.replace('-', "−"))
+            format!("{front} × 10<sup>{}</sup>", power.replace('-', "−"))
         }
         Some((front, _)) => front.to_owned(),
         None => text,

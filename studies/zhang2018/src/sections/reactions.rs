@@ -67,7 +67,7 @@ pub(crate) fn null_vector(time: f64) -> Option<(DVector<f64>, f64)> {
     Some((null, rest))
 }
 
-/// The error of the transverse force F~S,t~ by the printed equation (23): for each leg the largest, N,
+/// The error of the transverse force F_S,t by the printed equation (23): for each leg the largest, N,
 /// and the largest force.
 pub(crate) fn transverse(
     robot: &Robot,
@@ -118,7 +118,7 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
     let on_printed_motion = |form| ranks(&printed, form, &mut along(Robot::printed_motion, 101));
     let cases = [
         ("as printed, along (29), to the letter", on_printed_motion(Form::Literal)),
-        ("as printed, along (29), F′~R~ put back", on_printed_motion(Form::Printed)),
+        ("as printed, along (29), F′<sub>R</sub> put back", on_printed_motion(Form::Printed)),
         ("as printed, along (29), corrected", on_printed_motion(Form::Corrected)),
         ("as printed, 500 poses, corrected", ranks(&printed, Form::Corrected, &mut at_rest(POSES))),
         ("regular twin, along its motion, corrected", twin),
@@ -153,27 +153,36 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
             "For each leg as a whole, for its rod and for the platform, forces and moments by D’Alembert, 14 unknowns a \
              leg. With the inertia forces complete and all products written out they are:",
         ),
-        equation("22", "F~S~ + F~R~ = m~i~ (a~i~ − g) + m~j~ (a~j~ − g)"),
+        equation(
+            "22",
+            "F<sub>S</sub> + F<sub>R</sub> = m<sub>i</sub> (a<sub>i</sub> − g) + m<sub>j</sub> (a<sub>j</sub> − g)",
+        ),
         equation(
             "23",
-            "ρ u × F~S~ + M~R~ = p u × m~i~ (a~i~ − g) + (ρ − m) u × m~j~ (a~j~ − g) + (J~i~ + J~j~) α̈ e~y~",
+            "ρ u × F<sub>S</sub> + M<sub>R</sub> = p u × m<sub>i</sub> (a<sub>i</sub> − g) + (ρ − m) u × m<sub>j</sub> (a<sub>j</sub> − g) + (J<sub>i</sub> + J<sub>j</sub>) α̈ e<sub>y</sub>",
         ),
-        equation("24", "F~S~ + F~P~ + τ u = m~j~ (a~j~ − g)"),
-        equation("25", "(S − P) × F~S~ + M~P~ = (G~j~ − P) × m~j~ (a~j~ − g) + J~j~ α̈ e~y~"),
-        equation("26", "−Σ F~S,n~ = m~d~ (a − g) − F~load~"),
-        equation("27", "−Σ (S~n~ − O~2~) × F~S,n~ = J~d~ β̈ e~y~ − M~load~"),
+        equation("24", "F<sub>S</sub> + F<sub>P</sub> + τ u = m<sub>j</sub> (a<sub>j</sub> − g)"),
+        equation(
+            "25",
+            "(S − P) × F<sub>S</sub> + M<sub>P</sub> = (G<sub>j</sub> − P) × m<sub>j</sub> (a<sub>j</sub> − g) + J<sub>j</sub> α̈ e<sub>y</sub>",
+        ),
+        equation("26", "−Σ F<sub>S,n</sub> = m<sub>d</sub> (a − g) − F<sub>load</sub>"),
+        equation(
+            "27",
+            "−Σ (S<sub>n</sub> − O<sub>2</sub>) × F<sub>S,n</sub> = J<sub>d</sub> β̈ e<sub>y</sub> − M<sub>load</sub>",
+        ),
         wrong(format!(
-            "(22) lacks F′~R~, though it is defined below it, and the base's inertia force; its F′~fj~ is not defined and \
-             can only be F~lj~, which has the axial part alone of the rod's inertia force. The printed matrix R~α~ is the transposed one: it takes the leg's axis to \
+            "(22) lacks F′<sub>R</sub>, though it is defined below it, and the base's inertia force; its F′<sub>fj</sub> is not defined and \
+             can only be F<sub>lj</sub>, which has the axial part alone of the rod's inertia force. The printed matrix R<sub>α</sub> is the transposed one: it takes the leg's axis to \
              (−cos φ, 0, sin φ). (23) and (25) lack the arms of the inertia forces and the sign that D’Alembert's \
-             principle gives their moments; the arm of a base's weight is L~i~/2 = (ρ − 2m)/2, {:.0} to \
-             {:.0} mm at zero input, and not p = 174.65 mm. In (27) the sign of M~lk~ is the wrong one, too, β̈ is printed as β, and I~k~ is \
-             missing from R~β~ I~k~ R~β~^T^. Vector products stand without a sign throughout. (26) is right.",
+             principle gives their moments; the arm of a base's weight is L<sub>i</sub>/2 = (ρ − 2m)/2, {:.0} to \
+             {:.0} mm at zero input, and not p = 174.65 mm. In (27) the sign of M<sub>lk</sub> is the wrong one, too, β̈ is printed as β, and I<sub>k</sub> is \
+             missing from R<sub>β</sub> I<sub>k</sub> R<sub>β</sub><sup>T</sup>. Vector products stand without a sign throughout. (26) is right.",
             arms[0], arms[1],
         )),
         table(
             "reactions-transverse",
-            "What the printed (23) makes of the force across the leg at the ball, F~S,t~: largest error and largest force.",
+            "What the printed (23) makes of the force across the leg at the ball, F<sub>S,t</sub>: largest error and largest force.",
             [
                 ("", ""),
                 ("leg 1, error", "N"),
@@ -199,7 +208,7 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
         ),
         table(
             "reactions-printed",
-            "The whole system as printed in spirit (F′~R~ put back, legs turned the right way) against the corrected one, \
+            "The whole system as printed in spirit (F′<sub>R</sub> put back, legs turned the right way) against the corrected one, \
              on the regular twin without load and friction: largest error of each unknown in any leg, and its largest value.",
             [("unknown", ""), ("error", "N"), ("of", "N")],
             printed_errors(&regular)
@@ -211,15 +220,15 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
         ),
         table(
             "reactions-rank",
-            "Rank of the 42 equations, and the last two singular values (SI units). Literal is (22) without F′~R~: \
+            "Rank of the 42 equations, and the last two singular values (SI units). Literal is (22) without F′<sub>R</sub>: \
              nine unknowns stand in no equation.",
             [
                 ("", ""),
                 ("rank", ""),
-                ("σ~41~, least", ""),
-                ("σ~41~, greatest", ""),
-                ("σ~42~, least", ""),
-                ("σ~42~, greatest", ""),
+                ("σ<sub>41</sub>, least", ""),
+                ("σ<sub>41</sub>, greatest", ""),
+                ("σ<sub>42</sub>, least", ""),
+                ("σ<sub>42</sub>, greatest", ""),
             ],
             cases.map(|(name, ranks)| {
                 [
@@ -243,17 +252,17 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
             "The null vector along (29), scaled to −2 in leg 1. Moments in N m for f in N.",
             [
                 ("time", "s"),
-                ("F~Sy,1~", ""),
-                ("F~Sy,2~", ""),
-                ("F~Sy,3~", ""),
-                ("M~Rt,1~", "m"),
-                ("M~Pt,1~", "m"),
+                ("F<sub>Sy,1</sub>", ""),
+                ("F<sub>Sy,2</sub>", ""),
+                ("F<sub>Sy,3</sub>", ""),
+                ("M<sub>Rt,1</sub>", "m"),
+                ("M<sub>Pt,1</sub>", "m"),
             ],
             stresses,
         ),
         paragraph(
             "What cannot be carried at all follows from the left null vector: a load along it has no solution, a load across \
-             it has. Off θ = 90° it is mostly a moment about y, with a part in M~x~: the roll, which neither constraints nor \
+             it has. Off θ = 90° it is mostly a moment about y, with a part in M<sub>x</sub>: the roll, which neither constraints nor \
              drives hold. (21) does not see the roll, and so it and the 42 equations contradict each other: off 90° (21) \
              has a solution, and the 42 equations have none.",
         ),
@@ -264,19 +273,19 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
              and what (21) gives.",
             [
                 ("θ", "deg"),
-                ("F~x~", ""),
-                ("F~y~", ""),
-                ("F~z~", ""),
-                ("M~x~", ""),
-                ("M~y~", ""),
-                ("M~z~", ""),
+                ("F<sub>x</sub>", ""),
+                ("F<sub>y</sub>", ""),
+                ("F<sub>z</sub>", ""),
+                ("M<sub>x</sub>", ""),
+                ("M<sub>y</sub>", ""),
+                ("M<sub>z</sub>", ""),
                 ("missed by", "N m"),
                 ("largest τ of (21)", "N"),
             ],
             range_rows(&printed),
         ),
         right(format!(
-            "For the regular twin the corrected equations have one solution (σ~42~ from {:.3} to {:.3}), and the general \
+            "For the regular twin the corrected equations have one solution (σ<sub>42</sub> from {:.3} to {:.3}), and the general \
              engine finds it: over {} instants and all 42 unknowns the two differ by at most {} of {largest:.0} \
              (N and N m).",
             spread.0,
@@ -285,7 +294,7 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
             power_of_ten(difference, 2),
         )),
         note(
-            "M~P~ depends on the point P at which it is stated, which the paper leaves to the reader; here P is fixed in the \
+            "M<sub>P</sub> depends on the point P at which it is stated, which the paper leaves to the reader; here P is fixed in the \
              base, 349.3 mm from R. Forces and driving forces do not depend on it.",
         ),
         table(
@@ -309,8 +318,12 @@ pub(crate) fn write(frictionless: &[Sample]) -> Section {
 /// Largest errors of the system as printed in spirit, and largest values, N: driving forces and the forces at
 /// S, P and R.
 pub(crate) fn printed_errors(robot: &Robot) -> [(&'static str, f64, f64); 4] {
-    let mut found =
-        [("τ", 0.0_f64, 0.0_f64), ("F~S~", 0.0, 0.0), ("F~P~", 0.0, 0.0), ("F~R~", 0.0, 0.0)];
+    let mut found = [
+        ("τ", 0.0_f64, 0.0_f64),
+        ("F<sub>S</sub>", 0.0, 0.0),
+        ("F<sub>P</sub>", 0.0, 0.0),
+        ("F<sub>R</sub>", 0.0, 0.0),
+    ];
     let places = [
         unknown::TAU..unknown::FS,
         unknown::FS..OF_LEG,

@@ -25,7 +25,7 @@ pub(crate) fn missing(load: Load) -> (f64, f64) {
     )
 }
 
-/// The smallest singular value of J^-1^ along (29), its third column in units of k, and the largest
+/// The smallest singular value of J^-1 along (29), its third column in units of k, and the largest
 /// departure of row 2 + row 3 from twice row 1.
 pub(crate) fn singular() -> (f64, f64) {
     let robot = Robot::printed();
@@ -118,7 +118,10 @@ pub(crate) fn write(by_engine: &stiction_run::inverse::Error) -> Section {
             row("(22) to (27), lengths in mm", least_squares(&system, 1e3, false).0),
             row("the same, each body by itself, m", least_squares(&single, 1.0, false).0),
             row("the same, each body by itself, mm", least_squares(&single, 1e3, false).0),
-            row("(22) to (27) without the platform's M~y~", least_squares(&system, 1.0, true).0),
+            row(
+                "(22) to (27) without the platform's M<sub>y</sub>",
+                least_squares(&system, 1.0, true).0,
+            ),
             row("(21), lengths in m", planar_least_squares(&robot, &motion, load, 1.0)),
             row("(21), lengths in mm", planar_least_squares(&robot, &motion, load, 1e3)),
         ]
@@ -172,8 +175,8 @@ pub(crate) fn write(by_engine: &stiction_run::inverse::Error) -> Section {
              through the plane of the base. Along this motion:",
         ),
         wrong(format!(
-            "The determinant of J^−1^ is zero at every instant (times the lengths at most {} m³; smallest \
-             singular value at most {}; ρ~2~ row 2 + ρ~3~ row 3 = 2 ρ~1~ row 1 to {}). Seen along y, \
+            "The determinant of J<sup>−1</sup> is zero at every instant (times the lengths at most {} m³; smallest \
+             singular value at most {}; ρ<sub>2</sub> row 2 + ρ<sub>3</sub> row 3 = 2 ρ<sub>1</sub> row 1 to {}). Seen along y, \
              the three leg lines meet in one point, 1.5 (x, z). About it no drive has a moment. (21) does not exist there.",
             rounding(determinants),
             rounding(smallest),
@@ -189,7 +192,7 @@ pub(crate) fn write(by_engine: &stiction_run::inverse::Error) -> Section {
         ),
         equation(
             "",
-            "a resultant (F~x~, F~z~, M~y~) at O~2~ is carried only if  M~y~ + k z F~x~/(k − l) − k x F~z~/(k − l) = 0",
+            "a resultant (F<sub>x</sub>, F<sub>z</sub>, M<sub>y</sub>) at O<sub>2</sub> is carried only if  M<sub>y</sub> + k z F<sub>x</sub>/(k − l) − k x F<sub>z</sub>/(k − l) = 0",
         ),
         wrong(format!(
             "The printed load, 100 N and 80 N m along every axis, violates this at every instant: without friction, {:.1} to {:.1} N m about y \
@@ -212,7 +215,7 @@ pub(crate) fn write(by_engine: &stiction_run::inverse::Error) -> Section {
                 panel("printed load [N m]", [("missing", 1, false, line(PRINTED_LOAD))]),
                 panel("no load [N m]", [("missing", 1, false, line(NO_LOAD))]),
             ],
-            "The moment about y at O~2~ that no driving force balances.",
+            "The moment about y at O<sub>2</sub> that no driving force balances.",
         ),
         wrong(
             "Least squares is no way out. Programs that solve singular systems by a pseudo-inverse return numbers \
@@ -223,12 +226,18 @@ pub(crate) fn write(by_engine: &stiction_run::inverse::Error) -> Section {
             "simulation-least-squares",
             "What least squares of least norm would call driving forces, t = 0.25 s. Seven answers to one question, and \
              none of them moves the robot.",
-            [("load", ""), ("solved", ""), ("τ~1~", "N"), ("τ~2~", "N"), ("τ~3~", "N")],
+            [
+                ("load", ""),
+                ("solved", ""),
+                ("τ<sub>1</sub>", "N"),
+                ("τ<sub>2</sub>", "N"),
+                ("τ<sub>3</sub>", "N"),
+            ],
             squares,
         ),
         paragraph(format!(
             "What keeps its meaning along (29) are the generalised forces of the motion, F. They need no inverse. The \
-             printed load takes another (F~x~, F~z~, M~θ~) = ({:.0} N, {:.0} N, −{:.0} N m) off them. With friction even F is \
+             printed load takes another (F<sub>x</sub>, F<sub>z</sub>, M<sub>θ</sub>) = ({:.0} N, {:.0} N, −{:.0} N m) off them. With friction even F is \
              not determined, as the loads of the P and S joints contain the free force f of section 4. The dashed curves \
              suppose that something else bears the missing moment about y; the other 41 equations then have one \
              solution for each f.",

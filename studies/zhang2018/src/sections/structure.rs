@@ -90,18 +90,24 @@ pub(crate) fn write(
     let blocks = vec![
         picture(of_printed, "The robot as printed, along (29).")?,
         paragraph(
-            "Each leg is R, P, S from the ground to the platform; all three R axes lie along y. With r = R~3~S~3~ and \
-             u its direction, the five twists of leg 3 about R~3~ (of legs 1 and 2 about R~1~ and R~2~ likewise) are, as (angular; linear):",
+            "Each leg is R, P, S from the ground to the platform; all three R axes lie along y. With r = R<sub>3</sub>S<sub>3</sub> and \
+             u its direction, the five twists of leg 3 about R<sub>3</sub> (of legs 1 and 2 about R<sub>1</sub> and R<sub>2</sub> likewise) are, as (angular; linear):",
         ),
         equation(
             "1",
-            "$~1~ = (e~y~; 0),  $~2~ = (0; u),  $~3~ = (e~x~; r × e~x~),  $~4~ = (e~y~; r × e~y~),  $~5~ = (e~z~; r × e~z~)",
+            "$<sub>1</sub> = (e<sub>y</sub>; 0),  $<sub>2</sub> = (0; u),  $<sub>3</sub> = (e<sub>x</sub>; r × e<sub>x</sub>),  $<sub>4</sub> = (e<sub>y</sub>; r × e<sub>y</sub>),  $<sub>5</sub> = (e<sub>z</sub>; r × e<sub>z</sub>)",
         ),
-        equation("2", "$~R3P3~ = { $~1~  $~2~  $~3~  $~4~  $~5~ }"),
-        equation("3", "$^r^~R3P3~ = (e~y~; r × e~y~) = {0 1 0; −b~3~ 0 −b~5~}"),
+        equation(
+            "2",
+            "$<sub>R3P3</sub> = { $<sub>1</sub>  $<sub>2</sub>  $<sub>3</sub>  $<sub>4</sub>  $<sub>5</sub> }",
+        ),
+        equation(
+            "3",
+            "$<sup>r</sup><sub>R3P3</sub> = (e<sub>y</sub>; r × e<sub>y</sub>) = {0 1 0; −b<sub>3</sub> 0 −b<sub>5</sub>}",
+        ),
         right(format!(
             "(1) to (3) are right: rank {} for every leg in {COUNT} poses, and the force along y through the ball does \
-             no work on any of the five (largest power {}). Two slips of print: (a~2~, c~2~) in (1) is the sliding \
+             no work on any of the five (largest power {}). Two slips of print: (a<sub>2</sub>, c<sub>2</sub>) in (1) is the sliding \
              direction u and not r × s; the r of (2), for reciprocal, belongs to (3) only.",
             told(ranks.leg),
             super::rounding(ranks.reciprocity),
@@ -158,9 +164,9 @@ pub(crate) fn write(
         ),
         paragraph(
             "Held are the translation along y and the rotation about the platform's normal. The roll about the line \
-             S~2~S~3~ is free to first order: along y the loop closes with √3 k cos(roll), which has its maximum where the \
+             S<sub>2</sub>S<sub>3</sub> is free to first order: along y the loop closes with √3 k cos(roll), which has its maximum where the \
              robot works, so that its gradient vanishes. What blocks the roll is the second order, a gap of \
-             (√3/2) k roll^2^. A little play in the joints therefore lets the platform roll a lot:",
+             (√3/2) k roll<sup>2</sup>. A little play in the joints therefore lets the platform roll a lot:",
         ),
         table(
             "structure-play",
@@ -183,7 +189,7 @@ pub(crate) fn write(
             }),
         ),
         paragraph(
-            "The twin differs in its geometry: its platform's triangle is tilted by 30° about S~2~S~3~, and the base is \
+            "The twin differs in its geometry: its platform's triangle is tilted by 30° about S<sub>2</sub>S<sub>3</sub>, and the base is \
              narrowed to match. The plane of the balls is no longer parallel to the forces, and the rank is 3.",
         ),
         picture(of_regular, "The regular twin along its motion.")?,

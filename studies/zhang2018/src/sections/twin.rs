@@ -111,7 +111,7 @@ fn shares(summary: &Value) -> Vec<[Cell; 5]> {
         for share in drive["friction_shares"].as_array().into_iter().flatten().take(4) {
             let root = share["rms"].as_f64().unwrap_or(f64::NAN);
             rows.push([
-                Cell::from(format!("τ~{leg}~")),
+                Cell::from(format!("τ<sub>{leg}</sub>")),
                 Cell::from(format!("`{}`", share["contact"].as_str().unwrap_or(""))),
                 fixed(root, 3),
                 fixed(share["peak"].as_f64().unwrap_or(f64::NAN), 3),
@@ -201,11 +201,11 @@ pub(crate) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Section, Error> {
             [
                 ("time", "s"),
                 ("reverses", ""),
-                ("τ~1~ from", "N"),
+                ("τ<sub>1</sub> from", "N"),
                 ("to", "N"),
-                ("τ~2~ from", "N"),
+                ("τ<sub>2</sub> from", "N"),
                 ("to", "N"),
-                ("τ~3~ from", "N"),
+                ("τ<sub>3</sub> from", "N"),
                 ("to", "N"),
                 ("beyond", "N"),
             ],

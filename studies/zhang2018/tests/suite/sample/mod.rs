@@ -63,7 +63,16 @@ pub(crate) fn colours() -> Figure {
 pub(crate) fn wide() -> Table {
     let mut table = Table::new("wide", "A **wide** table of `joints`, see [above](#drives).", []);
     table.columns.push(Column::new("joint", ""));
-    for name in ["*F*~x~", "*F*~y~", "*F*~z~", "*M*~x~", "*M*~y~", "*M*~z~", "speed", "|load|"] {
+    for name in [
+        "*F*<sub>x</sub>",
+        "*F*<sub>y</sub>",
+        "*F*<sub>z</sub>",
+        "*M*<sub>x</sub>",
+        "*M*<sub>y</sub>",
+        "*M*<sub>z</sub>",
+        "speed",
+        "|load|",
+    ] {
         table.columns.push(Column::new(name, if name.starts_with("*M*") { "N m" } else { "N" }));
     }
     table.columns.push(Column::new("what it is", ""));
@@ -112,7 +121,7 @@ pub(crate) fn report() -> Report {
     let picture = "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-10 -10 120 60\">\
                    <circle cx=\"50\" cy=\"20\" r=\"18\" fill=\"var(--tint)\" stroke=\"var(--ink)\"/></svg>";
     let prose = "A *moving platform* on three legs has a mass of 12 kg, so that `m` = 12 kg and \
-                 *F*~i,max~ = 3·10^2^ N; see [the drives](#drives), [equation 12a](#eq-12a) and \
+                 *F*<sub>i,max</sub> = 3·10<sup>2</sup> N; see [the drives](#drives), [equation 12a](#eq-12a) and \
                  [the wide table](#table-wide). Nothing here is true of any robot.";
     let text = |text: &str| Block::Paragraph(text.into());
     let finding = |finding, text: &str| Block::Finding(finding, text.into());
@@ -150,7 +159,7 @@ pub(crate) fn report() -> Report {
                     ),
                     finding(
                         Finding::Open,
-                        "Which of *r*~1~ and *r*~2~ is meant by `r` cannot be said.",
+                        "Which of *r*<sub>1</sub> and *r*<sub>2</sub> is meant by `r` cannot be said.",
                     ),
                     finding(Finding::Note, "Angles are in radians."),
                     Block::List(vec!["first".into(), "**second** of `three`".into(), prose.into()]),
@@ -164,11 +173,11 @@ pub(crate) fn report() -> Report {
                     equation("1", "*F* = *m* *a*"),
                     equation(
                         "12a",
-                        "*τ*~i~ = **J**^T^(*q*) *F*~i~ + ½ *ρ* *v*^2^ *A* − μ |*N*~i~| sgn(*v*~i~) + \
-                     Σ~k~ *m*~k~ (*a*~k~ − *g*) · ∂*v*~k~/∂*q̇*~i~ + **ω** × **I** **ω**",
+                        "*τ*<sub>i</sub> = **J**<sup>T</sup>(*q*) *F*<sub>i</sub> + ½ *ρ* *v*<sup>2</sup> *A* − μ |*N*<sub>i</sub>| sgn(*v*<sub>i</sub>) + \
+                     Σ<sub>k</sub> *m*<sub>k</sub> (*a*<sub>k</sub> − *g*) · ∂*v*<sub>k</sub>/∂*q̇*<sub>i</sub> + **ω** × **I** **ω**",
                     ),
                     equation("12a", "the same once more"),
-                    equation("", "*N*~i~ ≥ 0"),
+                    equation("", "*N*<sub>i</sub> ≥ 0"),
                     equation(HOSTILE, HOSTILE),
                 ],
             ),
