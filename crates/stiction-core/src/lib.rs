@@ -50,8 +50,8 @@
 //!
 //! // Forces are those of the position at which `solve` is called.
 //! let forces = solver.solve(&[])?;
-//! // Friction resists: what it adds to the drives is what it dissipates.
-//! let added = |k: usize| forces.drives[k] - forces.efforts_frictionless[k];
+//! // Friction resists: what it adds to the efforts is what it dissipates.
+//! let added = |k: usize| forces.efforts[k] - forces.efforts_frictionless[k];
 //! let (given, lost) = (0.3 * added(0) - 0.2 * added(1), forces.power.dissipated);
 //! assert!(lost > 0.0 && (given - lost).abs() < 1e-12 * lost);
 //! // The pins at the bases turn with the cranks: friction there is coefficient times force times radius times rate.

@@ -37,7 +37,7 @@ fn measure(name: &str) -> Option<()> {
     let mut states = Vec::new();
     for targets in &signal {
         solver.move_to(targets).ok()?;
-        let efforts = solver.solve(&loads).ok()?.drives.clone();
+        let efforts = solver.solve(&loads).ok()?.efforts.clone();
         states.push((targets.clone(), solver.assembly().state().clone(), efforts));
     }
     let mut memory = inverse.memory(1);

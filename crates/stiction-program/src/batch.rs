@@ -99,7 +99,7 @@ impl InverseProgram {
                     moved.map_err(|error| fail(StateErrorCause::Position(error)))?;
                     let forces = solver.solve(loads);
                     let forces = forces.map_err(|error| fail(StateErrorCause::Forces(error)))?;
-                    drives.copy_from_slice(&forces.drives);
+                    drives.copy_from_slice(&forces.efforts);
                     for (own, (force, moment)) in reactions.iter_mut().zip(&forces.reactions) {
                         let ([a, b, c], [d, e, f]) = (force.to_array(), moment.to_array());
                         *own = [a, b, c, d, e, f];

@@ -55,11 +55,11 @@ impl Recipe<'_> {
             let (state, targets, loads) = self.unpacked(sample);
             // Efforts near those of a motion, so that friction does not lock what they move.
             let coordinates = &state.coordinates;
-            let ran = run(self.kernel, parameters, like, coordinates, (&targets, &loads), 0);
-            let scale = ran.inverse.drives().iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
+            let ran = run(self.model, parameters, like, coordinates, (&targets, &loads), 0);
+            let scale = ran.inverse.efforts().iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
             let efforts: Vec<f64> = ran
                 .inverse
-                .drives()
+                .efforts()
                 .iter()
                 .map(|drive| drive + 0.1 * scale * random.number())
                 .collect();
@@ -84,14 +84,14 @@ impl Recipe<'_> {
                     })
                     .collect();
                 let mut again =
-                    run(self.kernel, parameters, like, coordinates, (&moving, &loads), 0);
+                    run(self.model, parameters, like, coordinates, (&moving, &loads), 0);
                 let bodies = &again.kinematics.bodies;
                 let states = again.inverse.interfaces().to_vec();
                 let mut kinds: [Vec<(f64, f64)>; 4] = Default::default();
                 if friction {
                     let of = |k| program.interface(&memory, 0, k);
                     let frictions: Vec<f64> = (0..interfaces).map(|k| of(k)[2]).collect();
-                    again.inverse.solve_with(&self.kernel.setup(), parameters, bodies, &frictions);
+                    again.inverse.solve_with(self.model, parameters, bodies, &frictions);
                     for (k, (interface, state)) in
                         parameters.interfaces.iter().zip(states).enumerate()
                     {
@@ -106,7 +106,7 @@ impl Recipe<'_> {
                     }
                 }
                 kinds[1]
-                    .extend(efforts.iter().copied().zip(again.inverse.drives().iter().copied()));
+                    .extend(efforts.iter().copied().zip(again.inverse.efforts().iter().copied()));
                 for joint in 0..joints {
                     let (force, moment) = again.inverse.reaction(bodies, joint);
                     let found = match friction {

@@ -120,7 +120,7 @@ impl<'a> Asked<'a> {
         });
         let targets: Vec<Target<Recorded>> = targets.collect();
         let given = (&targets[..], &loads[..]);
-        let mut ran = run(recipe.kernel, &parameters, like, coordinates, given, 1);
+        let mut ran = run(recipe.model, &parameters, like, coordinates, given, 1);
         let bodies = &ran.kinematics.bodies;
         let mut wrenches = vec![Wrench::zero(); recipe.counts(0).joints];
         for (&joint, reaction) in self.rubbing.iter().zip(inputs[self.first..].chunks(6)) {
@@ -128,8 +128,8 @@ impl<'a> Asked<'a> {
             let moment = moment + bodies.frame_j[joint].position.cross(force);
             wrenches[joint] = Wrench { force, moment }.held();
         }
-        ran.inverse.step_at(&recipe.kernel.setup(), &parameters, bodies, &wrenches);
-        ran.inverse.drives().to_vec()
+        ran.inverse.step_at(recipe.model, &parameters, bodies, &wrenches);
+        ran.inverse.efforts().to_vec()
     }
 
     /// The graph with slopes of `drives`, in which nothing is held any more and the mechanism's numbers are constants;

@@ -151,7 +151,7 @@ impl ForwardProgram {
         loads: &[AppliedLoad<f64>],
         machine: bool,
     ) -> Result<Self, RecordError> {
-        let kernel = solver.kernel().ok_or(RecordError::NoPlan)?;
+        let model = solver.model().map_err(|_| RecordError::NoPlan)?;
         let has_idle_spins = !solver.assembly().motion_constraints().spins().is_empty();
         if solver.weighting() != Some(Weighting::Determined) {
             return Err(RecordError::Redundant);
@@ -159,7 +159,7 @@ impl ForwardProgram {
         if has_idle_spins {
             return Err(RecordError::IdleSpins);
         }
-        let recipe = Recipe { kernel: &kernel, solver, loads };
+        let recipe = Recipe { model: &model, solver, loads };
         let counts = recipe.counts(0);
         if counts.drives != counts.targets || counts.drives == 0 {
             let (actuators, coordinates) = (counts.drives, counts.targets);

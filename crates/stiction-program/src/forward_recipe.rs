@@ -20,7 +20,7 @@ use crate::recording::{Counts, Recipe};
 use crate::stages::{holds, with_inputs_replaced};
 use crate::value_numbering::{Merged, merge};
 use crate::wrench::{local, reaction};
-use stiction_core::dynamics::{AppliedLoad, Response, Sharing, Workspace};
+use stiction_core::dynamics::{AppliedLoad, Data, Response, Sharing};
 use stiction_core::friction::{InterfaceShape, Load};
 use stiction_core::kinematics::Target;
 use stiction_core::parameters::Parameters;
@@ -50,7 +50,7 @@ pub(crate) struct ForwardStages {
 /// The kernel's run as it was recorded, and what depends on it linearly.
 struct Ground {
     parameters: Parameters<Recorded>,
-    base: Workspace<Recorded>,
+    base: Data<Recorded>,
     units: Vec<Inertial<Recorded>>,
     responses: Vec<Response<Recorded>>,
     efforts: Vec<Recorded>,
@@ -73,7 +73,7 @@ impl Recipe<'_> {
             .map(|t| Target { value: t[0], rate: t[1], acceleration: t[2] })
             .collect();
         let parameters = self.solver.parameters();
-        let units = Inertial::all(self.kernel, parameters, like, coordinates, &targets);
+        let units = Inertial::all(self.model, parameters, like, coordinates, &targets);
         largest_pivots(rows_by_units(&units, counts.drives))
     }
 
@@ -171,11 +171,11 @@ impl Recipe<'_> {
             .map(|load| AppliedLoad { force: vector(), moment: vector(), ..load.lift() })
             .collect();
         let efforts = (0..counts.drives).map(|_| next()).collect();
-        let base = run(self.kernel, &parameters, like, &coordinates, (&targets, &loads), 0);
-        let setup = self.kernel.setup();
+        let base = run(self.model, &parameters, like, &coordinates, (&targets, &loads), 0);
+        let model = self.model;
         let bodies = &base.kinematics.bodies;
-        let responses = Sharing::new(&setup).responses(&setup, &parameters, bodies, &base.inverse);
-        let units = Inertial::all(self.kernel, &parameters, like, &coordinates, &targets);
+        let responses = Sharing::new(model).responses(model, &parameters, bodies, &base.inverse);
+        let units = Inertial::all(self.model, &parameters, like, &coordinates, &targets);
         Ground { parameters, base, units, responses, efforts, targets, loads, coordinates }
     }
 
@@ -201,7 +201,7 @@ impl Recipe<'_> {
 
         let masses = Factors::new(&rows_by_units(units, counts.drives), pivots.to_vec());
         let left: Vec<Recorded> =
-            efforts.iter().zip(inverse.drives()).map(|(effort, h)| *effort - *h).collect();
+            efforts.iter().zip(inverse.efforts()).map(|(effort, h)| *effort - *h).collect();
         let mut solutions = masses.solve(&left);
         for effort in 0..counts.targets {
             let unit = |k: usize| Recorded::from_f64(if k == effort { 1.0 } else { 0.0 });
@@ -232,7 +232,7 @@ impl Recipe<'_> {
             without.push(sum(at_rest, &of_units, &free));
             let of = |column: &usize| {
                 let response = &responses[*column];
-                let taken: Vec<Recorded> = response.drives.iter().map(|drive| -*drive).collect();
+                let taken: Vec<Recorded> = response.efforts.iter().map(|drive| -*drive).collect();
                 sum(local(&frame, response.wrenches[joint]), &of_efforts, &taken)
             };
             added.push(coupled.iter().map(of).collect());
@@ -255,7 +255,7 @@ impl Recipe<'_> {
         let all_forces = loads.forces_of_all(&all_loads);
         let mut taken = vec![Recorded::zero(); counts.drives];
         for (response, force) in responses.iter().zip(&all_forces) {
-            for (taken, drive) in taken.iter_mut().zip(&response.drives) {
+            for (taken, drive) in taken.iter_mut().zip(&response.efforts) {
                 *taken += *drive * *force;
             }
         }
@@ -289,10 +289,10 @@ impl Recipe<'_> {
             .map(|(target, acceleration)| Target { acceleration: *acceleration, ..*target })
             .collect();
         let like = self.solver.assembly().state();
-        let mut ran = run(self.kernel, parameters, like, coordinates, (&moving, loads), 0);
+        let mut ran = run(self.model, parameters, like, coordinates, (&moving, loads), 0);
         let bodies = &ran.kinematics.bodies;
         if let Some(frictions) = frictions {
-            ran.inverse.solve_with(&self.kernel.setup(), parameters, bodies, frictions);
+            ran.inverse.solve_with(self.model, parameters, bodies, frictions);
         }
         let mut results = accelerations.to_vec();
         results.extend(&ran.state.accelerations);

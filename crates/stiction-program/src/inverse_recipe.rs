@@ -18,7 +18,7 @@ use crate::stages::holds;
 use crate::value_numbering::{Merged, merge};
 use crate::wrench::{components, reaction};
 use core::ops::Range;
-use stiction_core::dynamics::{AppliedLoad, FrictionMode, Inverse, Settings};
+use stiction_core::dynamics::{AppliedLoad, FrictionMode, Settings};
 use stiction_core::kinematics::Target;
 use stiction_core::parameters::Parameters;
 use stiction_core::random::Random;
@@ -60,9 +60,8 @@ impl Recipe<'_> {
         samples: &[Vec<f64>],
         quantities: &[Quantity],
     ) -> Result<InverseStages, RecordError> {
-        let setup = self.kernel.setup();
-        let (cuts, spins) = Inverse::<f64>::new(&setup, self.solver.parameters()).carried(&setup);
-        let (cuts, spins) = (cuts.len(), spins.len());
+        let model = self.model;
+        let (cuts, spins) = (model.topology().cut_joints(), model.constraints().spins().len());
         let first = given.count();
         let asked =
             Asked::new(self, quantities, given.first_prescribed(), first + 6 * cuts + spins)?;
@@ -154,13 +153,15 @@ impl Recipe<'_> {
         let mechanism = self.solver.mechanism();
         // Numbers of the mechanism are constants: they are folded into the program.
         let parameters = Parameters::<Recorded>::new(mechanism);
-        let mut workspace = self.kernel.workspace(&parameters, self.solver.assembly().state());
+        let settings =
+            Settings { friction: FrictionMode::Off, position_steps: 0, ..Settings::default() };
+        let mut data = self.model.data(self.solver.assembly().state(), settings);
         let mut inputs = inputs.iter().copied();
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
         // Rates and accelerations are found once more, from the targets, by more operations than it takes to
         // see that they are the same: what comes first stays.
-        given.read(mechanism, &mut workspace.state, &mut next);
-        let coordinates = workspace.state.coordinates.clone();
+        given.read(mechanism, &mut data.state, &mut next);
+        let coordinates = data.state.coordinates.clone();
         let mut vector = || Vec3::new(next(), next(), next());
         let loads: Vec<AppliedLoad<Recorded>> = self
             .loads
@@ -171,15 +172,13 @@ impl Recipe<'_> {
         let targets: Vec<Target<Recorded>> = (0..count)
             .map(|_| Target { value: next(), rate: next(), acceleration: next() })
             .collect();
-        let settings =
-            Settings { friction: FrictionMode::Off, position_steps: 0, ..Settings::default() };
-        self.kernel.run(&parameters, &mut workspace, &targets, &loads, &settings);
-        let (bodies, setup) = (&workspace.kinematics.bodies, self.kernel.setup());
+        self.model.evaluate(&parameters, &mut data, &targets, &loads);
+        let (bodies, model) = (&data.kinematics.bodies, self.model);
         let all = 0..mechanism.joints().len();
-        let inverse = &mut workspace.inverse;
-        let mut ideal: Vec<Recorded> = inverse.drives().to_vec();
+        let inverse = &mut data.inverse;
+        let mut ideal: Vec<Recorded> = inverse.efforts().to_vec();
         ideal.extend(all.clone().flat_map(|joint| reaction(inverse, bodies, joint)));
-        let plain = inverse.reciprocal_pivots(&setup);
+        let plain = inverse.reciprocal_pivots(model);
         let numbers = |(cuts, spins): (Vec<Wrench<Recorded>>, Vec<Recorded>)| -> Vec<Recorded> {
             cuts.into_iter().flat_map(components).chain(spins).collect()
         };
@@ -187,18 +186,18 @@ impl Recipe<'_> {
         let mut rubbed = inverse.clone();
         let frictions: Vec<Recorded> =
             inverse.interfaces().iter().map(|state| state.friction()).collect();
-        rubbed.solve_with(&setup, &parameters, bodies, &frictions);
-        let (mut cuts, mut spins) = rubbed.carried(&setup);
+        rubbed.solve_with(model, &parameters, bodies, &frictions);
+        let (mut cuts, mut spins) = rubbed.carried(model);
         let begin = numbers((cuts.clone(), spins.clone()));
         for wrench in &mut cuts {
             let force = Vec3::new(next(), next(), next());
             *wrench = Wrench { force, moment: Vec3::new(next(), next(), next()) };
         }
         spins.fill_with(next);
-        inverse.step_from(&setup, &parameters, bodies, (&cuts, &spins));
-        let after = numbers(inverse.carried(&setup));
-        let tilted = inverse.reciprocal_pivots(&setup);
-        let mut rest: Vec<Recorded> = inverse.drives().to_vec();
+        inverse.step_from(model, &parameters, bodies, (&cuts, &spins));
+        let after = numbers(inverse.carried(model));
+        let tilted = inverse.reciprocal_pivots(model);
+        let mut rest: Vec<Recorded> = inverse.efforts().to_vec();
         rest.extend(all.flat_map(|joint| reaction(inverse, bodies, joint)));
         let states = inverse.interfaces();
         rest.extend(states.iter().map(|state| state.load()));

@@ -1,6 +1,6 @@
 //! Forces and accelerations as they depend on the accelerations of the coordinates that are prescribed.
 
-use stiction_core::dynamics::{AppliedLoad, FrictionMode, Inverse, Kernel, Settings, Workspace};
+use stiction_core::dynamics::{AppliedLoad, Data, FrictionMode, Inverse, Model, Settings};
 use stiction_core::kinematics::{State, Target};
 use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Scalar;
@@ -10,18 +10,18 @@ use stiction_core::spatial::{Vec3, Wrench};
 // Not inlined: the kernel is large, and its compiler slow.
 #[inline(never)]
 pub(crate) fn run<T: Scalar>(
-    kernel: &Kernel,
+    model: &Model,
     parameters: &Parameters<T>,
     like: &State<f64>,
     coordinates: &[T],
     (targets, loads): (&[Target<T>], &[AppliedLoad<T>]),
     position_steps: usize,
-) -> Workspace<T> {
-    let mut workspace = kernel.workspace(parameters, like);
-    workspace.state.coordinates.copy_from_slice(coordinates);
+) -> Data<T> {
     let settings = Settings { friction: FrictionMode::Off, position_steps, ..Settings::default() };
-    kernel.run(parameters, &mut workspace, targets, loads, &settings);
-    workspace
+    let mut data = model.data(like, settings);
+    data.state.coordinates.copy_from_slice(coordinates);
+    model.evaluate(parameters, &mut data, targets, loads);
+    data
 }
 
 /// What a unit acceleration of one coordinate adds, everything else as it is.
@@ -36,7 +36,7 @@ pub(crate) struct Inertial<T> {
 impl<T: Scalar> Inertial<T> {
     /// For each coordinate, at a position. From rest, where nothing but inertia acts.
     pub(crate) fn all(
-        kernel: &Kernel,
+        model: &Model,
         parameters: &Parameters<T>,
         like: &State<f64>,
         coordinates: &[T],
@@ -54,10 +54,10 @@ impl<T: Scalar> Inertial<T> {
                     target.rate = T::zero();
                     target.acceleration = if k == unit { T::one() } else { T::zero() };
                 }
-                let ran = run(kernel, &inert, like, coordinates, (&own, &[]), 0);
+                let ran = run(model, &inert, like, coordinates, (&own, &[]), 0);
                 let inverse: &Inverse<T> = &ran.inverse;
                 Self {
-                    drives: inverse.drives().to_vec(),
+                    drives: inverse.efforts().to_vec(),
                     wrenches: inverse.joint_wrenches().to_vec(),
                 }
             })

@@ -1,7 +1,7 @@
 //! What all programs are recorded from, and its sizes.
 
 use crate::recorded::Recorded;
-use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Kernel};
+use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Model};
 use stiction_core::kinematics::Target;
 
 /// Sizes of a mechanism and of what is asked of it.
@@ -21,7 +21,7 @@ pub(crate) struct Counts {
 /// Everything that is recorded from.
 #[derive(Clone, Copy)]
 pub(crate) struct Recipe<'a> {
-    pub(crate) kernel: &'a Kernel,
+    pub(crate) model: &'a Model,
     pub(crate) solver: &'a InverseDynamics,
     pub(crate) loads: &'a [AppliedLoad<f64>],
 }

@@ -79,11 +79,11 @@ fn run(name: &str) {
     };
     match kernel_name {
         "frictionless" | "friction" => {
-            let kernel = solver.kernel().unwrap();
+            let compiled = solver.model().unwrap();
             let parameters = solver.parameters().clone();
-            let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
             let settings = Settings { friction, ..Settings::default() };
-            measure(|| kernel.run(&parameters, &mut workspace, &targets, &loads, &settings));
+            let mut data = compiled.data(solver.assembly().state(), settings);
+            measure(|| compiled.evaluate(&parameters, &mut data, &targets, &loads));
         }
         "program-frictionless" | "program-friction" => {
             // Inputs are those of the first position; programs do not branch.

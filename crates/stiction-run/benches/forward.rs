@@ -55,7 +55,7 @@ fn robot() -> (Forward, State<f64>, Vec<f64>) {
     let mut solver =
         InverseDynamics::new(mechanism.clone(), initial_poses, &coordinates, &targets, settings)
             .unwrap();
-    let weight = solver.solve(&[]).unwrap().drives.clone();
+    let weight = solver.solve(&[]).unwrap().efforts.clone();
     let forward = Forward::new(mechanism, &[]);
     let state = forward.assemble(initial_poses, &coordinates, &targets).unwrap();
     (forward, state, weight)

@@ -99,12 +99,12 @@ fn measure(size: usize, subject: Subject) -> Row {
         begun.elapsed()
     });
     let setup = again.fold(first, Duration::min).as_secs_f64() * 1e3;
-    let kernel = solver.kernel().unwrap();
+    let model = solver.model().unwrap();
     let parameters = solver.parameters().clone();
-    let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
+    let mut data = model.data(solver.assembly().state(), Settings::default());
     let [frictionless, friction] = [FrictionMode::Off, FrictionMode::Converged].map(|friction| {
-        let settings = Settings { friction, ..Settings::default() };
-        fastest(|| kernel.run(&parameters, &mut workspace, &targets, &[], &settings))
+        data.settings.friction = friction;
+        fastest(|| model.evaluate(&parameters, &mut data, &targets, &[]))
     });
     let mut proximity = SingularityDistances::new(solver.mechanism()).unwrap();
     let distances = fastest(|| {

@@ -47,7 +47,7 @@ fn robot(name: &str) -> (InverseDynamics, Vec<Target<f64>>, Vec<AppliedLoad<f64>
 fn samples(c: &mut Criterion) {
     for name in ["3rps", "zhang2018-regular", "gough", "slider-crank"] {
         let (solver, targets, loads) = robot(name);
-        let kernel = solver.kernel().unwrap();
+        let compiled = solver.model().unwrap();
         let mut group = c.benchmark_group(name);
         group.throughput(Throughput::Elements(1));
         for (what, friction) in
@@ -55,12 +55,12 @@ fn samples(c: &mut Criterion) {
         {
             let settings = Settings { friction, ..Settings::default() };
             let parameters = solver.parameters().clone();
-            let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
+            let mut data = compiled.data(solver.assembly().state(), settings);
             group.bench_function(BenchmarkId::new("kernel", what), |b| {
                 b.iter(|| {
                     let targets = black_box(&targets);
-                    kernel.run(&parameters, &mut workspace, targets, &loads, &settings);
-                    workspace.inverse.drives()[0]
+                    compiled.evaluate(&parameters, &mut data, targets, &loads);
+                    data.inverse.efforts()[0]
                 });
             });
         }
@@ -77,15 +77,15 @@ fn samples(c: &mut Criterion) {
 
         group.throughput(Throughput::Elements(LANES as u64));
         let parameters = Parameters::<L>::new(solver.mechanism());
-        let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
+        let settings = Settings { friction: FrictionMode::Converged, ..Settings::default() };
+        let mut data = compiled.data(solver.assembly().state(), settings);
         let targets: Vec<Target<L>> = targets.iter().map(|target| target.lift()).collect();
         let loads: Vec<AppliedLoad<L>> = loads.iter().map(|load| load.lift()).collect();
-        let settings = Settings { friction: FrictionMode::Converged, ..Settings::default() };
         group.bench_function(BenchmarkId::new("kernel, eight lanes", "with friction"), |b| {
             b.iter(|| {
                 let targets = black_box(&targets);
-                kernel.run(&parameters, &mut workspace, targets, &loads, &settings);
-                workspace.inverse.drives()[0]
+                compiled.evaluate(&parameters, &mut data, targets, &loads);
+                data.inverse.efforts()[0]
             });
         });
         group.finish();

@@ -7,7 +7,7 @@ use crate::expected::{Difference, Expected, Forces};
 use crate::robot::Robot;
 use crate::subject::Subject;
 use std::hint::black_box;
-use stiction_core::dynamics::{AppliedLoad, FrictionMode, Settings, Workspace};
+use stiction_core::dynamics::{AppliedLoad, Data, FrictionMode, Settings};
 use stiction_core::kinematics::Target;
 use stiction_core::parameters::Parameters;
 use stiction_core::scalar::{Lanes, Scalar};
@@ -83,9 +83,8 @@ fn lanes_of_states(robot: &Robot) -> Vec<Run<L>> {
 /// A kernel that goes through its runs again and again.
 struct Runs<'a, T> {
     robot: &'a Robot,
-    settings: Settings,
     parameters: Parameters<T>,
-    workspace: Workspace<T>,
+    data: Data<T>,
     runs: Vec<Run<T>>,
     /// The position at the beginning of the motion, of each lane.
     start: Vec<T>,
@@ -95,14 +94,14 @@ struct Runs<'a, T> {
 impl<'a, T: InLanes> Runs<'a, T> {
     fn new(robot: &'a Robot, settings: Settings, runs: Vec<Run<T>>) -> Self {
         let parameters = Parameters::<T>::new(robot.solver.mechanism());
-        let workspace = robot.kernel.workspace(&parameters, &robot.positions[0]);
-        let mut start = workspace.state.coordinates.clone();
+        let data: Data<T> = robot.compiled.data(&robot.positions[0], settings);
+        let mut start = data.state.coordinates.clone();
         for (lane, &sample) in runs[0].samples.iter().enumerate() {
             for (coordinate, &value) in start.iter_mut().zip(&robot.positions[sample].coordinates) {
                 coordinate.set_lane(lane, value);
             }
         }
-        Self { robot, settings, parameters, workspace, runs, start, next: 0 }
+        Self { robot, parameters, data, runs, start, next: 0 }
     }
 
     fn subject(mut self, name: &'static str, expected: &'a [Forces]) -> Subject<'a>
@@ -116,7 +115,7 @@ impl<'a, T: InLanes> Runs<'a, T> {
             for _ in 0..runs {
                 self.step();
             }
-            black_box(self.workspace.inverse.drives());
+            black_box(self.data.inverse.efforts());
             runs * lanes
         });
         Subject { name, difference, batch }
@@ -125,11 +124,11 @@ impl<'a, T: InLanes> Runs<'a, T> {
     #[inline(never)]
     fn step(&mut self) -> &Run<T> {
         let run = &self.runs[self.next];
-        let Self { robot, settings, parameters, workspace, start, .. } = self;
+        let Self { robot, parameters, data, start, .. } = self;
         if self.next == 0 {
-            workspace.state.coordinates.copy_from_slice(start);
+            data.state.coordinates.copy_from_slice(start);
         }
-        robot.kernel.run(parameters, workspace, black_box(&run.targets), &run.loads, settings);
+        robot.compiled.evaluate(parameters, data, black_box(&run.targets), &run.loads);
         self.next = if self.next + 1 == self.runs.len() { 0 } else { self.next + 1 };
         run
     }
@@ -139,10 +138,10 @@ impl<'a, T: InLanes> Runs<'a, T> {
         let mut difference = Difference::default();
         for _ in 0..2 * self.runs.len() {
             let samples = self.step().samples.clone();
-            let (inverse, bodies) = (&self.workspace.inverse, &self.workspace.kinematics.bodies);
+            let (inverse, bodies) = (&self.data.inverse, &self.data.kinematics.bodies);
             for (lane, &sample) in samples.iter().enumerate() {
                 let forces = &expected[sample];
-                for (drive, &wanted) in inverse.drives().iter().zip(&forces.drives) {
+                for (drive, &wanted) in inverse.efforts().iter().zip(&forces.drives) {
                     difference.add_drive(drive.lane(lane), wanted);
                 }
                 for (&joint, &wanted) in self.robot.joints.iter().zip(&forces.reactions) {

@@ -1,13 +1,13 @@
 //! A robot of the gallery along its default motion, under its default load.
 
 use crate::expected::Expected;
-use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Kernel, Settings};
+use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Model, Settings};
 use stiction_core::kinematics::{State, Target};
 use stiction_format::{Source, gallery, read};
 
 pub(crate) struct Robot {
     pub(crate) solver: InverseDynamics,
-    pub(crate) kernel: Kernel,
+    pub(crate) compiled: Model,
     /// At each instant what is prescribed, the loads, and the position of the tree.
     pub(crate) targets: Vec<Vec<Target<f64>>>,
     pub(crate) loads: Vec<Vec<AppliedLoad<f64>>>,
@@ -35,7 +35,7 @@ impl Robot {
             Settings::default(),
         )
         .map_err(|error| error.to_string())?;
-        let kernel = solver.kernel().ok_or("there is no kernel in this position")?;
+        let compiled = solver.model().map_err(|error| error.to_string())?;
         let joint = |name: &String| solver.mechanism().joint_id(name).map(|id| id.0);
         let joints = expected.joints.iter().map(joint).collect::<Option<_>>();
         let joints = joints.ok_or("the expected reactions are of other joints")?;
@@ -52,6 +52,6 @@ impl Robot {
             loads.push(load.at(time).collect());
             positions.push(solver.assembly().state().clone());
         }
-        Ok(Self { solver, kernel, targets, loads, positions, joints })
+        Ok(Self { solver, compiled, targets, loads, positions, joints })
     }
 }

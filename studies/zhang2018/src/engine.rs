@@ -130,11 +130,11 @@ fn of_sample(sample: &inverse::Sample<'_>, mechanism: &Mechanism) -> Result<Samp
         for (i, axis) in [t, y].into_iter().enumerate() {
             of[unknown::FP + i] = p.0.dot(axis);
         }
-        of[unknown::TAU] = forces.drives[n];
+        of[unknown::TAU] = forces.efforts[n];
     }
     Ok(Sample {
         time: sample.time,
-        drives: three(&forces.drives, mechanism)?,
+        drives: three(&forces.efforts, mechanism)?,
         ideal: three(&forces.efforts_frictionless, mechanism)?,
         unknowns,
         power: forces.power,

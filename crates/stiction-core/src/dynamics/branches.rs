@@ -37,7 +37,7 @@ impl InverseDynamics {
         loads: &[AppliedLoad<f64>],
         most: f64,
     ) -> Option<FrictionMargin> {
-        let Parts { setup, inverse, parameters, kinematics, settings } = self.parts()?;
+        let Parts { model, inverse, parameters, kinematics, settings } = self.parts()?;
         if settings.friction == FrictionMode::Off {
             // There is no solution with friction to follow, and nothing is known.
             return None;
@@ -52,7 +52,7 @@ impl InverseDynamics {
         let settings = Settings { friction: FrictionMode::Converged, ..*settings };
         let mut probe = inverse.clone();
         let followed =
-            follow_friction(&mut probe, &setup, parameters, kinematics, loads, &settings, most);
+            follow_friction(&mut probe, model, parameters, kinematics, loads, &settings, most);
         Some(match followed {
             Ok(()) => FrictionMargin { locks_at: None, joint: None },
             Err(Lock { part, interface }) => FrictionMargin {
@@ -62,7 +62,7 @@ impl InverseDynamics {
         })
     }
 
-    /// Drives of other solutions of friction and reactions than that of the last
+    /// Efforts of other solutions of friction and reactions than that of the last
     /// [`InverseDynamics::solve`], as far as Newton's method finds them from many starts: where
     /// [`InverseDynamics::coupling`] is below one there are none, and nothing is looked for. There may
     /// be more than are found.
@@ -70,12 +70,12 @@ impl InverseDynamics {
         if self.coupling().is_none_or(|coupling| coupling < 1.0) {
             return Vec::new();
         }
-        let drives = self.forces().drives.clone();
-        let Some(Parts { setup, inverse, parameters, kinematics, settings }) = self.parts() else {
+        let efforts = self.forces().efforts.clone();
+        let Some(Parts { model, inverse, parameters, kinematics, settings }) = self.parts() else {
             return Vec::new();
         };
         let mut probe = inverse.clone();
-        probe.begin(&setup, parameters, kinematics, loads, settings);
+        probe.begin(model, parameters, kinematics, loads, settings);
         let without = probe.joint_wrenches().to_vec();
         let largest = |inverse: &Inverse<f64>| {
             inverse.interfaces().iter().map(|c| c.load()).fold(f64::MIN_POSITIVE, f64::max)
@@ -83,7 +83,7 @@ impl InverseDynamics {
         let limit = UNBOUNDED * largest(&probe);
         let force = without.iter().map(|w| w.force.norm()).fold(0.0, f64::max);
         let mut random = Random::new(1);
-        let mut known = vec![drives];
+        let mut known = vec![efforts];
         for start in 0..STARTS {
             // From loads of the size that there are, and from larger and larger ones.
             let size = force * 4f64.powi(start as i32 / 8);
@@ -95,32 +95,32 @@ impl InverseDynamics {
                     Wrench { force: wrench.force + shift, moment: wrench.moment + moment }
                 })
                 .collect();
-            probe.begin(&setup, parameters, kinematics, loads, settings);
+            probe.begin(model, parameters, kinematics, loads, settings);
             let bodies = &kinematics.bodies;
             probe.press_with(parameters, bodies, &wrenches);
             let mut found = false;
             for _ in 0..STEPS {
-                let (change, load) = probe.step(&setup, parameters, bodies);
+                let (change, load) = probe.step(model, parameters, bodies);
                 if !load.is_finite() || load > limit {
                     break;
                 }
                 if settings.is_settled(change, load) {
-                    found = probe.is_balanced(&setup, parameters);
+                    found = probe.is_balanced(model, parameters);
                     break;
                 }
             }
-            found |= probe.friction_stagnated() && probe.is_balanced(&setup, parameters);
+            found |= probe.friction_stagnated() && probe.is_balanced(model, parameters);
             if !found {
                 continue;
             }
-            probe.finish_friction(setup.topology, parameters, bodies);
-            let drives = probe.drives().to_vec();
-            let scale = drives.iter().map(|d| d.abs()).fold(f64::MIN_POSITIVE, f64::max);
+            probe.finish_friction(model.topology(), parameters, bodies);
+            let efforts = probe.efforts().to_vec();
+            let scale = efforts.iter().map(|d| d.abs()).fold(f64::MIN_POSITIVE, f64::max);
             let differs = |other: &Vec<f64>| {
-                other.iter().zip(&drives).any(|(a, b)| (a - b).abs() > SAME * scale)
+                other.iter().zip(&efforts).any(|(a, b)| (a - b).abs() > SAME * scale)
             };
             if known.iter().all(differs) {
-                known.push(drives);
+                known.push(efforts);
             }
         }
         known.split_off(1)

@@ -4,8 +4,8 @@
 
 use super::coupling::CouplingWorkspace;
 use super::inverse::Inverse;
+use super::model::Model;
 use super::settings::Settings;
-use super::setup::Setup;
 use crate::kinematics::Kinematics;
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
@@ -35,19 +35,19 @@ const UNBOUNDED: f64 = 1e9;
 /// the driving forces grow without bound as the coefficients come near.
 pub(super) fn follow_friction(
     inverse: &mut Inverse<f64>,
-    setup: &Setup<'_>,
+    model: &Model,
     parameters: &Parameters<f64>,
     kinematics: &mut Kinematics<f64>,
     loads: &[AppliedLoad<f64>],
     settings: &Settings,
     until: f64,
 ) -> Result<(), Lock> {
-    inverse.begin(setup, parameters, kinematics, loads, settings);
+    inverse.begin(model, parameters, kinematics, loads, settings);
     let bodies = &kinematics.bodies;
     let start: Vec<f64> = inverse.interfaces().iter().map(|c| c.load()).collect();
     let largest_start = start.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
     let mut good = inverse.clone();
-    let strength = CouplingWorkspace::default().strength(inverse, setup, parameters, bodies);
+    let strength = CouplingWorkspace::default().strength(inverse, model, parameters, bodies);
     let certain = if strength > 0.0 { CERTAIN / strength } else { f64::INFINITY };
     let (mut part, mut step) = (0.0, f64::min(certain, until).max(FIRST_STEP));
     while part < until {
@@ -55,10 +55,10 @@ pub(super) fn follow_friction(
             step = step.min(LONGEST_STEP * part);
         }
         let next = f64::min(part + step, until);
-        inverse.apply_friction_at(setup.topology, parameters, bodies, settings, next);
+        inverse.apply_friction_at(model.topology(), parameters, bodies, settings, next);
         let mut found = false;
         for _ in 0..settings.friction_steps {
-            let (change, largest) = inverse.step(setup, parameters, bodies);
+            let (change, largest) = inverse.step(model, parameters, bodies);
             if largest.is_nan() || largest > UNBOUNDED * largest_start {
                 break;
             }
@@ -67,7 +67,7 @@ pub(super) fn follow_friction(
                 break;
             }
         }
-        found |= inverse.friction_stagnated() && inverse.is_balanced(setup, parameters);
+        found |= inverse.friction_stagnated() && inverse.is_balanced(model, parameters);
         if found {
             good.clone_from(inverse);
             part = next;
@@ -87,7 +87,7 @@ pub(super) fn follow_friction(
             }
         }
     }
-    inverse.finish_friction(setup.topology, parameters, bodies);
-    inverse.spin_up(setup, kinematics);
+    inverse.finish_friction(model.topology(), parameters, bodies);
+    inverse.spin_up(model, kinematics);
     Ok(())
 }

@@ -2,7 +2,7 @@
 //!
 //! With the friction forces as they were found, the balance is linear in them: each drive is the
 //! frictionless one and a sum over contacts. A contact's part is the drive's response to the
-//! friction at that contact alone, with nothing else to be carried. Where drives are unique it is
+//! friction at that contact alone, with nothing else to be carried. Where efforts are unique it is
 //! also given by virtual work: friction times the contact's sliding velocity in the motion of one
 //! unit of rate of that actuator while all others stand still.
 //!
@@ -14,7 +14,7 @@
 use super::balance::Balance;
 use super::interfaces::InterfaceState;
 use super::inverse::Inverse;
-use super::setup::Setup;
+use super::model::Model;
 use crate::friction::Resistance;
 use crate::kinematics::Bodies;
 use crate::parameters::{InterfaceParameters, Parameters};
@@ -37,20 +37,20 @@ impl<T: Scalar> Shares<T> {
         Self { actuators, interfaces, values: vec![T::zero(); actuators * interfaces] }
     }
 
-    /// The part of drive `actuator` that contact `interface` causes. Drives are in the order of
+    /// The part of drive `actuator` that contact `interface` causes. Efforts are in the order of
     /// [`crate::mechanism::Mechanism::actuators`], contacts in that of [`Parameters::interfaces`].
     pub fn of(&self, actuator: usize, interface: usize) -> T {
         self.values[interface * self.actuators + actuator]
     }
 
     /// The parts of one drive, contact by contact.
-    pub fn of_drive(&self, actuator: usize) -> impl ExactSizeIterator<Item = T> + '_ {
+    pub fn of_actuator(&self, actuator: usize) -> impl ExactSizeIterator<Item = T> + '_ {
         (0..self.interfaces).map(move |interface| self.of(actuator, interface))
     }
 
     /// Sets what one contact causes.
-    pub(super) fn set_interface(&mut self, interface: usize, drives: &[T]) {
-        self.row(interface).copy_from_slice(drives);
+    pub(super) fn set_interface(&mut self, interface: usize, efforts: &[T]) {
+        self.row(interface).copy_from_slice(efforts);
     }
 
     fn row(&mut self, interface: usize) -> &mut [T] {
@@ -64,7 +64,7 @@ pub struct Response<T> {
     /// The change of each joint's complete wrench, predecessor on successor, about the kernel origin.
     pub wrenches: Vec<Wrench<T>>,
     /// The change of each drive.
-    pub drives: Vec<T>,
+    pub efforts: Vec<T>,
 }
 
 /// Room to find [`Shares`] in, made once. One factorisation serves all contacts.
@@ -75,9 +75,8 @@ pub struct Sharing<T> {
 
 impl<T: Scalar> Sharing<T> {
     /// Room for a mechanism.
-    pub fn new(setup: &Setup<'_>) -> Self {
-        let plan = setup.balance;
-        Self { balance: Balance::new(setup.topology, &plan.structure, &plan.program) }
+    pub fn new(model: &Model) -> Self {
+        Self { balance: Balance::new(&model.balance) }
     }
 
     /// The [`Response`] to each contact, at the motion in `bodies` and with the speeds that `inverse`
@@ -85,18 +84,25 @@ impl<T: Scalar> Sharing<T> {
     /// of friction force times response.
     pub fn responses(
         &mut self,
-        setup: &Setup<'_>,
+        model: &Model,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         inverse: &Inverse<T>,
     ) -> Vec<Response<T>> {
-        self.balance.rest_like(inverse.balance(), setup, parameters, bodies);
+        self.balance.rest_like(inverse.balance(), &model.balance, parameters, bodies);
         let of = |(interface, state): (&InterfaceParameters<T>, &InterfaceState<T>)| {
             let resistance = Resistance { coefficient: T::zero(), constant: T::one() };
             let unit = InterfaceState { resistance, ..*state };
-            let mut drives = vec![T::zero(); inverse.drives().len()];
-            self.balance.rub_alone(setup, parameters, bodies, interface, &unit, &mut drives);
-            Response { wrenches: self.balance.joint_wrenches.clone(), drives }
+            let mut efforts = vec![T::zero(); inverse.efforts().len()];
+            self.balance.apply_friction_alone(
+                &model.balance,
+                parameters,
+                bodies,
+                interface,
+                &unit,
+                &mut efforts,
+            );
+            Response { wrenches: self.balance.joint_wrenches.clone(), efforts }
         };
         parameters.interfaces.iter().zip(inverse.interfaces()).map(of).collect()
     }
@@ -105,7 +111,7 @@ impl<T: Scalar> Sharing<T> {
     /// What is redundant is chosen by the same weighting, so shares add up there, too.
     pub fn run(
         &mut self,
-        setup: &Setup<'_>,
+        model: &Model,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         inverse: &Inverse<T>,
@@ -115,11 +121,18 @@ impl<T: Scalar> Sharing<T> {
             shares.values.fill(T::zero());
             return;
         }
-        self.balance.rest_like(inverse.balance(), setup, parameters, bodies);
+        self.balance.rest_like(inverse.balance(), &model.balance, parameters, bodies);
         let interfaces = parameters.interfaces.iter().zip(inverse.interfaces()).enumerate();
         for (index, (interface, state)) in interfaces {
-            let drives = shares.row(index);
-            self.balance.rub_alone(setup, parameters, bodies, interface, state, drives);
+            let efforts = shares.row(index);
+            self.balance.apply_friction_alone(
+                &model.balance,
+                parameters,
+                bodies,
+                interface,
+                state,
+                efforts,
+            );
         }
     }
 }

@@ -5,7 +5,7 @@
 use super::balance::Balance;
 use super::interfaces::{InterfaceState, most_change_of_load};
 use super::inverse::Inverse;
-use super::setup::Setup;
+use super::model::Model;
 use crate::friction::Resistance;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
@@ -17,7 +17,7 @@ const STEPS: usize = 60;
 #[derive(Clone, Debug, Default)]
 pub(super) struct CouplingWorkspace {
     balance: Option<Balance<f64>>,
-    drives: Vec<f64>,
+    efforts: Vec<f64>,
     sliding: Vec<usize>,
     /// Row by row.
     matrix: Vec<f64>,
@@ -33,11 +33,11 @@ impl CouplingWorkspace {
     pub(super) fn strength(
         &mut self,
         inverse: &Inverse<f64>,
-        setup: &Setup<'_>,
+        model: &Model,
         parameters: &Parameters<f64>,
         bodies: &Bodies<f64>,
     ) -> f64 {
-        let Self { balance, drives, sliding, matrix, vectors } = self;
+        let Self { balance, efforts, sliding, matrix, vectors } = self;
         sliding.clear();
         sliding.extend((0..parameters.interfaces.len()).filter(|&interface| {
             let state = &inverse.interfaces()[interface];
@@ -47,7 +47,7 @@ impl CouplingWorkspace {
             Some(balance) if balance.fits(inverse.balance()) => balance,
             other => other.insert(inverse.balance().clone()),
         };
-        drives.resize(inverse.drives().len(), 0.0);
+        efforts.resize(inverse.efforts().len(), 0.0);
         let count = sliding.len();
         matrix.clear();
         matrix.resize(count * count, 0.0);
@@ -55,12 +55,19 @@ impl CouplingWorkspace {
             return 0.0;
         }
         // One factorisation serves all contacts.
-        balance.rest_like(inverse.balance(), setup, parameters, bodies);
+        balance.rest_like(inverse.balance(), &model.balance, parameters, bodies);
         for (j, &from) in sliding.iter().enumerate() {
             let resistance = Resistance { coefficient: 0.0, constant: 1.0 };
             let unit = InterfaceState { resistance, ..inverse.interfaces()[from] };
             let interface = &parameters.interfaces[from];
-            balance.rub_alone(setup, parameters, bodies, interface, &unit, drives);
+            balance.apply_friction_alone(
+                &model.balance,
+                parameters,
+                bodies,
+                interface,
+                &unit,
+                efforts,
+            );
             for (i, &to) in sliding.iter().enumerate() {
                 let content = &parameters.interfaces[to];
                 let pitch = parameters.pitch[content.joint];

@@ -22,7 +22,7 @@ const FIXED_POINT_STEPS: usize = 200;
 /// All forces, by dense decompositions.
 #[derive(Clone, Debug)]
 pub(super) struct CarefulForces {
-    pub(super) drives: Vec<f64>,
+    pub(super) efforts: Vec<f64>,
     pub(super) efforts_frictionless: Vec<f64>,
     pub(super) wrenches: Vec<Wrench<f64>>,
     pub(super) interfaces: Interfaces<f64>,
@@ -98,7 +98,7 @@ pub(super) fn solve(
         Ok::<_, InfeasibleLoad>((unknowns, wrenches, amounts))
     };
     let (mut unknowns, mut wrenches, mut amounts) = carry(&friction)?;
-    let efforts_frictionless = drives(statics, &unknowns);
+    let efforts_frictionless = efforts(statics, &unknowns);
     interfaces.press_frictionless(parameters, bodies, &wrenches);
     let steps = match settings.friction {
         FrictionMode::Off => 0,
@@ -168,11 +168,11 @@ pub(super) fn solve(
                 with_spins += unit * *amount;
             }
             let response = statics.carry_what_can_be(&with_spins, &friction).unknowns;
-            shares.set_interface(index, &drives(statics, &response));
+            shares.set_interface(index, &efforts(statics, &response));
         }
     }
     Ok(CarefulForces {
-        drives: drives(statics, &unknowns),
+        efforts: efforts(statics, &unknowns),
         efforts_frictionless,
         wrenches,
         interfaces,
@@ -183,7 +183,7 @@ pub(super) fn solve(
     })
 }
 
-fn drives(statics: &Statics, unknowns: &DVector<f64>) -> Vec<f64> {
+fn efforts(statics: &Statics, unknowns: &DVector<f64>) -> Vec<f64> {
     let pairs = statics.system().unknowns.iter().zip(unknowns.iter());
     pairs.filter(|(u, _)| matches!(u, Unknown::Drive { .. })).map(|(_, &x)| x).collect()
 }

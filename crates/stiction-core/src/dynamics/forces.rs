@@ -7,6 +7,10 @@ use super::power::Power;
 use crate::kinematics::Bodies;
 use crate::spatial::{Vec3, Wrench};
 
+/// The largest relative power residual of forces that are given out. Round-off is some 1e-15;
+/// positions near singular ones magnify it.
+pub(super) const BALANCED: f64 = 1e-9;
+
 /// Forces at one contact with friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterfaceForce {
@@ -42,11 +46,11 @@ pub enum Bounds {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forces {
     /// Effort of each actuator, N or N m, in the order of [`crate::mechanism::Mechanism::actuators`].
-    pub drives: Vec<f64>,
+    pub efforts: Vec<f64>,
     /// The same without friction.
     pub efforts_frictionless: Vec<f64>,
     /// The least effort of each actuator over what static friction in contacts at rest may do, and
-    /// the greatest; equal to `drives` while everything slides.
+    /// the greatest; equal to `efforts` while everything slides.
     pub effort_bounds: Vec<(f64, f64)>,
     /// Bounds of the same that nothing exceeds, around `effort_bounds`; infinite where
     /// [`Bounds::Attained`].
@@ -86,7 +90,7 @@ impl Forces {
     /// Room for the forces of a mechanism.
     pub(super) fn new(actuators: usize, joints: usize, interfaces: usize) -> Self {
         Self {
-            drives: vec![0.0; actuators],
+            efforts: vec![0.0; actuators],
             efforts_frictionless: vec![0.0; actuators],
             effort_bounds: vec![(0.0, 0.0); actuators],
             effort_outer_bounds: vec![(0.0, 0.0); actuators],
@@ -99,7 +103,7 @@ impl Forces {
 
     /// Takes over the kernel's results, but for the power.
     pub(super) fn read(&mut self, bodies: &Bodies<f64>, inverse: &Inverse<f64>) {
-        self.drives.copy_from_slice(inverse.drives());
+        self.efforts.copy_from_slice(inverse.efforts());
         self.efforts_frictionless.copy_from_slice(inverse.efforts_frictionless());
         self.read_joints(bodies, inverse.joint_wrenches());
         self.read_interfaces(inverse.interfaces(), inverse.has_friction());
@@ -107,7 +111,7 @@ impl Forces {
 
     /// Takes over the careful path's results, but for the power.
     pub(super) fn take(&mut self, bodies: &Bodies<f64>, solution: &CarefulForces, friction: bool) {
-        self.drives.copy_from_slice(&solution.drives);
+        self.efforts.copy_from_slice(&solution.efforts);
         self.efforts_frictionless.copy_from_slice(&solution.efforts_frictionless);
         self.close_bounds();
         self.read_joints(bodies, &solution.wrenches);
@@ -121,7 +125,7 @@ impl Forces {
     /// How far the powers are from balance, as a part of what is turned over; infinite where a force
     /// is not finite. `length` is characteristic.
     pub fn imbalance(&self, length: f64) -> f64 {
-        let numbers = self.drives.iter().chain(&self.efforts_frictionless).copied();
+        let numbers = self.efforts.iter().chain(&self.efforts_frictionless).copied();
         let reactions = self.reactions.iter().map(|(force, moment)| {
             force.norm_squared().sqrt() + moment.norm_squared().sqrt() / length
         });
@@ -141,16 +145,16 @@ impl Forces {
         self.power.residual().abs() / (self.power.turnover + at_rest).max(f64::MIN_POSITIVE)
     }
 
-    /// Nothing rests: the drives are what they are.
+    /// Nothing rests: the efforts are what they are.
     pub(super) fn close_bounds(&mut self) {
-        for (bounds, &drive) in self.effort_bounds.iter_mut().zip(&self.drives) {
+        for (bounds, &drive) in self.effort_bounds.iter_mut().zip(&self.efforts) {
             *bounds = (drive, drive);
         }
         self.effort_outer_bounds.copy_from_slice(&self.effort_bounds);
         self.bounds = Bounds::Exact;
     }
 
-    /// Takes over by how much static friction changes the drives at most, if that is bounded.
+    /// Takes over by how much static friction changes the efforts at most, if that is bounded.
     pub(super) fn certify_bounds(&mut self, changes: Option<Vec<(f64, f64)>>) {
         let finite =
             self.effort_bounds.iter().all(|(low, high)| low.is_finite() && high.is_finite());
@@ -162,7 +166,7 @@ impl Forces {
         let mut exact = true;
         for (k, (down, up)) in changes.into_iter().enumerate() {
             let (low, high) = self.effort_bounds[k];
-            let outer = (low.min(self.drives[k] + down), high.max(self.drives[k] + up));
+            let outer = (low.min(self.efforts[k] + down), high.max(self.efforts[k] + up));
             let same = 1e-9 * (low.abs() + high.abs());
             exact &= low - outer.0 <= same && outer.1 - high <= same;
             self.effort_outer_bounds[k] = outer;

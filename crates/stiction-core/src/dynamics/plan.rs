@@ -8,20 +8,26 @@ use crate::linalg::{Plan, Scales, StaticLu, Svd};
 use crate::parameters::Parameters;
 use crate::topology::Topology;
 use nalgebra::DMatrix;
+use std::sync::Arc;
+use thiserror::Error;
 
 /// The balance of a mechanism, ready to be solved in any scalar.
 #[derive(Clone, Debug)]
 pub struct BalancePlan {
+    pub(super) topology: Arc<Topology>,
     pub(super) structure: BalanceStructure,
     pub(super) program: StaticLu,
 }
 
-/// Why the kernel cannot solve the balance at a position. The careful path can say more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Reason why the balance has no static LU factorisation at a position. The dense fallback of
+/// [`InverseDynamics`](super::InverseDynamics) still applies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum NotPlanned {
     /// Some motion is resisted by no actuator and no constraint.
+    #[error("the position is singular: some motion is resisted by no actuator and no constraint")]
     Singular,
-    /// Constraints and actuators are redundant together: two weightings, one after the other.
+    /// Constraints and actuators are both redundant, which takes two weightings, one after the other.
+    #[error("constraints and actuators are both redundant: no single weighting decides")]
     TwoWeightings,
 }
 
@@ -36,7 +42,7 @@ impl BalancePlan {
     /// Plans for the position of `bodies`; `spin_responses` are the accelerations of the tree for
     /// unit accelerations of the idle spins.
     pub(super) fn new(
-        topology: &Topology,
+        topology: &Arc<Topology>,
         parameters: &Parameters<f64>,
         bodies: &Bodies<f64>,
         spin_responses: &[Vec<f64>],
@@ -56,14 +62,14 @@ impl BalancePlan {
             let scales = Scales { rows: &rows, columns: &columns };
             let plan = Plan::new(plain.rows(), plain.size(), &plain.entries, &entries, scales);
             if let Some(plan) = plan.ok().filter(|plan| plan.smallest_pivot > SUSPICIOUS_PIVOT) {
-                return Ok(Self { structure: plain, program: plan.compile() });
+                return Ok(sample.plan(plain, plan.compile()));
             }
         }
         let mut matrix = DMatrix::zeros(plain.passive.len(), plain.unknowns());
         for (entry, value) in plain.entries.iter().zip(entries) {
             matrix[(entry.row, entry.column)] += value;
         }
-        let weighting = weighting(topology, parameters, bodies, &plain, &matrix)?;
+        let weighting = weighting(&sample, &plain, &matrix)?;
         let structure = BalanceStructure::new(topology, weighting, &spin_bodies);
         let numbers = sample.entries(&structure);
         let (rows, columns) = scales(topology, parameters, &structure, &matrix);
@@ -71,7 +77,7 @@ impl BalancePlan {
         let plan =
             Plan::new(structure.rows(), structure.size(), &structure.entries, &numbers, scales)
                 .map_err(|_| NotPlanned::Singular)?;
-        Ok(Self { structure, program: plan.compile() })
+        Ok(sample.plan(structure, plan.compile()))
     }
 
     /// What decides among the solutions.
@@ -94,24 +100,29 @@ impl BalancePlan {
 
 /// A position to take numbers from.
 struct Sample<'a> {
-    topology: &'a Topology,
+    topology: &'a Arc<Topology>,
     parameters: &'a Parameters<f64>,
     bodies: &'a Bodies<f64>,
     spin_responses: &'a [Vec<f64>],
 }
 
 impl Sample<'_> {
+    fn plan(&self, structure: BalanceStructure, program: StaticLu) -> BalancePlan {
+        BalancePlan { topology: Arc::clone(self.topology), structure, program }
+    }
+
     /// The frictionless entries of the balance.
     fn entries(&self, structure: &BalanceStructure) -> Vec<f64> {
-        let &Self { topology, parameters, bodies, spin_responses } = self;
-        let mut balance = Balance::new(topology, structure, &StaticLu::default());
-        balance.load(topology, parameters, bodies, &[]);
+        let &Self { parameters, bodies, spin_responses, .. } = self;
+        let plan = self.plan(structure.clone(), StaticLu::default());
+        let mut balance = Balance::new(&plan);
+        balance.load(&plan, parameters, bodies, &[]);
         for (spin, response) in spin_responses.iter().enumerate() {
-            balance.load_spin(topology, structure, parameters, bodies, spin, response);
+            balance.load_spin(&plan, parameters, bodies, spin, response);
         }
         let interfaces = Interfaces::new(parameters.interfaces.len());
-        balance.rub(topology, parameters, bodies, &interfaces, Coupling::None);
-        balance.assemble(topology, structure, parameters, bodies);
+        balance.apply_friction(&plan, parameters, bodies, &interfaces, Coupling::None);
+        balance.assemble(&plan, parameters, bodies);
         balance.into_entries()
     }
 }
@@ -176,12 +187,11 @@ fn scales(
 
 /// Which weighting the redundancy at this position asks for.
 fn weighting(
-    topology: &Topology,
-    parameters: &Parameters<f64>,
-    bodies: &Bodies<f64>,
+    sample: &Sample<'_>,
     structure: &BalanceStructure,
     matrix: &DMatrix<f64>,
 ) -> Result<Weighting, NotPlanned> {
+    let &Sample { topology, parameters, .. } = sample;
     let (rows, columns) = scales(topology, parameters, structure, matrix);
     let scaled = DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
         matrix[(i, j)] * rows[i] * columns[j]
@@ -201,33 +211,33 @@ fn weighting(
     if redundant == 0 {
         return Ok(Weighting::Determined);
     }
-    let driven = drive_response(topology, parameters, bodies, structure, &null, &columns);
+    let driven = effort_response(sample, structure, &null, &columns);
     let singular_values = Svd::new(&driven).singular_values;
     match singular_values.iter().filter(|&&s| s > NEGLIGIBLE).count() {
         0 if parameters.compliance.is_some() => Ok(Weighting::LeastEnergy),
         0 => Ok(Weighting::LeastReactions),
-        rank if rank == redundant => Ok(Weighting::LeastDrives),
+        rank if rank == redundant => Ok(Weighting::LeastEfforts),
         _ => Err(NotPlanned::TwoWeightings),
     }
 }
 
 /// What each null vector of the balance does to each drive (efforts of rotary ones over the
 /// length).
-fn drive_response(
-    topology: &Topology,
-    parameters: &Parameters<f64>,
-    bodies: &Bodies<f64>,
+fn effort_response(
+    sample: &Sample<'_>,
     structure: &BalanceStructure,
     null: &[nalgebra::DVector<f64>],
     column_scales: &[f64],
 ) -> DMatrix<f64> {
-    let mut balance = Balance::new(topology, structure, &StaticLu::default());
-    balance.load(topology, parameters, bodies, &[]);
+    let &Sample { topology, parameters, bodies, .. } = sample;
+    let plan = sample.plan(structure.clone(), StaticLu::default());
+    let mut balance = Balance::new(&plan);
+    balance.load(&plan, parameters, bodies, &[]);
     // Wrenches of the null vectors alone.
     let mut driven = DMatrix::zeros(topology.actuators.len(), null.len());
     for (k, vector) in null.iter().enumerate() {
         let unknowns: Vec<f64> = vector.iter().zip(column_scales).map(|(x, s)| x * s).collect();
-        let efforts = balance.drives_of(topology, structure, bodies, &unknowns);
+        let efforts = balance.efforts_of(&plan, bodies, &unknowns);
         for (actuator, effort) in efforts.into_iter().enumerate() {
             let content = topology.actuators[actuator];
             let dof = topology.joint_types[content.joint].dofs()[content.dof];

@@ -8,11 +8,11 @@ use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 use crate::topology::{Actuator, Topology};
 
-/// All powers at one instant, W: `drives + loads = energy + dissipated`.
+/// All powers at one instant, W: `actuators + loads = energy + dissipated`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Power {
     /// Of the actuators.
-    pub drives: f64,
+    pub actuators: f64,
     /// Of the loads from outside, and of the springs on the bodies between which they are.
     pub loads: f64,
     /// Rate of change of kinetic and potential energy.
@@ -28,11 +28,11 @@ pub struct Power {
 impl Power {
     /// Nothing moves.
     pub(super) const NONE: Self =
-        Self { drives: 0.0, loads: 0.0, energy: 0.0, dissipated: 0.0, turnover: 0.0 };
+        Self { actuators: 0.0, loads: 0.0, energy: 0.0, dissipated: 0.0, turnover: 0.0 };
 
-    /// `drives + loads - energy - dissipated`: zero but for round-off.
+    /// `actuators + loads - energy - dissipated`: zero but for round-off.
     pub fn residual(&self) -> f64 {
-        self.drives + self.loads - self.energy - self.dissipated
+        self.actuators + self.loads - self.energy - self.dissipated
     }
 
     /// The account of one instant; `dissipated` lists the power of each friction.
@@ -40,7 +40,7 @@ impl Power {
         topology: &Topology,
         parameters: &Parameters<f64>,
         bodies: &Bodies<f64>,
-        drives: &[f64],
+        efforts: &[f64],
         dissipated: impl Iterator<Item = f64>,
         loads: &[AppliedLoad<f64>],
     ) -> Self {
@@ -49,8 +49,8 @@ impl Power {
             turnover += size;
             power
         };
-        let of_drive = |(actuator, drive): (&Actuator, &f64)| {
-            let power = drive * bodies.actuator_rate(topology, *actuator);
+        let of_actuator = |(actuator, effort): (&Actuator, &f64)| {
+            let power = effort * bodies.actuator_rate(topology, *actuator);
             (power, power.abs())
         };
         let of_load = |load: &AppliedLoad<f64>| {
@@ -60,7 +60,8 @@ impl Power {
                 + twist.angular.norm() * wrench.moment_about(point).norm();
             (twist.power(wrench), size)
         };
-        let drives = topology.actuators.iter().zip(drives).map(|pair| sum(of_drive(pair))).sum();
+        let actuators =
+            topology.actuators.iter().zip(efforts).map(|pair| sum(of_actuator(pair))).sum();
         let of_springs = parameters.springs.iter().map(|spring| {
             let pull = SpringForce::of(spring, bodies);
             (pull.power(), pull.turnover(spring, bodies))
@@ -68,7 +69,7 @@ impl Power {
         let loads = loads.iter().map(of_load).chain(of_springs).map(&mut sum).sum();
         let dissipated = dissipated.map(|power| sum((power, power.abs()))).sum();
         let energy = (1..bodies.pose.len()).map(|b| sum(energy_rate(parameters, bodies, b))).sum();
-        Self { drives, loads, energy, dissipated, turnover }
+        Self { actuators, loads, energy, dissipated, turnover }
     }
 }
 

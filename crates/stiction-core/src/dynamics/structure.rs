@@ -1,7 +1,7 @@
 //! The balance as a sparse system: what its unknowns and equations are, and how it is solved.
 //!
-//! Unknowns are the wrenches at cut joints (constraints and drives) and the accelerations of idle
-//! spins. Equations are those of the tree's freedoms that no actuator drives: the wrench that a
+//! Unknowns are the wrenches at cut joints (constraints and efforts) and the accelerations of idle
+//! spins. Equations are those of the tree's freedoms that no actuator efforts: the wrench that a
 //! joint carries does no work on them but against friction. Everything else follows by recursion:
 //! the wrench at any joint of the tree is what the bodies beyond it demand, less what the cut
 //! joints bring.
@@ -29,9 +29,9 @@ pub enum Weighting {
     /// Constraints are redundant and joints declare compliances: the reactions with the least
     /// elastic energy, moments about the joint's origin. Joints without a declaration are rigid.
     LeastEnergy,
-    /// Actuators are redundant: the drives with the least sum of `effort^2`, efforts of rotary
+    /// Actuators are redundant: the efforts with the least sum of `effort^2`, efforts of rotary
     /// actuators divided by the characteristic length.
-    LeastDrives,
+    LeastEfforts,
 }
 
 /// A wrench that the weighting weighs: which cut wrenches make it.
@@ -49,16 +49,16 @@ pub(super) enum WeighedKind {
     /// The wrench at a cut joint.
     Cut(usize),
     /// The effort of an actuator of the tree, at this freedom.
-    Drive { tree_dof: usize },
+    Actuator { tree_dof: usize },
     /// The effort of an actuator at a cut joint: this column.
-    CutDrive { column: usize },
+    CutActuator { column: usize },
 }
 
 /// The pattern of the balance.
 #[derive(Clone, Debug)]
 pub struct BalanceStructure {
     pub(super) weighting: Weighting,
-    /// Freedoms of the tree that no actuator drives, in the order of the equations.
+    /// Freedoms of the tree that no actuator efforts, in the order of the equations.
     pub(super) passive: Vec<usize>,
     /// For each cut: its columns.
     pub(super) columns_of: Vec<Vec<usize>>,
@@ -149,7 +149,7 @@ impl BalanceStructure {
         });
         for weighed in &self.weighed {
             match weighed.what {
-                WeighedKind::CutDrive { column } => entries.push(Entry { row: column, column }),
+                WeighedKind::CutActuator { column } => entries.push(Entry { row: column, column }),
                 _ => {
                     for &(a, _) in &weighed.cuts {
                         for &row in &self.columns_of[a] {
@@ -212,14 +212,16 @@ fn weighed(topology: &Topology, weighting: Weighting) -> Vec<Weighed> {
                 .map(|cut| Weighed { what: WeighedKind::Cut(cut), cuts: vec![(cut, 1.0)] });
             nodes.chain(cuts).collect()
         }
-        Weighting::LeastDrives => {
+        Weighting::LeastEfforts => {
             let driven = (0..topology.dofs()).filter(|&d| topology.tree_dofs[d].actuator.is_some());
             let tree = driven.map(|tree_dof| Weighed {
-                what: WeighedKind::Drive { tree_dof },
+                what: WeighedKind::Actuator { tree_dof },
                 cuts: through[topology.tree_dofs[tree_dof].node].clone(),
             });
-            let cut = (topology.constraints..topology.columns())
-                .map(|column| Weighed { what: WeighedKind::CutDrive { column }, cuts: Vec::new() });
+            let cut = (topology.constraints..topology.columns()).map(|column| Weighed {
+                what: WeighedKind::CutActuator { column },
+                cuts: Vec::new(),
+            });
             tree.filter(|weighed| !weighed.cuts.is_empty()).chain(cut).collect()
         }
     }

@@ -39,6 +39,7 @@ use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 use crate::topology::{Topology, TreeRule};
+use std::sync::Arc;
 
 /// A mechanism, ready to be simulated.
 ///
@@ -88,7 +89,7 @@ use crate::topology::{Topology, TreeRule};
 #[derive(Clone, Debug)]
 pub struct Forward {
     mechanism: Mechanism,
-    topology: Topology,
+    topology: Arc<Topology>,
     parameters: Parameters<f64>,
     /// Actuators whose motion is prescribed.
     prescribed: Vec<usize>,
@@ -105,7 +106,7 @@ impl Forward {
 
     /// The same with a tree chosen by `rule`.
     pub fn with_tree(mechanism: Mechanism, rule: TreeRule, prescribed: &[usize]) -> Self {
-        let topology = Topology::with_tree(&mechanism, rule);
+        let topology = Arc::new(Topology::with_tree(&mechanism, rule));
         let parameters = Parameters::new(&mechanism);
         let columns = column_scales(&topology, parameters.length);
         let known = 0..topology.actuators.len();

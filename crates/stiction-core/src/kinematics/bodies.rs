@@ -37,6 +37,24 @@ impl<T: Clone> Clone for State<T> {
     }
 }
 
+impl State<f64> {
+    /// Round-off of the largest coordinate: joints that turned many times, and lengths far from zero.
+    pub(crate) fn round_off(&self) -> f64 {
+        let largest = self.coordinates.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
+        8.0 * f64::EPSILON * largest
+    }
+
+    /// The same numbers as constants of another scalar.
+    pub fn lift<T: Scalar>(&self) -> State<T> {
+        let lift = |numbers: &[f64]| numbers.iter().map(|&x| T::from_f64(x)).collect();
+        State {
+            coordinates: lift(&self.coordinates),
+            rates: lift(&self.rates),
+            accelerations: lift(&self.accelerations),
+        }
+    }
+}
+
 impl<T: Scalar> State<T> {
     /// At rest, all joint frames coinciding.
     pub fn new(topology: &Topology) -> Self {

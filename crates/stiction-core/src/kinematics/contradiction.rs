@@ -5,11 +5,11 @@
 //! not: loops that close there may be asked for rates that would open them.
 
 use super::coordinate::Target;
+use super::model::KinematicModel;
 use super::motion_constraints::MotionConstraints;
 use super::system::Kinematics;
 use super::{AssemblyError, State};
 use crate::parameters::Parameters;
-use crate::topology::Topology;
 
 /// A part of what a row consists of. Interpolated recordings of more coordinates than there are freedoms fit
 /// each other to less than this.
@@ -32,25 +32,15 @@ impl Kinematics<f64> {
     /// [`Self::differentiate`].
     pub(super) fn contradiction(
         &mut self,
-        topology: &Topology,
+        model: &KinematicModel,
         parameters: &Parameters<f64>,
-        motion_constraints: &MotionConstraints,
         state: &State<f64>,
         targets: &[Target<f64>],
         joint_names: &[String],
     ) -> Result<(), AssemblyError> {
-        if motion_constraints.row_count() <= topology.dofs() {
+        let (topology, motion_constraints) = (model.topology(), model.constraints());
+        let Some((missed, order)) = self.most_missed(model, parameters, state, targets) else {
             return Ok(());
-        }
-        self.right_of_rates(motion_constraints, targets);
-        let rates = self.missed(motion_constraints, &state.rates, parameters.length);
-        self.right_of_accelerations(topology, parameters, motion_constraints, targets);
-        let accelerations =
-            self.missed(motion_constraints, &state.accelerations, parameters.length);
-        let (missed, order) = match (rates, accelerations) {
-            (Some(rates), _) => (rates, "rates"),
-            (None, Some(accelerations)) => (accelerations, "accelerations"),
-            (None, None) => return Ok(()),
         };
         let is_angle = motion_constraints.are_angles().nth(missed.row).unwrap_or(false);
         let unit = match (is_angle, order) {
@@ -64,6 +54,42 @@ impl Kinematics<f64> {
         });
         let joint = loops.into_iter().nth(missed.row).map(|joint| joint_names[joint].clone());
         Err(AssemblyError::Contradiction { order, joint, by: missed.by, unit })
+    }
+
+    /// True where rates or accelerations miss a loop or a prescribed coordinate; needs
+    /// [`Self::differentiate`]. Does not allocate.
+    pub(crate) fn contradicts(
+        &mut self,
+        model: &KinematicModel,
+        parameters: &Parameters<f64>,
+        state: &State<f64>,
+        targets: &[Target<f64>],
+    ) -> bool {
+        self.most_missed(model, parameters, state, targets).is_some()
+    }
+
+    /// The row that rates, or else accelerations, miss most, if they miss any.
+    fn most_missed(
+        &mut self,
+        model: &KinematicModel,
+        parameters: &Parameters<f64>,
+        state: &State<f64>,
+        targets: &[Target<f64>],
+    ) -> Option<(Missed, &'static str)> {
+        let (topology, motion_constraints) = (model.topology(), model.constraints());
+        if motion_constraints.row_count() <= topology.dofs() {
+            return None;
+        }
+        self.right_of_rates(motion_constraints, targets);
+        let rates = self.missed(motion_constraints, &state.rates, parameters.length);
+        self.right_of_accelerations(topology, parameters, motion_constraints, targets);
+        let accelerations =
+            self.missed(motion_constraints, &state.accelerations, parameters.length);
+        match (rates, accelerations) {
+            (Some(rates), _) => Some((rates, "rates")),
+            (None, Some(accelerations)) => Some((accelerations, "accelerations")),
+            (None, None) => None,
+        }
     }
 
     /// The row that is missed most, if any is.

@@ -96,6 +96,9 @@ pub struct Target<T> {
 }
 
 impl Target<f64> {
+    /// At rest at zero.
+    pub(crate) const AT_ZERO: Self = Self { value: 0.0, rate: 0.0, acceleration: 0.0 };
+
     /// The same as constants of another scalar.
     pub fn lift<T: Scalar>(self) -> Target<T> {
         Target {

@@ -9,6 +9,7 @@
 use super::bodies::{Bodies, State};
 use super::coordinate::{Coordinate, Target};
 use super::measure;
+use super::model::KinematicModel;
 use super::motion_constraints::MotionConstraints;
 use super::rotation_vector::{Orientation, RotationVector};
 use crate::linalg::{Plan, RankDeficient, Scales, StaticLu};
@@ -57,7 +58,7 @@ pub struct Kinematics<T> {
 
 impl<T: Scalar> Kinematics<T> {
     /// Room for a mechanism under a prescription.
-    pub fn new(
+    pub(crate) fn new(
         topology: &Topology,
         motion_constraints: &MotionConstraints,
         program: &StaticLu,
@@ -77,7 +78,7 @@ impl<T: Scalar> Kinematics<T> {
     }
 
     /// The largest loop-closure error over all cut joints, m; angles times `length`.
-    pub fn closure_error(&self, motion_constraints: &MotionConstraints, length: f64) -> f64 {
+    pub(crate) fn closure_error(&self, motion_constraints: &MotionConstraints, length: f64) -> f64 {
         let errors = self.errors[..self.closures].iter().zip(&motion_constraints.rows);
         largest_in_metres(errors.map(|(error, row)| (error.largest(), row.is_angle)), length)
     }
@@ -85,6 +86,16 @@ impl<T: Scalar> Kinematics<T> {
     /// The largest error of any row: loop closure or deviation from the prescription, m or rad.
     pub fn largest_error(&self) -> f64 {
         largest(&self.errors)
+    }
+
+    /// The largest error of any row: lengths divided by `length`, angles in rad; NaN if undefined.
+    pub(crate) fn scaled_error(&self, constraints: &MotionConstraints, length: f64) -> f64 {
+        let rows = self.errors.iter().zip(&constraints.rows);
+        let errors = rows.map(|(error, row)| {
+            let size = error.largest();
+            if row.is_angle { size } else { size / length }
+        });
+        errors.fold(0.0, |max, e| if e > max || e.is_nan() { e } else { max })
     }
 
     /// All errors, row by row.
@@ -170,15 +181,14 @@ impl<T: Scalar> Kinematics<T> {
     /// step stay to be seen in [`Self::largest_error`].
     pub fn approach(
         &mut self,
-        topology: &Topology,
+        model: &KinematicModel,
         parameters: &Parameters<T>,
-        motion_constraints: &MotionConstraints,
-        program: &StaticLu,
         state: &mut State<T>,
         targets: &[Target<T>],
     ) {
-        self.place(topology, parameters, motion_constraints, state, targets);
-        self.linearise(topology, motion_constraints);
+        let KinematicModel { topology, constraints, rates: program } = model;
+        self.place(topology, parameters, constraints, state, targets);
+        self.linearise(topology, constraints);
         program.factor(&self.entries, &mut self.factors);
         for (right, error) in self.right.iter_mut().zip(&self.errors) {
             *right = -*error;
@@ -191,23 +201,22 @@ impl<T: Scalar> Kinematics<T> {
     /// Places the bodies, so errors are those of the position found.
     pub fn differentiate(
         &mut self,
-        topology: &Topology,
+        model: &KinematicModel,
         parameters: &Parameters<T>,
-        motion_constraints: &MotionConstraints,
-        program: &StaticLu,
         state: &mut State<T>,
         targets: &[Target<T>],
     ) {
-        self.place(topology, parameters, motion_constraints, state, targets);
-        self.linearise(topology, motion_constraints);
+        let KinematicModel { topology, constraints, rates: program } = model;
+        self.place(topology, parameters, constraints, state, targets);
+        self.linearise(topology, constraints);
         program.factor(&self.entries, &mut self.factors);
 
-        self.right_of_rates(motion_constraints, targets);
-        self.solve(motion_constraints, program, &mut state.rates);
+        self.right_of_rates(constraints, targets);
+        self.solve(constraints, program, &mut state.rates);
         self.bodies.move_with(topology, &state.rates);
 
-        self.right_of_accelerations(topology, parameters, motion_constraints, targets);
-        self.solve(motion_constraints, program, &mut state.accelerations);
+        self.right_of_accelerations(topology, parameters, constraints, targets);
+        self.solve(constraints, program, &mut state.accelerations);
         self.bodies.accelerate(topology, &state.accelerations);
     }
 
@@ -330,30 +339,28 @@ impl<T: Scalar> Kinematics<T> {
     /// [`Self::differentiate`].
     pub(crate) fn response_to_coordinate(
         &mut self,
-        motion_constraints: &MotionConstraints,
-        program: &StaticLu,
+        model: &KinematicModel,
         coordinate: usize,
         rates: &mut [T],
     ) {
-        debug_assert!(coordinate < motion_constraints.coordinates().len());
+        debug_assert!(coordinate < model.constraints.coordinates().len());
         self.right.fill(T::zero());
         self.right[self.closures + coordinate] = T::one();
-        self.solve(motion_constraints, program, rates);
+        self.solve(&model.constraints, &model.rates, rates);
     }
 
     /// The tree's accelerations for a unit acceleration of one idle spin and nothing else; needs
     /// [`Self::differentiate`].
     pub(crate) fn response_to_spin(
         &mut self,
-        motion_constraints: &MotionConstraints,
-        program: &StaticLu,
+        model: &KinematicModel,
         spin: usize,
         accelerations: &mut [T],
     ) {
+        let constraints = &model.constraints;
         self.right.fill(T::zero());
-        self.right[motion_constraints.rows.len() - motion_constraints.spins.len() + spin] =
-            T::one();
-        self.solve(motion_constraints, program, accelerations);
+        self.right[constraints.rows.len() - constraints.spins.len() + spin] = T::one();
+        self.solve(constraints, &model.rates, accelerations);
     }
 }
 

@@ -288,6 +288,11 @@ impl Topology {
         self.coordinates
     }
 
+    /// Number of cut joints: one for each independent loop.
+    pub fn cut_joints(&self) -> usize {
+        self.cuts.len()
+    }
+
     /// Number of unknowns of the balance: constraint wrenches and efforts at cut joints.
     pub(crate) fn columns(&self) -> usize {
         self.constraints + self.cut_actuators.len()

@@ -20,16 +20,16 @@ fn kernels_allocate_nothing() {
             let mut solver =
                 InverseDynamics::new(case.mechanism.clone(), &[], coordinates, targets, settings)
                     .unwrap();
-            let kernel = solver.kernel().unwrap();
+            let model = solver.model().unwrap();
             let parameters = solver.parameters().clone();
-            let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
-            let run = || kernel.run(&parameters, &mut workspace, targets, &case.loads, &settings);
+            let mut data = model.data(solver.assembly().state(), settings);
+            let run = || model.evaluate(&parameters, &mut data, targets, &case.loads);
             assert_eq!(allocations(run), 0, "kernel, {class:?} {mode:?}");
 
-            let mut sharing = Sharing::new(&kernel.setup());
+            let mut sharing = Sharing::new(&model);
             let mut shares = solver.shares().clone();
-            let (bodies, inverse) = (&workspace.kinematics.bodies, &workspace.inverse);
-            let share = || sharing.run(&kernel.setup(), &parameters, bodies, inverse, &mut shares);
+            let (bodies, inverse) = (&data.kinematics.bodies, &data.inverse);
+            let share = || sharing.run(&model, &parameters, bodies, inverse, &mut shares);
             assert_eq!(allocations(share), 0, "shares, {class:?} {mode:?}");
 
             // The checked solver, too, while nothing special happens.
@@ -69,7 +69,7 @@ fn operations_with_legs(legs: usize) -> usize {
     let targets = vec![sine(0.0, 0.1, 1.0, 0.0, 0.0); 6];
     let solver =
         InverseDynamics::new(mechanism, &[], &coordinates, &targets, Settings::default()).unwrap();
-    let (motion, balance) = solver.kernel().unwrap().operations();
+    let (motion, balance) = solver.model().unwrap().operations();
     motion + balance
 }
 
@@ -109,7 +109,7 @@ fn simulations_allocate_nothing_between_events() {
     let mut solver =
         InverseDynamics::new(mechanism, &robot.initial_poses, &robot.coordinates, &still, settings)
             .unwrap();
-    let mean = solver.solve(&[]).unwrap().drives.clone();
+    let mean = solver.solve(&[]).unwrap().efforts.clone();
     // Moving fast enough that nothing comes to rest soon, and held by friction with room: at a limit friction would be
     // shared anew.
     let moving = [(0.55, 0.5), (0.0, 0.3), (0.0, 0.2)];

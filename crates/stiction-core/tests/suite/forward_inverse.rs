@@ -37,7 +37,7 @@ fn drives_of_inverse_dynamics_cause_the_accelerations_that_were_asked_for() {
                 continue;
             }
             let forces = solver.forces().clone();
-            let mut given = Given { drives: forces.drives.clone(), loads: case.loads.clone() };
+            let mut given = Given { drives: forces.efforts.clone(), loads: case.loads.clone() };
             let model = Forward::new(case.mechanism.clone(), &[]);
             let state = solver.assembly().state().clone();
             let fine = stiction_core::forward::Settings::default();

@@ -121,7 +121,7 @@ fn inverse_of_forward_is_what_drove_it() {
         solver.move_to(&[at(angle, rate, acceleration)]).unwrap();
         let forces = solver.solve(&[]).unwrap();
         // A 3 kg machine under 30 N: of round-off and steps of 1e-12.
-        assert!((forces.drives[0] - 0.1).abs() < 1e-9, "{k}: {}", forces.drives[0]);
+        assert!((forces.efforts[0] - 0.1).abs() < 1e-9, "{k}: {}", forces.efforts[0]);
         for (found, wanted) in now.reactions().iter().zip(&forces.reactions) {
             assert!((found.0 - wanted.0).norm() < 1e-8, "{k}");
         }

@@ -315,7 +315,7 @@ fn a_parallel_robot_sticks_and_slides() {
         stiction_core::dynamics::Settings { friction: FrictionMode::Off, ..Default::default() },
     )
     .unwrap();
-    let weight = solver.solve(&[]).unwrap().drives.clone();
+    let weight = solver.solve(&[]).unwrap().efforts.clone();
     let mean = [weight[0], weight[1], weight[2]];
     let mut swing = Swing { mean, amplitude: 12.0, rate: 9.0 };
     let settings = Settings { relative: 1e-8, absolute: 1e-10, ..Settings::default() };

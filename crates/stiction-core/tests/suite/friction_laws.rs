@@ -133,14 +133,14 @@ fn friction_dissipates_and_both_methods_agree() {
         // solution, of which others differ by much more.
         let strong = solver.coupling().is_none_or(|coupling| coupling > 0.9);
         let careful = solver.solve_carefully(&case.loads).unwrap();
-        let apart = apart(&forces.drives, &careful.drives);
+        let apart = apart(&forces.efforts, &careful.efforts);
         let limit = if strong { 1e-4 } else { 1e-9 };
         assert!(
             apart < limit,
             "{:?}: {apart} {:?} {:?}",
             case.class,
-            forces.drives,
-            careful.drives
+            forces.efforts,
+            careful.efforts
         );
         compared += 1;
     });
@@ -170,16 +170,16 @@ fn drives(
     rates: f64,
     change: impl Fn(&mut Parameters<f64>),
 ) -> Option<Vec<f64>> {
-    let kernel = solver.kernel()?;
+    let model = solver.model().ok()?;
     let mut parameters = solver.parameters().clone();
     change(&mut parameters);
     let targets: Vec<_> =
         case.targets.iter().map(|t| Target { rate: rates * t.rate, ..*t }).collect();
     let settings = Settings { friction, ..Settings::default() };
-    let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
-    kernel.run(&parameters, &mut workspace, &targets, &case.loads, &settings);
-    let settled = workspace.inverse.friction_settled(&settings);
-    settled.then(|| workspace.inverse.drives().to_vec())
+    let mut data = model.data(solver.assembly().state(), settings);
+    model.evaluate(&parameters, &mut data, &targets, &case.loads);
+    let settled = data.inverse.friction_settled(&settings);
+    settled.then(|| data.inverse.efforts().to_vec())
 }
 
 /// One pass is exact to first order in the coefficients: half of them, a quarter of the error.

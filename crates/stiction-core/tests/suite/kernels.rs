@@ -1,13 +1,13 @@
 //! The kernels over other scalars than `f64`.
 
 use crate::common::*;
-use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Kernel, Settings};
+use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Model, Settings};
 use stiction_core::kinematics::{State, Target};
 use stiction_core::parameters::Parameters;
 use stiction_core::scalar::{Dual, Lanes, Scalar};
 
 struct Subject {
-    kernel: Kernel,
+    model: Model,
     parameters: Parameters<f64>,
     state: State<f64>,
     targets: Vec<Target<f64>>,
@@ -33,7 +33,7 @@ fn subject() -> Subject {
     )
     .unwrap();
     Subject {
-        kernel: solver.kernel().unwrap(),
+        model: solver.model().unwrap(),
         parameters: solver.parameters().clone(),
         state: solver.assembly().state().clone(),
         targets: targets.to_vec(),
@@ -55,12 +55,12 @@ fn run<T: Scalar>(
     targets: &[Target<T>],
     load: AppliedLoad<T>,
 ) -> (Vec<T>, Vec<T>) {
-    let mut workspace = subject.kernel.workspace(parameters, &subject.state);
-    subject.kernel.run(parameters, &mut workspace, targets, &[load], &SETTINGS());
-    let wrenches = workspace.inverse.joint_wrenches();
+    let mut data = subject.model.data(&subject.state, SETTINGS());
+    subject.model.evaluate(parameters, &mut data, targets, &[load]);
+    let wrenches = data.inverse.joint_wrenches();
     let numbers =
         wrenches.iter().flat_map(|w| w.force.to_array().into_iter().chain(w.moment.to_array()));
-    (workspace.inverse.drives().to_vec(), numbers.collect())
+    (data.inverse.efforts().to_vec(), numbers.collect())
 }
 
 /// What can be varied: values, rates and accelerations of the three targets, load components, a

@@ -3,6 +3,7 @@
 mod allocation;
 mod common;
 mod compliance;
+mod control_loop;
 #[path = "common/counting.rs"]
 mod counting;
 mod distance;

@@ -10,7 +10,7 @@ fn numbers(solver: &InverseDynamics) -> (Vec<f64>, Vec<f64>) {
         .iter()
         .flat_map(|(f, m)| f.to_array().into_iter().chain(m.to_array()))
         .collect();
-    (forces.drives.clone(), reactions)
+    (forces.efforts.clone(), reactions)
 }
 
 #[test]

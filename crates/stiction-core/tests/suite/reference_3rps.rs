@@ -64,7 +64,7 @@ fn motion_drives_and_reactions() {
         for n in 1..=3 {
             let axes =
                 bodies.pose[robot.mechanism.body_id(&format!("leg{n}.base")).unwrap().0].rotation;
-            compare(format!("tau{n}"), forces.drives[n - 1], number(drive, &format!("tau{n}")));
+            compare(format!("tau{n}"), forces.efforts[n - 1], number(drive, &format!("tau{n}")));
             let (fs, _) = forces.reactions[joint(format!("leg{n}.S"))];
             let (fr, mr) = forces.reactions[joint(format!("leg{n}.R"))];
             // The P joint's origin is at R.

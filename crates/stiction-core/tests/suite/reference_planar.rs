@@ -38,7 +38,7 @@ fn slider_crank_with_friction_in_all_joints() {
         before = t;
         let forces = solver.solve(&[load]).unwrap();
         assert!((forces.efforts_frictionless[0] - frictionless).abs() < 1e-9);
-        assert!((forces.drives[0] - torque).abs() < 1e-9);
+        assert!((forces.efforts[0] - torque).abs() < 1e-9);
         for (joint, expected) in [a, b, c].into_iter().enumerate() {
             let found = forces.reactions[joint].0.norm();
             assert!((found - expected).abs() < 1e-6, "{degrees}: {joint} {found} {expected}");
@@ -62,7 +62,7 @@ fn three_rrr_at_one_state() {
         settings,
     )
     .unwrap();
-    let drives = &solver.solve(&[]).unwrap().drives;
+    let drives = &solver.solve(&[]).unwrap().efforts;
     let expected = [16.80837220529022, -2.718582445783226, -9.500616292200838];
     for (found, expected) in drives.iter().zip(expected) {
         assert!((found - expected).abs() < 1e-13, "{drives:?}");

@@ -51,7 +51,7 @@ fn all_unknowns_in_all_modes() {
                 ("MPt", mp.x),
                 ("MPy", mp.y),
                 ("MPu", mp.z),
-                ("tau", forces.drives[n - 1]),
+                ("tau", forces.efforts[n - 1]),
                 // The reference states the platform's force on the rod.
                 ("FSt", -fs.x),
                 ("FSy", -fs.y),

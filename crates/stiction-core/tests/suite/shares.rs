@@ -9,16 +9,16 @@ const FRICTION: [FrictionMode; 2] = [FrictionMode::OnePass, FrictionMode::Conver
 
 /// All shares, drive by drive.
 fn shares(solver: &mut InverseDynamics) -> Vec<Vec<f64>> {
-    let drives = solver.forces().drives.len();
+    let drives = solver.forces().efforts.len();
     let shares = solver.shares();
-    (0..drives).map(|drive| shares.of_drive(drive).collect()).collect()
+    (0..drives).map(|drive| shares.of_actuator(drive).collect()).collect()
 }
 
 /// The largest amount by which shares do not add up to what friction makes of a drive, relative to
 /// all that is added.
 fn misses(solver: &InverseDynamics, shares: &[Vec<f64>]) -> f64 {
     let forces = solver.forces();
-    let pairs = forces.drives.iter().zip(&forces.efforts_frictionless).zip(shares);
+    let pairs = forces.efforts.iter().zip(&forces.efforts_frictionless).zip(shares);
     let miss = pairs.map(|((with, without), shares)| {
         let sum: f64 = shares.iter().sum();
         let size = shares.iter().map(|share| share.abs()).sum::<f64>() + with.abs();
@@ -68,7 +68,7 @@ fn shares_add_up_and_agree_with_the_dense_system() {
         let dense = shares(solver);
         let miss = misses(solver, &dense);
         assert!(miss < 1e-13 / smallest, "{:?} dense: {miss:e}", case.class);
-        let drives = solver.forces().drives.clone();
+        let drives = solver.forces().efforts.clone();
         for ((kernel, dense), drive) in kernel.iter().zip(&dense).zip(drives) {
             let size = dense.iter().map(|share| share.abs()).sum::<f64>() + drive.abs();
             for (a, b) in kernel.iter().zip(dense) {
@@ -182,7 +182,7 @@ fn time_run_backward_reverses_friction_and_nothing_else() {
         }
         let drives = |solver: &InverseDynamics| {
             let forces = solver.forces();
-            (forces.drives.clone(), forces.efforts_frictionless.clone())
+            (forces.efforts.clone(), forces.efforts_frictionless.clone())
         };
         let ((with, without), (_, without_back)) = (drives(solver), drives(&back));
         let near = |a: &[f64], b: &[f64]| {

@@ -59,7 +59,7 @@ fn the_papers_load_cannot_be_carried() {
 #[test]
 fn in_range_at_a_singular_position() {
     let (mut solver, _) = printed(false);
-    let drives = solver.solve(&[]).unwrap().drives.clone();
+    let drives = solver.solve(&[]).unwrap().efforts.clone();
     for (drive, expected) in drives.iter().zip([37.79, 46.81, 46.81]) {
         assert!((drive - expected).abs() < 0.005, "{drives:?}");
     }

@@ -84,7 +84,7 @@ fn as_loads(spring: &Spring, solver: &InverseDynamics) -> [AppliedLoad<f64>; 2] 
 fn numbers(solver: &InverseDynamics) -> Vec<f64> {
     let forces = solver.forces();
     let reactions = forces.reactions.iter().flat_map(|(f, m)| [f.to_array(), m.to_array()]);
-    forces.drives.iter().copied().chain(reactions.flatten()).collect()
+    forces.efforts.iter().copied().chain(reactions.flatten()).collect()
 }
 
 fn assert_near(what: &str, found: &[f64], expected: &[f64], part: f64) {
@@ -128,10 +128,10 @@ fn a_spring_is_a_pair_of_loads() {
                 assert!(power.residual().abs() <= 1e-11 * power.turnover, "{what}: {power:?}");
                 // The loads are the same to round-off of what they are made of.
                 assert_near(&what, &numbers(&sprung), &numbers(&plain), 1e-10);
-                let parts = [power.loads, power.drives];
+                let parts = [power.loads, power.actuators];
                 let error = 1e-10 * with_loads.turnover;
                 assert!((parts[0] - with_loads.loads).abs() <= error, "{what}: {power:?}");
-                assert!((parts[1] - with_loads.drives).abs() <= error, "{what}: {power:?}");
+                assert!((parts[1] - with_loads.actuators).abs() <= error, "{what}: {power:?}");
                 compared += 1;
                 if sprung.solve_carefully(&case.loads).is_ok() {
                     // The plain fixed point of the careful path stops at 1e-13 of the largest load.
@@ -199,7 +199,7 @@ fn a_spring_without_free_length_balances_an_arm_in_every_position() {
     for k in -8..=8 {
         let angle = 0.37 * f64::from(k);
         let mut solver = pendulum(spring.clone(), angle);
-        let torque = solver.solve(&[]).unwrap().drives[0];
+        let torque = solver.solve(&[]).unwrap().efforts[0];
         // Of 9.81 N m that the weight asks for.
         assert!(torque.abs() < 1e-14 * 9.81 * 10.0, "{angle}: {torque:e}");
     }
@@ -223,7 +223,7 @@ fn a_damper_alone() {
     let mut solver =
         InverseDynamics::new(mechanism, &[], &coordinates, &targets, Settings::default()).unwrap();
     let forces = solver.solve(&[]).unwrap();
-    assert!((forces.drives[0] - (3.0 * 2.0 - 40.0 * 0.7)).abs() < 1e-13);
+    assert!((forces.efforts[0] - (3.0 * 2.0 - 40.0 * 0.7)).abs() < 1e-13);
     assert!((forces.power.loads + 40.0 * 0.7 * 0.7).abs() < 1e-13, "{:?}", forces.power);
 }
 
@@ -237,7 +237,7 @@ fn ends_that_coincide() {
             .damping(damping)
     };
     // Without free length and damping the force is zero there, whatever its direction.
-    let torque = pendulum(spring(0.0, 0.0), 0.0).solve(&[]).unwrap().drives[0];
+    let torque = pendulum(spring(0.0, 0.0), 0.0).solve(&[]).unwrap().efforts[0];
     assert_eq!(torque, 0.0);
     for (free_length, damping) in [(0.05, 0.0), (0.0, 3.0)] {
         for angle in [0.0, 1e-16] {
@@ -246,17 +246,17 @@ fn ends_that_coincide() {
             assert_eq!(solver.solve(&[]).unwrap_err(), expected);
             assert_eq!(solver.solve_carefully(&[]).unwrap_err(), expected);
             // The bare kernel has numbers even there, and derivatives.
-            let kernel = solver.kernel().unwrap();
+            let model = solver.model().unwrap();
             let parameters = Parameters::<Dual<f64, 5>>::new(solver.mechanism());
-            let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
+            let mut data = model.data(solver.assembly().state(), Settings::default());
             let zero = Dual::variable(0.0, 0);
             let target = Target { value: zero, rate: zero, acceleration: zero };
-            kernel.run(&parameters, &mut workspace, &[target], &[], &Settings::default());
-            let drive = workspace.inverse.drives()[0];
+            model.evaluate(&parameters, &mut data, &[target], &[]);
+            let drive = data.inverse.efforts()[0];
             assert!(drive.value.is_finite() && drive.slope[0].is_finite());
         }
         // And a little beside it, all is as ever.
-        let drive = pendulum(spring(free_length, damping), 1e-3).solve(&[]).unwrap().drives[0];
+        let drive = pendulum(spring(free_length, damping), 1e-3).solve(&[]).unwrap().efforts[0];
         assert!(drive.is_finite());
     }
 }
@@ -271,7 +271,7 @@ fn derivatives_by_the_numbers_of_a_spring() {
     let mechanism = with_springs(&case.mechanism, &springs);
     let settings = Settings { friction: FrictionMode::Off, ..Settings::default() };
     let solver = solver(&mechanism, &case, settings).unwrap();
-    let kernel = solver.kernel().unwrap();
+    let model = solver.model().unwrap();
     fn vary<T: Scalar>(parameters: &mut Parameters<T>, direction: usize, by: T) {
         let spring = &mut parameters.springs[0];
         match direction {
@@ -285,9 +285,9 @@ fn derivatives_by_the_numbers_of_a_spring() {
     let at = |direction: usize, by: f64| {
         let mut parameters = solver.parameters().clone();
         vary(&mut parameters, direction, by);
-        let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
-        kernel.run(&parameters, &mut workspace, &case.targets, &case.loads, &settings);
-        workspace.inverse.drives().to_vec()
+        let mut data = model.data(solver.assembly().state(), settings);
+        model.evaluate(&parameters, &mut data, &case.targets, &case.loads);
+        data.inverse.efforts().to_vec()
     };
     let mut parameters = Parameters::<Dual<f64, 5>>::new(&mechanism);
     for direction in 0..5 {
@@ -304,9 +304,9 @@ fn derivatives_by_the_numbers_of_a_spring() {
         })
         .collect();
     let loads: Vec<_> = case.loads.iter().map(|load| load.lift()).collect();
-    let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
-    kernel.run(&parameters, &mut workspace, &targets, &loads, &settings);
-    let duals = workspace.inverse.drives().to_vec();
+    let mut data = model.data(solver.assembly().state(), settings);
+    model.evaluate(&parameters, &mut data, &targets, &loads);
+    let duals = data.inverse.efforts().to_vec();
     for direction in 0..5 {
         // Steps of 1 N/m and 1 N s/m, and of 10 um, whose square is 1e-9 of the lengths'.
         let step = if matches!(direction, 0 | 2) { 1.0 } else { 1e-5 };

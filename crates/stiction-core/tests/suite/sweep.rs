@@ -88,7 +88,7 @@ fn frictionless(
 ) -> (Vec<Vec3<f64>>, Vec<f64>) {
     solver.settings_mut().friction = FrictionMode::Off;
     let forces = solver.solve(loads).unwrap();
-    let found = (forces.reactions.iter().map(|r| r.0).collect(), forces.drives.clone());
+    let found = (forces.reactions.iter().map(|r| r.0).collect(), forces.efforts.clone());
     solver.settings_mut().friction = FrictionMode::Converged;
     found
 }
@@ -211,7 +211,7 @@ fn verdicts_on_friction_swept_past_the_limit() {
                     settings,
                 )
                 .unwrap();
-                let outcome = scaled.solve(&case.loads).map(|forces| forces.drives.clone());
+                let outcome = scaled.solve(&case.loads).map(|forces| forces.efforts.clone());
                 let (part, drives) = search(&mut solver, &case.loads, factor);
                 let what = format!("{class:?} {seed} x{factor}");
                 match outcome {

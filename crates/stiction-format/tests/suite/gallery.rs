@@ -49,7 +49,7 @@ mod reference {
             InverseDynamics::new(mechanism, &model.initial_poses, &coordinates, &targets, settings)
                 .unwrap();
         let loads: Vec<_> = model.load(load).unwrap().at(t).collect();
-        solver.solve(&loads).unwrap().drives.clone()
+        solver.solve(&loads).unwrap().efforts.clone()
     }
 
     #[test]
@@ -202,7 +202,7 @@ mod andrews {
 
         let forces = solver.solve(&[]).unwrap();
         // What the given acceleration, of fifteen digits, leaves of the torque.
-        assert!((forces.drives[0] - 0.033).abs() <= 1e-16 * 10.0, "{}", forces.drives[0]);
+        assert!((forces.efforts[0] - 0.033).abs() <= 1e-16 * 10.0, "{}", forces.efforts[0]);
         // The multipliers are the forces of K2 on the others at the common pin.
         let expected = [
             ("pin3", [98.5668703962411, -6.12268834425567]),

@@ -60,13 +60,13 @@ impl InverseProgram {
         quantities: &[Quantity],
         machine: bool,
     ) -> Result<(Self, Beside), RecordError> {
-        let kernel = solver.kernel().ok_or(RecordError::NoPlan)?;
+        let model = solver.model().map_err(|_| RecordError::NoPlan)?;
         let samples = samples(solver, signal, loads)?;
         let positions: Vec<Vec<f64>> =
             samples.iter().map(|sample| sample.state.coordinates.clone()).collect();
         let given = Given::new(solver, &positions, loads.len());
         let samples: Vec<Vec<f64>> = samples.iter().map(|sample| given.row(sample)).collect();
-        let recipe = Recipe { kernel: &kernel, solver, loads };
+        let recipe = Recipe { model: &model, solver, loads };
         let recorded = recipe.record_inverse(&given, &samples, quantities)?;
         let places = loads.iter().map(place_of).collect();
         let made = Self::compile(recipe.counts(0), &recorded, given, places, machine)?;
@@ -94,7 +94,7 @@ impl InverseProgram {
             let same = |found: f64, expected: f64, unit: f64| {
                 (found - expected).abs() <= AGREES * largest * unit
             };
-            let drives = forces.drives.iter().enumerate();
+            let drives = forces.efforts.iter().enumerate();
             let mut drives = drives.map(|(k, drive)| (self.drive(&memory, 0, k), *drive));
             let reactions = forces.reactions.iter().enumerate();
             let mut reactions = reactions.flat_map(|(joint, (force, moment))| {

@@ -95,7 +95,7 @@ fn by_duals(
     quantities: &[Quantity],
     direction: &[f64],
 ) -> Vec<D> {
-    let kernel = robot.solver.kernel().unwrap();
+    let compiled = robot.solver.model().unwrap();
     let mut parameters = Parameters::<D>::new(robot.solver.mechanism());
     let mut own: Vec<Target<D>> = targets.iter().map(|target| target.lift()).collect();
     for (&quantity, &slope) in quantities.iter().zip(direction) {
@@ -114,9 +114,9 @@ fn by_duals(
         friction_steps: 12,
         ..Settings::default()
     };
-    let mut workspace = kernel.workspace(&parameters, robot.solver.assembly().state());
-    kernel.run(&parameters, &mut workspace, &own, &loads, &settings);
-    workspace.inverse.drives().to_vec()
+    let mut data = compiled.data(robot.solver.assembly().state(), settings);
+    compiled.evaluate(&parameters, &mut data, &own, &loads);
+    data.inverse.efforts().to_vec()
 }
 
 /// Slopes along random directions of everything are those of dual numbers.
@@ -267,7 +267,7 @@ fn senses_of(robot: &Robot) -> Vec<bool> {
 
 fn drives(robot: &mut Robot, targets: &[Target<f64>]) -> Vec<f64> {
     robot.solver.move_to(targets).unwrap();
-    robot.solver.solve(&robot.loads).unwrap().drives.clone()
+    robot.solver.solve(&robot.loads).unwrap().efforts.clone()
 }
 
 /// All partial derivatives by the motion are what differences of the solver say, where no contact reverses:

@@ -171,7 +171,7 @@ fn return_from_inverse(robot: &mut Robot, machine: bool) -> (usize, f64) {
                 worst = if difference.is_nan() { f64::INFINITY } else { worst.max(difference) };
             }
         };
-        program.set(&mut memory, 0, &state, &targets, &robot.loads, &ideal_forces.drives);
+        program.set(&mut memory, 0, &state, &targets, &robot.loads, &ideal_forces.efforts);
         program.run_frictionless(&mut memory, &mut settled);
         assert!(settled[0]);
         compare(&found(&program, &memory, 0, false), &ideal_forces.reactions);
@@ -180,7 +180,7 @@ fn return_from_inverse(robot: &mut Robot, machine: bool) -> (usize, f64) {
         if robot.solver.coupling().is_none_or(|coupling| coupling > 0.9) {
             continue;
         }
-        program.set(&mut memory, 0, &state, &targets, &robot.loads, &forces.drives);
+        program.set(&mut memory, 0, &state, &targets, &robot.loads, &forces.efforts);
         program.run(&mut memory, &mut settled);
         // Something may have a sign that it has in no sample: then the program says so.
         if !settled[0] {
@@ -237,7 +237,7 @@ fn programs_are_what_forward_dynamics_says() {
             }
             robot.solver.move_to(&targets).unwrap();
             robot.solver.settings_mut().friction = FrictionMode::Off;
-            let mut efforts = robot.solver.solve(&robot.loads).unwrap().drives.clone();
+            let mut efforts = robot.solver.solve(&robot.loads).unwrap().efforts.clone();
             let scale = efforts.iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
             efforts.iter_mut().for_each(|effort| *effort += 0.2 * scale * random.number());
             let state = robot.solver.assembly().state().clone();

@@ -31,7 +31,7 @@ fn compare(robot: &mut Robot, program: &InverseProgram) -> f64 {
         };
         for drive in 0..drives {
             let found = program.drive(&memory, 0, drive);
-            differs(found, forces.drives[drive], length.max(1.0));
+            differs(found, forces.efforts[drive], length.max(1.0));
             differs(ideal[drive], forces.efforts_frictionless[drive], length.max(1.0));
         }
         for joint in 0..joints {
@@ -160,7 +160,7 @@ fn what_does_not_hold_is_redone() {
     let mut told = Vec::new();
     let redone = program.run_all(&mut solver, &states, |forces| {
         let expected = &expected[forces.state];
-        for (found, wanted) in forces.drives.iter().zip(&expected.drives) {
+        for (found, wanted) in forces.drives.iter().zip(&expected.efforts) {
             assert!((found - wanted).abs() <= 1e-12 * wanted.abs().max(1.0), "{}", forces.state);
         }
         for (found, (force, moment)) in forces.reactions.iter().zip(&expected.reactions) {

@@ -68,8 +68,8 @@ fn programs_know_where_the_legs_are() {
             program.run(&mut memory, &mut settled);
             let forces = solver.solve(&loads).unwrap();
             assert!(settled[0], "{chain}, {k}");
-            let largest = forces.drives.iter().fold(0.0_f64, |most, f| most.max(f.abs()));
-            for (drive, expected) in forces.drives.iter().enumerate() {
+            let largest = forces.efforts.iter().fold(0.0_f64, |most, f| most.max(f.abs()));
+            for (drive, expected) in forces.efforts.iter().enumerate() {
                 let found = program.drive(&memory, 0, drive);
                 // Rounding behind condition numbers of some hundred.
                 assert!((found - expected).abs() < 1e-11 * largest, "{chain}: {found} {expected}");

@@ -150,7 +150,7 @@ impl<'a> Controller<'a> {
                 model.move_to(&targets).map_err(|error| at(Error::Controller(error)))?;
                 let forces =
                     model.solve(loads).map_err(|error| at(Error::ControllerForces(error)))?;
-                forces.drives.clone()
+                forces.efforts.clone()
             }
             _ => corrections.collect(),
         };

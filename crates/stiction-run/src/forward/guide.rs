@@ -60,7 +60,7 @@ impl<'a> Guide<'a> {
         self.job.loads_at(self.time, &mut self.loads).map_err(Error::Motion)?;
         let time = self.time;
         match self.solver.solve(&self.loads) {
-            Ok(forces) => Ok((&forces.drives, &forces.efforts_frictionless)),
+            Ok(forces) => Ok((&forces.efforts, &forces.efforts_frictionless)),
             Err(error) => Err(Error::Motion(inverse::Error::Forces { time, error })),
         }
     }

@@ -56,8 +56,8 @@ impl<W: io::Write> ShareTable<W> {
     pub fn add(&mut self, sample: &Sample<'_>) -> io::Result<()> {
         let Self(table) = self;
         table.number(sample.time)?;
-        for drive in 0..sample.forces.drives.len() {
-            for share in sample.shares.of_drive(drive) {
+        for drive in 0..sample.forces.efforts.len() {
+            for share in sample.shares.of_actuator(drive) {
                 table.number(share)?;
             }
         }
@@ -84,7 +84,7 @@ impl Ranking {
 
     pub(super) fn add(&mut self, time: f64, shares: &Shares<f64>) {
         for (drive, sizes) in self.0.iter_mut().enumerate() {
-            for (size, share) in sizes.iter_mut().zip(shares.of_drive(drive)) {
+            for (size, share) in sizes.iter_mut().zip(shares.of_actuator(drive)) {
                 size.add(time, share);
             }
         }
@@ -173,8 +173,8 @@ impl ShareCurves {
     pub(super) fn add(&mut self, time: f64, shares: &Shares<f64>) {
         self.ranking.add(time, shares);
         for (drive, (all, traces)) in self.all.iter_mut().zip(&mut self.traces).enumerate() {
-            all.push(time, shares.of_drive(drive).sum());
-            for (trace, share) in traces.iter_mut().zip(shares.of_drive(drive)) {
+            all.push(time, shares.of_actuator(drive).sum());
+            for (trace, share) in traces.iter_mut().zip(shares.of_actuator(drive)) {
                 trace.push(time, share);
             }
         }

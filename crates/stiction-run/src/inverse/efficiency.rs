@@ -43,7 +43,7 @@ pub(super) fn look_back(
     backward: &mut Vec<Backward>,
 ) {
     let powers = |solver: &InverseDynamics, forces: &Forces| -> Vec<(f64, f64)> {
-        let drives = forces.efforts_frictionless.iter().zip(&forces.drives);
+        let drives = forces.efforts_frictionless.iter().zip(&forces.efforts);
         let at_rates = drives.zip(solver.actuator_rates());
         // What the actuator takes in.
         at_rates.map(|((without, with), rate)| (-without * rate, -with * rate)).collect()
@@ -159,7 +159,7 @@ impl Efficiency {
             sum.add(time, *backward);
         }
         let power = &forces.power;
-        let (drives, dissipated, turnover) = (power.drives, power.dissipated, power.turnover);
+        let (drives, dissipated, turnover) = (power.actuators, power.dissipated, power.turnover);
         let now = Powers { time, drives, dissipated, turnover };
         if let Some(last) = self.last.replace(now) {
             self.integrate(&last, &now);

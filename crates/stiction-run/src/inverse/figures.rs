@@ -42,15 +42,18 @@ impl Curves {
     pub fn add(&mut self, sample: &Sample<'_>) {
         let (time, forces) = (sample.time, sample.forces);
         for (k, [with, without]) in self.drives.iter_mut().enumerate() {
-            with.push(time, forces.drives[k]);
+            with.push(time, forces.efforts[k]);
             without.push(time, forces.efforts_frictionless[k]);
         }
         self.friction.add(time, forces.interfaces.iter().map(|interface| interface.friction));
         self.shares.add(time, sample.shares);
         let power = &forces.power;
-        for (trace, value) in
-            self.power.iter_mut().zip([power.drives, power.loads, power.energy, power.dissipated])
-        {
+        for (trace, value) in self.power.iter_mut().zip([
+            power.actuators,
+            power.loads,
+            power.energy,
+            power.dissipated,
+        ]) {
             trace.push(time, value);
         }
         let relative = if power.turnover > 0.0 { power.residual() / power.turnover } else { 0.0 };

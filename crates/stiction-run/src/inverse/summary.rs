@@ -101,7 +101,7 @@ impl Summary {
     pub fn add(&mut self, sample: &Sample<'_>) {
         let (time, forces) = (sample.time, sample.forces);
         for (k, comparison) in self.drives.iter_mut().enumerate() {
-            comparison.add(time, forces.drives[k], forces.efforts_frictionless[k]);
+            comparison.add(time, forces.efforts[k], forces.efforts_frictionless[k]);
             let (low, high) = forces.effort_bounds[k];
             let outer = forces.effort_outer_bounds[k];
             self.widest[k].add(time, high - low);
@@ -136,7 +136,7 @@ impl Summary {
         self.shares.add(time, sample.shares);
         self.efficiency.add(time, forces, sample.backward);
         let power = &forces.power;
-        self.work.drives.add(time, power.drives);
+        self.work.drives.add(time, power.actuators);
         self.work.loads.add(time, power.loads);
         self.work.dissipated.add(time, power.dissipated);
         self.power_residual.add(time, power.residual());
@@ -368,7 +368,7 @@ pub(super) fn weighting_words(job: &Job<'_>, verdict: &Verdict) -> Option<String
         _ if verdict.redundancy == 0 => None,
         Some(Weighting::LeastReactions) => Some(reactions),
         Some(Weighting::LeastEnergy) => Some(energy),
-        Some(Weighting::LeastDrives) => Some(drives),
+        Some(Weighting::LeastEfforts) => Some(drives),
         Some(Weighting::Determined) => None,
         None if gives => Some(format!("{drives}, then by {energy}, and then by {reactions}")),
         None => Some(format!("{drives}, and then by {reactions}")),

@@ -72,7 +72,7 @@ impl<W: io::Write> Tables<W> {
         let table = &mut self.inverse;
         table.number(sample.time)?;
         for (drive, &(low, high)) in forces
-            .drives
+            .efforts
             .iter()
             .zip(&forces.effort_bounds)
             .enumerate()

@@ -19,15 +19,15 @@ fn kernels_allocate_nothing() {
             let solver =
                 InverseDynamics::new(mechanism, initial_poses, &coordinates, &targets, settings)
                     .unwrap();
-            let kernel = solver.kernel().unwrap();
+            let compiled = solver.model().unwrap();
             let parameters = solver.parameters().clone();
-            let mut workspace = kernel.workspace(&parameters, solver.assembly().state());
+            let mut data = compiled.data(solver.assembly().state(), settings);
             for k in 0..=1000 {
                 let time = start + job.motion.duration * f64::from(k) / 1000.0;
                 let targets: Vec<_> = job.motion.at(time).collect();
                 let loads: Vec<_> = job.load.at(time).collect();
                 let run = || {
-                    kernel.run(&parameters, &mut workspace, &targets, &loads, &settings);
+                    compiled.evaluate(&parameters, &mut data, &targets, &loads);
                 };
                 assert_eq!(allocations(run), 0, "{name} {friction:?} at {time}");
             }

@@ -75,8 +75,8 @@ fn follow(model: &ModelFile, motion: &Motion, threads: usize) -> Result<Vec<(u64
     job.run_on(
         threads,
         |sample| {
-            found.push((sample.time.to_bits(), sample.forces.drives[0].to_bits()));
-            assert!(sample.time.is_finite() && sample.forces.drives[0].is_finite());
+            found.push((sample.time.to_bits(), sample.forces.efforts[0].to_bits()));
+            assert!(sample.time.is_finite() && sample.forces.efforts[0].is_finite());
             Ok(())
         },
         |_, _, _| true,

@@ -97,7 +97,7 @@ fn pieces_are_on_the_way() {
         let (name, motion) = (&job.model.name, job.motion);
         let mut found = Vec::new();
         let receive = |sample: &Sample<'_>| {
-            found.push((sample.time, sample.forces.drives.clone()));
+            found.push((sample.time, sample.forces.efforts.clone()));
             Ok(())
         };
         job.run(receive, |_, _, _| true).unwrap();
@@ -118,7 +118,7 @@ fn pieces_are_on_the_way() {
             solver.follow(before, time, targets).unwrap();
             before = time;
             let loads: Vec<_> = job.load.at(time).collect();
-            let expected = &solver.solve(&loads).unwrap().drives;
+            let expected = &solver.solve(&loads).unwrap().efforts;
             let largest = expected.iter().fold(1.0_f64, |most, drive| most.max(drive.abs()));
             for (drive, expected) in drives.iter().zip(expected) {
                 // Newton's method ends at 1e-14; positions are magnified by the way to forces.

@@ -254,7 +254,7 @@ pub(crate) fn write(runs: &Runs<'_>, job: &Job<'_>) -> Result<Section, Error> {
         run.samples.iter().step_by(10).map(|s| {
             [
                 fixed(s.time, 1),
-                fixed(s.power.drives, 6),
+                fixed(s.power.actuators, 6),
                 fixed(s.power.energy, 6),
                 fixed(s.power.dissipated, 6),
                 digits(s.power.residual(), 1),

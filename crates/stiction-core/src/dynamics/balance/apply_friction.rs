@@ -5,7 +5,6 @@
 use super::Balance;
 use crate::dynamics::interfaces::{Coupling, InterfaceState, Interfaces};
 use crate::dynamics::plan::BalancePlan;
-use crate::dynamics::setup::Setup;
 use crate::kinematics::Bodies;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
@@ -14,14 +13,15 @@ use crate::topology::{Link, Role, Topology};
 
 impl<T: Scalar> Balance<T> {
     /// Tilts rows and columns by friction. Needs the wrenches that the contacts were pressed with.
-    pub(in crate::dynamics) fn rub(
+    pub(in crate::dynamics) fn apply_friction(
         &mut self,
-        topology: &Topology,
+        plan: &BalancePlan,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         interfaces: &Interfaces<T>,
         coupling: Coupling,
     ) {
+        let topology = &plan.topology;
         self.rows.copy_from_slice(&bodies.screws);
         self.tilted.copy_from_slice(&self.columns);
         self.constants.fill(T::zero());
@@ -46,13 +46,13 @@ impl<T: Scalar> Balance<T> {
             }
         }
         for cut in 0..topology.cuts.len() {
-            self.rub_cut(topology, parameters, bodies, interfaces, coupling, cut);
+            self.apply_friction_at_cut(topology, parameters, bodies, interfaces, coupling, cut);
         }
     }
 
     /// A cut joint's wrench is `columns + sum of q (constant + slope.power(wrench))`, with `q` the
     /// efforts of each contact's friction: solved here for the wrench.
-    fn rub_cut(
+    fn apply_friction_at_cut(
         &mut self,
         topology: &Topology,
         parameters: &Parameters<T>,
@@ -95,17 +95,17 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// The balance of [`Self::rest_like`] with nothing but one contact's friction, as it is now;
-    /// writes what the drives must do against it.
-    pub(in crate::dynamics) fn rub_alone(
+    /// writes what the efforts must do against it.
+    pub(in crate::dynamics) fn apply_friction_alone(
         &mut self,
-        setup: &Setup<'_>,
+        plan: &BalancePlan,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         interface: &InterfaceParameters<T>,
         state: &InterfaceState<T>,
-        drives: &mut [T],
+        efforts: &mut [T],
     ) {
-        let topology = setup.topology;
+        let topology = &plan.topology;
         self.constants.fill(T::zero());
         self.cut_constants.fill(Wrench::zero());
         match topology.role[interface.joint] {
@@ -120,9 +120,7 @@ impl<T: Scalar> Balance<T> {
                 self.cut_constants[cut] = wrench * state.friction();
             }
         }
-        let BalancePlan { structure, program } = setup.balance;
-        let passes = setup.balance.passes();
-        self.solve_factored(topology, structure, program, parameters, bodies, passes);
-        self.read_drives(topology, bodies, &self.constants, drives);
+        self.solve_factored(plan, parameters, bodies);
+        self.read_efforts(topology, bodies, &self.constants, efforts);
     }
 }

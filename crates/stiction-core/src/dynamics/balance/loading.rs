@@ -3,8 +3,8 @@
 //! Equation (B4) of the book's theory.
 
 use super::Balance;
+use crate::dynamics::plan::BalancePlan;
 use crate::dynamics::spring::SpringForce;
-use crate::dynamics::structure::BalanceStructure;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
@@ -16,11 +16,12 @@ impl<T: Scalar> Balance<T> {
     /// Takes over the motion, the loads and the pull of springs; nothing of friction.
     pub(in crate::dynamics) fn load(
         &mut self,
-        topology: &Topology,
+        plan: &BalancePlan,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         loads: &[AppliedLoad<T>],
     ) {
+        let topology = &plan.topology;
         for (demand, node) in self.demand.iter_mut().zip(&topology.nodes) {
             *demand = demand_of_motion(parameters, bodies, node.body);
         }
@@ -70,13 +71,13 @@ impl<T: Scalar> Balance<T> {
     /// What unit accelerations of one idle spin demand: `accelerations` are those of the tree.
     pub(in crate::dynamics) fn load_spin(
         &mut self,
-        topology: &Topology,
-        structure: &BalanceStructure,
+        plan: &BalancePlan,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         spin: usize,
         accelerations: &[T],
     ) {
+        let BalancePlan { topology, structure, .. } = plan;
         // Nodes are in the order of the tree: parents before children.
         let nodes = &structure.spin_nodes[spin];
         for (place, &node) in nodes.iter().enumerate() {

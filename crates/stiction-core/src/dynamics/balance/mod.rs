@@ -7,7 +7,6 @@ mod loading;
 mod system;
 
 use super::plan::BalancePlan;
-use super::setup::Setup;
 use super::structure::BalanceStructure;
 use crate::kinematics::Bodies;
 use crate::linalg::StaticLu;
@@ -44,11 +43,8 @@ pub(crate) struct Balance<T> {
 }
 
 impl<T: Scalar> Balance<T> {
-    pub(super) fn new(
-        topology: &Topology,
-        structure: &BalanceStructure,
-        program: &StaticLu,
-    ) -> Self {
+    pub(super) fn new(plan: &BalancePlan) -> Self {
+        let BalancePlan { topology, structure, program } = plan;
         let zeros = |n| vec![T::zero(); n];
         let wrenches = |n| vec![Wrench::zero(); n];
         Self {
@@ -85,16 +81,13 @@ impl<T: Scalar> Balance<T> {
     /// Returns the product of the signs of the pivots.
     pub(super) fn solve(
         &mut self,
-        topology: &Topology,
-        structure: &BalanceStructure,
-        program: &StaticLu,
+        plan: &BalancePlan,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
-        passes: usize,
     ) -> T {
-        self.assemble(topology, structure, parameters, bodies);
-        let sign = program.factor(&self.entries, &mut self.factors);
-        self.solve_factored(topology, structure, program, parameters, bodies, passes);
+        self.assemble(plan, parameters, bodies);
+        let sign = plan.program.factor(&self.entries, &mut self.factors);
+        self.solve_factored(plan, parameters, bodies);
         sign
     }
 
@@ -112,13 +105,8 @@ impl<T: Scalar> Balance<T> {
     }
 
     /// Sets all wrenches to those that follow from the ones at the cuts and from accelerations of idle spins.
-    pub(super) fn carry(
-        &mut self,
-        topology: &Topology,
-        structure: &BalanceStructure,
-        cuts: &[Wrench<T>],
-        spins: &[T],
-    ) {
+    pub(super) fn carry(&mut self, plan: &BalancePlan, cuts: &[Wrench<T>], spins: &[T]) {
+        let BalancePlan { topology, structure, .. } = plan;
         self.node_wrenches.copy_from_slice(&self.demand);
         self.cut_wrenches.fill(Wrench::zero());
         for (cut, wrench) in cuts.iter().enumerate() {
@@ -136,13 +124,12 @@ impl<T: Scalar> Balance<T> {
     /// As [`Self::solve`], with the matrix as it was factored last.
     fn solve_factored(
         &mut self,
-        topology: &Topology,
-        structure: &BalanceStructure,
-        program: &StaticLu,
+        plan: &BalancePlan,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
-        passes: usize,
     ) {
+        let BalancePlan { topology, structure, program } = plan;
+        let passes = plan.passes();
         self.unknowns.fill(T::zero());
         self.node_wrenches.copy_from_slice(&self.demand);
         self.cut_wrenches.fill(Wrench::zero());
@@ -150,7 +137,7 @@ impl<T: Scalar> Balance<T> {
             self.add_at_cut(topology, cut, self.cut_constants[cut]);
         }
         for pass in 1..=passes {
-            self.measure(topology, structure, parameters, bodies);
+            self.measure(plan, parameters, bodies);
             program.solve(&self.factors, &mut self.right, &mut self.correction);
             if pass < passes {
                 // Derivatives are those of what is left of the equations at last: (P7) of the book's theory.
@@ -166,11 +153,10 @@ impl<T: Scalar> Balance<T> {
     pub(super) fn rest_like(
         &mut self,
         other: &Self,
-        setup: &Setup<'_>,
+        plan: &BalancePlan,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
     ) {
-        let BalancePlan { structure, program } = setup.balance;
         self.demand.fill(Wrench::zero());
         self.columns.copy_from_slice(&other.columns);
         for (demand, others) in self.spin_demand.iter_mut().zip(&other.spin_demand) {
@@ -178,17 +164,17 @@ impl<T: Scalar> Balance<T> {
         }
         self.rows.copy_from_slice(&bodies.screws);
         self.tilted.copy_from_slice(&self.columns);
-        self.assemble(setup.topology, structure, parameters, bodies);
-        program.factor(&self.entries, &mut self.factors);
+        self.assemble(plan, parameters, bodies);
+        plan.program.factor(&self.entries, &mut self.factors);
     }
 
     /// What the actuators must do: the joint's effort on their freedoms, less friction's.
-    pub(super) fn read_drives(
+    pub(super) fn read_efforts(
         &self,
         topology: &Topology,
         bodies: &Bodies<T>,
         friction_efforts: &[T],
-        drives: &mut [T],
+        efforts: &mut [T],
     ) {
         for (tree_dof, content) in topology.tree_dofs.iter().enumerate() {
             let (Some(actuator), Link::Joint { joint, reversed }) =
@@ -198,10 +184,10 @@ impl<T: Scalar> Balance<T> {
             };
             let effort = bodies.screws[tree_dof].power(self.joint_wrenches[joint]);
             let effort = if reversed { -effort } else { effort };
-            drives[actuator] = effort - friction_efforts[tree_dof];
+            efforts[actuator] = effort - friction_efforts[tree_dof];
         }
         for (index, &actuator) in topology.cut_actuators.iter().enumerate() {
-            drives[actuator] = self.unknowns[topology.constraints + index];
+            efforts[actuator] = self.unknowns[topology.constraints + index];
         }
     }
 
@@ -257,29 +243,29 @@ impl Balance<f64> {
         self.entries
     }
 
-    /// The drives that belong to given unknowns and to no demand at all, without friction.
-    pub(super) fn drives_of(
+    /// The efforts that belong to given unknowns and to no demand at all, without friction.
+    pub(super) fn efforts_of(
         &mut self,
-        topology: &Topology,
-        structure: &BalanceStructure,
+        plan: &BalancePlan,
         bodies: &Bodies<f64>,
         unknowns: &[f64],
     ) -> Vec<f64> {
+        let BalancePlan { topology, structure, .. } = plan;
         self.tilted.copy_from_slice(&self.columns);
         self.node_wrenches.fill(Wrench::zero());
         self.cut_wrenches.fill(Wrench::zero());
         self.unknowns.fill(0.0);
         self.correction[..unknowns.len()].copy_from_slice(unknowns);
         self.correct(topology, structure);
-        let mut drives = vec![0.0; topology.actuators.len()];
+        let mut efforts = vec![0.0; topology.actuators.len()];
         for (tree_dof, content) in topology.tree_dofs.iter().enumerate() {
             if let Some(actuator) = content.actuator {
-                drives[actuator] = bodies.screws[tree_dof].power(self.node_wrenches[content.node]);
+                efforts[actuator] = bodies.screws[tree_dof].power(self.node_wrenches[content.node]);
             }
         }
         for (index, &actuator) in topology.cut_actuators.iter().enumerate() {
-            drives[actuator] = self.unknowns[topology.constraints + index];
+            efforts[actuator] = self.unknowns[topology.constraints + index];
         }
-        drives
+        efforts
     }
 }

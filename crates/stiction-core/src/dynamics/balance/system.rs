@@ -4,7 +4,8 @@
 //! Equations (B5) and (B8) of the book's theory.
 
 use super::Balance;
-use crate::dynamics::structure::{BalanceStructure, WeighedKind, Weighting};
+use crate::dynamics::plan::BalancePlan;
+use crate::dynamics::structure::{WeighedKind, Weighting};
 use crate::joint::Motion;
 use crate::kinematics::Bodies;
 use crate::parameters::{Parameters, Weights};
@@ -16,11 +17,11 @@ impl<T: Scalar> Balance<T> {
     /// The matrix, in the order of [`BalanceStructure::pattern`].
     pub(in crate::dynamics) fn assemble(
         &mut self,
-        topology: &Topology,
-        structure: &BalanceStructure,
+        plan: &BalancePlan,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
     ) {
+        let BalancePlan { topology, structure, .. } = plan;
         let bordered = structure.weighting != Weighting::Determined;
         let mut at = 0;
         let mut push = |value: T| {
@@ -53,15 +54,15 @@ impl<T: Scalar> Balance<T> {
         }
         for weighed in &structure.weighed {
             match weighed.what {
-                WeighedKind::CutDrive { column } => push(drive_weight(
+                WeighedKind::CutActuator { column } => push(effort_weight(
                     topology,
                     parameters,
                     topology.cut_actuators[column - topology.constraints],
                 )),
-                WeighedKind::Drive { tree_dof } => {
+                WeighedKind::Actuator { tree_dof } => {
                     let weight = topology.tree_dofs[tree_dof]
                         .actuator
-                        .map_or(T::zero(), |a| drive_weight(topology, parameters, a));
+                        .map_or(T::zero(), |a| effort_weight(topology, parameters, a));
                     for &(a, sign_a) in &weighed.cuts {
                         for &k in &structure.columns_of[a] {
                             let left = bodies.screws[tree_dof].power(self.columns[k]) * weight;
@@ -94,11 +95,11 @@ impl<T: Scalar> Balance<T> {
     /// The right-hand side: what the present wrenches leave of every equation.
     pub(super) fn measure(
         &mut self,
-        topology: &Topology,
-        structure: &BalanceStructure,
+        plan: &BalancePlan,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
     ) {
+        let BalancePlan { topology, structure, .. } = plan;
         self.right.fill(T::zero());
         let first = structure.first_balance_row();
         for (right, &tree_dof) in self.right[first..].iter_mut().zip(&structure.passive) {
@@ -116,15 +117,15 @@ impl<T: Scalar> Balance<T> {
         }
         for weighed in &structure.weighed {
             match weighed.what {
-                WeighedKind::CutDrive { column } => {
+                WeighedKind::CutActuator { column } => {
                     let actuator = topology.cut_actuators[column - topology.constraints];
-                    let weight = drive_weight(topology, parameters, actuator);
+                    let weight = effort_weight(topology, parameters, actuator);
                     self.right[column] -= weight * self.unknowns[column];
                 }
-                WeighedKind::Drive { tree_dof } => {
+                WeighedKind::Actuator { tree_dof } => {
                     let weight = topology.tree_dofs[tree_dof]
                         .actuator
-                        .map_or(T::zero(), |a| drive_weight(topology, parameters, a));
+                        .map_or(T::zero(), |a| effort_weight(topology, parameters, a));
                     let wrench = self.node_wrenches[topology.tree_dofs[tree_dof].node];
                     let drive =
                         (self.rows[tree_dof].power(wrench) - self.constants[tree_dof]) * weight;
@@ -159,10 +160,10 @@ impl<T: Scalar> Balance<T> {
     /// by the characteristic length.
     pub(in crate::dynamics) fn size_of_residual(
         &self,
-        topology: &Topology,
-        structure: &BalanceStructure,
+        plan: &BalancePlan,
         parameters: &Parameters<T>,
     ) -> (f64, f64, f64) {
+        let BalancePlan { topology, structure, .. } = plan;
         let length = parameters.length.largest();
         let mut residual: f64 = 0.0;
         for &tree_dof in &structure.passive {
@@ -186,7 +187,7 @@ impl<T: Scalar> Balance<T> {
 }
 
 /// Efforts of rotary actuators count divided by the characteristic length.
-fn drive_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, actuator: usize) -> T {
+fn effort_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, actuator: usize) -> T {
     let actuator = topology.actuators[actuator];
     let dof = &topology.joint_types[actuator.joint].dofs()[actuator.dof];
     match dof.motion {
@@ -216,7 +217,7 @@ impl<'a, T: Scalar> Product<'a, T> {
                 Link::Joint { joint, .. } => Some(joint),
                 Link::Floating => None,
             },
-            WeighedKind::Drive { .. } | WeighedKind::CutDrive { .. } => None,
+            WeighedKind::Actuator { .. } | WeighedKind::CutActuator { .. } => None,
         };
         Self {
             frame_j: joint.map_or(Pose::identity(), |joint| bodies.frame_j[joint]),

@@ -7,8 +7,8 @@ pub(super) use settled::STAGNATED;
 
 use super::balance::Balance;
 use super::interfaces::{Coupling, InterfaceState, Interfaces};
+use super::model::Model;
 use super::settings::{FrictionMode, Settings};
-use super::setup::Setup;
 use crate::kinematics::{Bodies, Kinematics};
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
@@ -21,7 +21,7 @@ use crate::topology::{Role, Topology};
 pub struct Inverse<T> {
     balance: Balance<T>,
     interfaces: Interfaces<T>,
-    drives: Vec<T>,
+    efforts: Vec<T>,
     efforts_frictionless: Vec<T>,
     /// For each idle spin the tree's accelerations for its unit acceleration.
     spin_responses: Vec<Vec<T>>,
@@ -34,15 +34,15 @@ pub struct Inverse<T> {
 }
 
 impl<T: Scalar> Inverse<T> {
-    /// Room for a mechanism.
-    pub fn new(setup: &Setup<'_>, parameters: &Parameters<T>) -> Self {
-        let Setup { topology, motion_constraints, balance: plan, .. } = *setup;
+    /// Results of a compiled model, all zero.
+    pub(super) fn new(model: &Model) -> Self {
+        let topology = model.topology();
         let actuators = topology.actuators.len();
-        let spins = motion_constraints.spins().len();
+        let spins = model.constraints().spins().len();
         Self {
-            balance: Balance::new(topology, &plan.structure, &plan.program),
-            interfaces: Interfaces::new(parameters.interfaces.len()),
-            drives: vec![T::zero(); actuators],
+            balance: Balance::new(&model.balance),
+            interfaces: Interfaces::new(model.parameters.interfaces.len()),
+            efforts: vec![T::zero(); actuators],
             efforts_frictionless: vec![T::zero(); actuators],
             spin_responses: vec![vec![T::zero(); topology.dofs()]; spins],
             friction_efforts: vec![T::zero(); topology.dofs()],
@@ -56,8 +56,8 @@ impl<T: Scalar> Inverse<T> {
 
     /// Effort of each actuator, N or N m, in the order of
     /// [`crate::mechanism::Mechanism::actuators`].
-    pub fn drives(&self) -> &[T] {
-        &self.drives
+    pub fn efforts(&self) -> &[T] {
+        &self.efforts
     }
 
     /// The same without friction.
@@ -108,57 +108,56 @@ impl<T: Scalar> Inverse<T> {
     /// Accelerations of idle spins are found on the way and added to those of the bodies.
     pub fn solve(
         &mut self,
-        setup: &Setup<'_>,
+        model: &Model,
         parameters: &Parameters<T>,
         kinematics: &mut Kinematics<T>,
         loads: &[AppliedLoad<T>],
         settings: &Settings,
     ) {
-        self.begin(setup, parameters, kinematics, loads, settings);
+        self.begin(model, parameters, kinematics, loads, settings);
         match settings.friction {
             FrictionMode::Off => {}
             FrictionMode::OnePass => {
-                self.couple(setup, parameters, &kinematics.bodies, Coupling::Frozen);
-                self.finish_friction(setup.topology, parameters, &kinematics.bodies);
+                self.couple(model, parameters, &kinematics.bodies, Coupling::Frozen);
+                self.finish_friction(model.topology(), parameters, &kinematics.bodies);
             }
             FrictionMode::Converged => {
                 for _ in 0..settings.friction_steps {
-                    let (change, largest) = self.step(setup, parameters, &kinematics.bodies);
+                    let (change, largest) = self.step(model, parameters, &kinematics.bodies);
                     if settings.is_settled(change.largest(), largest.largest()) {
                         break;
                     }
                 }
-                self.finish_friction(setup.topology, parameters, &kinematics.bodies);
+                self.finish_friction(model.topology(), parameters, &kinematics.bodies);
             }
         }
-        self.spin_up(setup, kinematics);
+        self.spin_up(model, kinematics);
     }
 
     /// The frictionless solution, and the loads and speeds of all contacts in it.
     pub(super) fn begin(
         &mut self,
-        setup: &Setup<'_>,
+        model: &Model,
         parameters: &Parameters<T>,
         kinematics: &mut Kinematics<T>,
         loads: &[AppliedLoad<T>],
         settings: &Settings,
     ) {
-        let topology = setup.topology;
         self.mode = settings.friction;
-        self.balance.load(topology, parameters, &kinematics.bodies, loads);
+        self.balance.load(&model.balance, parameters, &kinematics.bodies, loads);
         for spin in 0..self.spin_responses.len() {
             let response = &mut self.spin_responses[spin];
-            kinematics.response_to_spin(setup.motion_constraints, setup.motion, spin, response);
-            let structure = &setup.balance.structure;
+            kinematics.response_to_spin(&model.kinematic, spin, response);
             let bodies = &kinematics.bodies;
-            self.balance.load_spin(topology, structure, parameters, bodies, spin, response);
+            self.balance.load_spin(&model.balance, parameters, bodies, spin, response);
         }
         let bodies = &kinematics.bodies;
-        self.sign_without = self.couple(setup, parameters, bodies, Coupling::None);
+        self.sign_without = self.couple(model, parameters, bodies, Coupling::None);
         self.sign_with = self.sign_without;
         self.friction_efforts.fill(T::zero());
-        self.read_drives(topology, bodies);
-        self.efforts_frictionless.copy_from_slice(&self.drives);
+        let topology = model.topology();
+        self.read_efforts(topology, bodies);
+        self.efforts_frictionless.copy_from_slice(&self.efforts);
         let rest_speed = T::from_f64(settings.rest_speed);
         self.interfaces.slide(topology, parameters, bodies, rest_speed);
         self.interfaces.press_frictionless(parameters, bodies, &self.balance.joint_wrenches);
@@ -169,11 +168,11 @@ impl<T: Scalar> Inverse<T> {
     /// One Newton step of the coupling; returns the largest change of a load and the largest load.
     pub(super) fn step(
         &mut self,
-        setup: &Setup<'_>,
+        model: &Model,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
     ) -> (T, T) {
-        self.sign_with = self.couple(setup, parameters, bodies, Coupling::Linear);
+        self.sign_with = self.couple(model, parameters, bodies, Coupling::Linear);
         let (change, largest) =
             self.interfaces.press(parameters, bodies, &self.balance.joint_wrenches);
         self.friction_steps += 1;
@@ -183,62 +182,60 @@ impl<T: Scalar> Inverse<T> {
 
     /// What all joints' wrenches follow from at this motion: those of the cut joints, predecessor on successor,
     /// and the accelerations of idle spins.
-    pub fn carried(&self, setup: &Setup<'_>) -> (Vec<Wrench<T>>, Vec<T>) {
-        self.balance.carried(&setup.balance.structure)
+    pub fn carried(&self, model: &Model) -> (Vec<Wrench<T>>, Vec<T>) {
+        self.balance.carried(&model.balance.structure)
     }
 
     /// One Newton step of the coupling, in which friction is made linear where joints carry what follows from
     /// these wrenches of the cut joints and accelerations of idle spins, see [`Self::carried`].
-    /// [`Self::drives`], [`Self::joint_wrenches`] and loads are those after it. The motion must have been
+    /// [`Self::efforts`], [`Self::joint_wrenches`] and loads are those after it. The motion must have been
     /// taken over before, by [`Self::solve`] in whatever mode.
     pub fn step_from(
         &mut self,
-        setup: &Setup<'_>,
+        model: &Model,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         (cuts, spins): (&[Wrench<T>], &[T]),
     ) {
-        let structure = &setup.balance.structure;
-        self.balance.carry(setup.topology, structure, cuts, spins);
+        self.balance.carry(&model.balance, cuts, spins);
         self.interfaces.press(parameters, bodies, &self.balance.joint_wrenches);
-        self.step(setup, parameters, bodies);
-        self.finish_friction(setup.topology, parameters, bodies);
+        self.step(model, parameters, bodies);
+        self.finish_friction(model.topology(), parameters, bodies);
     }
 
     /// The same where joints carry these wrenches, predecessor on successor about the kernel origin; those of
     /// joints without contacts do not matter.
     pub fn step_at(
         &mut self,
-        setup: &Setup<'_>,
+        model: &Model,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         wrenches: &[Wrench<T>],
     ) {
         self.press_with(parameters, bodies, wrenches);
-        self.step(setup, parameters, bodies);
-        self.finish_friction(setup.topology, parameters, bodies);
+        self.step(model, parameters, bodies);
+        self.finish_friction(model.topology(), parameters, bodies);
     }
 
     /// The reciprocal pivots of the balance as it was solved last, in an order that is always the same.
-    pub fn reciprocal_pivots(&self, setup: &Setup<'_>) -> Vec<T> {
-        self.balance.reciprocal_pivots(&setup.balance.program)
+    pub fn reciprocal_pivots(&self, model: &Model) -> Vec<T> {
+        self.balance.reciprocal_pivots(&model.balance.program)
     }
 
     /// Solves the balance with friction as `coupling` says; returns the determinant's sign.
     fn couple(
         &mut self,
-        setup: &Setup<'_>,
+        model: &Model,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         coupling: Coupling,
     ) -> T {
-        let plan = setup.balance;
-        let (structure, program) = (&plan.structure, &plan.program);
-        self.balance.rub(setup.topology, parameters, bodies, &self.interfaces, coupling);
-        self.balance.solve(setup.topology, structure, program, parameters, bodies, plan.passes())
+        let plan = &*model.balance;
+        self.balance.apply_friction(plan, parameters, bodies, &self.interfaces, coupling);
+        self.balance.solve(plan, parameters, bodies)
     }
 
-    /// Drives with the friction of the present loads.
+    /// Efforts with the friction of the present loads.
     pub(super) fn finish_friction(
         &mut self,
         topology: &Topology,
@@ -246,12 +243,12 @@ impl<T: Scalar> Inverse<T> {
         bodies: &Bodies<T>,
     ) {
         self.add_friction_efforts(topology, parameters);
-        self.read_drives(topology, bodies);
+        self.read_efforts(topology, bodies);
     }
 
     /// The accelerations of idle spins in the last solution, rad/s^2.
-    pub(super) fn spin_accelerations(&self, setup: &Setup<'_>) -> &[T] {
-        let first = setup.balance.structure.wrench_columns;
+    pub(super) fn spin_accelerations(&self, model: &Model) -> &[T] {
+        let first = model.balance.structure.wrench_columns;
         &self.balance.unknowns[first..first + self.spin_responses.len()]
     }
 
@@ -267,8 +264,8 @@ impl<T: Scalar> Inverse<T> {
         }
     }
 
-    fn read_drives(&mut self, topology: &Topology, bodies: &Bodies<T>) {
-        self.balance.read_drives(topology, bodies, &self.friction_efforts, &mut self.drives);
+    fn read_efforts(&mut self, topology: &Topology, bodies: &Bodies<T>) {
+        self.balance.read_efforts(topology, bodies, &self.friction_efforts, &mut self.efforts);
     }
 
     /// The balance as it was solved last.
@@ -277,14 +274,14 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// Adds the accelerations of idle spins to those of the bodies.
-    pub(super) fn spin_up(&self, setup: &Setup<'_>, kinematics: &mut Kinematics<T>) {
-        let first = setup.balance.structure.wrench_columns;
+    pub(super) fn spin_up(&self, model: &Model, kinematics: &mut Kinematics<T>) {
+        let first = model.balance.structure.wrench_columns;
         for (spin, response) in self.spin_responses.iter().enumerate() {
             let amount = self.balance.unknowns[first + spin];
             // What is not finite would stay in the bodies' motion for good.
             let finite = T::one() + amount * T::zero();
             let amount = finite.if_positive(amount, T::zero());
-            kinematics.bodies.accelerate_more(setup.topology, response, amount);
+            kinematics.bodies.accelerate_more(model.topology(), response, amount);
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use super::Inverse;
 use crate::dynamics::interfaces::Coupling;
+use crate::dynamics::model::Model;
 use crate::dynamics::settings::{FrictionMode, Settings};
-use crate::dynamics::setup::Setup;
 use crate::friction::Resistance;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
@@ -43,21 +43,21 @@ impl<T: Scalar> Inverse<T> {
     /// first order in what they hold by.
     pub(in crate::dynamics) fn hold_again(
         &mut self,
-        setup: &Setup<'_>,
+        model: &Model,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         settings: &Settings,
     ) {
         let rest_speed = T::from_f64(settings.rest_speed);
-        self.interfaces.slide(setup.topology, parameters, bodies, rest_speed);
+        self.interfaces.slide(model.topology(), parameters, bodies, rest_speed);
         if self.mode == FrictionMode::Converged {
             // Where no friction holds directly it still changes the loads of what slides.
-            self.couple(setup, parameters, bodies, Coupling::Linear);
+            self.couple(model, parameters, bodies, Coupling::Linear);
             self.interfaces.press(parameters, bodies, &self.balance.joint_wrenches);
         } else {
-            self.couple(setup, parameters, bodies, Coupling::Frozen);
+            self.couple(model, parameters, bodies, Coupling::Frozen);
         }
-        self.finish_friction(setup.topology, parameters, bodies);
+        self.finish_friction(model.topology(), parameters, bodies);
     }
 
     /// Sets what every contact resists with; for probing.
@@ -75,11 +75,11 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// All forces with given friction forces, N, one for each contact, whatever its load: solves once more,
-    /// with the matrix of the frictionless balance. [`Self::drives`] and [`Self::joint_wrenches`] are
+    /// with the matrix of the frictionless balance. [`Self::efforts`] and [`Self::joint_wrenches`] are
     /// those with these frictions then.
     pub fn solve_with(
         &mut self,
-        setup: &Setup<'_>,
+        model: &Model,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         frictions: &[T],
@@ -87,18 +87,18 @@ impl<T: Scalar> Inverse<T> {
         for (state, friction) in self.interfaces.states.iter_mut().zip(frictions) {
             state.resistance = Resistance { coefficient: T::zero(), constant: *friction };
         }
-        self.couple(setup, parameters, bodies, Coupling::Frozen);
-        self.finish_friction(setup.topology, parameters, bodies);
+        self.couple(model, parameters, bodies, Coupling::Frozen);
+        self.finish_friction(model.topology(), parameters, bodies);
     }
 
     /// The joints' wrenches with the present frictions, whatever their loads.
     pub(in crate::dynamics) fn frozen_wrenches(
         &mut self,
-        setup: &Setup<'_>,
+        model: &Model,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
     ) -> &[Wrench<T>] {
-        self.couple(setup, parameters, bodies, Coupling::Frozen);
+        self.couple(model, parameters, bodies, Coupling::Frozen);
         &self.balance.joint_wrenches
     }
 }

@@ -2,8 +2,8 @@
 
 use super::Inverse;
 use crate::dynamics::interfaces::InterfaceState;
+use crate::dynamics::model::Model;
 use crate::dynamics::settings::{FrictionMode, Settings};
-use crate::dynamics::setup::Setup;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
 
@@ -36,11 +36,11 @@ impl<T: Scalar> Inverse<T> {
 
     /// Whether the balance holds to round-off and its reactions are in proportion to what is
     /// demanded. If not, the order of elimination does not suit the position.
-    pub fn is_balanced(&self, setup: &Setup<'_>, parameters: &Parameters<T>) -> bool {
+    pub fn is_balanced(&self, model: &Model, parameters: &Parameters<T>) -> bool {
         // Beyond this growth a reaction keeps fewer than eight digits.
         const GROWTH: f64 = 1e8;
         let (residual, demanded, carried) =
-            self.balance.size_of_residual(setup.topology, &setup.balance.structure, parameters);
+            self.balance.size_of_residual(&model.balance, parameters);
         // What friction asks for whatever the reactions are.
         let without_load = |(state, interface): (&InterfaceState<T>, &InterfaceParameters<T>)| {
             state.resistance.force(interface.load.preload).largest()

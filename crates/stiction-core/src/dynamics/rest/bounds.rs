@@ -7,13 +7,13 @@ use super::outer::outer_changes;
 use crate::dynamics::continuation;
 use crate::dynamics::forces::Forces;
 use crate::dynamics::inverse::Inverse;
+use crate::dynamics::model::Model;
 use crate::dynamics::settings::Settings;
-use crate::dynamics::setup::Setup;
 use crate::kinematics::Kinematics;
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 
-/// The part of the greatest static friction by which the change of drives is probed: so small that
+/// The part of the greatest static friction by which the change of efforts is probed: so small that
 /// loads hardly change, so large that rounding does not matter.
 const PROBE: f64 = 1e-3;
 /// How often the directions of static friction are looked for again where they were put last.
@@ -23,7 +23,7 @@ const SAME: f64 = 1e-6;
 
 /// A position with everything that is needed to solve it again.
 pub(in crate::dynamics) struct Position<'a> {
-    pub(in crate::dynamics) setup: Setup<'a>,
+    pub(in crate::dynamics) model: &'a Model,
     pub(in crate::dynamics) parameters: &'a Parameters<f64>,
     pub(in crate::dynamics) kinematics: &'a mut Kinematics<f64>,
     pub(in crate::dynamics) loads: &'a [AppliedLoad<f64>],
@@ -47,7 +47,7 @@ impl Held {
 }
 
 /// Bounds each driving force over the static friction of contacts at rest, and leaves
-/// `forces.drives` as they were.
+/// `forces.efforts` as they were.
 ///
 /// Static friction is any force up to the limit that its own load allows, in any direction. For
 /// each drive the friction of every resting contact is put at its limit in the direction that
@@ -56,7 +56,7 @@ impl Held {
 /// is certain where a drive changes with each friction alike whatever the others are, as it does
 /// but for strong coupling. Where the forces grow without bound on the way, as in a mechanism that
 /// friction can lock, the bound is infinite.
-pub(in crate::dynamics) fn bound_drives(
+pub(in crate::dynamics) fn bound_efforts(
     forces: &mut Forces,
     inverse: &mut Inverse<f64>,
     mut position: Position<'_>,
@@ -77,12 +77,12 @@ pub(in crate::dynamics) fn bound_drives(
         .map(|&interface| Held { interface, direction: [0.0; 3], fixed: false })
         .collect();
     let slopes = probe(inverse, &position, &released);
-    let Position { setup, parameters, settings, .. } = position;
-    let map = FrictionMap::new(inverse, &setup, parameters, &position.kinematics.bodies, settings);
-    let changes = outer_changes(&map, forces.drives.len());
-    for actuator in 0..forces.drives.len() {
+    let Position { model, parameters, settings, .. } = position;
+    let map = FrictionMap::new(inverse, model, parameters, &position.kinematics.bodies, settings);
+    let changes = outer_changes(&map, forces.efforts.len());
+    for actuator in 0..forces.efforts.len() {
         for sense in [1.0, -1.0] {
-            let before = forces.drives[actuator];
+            let before = forces.efforts[actuator];
             let way = Way { actuator, sense, before };
             let found = extreme(inverse, &mut position, &released, &slopes, way);
             let (low, high) = &mut forces.effort_bounds[actuator];
@@ -108,7 +108,7 @@ pub(super) struct Way {
     pub(super) before: f64,
 }
 
-/// Raises (lowers) a drive as far as static friction can, from `start`, where the drives change with
+/// Raises (lowers) a drive as far as static friction can, from `start`, where the efforts change with
 /// it by `slopes`. Fixed directions stay.
 pub(super) fn extreme(
     inverse: &mut Inverse<f64>,
@@ -132,7 +132,7 @@ pub(super) fn extreme(
         held = next;
         hold(inverse, &held);
         let settled = resolve(inverse, position);
-        let mut drive = inverse.drives()[actuator];
+        let mut drive = inverse.efforts()[actuator];
         if !settled {
             drive = if drive < before { f64::NEG_INFINITY } else { f64::INFINITY };
         }
@@ -153,15 +153,15 @@ pub(super) fn hold(inverse: &mut Inverse<f64>, held: &[Held]) {
 /// Solves with the present static friction; false where friction grows without bound, the forces
 /// then are those on the way there.
 pub(super) fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -> bool {
-    let Position { setup, parameters, kinematics, loads, settings } = position;
-    inverse.solve(setup, parameters, kinematics, loads, settings);
-    if inverse.friction_settled(settings) && inverse.is_balanced(setup, parameters) {
+    let Position { model, parameters, kinematics, loads, settings } = position;
+    inverse.solve(model, parameters, kinematics, loads, settings);
+    if inverse.friction_settled(settings) && inverse.is_balanced(model, parameters) {
         return true;
     }
     let outcome =
-        continuation::follow_friction(inverse, setup, parameters, kinematics, loads, settings, 1.0);
+        continuation::follow_friction(inverse, model, parameters, kinematics, loads, settings, 1.0);
     if outcome.is_err() {
-        inverse.finish_friction(setup.topology, parameters, &kinematics.bodies);
+        inverse.finish_friction(model.topology(), parameters, &kinematics.bodies);
     }
     outcome.is_ok()
 }
@@ -173,7 +173,7 @@ pub(super) fn probe(
     position: &Position<'_>,
     held: &[Held],
 ) -> Vec<Vec<Vec<f64>>> {
-    let Position { setup, parameters, kinematics, settings, .. } = position;
+    let Position { model, parameters, kinematics, settings, .. } = position;
     let mut slopes = Vec::with_capacity(held.len());
     for &Held { interface, direction, .. } in held {
         let dofs = parameters.interfaces[interface].shape.dofs().len();
@@ -182,15 +182,15 @@ pub(super) fn probe(
                 let mut moved = direction;
                 moved[component] += part;
                 inverse.set_held(interface, moved);
-                inverse.hold_again(setup, parameters, &kinematics.bodies, settings);
-                inverse.drives().to_vec()
+                inverse.hold_again(model, parameters, &kinematics.bodies, settings);
+                inverse.efforts().to_vec()
             });
             ahead.iter().zip(&back).map(|(ahead, back)| ahead - back).collect()
         };
         slopes.push((0..dofs).map(of_component).collect());
         inverse.set_held(interface, direction);
     }
-    inverse.hold_again(setup, parameters, &kinematics.bodies, settings);
+    inverse.hold_again(model, parameters, &kinematics.bodies, settings);
     slopes
 }
 

@@ -29,22 +29,17 @@ const STILL: f64 = 1e-9;
 /// For each actuator the sliding velocities of all contacts for its unit rate, the other actuators
 /// at rest; none where they do not determine the motion, or leave none.
 pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>>> {
-    let Position { setup, parameters, kinematics, .. } = position;
-    let topology = setup.topology;
+    let Position { model, parameters, kinematics, .. } = position;
+    let topology = model.topology();
     let count = topology.actuators.len();
-    if setup.motion_constraints.coordinates().len() != count {
+    if model.constraints().coordinates().len() != count {
         return vec![None; count];
     }
     let mut responses = Vec::with_capacity(count);
     let mut matrix = DMatrix::zeros(count, count);
     for column in 0..count {
         let mut rates = vec![0.0; topology.dofs()];
-        kinematics.response_to_coordinate(
-            setup.motion_constraints,
-            setup.motion,
-            column,
-            &mut rates,
-        );
+        kinematics.response_to_coordinate(&model.kinematic, column, &mut rates);
         let twists = body_twists(topology, &kinematics.bodies, &rates);
         for (row, actuator) in topology.actuators.iter().enumerate() {
             matrix[(row, column)] = actuator_rate(topology, &kinematics.bodies, actuator, &twists);
@@ -95,7 +90,7 @@ pub(super) fn break_away(
             .collect();
         hold(inverse, &held);
         let settled = resolve(inverse, position);
-        let effort = inverse.drives()[actuator];
+        let effort = inverse.efforts()[actuator];
         if !settled {
             return (sense * f64::INFINITY, sense * f64::INFINITY);
         }

@@ -44,7 +44,7 @@ const MET: f64 = 1e-12;
 const HALVINGS: usize = 40;
 /// The greatest part that is looked at.
 const MOST: f64 = 1e6;
-/// What is left of unpowered drives counts as nothing below this part of the largest drive.
+/// What is left of unpowered efforts counts as nothing below this part of the largest drive.
 const NOTHING: f64 = 1e-10;
 /// Bounds that differ by less are one number.
 const SAME: f64 = 1e-9;
@@ -63,16 +63,16 @@ struct Share {
 }
 
 impl Demand {
-    /// Drives (with what they are without friction) and idle spins that must vanish.
+    /// Efforts (with what they are without friction) and idle spins that must vanish.
     pub(super) fn new(
         map: &FrictionMap<'_>,
-        drives: &[(usize, f64, f64)],
+        efforts: &[(usize, f64, f64)],
         spins: usize,
         largest: f64,
     ) -> Self {
         let mut rows: Vec<Vec<f64>> = Vec::new();
         let mut missing = Vec::new();
-        for &(actuator, drive, scale) in drives {
+        for &(actuator, drive, scale) in efforts {
             rows.push(map.slopes(actuator).iter().map(|slope| slope * scale).collect());
             let demand = -drive * scale;
             missing.push(if demand.abs() <= NOTHING * largest { 0.0 } else { demand });

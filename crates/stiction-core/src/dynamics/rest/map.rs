@@ -1,9 +1,9 @@
-//! What friction does: joints' wrenches and drives are affine in the friction forces.
+//! What friction does: joints' wrenches and efforts are affine in the friction forces.
 
 use crate::dynamics::interfaces::load_by;
 use crate::dynamics::inverse::Inverse;
+use crate::dynamics::model::Model;
 use crate::dynamics::settings::{FrictionMode, Settings};
-use crate::dynamics::setup::Setup;
 use crate::friction::{NormalLoadMap, OwnFriction, Resistance};
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
@@ -17,7 +17,7 @@ struct Component {
     /// What a friction of one newton adds to the wrench of each joint.
     wrenches: Vec<Wrench<f64>>,
     /// What it adds to each drive, and to the acceleration of each idle spin.
-    drives: Vec<f64>,
+    efforts: Vec<f64>,
     spins: Vec<f64>,
 }
 
@@ -40,7 +40,7 @@ impl<'a> FrictionMap<'a> {
     /// About the solution in `inverse`.
     pub(super) fn new(
         inverse: &'a Inverse<f64>,
-        setup: &Setup<'_>,
+        model: &Model,
         parameters: &'a Parameters<f64>,
         bodies: &'a Bodies<f64>,
         settings: &Settings,
@@ -48,13 +48,13 @@ impl<'a> FrictionMap<'a> {
         let mut probe = inverse.clone();
         let mut respond = |interface: usize, held: [f64; 3], force: f64| {
             probe.set_held(interface, held);
-            probe.apply_friction_at(setup.topology, parameters, bodies, settings, 1.0);
+            probe.apply_friction_at(model.topology(), parameters, bodies, settings, 1.0);
             probe.set_resistances(Resistance { coefficient: 0.0, constant: 0.0 });
             probe.set_resistance(interface, Resistance { coefficient: 0.0, constant: force });
-            let wrenches = probe.frozen_wrenches(setup, parameters, bodies).to_vec();
-            probe.finish_friction(setup.topology, parameters, bodies);
+            let wrenches = probe.frozen_wrenches(model, parameters, bodies).to_vec();
+            probe.finish_friction(model.topology(), parameters, bodies);
             probe.set_held(interface, [0.0; 3]);
-            (wrenches, probe.drives().to_vec(), probe.spin_accelerations(setup).to_vec())
+            (wrenches, probe.efforts().to_vec(), probe.spin_accelerations(model).to_vec())
         };
         let mut components = Vec::new();
         for (interface, content) in parameters.interfaces.iter().enumerate() {
@@ -69,7 +69,7 @@ impl<'a> FrictionMap<'a> {
                 components.push(Component {
                     interface,
                     wrenches: with.0.iter().zip(&without.0).map(|(a, b)| *a - *b).collect(),
-                    drives: less(&with.1, &without.1),
+                    efforts: less(&with.1, &without.1),
                     spins: less(&with.2, &without.2),
                 });
             }
@@ -104,7 +104,7 @@ impl<'a> FrictionMap<'a> {
 
     /// The change of a drive with each component.
     pub(super) fn slopes(&self, actuator: usize) -> Vec<f64> {
-        self.components.iter().map(|component| component.drives[actuator]).collect()
+        self.components.iter().map(|component| component.efforts[actuator]).collect()
     }
 
     /// The change of the acceleration of an idle spin with each component.

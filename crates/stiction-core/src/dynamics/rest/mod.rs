@@ -1,7 +1,7 @@
 //! A position at rest: what static friction leaves open, at what efforts motion begins, and whether
 //! friction holds the position by itself.
 //!
-//! Joints' wrenches and drives are affine in the friction forces ([`FrictionMap`]); what is not is
+//! Joints' wrenches and efforts are affine in the friction forces ([`FrictionMap`]); what is not is
 //! that the limit of each friction grows with a load. So everything is said twice: what is attained,
 //! by friction forces that satisfy all laws at once, and what is certain, from loads that are no
 //! greater than a bound.
@@ -86,16 +86,16 @@ pub(super) fn examine(inverse: &mut Inverse<f64>, mut position: Position<'_>) ->
     hold(inverse, &released);
     resolve(inverse, &mut position);
 
-    let Position { setup, parameters, settings, .. } = position;
+    let Position { model, parameters, settings, .. } = position;
     let bodies = &position.kinematics.bodies;
-    let map = FrictionMap::new(inverse, &setup, parameters, bodies, settings);
-    let drives: Vec<(usize, f64, f64)> = inverse
-        .drives()
+    let map = FrictionMap::new(inverse, model, parameters, bodies, settings);
+    let efforts: Vec<(usize, f64, f64)> = inverse
+        .efforts()
         .iter()
-        .zip(&setup.topology.actuators)
+        .zip(&model.topology().actuators)
         .enumerate()
         .map(|(index, (&drive, actuator))| {
-            let joint_type = setup.topology.joint_types[actuator.joint];
+            let joint_type = model.topology().joint_types[actuator.joint];
             // A torque is compared with a force over the characteristic length.
             let scale = match joint_type.dofs()[actuator.dof].motion {
                 Motion::Translation => 1.0,
@@ -104,17 +104,17 @@ pub(super) fn examine(inverse: &mut Inverse<f64>, mut position: Position<'_>) ->
             (index, drive, scale)
         })
         .collect();
-    let spins = setup.motion_constraints.spins().len();
+    let spins = model.constraints().spins().len();
     let wrenches = inverse.joint_wrenches().iter();
     let forces = wrenches.map(|wrench| wrench.force.norm());
-    let largest = forces.chain(drives.iter().map(|(_, drive, scale)| (drive * scale).abs()));
+    let largest = forces.chain(efforts.iter().map(|(_, drive, scale)| (drive * scale).abs()));
     let largest = largest.fold(0.0, f64::max);
-    let hold = |drives: &[(usize, f64, f64)]| {
-        holding::hold(&map, &Demand::new(&map, drives, spins, largest))
+    let hold = |efforts: &[(usize, f64, f64)]| {
+        holding::hold(&map, &Demand::new(&map, efforts, spins, largest))
     };
     Rest {
         breakaway,
-        alone: drives.iter().map(|drive| hold(&[*drive])).collect(),
-        unpowered: hold(&drives),
+        alone: efforts.iter().map(|drive| hold(&[*drive])).collect(),
+        unpowered: hold(&efforts),
     }
 }

@@ -49,13 +49,13 @@ pub(super) fn greatest_frictions(
 
 /// The least and the greatest change of each drive by static friction, certified: nothing lies
 /// beyond. None where the coupling is too strong.
-pub(super) fn outer_changes(map: &FrictionMap<'_>, drives: usize) -> Option<Vec<(f64, f64)>> {
+pub(super) fn outer_changes(map: &FrictionMap<'_>, efforts: usize) -> Option<Vec<(f64, f64)>> {
     let loads: Vec<f64> =
         (0..map.interfaces()).map(|interface| map.load_without(interface)).collect();
     let couplings = map.couplings(|k| unit(map.len(), k));
     let greatest = greatest_frictions(map, &loads, &couplings, 1.0)?;
     let owners: Vec<usize> = map.owners().collect();
-    let bounds = (0..drives).map(|actuator| {
+    let bounds = (0..efforts).map(|actuator| {
         let slopes = map.slopes(actuator);
         let sizes = map.sizes(&slopes);
         let (mut low, mut high) = (0.0, 0.0);

@@ -10,10 +10,9 @@ use super::coupling::CouplingWorkspace;
 use super::forces::Forces;
 use super::interfaces::load_by;
 use super::inverse::Inverse;
-use super::kernel::Kernel;
-use super::plan::{BalancePlan, NotPlanned};
+use super::model::Model;
+use super::plan::NotPlanned;
 use super::settings::{FrictionMode, Settings};
-use super::setup::Setup;
 use super::structure::Weighting;
 use crate::friction::OwnFriction;
 use crate::kinematics::{
@@ -27,6 +26,7 @@ use crate::statics::newton_euler::NewtonEuler;
 use crate::statics::{DETERMINED, IdleAxis, Statics};
 use crate::topology::{Topology, TreeRule};
 use nalgebra::DMatrix;
+use std::sync::Arc;
 
 /// Moves a mechanism and computes all its forces.
 ///
@@ -47,20 +47,21 @@ use nalgebra::DMatrix;
 /// let mut solver =
 ///     InverseDynamics::new(pendulum, &[], &[angle], &[level], Settings::default())?;
 /// // Held level, it weighs 2 kg * 9.81 m/s^2 at half a metre.
-/// assert!((solver.solve(&[])?.drives[0] - 9.81).abs() < 1e-14);
+/// assert!((solver.solve(&[])?.efforts[0] - 9.81).abs() < 1e-14);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct InverseDynamics {
-    mechanism: Mechanism,
-    topology: Topology,
-    parameters: Parameters<f64>,
+    mechanism: Arc<Mechanism>,
+    topology: Arc<Topology>,
+    parameters: Arc<Parameters<f64>>,
     assembly: Assembly,
     settings: Settings,
-    plan: Result<BalancePlan, NotPlanned>,
-    inverse: Option<Inverse<f64>>,
-    /// By which rates were solved for first: whatever is planned later, its signs compare.
-    first_program: StaticLu,
+    /// Compiled near the present position, with the results of its kernel.
+    compiled: Result<Compiled, NotPlanned>,
+    /// The first static LU of the rate equations: signs of its determinant compare along a motion,
+    /// whatever is compiled later.
+    first_rates: Arc<StaticLu>,
     forces: Forces,
     /// The strength of the coupling in the last solution by the kernel.
     strength: f64,
@@ -93,14 +94,21 @@ impl Mirror {
         self.plans = [plans(solver), plans(&copy)];
         copy.settings = solver.settings;
         copy.assembly.go_to(&solver.assembly);
-        copy.assembly.reverse(&copy.topology, &copy.parameters);
+        copy.assembly.reverse(&copy.parameters);
         self.copy.insert(copy)
     }
 }
 
-/// What the kernel works with.
+/// A compiled model, and the results of its kernel.
+#[derive(Clone, Debug)]
+struct Compiled {
+    model: Model,
+    inverse: Inverse<f64>,
+}
+
+/// Inputs and results of the kernel at the present position.
 pub(super) struct Parts<'a> {
-    pub(super) setup: Setup<'a>,
+    pub(super) model: &'a Model,
     pub(super) inverse: &'a Inverse<f64>,
     pub(super) parameters: &'a Parameters<f64>,
     pub(super) kinematics: &'a mut Kinematics<f64>,
@@ -143,8 +151,8 @@ impl InverseDynamics {
         targets: &[Target<f64>],
         settings: Settings,
     ) -> Result<Self, AssemblyError> {
-        let topology = Topology::with_tree(&mechanism, rule);
-        let parameters = Parameters::new(&mechanism);
+        let topology = Arc::new(Topology::with_tree(&mechanism, rule));
+        let parameters = Arc::new(Parameters::new(&mechanism));
         let assembly =
             Assembly::new(&mechanism, &topology, &parameters, initial_poses, coordinates, targets)?;
         let forces = Forces::new(
@@ -152,17 +160,16 @@ impl InverseDynamics {
             mechanism.joints().len(),
             parameters.interfaces.len(),
         );
-        let first_program = assembly.program().clone();
+        let first_rates = Arc::clone(&assembly.model().rates);
         let shares = Shares::new(topology.actuators.len(), parameters.interfaces.len());
         let mut solver = Self {
-            mechanism,
+            mechanism: Arc::new(mechanism),
             topology,
             parameters,
             assembly,
             settings,
-            plan: Err(NotPlanned::Singular),
-            inverse: None,
-            first_program,
+            compiled: Err(NotPlanned::Singular),
+            first_rates,
             forces,
             strength: 0.0,
             room: CouplingWorkspace::default(),
@@ -228,11 +235,11 @@ impl InverseDynamics {
     /// The kernel's parts at the present position; none where it is singular, or redundant in
     /// constraints and actuators at once.
     pub(super) fn parts(&mut self) -> Option<Parts<'_>> {
-        let (Ok(balance), Some(inverse)) = (&self.plan, &self.inverse) else { return None };
-        let (topology, parameters, settings) = (&self.topology, &self.parameters, &self.settings);
-        let (motion_constraints, motion, kinematics) = self.assembly.parts();
-        let setup = Setup { topology, motion_constraints, motion, balance };
-        Some(Parts { setup, inverse, parameters, kinematics, settings })
+        self.share_kinematics();
+        let Compiled { model, inverse } = self.compiled.as_ref().ok()?;
+        let (parameters, settings) = (&*self.parameters, &self.settings);
+        let (_, kinematics) = self.assembly.parts();
+        Some(Parts { model, inverse, parameters, kinematics, settings })
     }
 
     /// On which side of the singular positions of its actuators the mechanism is: the sign of the
@@ -242,19 +249,20 @@ impl InverseDynamics {
     pub fn side(&mut self) -> Option<f64> {
         let topology = &self.topology;
         let dofs = topology.dofs();
-        let (motion_constraints, motion, kinematics) = self.assembly.parts();
-        let count = motion_constraints.coordinates().len();
+        let (model, kinematics) = self.assembly.parts();
+        let coordinates = model.constraints().coordinates();
+        let count = coordinates.len();
         if count == 0 || count != topology.actuators.len() {
             return None;
         }
         // Where just the actuators are prescribed the matrix is a permutation.
-        if let Some(sign) = order_of_actuators(topology, motion_constraints.coordinates()) {
-            return Some(sign * kinematics.sign_by(&self.first_program)?.signum());
+        if let Some(sign) = order_of_actuators(topology, coordinates) {
+            return Some(sign * kinematics.sign_by(&self.first_rates)?.signum());
         }
         let mut rates = vec![0.0; dofs];
         let mut matrix = DMatrix::zeros(count, count);
         for column in 0..count {
-            kinematics.response_to_coordinate(motion_constraints, motion, column, &mut rates);
+            kinematics.response_to_coordinate(model, column, &mut rates);
             let bodies = &kinematics.bodies;
             let twists = body_twists(topology, bodies, &rates);
             for (row, actuator) in topology.actuators.iter().enumerate() {
@@ -262,8 +270,7 @@ impl InverseDynamics {
             }
         }
         // Closures and actuators by the tree are these times closures and coordinates by the tree.
-        let motion_constraints = kinematics.sign_by(&self.first_program)?;
-        let determinant = matrix.determinant() * motion_constraints;
+        let determinant = matrix.determinant() * kinematics.sign_by(&self.first_rates)?;
         determinant.is_finite().then(|| determinant.signum())
     }
 
@@ -303,14 +310,11 @@ impl InverseDynamics {
     /// How much of each drive of the last [`Self::solve`] each contact's friction causes. Ask before the mechanism is moved on.
     pub fn shares(&mut self) -> &Shares<f64> {
         // Those of the dense system are there already.
-        if let (true, Ok(balance), Some(inverse)) =
-            (self.forces_by_kernel, &self.plan, &self.inverse)
-        {
-            let (topology, parameters) = (&self.topology, &self.parameters);
-            let (motion_constraints, motion, kinematics) = self.assembly.parts();
-            let setup = Setup { topology, motion_constraints, motion, balance };
-            let sharing = self.sharing.get_or_insert_with(|| Sharing::new(&setup));
-            sharing.run(&setup, parameters, &kinematics.bodies, inverse, &mut self.shares);
+        self.share_kinematics();
+        if let (true, Ok(Compiled { model, inverse })) = (self.forces_by_kernel, &self.compiled) {
+            let bodies = &self.assembly.kinematics().bodies;
+            let sharing = self.sharing.get_or_insert_with(|| Sharing::new(model));
+            sharing.run(model, &self.parameters, bodies, inverse, &mut self.shares);
         }
         &self.shares
     }
@@ -327,25 +331,22 @@ impl InverseDynamics {
     #[must_use]
     pub fn reversed(&self) -> Self {
         let mut copy = self.clone();
-        copy.assembly.reverse(&copy.topology, &copy.parameters);
+        copy.assembly.reverse(&copy.parameters);
         copy
     }
 
     /// Which weighting decides what is redundant; none if the position is singular.
     pub fn weighting(&self) -> Option<Weighting> {
-        self.plan.as_ref().ok().map(BalancePlan::weighting)
+        self.compiled.as_ref().ok().map(|compiled| compiled.model.balance.weighting())
     }
 
-    /// The compiled kernel for use in other scalars and in control loops; none where the position
-    /// is singular, or redundant in constraints and actuators at once.
-    pub fn kernel(&self) -> Option<Kernel> {
-        let balance = self.plan.as_ref().ok()?;
-        Some(Kernel::new(&Setup {
-            topology: &self.topology,
-            motion_constraints: self.assembly.motion_constraints(),
-            motion: self.assembly.program(),
-            balance,
-        }))
+    /// The compiled model, for other scalars and for control loops.
+    ///
+    /// # Errors
+    /// The position is singular, or constraints and actuators are both redundant.
+    pub fn model(&self) -> Result<Model, NotPlanned> {
+        let Compiled { model, .. } = self.compiled.as_ref().map_err(|reason| *reason)?;
+        Ok(Model { kinematic: self.assembly.model().clone(), ..model.clone() })
     }
 
     /// Moves to new targets, one for each coordinate, near the present ones; see [`Assembly::move_to`]. Forces stay those of
@@ -357,7 +358,7 @@ impl InverseDynamics {
     /// # Panics
     /// Unless there is one target for each prescribed coordinate.
     pub fn move_to(&mut self, targets: &[Target<f64>]) -> Result<(), AssemblyError> {
-        self.assembly.move_to(&self.topology, &self.parameters, targets)
+        self.assembly.move_to(&self.parameters, targets)
     }
 
     /// Moves along a motion in the same assembly mode, from time `from`, where it is, to time `to`, s; see
@@ -371,7 +372,7 @@ impl InverseDynamics {
         to: f64,
         motion: impl FnMut(f64, &mut [Target<f64>]),
     ) -> Result<(), AssemblyError> {
-        self.assembly.follow(&self.topology, &self.parameters, from, to, motion)
+        self.assembly.follow(&self.parameters, from, to, motion)
     }
 
     /// Moves along a motion in one step of `step` seconds to `targets`, if it is smooth enough for that; see
@@ -381,7 +382,7 @@ impl InverseDynamics {
     /// Unless there is one target for each prescribed coordinate.
     #[must_use = "it may have stayed where it was"]
     pub fn leap(&mut self, step: f64, targets: &[Target<f64>]) -> bool {
-        self.assembly.leap(&self.topology, &self.parameters, step, targets)
+        self.assembly.leap(&self.parameters, step, targets)
     }
 
     /// The balance of all bodies at the present position.

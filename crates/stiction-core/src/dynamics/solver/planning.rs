@@ -1,57 +1,74 @@
-//! In what order the balance is solved at a position, and which of its bodies spin idly.
+//! Compilation of the model at the present position.
 
-use super::InverseDynamics;
+use super::{Compiled, InverseDynamics};
 use crate::dynamics::inverse::Inverse;
+use crate::dynamics::model::Model;
 use crate::dynamics::plan::BalancePlan;
-use crate::dynamics::setup::Setup;
 use crate::spatial::Mat3;
+use std::sync::Arc;
 
 impl InverseDynamics {
-    /// Plans the balance at the present position.
+    /// Compiles the model at the present position.
     pub(super) fn replan(&mut self) {
         self.plans += 1;
-        self.steady_idle_spins();
+        self.add_inertia_about_idle_spins();
         let spins = self.spin_responses();
         let bodies = &self.assembly.kinematics().bodies;
-        self.plan = BalancePlan::new(&self.topology, &self.parameters, bodies, &spins);
+        let balance = BalancePlan::new(&self.topology, &self.parameters, bodies, &spins);
         self.sharing = None;
-        self.inverse = match &self.plan {
-            Err(_) => None,
-            Ok(balance) => {
-                let (topology, parameters) = (&self.topology, &self.parameters);
-                let (motion_constraints, motion, _) = self.assembly.parts();
-                let setup = Setup { topology, motion_constraints, motion, balance };
-                Some(Inverse::new(&setup, parameters))
-            }
-        };
+        self.compiled = balance.map(|balance| {
+            let model = Model {
+                mechanism: Arc::clone(&self.mechanism),
+                kinematic: self.assembly.model().clone(),
+                balance: Arc::new(balance),
+                parameters: Arc::clone(&self.parameters),
+            };
+            Compiled { inverse: Inverse::new(&model), model }
+        });
     }
 
-    /// Gives bodies that spin idly, and have no inertia about the axis of that spin, some. By
-    /// convention nothing turns about it, so no result changes; but without it the acceleration
-    /// would be anything, or, with friction at the body, infinite: this is the limit of little
-    /// inertia.
-    pub(super) fn steady_idle_spins(&mut self) {
+    /// Makes the model use the kinematics of the assembly, which are compiled anew where a position
+    /// asks for it. Other idle spins ask for another balance.
+    pub(super) fn share_kinematics(&mut self) {
+        let Ok(Compiled { model, .. }) = &mut self.compiled else { return };
+        let current = self.assembly.model();
+        let has_same_spins = model.constraints().spins() == current.constraints.spins();
+        let kinematic = &model.kinematic;
+        let is_shared = Arc::ptr_eq(&kinematic.rates, &current.rates)
+            && Arc::ptr_eq(&kinematic.constraints, &current.constraints);
+        if !is_shared {
+            model.kinematic.clone_from(current);
+        }
+        if !has_same_spins {
+            self.replan();
+        }
+    }
+
+    /// Gives inertia to bodies that have none about the axis of their idle spin. By convention nothing
+    /// turns about it, so no result depends on it. Without it the acceleration of the spin would be
+    /// undetermined or, with friction at the body, infinite: this is the limit of small inertia.
+    pub(super) fn add_inertia_about_idle_spins(&mut self) {
         let length = self.parameters.length;
         for spin in self.assembly.motion_constraints().spins() {
             let body = spin.body.0;
-            let inertia = &mut self.parameters.inertia[body];
+            let inertia = self.parameters.inertia[body];
             let size = inertia.trace() + self.parameters.mass[body] * length * length;
-            if spin.axis.dot(*inertia * spin.axis) <= 1e-12 * size {
+            if spin.axis.dot(inertia * spin.axis) <= 1e-12 * size {
                 let fictitious = if size > 0.0 { size } else { length * length };
                 let [x, y, z] = (spin.axis * fictitious).to_array();
                 let about_axis = Mat3::from_columns(spin.axis * x, spin.axis * y, spin.axis * z);
-                *inertia = *inertia + about_axis;
+                Arc::make_mut(&mut self.parameters).inertia[body] = inertia + about_axis;
             }
         }
     }
 
     pub(super) fn spin_responses(&mut self) -> Vec<Vec<f64>> {
         let dofs = self.topology.dofs();
-        let (motion_constraints, motion, kinematics) = self.assembly.parts();
-        (0..motion_constraints.spins().len())
+        let (model, kinematics) = self.assembly.parts();
+        (0..model.constraints().spins().len())
             .map(|spin| {
                 let mut response = vec![0.0; dofs];
-                kinematics.response_to_spin(motion_constraints, motion, spin, &mut response);
+                kinematics.response_to_spin(model, spin, &mut response);
                 response
             })
             .collect()

@@ -1,24 +1,19 @@
 //! From a position to forces: by the kernel where its numbers can be trusted, else with care.
 
-use super::InverseDynamics;
+use super::{Compiled, InverseDynamics};
+use crate::dynamics::checks;
 use crate::dynamics::continuation::{self, Lock};
 use crate::dynamics::dense_fallback;
 use crate::dynamics::error::InverseError;
-use crate::dynamics::forces::{Bounds, Forces};
+use crate::dynamics::forces::{BALANCED, Bounds, Forces};
 use crate::dynamics::power::Power;
 use crate::dynamics::rest::bounds;
 use crate::dynamics::rest::{self, Rest};
 use crate::dynamics::settings::FrictionMode;
-use crate::dynamics::setup::Setup;
-use crate::dynamics::spring::SpringForce;
 use crate::friction::InterfaceShape;
 use crate::mechanism::Mechanism;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::statics::{AppliedLoad, InfeasibleLoad};
-
-/// Forces are given out only where the power balance holds to this part of what is turned over.
-/// Round-off is some 1e-15; positions near singular ones magnify it.
-const BALANCED: f64 = 1e-9;
 
 impl InverseDynamics {
     /// All forces at the present position under loads.
@@ -49,22 +44,18 @@ impl InverseDynamics {
     /// Loads are finite and on bodies that there are.
     fn check_loads(&self, loads: &[AppliedLoad<f64>]) -> Result<(), InverseError> {
         let bodies = self.mechanism.bodies();
-        for AppliedLoad { body, point, force, moment, .. } in loads {
-            let count = bodies.len();
-            assert!(body.0 < count, "a load on {body:?} of a mechanism of {count} bodies");
-            let mut numbers = [point, force, moment].into_iter().flat_map(|v| v.to_array());
-            if !numbers.all(f64::is_finite) {
-                return Err(InverseError::NotFinite { body: bodies[body.0].name.clone() });
+        match checks::not_finite_load(loads, bodies.len()) {
+            None => Ok(()),
+            Some(k) => {
+                let body = bodies[loads[k].body.0].name.clone();
+                Err(InverseError::NotFinite { body })
             }
         }
-        Ok(())
     }
 
     /// Springs whose ends coincide have no direction to pull in.
     fn check_springs(&self) -> Result<(), InverseError> {
-        let (bodies, length) = (self.bodies(), self.parameters.length);
-        let is_lost = |spring| !SpringForce::of(spring, bodies).has_direction(spring, length);
-        match self.parameters.springs.iter().position(is_lost) {
+        match checks::spring_without_direction(&self.parameters, self.bodies()) {
             None => Ok(()),
             Some(k) => Err(InverseError::SpringWithoutDirection {
                 spring: self.mechanism.springs()[k].name.clone(),
@@ -74,19 +65,17 @@ impl InverseDynamics {
 
     /// Whether every rod is still in its cylinder.
     fn check_overlaps(&self) -> Result<(), InverseError> {
-        let bodies = self.bodies();
-        for interface in &self.parameters.interfaces {
-            let (j, k) = (&bodies.frame_j[interface.joint], &bodies.frame_k[interface.joint]);
-            let slide = (k.position - j.position).dot(j.rotation.columns[2]);
-            if let Some(overlap) = interface.load.overlap(slide)
-                && overlap <= 0.0
-                && self.settings.friction != FrictionMode::Off
-            {
-                let joint = self.mechanism.joints()[interface.joint].name.clone();
-                return Err(InverseError::NoOverlap { joint, beyond: -overlap });
+        if self.settings.friction == FrictionMode::Off {
+            return Ok(());
+        }
+        match checks::parted_supports(&self.parameters, self.bodies()) {
+            None => Ok(()),
+            Some((interface, beyond)) => {
+                let joint = self.parameters.interfaces[interface].joint;
+                let joint = self.mechanism.joints()[joint].name.clone();
+                Err(InverseError::NoOverlap { joint, beyond })
             }
         }
-        Ok(())
     }
 
     /// Whether it is friction that spoils the balance: it may lock the mechanism just here.
@@ -103,39 +92,37 @@ impl InverseDynamics {
 
     /// Solves by the kernel; false where there is no plan or its numbers cannot be trusted.
     fn by_kernel(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
-        let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else { return false };
-        let topology = &self.topology;
-        self.assembly.forget_spins(topology);
-        let (motion_constraints, motion, kinematics) = self.assembly.parts();
-        let setup = Setup { topology, motion_constraints, motion, balance };
-        inverse.solve(&setup, &self.parameters, kinematics, loads, &self.settings);
-        inverse.is_balanced(&setup, &self.parameters)
+        self.share_kinematics();
+        let Ok(Compiled { model, inverse }) = &mut self.compiled else { return false };
+        self.assembly.forget_spins();
+        let (_, kinematics) = self.assembly.parts();
+        inverse.solve(model, &self.parameters, kinematics, loads, &self.settings);
+        inverse.is_balanced(model, &self.parameters)
     }
 
     /// Takes over what the kernel found, after the checks of friction.
     fn finish(&mut self, loads: &[AppliedLoad<f64>]) -> Result<(), InverseError> {
-        let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else {
+        let Ok(Compiled { model, inverse }) = &mut self.compiled else {
             return Err(InverseError::Unsettled);
         };
-        let (topology, parameters) = (&self.topology, &self.parameters);
+        let (topology, parameters) = (&*self.topology, &*self.parameters);
         let settings = &self.settings;
-        let (motion_constraints, motion, kinematics) = self.assembly.parts();
-        let setup = Setup { topology, motion_constraints, motion, balance };
+        let (_, kinematics) = self.assembly.parts();
         let is_coupled = settings.friction == FrictionMode::Converged
             && inverse.interfaces().iter().any(|interface| interface.sliding > 0.0);
         let strength = match is_coupled {
-            true => self.room.strength(inverse, &setup, parameters, &kinematics.bodies),
+            true => self.room.strength(inverse, model, parameters, &kinematics.bodies),
             false => 0.0,
         };
         self.strength = strength;
         let is_unique = strength < 1.0;
         let settled =
             inverse.friction_settled(settings) || (is_unique && inverse.friction_stagnated());
-        if !settled || !is_unique || !inverse.is_balanced(&setup, parameters) {
+        if !settled || !is_unique || !inverse.is_balanced(model, parameters) {
             // There may be other solutions, or none: follow the one that is connected with no friction.
             // It is found, or lost where friction locks.
             let followed = continuation::follow_friction(
-                inverse, &setup, parameters, kinematics, loads, settings, 1.0,
+                inverse, model, parameters, kinematics, loads, settings, 1.0,
             );
             if let Err(lock) = followed {
                 // Where there certainly is one, what was lost is digits. (A thread's load contains its
@@ -153,11 +140,11 @@ impl InverseDynamics {
         self.forces_by_kernel = true;
         let forces = &mut self.forces;
         forces.read(&kinematics.bodies, inverse);
-        let position = bounds::Position { setup, parameters, kinematics, loads, settings };
-        bounds::bound_drives(forces, inverse, position);
+        let position = bounds::Position { model, parameters, kinematics, loads, settings };
+        bounds::bound_efforts(forces, inverse, position);
         let dissipated = forces.interfaces.iter().map(|c| c.power);
         let bodies = &kinematics.bodies;
-        forces.power = Power::new(topology, parameters, bodies, &forces.drives, dissipated, loads);
+        forces.power = Power::new(topology, parameters, bodies, &forces.efforts, dissipated, loads);
         Ok(())
     }
 
@@ -206,7 +193,7 @@ impl InverseDynamics {
             &self.topology,
             &self.parameters,
             &solution.bodies,
-            &self.forces.drives,
+            &self.forces.efforts,
             self.forces.interfaces.iter().map(|c| c.power),
             loads,
         );
@@ -228,18 +215,17 @@ impl InverseDynamics {
     /// # Panics
     /// If a load is on a body that does not exist.
     pub fn rest(&mut self, loads: &[AppliedLoad<f64>]) -> Result<Rest, InverseError> {
-        self.assembly.stop(&self.topology, &self.parameters);
+        self.assembly.stop(&self.parameters);
         self.solve(loads)?;
         if self.forces.bounds == Bounds::Unknown {
             return Err(InverseError::Unsettled);
         }
-        let (Ok(balance), Some(inverse)) = (&self.plan, &mut self.inverse) else {
+        let Ok(Compiled { model, inverse }) = &mut self.compiled else {
             return Err(InverseError::Unsettled);
         };
-        let (topology, parameters, settings) = (&self.topology, &self.parameters, &self.settings);
-        let (motion_constraints, motion, kinematics) = self.assembly.parts();
-        let setup = Setup { topology, motion_constraints, motion, balance };
-        let position = bounds::Position { setup, parameters, kinematics, loads, settings };
+        let (parameters, settings) = (&*self.parameters, &self.settings);
+        let (_, kinematics) = self.assembly.parts();
+        let position = bounds::Position { model, parameters, kinematics, loads, settings };
         let mut rest = rest::examine(inverse, position);
         rest.extend_intervals(&mut self.forces);
         rest.take_intervals(&self.forces);

@@ -7,7 +7,6 @@ use crate::kinematics::coordinate::Target;
 use crate::kinematics::error::AssemblyError;
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
-use crate::topology::Topology;
 
 /// A step of the motion is halved at most so many times to follow it.
 const HALVINGS: u32 = 12;
@@ -21,7 +20,6 @@ impl Assembly {
     /// more before it has been moved to a position that it can reach.
     pub fn follow(
         &mut self,
-        topology: &Topology,
         parameters: &Parameters<f64>,
         from: f64,
         to: f64,
@@ -45,10 +43,10 @@ impl Assembly {
             self.targets = targets;
             let outcome = check_targets(
                 &self.body_names,
-                self.motion_constraints.coordinates(),
+                self.model.constraints.coordinates(),
                 &self.targets,
             )
-            .and_then(|()| self.step_smoothly(topology, parameters, next - now, true));
+            .and_then(|()| self.step_smoothly(parameters, next - now, true));
             match outcome {
                 Ok(()) => {
                     now = next;
@@ -57,7 +55,7 @@ impl Assembly {
                 }
                 // So far from time zero that half a step is none is the same as having halved often enough.
                 Err(error) if (0.5 * step).abs() < smallest.abs() || now + 0.5 * step == now => {
-                    let out_of_reach = self.out_of_reach(topology, parameters, to, motion);
+                    let out_of_reach = self.out_of_reach(parameters, to, motion);
                     return Err(out_of_reach.or(singular).unwrap_or(error));
                 }
                 Err(error) => {
@@ -76,7 +74,6 @@ impl Assembly {
     /// out of reach is no jump on the way.
     fn out_of_reach(
         &mut self,
-        topology: &Topology,
         parameters: &Parameters<f64>,
         to: f64,
         mut motion: impl FnMut(f64, &mut [Target<f64>]),
@@ -85,8 +82,8 @@ impl Assembly {
         let mut targets = core::mem::take(&mut self.targets);
         motion(to, &mut targets);
         self.targets = targets;
-        check_targets(&self.body_names, self.motion_constraints.coordinates(), &self.targets)
-            .and_then(|()| self.search(topology, parameters))
+        check_targets(&self.body_names, self.model.constraints.coordinates(), &self.targets)
+            .and_then(|()| self.search(parameters))
             .err()
     }
 
@@ -99,22 +96,20 @@ impl Assembly {
     #[must_use = "it may have stayed where it was"]
     pub fn leap(
         &mut self,
-        topology: &Topology,
         parameters: &Parameters<f64>,
         step: f64,
         targets: &[Target<f64>],
     ) -> bool {
-        if check_targets(&self.body_names, self.motion_constraints.coordinates(), targets).is_err()
-        {
+        if check_targets(&self.body_names, self.model.constraints.coordinates(), targets).is_err() {
             return false;
         }
         self.passed.copy_from_slice(&self.targets);
         self.targets.copy_from_slice(targets);
-        let arrived = self.step_smoothly(topology, parameters, step, false).is_ok();
+        let arrived = self.step_smoothly(parameters, step, false).is_ok();
         if !arrived {
             self.state.clone_from(&self.before);
             self.targets.copy_from_slice(&self.passed);
-            self.differentiate(topology, parameters);
+            self.differentiate(parameters);
         }
         arrived
     }
@@ -123,7 +118,6 @@ impl Assembly {
     /// converge by itself it is searched for if `careful`.
     fn step_smoothly(
         &mut self,
-        topology: &Topology,
         parameters: &Parameters<f64>,
         step: f64,
         careful: bool,
@@ -134,10 +128,10 @@ impl Assembly {
         {
             *move_by = step * (v + 0.5 * step * a);
         }
-        self.state.advance(topology, &self.step);
+        self.state.advance(&self.model.topology, &self.step);
         if careful {
-            self.settle(topology, parameters)?;
-        } else if !self.newton(topology, parameters) || !self.differentiates(topology, parameters) {
+            self.settle(parameters)?;
+        } else if !self.newton(parameters) || !self.differentiates(parameters) {
             return Err(AssemblyError::Undetermined { open: Vec::new() });
         }
 
@@ -148,15 +142,15 @@ impl Assembly {
             *move_by = 0.5 * step * (v0 + v1) + step * step / 12.0 * (a0 - a1);
         }
         self.predicted.clone_from(&self.before);
-        self.predicted.advance(topology, &self.step);
+        self.predicted.advance(&self.model.topology, &self.step);
         let length = parameters.length;
-        self.trial.place(topology, parameters, &self.before.coordinates);
+        self.trial.place(&self.model.topology, parameters, &self.before.coordinates);
         let (_, _, moved) = farthest(&self.trial, &self.kinematics.bodies, length);
-        self.trial.place(topology, parameters, &self.predicted.coordinates);
+        self.trial.place(&self.model.topology, parameters, &self.predicted.coordinates);
         let (body, apart, missed) = farthest(&self.trial, &self.kinematics.bodies, length);
         // A smooth motion is predicted to a small part of what was moved; a jump is not.
         let follows = missed <= 0.2 * moved + 1e-6 && missed <= 0.1;
-        if !follows && !self.turns_with_a_kink(topology, parameters, step, missed) {
+        if !follows && !self.turns_with_a_kink(parameters, step, missed) {
             return Err(AssemblyError::Jump {
                 body: self.body_names[body].clone(),
                 distance_mm: apart.position.norm() * 1e3,
@@ -169,13 +163,7 @@ impl Assembly {
 
     /// Whether a step that is `missed` by so much is what a kink of the prescribed motion explains: rates
     /// that jump because theirs do, and bodies no farther off than these rates carry them.
-    fn turns_with_a_kink(
-        &mut self,
-        topology: &Topology,
-        parameters: &Parameters<f64>,
-        step: f64,
-        missed: f64,
-    ) -> bool {
+    fn turns_with_a_kink(&mut self, parameters: &Parameters<f64>, step: f64, missed: f64) -> bool {
         let kinked = self.passed.iter().zip(&self.targets).any(|(from, to)| {
             let bend = 0.5 * step * (from.acceleration + to.acceleration);
             (to.rate - from.rate - bend).abs() > 0.1 * from.rate.abs().max(to.rate.abs())
@@ -186,12 +174,15 @@ impl Assembly {
         // Somewhere on the way the rates change from those before to those behind.
         let ends = [&self.before.rates, &self.state.rates].map(|rates| {
             let mut end = self.before.clone();
-            end.advance(topology, &rates.iter().map(|rate| step * rate).collect::<Vec<f64>>());
+            end.advance(
+                &self.model.topology,
+                &rates.iter().map(|rate| step * rate).collect::<Vec<f64>>(),
+            );
             end
         });
-        self.trial.place(topology, parameters, &ends[0].coordinates);
+        self.trial.place(&self.model.topology, parameters, &ends[0].coordinates);
         let mut behind = self.trial.clone();
-        behind.place(topology, parameters, &ends[1].coordinates);
+        behind.place(&self.model.topology, parameters, &ends[1].coordinates);
         let (_, _, spread) = farthest(&self.trial, &behind, parameters.length);
         missed <= 0.6 * spread + 1e-6
     }

@@ -13,15 +13,16 @@ pub(super) use guess::guess;
 use super::bodies::{Bodies, State};
 use super::coordinate::{Coordinate, Target};
 use super::error::AssemblyError;
+use super::model::KinematicModel;
 use super::motion_constraints::MotionConstraints;
 use super::system::Kinematics;
-use crate::linalg::StaticLu;
 use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 use crate::topology::Topology;
 use asked::{check_existence, check_targets};
 use following::on_the_way;
+use std::sync::Arc;
 
 /// Loops count as closed, and prescribed values as met, below this: m over the characteristic
 /// length, and rad. Round-off of a chain of poses is some 1e-16.
@@ -36,8 +37,7 @@ const NEWTON_STEPS: usize = 12;
 /// A mechanism in a position that satisfies its loops and a prescription.
 #[derive(Clone, Debug)]
 pub struct Assembly {
-    motion_constraints: MotionConstraints,
-    program: StaticLu,
+    model: KinematicModel,
     kinematics: Kinematics<f64>,
     state: State<f64>,
     /// The last position that was found, to judge the next by.
@@ -68,7 +68,7 @@ impl Assembly {
     /// Unless there is one target for each coordinate, and all bodies, joints and freedoms that are named exist.
     pub fn new(
         mechanism: &Mechanism,
-        topology: &Topology,
+        topology: &Arc<Topology>,
         parameters: &Parameters<f64>,
         initial_poses: &[(BodyId, Pose<f64>)],
         coordinates: &[Coordinate],
@@ -79,11 +79,13 @@ impl Assembly {
         check_existence(mechanism, initial_poses, coordinates);
         check_targets(&body_names, coordinates, targets)?;
         let state = guess(mechanism, topology, parameters, initial_poses);
-        let motion_constraints = MotionConstraints::new(topology, coordinates, &[]);
-        let kinematics = Kinematics::new(topology, &motion_constraints, &StaticLu::default());
+        let model = KinematicModel {
+            topology: Arc::clone(topology),
+            constraints: Arc::new(MotionConstraints::new(topology, coordinates, &[])),
+            rates: Arc::default(),
+        };
+        let kinematics = Kinematics::new(topology, &model.constraints, &model.rates);
         let mut assembly = Self {
-            motion_constraints,
-            program: StaticLu::default(),
             kinematics,
             before: state.clone(),
             sound: state.clone(),
@@ -91,6 +93,7 @@ impl Assembly {
             state,
             trial: Bodies::new(topology),
             step: vec![0.0; topology.dofs()],
+            model,
             targets: targets.to_vec(),
             passed: targets.to_vec(),
             row_scales: Vec::new(),
@@ -98,20 +101,20 @@ impl Assembly {
             joint_names,
             plans: 0,
         };
-        assembly.assemble(topology, parameters)?;
-        assembly.differentiate(topology, parameters);
-        assembly.agree(topology, parameters)?;
+        assembly.assemble(parameters)?;
+        assembly.differentiate(parameters);
+        assembly.agree(parameters)?;
         Ok(assembly)
     }
 
     /// What is prescribed, idle spins included.
     pub fn motion_constraints(&self) -> &MotionConstraints {
-        &self.motion_constraints
+        &self.model.constraints
     }
 
-    /// The program that solves for rates; for kernels in other scalars.
-    pub fn program(&self) -> &StaticLu {
-        &self.program
+    /// The compiled kinematics at the present position.
+    pub fn model(&self) -> &KinematicModel {
+        &self.model
     }
 
     /// The motion of everything at the present instant.
@@ -125,15 +128,15 @@ impl Assembly {
     }
 
     /// Takes the accelerations of idle spins out again, which dynamics adds.
-    pub(crate) fn forget_spins(&mut self, topology: &Topology) {
-        if !self.motion_constraints.spins().is_empty() {
-            self.kinematics.bodies.accelerate(topology, &self.state.accelerations);
+    pub(crate) fn forget_spins(&mut self) {
+        if !self.model.constraints.spins().is_empty() {
+            self.kinematics.bodies.accelerate(&self.model.topology, &self.state.accelerations);
         }
     }
 
-    /// What is prescribed, how rates are solved for, and the motion to be completed.
-    pub(crate) fn parts(&mut self) -> (&MotionConstraints, &StaticLu, &mut Kinematics<f64>) {
-        (&self.motion_constraints, &self.program, &mut self.kinematics)
+    /// The compiled kinematics, and the motion of all bodies to be completed by dynamics.
+    pub(crate) fn parts(&mut self) -> (&KinematicModel, &mut Kinematics<f64>) {
+        (&self.model, &mut self.kinematics)
     }
 
     /// How often it was planned how to solve for rates.
@@ -148,9 +151,9 @@ impl Assembly {
     }
 
     /// Passes the present position the other way: rates reversed, accelerations the same.
-    pub(crate) fn reverse(&mut self, topology: &Topology, parameters: &Parameters<f64>) {
+    pub(crate) fn reverse(&mut self, parameters: &Parameters<f64>) {
         self.targets.iter_mut().for_each(|target| target.rate = -target.rate);
-        self.differentiate(topology, parameters);
+        self.differentiate(parameters);
     }
 
     /// Moves to new targets near the present ones: Newton's method from the present position. It
@@ -163,74 +166,63 @@ impl Assembly {
     /// Unless there is one target for each prescribed coordinate.
     pub fn move_to(
         &mut self,
-        topology: &Topology,
         parameters: &Parameters<f64>,
         targets: &[Target<f64>],
     ) -> Result<(), AssemblyError> {
-        check_targets(&self.body_names, self.motion_constraints.coordinates(), targets)?;
+        check_targets(&self.body_names, self.model.constraints.coordinates(), targets)?;
         self.before.clone_from(&self.state);
         self.passed.copy_from_slice(&self.targets);
         self.targets.copy_from_slice(targets);
-        let outcome = self.settle(topology, parameters);
+        let outcome = self.settle(parameters);
         if outcome.is_err() {
             // Where the search ended loops are open, and nobody is to compute forces there.
             self.state.clone_from(&self.before);
             self.targets.copy_from_slice(&self.passed);
             // The search may have planned for another position.
-            let is_sound = self.differentiates(topology, parameters)
-                && self.agree(topology, parameters).is_ok();
-            if !is_sound && self.plan(topology, parameters).is_ok() {
-                self.differentiate(topology, parameters);
+            let is_sound = self.differentiates(parameters) && self.agree(parameters).is_ok();
+            if !is_sound && self.plan(parameters).is_ok() {
+                self.differentiate(parameters);
             }
         }
         outcome
     }
 
     /// Stops where it is: all rates and accelerations zero.
-    pub(crate) fn stop(&mut self, topology: &Topology, parameters: &Parameters<f64>) {
+    pub(crate) fn stop(&mut self, parameters: &Parameters<f64>) {
         for target in &mut self.targets {
             (target.rate, target.acceleration) = (0.0, 0.0);
         }
-        self.differentiate(topology, parameters);
+        self.differentiate(parameters);
     }
 
     /// Newton's method from the present state to the present targets, then rates and
     /// accelerations. Falls back on the careful search and on a new plan.
-    fn settle(
-        &mut self,
-        topology: &Topology,
-        parameters: &Parameters<f64>,
-    ) -> Result<(), AssemblyError> {
-        if !self.newton(topology, parameters) {
-            self.reassemble(topology, parameters).map_err(on_the_way)?;
+    fn settle(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
+        if !self.newton(parameters) {
+            self.reassemble(parameters).map_err(on_the_way)?;
         }
-        if self.differentiates(topology, parameters) {
-            return self.agree(topology, parameters);
+        if self.differentiates(parameters) {
+            return self.agree(parameters);
         }
         // The position is closed, but singular: no rates, or any.
         self.state.rates.fill(0.0);
         self.state.accelerations.fill(0.0);
-        let planned = self.plan(topology, parameters).map_err(on_the_way);
+        let planned = self.plan(parameters).map_err(on_the_way);
         planned.and(Err(AssemblyError::Undetermined { open: Vec::new() }))
     }
 
     /// Finds rates and accelerations; false where there are none.
-    fn differentiates(&mut self, topology: &Topology, parameters: &Parameters<f64>) -> bool {
-        self.differentiate(topology, parameters);
+    fn differentiates(&mut self, parameters: &Parameters<f64>) -> bool {
+        self.differentiate(parameters);
         let mut derivatives = self.state.rates.iter().chain(&self.state.accelerations);
         derivatives.all(|x| x.is_finite())
     }
 
     /// Whether rates and accelerations are those of loops that stay closed, as prescribed.
-    fn agree(
-        &mut self,
-        topology: &Topology,
-        parameters: &Parameters<f64>,
-    ) -> Result<(), AssemblyError> {
+    fn agree(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         self.kinematics.contradiction(
-            topology,
+            &self.model,
             parameters,
-            &self.motion_constraints,
             &self.state,
             &self.targets,
             &self.joint_names,
@@ -238,45 +230,27 @@ impl Assembly {
     }
 
     /// The careful search, then Newton's method with a new plan.
-    fn reassemble(
-        &mut self,
-        topology: &Topology,
-        parameters: &Parameters<f64>,
-    ) -> Result<(), AssemblyError> {
-        self.search(topology, parameters)?;
-        self.plan(topology, parameters)?;
-        if !self.newton(topology, parameters) {
-            return Err(AssemblyError::Gap(self.gap(topology, parameters)));
+    fn reassemble(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
+        self.search(parameters)?;
+        self.plan(parameters)?;
+        if !self.newton(parameters) {
+            return Err(AssemblyError::Gap(self.gap(parameters)));
         }
         // What is singular shows only where the loops are closed to round-off.
-        self.plan(topology, parameters)
+        self.plan(parameters)
     }
 
-    fn differentiate(&mut self, topology: &Topology, parameters: &Parameters<f64>) {
-        self.kinematics.differentiate(
-            topology,
-            parameters,
-            &self.motion_constraints,
-            &self.program,
-            &mut self.state,
-            &self.targets,
-        );
+    fn differentiate(&mut self, parameters: &Parameters<f64>) {
+        self.kinematics.differentiate(&self.model, parameters, &mut self.state, &self.targets);
     }
 
     /// Whether Newton's method closes everything, by the present plan.
-    fn newton(&mut self, topology: &Topology, parameters: &Parameters<f64>) -> bool {
-        let closed = CLOSED.max(self.round_off());
+    fn newton(&mut self, parameters: &Parameters<f64>) -> bool {
+        let closed = CLOSED.max(self.state.round_off());
         let mut error = f64::INFINITY;
         for _ in 0..NEWTON_STEPS {
             self.sound.clone_from(&self.state);
-            self.kinematics.approach(
-                topology,
-                parameters,
-                &self.motion_constraints,
-                &self.program,
-                &mut self.state,
-                &self.targets,
-            );
+            self.kinematics.approach(&self.model, parameters, &mut self.state, &self.targets);
             if !self.state.coordinates.iter().all(|q| q.is_finite()) {
                 // Singular: whoever comes next begins where numbers are still numbers.
                 self.state.clone_from(&self.sound);
@@ -284,9 +258,9 @@ impl Assembly {
             }
             // The error before the step that was just taken.
             if self.scaled_error() < NEAR {
-                let (motion_constraints, state) = (&self.motion_constraints, &self.state);
+                let (motion_constraints, state) = (&self.model.constraints, &self.state);
                 self.kinematics.place(
-                    topology,
+                    &self.model.topology,
                     parameters,
                     motion_constraints,
                     state,
@@ -299,12 +273,6 @@ impl Assembly {
             }
         }
         error < CLOSED_AT_WORST.max(closed)
-    }
-
-    /// Joint coordinates of many turns, and numbers far from zero, carry their own round-off.
-    fn round_off(&self) -> f64 {
-        let largest = self.state.coordinates.iter().fold(0.0_f64, |max, q| max.max(q.abs()));
-        8.0 * f64::EPSILON * largest
     }
 
     /// The largest error, lengths in units of the characteristic length; infinite if undefined.

@@ -10,8 +10,8 @@ use super::{Assembly, NEAR};
 use crate::linalg::Svd;
 use crate::parameters::Parameters;
 use crate::spatial::Mat3;
-use crate::topology::Topology;
 use nalgebra::DVector;
+use std::sync::Arc;
 
 /// Steps of the careful method.
 const CAREFUL_STEPS: usize = 500;
@@ -25,25 +25,21 @@ impl Assembly {
     /// The careful search, which needs neither a plan nor a good guess. Whole orientations in angles like
     /// those of the order zxz are looked for as rotations first: between frames that are parallel, as they
     /// are at first, such angles say nothing.
-    pub(super) fn search(
-        &mut self,
-        topology: &Topology,
-        parameters: &Parameters<f64>,
-    ) -> Result<(), AssemblyError> {
-        if let Some((motion_constraints, targets)) = self.by_rotations(topology) {
+    pub(super) fn search(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
+        if let Some((motion_constraints, targets)) = self.by_rotations() {
             let motion_constraints =
-                core::mem::replace(&mut self.motion_constraints, motion_constraints);
+                core::mem::replace(&mut self.model.constraints, Arc::new(motion_constraints));
             let targets = core::mem::replace(&mut self.targets, targets);
             // What is missed is told by what was prescribed.
-            let _ = self.search_directly(topology, parameters);
-            (self.motion_constraints, self.targets) = (motion_constraints, targets);
+            let _ = self.search_directly(parameters);
+            (self.model.constraints, self.targets) = (motion_constraints, targets);
         }
-        self.search_directly(topology, parameters)
+        self.search_directly(parameters)
     }
 
     /// The prescription with such orientations as rotation vectors; none if there are none.
-    fn by_rotations(&self, topology: &Topology) -> Option<(MotionConstraints, Vec<Target<f64>>)> {
-        let mut coordinates = self.motion_constraints.coordinates().to_vec();
+    fn by_rotations(&self) -> Option<(MotionConstraints, Vec<Target<f64>>)> {
+        let mut coordinates = self.model.constraints.coordinates().to_vec();
         let mut targets = self.targets.clone();
         let mut some = false;
         for first in 0..coordinates.len() {
@@ -68,25 +64,22 @@ impl Assembly {
             }
             some = true;
         }
-        let spins = self.motion_constraints.spins();
-        some.then(|| (MotionConstraints::new(topology, &coordinates, spins), targets))
+        let spins = self.model.constraints.spins();
+        some.then(|| (MotionConstraints::new(&self.model.topology, &coordinates, spins), targets))
     }
 
     /// Levenberg and Marquardt's method on all rows: slow, but it needs neither a plan nor a good
     /// guess, and redundant rows do not trouble it.
-    fn search_directly(
-        &mut self,
-        topology: &Topology,
-        parameters: &Parameters<f64>,
-    ) -> Result<(), AssemblyError> {
+    fn search_directly(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         // A motion that cannot be followed shows best as a gap in the loops.
         const PRESCRIBED_WEIGHT: f64 = 100.0;
-        if self.kinematics.errors().len() != self.motion_constraints.row_count() {
-            self.kinematics = Kinematics::new(topology, &self.motion_constraints, &self.program);
+        if self.kinematics.errors().len() != self.model.constraints.row_count() {
+            self.kinematics =
+                Kinematics::new(&self.model.topology, &self.model.constraints, &self.model.rates);
         }
-        let columns = column_scales(topology, parameters.length);
-        let mut weights = self.motion_constraints.row_scales(parameters.length);
-        let closures = topology.constraints;
+        let columns = column_scales(&self.model.topology, parameters.length);
+        let mut weights = self.model.constraints.row_scales(parameters.length);
+        let closures = self.model.topology.constraints;
         weights[closures..].iter_mut().for_each(|w| *w *= PRESCRIBED_WEIGHT);
         let residual = |kinematics: &Kinematics<f64>| {
             DVector::from_iterator(
@@ -95,8 +88,14 @@ impl Assembly {
             )
         };
 
-        let (motion_constraints, state) = (&self.motion_constraints, &self.state);
-        self.kinematics.place(topology, parameters, motion_constraints, state, &self.targets);
+        let (motion_constraints, state) = (&self.model.constraints, &self.state);
+        self.kinematics.place(
+            &self.model.topology,
+            parameters,
+            motion_constraints,
+            state,
+            &self.targets,
+        );
         let mut errors = residual(&self.kinematics);
         let mut damping = 1e-3;
         let mut nudges = 0;
@@ -104,17 +103,17 @@ impl Assembly {
             if errors.amax() < NEAR {
                 break;
             }
-            self.kinematics.linearise(topology, &self.motion_constraints);
+            self.kinematics.linearise(&self.model.topology, &self.model.constraints);
             let jacobian =
-                self.kinematics.scaled_matrix(&self.motion_constraints, &weights, &columns);
+                self.kinematics.scaled_matrix(&self.model.constraints, &weights, &columns);
             if nudges < NUDGES && !jacobian.iter().all(|slope| slope.is_finite()) {
                 // Angles like those of the order zxz have no rates where the frames are parallel, as they are
                 // at first: from there no step would be found, though the position is within reach.
                 nudges += 1;
-                self.nudge(topology, &columns, nudges);
-                let (motion_constraints, state) = (&self.motion_constraints, &self.state);
+                self.nudge(&columns, nudges);
+                let (motion_constraints, state) = (&self.model.constraints, &self.state);
                 self.kinematics.place(
-                    topology,
+                    &self.model.topology,
                     parameters,
                     motion_constraints,
                     state,
@@ -138,10 +137,10 @@ impl Assembly {
                 let step = -factor.solve(&gradient);
                 let step: Vec<f64> = step.iter().zip(&columns).map(|(s, c)| s * c).collect();
                 self.predicted.clone_from(&self.state);
-                self.state.advance(topology, &step);
-                let (motion_constraints, state) = (&self.motion_constraints, &self.state);
+                self.state.advance(&self.model.topology, &step);
+                let (motion_constraints, state) = (&self.model.constraints, &self.state);
                 self.kinematics.place(
-                    topology,
+                    &self.model.topology,
                     parameters,
                     motion_constraints,
                     state,
@@ -161,39 +160,37 @@ impl Assembly {
                 break;
             }
         }
-        let (motion_constraints, state) = (&self.motion_constraints, &self.state);
-        self.kinematics.place(topology, parameters, motion_constraints, state, &self.targets);
-        if errors.amax() < 1e-6 {
-            Ok(())
-        } else {
-            Err(AssemblyError::Gap(self.gap(topology, parameters)))
-        }
+        let (motion_constraints, state) = (&self.model.constraints, &self.state);
+        self.kinematics.place(
+            &self.model.topology,
+            parameters,
+            motion_constraints,
+            state,
+            &self.targets,
+        );
+        if errors.amax() < 1e-6 { Ok(()) } else { Err(AssemblyError::Gap(self.gap(parameters))) }
     }
 
     /// Moves all freedoms a little, each time otherwise.
-    fn nudge(&mut self, topology: &Topology, columns: &[f64], time: usize) {
+    fn nudge(&mut self, columns: &[f64], time: usize) {
         let moves = columns.iter().enumerate();
         let moves = moves.map(|(k, c)| NUDGE * c * ((k + time) as f64).cos());
-        self.state.advance(topology, &moves.collect::<Vec<f64>>());
+        self.state.advance(&self.model.topology, &moves.collect::<Vec<f64>>());
     }
 
     /// [`Self::reassemble`] from the first guess, and from beside it where that finds nothing: from a dead centre or
     /// another position in which all is stretched, every first step leads nowhere.
-    pub(super) fn assemble(
-        &mut self,
-        topology: &Topology,
-        parameters: &Parameters<f64>,
-    ) -> Result<(), AssemblyError> {
+    pub(super) fn assemble(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         let begin = self.state.clone();
-        let outcome = self.reassemble(topology, parameters);
+        let outcome = self.reassemble(parameters);
         if !matches!(outcome, Err(AssemblyError::Gap(_))) {
             return outcome;
         }
-        let columns = column_scales(topology, parameters.length);
+        let columns = column_scales(&self.model.topology, parameters.length);
         for time in 1..=NUDGES {
             self.state.clone_from(&begin);
-            self.nudge(topology, &columns, time);
-            if self.reassemble(topology, parameters).is_ok() {
+            self.nudge(&columns, time);
+            if self.reassemble(parameters).is_ok() {
                 return Ok(());
             }
         }
@@ -203,31 +200,30 @@ impl Assembly {
     /// How many coordinates are prescribed and how many freedoms there are, if these are fewer.
     pub(super) fn over_prescribed(
         &mut self,
-        topology: &Topology,
         parameters: &Parameters<f64>,
     ) -> Option<(usize, usize)> {
-        self.kinematics.linearise(topology, &self.motion_constraints);
-        let rows = self.motion_constraints.row_scales(parameters.length);
-        let (closures, dofs) = (topology.constraints, topology.dofs());
-        let columns = column_scales(topology, parameters.length);
-        let all = self.kinematics.scaled_matrix(&self.motion_constraints, &rows, &columns);
+        self.kinematics.linearise(&self.model.topology, &self.model.constraints);
+        let rows = self.model.constraints.row_scales(parameters.length);
+        let (closures, dofs) = (self.model.topology.constraints, self.model.topology.dofs());
+        let columns = column_scales(&self.model.topology, parameters.length);
+        let all = self.kinematics.scaled_matrix(&self.model.constraints, &rows, &columns);
         let scaled = all.rows(0, closures).into_owned();
         let rank = if closures == 0 { 0 } else { Svd::new(&scaled).rank_of_order_one(dof::OPEN) };
-        let (prescribed, mobility) = (self.motion_constraints.coordinates().len(), dofs - rank);
+        let (prescribed, mobility) = (self.model.constraints.coordinates().len(), dofs - rank);
         (prescribed > mobility).then_some((prescribed, mobility))
     }
 
     /// The gap at the present state.
-    pub(super) fn gap(&mut self, topology: &Topology, parameters: &Parameters<f64>) -> Gap {
-        let prescribed = self.over_prescribed(topology, parameters);
+    pub(super) fn gap(&mut self, parameters: &Parameters<f64>) -> Gap {
+        let prescribed = self.over_prescribed(parameters);
         let errors = self.kinematics.errors();
         let scale = parameters.length;
         let mut worst = Gap { prescribed, scale, ..Gap::default() };
         let size = |length: f64, angle: f64| length / scale + angle;
         let mut row = 0;
-        for cut in &topology.cuts {
+        for cut in &self.model.topology.cuts {
             let (mut length, mut angle) = (0.0_f64, 0.0_f64);
-            for constraint in topology.joint_types[cut.joint].constraints() {
+            for constraint in self.model.topology.joint_types[cut.joint].constraints() {
                 let error = errors[row];
                 if constraint.is_moment() {
                     angle = angle.hypot(error);
@@ -241,7 +237,7 @@ impl Assembly {
                 worst = Gap { joint, length, angle, ..worst };
             }
         }
-        for (error, is_angle) in errors.iter().zip(self.motion_constraints.are_angles()).skip(row) {
+        for (error, is_angle) in errors.iter().zip(self.model.constraints.are_angles()).skip(row) {
             let missed = if is_angle { &mut worst.missed_angle } else { &mut worst.missed_length };
             *missed = missed.max(error.abs());
         }

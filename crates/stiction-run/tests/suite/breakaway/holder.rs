@@ -40,16 +40,16 @@ impl Holder {
 
     /// Drives and the loads of contacts.
     pub(crate) fn balance(&self, held: &[[f64; 3]]) -> Option<(Vec<f64>, Vec<f64>)> {
-        let kernel = self.solver.kernel().unwrap();
+        let compiled = self.solver.model().unwrap();
         let parameters = self.solver.parameters();
         let settings = Settings::default();
-        let mut workspace = kernel.workspace(parameters, self.solver.assembly().state());
+        let mut data = compiled.data(self.solver.assembly().state(), settings);
         for (interface, held) in held.iter().enumerate() {
-            workspace.inverse.set_held(interface, *held);
+            data.inverse.set_held(interface, *held);
         }
-        kernel.run(parameters, &mut workspace, &self.targets, &self.loads, &settings);
-        let inverse = &workspace.inverse;
+        compiled.evaluate(parameters, &mut data, &self.targets, &self.loads);
+        let inverse = &data.inverse;
         let loads = inverse.interfaces().iter().map(|interface| interface.load()).collect();
-        inverse.friction_settled(&settings).then(|| (inverse.drives().to_vec(), loads))
+        inverse.friction_settled(&settings).then(|| (inverse.efforts().to_vec(), loads))
     }
 }

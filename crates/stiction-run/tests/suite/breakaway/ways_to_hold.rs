@@ -63,7 +63,7 @@ fn balls_and_pins_of_a_robot_against_random_ways_to_hold_it() {
             let (low, high) = forces.effort_bounds[k];
             let rounding = 1e-9 * (high - low);
             assert!((low - rounding..=high + rounding).contains(&drive), "{low} {drive} {high}");
-            let centre = forces.drives[k];
+            let centre = forces.efforts[k];
             widest[k] = widest[k].max(((drive - centre) / (high - centre)).abs());
         }
     }

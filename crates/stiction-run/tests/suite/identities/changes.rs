@@ -77,7 +77,7 @@ fn order_of_bodies_and_joints() {
         // Back to the first order.
         let sorted = |solved: &Solved, mechanism: &Mechanism| {
             let joint = |id: usize| mechanism.joints()[id].name.clone();
-            let drives = mechanism.actuators().zip(&solved.forces.drives);
+            let drives = mechanism.actuators().zip(&solved.forces.efforts);
             let mut drives: Vec<_> =
                 drives.map(|((j, f), drive)| ((joint(j.0), f), *drive)).collect();
             let places = mechanism
@@ -411,7 +411,7 @@ fn written_down_and_read() {
         Ok(agree("target", &targets(&case), &targets(&again), 1.0, 1e-15).and(|| {
             match solve(&again) {
                 Ok(found) => {
-                    agree("drive", &expected.drives, &found.forces.drives, largest, TOLERANCE)
+                    agree("drive", &expected.drives, &found.forces.efforts, largest, TOLERANCE)
                 }
                 Err(verdict) => verdict,
             }

@@ -46,12 +46,12 @@ fn small_friction_acts_in_proportion() {
         };
         let (half, whole, full) = (with(0.5 * SMALL)?, with(SMALL)?, with(1.0)?);
         let largest = full
-            .drives
+            .efforts
             .iter()
             .chain(full.interfaces.iter().map(|interface| &interface.load))
             .fold(1e-9_f64, |max, x| max.max(x.abs()));
         for (k, none) in whole.efforts_frictionless.iter().enumerate() {
-            let (once, twice) = (half.drives[k] - none, whole.drives[k] - none);
+            let (once, twice) = (half.efforts[k] - none, whole.efforts[k] - none);
             // What is of second order in the coefficients, and rounding.
             let tolerance = (1e3 * SMALL * SMALL + 1e-12) * largest;
             let apart = (2.0 * once - twice).abs();
@@ -100,8 +100,8 @@ fn slow_motions_are_within_the_interval_at_rest() {
         }
         for factor in [1e-9, -1e-9] {
             let slow = with(factor)?;
-            let largest = slow.forces.drives.iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
-            for (k, drive) in slow.forces.drives.iter().enumerate() {
+            let largest = slow.forces.efforts.iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
+            for (k, drive) in slow.forces.efforts.iter().enumerate() {
                 let (attained, outer) =
                     (rest.forces.effort_bounds[k], rest.forces.effort_outer_bounds[k]);
                 let (least, most) = (attained.0.min(outer.0), attained.1.max(outer.1));

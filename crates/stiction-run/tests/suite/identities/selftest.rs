@@ -10,7 +10,7 @@ use stiction_format::{Source, read};
 /// "Friction never makes a drive smaller", which is wrong for one that holds a weight while it sinks.
 fn friction_costs(specimen: &Specimen) -> Result<Verdict, Verdict> {
     let forces = solve(&specimen.case())?.forces;
-    let pairs = forces.drives.iter().zip(&forces.efforts_frictionless);
+    let pairs = forces.efforts.iter().zip(&forces.efforts_frictionless);
     let smaller = pairs.clone().any(|(with, without)| with.abs() < without.abs() - 1e-3);
     Ok(if smaller { Verdict::Broken(format!("{pairs:?}")) } else { Verdict::Holds })
 }

@@ -61,7 +61,7 @@ pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict>
         drives.iter().zip(lengths).fold(0.0_f64, |max, (x, unit)| max.max((x / unit).abs()))
     };
     // Close to self-locking, friction magnifies rounding as well.
-    if largest(&forces.drives) > 20.0 * largest(&forces.efforts_frictionless) {
+    if largest(&forces.efforts) > 20.0 * largest(&forces.efforts_frictionless) {
         return Err(Verdict::Apart("nearly locked"));
     }
     let solved = Solved { solver, forces };
@@ -102,7 +102,7 @@ impl Solved {
     pub(crate) fn numbers(&self) -> Numbers {
         let loads: Vec<f64> =
             self.forces.interfaces.iter().map(|interface| interface.load).collect();
-        let drives = self.forces.drives.clone();
+        let drives = self.forces.efforts.clone();
         let reactions = self.forces.reactions.iter().flat_map(|(f, m)| [f.norm(), m.norm()]);
         let all = reactions.chain(loads.iter().copied()).chain(drives.iter().copied());
         let largest = all.fold(1e-9_f64, |max, x| max.max(x.abs()));

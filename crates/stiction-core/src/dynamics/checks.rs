@@ -1,0 +1,41 @@
+//! Checks of loads and of the position, before forces are computed.
+
+use super::spring::SpringForce;
+use crate::kinematics::Bodies;
+use crate::parameters::Parameters;
+use crate::statics::AppliedLoad;
+
+/// The index of the first load with a number that is not finite.
+///
+/// # Panics
+/// If a load is on a body that does not exist: `bodies` is their number, ground included.
+pub(super) fn not_finite_load(loads: &[AppliedLoad<f64>], bodies: usize) -> Option<usize> {
+    loads.iter().position(|AppliedLoad { body, point, force, moment, .. }| {
+        assert!(body.0 < bodies, "a load on {body:?} of a mechanism of {bodies} bodies");
+        let mut numbers = [point, force, moment].into_iter().flat_map(|v| v.to_array());
+        !numbers.all(f64::is_finite)
+    })
+}
+
+/// The index of the first spring whose ends coincide although its force needs a direction.
+pub(super) fn spring_without_direction(
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+) -> Option<usize> {
+    parameters.springs.iter().position(|spring| {
+        !SpringForce::of(spring, bodies).has_direction(spring, parameters.length)
+    })
+}
+
+/// The first friction interface whose two supports have passed each other, and by how much, m.
+pub(super) fn parted_supports(
+    parameters: &Parameters<f64>,
+    bodies: &Bodies<f64>,
+) -> Option<(usize, f64)> {
+    parameters.interfaces.iter().enumerate().find_map(|(index, interface)| {
+        let (j, k) = (&bodies.frame_j[interface.joint], &bodies.frame_k[interface.joint]);
+        let slide = (k.position - j.position).dot(j.rotation.columns[2]);
+        let overlap = interface.load.overlap(slide)?;
+        (overlap <= 0.0).then_some((index, -overlap))
+    })
+}

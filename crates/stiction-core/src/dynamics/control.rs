@@ -1,0 +1,246 @@
+//! Inverse dynamics in a control loop: independent coordinates in, all forces out, no allocation.
+
+use super::checks;
+use super::data::Data;
+use super::forces::{BALANCED, InterfaceForce};
+use super::model::Model;
+use super::power::Power;
+use super::settings::FrictionMode;
+use crate::kinematics::Target;
+use crate::parameters::Parameters;
+use crate::spatial::Vec3;
+use crate::statics::AppliedLoad;
+
+/// Newton steps for the loop closures, at most.
+const CLOSURE_STEPS: usize = 12;
+/// One more Newton step squares an error below this (lengths over the characteristic length, rad).
+const NEAR: f64 = 1e-7;
+/// Loops with an error above this are open (lengths over the characteristic length, rad).
+const CLOSED: f64 = 1e-12;
+
+/// Outcome of [`Model::inverse_dynamics`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+#[must_use = "the forces are valid only if the computation converged"]
+pub enum Status {
+    /// All equations hold: loop closures, balance of every body, friction laws.
+    Converged,
+    /// A coordinate, rate, acceleration or load is NaN or infinite.
+    InputNotFinite,
+    /// Newton's method does not close the loops from the last closed configuration: the position is
+    /// out of reach, or too far from the last one.
+    LoopsOpen {
+        /// The largest error of a loop closure or a prescribed coordinate, lengths divided by the
+        /// characteristic length, angles in rad; NaN where Newton's method diverged.
+        error: f64,
+    },
+    /// The prescribed rates or accelerations would open a loop.
+    MotionInconsistent,
+    /// The position is singular: the prescribed coordinates do not determine rates or accelerations.
+    Singular,
+    /// The ends of this spring coincide, so its force has no direction.
+    SpringWithoutDirection {
+        /// Index in [`Parameters::springs`].
+        spring: usize,
+    },
+    /// The two supports of this friction interface have passed each other.
+    NoOverlap {
+        /// Index in [`Parameters::interfaces`].
+        interface: usize,
+    },
+    /// The coupling of friction and reactions did not converge within
+    /// [`Settings::friction_steps`](super::Settings::friction_steps).
+    FrictionNotConverged {
+        /// The largest change of a normal force in the last step, N.
+        change: f64,
+    },
+    /// The determinant of the coupled balance has another sign than without friction: friction locks
+    /// the mechanism at smaller coefficients, or this is another branch of solutions.
+    FrictionLocks,
+    /// The forces do not balance to 1e-9: the elimination order does not suit the position. Compile a
+    /// model there with [`InverseDynamics`](super::InverseDynamics).
+    Unbalanced {
+        /// The relative power residual; infinite where forces are not finite or grow without bound.
+        residual: f64,
+    },
+}
+
+impl Status {
+    /// True if the forces are valid.
+    pub fn is_converged(self) -> bool {
+        self == Self::Converged
+    }
+}
+
+impl Model {
+    /// Inverse dynamics with friction: computes the efforts that move the prescribed coordinates by
+    /// positions `q`, rates `v` and accelerations `a` under external `loads`.
+    ///
+    /// `q`, `v` and `a` are in the order of
+    /// [`MotionConstraints::coordinates`](crate::kinematics::MotionConstraints::coordinates), in m and
+    /// rad. The loops are closed by Newton's method from the last closed configuration in `data`, so
+    /// successive positions must be near each other: the assembly mode is that of the warm start. The
+    /// numbers are [`Self::parameters`]. Nothing is allocated.
+    ///
+    /// Unless the status is [`Status::Converged`], the forces in `data` are not those of this motion;
+    /// its warm start stays at the last closed configuration. The solution of the coupling of friction
+    /// and reactions is the one reached from no friction;
+    /// [`InverseDynamics::coupling`](super::InverseDynamics::coupling) certifies where it is unique.
+    ///
+    /// # Panics
+    /// If `q`, `v` and `a` have other lengths than the coordinates, or a load is on a body that does
+    /// not exist.
+    pub fn inverse_dynamics(
+        &self,
+        data: &mut Data<f64>,
+        q: &[f64],
+        v: &[f64],
+        a: &[f64],
+        loads: &[AppliedLoad<f64>],
+    ) -> Status {
+        self.inverse_dynamics_with(&self.parameters, data, q, v, a, loads)
+    }
+
+    /// [`Self::inverse_dynamics`] with other numbers, such as friction coefficients tuned at run time.
+    ///
+    /// # Panics
+    /// As [`Self::inverse_dynamics`], or if `parameters` belong to another mechanism.
+    pub fn inverse_dynamics_with(
+        &self,
+        parameters: &Parameters<f64>,
+        data: &mut Data<f64>,
+        q: &[f64],
+        v: &[f64],
+        a: &[f64],
+        loads: &[AppliedLoad<f64>],
+    ) -> Status {
+        let count = data.targets.len();
+        let lengths = [q.len(), v.len(), a.len()];
+        assert_eq!(lengths, [count; 3], "positions, rates, accelerations of {count} coordinates");
+        for (target, ((value, rate), acceleration)) in
+            data.targets.iter_mut().zip(q.iter().zip(v).zip(a))
+        {
+            *target = Target { value: *value, rate: *rate, acceleration: *acceleration };
+        }
+        let outcome = self.solve_for_motion(parameters, data, loads);
+        if matches!(outcome, Err(Status::LoopsOpen { .. } | Status::Singular)) {
+            data.state.clone_from(&data.closed);
+        }
+        match outcome.and_then(|()| self.solve_for_forces(parameters, data, loads)) {
+            Ok(()) => Status::Converged,
+            Err(status) => status,
+        }
+    }
+
+    /// Closes the loops and solves for rates and accelerations.
+    fn solve_for_motion(
+        &self,
+        parameters: &Parameters<f64>,
+        data: &mut Data<f64>,
+        loads: &[AppliedLoad<f64>],
+    ) -> Result<(), Status> {
+        let Data { state, kinematics, closed, targets, .. } = data;
+        let is_finite = |t: &Target<f64>| {
+            t.value.is_finite() && t.rate.is_finite() && t.acceleration.is_finite()
+        };
+        let bodies = self.mechanism.bodies().len();
+        if !targets.iter().all(is_finite) || checks::not_finite_load(loads, bodies).is_some() {
+            return Err(Status::InputNotFinite);
+        }
+        let (constraints, length) = (self.constraints(), parameters.length);
+        let mut error = f64::INFINITY;
+        for _ in 0..CLOSURE_STEPS {
+            kinematics.approach(&self.kinematic, parameters, state, targets);
+            error = kinematics.scaled_error(constraints, length);
+            if !state.coordinates.iter().all(|q| q.is_finite()) {
+                return Err(Status::LoopsOpen { error });
+            }
+            if error >= NEAR {
+                continue;
+            }
+            kinematics.differentiate(&self.kinematic, parameters, state, targets);
+            error = kinematics.scaled_error(constraints, length);
+            if error <= CLOSED.max(state.round_off()) {
+                break;
+            }
+        }
+        if !(error <= CLOSED.max(state.round_off())) {
+            return Err(Status::LoopsOpen { error });
+        }
+        if !state.rates.iter().chain(&state.accelerations).all(|x| x.is_finite()) {
+            return Err(Status::Singular);
+        }
+        closed.clone_from(state);
+        if kinematics.contradicts(&self.kinematic, parameters, state, targets) {
+            return Err(Status::MotionInconsistent);
+        }
+        Ok(())
+    }
+
+    /// Solves for reactions, friction and efforts at the motion in `data`, and checks them.
+    fn solve_for_forces(
+        &self,
+        parameters: &Parameters<f64>,
+        data: &mut Data<f64>,
+        loads: &[AppliedLoad<f64>],
+    ) -> Result<(), Status> {
+        let Data { kinematics, inverse, settings, forces, .. } = data;
+        if let Some(spring) = checks::spring_without_direction(parameters, &kinematics.bodies) {
+            return Err(Status::SpringWithoutDirection { spring });
+        }
+        if settings.friction != FrictionMode::Off
+            && let Some((interface, _)) = checks::parted_supports(parameters, &kinematics.bodies)
+        {
+            return Err(Status::NoOverlap { interface });
+        }
+        inverse.solve(self, parameters, kinematics, loads, settings);
+        if !inverse.friction_settled(settings) {
+            return Err(match inverse.orientation() < 0.0 {
+                true => Status::FrictionLocks,
+                false => Status::FrictionNotConverged { change: inverse.friction_change() },
+            });
+        }
+        let bodies = &kinematics.bodies;
+        forces.read(bodies, inverse);
+        let dissipated = forces.interfaces.iter().map(|interface| interface.power);
+        let efforts = &forces.efforts;
+        forces.power = Power::new(self.topology(), parameters, bodies, efforts, dissipated, loads);
+        let residual = match inverse.is_balanced(self, parameters) {
+            true => forces.imbalance(parameters.length),
+            false => f64::INFINITY,
+        };
+        if residual <= BALANCED { Ok(()) } else { Err(Status::Unbalanced { residual }) }
+    }
+}
+
+impl Data<f64> {
+    /// Actuator forces, N, and torques, N m, in the order of
+    /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators), of the last
+    /// [`Model::inverse_dynamics`] that converged.
+    pub fn efforts(&self) -> &[f64] {
+        &self.forces.efforts
+    }
+
+    /// [`Self::efforts`] without friction.
+    pub fn efforts_frictionless(&self) -> &[f64] {
+        &self.forces.efforts_frictionless
+    }
+
+    /// Complete reaction of a joint, by its index: the force, N, that the predecessor exerts on the
+    /// successor, and its moment about the joint's origin (of frame J), N m; world axes. Constraint,
+    /// effort and friction together.
+    pub fn reaction(&self, joint: usize) -> (Vec3<f64>, Vec3<f64>) {
+        self.forces.reactions[joint]
+    }
+
+    /// Sliding velocity, normal force and friction of each friction interface, in the order of
+    /// [`Parameters::interfaces`].
+    pub fn friction(&self) -> &[InterfaceForce] {
+        &self.forces.interfaces
+    }
+
+    /// Power balance.
+    pub fn power(&self) -> &Power {
+        &self.forces.power
+    }
+}

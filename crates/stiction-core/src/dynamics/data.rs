@@ -1,0 +1,76 @@
+//! Everything computed for a compiled model, and the kernel that computes it over any scalar.
+
+use super::forces::Forces;
+use super::inverse::Inverse;
+use super::model::Model;
+use super::settings::Settings;
+use crate::kinematics::{Kinematics, State, Target};
+use crate::parameters::Parameters;
+use crate::scalar::Scalar;
+use crate::statics::AppliedLoad;
+
+/// State and results of a computation with a [`Model`], allocated once by [`Model::data`].
+#[derive(Clone, Debug)]
+pub struct Data<T> {
+    /// Coordinates, rates and accelerations of the tree. The coordinates are the warm start of the
+    /// next computation.
+    pub state: State<T>,
+    /// Motion of all bodies.
+    pub kinematics: Kinematics<T>,
+    /// Efforts, reactions and friction.
+    pub inverse: Inverse<T>,
+    /// Treatment of friction, tolerances and iteration limits.
+    pub settings: Settings,
+    /// The last configuration in which all loops were closed.
+    pub(super) closed: State<T>,
+    pub(super) targets: Vec<Target<T>>,
+    pub(super) forces: Forces,
+}
+
+impl Model {
+    /// Data for this model, with the tree's configuration `state` as the warm start of the first
+    /// computation.
+    ///
+    /// # Panics
+    /// If `state` belongs to another spanning tree.
+    pub fn data<T: Scalar>(&self, state: &State<f64>, settings: Settings) -> Data<T> {
+        let (topology, constraints) = (self.topology(), self.constraints());
+        assert_eq!(state.coordinates.len(), topology.coordinates(), "a state of another tree");
+        let state = state.lift();
+        Data {
+            closed: state.clone(),
+            state,
+            kinematics: Kinematics::new(topology, constraints, &self.kinematic.rates),
+            inverse: Inverse::new(self),
+            settings,
+            targets: vec![Target::AT_ZERO.lift(); constraints.coordinates().len()],
+            forces: Forces::new(
+                topology.actuators.len(),
+                self.mechanism.joints().len(),
+                self.parameters.interfaces.len(),
+            ),
+        }
+    }
+
+    /// Kernel of the inverse dynamics, over any scalar: from prescribed values, one target for each
+    /// coordinate, and external loads to all efforts and reactions.
+    ///
+    /// It takes [`Settings::position_steps`] Newton steps from the configuration in `data`, then solves
+    /// for rates, accelerations, reactions and friction. It neither allocates nor branches on values,
+    /// and it checks nothing: see [`Kinematics::largest_error`], [`Inverse::friction_change`] and
+    /// [`Inverse::orientation`] afterwards, or call [`Self::inverse_dynamics`].
+    pub fn evaluate<T: Scalar>(
+        &self,
+        parameters: &Parameters<T>,
+        data: &mut Data<T>,
+        targets: &[Target<T>],
+        loads: &[AppliedLoad<T>],
+    ) {
+        let Data { state, kinematics, inverse, settings, .. } = data;
+        for _ in 0..settings.position_steps {
+            kinematics.approach(&self.kinematic, parameters, state, targets);
+        }
+        kinematics.differentiate(&self.kinematic, parameters, state, targets);
+        inverse.solve(self, parameters, kinematics, loads, settings);
+    }
+}

@@ -1,0 +1,50 @@
+//! The compiled model of a mechanism for inverse dynamics.
+
+use super::plan::BalancePlan;
+use crate::kinematics::{KinematicModel, MotionConstraints};
+use crate::mechanism::Mechanism;
+use crate::parameters::Parameters;
+use crate::topology::Topology;
+use std::sync::Arc;
+
+/// A mechanism compiled for inverse dynamics: one set of prescribed coordinates, near one position.
+///
+/// Immutable. It holds the spanning tree, the motion constraints, the static LU factorisation of the
+/// rate equations and the plan of the balance; a clone shares all of them. The numbers of a
+/// computation are [`Parameters`], everything computed is in [`Data`](super::Data).
+#[derive(Clone, Debug)]
+pub struct Model {
+    pub(super) mechanism: Arc<Mechanism>,
+    pub(super) kinematic: KinematicModel,
+    pub(super) balance: Arc<BalancePlan>,
+    pub(super) parameters: Arc<Parameters<f64>>,
+}
+
+impl Model {
+    /// The mechanism.
+    pub fn mechanism(&self) -> &Mechanism {
+        &self.mechanism
+    }
+
+    /// Spanning tree and cut joints.
+    pub fn topology(&self) -> &Topology {
+        &self.kinematic.topology
+    }
+
+    /// Loop closures and prescribed coordinates.
+    pub fn constraints(&self) -> &MotionConstraints {
+        &self.kinematic.constraints
+    }
+
+    /// The nominal numbers of the mechanism. A body that spins about an axis without inertia has some
+    /// inertia about it here; no result depends on it.
+    pub fn parameters(&self) -> &Parameters<f64> {
+        &self.parameters
+    }
+
+    /// Multiply-subtract operations of the two static LU factorisations: of the rate equations and of
+    /// the balance.
+    pub fn operations(&self) -> (usize, usize) {
+        (self.kinematic.rates.operations(), self.balance.operations())
+    }
+}

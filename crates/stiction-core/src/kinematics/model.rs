@@ -1,0 +1,32 @@
+//! The kinematic part of a compiled model.
+
+use super::motion_constraints::MotionConstraints;
+use crate::linalg::StaticLu;
+use crate::topology::Topology;
+use std::sync::Arc;
+
+/// Kinematics of a mechanism, compiled for one set of prescribed coordinates near one position.
+///
+/// Immutable and without numbers of the mechanism, so it serves every scalar and every set of
+/// [`Parameters`](crate::parameters::Parameters). A clone shares all parts.
+#[derive(Clone, Debug)]
+pub struct KinematicModel {
+    /// Spanning tree and cut joints.
+    pub(crate) topology: Arc<Topology>,
+    /// Loop closures and prescribed coordinates: the rows of the rate equations.
+    pub(crate) constraints: Arc<MotionConstraints>,
+    /// Static LU factorisation of the rate equations.
+    pub(crate) rates: Arc<StaticLu>,
+}
+
+impl KinematicModel {
+    /// Spanning tree and cut joints.
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    /// Loop closures and prescribed coordinates.
+    pub fn constraints(&self) -> &MotionConstraints {
+        &self.constraints
+    }
+}
