@@ -267,7 +267,7 @@ impl Sample {
         Self {
             names,
             time: sample.time,
-            efforts: forces.drives.clone(),
+            efforts: forces.efforts.clone(),
             efforts_frictionless: forces.efforts_frictionless.clone(),
             effort_bounds: forces.effort_bounds.clone(),
             reactions: reactions
