@@ -1,5 +1,6 @@
-//! What programs cost beside one evaluation of inverse dynamics with friction, in turn: derivatives in eight
-//! directions, and forward dynamics. Prints medians, and medians of ratios within a round.
+//! Cost of programs relative to one evaluation of inverse dynamics with friction, in alternation:
+//! derivatives in eight directions, and forward dynamics. Prints medians, and medians of ratios
+//! within a round.
 
 #[path = "../tests/suite/common/mod.rs"]
 mod common;
@@ -10,7 +11,7 @@ use std::time::Instant;
 use stiction_program::{DerivativeProgram, ForwardProgram, InverseProgram, Quantity};
 
 const ROUNDS: usize = 301;
-/// Evaluations in each round: some tenths of a millisecond.
+/// Number of evaluations per round: some tenths of a millisecond.
 const BATCH: usize = 300;
 const DIRECTIONS: usize = 8;
 

@@ -1,4 +1,4 @@
-//! One call of each kernel, for `cargo xtask counts`: its instructions are counted.
+//! One call of each kernel, for `cargo xtask counts`, which counts its instructions.
 
 use std::hint::black_box;
 use std::process::ExitCode;
@@ -11,7 +11,7 @@ use stiction_program::InverseProgram;
 const ROBOTS: [&str; 2] = ["3rps", "gough"];
 const KERNELS: [&str; 6] =
     ["frictionless", "friction", "program-frictionless", "program-friction", "follow", "distances"];
-/// Calls before the one that counts: what is made at the first use is there then.
+/// Number of calls before the measured one, for initialisation at the first use.
 const BEFORE: usize = 3;
 
 fn main() -> ExitCode {
@@ -20,7 +20,7 @@ fn main() -> ExitCode {
     let names = ROBOTS.iter().flat_map(|robot| KERNELS.map(|kernel| format!("{robot}/{kernel}")));
     match name.as_deref() {
         Some("--list") => names.for_each(|name| println!("{name}")),
-        // As one of all benches it only shows that everything runs.
+        // When all benchmarks run, it only verifies that everything works.
         None => names.for_each(|name| run(&name)),
         Some(name) if names.clone().any(|known| known == name) => run(name),
         Some(name) => {
@@ -31,7 +31,7 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// What lies in this function's calls is counted.
+/// Callgrind counts the instructions inside this function.
 #[inline(never)]
 fn counted(call: &mut dyn FnMut()) {
     call();
@@ -43,7 +43,7 @@ fn measure(mut call: impl FnMut()) {
     counted(&mut call);
 }
 
-/// A robot at an instant of its motion, and positions around.
+/// A robot at an instant of its motion, and neighbouring positions.
 struct Robot {
     solver: InverseDynamics,
     signal: Vec<Vec<Target<f64>>>,
@@ -86,7 +86,7 @@ fn run(name: &str) {
             measure(|| compiled.evaluate(&parameters, &mut data, &targets, &loads));
         }
         "program-frictionless" | "program-friction" => {
-            // Inputs are those of the first position; programs do not branch.
+            // The inputs are those of the first position; programs do not branch.
             let mut start = solver.clone();
             start.move_to(&signal[0]).unwrap();
             let program = InverseProgram::record(&start, &signal, &loads).unwrap();
@@ -104,7 +104,7 @@ fn run(name: &str) {
         "follow" => {
             let mut there = true;
             measure(|| {
-                // To and fro.
+                // Back and forth.
                 let near = if there { &signal[4] } else { &targets };
                 there = !there;
                 solver.move_to(near).unwrap();

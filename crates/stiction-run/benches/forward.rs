@@ -1,9 +1,10 @@
-//! Simulations of the 3-RPS robot with dry friction in all of its joints: one that sticks and slides, and ones that
-//! stay stuck.
+//! Simulations of the 3-RPS robot with dry friction in all of its joints: one that sticks and
+//! slips, and several that stay stuck.
 //!
-//! The drives carry the weight and swing about that; where it is to move, springs and dampers in the drives keep it
-//! near its place, and it stops at every turn. `cargo bench -p stiction-run --bench forward` tells how many
-//! events and evaluations that makes, and times it.
+//! The actuators carry the weight and oscillate; in the moving simulation, springs and dampers in
+//! the actuators keep it near its position, and it stops at every reversal.
+//! `cargo bench -p stiction-run --bench forward` prints the number of events and evaluations, and
+//! measures the time.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use stiction_core::dynamics::{FrictionMode, InverseDynamics};
@@ -11,16 +12,16 @@ use stiction_core::forward::{ConstantEfforts, Forward, Inputs, Settings, View};
 use stiction_core::kinematics::{State, Target};
 use stiction_format::{Source, gallery, read};
 
-/// Efforts that swing, one third of a turn apart, rad/s.
+/// Angular frequency of the oscillating efforts, one third of a period apart, rad/s.
 const RATE: f64 = 3.0;
-/// What keeps drives near their place, N/m and N s/m.
+/// Stiffness and damping that keep the actuators near their positions, N/m and N s/m.
 const STIFFNESS: f64 = 3000.0;
 const DAMPING: f64 = 100.0;
 
 struct Swing {
     mean: Vec<f64>,
     amplitude: f64,
-    /// Where drives are at the start, m, as soon as it is known.
+    /// Positions of the actuators at the start, m, once known.
     home: Vec<f64>,
 }
 
@@ -41,7 +42,8 @@ impl Inputs for Swing {
     }
 }
 
-/// The robot at rest in the first position of its motion, and the drives that carry its weight.
+/// The robot at rest in the first position of its motion, and the actuator forces that carry its
+/// weight.
 fn robot() -> (Forward, State<f64>, Vec<f64>) {
     let text = gallery::get("3rps").expect("it is in the gallery");
     let model = read(&Source::new("3rps", text), &|_| Err("no files".into())).expect("it is right");
@@ -61,7 +63,7 @@ fn robot() -> (Forward, State<f64>, Vec<f64>) {
     (forward, state, weight)
 }
 
-/// Goes on in samples of a hundredth of a second; events and evaluations.
+/// Simulates in samples of a hundredth of a second; returns the numbers of events and evaluations.
 fn run(forward: &Forward, state: &State<f64>, inputs: &mut dyn Inputs, until: f64) -> [usize; 2] {
     let mut simulation =
         forward.start(0.0, state.clone(), Settings::default(), inputs).expect("it starts");

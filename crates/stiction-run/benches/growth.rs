@@ -1,8 +1,10 @@
-//! How time and memory grow with the size of a mechanism: chains of closed loops, and platforms on legs.
+//! Growth of time and memory with the size of a mechanism: chains of closed loops, and platforms on
+//! legs.
 //!
-//! `cargo bench -p stiction-run --bench growth` prints the tables; with `-- --svg FOLDER` it draws them, too.
-//! Loops are spatial four-bars of R, U, S and R joints, each standing on the rocker of the one before;
-//! legs are U, P and S joints between ground and platform. Revolute and prismatic joints have friction.
+//! `cargo bench -p stiction-run --bench growth` prints the tables; with `-- --svg FOLDER` it also
+//! draws them. Loops are spatial four-bars of R, U, S and R joints, each mounted on the rocker of
+//! the previous one; legs are U, P and S joints between ground and platform. Revolute and prismatic
+//! joints have friction.
 
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -17,9 +19,9 @@ use stiction_draw::figure::{Figure, Line, Panel};
 
 const LOOPS: [usize; 7] = [1, 3, 10, 30, 100, 300, 1000];
 const LEGS: [usize; 5] = [6, 12, 20, 30, 50];
-/// Batches of each measurement, of which the fastest counts: others may use the machine.
+/// Number of batches of each measurement; the fastest counts, since others may use the machine.
 const BATCHES: usize = 9;
-/// Times that a mechanism is set up once more.
+/// Number of repeated set-ups of a mechanism.
 const SET_UPS: usize = 3;
 const BATCH: Duration = Duration::from_millis(20);
 
@@ -35,7 +37,7 @@ fn main() -> ExitCode {
     };
     let (chains, platforms) =
         (LOOPS.map(|size| (size, loops as Make)), LEGS.map(|size| (size, legs as Make)));
-    // Platforms first: resident memory that chains leave behind would serve them, too.
+    // Platforms first: they could otherwise reuse the resident memory of the chains.
     for (name, file, sizes) in
         [("legs", "legs", &platforms[..]), ("chained loops", "loops", &chains)]
     {
@@ -58,10 +60,10 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Makes a mechanism of a size.
+/// Constructor of a mechanism of a given size.
 type Make = fn(usize) -> Subject;
 
-/// A mechanism and what is prescribed.
+/// A mechanism and its prescribed coordinates.
 struct Subject {
     mechanism: Mechanism,
     coordinates: Vec<Coordinate>,
@@ -69,12 +71,12 @@ struct Subject {
 
 struct Row {
     size: usize,
-    /// Time for each body, µs.
+    /// Time per body, µs.
     frictionless: f64,
     friction: f64,
     distances: f64,
     setup: f64,
-    /// Memory for each body, kB.
+    /// Memory per body, kB.
     memory: Option<f64>,
 }
 
@@ -91,7 +93,7 @@ fn measure(size: usize, subject: Subject) -> Row {
     let solver = set_up();
     let first = begun.elapsed();
     let memory = resident().zip(memory).map(|(after, before)| after.saturating_sub(before));
-    // Less than that may be served by memory that the process has anyway.
+    // A smaller increase may come from memory that the process already has.
     let memory = memory.filter(|bytes| *bytes > 1_000_000);
     let again = (0..SET_UPS).map(|_| {
         let begun = Instant::now();
@@ -125,7 +127,7 @@ fn measure(size: usize, subject: Subject) -> Row {
     Row { size, frictionless, friction, distances, setup: setup * 1e3 / bodies, memory: each }
 }
 
-/// Microseconds of a call, in the fastest of several batches.
+/// Microseconds per call, in the fastest of several batches.
 fn fastest(mut call: impl FnMut()) -> f64 {
     let once = |call: &mut dyn FnMut(), count: u32| {
         let begun = Instant::now();
@@ -138,14 +140,14 @@ fn fastest(mut call: impl FnMut()) -> f64 {
     best.as_secs_f64() * 1e6
 }
 
-/// Bytes of memory that the process has now, where the system tells.
+/// Resident memory of the process in bytes, if the system reports it.
 fn resident() -> Option<usize> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
     Some(1024 * line.trim().strip_suffix("kB")?.trim().parse::<usize>().ok()?)
 }
 
-/// Powers of ten against powers of ten: growth in proportion is a level line.
+/// Logarithmic axes: linear growth is a horizontal line.
 fn panels_of(rows: &[Row]) -> [Panel; 2] {
     let line = |label: &str, colour: usize, of: fn(&Row) -> Option<f64>| Line {
         label: label.to_owned(),
@@ -174,7 +176,7 @@ fn v(x: f64, y: f64, z: f64) -> Vec3<f64> {
     Vec3::new(x, y, z)
 }
 
-/// A body whose frame is at a place in the world while all coordinates are zero.
+/// A body whose frame is at a world position while all coordinates are zero.
 struct Placed {
     name: String,
     at: Vec3<f64>,
@@ -186,7 +188,7 @@ fn bar(name: String, at: Vec3<f64>) -> (Placed, BodySpec) {
     (Placed { name, at }, spec)
 }
 
-/// A frame at a place, its z axis along `z` and its x axis near `x`.
+/// A frame at a position, with its z axis along `z` and its x axis near `x`.
 fn frame(place: Vec3<f64>, z: Vec3<f64>, x: Vec3<f64>) -> Pose<f64> {
     let z = z * (1.0 / z.norm());
     let y = z.cross(x);
@@ -194,7 +196,7 @@ fn frame(place: Vec3<f64>, z: Vec3<f64>, x: Vec3<f64>) -> Pose<f64> {
     Pose { rotation: Mat3::from_columns(y.cross(z), y, z), position: place }
 }
 
-/// A joint with both its frames at a place in the world.
+/// A joint with both frames at a world position.
 fn joint(name: String, kind: JointType, [from, to]: [&Placed; 2], at: Pose<f64>) -> JointSpec {
     let seen = |body: &Placed| Pose { position: at.position - body.at, ..at };
     let names = [from, to].map(|body| body.name.clone());
@@ -218,7 +220,7 @@ fn built(builder: MechanismBuilder, driven: &[String]) -> Subject {
     Subject { coordinates: coordinates.collect(), mechanism }
 }
 
-/// Loops that stand on each other, wound up so that all are near.
+/// Loops mounted on each other, arranged such that all of them are near.
 fn loops(count: usize) -> Subject {
     let mut builder = MechanismBuilder::new("loops").gravity(v(0.0, 0.0, -9.81));
     let (mut base, mut driven) = (ground(), Vec::new());
@@ -259,7 +261,7 @@ fn legs(count: usize) -> Subject {
     let mut driven = Vec::new();
     for k in 0..count {
         let angle = 2.4 * k as f64;
-        // Feet and tips that are not regular: those of a circle leave a screw open.
+        // Irregular feet and tips: on circles they would permit a screw motion.
         let radius = 0.5 + 0.06 * (3.1 * k as f64).sin();
         let foot = v(radius * angle.cos(), radius * angle.sin(), 0.02 * angle.sin());
         let turned = angle + if k % 2 == 0 { 0.5 } else { -0.5 };

@@ -1,8 +1,10 @@
-//! How long a sample takes: motion and all forces of robots of the gallery, against the dense way.
+//! Time of a sample: motion and all forces of robots of the gallery, compared with a dense
+//! solution.
 //!
-//! The peer is one factorisation of the 6n x 6n Newton-Euler system of the same robot at the same
-//! position (nalgebra's LU, matrix and right side given): what a program spends per sample, and per
-//! step of a friction iteration, that sets the equations up and hands them to a library.
+//! The dense solution is one factorization of the 6n x 6n Newton-Euler system of the same robot at
+//! the same position (nalgebra's LU, with given matrix and right side). This is the cost, per
+//! sample and per friction iteration, of a program that sets up the equations and passes them to a
+//! library.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
@@ -65,7 +67,7 @@ fn samples(c: &mut Criterion) {
             });
         }
 
-        // The largest possible square of the dense system: all rows, all reactions and drives.
+        // Largest square part of the dense system: all rows, all reactions and actuator forces.
         let statics = solver.statics();
         let matrix = statics.scaled_matrix();
         if matrix.nrows() == matrix.ncols() {

@@ -1,5 +1,5 @@
-//! How far recorded programs are from what one core can do: operations counted, against additions and
-//! multiplications of doubles each second in a loop that does nothing else.
+//! Speed of recorded programs relative to the limit of one core: operations counted, compared with
+//! additions and multiplications of doubles per second in a loop without other work.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -8,11 +8,11 @@ use stiction_format::{Source, gallery, read};
 use stiction_program::InverseProgram;
 
 const STEPS: u32 = 200_000;
-/// The fastest counts: others may use the machine.
+/// Number of batches; the fastest counts, since others may use the machine.
 const BATCHES: usize = 30;
 
 fn main() {
-    // Chains beside each other hide how long an operation lasts.
+    // Independent chains hide the latency of an operation.
     let limit = [rate::<16>(), rate::<32>(), rate::<64>()].into_iter().fold(0.0, f64::max);
     println!(
         "additions and multiplications in vectors as this was compiled for: {:.1}e9/s",
@@ -23,7 +23,7 @@ fn main() {
     ["3rps", "gough"].into_iter().for_each(program);
 }
 
-/// Operations each second in so many chains of a multiplication and an addition.
+/// Operations per second in a number of chains of one multiplication and one addition.
 fn rate<const N: usize>() -> f64 {
     let (factor, term) = (black_box(0.999_999), black_box(1e-6));
     let mut x = black_box([0.5; N]);
@@ -38,7 +38,7 @@ fn rate<const N: usize>() -> f64 {
     2.0 * N as f64 * f64::from(STEPS) / time
 }
 
-/// Seconds of a call, in the fastest of several batches of so many.
+/// Seconds per call, in the fastest of several batches.
 fn least(count: u32, mut call: impl FnMut()) -> f64 {
     let batch = |_| {
         let begun = Instant::now();

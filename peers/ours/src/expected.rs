@@ -1,15 +1,15 @@
-//! The forces that the program prints for every state, from the file that `peers/states.py` writes.
+//! Forces that the program prints for every state, from the file that `peers/states.py` writes.
 
-/// Driving forces and reactions of one state.
+/// Actuator forces and reactions of one state.
 pub(crate) struct Forces {
     pub(crate) drives: Vec<f64>,
-    /// For each joint force and moment about the joint's origin, world axes.
+    /// For each joint, force and moment about the joint's origin, world axes.
     pub(crate) reactions: Vec<[f64; 6]>,
 }
 
-/// Of all states of a motion.
+/// Forces of all states of a motion.
 pub(crate) struct Expected {
-    /// Names of the joints whose reactions these are.
+    /// Names of the joints of these reactions.
     pub(crate) joints: Vec<String>,
     /// Instants, s.
     pub(crate) times: Vec<f64>,
@@ -58,8 +58,8 @@ impl Expected {
     }
 }
 
-/// Largest differences along a motion, of drives, forces, moments and accelerations apart, each relative to
-/// the largest of its kind.
+/// Largest differences along a motion, separately for actuator forces, forces, moments and
+/// accelerations, each relative to the largest of its kind.
 #[derive(Default)]
 pub(crate) struct Difference([(f64, f64); 4]);
 
@@ -67,7 +67,7 @@ impl Difference {
     fn add(&mut self, kind: usize, got: f64, expected: f64) {
         let (error, size) = &mut self.0[kind];
         let difference = (got - expected).abs();
-        // A number that is none must not pass as small.
+        // NaN must not pass as small.
         *error = if difference.is_finite() { error.max(difference) } else { f64::INFINITY };
         *size = size.max(expected.abs());
     }

@@ -1,7 +1,7 @@
 //! The kernels, one state at a time and eight at once.
 //!
-//! They are given what is prescribed and find the position of the tree by themselves, from that of
-//! the state before. The peers are given all coordinates of their trees.
+//! They receive the prescribed motion and find the position of the tree themselves, from that of
+//! the previous state. The other engines receive all coordinates of their trees.
 
 use crate::expected::{Difference, Expected, Forces};
 use crate::robot::Robot;
@@ -15,7 +15,7 @@ use stiction_core::scalar::{Lanes, Scalar};
 const LANES: usize = 8;
 type L = Lanes<f64, LANES>;
 
-/// Everything that is timed.
+/// All timed kernels.
 pub(crate) fn subjects<'a>(robot: &'a Robot, expected: &'a Expected) -> Vec<Subject<'a>> {
     let mut subjects = Vec::new();
     for (single, lanes, friction, forces) in [
@@ -39,8 +39,8 @@ pub(crate) fn subjects<'a>(robot: &'a Robot, expected: &'a Expected) -> Vec<Subj
     subjects
 }
 
-/// What one run is given; of eight lanes the states are an eighth of the motion apart from one
-/// lane to the next, so that each lane goes along the motion, too.
+/// Inputs of one run. With eight lanes, the states of neighbouring lanes are an eighth of the
+/// motion apart, so that each lane also follows the motion.
 struct Run<T> {
     targets: Vec<Target<T>>,
     loads: Vec<AppliedLoad<T>>,
@@ -63,14 +63,14 @@ fn lanes_of_states(robot: &Robot) -> Vec<Run<L>> {
     let steps = samples.div_ceil(LANES);
     (0..steps)
         .map(|step| {
-            // Lanes overlap by a few states if eight do not divide their number.
+            // Lanes overlap by a few states if eight does not divide their number.
             let at = |lane: usize| lane * (samples - steps) / (LANES - 1) + step;
             let target = |k: usize| Target {
                 value: L::from_fn(|lane| robot.targets[at(lane)][k].value),
                 rate: L::from_fn(|lane| robot.targets[at(lane)][k].rate),
                 acceleration: L::from_fn(|lane| robot.targets[at(lane)][k].acceleration),
             };
-            // Loads of the default cases do not change in time.
+            // Loads of the default cases are constant in time.
             Run {
                 targets: (0..robot.targets[0].len()).map(target).collect(),
                 loads: robot.loads[0].iter().map(|load| load.lift()).collect(),
@@ -80,13 +80,13 @@ fn lanes_of_states(robot: &Robot) -> Vec<Run<L>> {
         .collect()
 }
 
-/// A kernel that goes through its runs again and again.
+/// A kernel that cycles through its runs.
 struct Runs<'a, T> {
     robot: &'a Robot,
     parameters: Parameters<T>,
     data: Data<T>,
     runs: Vec<Run<T>>,
-    /// The position at the beginning of the motion, of each lane.
+    /// Position at the beginning of the motion, for each lane.
     start: Vec<T>,
     next: usize,
 }
@@ -133,7 +133,7 @@ impl<'a, T: InLanes> Runs<'a, T> {
         run
     }
 
-    /// Twice around, as it is timed.
+    /// Evaluates all states twice, as in the measurement.
     fn difference(&mut self, expected: &[Forces]) -> f64 {
         let mut difference = Difference::default();
         for _ in 0..2 * self.runs.len() {

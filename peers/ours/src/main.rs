@@ -1,5 +1,5 @@
-//! Stiction's side of `cargo xtask peers`: serves batches of evaluations as the harnesses of the
-//! other engines do, by the protocol in `peers/harness.hpp`.
+//! Stiction's side of `cargo xtask peers`: serves batches of evaluations like the harnesses of the
+//! other engines, by the protocol in `peers/harness.hpp`.
 
 mod expected;
 mod kernels;
@@ -37,8 +37,8 @@ fn run(model: &str, file: &str) -> Result<(), String> {
     serve(&mut subjects).map_err(|error| error.to_string())?
 }
 
-/// Says what there is, then answers each line `NAME COUNT` with the nanoseconds for each of COUNT
-/// states.
+/// Prints the available subjects, then answers each line `NAME COUNT` with the nanoseconds per
+/// state.
 fn serve(subjects: &mut [Subject<'_>]) -> io::Result<Result<(), String>> {
     let mut out = io::stdout().lock();
     for subject in subjects.iter() {

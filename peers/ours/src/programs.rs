@@ -1,8 +1,8 @@
-//! Programs recorded for the robot: straight-line machine code, one state at a time and as many as the
-//! processor has lanes.
+//! Programs recorded for the robot: straight-line machine code, one state at a time and as many as
+//! the processor has lanes.
 //!
-//! Peers are given the whole state of the tree. Programs are given the motion of the platform alone:
-//! inverse kinematics is a part of them.
+//! The other engines receive the whole state of the tree. Programs receive the motion of the
+//! platform alone and include inverse kinematics.
 
 use crate::expected::{Difference, Expected, Forces};
 use crate::robot::Robot;
@@ -10,12 +10,12 @@ use crate::subject::Subject;
 use std::hint::black_box;
 use stiction_program::{BodyMotion, ForwardProgram, InverseProgram, Memory, StateOfMotion};
 
-/// Positions along the motion at which a program is recorded.
+/// Number of positions along the motion at which a program is recorded.
 const COURSE: usize = 10;
-/// No processor takes more states at once.
+/// Largest number of lanes of any processor.
 const MOST_LANES: usize = 8;
 
-/// Everything that is timed; nothing if the robot has no program.
+/// All timed programs; empty if the robot has no program.
 pub(crate) fn subjects<'a>(robot: &'a Robot, expected: &'a Expected) -> Vec<Subject<'a>> {
     let samples = robot.targets.len();
     let signal: Vec<_> = (0..COURSE).map(|k| robot.targets[k * samples / COURSE].clone()).collect();
@@ -44,7 +44,7 @@ pub(crate) fn subjects<'a>(robot: &'a Robot, expected: &'a Expected) -> Vec<Subj
     subjects
 }
 
-/// The sample in a lane at a step; lanes overlap if they do not divide the number of samples.
+/// Sample in a lane at a step; lanes overlap if they do not divide the number of samples.
 fn sample(samples: usize, lanes: usize, lane: usize, step: usize) -> usize {
     let steps = samples.div_ceil(lanes);
     match lanes {
@@ -53,7 +53,7 @@ fn sample(samples: usize, lanes: usize, lane: usize, step: usize) -> usize {
     }
 }
 
-/// A program that goes through the states again and again.
+/// A program that cycles through the states.
 struct Runs<'a> {
     robot: &'a Robot,
     program: InverseProgram,
@@ -62,7 +62,7 @@ struct Runs<'a> {
     lanes: usize,
     friction: bool,
     settled: Vec<bool>,
-    /// For each step the samples in its lanes.
+    /// For each step, the samples in its lanes.
     order: Vec<Vec<usize>>,
     next: usize,
 }
@@ -119,8 +119,8 @@ impl<'a> Runs<'a> {
         Subject { name, difference, batch }
     }
 
-    /// Once around; infinite if more than one state in twenty is left to the general solver, as those are in
-    /// which a contact rests.
+    /// Evaluates all states once; returns infinity if more than one state in twenty is left to the
+    /// general solver, as are states with an interface at rest.
     fn difference(&mut self, expected: &[Forces]) -> f64 {
         let mut difference = Difference::default();
         let mut left_out = 0;
@@ -156,8 +156,8 @@ impl<'a> Runs<'a> {
     }
 }
 
-/// A program of forward dynamics that goes through the states again and again. As the peers it is given the
-/// position and velocity of the tree, loads, and the driving forces that belong to the motion.
+/// A program of forward dynamics that cycles through the states. Like the other engines, it
+/// receives the position and velocity of the tree, loads, and the actuator forces of the motion.
 struct ForwardRuns<'a> {
     robot: &'a Robot,
     program: ForwardProgram,
@@ -220,8 +220,8 @@ impl<'a> ForwardRuns<'a> {
         Subject { name, difference, batch }
     }
 
-    /// Once around, accelerations and reactions; infinite if more than one state in twenty is left to the
-    /// general solver, as those are in which a contact rests.
+    /// Evaluates accelerations and reactions of all states once; returns infinity if more than one
+    /// state in twenty is left to the general solver, as are states with an interface at rest.
     fn difference(&mut self) -> f64 {
         let mut difference = Difference::default();
         let mut left_out = 0;

@@ -8,11 +8,11 @@ use stiction_format::{Source, gallery, read};
 pub(crate) struct Robot {
     pub(crate) solver: InverseDynamics,
     pub(crate) compiled: Model,
-    /// At each instant what is prescribed, the loads, and the position of the tree.
+    /// At each instant, the prescribed values, the loads, and the position of the tree.
     pub(crate) targets: Vec<Vec<Target<f64>>>,
     pub(crate) loads: Vec<Vec<AppliedLoad<f64>>>,
     pub(crate) positions: Vec<State<f64>>,
-    /// The joint for each of the expected reactions.
+    /// Joint of each of the expected reactions.
     pub(crate) joints: Vec<usize>,
 }
 

@@ -1,15 +1,15 @@
-//! Something that is timed.
+//! A timed computation.
 
-/// A way to evaluate the states of a motion one after the other.
+/// A method that evaluates the states of a motion one after the other.
 ///
-/// A faster one is one more of these in [`crate::kernels::subjects`]. The comparison takes it up by
-/// its name: what begins with `forward` is compared with the peers' forward dynamics, all else with
+/// Add a faster method in [`crate::kernels::subjects`]. Its name selects the comparison: names that
+/// begin with `forward` are compared with the other engines' forward dynamics, all others with
 /// their inverse dynamics.
 pub(crate) struct Subject<'a> {
     pub(crate) name: &'static str,
-    /// Largest difference from the forces that the program prints, relative.
+    /// Largest relative difference from the forces that the program prints.
     pub(crate) difference: f64,
-    /// Evaluates at least so many states, going on where it stopped the last time, and says how
-    /// many it were.
+    /// Evaluates at least the given number of states, continuing where it stopped the last time,
+    /// and returns the actual number.
     pub(crate) batch: Box<dyn FnMut(usize) -> usize + 'a>,
 }

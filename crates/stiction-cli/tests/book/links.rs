@@ -1,10 +1,11 @@
-//! Links among the pages lead to pages and headings that are there; every page is in the contents.
+//! Links between pages lead to existing pages and headings, and the table of contents lists every
+//! page.
 
 use crate::{book, pages, renewed};
 use std::collections::BTreeSet;
 use std::fs;
 
-/// The pages' text without what is fenced.
+/// Text of a page without fenced blocks.
 fn prose(text: &str) -> String {
     let mut fenced = false;
     let mut prose = String::new();
@@ -19,7 +20,7 @@ fn prose(text: &str) -> String {
     prose
 }
 
-/// The name by which a heading is linked to.
+/// Anchor of a heading.
 fn anchor(heading: &str) -> String {
     let heading = heading.trim_start_matches('#').trim().to_lowercase();
     let kept = heading.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
@@ -45,7 +46,7 @@ fn links_lead_somewhere() {
     for page in pages().into_iter().chain([readme]) {
         let text = fs::read_to_string(&page).unwrap();
         for target in targets(&text) {
-            // Pictures may be on their way.
+            // Pictures may not be written yet.
             if target.starts_with("http") || renewed() && target.starts_with("pictures/") {
                 continue;
             }

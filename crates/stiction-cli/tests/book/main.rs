@@ -1,14 +1,13 @@
-//! The book's pages are true: their files are accepted, their commands say what is printed, their
-//! pictures show what the program writes, their links lead somewhere, and the tests that the theory
-//! names are there.
+//! Tests of the book: its files are accepted, its commands print what the pages show, its pictures
+//! are those of the program, its links have targets, and the tests named by the theory exist.
 //!
-//! A fenced block `toml` whose first line is `# NAME.toml` is a file; a block `console` holds
-//! commands after `$ ` and what they say (standard output, then standard error). There, a line `...`
-//! stands for any lines and `[..]` for any characters. `console exit=N` is how the last one ends.
-//! A line `<!-- picture NAME.svg: FILE -->` says which file of those commands a picture is;
-//! `<!-- picture NAME.svg: error of JOINT in FILE, FILE -->` draws how far simulations are from what
-//! is wanted. `cargo xtask book` writes anew what is generated: the reference of the model file and
-//! the pictures.
+//! A fenced block `toml` whose first line is `# NAME.toml` is a file. A block `console` contains
+//! commands after `$ ` and their output (standard output, then standard error). In it, a line `...`
+//! matches any lines and `[..]` any characters. `console exit=N` gives the exit code of the last
+//! command. A line `<!-- picture NAME.svg: FILE -->` compares a picture with a file that the
+//! commands wrote; `<!-- picture NAME.svg: error of JOINT in FILE, FILE -->` draws the tracking
+//! errors of simulations. `cargo xtask book` updates the generated parts: the reference of the
+//! model file and the pictures.
 
 mod links;
 mod pages;
@@ -25,7 +24,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::thread;
 
-/// The folder with the pages.
+/// Folder of the pages.
 fn book() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/src")
 }
@@ -40,7 +39,7 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// Whether what is generated is to be written.
+/// True if generated parts are to be written instead of compared.
 fn renewed() -> bool {
     std::env::var_os("STICTION_BOOK").is_some_and(|word| word == "renew")
 }
@@ -50,7 +49,7 @@ fn every_page_is_true() {
     let pages = pages();
     let (next, commands) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let wrong = Mutex::new(Vec::new());
-    // A page that is not true does not keep the others from being read.
+    // A failing page does not stop the others.
     let work = || {
         while let Some(page) = pages.get(next.fetch_add(1, Relaxed)) {
             match catch_unwind(|| pages::carry_out(page)) {
@@ -72,7 +71,7 @@ fn every_page_is_true() {
     pages.iter().for_each(|page| pages::accepted(page));
 }
 
-/// The output that the front page shows is that of the program without arguments.
+/// The README shows the output of the program without arguments.
 #[test]
 fn the_front_page_is_true() {
     let text = fs::read_to_string(book().join("../../README.md")).unwrap();

@@ -1,11 +1,11 @@
-//! Pages are carried out: files written, commands run, what they say compared.
+//! Execution of pages: writes their files, runs their commands, compares the output.
 
 use crate::pictures;
 use crate::program::{Folder, Said};
 use std::fs;
 use std::path::Path;
 
-/// A fenced block: its info string, its lines, and where it begins.
+/// A fenced block: its info string, its lines, and its line number.
 struct Block {
     info: String,
     lines: Vec<String>,
@@ -30,7 +30,7 @@ fn blocks(page: &str) -> Vec<Block> {
     blocks
 }
 
-/// Runs one command of a page. Its standard output may go into a file: `COMMAND > FILE`.
+/// Runs one command of a page. `COMMAND > FILE` redirects its standard output.
 fn run(folder: &Folder, command: &str) -> Said {
     let words = split(command);
     if let [command @ .., mark, file] = &words[..]
@@ -59,13 +59,13 @@ fn run_words(folder: &Folder, words: &[String]) -> Said {
     }
 }
 
-/// What `sed` does with `s/OLD/NEW/` on every line, the first time; several with `; ` between.
+/// Applies `s/OLD/NEW/` to the first match in every line, like `sed`; `; ` separates several rules.
 fn replace(script: &str, text: &str) -> String {
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     for rule in script.split("; ") {
         let parts: Vec<&str> = rule.split('/').collect();
         let ["s", old, new, ""] = parts[..] else { panic!("a page may not run `sed {script}`") };
-        // A point stands for any character, and for itself, too.
+        // A point matches any character, including a point.
         assert!(!old.contains(['*', '[', '^', '$', '\\']) && !new.contains(['&', '\\']), "{rule}");
         assert!(text.contains(old), "`{old}` is not there to be replaced");
         lines.iter_mut().for_each(|line| *line = line.replacen(old, new, 1));
@@ -73,7 +73,7 @@ fn replace(script: &str, text: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-/// The words of a command line; quotes of both kinds keep spaces.
+/// Splits a command line into words; quotes of both kinds keep spaces.
 fn split(command: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut quote = None;
@@ -89,7 +89,7 @@ fn split(command: &str) -> Vec<String> {
     words
 }
 
-/// Whether a line tells how far a command is; a slow machine says so, a fast one does not.
+/// True for a line with the progress of a command, which only slow machines print.
 fn is_progress(line: &str) -> bool {
     let count = line.rsplit_once(": ").and_then(|(_, count)| count.strip_suffix(" samples"));
     count
@@ -97,7 +97,7 @@ fn is_progress(line: &str) -> bool {
         .is_some_and(|(done, all)| [done, all].iter().all(|number| number.parse::<usize>().is_ok()))
 }
 
-/// Whether `found` is what `pattern` says.
+/// True if the lines match the pattern.
 fn matches(pattern: &[&str], found: &[&str]) -> bool {
     match pattern.split_first() {
         None => found.is_empty(),
@@ -119,7 +119,7 @@ fn line_matches(pattern: &str, found: &str) -> bool {
     }
 }
 
-/// Carries out a page in an empty folder; returns how many commands it runs.
+/// Runs a page in an empty folder; returns the number of commands.
 pub(crate) fn carry_out(path: &Path) -> usize {
     let name = path.file_name().unwrap().to_str().unwrap();
     let folder = Folder::new(&format!("book-{name}"));
@@ -169,8 +169,8 @@ pub(crate) fn carry_out(path: &Path) -> usize {
     commands
 }
 
-/// Whether the block `text` that begins with this word is what the program says without arguments, but
-/// for rounding errors; ` ...` at the end of a line leaves out its rest.
+/// True if the block `text` that begins with this word is the output of the program without
+/// arguments, up to rounding errors; ` ...` at the end of a line omits its rest.
 pub(crate) fn shows_output(text: &str, word: &str) -> bool {
     let shown = blocks(text);
     let block = shown.iter().find(|block| block.info == "text" && block.lines[0].starts_with(word));
@@ -185,17 +185,17 @@ pub(crate) fn shows_output(text: &str, word: &str) -> bool {
     matches(&pattern, &said.out.trim_end().lines().collect::<Vec<_>>())
 }
 
-/// Every complete model that a page shows is accepted, too.
+/// The reader accepts every complete model on a page.
 pub(crate) fn accepted(path: &Path) {
     let name = path.file_name().unwrap().to_str().unwrap();
     for block in blocks(&fs::read_to_string(path).unwrap()) {
         let text = block.lines.join("\n");
-        // Controllers and the like are read where a command names them.
+        // The commands read controllers and similar files.
         if block.info == "toml" && text.contains("gravity") {
             let model = block.lines[0].trim_start_matches("# ");
             let source = stiction_format::Source::new(model, text);
             if let Err(diagnostics) = stiction_format::read(&source, &|_| Err("no files".into())) {
-                // A page may show a mistake, if it runs it as one.
+                // A page may show a mistake if a command runs it.
                 assert!(name == "first-robot.md", "{name}:{}: {diagnostics}", block.line);
             }
         }

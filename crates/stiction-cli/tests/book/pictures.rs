@@ -1,15 +1,15 @@
-//! Pictures of the book are what the program writes, or curves of its tables.
+//! Pictures of the book are outputs of the program, or curves of its tables.
 
 use crate::program::Folder;
 use crate::{book, renewed};
 use std::fs;
 use stiction_draw::figure::{Figure, Line, Panel};
 
-/// Coordinates are written to a tenth or finer: rounding may differ by one between machines.
+/// Tolerance of coordinates, which have one decimal or more: rounding may differ between machines.
 const ROUNDING: f64 = 0.15;
 
-/// Checks `NAME.svg: FILE` or `NAME.svg: error of JOINT in FILE, FILE`, files lying in the page's
-/// folder.
+/// Checks `NAME.svg: FILE` or `NAME.svg: error of JOINT in FILE, FILE`, with files in the folder of
+/// the page.
 pub(crate) fn check(folder: &Folder, wish: &str, page: &str) {
     let (name, source) = wish.split_once(": ").unwrap_or_else(|| panic!("{page}: {wish}"));
     let own = match source.strip_prefix("error of ").and_then(|rest| rest.split_once(" in ")) {
@@ -34,7 +34,7 @@ pub(crate) fn check(folder: &Folder, wish: &str, page: &str) {
     assert!(same(&known, &own), "{page}: {name} is out of date: `cargo xtask book` renews it");
 }
 
-/// How far a slide is from what is wanted, mm, over time, of a simulation's table.
+/// Tracking error of a slide over time, mm, from a simulation's table.
 fn errors(table: &str, joint: &str) -> Vec<(f64, f64)> {
     let mut rows = table.lines();
     let names: Vec<&str> = rows.next().unwrap().split(',').collect();
@@ -50,7 +50,7 @@ fn errors(table: &str, joint: &str) -> Vec<(f64, f64)> {
     rows.map(point).collect()
 }
 
-/// Whether two texts differ in nothing but the rounding of numbers.
+/// True if two texts differ only in the rounding of numbers.
 fn same(a: &str, b: &str) -> bool {
     let (a, b) = (parts(a), parts(b));
     a.len() == b.len()
@@ -60,7 +60,7 @@ fn same(a: &str, b: &str) -> bool {
         })
 }
 
-/// Numbers, and what is between them.
+/// Splits a text into numbers and the text between them.
 fn parts(text: &str) -> Vec<&str> {
     let is_of_number = |c: char| c.is_ascii_digit() || c == '.' || c == '-';
     let mut parts = Vec::new();

@@ -5,7 +5,7 @@ use serde_json::{Map, Value};
 use std::fmt::Write;
 use std::fs;
 
-/// What is before the tables.
+/// Text before the tables.
 const HEAD: &str = "\
 # All keys of the model file
 
@@ -18,7 +18,7 @@ are required. An arrow → marks a key that is a table; the section of that name
 
 ";
 
-/// Sections in order: the heading, and where the schema has the table.
+/// Sections in order: the heading, and the location of the table in the schema.
 const SECTIONS: &[(&str, &str)] = &[
     ("The file", ""),
     ("Pose", "/$defs/pose"),
@@ -29,7 +29,10 @@ const SECTIONS: &[(&str, &str)] = &[
         "Friction backward",
         "/properties/joints/additionalProperties/properties/friction/properties/backward",
     ),
-    ("Friction interface", "/properties/joints/additionalProperties/properties/friction/properties/first"),
+    (
+        "Friction interface",
+        "/properties/joints/additionalProperties/properties/friction/properties/first",
+    ),
     ("Compliance", "/properties/joints/additionalProperties/properties/compliance"),
     ("Spring", "/properties/springs/additionalProperties"),
     ("Legs", "/properties/legs/anyOf/0"),
@@ -41,7 +44,7 @@ const SECTIONS: &[(&str, &str)] = &[
     ("Default", "/properties/default"),
 ];
 
-/// A table's keys, as the schema has them; it tells tables apart.
+/// Keys of a table in the schema; they identify the table.
 fn keys(table: &Value) -> Option<&Map<String, Value>> {
     table.get("properties").and_then(Value::as_object).filter(|keys| !keys.contains_key("xx"))
 }
@@ -53,12 +56,12 @@ fn section(schema: &Value, table: &Value) -> Option<&'static str> {
     SECTIONS.iter().find(|(_, path)| same(path)).map(|(heading, _)| *heading)
 }
 
-/// Where a table is described.
+/// Link to the section of a table.
 fn link(heading: &str) -> String {
     format!("→ [{heading}](#{})", heading.to_lowercase().replace(' ', "-"))
 }
 
-/// What stands behind a key, in words.
+/// Description of the values of a key.
 fn kind(schema: &Value, value: &Value) -> String {
     if let Some(heading) = section(schema, value) {
         return link(heading);
@@ -88,7 +91,7 @@ fn kind(schema: &Value, value: &Value) -> String {
     }
 }
 
-/// A section: a row for each key with kind, unit, whether it is required, and its meaning.
+/// Writes a section: one row per key with kind, unit, requirement, and meaning.
 fn table(page: &mut String, schema: &Value, heading: &str, path: &str) {
     let table = schema.pointer(path).unwrap_or_else(|| panic!("{path}"));
     let properties = keys(table).unwrap_or_else(|| panic!("{path} is no table"));
@@ -133,7 +136,7 @@ fn table(page: &mut String, schema: &Value, heading: &str, path: &str) {
     page.push('\n');
 }
 
-/// A description, and what it says of the case that the key is not there.
+/// Splits a description into the meaning and the default of a missing key.
 fn default(text: &str) -> (String, String) {
     let found = text.find("; by default ").map(|at| (at, at + 2));
     let Some((end, start)) = found.or_else(|| text.find(" By default ").map(|at| (at, at + 1)))
@@ -141,7 +144,7 @@ fn default(text: &str) -> (String, String) {
         return (text.into(), String::new());
     };
     let stop = text[start..].find([';', '.']).map_or(text.len(), |length| start + length);
-    // A point within a number is not the end.
+    // A point within a number does not end the sentence.
     let said = text[start + "by default ".len()..stop].trim();
     let rest = text[stop..].trim_start_matches(['.', ';']).trim();
     let mut meaning = text[..end].trim_end_matches(['.', ';']).to_owned() + ".";

@@ -1,15 +1,15 @@
-//! Each numbered equation of the theory names the file that computes it, which cites it, and a test that
-//! evaluates it.
+//! Each numbered equation of the theory names the file that computes it and cites it, and a test
+//! that evaluates it.
 //!
-//! Equations are lines of `text` blocks that end with a mark like `(K3)`: a letter for the page and a
-//! number. Rows of tables that begin with such marks have the file and the tests.
+//! Equations are lines of `text` blocks that end with a label like `(K3)`: a letter for the page
+//! and a number. Table rows that begin with such labels name the file and the tests.
 
 use crate::{book, pages};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::PathBuf;
 
-/// A row of a table: where equations are computed and tested.
+/// A row of a table: code and tests of equations.
 #[derive(Debug)]
 struct Row {
     page: String,
@@ -19,7 +19,7 @@ struct Row {
     tests: Vec<(String, String)>,
 }
 
-/// Marks like `(K3)` in a text.
+/// Labels like `(K3)` in a text.
 fn marks(text: &str) -> Vec<String> {
     let inner = text.split('(').skip(1).filter_map(|rest| rest.split_once(')'));
     let is_mark = |mark: &str| {
@@ -31,12 +31,12 @@ fn marks(text: &str) -> Vec<String> {
     inner.map(|(mark, _)| mark.to_owned()).filter(|mark| is_mark(mark)).collect()
 }
 
-/// What stands between backquotes.
+/// Texts between backquotes.
 fn quoted(text: &str) -> Vec<String> {
     text.split('`').skip(1).step_by(2).map(str::to_owned).collect()
 }
 
-/// Equations by the page that has them, and the rows of all tables.
+/// All equations with their pages, and the rows of all tables.
 fn read() -> (BTreeMap<String, String>, Vec<Row>) {
     let (mut equations, mut rows) = (BTreeMap::new(), Vec::new());
     for path in pages() {
@@ -108,7 +108,7 @@ fn equations_have_code_and_tests() {
         for (file, test) in &row.tests {
             let source = fs::read_to_string(crates().join(file)).unwrap_or_default();
             let lines: Vec<&str> = source.lines().map(str::trim).collect();
-            // Tests of properties have arguments.
+            // Property tests have arguments.
             let at = lines.iter().position(|line| line.starts_with(&format!("fn {test}(")));
             if !at.is_some_and(|at| at > 0 && lines[at - 1] == "#[test]") {
                 wrong.push(format!("{place}: {test} is no test of {file}"));
@@ -120,7 +120,7 @@ fn equations_have_code_and_tests() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// Whatever the code cites is in the book.
+/// Every equation that the code cites is in the book.
 #[test]
 fn citations_have_equations() {
     let (equations, _) = read();

@@ -1,4 +1,4 @@
-//! `stiction breakaway` as its users meet it.
+//! The command `stiction breakaway`.
 
 use crate::program::Folder;
 use crate::program::models::slope;
@@ -10,7 +10,7 @@ fn people_and_programs_are_told_the_same() {
     folder.write("slope.toml", &slope(0.7));
     let said = folder.stiction(&["breakaway", "slope.toml", "--at", "1.5"]);
     let out = said.succeeds();
-    // 20 N along 30 degrees: 10 N, and 0.7 times 17.32 N of friction.
+    // 20 N at 30 degrees: 10 N, and 0.7 times 17.32 N of friction.
     for part in ["at t = 1.500 s", "10.00", "-2.124", "22.12", "12.12", "exact", "self-locking"] {
         assert!(out.contains(part), "{part}: {out}");
     }

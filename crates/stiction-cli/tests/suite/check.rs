@@ -1,4 +1,4 @@
-//! `stiction check` as its users meet it.
+//! The command `stiction check`.
 
 use crate::program::Folder;
 use serde_json::Value;

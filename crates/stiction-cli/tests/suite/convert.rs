@@ -1,10 +1,10 @@
-//! `stiction convert` as its users meet it.
+//! The command `stiction convert`.
 
 use crate::program::Folder;
 use serde_json::Value;
 
-/// Without what changes from version to version, and from one library of sines to another: numbers
-/// have nine digits, and none are as small as rounding.
+/// Removes everything that differs between versions and between libraries of trigonometric
+/// functions: numbers keep nine digits, and values of rounding size become zero.
 fn stable(text: &str) -> String {
     let text = text.replace(env!("CARGO_PKG_VERSION"), "VERSION");
     let mut stable = String::new();
@@ -50,7 +50,7 @@ fn a_file_is_written_whole() {
     assert_eq!(folder.files(), ["deep", "robot"]);
 }
 
-/// A model written out and read again has the forces of the model.
+/// A model that is written and read again has the same forces.
 #[test]
 fn a_model_written_out_is_the_model() {
     let folder = Folder::new("convert-model");
@@ -73,7 +73,8 @@ fn a_model_written_out_is_the_model() {
         let largest = original.iter().fold(0.0_f64, |max, (_, x)| max.max(x.abs()));
         assert!(!original.is_empty() && original.len() == copy.len());
         for ((name, x), (copied, y)) in original.iter().zip(&copy) {
-            // Numbers are written as they are; axes and angles of rotations round in their last digits.
+            // Numbers are written without loss; axes and angles of rotations are rounded in their
+            // last digits.
             assert!(name == copied && (x - y).abs() <= 1e-12 * largest, "{name} {x}, {copied} {y}");
         }
     }
@@ -115,7 +116,7 @@ fn wrong_use_is_told() {
     assert_eq!((folder.files(), folder.read("taken").as_str()), (vec!["taken".into()], "a file"));
 }
 
-/// What MuJoCo cannot take is an error with a way out.
+/// A mechanism that MuJoCo does not support is an error with a suggestion.
 #[test]
 fn a_body_without_mass_is_told() {
     let folder = Folder::new("convert-massless");
@@ -133,7 +134,7 @@ fn a_body_without_mass_is_told() {
     );
 }
 
-/// What is no file is written into, not replaced; the model is not overwritten; a link leads where it led.
+/// A device is written to, not replaced; the model is not overwritten; a link keeps its target.
 #[cfg(unix)]
 #[test]
 fn what_is_there_is_kept() {

@@ -1,10 +1,12 @@
-//! What fuzzing has found, tried again: every file below `fuzz/findings`, each with what its target tries.
+//! Earlier findings of fuzzing: runs every file below `fuzz/findings` through the trial of its
+//! target.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// A single finding takes less, even in a build with little optimisation on a machine that is busy.
+/// Time limit: a single finding takes less, even in a build with little optimisation on a busy
+/// machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 fn findings(target: &str) -> Vec<PathBuf> {
@@ -35,7 +37,7 @@ fn nothing_that_was_found_does_harm_again() {
     assert!(count > 0, "the findings are not where they should be");
 }
 
-/// The trials see what they are to see: a mark that is whole is gone on from.
+/// The trials work: an intact checkpoint is resumed.
 #[test]
 fn a_whole_mark_passes() {
     let text = crate::trials::checkpoint::whole();

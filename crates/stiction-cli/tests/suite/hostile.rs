@@ -1,5 +1,5 @@
-//! What the world may do to the program: wrong encodings, folders in the way, full disks, signals, nobody who
-//! listens. Files are whole or absent, and it always says what is wrong.
+//! Hostile environments: wrong encodings, folders in place of files, full disks, signals, closed
+//! pipes. Files are complete or absent, and every failure has a message.
 
 use crate::program::{Folder, Said};
 use std::process::{Command, Stdio};
@@ -28,7 +28,7 @@ fn a_model_may_come_through_a_pipe() {
     give(&text.replace("mass =", "masss =")).fails(2, &["--> standard input:", "unknown-key"]);
 }
 
-/// A device that takes nothing is no reason to panic, whoever has something to say.
+/// A device that accepts no data does not cause a panic in any command.
 #[cfg(target_os = "linux")]
 #[test]
 fn nobody_takes_what_is_said() {
@@ -63,7 +63,7 @@ fn what_comes_to_nothing_leaves_nothing() {
     assert_eq!(folder.read("file"), "hello");
 }
 
-/// A folder that cannot be written is told before minutes are spent.
+/// An unwritable folder is reported before a long computation.
 #[test]
 fn a_study_looks_first_whether_it_can_write() {
     let folder = Folder::new("hostile-study");
@@ -84,7 +84,7 @@ fn a_link_that_leads_nowhere_is_no_file() {
     assert!(folder.0.join("link").is_symlink());
 }
 
-/// Runs with files of at most so many blocks of 512 bytes; what is more fails, as on a disk that is full.
+/// Runs with a file size limit in blocks of 512 bytes; a larger file fails as on a full disk.
 #[cfg(target_os = "linux")]
 fn with_little_room(folder: &Folder, blocks: usize, arguments: &[&str]) -> Said {
     let program = env!("CARGO_BIN_EXE_stiction");
@@ -110,7 +110,7 @@ fn a_full_disk_leaves_what_was_there() {
     assert_eq!(folder.read("inverse.csv"), "of old");
 }
 
-/// What a simulation has computed until the disk is full is not lost.
+/// A full disk does not lose the simulation up to that instant.
 #[cfg(target_os = "linux")]
 #[test]
 fn after_a_full_disk_a_simulation_goes_on() {
@@ -122,9 +122,9 @@ fn after_a_full_disk_a_simulation_goes_on() {
     let parted = Folder::new("hostile-disk-parted");
     with_little_room(&parted, 200, &run)
         .fails(2, &["cannot write the tables", "kept: the same with --resume goes on from there"]);
-    // A digit that is another one is not gone on from.
+    // A checkpoint with a changed digit is refused.
     let kept = parted.read("checkpoint.json");
-    // The first number is the format, and tells that it is another one.
+    // The first number is the format; a change of it is reported as another format.
     let numbers = kept.find("\"simulation\"").unwrap();
     let digit = numbers + kept[numbers..].find(" 0.").unwrap() + 3;
     let other = if kept[digit..].starts_with('1') { '2' } else { '1' };
@@ -138,13 +138,14 @@ fn after_a_full_disk_a_simulation_goes_on() {
     assert_eq!(parted.read("forward.csv"), whole.read("forward.csv"));
 }
 
-/// Begins a run and waits until it writes.
+/// Starts a run and waits until it writes.
 #[cfg(unix)]
 fn begin(folder: &Folder, arguments: &[&str]) -> std::process::Child {
     folder.begin(arguments, || folder.files().iter().any(|name| name.ends_with(".partial")))
 }
 
-/// Whoever asks it to end gets an end without half files; what a killed run leaves goes with the next one.
+/// A signal ends the program without partial files; the next run removes the temporary files of a
+/// killed run.
 #[cfg(unix)]
 #[test]
 fn signals_leave_no_half_files() {

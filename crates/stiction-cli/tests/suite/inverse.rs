@@ -1,4 +1,4 @@
-//! `stiction inverse` as its users meet it.
+//! The command `stiction inverse`.
 
 use crate::program::{Folder, column, json};
 use serde_json::Value;
@@ -22,7 +22,7 @@ fn the_summary_reads_well() {
     let folder = Folder::new("summary");
     for model in ["zhang2018-regular", "slider-crank"] {
         let said = folder.stiction(&["inverse", model]);
-        // What is rounding error differs between machines.
+        // Rounding errors differ between machines.
         let stable: Vec<&str> =
             said.succeeds().lines().filter(|line| !line.starts_with("loops closed")).collect();
         insta::assert_snapshot!(model, stable.join("\n"));
@@ -101,12 +101,12 @@ fn a_recording_can_be_the_motion() {
     let exact = column(&folder.read("inverse.csv"), "A.drive [N m]");
     assert_eq!(recorded.len(), exact.len());
     for (recorded, exact) in recorded.iter().zip(exact) {
-        // A straight line through samples is a straight line.
+        // A spline through collinear samples is a straight line.
         assert!((recorded - exact).abs() < 1e-6, "{recorded} {exact}");
     }
 }
 
-/// An encoder that counts within one turn would otherwise be taken for a wild motion.
+/// An encoder that counts within one turn would otherwise give a very fast motion.
 #[test]
 fn a_recording_that_wraps_is_told() {
     let folder = Folder::new("wrapped");
@@ -128,7 +128,7 @@ fn friction_has_three_modes() {
         folder.stiction(&["inverse", "--friction", mode, "-o", "."]).succeeds();
         drives.push(column(&folder.read("inverse.csv"), "leg1.P.drive [N]")[25]);
     }
-    // The paper's way is off by less than friction itself, and by more than nothing.
+    // The error of decoupled friction, as in the paper, is smaller than friction and not zero.
     assert!(drives[0] != drives[1] && drives[1] != drives[2]);
     let (missed, friction) = ((drives[0] - drives[1]).abs(), (drives[0] - drives[2]).abs());
     assert!(missed < 0.5 * friction, "{drives:?}");
@@ -176,7 +176,7 @@ fn what_stood_in_the_folder_stays_until_all_is_there() {
     assert!(folder.read("inverse.csv").starts_with("time [s],"));
     assert_eq!(folder.read("notes.txt"), "mine too");
     assert!(folder.files().iter().all(|name| !name.contains("partial")));
-    // What is not a result of the last run is not there.
+    // Files that the last run did not write are removed.
     assert!(folder.files().contains(&"friction.svg".to_owned()));
     folder.stiction(&["inverse", "four-bar", "--friction", "off", "-o", "."]).succeeds();
     for stale in ["friction.svg", "shares.csv", "shares.svg"] {
@@ -279,7 +279,7 @@ fn models_are_listed_and_printed() {
         assert!(out.contains(name), "{out}");
         let said = folder.stiction(&["models", name]);
         folder.write("copy.toml", said.succeeds());
-        // What is printed is a file that works.
+        // The printed text is a valid model file.
         let code = i32::from(["griffis-duffy", "zhang2018"].contains(&name));
         assert_eq!(folder.stiction(&["inverse", "copy.toml"]).code, code, "{name}");
     }
@@ -288,7 +288,7 @@ fn models_are_listed_and_printed() {
     json(folder.stiction(&["schema"]).succeeds());
 }
 
-/// A recording of many bytes, most of them comments.
+/// A large recording that consists mostly of comments.
 fn long_recording(rows: usize) -> String {
     let comment = "# ".to_owned() + &"-".repeat(1000);
     let mut text = String::from("time [s],A [deg]\n");

@@ -1,4 +1,4 @@
-//! All tests of this crate in one program: it is linked once.
+//! All integration tests of this crate in one binary, which links only once.
 
 mod breakaway;
 mod check;

@@ -1,4 +1,4 @@
-//! What must not be lost: inputs, and simulations that can go on.
+//! Protection of inputs and of simulations that can be resumed.
 
 use crate::program::Folder;
 
@@ -26,7 +26,7 @@ fn folder(name: &str) -> Folder {
     folder
 }
 
-/// No result takes the place of what was read for it.
+/// No result overwrites an input of the same run.
 #[test]
 fn inputs_are_not_overwritten() {
     let folder = folder("inputs");
@@ -39,18 +39,18 @@ fn inputs_are_not_overwritten() {
     folder.stiction(&convert).fails(2, &["cannot write motion.csv: it was read for this"]);
     assert_eq!(folder.read("motion.csv"), recording);
     assert_eq!(folder.files(), ["motion.csv", "pendulum.toml"]);
-    // A model's own recording, named like a table of results.
+    // A recording of the model, with the name of a table of results.
     folder.write("inverse.csv", recording);
     let named =
         PENDULUM.replace("duration = 0.5\npivot = \"20 deg*sin(pi*t)\"", "file = \"inverse.csv\"");
     folder.write("named.toml", &named);
     folder.stiction(&["inverse", "named.toml", "-o", "."]).fails(2, &["inverse.csv was read"]);
     assert_eq!(folder.read("inverse.csv"), recording);
-    // Elsewhere all is well.
+    // Another folder is accepted.
     folder.stiction(&["inverse", "named.toml", "-o", "new"]).succeeds();
 }
 
-/// Other results in the folder would spoil a simulation that can go on.
+/// Other results in the folder would damage a simulation that can be resumed.
 #[test]
 fn interrupted_simulations_are_spared() {
     let folder = folder("interrupted");
@@ -63,7 +63,7 @@ fn interrupted_simulations_are_spared() {
     let told = ["run holds an interrupted simulation (checkpoint.json)", "give another folder"];
     folder.stiction(&["inverse", "pendulum.toml", "-o", "run"]).fails(2, &told);
     assert_eq!(Folder(folder.0.join("run")).files(), kept);
-    // Nothing is done beyond what was asked for, and nothing is said to be.
+    // The program does nothing beyond the request, and prints nothing about it.
     let mut early = run.clone();
     early[5] = "0.001";
     early.push("--resume");
@@ -71,7 +71,7 @@ fn interrupted_simulations_are_spared() {
     assert_eq!(Folder(folder.0.join("run")).files(), kept);
 }
 
-/// Over a pole there is no way, whether or not a step ends at it.
+/// A pole of an effort cannot be passed, whether or not a step ends at it.
 #[test]
 fn poles_are_refused() {
     let folder = folder("poles");
@@ -85,7 +85,7 @@ fn poles_are_refused() {
     folder.stiction(&load).fails(2, &["the load on `bob` has no finite value at t = 0.25 s"]);
 }
 
-/// Jumps and zeros are no poles, however many there are and wherever the look at them falls.
+/// Jumps and zeros are not poles, whatever their number and wherever the samples fall.
 #[test]
 fn jumps_are_no_poles() {
     let folder = folder("jumps");
@@ -100,7 +100,7 @@ fn jumps_are_no_poles() {
     }
 }
 
-/// A parameter is a factor of something, however small.
+/// A parameter may be arbitrarily small, because it can be a factor.
 #[test]
 fn small_parameters_are_what_they_are() {
     let folder = folder("small");
@@ -120,7 +120,7 @@ fn small_parameters_are_what_they_are() {
     assert_eq!(same(&peak(&named)), same(&peak(PENDULUM)));
 }
 
-/// Programs are told in JSON, whatever is wrong.
+/// With `--json`, every error is JSON.
 #[test]
 fn wrong_options_are_told_in_json() {
     let folder = folder("options");
@@ -135,7 +135,7 @@ fn wrong_options_are_told_in_json() {
     twice.fails(2, &["cannot be used multiple times"]);
 }
 
-/// Two freedoms of one name would be one column.
+/// Two DOFs with the same name would share a column.
 #[test]
 fn names_of_dofs_are_taken() {
     let folder = folder("names");

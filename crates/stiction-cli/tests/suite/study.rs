@@ -1,9 +1,9 @@
-//! `stiction study` as its users meet it.
+//! The command `stiction study`.
 
 use crate::program::Folder;
 use serde_json::Value;
 
-/// Everything is there, and the same on standard output and in the files.
+/// The report is complete, and standard output and files agree.
 #[test]
 fn the_report_is_written() {
     let folder = Folder::new("study-report");
@@ -17,7 +17,7 @@ fn the_report_is_written() {
     for ending in ["html", "md", "json", "csv", "svg"] {
         assert!(files.iter().any(|file| file.ends_with(&format!(".{ending}"))), "{files:?}");
     }
-    // A file of an earlier report that this one does not have is gone, what is not ours stays.
+    // Files of an earlier report are removed; other files stay.
     let mut json: Value = serde_json::from_str(&inner.read("report.json")).unwrap();
     let listed = json["files"].as_array_mut().unwrap();
     listed.push("of-an-earlier-version.csv".into());
@@ -32,7 +32,7 @@ fn the_report_is_written() {
     expected.sort();
     assert_eq!(inner.files(), expected);
     assert_eq!(folder.files(), ["mine.csv", "study-zhang2018"]);
-    // No partial file is left, and all that Markdown shows is there.
+    // There are no partial files, and all pictures of the Markdown report exist.
     assert!(files.iter().all(|file| !file.starts_with('.')), "{files:?}");
     let markdown = inner.read("report.md");
     let shown: Vec<&str> =
@@ -47,14 +47,14 @@ fn the_report_is_written() {
     assert!((work.as_f64().unwrap() - 2.021).abs() < 1e-3, "{work}");
 }
 
-/// Programs get the report without any file, unless they ask for files.
+/// With `--json`, the report is printed and files are written only on request.
 #[test]
 fn programs_read_it() {
     let folder = Folder::new("study-json");
     let said = folder.stiction(&["study", "zhang2018", "--json"]);
     let value: Value = serde_json::from_str(said.succeeds()).unwrap();
     assert!(value["findings"].as_array().unwrap().len() > 10);
-    // On a slow machine there is progress.
+    // A slow machine prints progress.
     assert!(!said.err.contains("wrote") && folder.files().is_empty(), "{}", said.err);
 }
 

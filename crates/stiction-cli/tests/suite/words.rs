@@ -1,8 +1,9 @@
-//! Words about what cannot be: of large mechanisms and of small ones, of loops open by lengths and by angles.
+//! Messages about infeasible inputs: large and small mechanisms, loops open by lengths and by
+//! angles.
 
 use crate::program::Folder;
 
-/// A sound linkage, and a loop of guides of which one is turned against the others.
+/// A valid linkage, and a loop of guides of which one is rotated relative to the others.
 const TWISTED: &str = r#"
 gravity = [0, 0, 0]
 [bodies.crank]
@@ -27,7 +28,7 @@ a = "60 deg + 40 deg/s*t"
 p1 = "0.1 m/s*t"
 "#;
 
-/// A loop that is open by an angle is named, although another one closes with a smaller gap of none.
+/// A loop that is open by an angle is named, although another loop has a smaller gap.
 #[test]
 fn a_loop_that_is_open_by_an_angle_is_named() {
     let folder = Folder::new("twisted");
@@ -36,7 +37,8 @@ fn a_loop_that_is_open_by_an_angle_is_named() {
     said.fails(1, &["joint `p", "stays open by", " deg"]);
 }
 
-/// Nothing bears the weight of a pendulum of 1 ug that no actuator holds: 1e-13 N m are something.
+/// Nothing carries the weight of a pendulum of 1 ug without an actuator: a moment of 1e-13 N m is
+/// significant here.
 #[test]
 fn what_is_small_is_told() {
     let folder = Folder::new("small");

@@ -1,4 +1,4 @@
-//! After set-up the kernels allocate nothing, and their cost grows with the number of legs.
+//! Kernels allocate nothing after set-up, and their cost grows linearly with the number of legs.
 
 use crate::common::random::*;
 use crate::common::*;
@@ -32,7 +32,7 @@ fn kernels_allocate_nothing() {
             let share = || sharing.run(&model, &parameters, bodies, inverse, &mut shares);
             assert_eq!(allocations(share), 0, "shares, {class:?} {mode:?}");
 
-            // The checked solver, too, while nothing special happens.
+            // The checked solver does not allocate either, as long as no special case occurs.
             solver.solve(&case.loads).unwrap();
             let solve = || {
                 solver.move_to(targets).unwrap();
@@ -43,7 +43,8 @@ fn kernels_allocate_nothing() {
     }
 }
 
-/// Operations of both factorisations for a platform on six actuated legs and more passive ones.
+/// Operation counts of both factorizations for a platform on six actuated legs and additional
+/// passive ones.
 fn operations_with_legs(legs: usize) -> usize {
     let mut random = Random(1);
     let mut draft = Draft::new();
@@ -80,7 +81,7 @@ fn cost_grows_linearly_with_the_legs() {
     assert!((later / per_leg - 1.0).abs() < 0.1, "{few} {more} {many}");
 }
 
-/// Efforts that swing about those that carry the weight.
+/// Efforts that oscillate about those that carry the weight.
 struct Swing {
     mean: Vec<f64>,
     amplitude: f64,
@@ -110,8 +111,8 @@ fn simulations_allocate_nothing_between_events() {
         InverseDynamics::new(mechanism, &robot.initial_poses, &robot.coordinates, &still, settings)
             .unwrap();
     let mean = solver.solve(&[]).unwrap().efforts.clone();
-    // Moving fast enough that nothing comes to rest soon, and held by friction with room: at a limit friction would be
-    // shared anew.
+    // Fast enough that nothing comes to rest soon, and held by friction with a margin: at a limit,
+    // friction would be shared anew.
     let moving = [(0.55, 0.5), (0.0, 0.3), (0.0, 0.2)];
     let moving = moving.map(|(value, rate)| Target { value, rate, acceleration: 0.0 });
     for (targets, amplitude, sticks) in [(moving, 5.0, false), (still, 0.1, true)] {

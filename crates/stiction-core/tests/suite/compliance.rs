@@ -1,4 +1,4 @@
-//! Redundant constraints share a load as the declared compliances of the joints say.
+//! Redundant constraints share a load according to the declared compliances of the joints.
 
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, LoadAxes, Settings, Weighting};
 use stiction_core::joint::JointType;
@@ -10,11 +10,11 @@ use stiction_core::spatial::{Mat3, Pose, Vec3};
 
 /// Half the distance of the hinges, m.
 const HALF: f64 = 0.4;
-/// A moment on the door across the hinges' line, N m, and a force along it, N.
+/// Moment on the door perpendicular to the line of the hinges, N m, and force along this line, N.
 const MOMENT: f64 = 30.0;
 const ALONG: f64 = 50.0;
 
-/// A door on two hinges, upper and lower, with these compliances.
+/// A door on two hinges, upper and lower, with the given compliances.
 fn door(compliances: [Option<Compliance>; 2]) -> InverseDynamics {
     let at = |z: f64| Pose { rotation: Mat3::identity(), position: Vec3::new(0.0, 0.0, z) };
     let mut builder =
@@ -53,7 +53,7 @@ fn two_hinges_share_force_and_moment_by_their_stiffness() {
     let stiffer = Compliance { axial: 1e-8, ..each };
     let mut door = door([Some(each), Some(stiffer)]);
     assert_eq!(door.weighting(), Some(Weighting::LeastEnergy));
-    // Closed form: the leaf tilts by w, hinges move by w h and tilt by w.
+    // Closed form: the leaf tilts by w; the hinges are displaced by w h and tilt by w.
     let tilt = -MOMENT / (2.0 * (HALF * HALF / each.radial + 1.0 / each.bending));
     let radial = tilt * HALF / each.radial;
     let bending = tilt / each.bending;
@@ -76,13 +76,13 @@ fn two_hinges_share_force_and_moment_by_their_stiffness() {
 
 #[test]
 fn a_rigid_joint_beside_a_compliant_one_carries_all() {
-    // One hinge gives along the axis, the other declares nothing: it is rigid there.
+    // One hinge is compliant along the axis; the other declares nothing and is rigid there.
     let soft = Compliance { axial: 1e-8, ..Compliance::default() };
     let mut door = door([Some(soft), None]);
     let forces = door.solve(&[load()]).unwrap();
     let [upper, lower] = [forces.reactions[0].0, forces.reactions[1].0];
     assert!(upper.z.abs() < 1e-10 && (lower.z + ALONG).abs() < 1e-10, "{upper:?} {lower:?}");
-    // What the declaration leaves open is shared by the default: alike.
+    // The default rule shares components without declared compliance equally.
     assert!((upper.y + lower.y).abs() < 1e-10 && upper.y.abs() > 1.0, "{upper:?} {lower:?}");
 }
 

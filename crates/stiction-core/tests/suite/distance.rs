@@ -1,10 +1,10 @@
-//! Distances to singular positions.
+//! Singularity indices.
 
 use crate::common::*;
 use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::statics::Constraints;
 
-/// Actuation and constraint distance of a robot at one position.
+/// Indices of actuation and constraint of a robot at one position.
 fn distances(
     robot: Robot,
     targets: &[stiction_core::kinematics::Target<f64>],
@@ -34,8 +34,8 @@ fn its_twin_is_not() {
     assert!(actuation > 0.01 && constraint > 0.01, "{actuation:e} {constraint:e}");
 }
 
-/// A slider-crank driven at the crank comes to no singularity; its distance is the same whatever
-/// the redundancy of a planar linkage in space.
+/// A slider-crank driven at the crank has no singular position. Its index does not depend on the
+/// redundant constraints of a planar linkage in space.
 #[test]
 fn mobility_of_a_planar_linkage_is_one() {
     let robot = slider_crank();

@@ -1,4 +1,4 @@
-//! The verdicts on what moves and what is determined, against exact arithmetic.
+//! Verdicts on mobility and determinacy against exact arithmetic.
 
 use crate::common::random::Random;
 use crate::exact::Drawing;
@@ -10,9 +10,9 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::mobility::Mobility;
 use stiction_core::statics::Constraints;
 
-/// Below this a distance counts as zero in reports.
+/// Below this value, a singularity index counts as zero in reports.
 const SINGULAR: f64 = 1e-9;
-/// A smallest singular value below this is reported as hardly decidable.
+/// A smallest singular value below this one is reported as hardly decidable.
 const HARDLY: f64 = 1e-6;
 
 /// Compares all verdicts; false if the report calls the position hardly decidable.
@@ -56,7 +56,7 @@ fn agrees(drawing: &Drawing, solver: &InverseDynamics, what: &str) -> bool {
     true
 }
 
-/// Seeds of one class; how many are hardly decidable, and how many are special in some way.
+/// Tests seeds of one class; counts the hardly decidable and the special ones.
 fn examine(class: Class, seeds: std::ops::Range<u64>) {
     let (mut hardly, mut redundant, mut mobile, mut undetermined) = (0, 0, 0, 0);
     let count = seeds.end - seeds.start;
@@ -72,7 +72,7 @@ fn examine(class: Class, seeds: std::ops::Range<u64>) {
     }
     println!("{class:?}: {count}, {redundant} redundant, {mobile} mobile, {undetermined} drives");
     assert_eq!(hardly, 0, "{class:?}");
-    // The classes are what they are meant to be: neither all regular nor all stuck.
+    // Each class contains both regular and singular mechanisms.
     assert!(5 * redundant > count && 5 * mobile > count && 20 * undetermined > count, "{class:?}");
 }
 

@@ -1,5 +1,5 @@
-//! Motions of finite size: linkages whose mobility is known, and random ones against a tracer that
-//! shares nothing with the library but the decomposition.
+//! Finite mobility: linkages of known mobility, and random linkages against a tracer that shares
+//! only the singular value decomposition with the library.
 
 use crate::common::random::Random;
 use crate::exact::classes::{Class, drawing};
@@ -10,7 +10,7 @@ use crate::exact::{Drawing, Ints, Joint, cross};
 use stiction_core::joint::JointType::{self, *};
 use stiction_core::mobility::Mobility;
 
-/// A chain from the ground or another body; returns its last body.
+/// Adds a chain from the ground or another body; returns its last body.
 fn chain(drawing: &mut Drawing, joints: &[(JointType, Ints, Ints)], ends: (usize, usize)) {
     let mut before = ends.0;
     for (k, &(joint_type, at, axis)) in joints.iter().enumerate() {
@@ -24,7 +24,7 @@ fn chain(drawing: &mut Drawing, joints: &[(JointType, Ints, Ints)], ends: (usize
     }
 }
 
-/// A ring of hinges through the ground.
+/// A closed chain of hinges that contains the ground.
 fn ring(hinges: &[(Ints, Ints)]) -> Drawing {
     let mut drawing = Drawing::default();
     let joints: Vec<_> = hinges.iter().map(|&(at, axis)| (Revolute, at, axis)).collect();
@@ -44,7 +44,7 @@ const X: Ints = [1, 0, 0];
 const Y: Ints = [0, 1, 0];
 const Z: Ints = [0, 0, 1];
 
-/// Gruebler's count, to first order, finite.
+/// Grübler count, instantaneous and finite mobility.
 fn counts(drawing: &Drawing) -> (i64, usize, usize) {
     let found = Mobility::of(&assembled(drawing, &mut Random(5)));
     assert_eq!(found.instantaneous, Verdicts::of(drawing).mobility, "{drawing:?}");
@@ -53,12 +53,12 @@ fn counts(drawing: &Drawing) -> (i64, usize, usize) {
 
 #[test]
 fn polygons_in_a_plane_and_on_a_sphere() {
-    // Convex, so that no position is special.
+    // Convex, so that the position is not singular.
     let corners = [[0, 0, 0], [3, -1, 0], [5, 1, 0], [6, 4, 0], [4, 7, 0], [1, 8, 0], [-1, 3, 0]];
     for n in 3..=7 {
         let planar: Vec<_> = corners[..n].iter().map(|&at| (at, Z)).collect();
         assert_eq!(counts(&ring(&planar)), (n as i64 - 6, n - 3, n - 3), "{n} in a plane");
-        // Towards the corners from a point above: a convex cone.
+        // Axes from a point above towards the corners: a convex cone.
         let cone: Vec<_> =
             corners[..n].iter().map(|&[x, y, _]| ([0, 0, 0], [x - 2, y - 3, 4])).collect();
         assert_eq!(counts(&ring(&cone)), (n as i64 - 6, n - 3, n - 3), "{n} on a sphere");
@@ -87,7 +87,7 @@ fn overconstrained_linkages() {
         ([0, 0, 1], X),
     ]);
     assert_eq!(counts(&bricard), (0, 1, 1));
-    // Three translations (Tripteron): four joints a leg, three hinges parallel to its slide.
+    // Three translations (Tripteron): four joints per leg, three hinges parallel to its slide.
     let leg = |axis: Ints, turn: usize| {
         let t = |[x, y, z]: Ints| {
             let mut p = [x, y, z];
@@ -103,11 +103,11 @@ fn overconstrained_linkages() {
     };
     let tripteron = platform(&[leg(X, 0), leg(Y, 1), leg(Z, 2)]);
     assert_eq!(counts(&tripteron), (0, 3, 3));
-    // Without the slides hinges hold what they left.
+    // Without the slides, the hinges constrain the directions of the slides.
     let held =
         platform(&[(X, 0), (Y, 1), (Z, 2)].map(|(axis, turn)| leg(axis, turn)[1..].to_vec()));
     assert_eq!(counts(&held), (-3, 0, 0));
-    // A carriage on two rails, and on three that lie askew to the axes.
+    // A carriage on two rails, and on three rails that are not parallel to the world axes.
     let rail = |at| vec![(Prismatic, at, [0, 3, 4])];
     assert_eq!(counts(&platform(&[rail([1, 0, 0]), rail([-1, 2, 0])])), (-4, 1, 1));
     assert_eq!(
@@ -120,8 +120,9 @@ fn overconstrained_linkages() {
 }
 
 /// Bennett 1903: four hinges at the corners of a skew quadrilateral with equal opposite sides, each
-/// at right angles to both its sides. Then lengths are as the sines of twists: both ratios are
-/// 3 V / (2 A B) with the volume V of the corners' tetrahedron and its two areas A and B.
+/// perpendicular to both of its sides. The lengths are then proportional to the sines of the twist
+/// angles: both ratios are 3 V / (2 A B) with the volume V of the corners' tetrahedron and its two
+/// areas A and B.
 #[test]
 fn bennett() {
     let linkage = |[a, b, c]: Ints, [d, e, f]: Ints, amiss: Ints| {
@@ -145,12 +146,12 @@ fn bennett() {
     }
 }
 
-/// Rods of one length over a row of pivots at that distance, all on one line (N-four-bar,
-/// IFToMM's benchmark A02). With angles t0 .. tN of the uprights each loop asks for
-/// `sin((t' - t)/2) sin(t/2) cos(t'/2) = 0` of neighbours t, t'. At the flat position all t are
-/// zero: neighbours are equal, or the first of them stays at zero. Every way through leaves one
-/// angle: uprights up to some k stand still, and the others turn together. To first order nothing
-/// holds any of the N + 1 uprights: their tips move across the rods.
+/// Rods of equal length over a row of pivots with the same spacing, all on one line (N-four-bar,
+/// IFToMM benchmark A02). With the angles t0 .. tN of the uprights, each loop requires
+/// `sin((t' - t)/2) sin(t/2) cos(t'/2) = 0` for neighbours t, t'. At the flat position all t are
+/// zero: neighbours are equal, or the first of them stays zero. Every branch leaves one angle:
+/// uprights up to some k are at rest, and the others turn together. To first order, nothing
+/// constrains any of the N + 1 uprights: their tips move perpendicular to the rods.
 #[test]
 fn n_four_bar_lying_flat() {
     let n_four_bar = |n: usize, corner: &dyn Fn(i64) -> Ints| {
@@ -174,8 +175,8 @@ fn n_four_bar_lying_flat() {
     }
 }
 
-/// Three constraint forces that are parallel and in one plane let the platform roll, to first order
-/// only: the 3-RPS robot of Zhang et al. 2018. Out of the plane they do not.
+/// Three constraint forces that are parallel and coplanar let the platform roll, to first order
+/// only: the 3-RPS robot of Zhang et al. 2018. If they are not coplanar, they constrain the roll.
 #[test]
 fn a_roll_to_first_order_only() {
     let robot = |height: i64| {
@@ -190,8 +191,9 @@ fn a_roll_to_first_order_only() {
     assert_eq!(counts(&robot(1)), (3, 3, 3));
 }
 
-/// A taut chain is a single point of its space, though Gruebler's count leaves it a freedom: one real
-/// condition such as `x^2 + y^2 = 0` may hold two. So his count is no lower limit.
+/// The configuration space of a taut chain is a single point, although the Grübler count leaves one
+/// DOF: a single real condition such as `x^2 + y^2 = 0` may fix two coordinates. So the count is
+/// not a lower bound.
 #[test]
 fn a_taut_chain_is_stuck() {
     // Three rods of length 1, 2, 1 between points at a distance of 4.
@@ -204,15 +206,16 @@ fn a_taut_chain_is_stuck() {
     assert_eq!(counts(&spatial), (1, 2, 0));
 }
 
-/// The random linkages of a class against the tracer; at least some part of what is free to first
-/// order must be so only briefly, and the tracer must know nearly always.
+/// Compares the random linkages of a class with the tracer. At least a given fraction must have
+/// motions that are possible to first order only, and the tracer must nearly always reach a
+/// verdict.
 fn compare(class: Class, seeds: std::ops::Range<u64>) -> (usize, usize) {
     let (mut compared, mut doubtful, mut brief) = (0, 0, 0);
     for seed in seeds {
         let mut random = Random(seed);
         let drawing = drawing(class, &mut random);
         let exact = Verdicts::of(&drawing);
-        // The rest is decided by the first order.
+        // Otherwise the first-order analysis decides.
         if exact.mobility == 0 || exact.redundant == 0 || drawing.coms.len() > 6 {
             continue;
         }
@@ -262,18 +265,19 @@ fn random_robots_and_linkages() {
     }
 }
 
-/// Motions beside others that are blocked to second order. Closing loops by the shortest ways lost
-/// the first and the last, and took the bend of a cone for a direction in the second.
+/// Finite motions together with others that are blocked at second order. An earlier version closed
+/// loops by the shortest corrections, lost the first and the last, and mistook the curvature of a
+/// cone for a direction in the second.
 #[test]
 fn motions_beside_blocked_ones() {
     let known = [
-        // Two hinges on one line carry three bodies about it: one motion, by what they are.
+        // Two hinges on one line carry three bodies about it: one finite motion by construction.
         (Class::Loop, 1615, 2, 1),
-        // Rods of length 1, 1, 1, 3, 2 on a line, both ends at one pivot: they turn about it, and the
-        // pentagon that they form has two freedoms.
+        // Rods of length 1, 1, 1, 3, 2 on a line, with both ends at one pivot: they turn about it,
+        // and the pentagon that they form has two DOFs.
         (Class::Flat, 1487, 4, 3),
-        // Two rods are taut and hold the ground's neighbour; one body between two hinges at one point
-        // spins there, and two rods of one length turn about that point.
+        // Two rods are taut and block the neighbour of the ground; one body between two hinges at
+        // one point spins there, and two rods of equal length turn about that point.
         (Class::Flat, 1678, 3, 2),
     ];
     for (class, seed, instantaneous, finite) in known {

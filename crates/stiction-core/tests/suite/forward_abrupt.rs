@@ -1,10 +1,10 @@
-//! Locks and prescribed motions that would stop a mechanism at once.
+//! Locks and prescribed motions that would require an impact.
 
 use crate::common::*;
 use stiction_core::forward::{Forward, ForwardError, Inputs, Known, Settings, View};
 use stiction_core::kinematics::{Coordinate, Target};
 
-/// Where one actuator is.
+/// Prescribes the motion of one actuator.
 struct Leads<F>(F);
 
 impl<F: Fn(f64) -> (f64, f64)> Inputs for Leads<F> {
@@ -20,8 +20,9 @@ fn known(model: &Forward, joint: &str, value: f64, rate: Option<f64>) -> Known {
     Known { coordinate: Coordinate::Joint { joint, dof: 0 }, value: Some(value), rate }
 }
 
-/// The slider of a crank (`l = 0.3`, `r = 0.1`) locked at its dead centre: the crank may have a rate there, but
-/// the slider accelerates by `r w^2 (1 + r/l)`. At rest no finite force of the lock bears the crank's weight.
+/// The slider of a crank (`l = 0.3`, `r = 0.1`) is locked at its dead centre: the crank may have a
+/// rate there, but the slider accelerates by `r w^2 (1 + r/l)`. At rest, no finite force of the
+/// lock carries the crank's weight.
 #[test]
 fn a_lock_at_a_dead_centre_refuses_the_crank_that_passes() {
     let mechanism = slider_crank().mechanism;
@@ -45,9 +46,9 @@ fn a_lock_at_a_dead_centre_refuses_the_crank_that_passes() {
         };
         assert!(what.contains("`guide`"), "{what}");
         let expected = 0.1 * crank_rate * crank_rate * (1.0 + sense * 0.1 / 0.3);
-        // The nearest accelerations share what is missed with nothing else: the slider has all of it.
+        // The least-squares accelerations leave the whole error to the slider.
         assert!((by - expected).abs() < 1e-9, "{by} {expected}");
-        // At rest the crank is as free at first order, and its weight turns it.
+        // At rest, the crank is also free to first order, and its weight turns it.
         let resting = model.start(0.0, state(0.0), Settings::default(), &mut holds);
         let error = resting.map(|_| ()).unwrap_err();
         println!("{error}");
@@ -63,7 +64,7 @@ fn a_lock_at_a_dead_centre_refuses_the_crank_that_passes() {
     assert!(simulation.instant().drives[lock].abs() < 1e3);
 }
 
-/// A prescribed rate that jumps is an impact, and not a row of forces of 1e11 N.
+/// A jump of a prescribed rate is reported as an impact, not as a row with forces of 1e11 N.
 #[test]
 fn a_prescribed_rate_that_jumps_is_told_as_an_impact() {
     let mechanism = slider_crank().mechanism;

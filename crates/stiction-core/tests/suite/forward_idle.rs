@@ -1,4 +1,4 @@
-//! Spins of rods between balls that have no inertia about themselves.
+//! Local DOFs: spins of rods between balls without inertia about their own axes.
 
 use crate::common::*;
 use stiction_core::forward::{ConstantEfforts, Forward, ForwardError, Settings};
@@ -7,7 +7,7 @@ use stiction_core::kinematics::State;
 use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder};
 use stiction_core::spatial::{Pose, Vec3};
 
-/// A point mass on a rod without mass between two balls, horizontal towards -x.
+/// A point mass on a massless rod between two balls, horizontal towards -x.
 fn pendulum(mu: f64) -> Forward {
     let low = Pose::at(v(-1.0, 0.0, 0.0));
     let mut upper = JointSpec::new("upper", JointType::Spherical, "ground", "rod");
@@ -28,13 +28,14 @@ fn pendulum(mu: f64) -> Forward {
     Forward::new(mechanism, &[])
 }
 
-/// Reference R1 on such a rod: the spin, on which nothing acts, is no obstacle, at rest or at a rate that it keeps.
+/// Reference R1 on such a rod: the spin, on which no torque acts, causes no failure, at rest or at
+/// a constant rate.
 #[test]
 fn a_rod_without_inertia_spins_as_it_did() {
     let model = pendulum(0.0);
     for spin in [0.0, 3.0] {
         let mut state = State::new(model.topology());
-        // About x: the rod's own axis; the bob does not turn with it.
+        // About x, the rod's own axis; the bob does not turn with it.
         state.rates[0] = spin;
         state.rates[3] = -spin;
         let mut inputs = ConstantEfforts(vec![]);
@@ -58,7 +59,8 @@ fn a_rod_without_inertia_spins_as_it_did() {
     }
 }
 
-/// Friction that turns it has nothing to work against: its acceleration is not defined, and the body is named.
+/// Friction that acts on the spin has no inertia to accelerate: the acceleration is undefined, and
+/// the error names the body.
 #[test]
 fn friction_that_spins_a_rod_without_inertia_is_told() {
     let model = pendulum(0.2);

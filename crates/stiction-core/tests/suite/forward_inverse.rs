@@ -1,5 +1,5 @@
-//! Forward and inverse dynamics are each other's inverse, on random mechanisms of every class: two
-//! programs that share neither unknowns nor elimination.
+//! Forward and inverse dynamics are inverse to each other, on random mechanisms of every class. The
+//! two share neither unknowns nor elimination.
 
 use crate::common::random::*;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseError};
@@ -32,7 +32,7 @@ fn drives_of_inverse_dynamics_cause_the_accelerations_that_were_asked_for() {
                 Err(InverseError::Locked { .. }) => continue,
                 other => other.unwrap(),
             };
-            // Where several solutions exist, the two need not choose the same.
+            // If several solutions exist, the two may choose different ones.
             if !solver.coupling().is_some_and(|coupling| coupling < 0.9) {
                 continue;
             }
@@ -45,7 +45,8 @@ fn drives_of_inverse_dynamics_cause_the_accelerations_that_were_asked_for() {
                 .start(0.0, state, fine, &mut given)
                 .unwrap_or_else(|e| panic!("{class:?} {seed}: {e}"));
             let now = simulation.instant();
-            // Uniqueness for given drives is another question than for given motion.
+            // Uniqueness for given efforts and uniqueness for given motion are different
+            // properties.
             let certain = now.coupling.is_some_and(|coupling| coupling < 1.0);
             let list = |twists: &[stiction_core::spatial::Twist<f64>]| -> Vec<f64> {
                 let each = twists.iter().flat_map(|t| [t.angular.to_array(), t.linear.to_array()]);
@@ -55,7 +56,8 @@ fn drives_of_inverse_dynamics_cause_the_accelerations_that_were_asked_for() {
                 (list(&now.bodies.acceleration), list(&solver.bodies().acceleration));
             let accelerations = apart(&found, &wanted);
             if !certain && accelerations > 1e-8 {
-                // Then the simulation says so, and inverse dynamics has one of the others.
+                // The simulation then reports this, and inverse dynamics has one of the other
+                // solutions.
                 let told = simulation.events().iter().find_map(|event| match &event.kind {
                     EventKind::NotUnique { others, .. } => Some(others),
                     _ => None,
@@ -76,7 +78,7 @@ fn drives_of_inverse_dynamics_cause_the_accelerations_that_were_asked_for() {
                 each.flatten().collect::<Vec<f64>>()
             };
             let reactions = apart(&pairs(&now.reactions()), &pairs(&forces.reactions));
-            // Distances to singular positions of 1e-3 magnify rounding; their square in forces.
+            // Singularity indices of 1e-3 magnify rounding, and by their square in forces.
             assert!(accelerations < 1e-8, "{class:?} {seed}: accelerations {accelerations:e}");
             if class != Class::RedundantlyActuated {
                 assert!(reactions < 1e-8, "{class:?} {seed}: reactions {reactions:e}");

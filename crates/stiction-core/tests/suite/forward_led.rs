@@ -37,8 +37,8 @@ fn block() -> Forward {
     Forward::new(mechanism, &[0])
 }
 
-/// From rest, at once or after a while, smoothly or not, forward or backward: as soon as it moves the drive
-/// bears inertia and friction.
+/// A prescribed slide that starts from rest, at once or later, smoothly or not, forward or
+/// backward: as soon as it moves, the actuator force includes inertia and friction.
 #[test]
 fn a_slide_that_is_led_from_rest_rubs_at_once() {
     let model = block();
@@ -75,7 +75,7 @@ fn a_slide_that_is_led_from_rest_rubs_at_once() {
         }
         let moved = way(1.0).value.abs();
         let dissipated = simulation.energies().interfaces[0];
-        // It is seen to move where its rate is 1e-10 of the fastest.
+        // Motion is detected where the rate is 1e-10 of the fastest.
         assert!((dissipated - MU * MASS * G * moved).abs() < 1e-9, "{dissipated}");
         let turnover = simulation.energies().turnover;
         assert!(simulation.energy_error().abs() < 1e-9 * turnover);
@@ -83,14 +83,15 @@ fn a_slide_that_is_led_from_rest_rubs_at_once() {
             |e: &&stiction_core::forward::Event| matches!(e.kind, EventKind::Slides { .. });
         if begins > 0.0 {
             let time = simulation.events().iter().find(slides).unwrap().time;
-            // The cube of the time since is seen from 1e-10 on, or so.
+            // The displacement grows with the cube of the time and is detected from about 1e-10 on.
             assert!((time - begins).abs() < 1e-3, "{time}");
         }
     }
 }
 
-/// Crank and slider, both prescribed as they go together: one effort is open. Of least squares, rotary ones over the
-/// characteristic length, they are in proportion to their rates.
+/// Crank and slider, both prescribed consistently: one effort is redundant. The efforts with the
+/// least sum of squares, torques divided by the characteristic length, are proportional to their
+/// rates.
 #[test]
 fn efforts_of_redundant_drives_are_those_of_least_squares() {
     let mechanism = slider_crank().mechanism;
@@ -99,7 +100,7 @@ fn efforts_of_redundant_drives_are_those_of_least_squares() {
     let slide = |t: f64| {
         let (sine, cosine) = (0.5 + 10.0 * t).sin_cos();
         let root = (0.09 - 0.01 * sine * sine).sqrt();
-        // Of the crank's angle, then of time.
+        // With respect to the crank's angle, then to time.
         let first = -0.1 * sine - 0.01 * sine * cosine / root;
         let second = -0.1 * cosine
             - 0.01

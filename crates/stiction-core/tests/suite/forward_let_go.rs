@@ -1,4 +1,5 @@
-//! When friction that holds lets go, and with what coefficient it goes on.
+//! The instant at which static friction is exceeded, and the coefficient of the sliding that
+//! follows.
 
 use crate::common::*;
 use stiction_core::forward::{EventKind, Forward, Inputs, Settings, Simulation, View};
@@ -14,8 +15,9 @@ const INERTIA: f64 = 0.02;
 const RADIUS: f64 = 0.02;
 const BEGINS: f64 = 1.0;
 
-/// A cart that is led from rest, at `BEGINS`, along a polynomial of the fifth degree: the acceleration begins as a
-/// ramp, and so does what the hanging bob's pivot has to hold.
+/// A cart with a prescribed motion from rest at `BEGINS`, along a polynomial of fifth degree: the
+/// acceleration begins as a ramp, and so does the moment that the pivot of the hanging bob must
+/// hold.
 struct Led {
     way: f64,
     takes: f64,
@@ -45,7 +47,8 @@ impl Led {
         self.way / self.takes.powi(2) * 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u)
     }
 
-    /// When the hanging bob, of 1 kg, takes more than its pivot can hold: m a L = mu r m sqrt(g^2 + a^2).
+    /// Instant at which the hanging bob, of 1 kg, exceeds the holding moment of its pivot: m a L =
+    /// mu r m sqrt(g^2 + a^2).
     fn lets_go(&self, at_rest: f64) -> f64 {
         let (mut low, mut high) = (BEGINS, BEGINS + 0.2 * self.takes);
         for _ in 0..100 {
@@ -56,8 +59,8 @@ impl Led {
         high
     }
 
-    /// Angle and rate of the bob at a time before it turns back, by Runge and Kutta's method of fourth order from
-    /// the instant at which it lets go; it swings backward.
+    /// Angle and rate of the bob at a time before it turns back, by the Runge-Kutta method of
+    /// fourth order from the slip onset; it swings backward.
     fn swing(&self, law: &Law, until: f64) -> [f64; 2] {
         let steps = 20_000;
         let begins = self.lets_go(law.at_rest());
@@ -65,7 +68,8 @@ impl Led {
         let slope = |t: f64, [angle, rate]: [f64; 2]| {
             let (a, (sine, cosine)) = (self.acceleration(t), angle.sin_cos());
             let mut turn = 0.0;
-            // The load depends on the acceleration, by the small radius: each pass gains two digits.
+            // The normal load depends on the acceleration through the small radius: each iteration
+            // gains two digits.
             for _ in 0..12 {
                 let x = a + ARM * (turn * cosine - rate * rate * sine);
                 let y = G + ARM * (turn * sine + rate * rate * cosine);
@@ -115,7 +119,7 @@ fn cart(law: Law) -> Forward {
     Forward::new(mechanism, &[0])
 }
 
-/// Up to a time, looked at so often.
+/// Simulates up to a time with the given number of rows.
 fn simulate<'a>(model: &'a Forward, led: &mut Led, every: f64, until: f64) -> Simulation<'a> {
     let state = State::new(model.topology());
     let mut simulation =
@@ -137,7 +141,7 @@ fn law(at_rest: f64, sliding: f64, viscous: f64) -> Law {
     law
 }
 
-/// However often it is looked at, and however fast the load comes.
+/// The result does not depend on the row interval or on the rate of the load.
 #[test]
 fn sliding_begins_where_friction_is_at_its_limit() {
     for (way, takes) in [(0.2, 0.02), (0.2, 1.0), (-0.05, 0.3)] {
@@ -152,7 +156,8 @@ fn sliding_begins_where_friction_is_at_its_limit() {
                 let slides =
                     simulation.events().iter().find(|e| matches!(e.kind, EventKind::Slides { .. }));
                 let time = slides.unwrap().time;
-                // A contact lets go 1e-9 of its limit beyond it, which the ramp, bent as it is, takes a little longer to.
+                // The slip onset is at a relative excess of 1e-9 over the limit, which the curved
+                // ramp takes slightly longer to reach.
                 assert!(
                     (time - expected).abs() < 2e-9 * (expected - BEGINS) + 1e-14,
                     "{way} {takes} {every}: {time} {expected}"
@@ -162,7 +167,8 @@ fn sliding_begins_where_friction_is_at_its_limit() {
     }
 }
 
-/// From its first instant on what slides has the friction of sliding, be it less than at rest or grow with speed.
+/// From the first instant of sliding on, friction follows the sliding law, whether it is lower than
+/// at rest or grows with speed.
 #[test]
 fn what_lets_go_goes_on_with_the_friction_of_sliding() {
     let mut stribeck = law(0.2, 0.2, 0.0);
@@ -181,7 +187,8 @@ fn what_lets_go_goes_on_with_the_friction_of_sliding() {
                 let simulation = simulate(&model, &mut led, every, until);
                 let state = &simulation.instant().state;
                 let (off, slow) = (state.coordinates[1] - angle, state.rates[1] - rate);
-                // A thousand steps of this tolerance, or the 1e-9 of its way to the limit by which it lets go late.
+                // A thousand steps of this tolerance, or the delay of the slip onset by 1e-9 of the
+                // limit.
                 let most = 1e-9 * rate.abs();
                 assert!(
                     slow.abs() < most && off.abs() < most * passes,

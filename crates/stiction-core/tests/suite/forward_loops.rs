@@ -1,4 +1,4 @@
-//! Sticking and sliding in closed loops, jamming, the order of convergence, and reference R3.
+//! Stick and slip in closed loops, jamming, the order of convergence, and reference R3.
 
 use crate::common::simulated::*;
 use crate::common::*;
@@ -40,8 +40,8 @@ fn a_crank_with_friction_everywhere_sticks_within_its_interval_and_slides_beyond
         assert!(high - low > 0.01, "{low} {high}");
         let model = Forward::new(robot.mechanism.clone(), &[]);
         let state = model.assemble(&[], &robot.coordinates, &start).unwrap();
-        // Certainly not beyond these: frictions that are not all at their limits may hold a little more
-        // than those that are, for they change the loads.
+        // Only a margin outside these limits is certain: frictions below their limits may hold
+        // slightly more than frictions at their limits, because they change the normal loads.
         let (least, most) = solver.forces().effort_outer_bounds[0];
         assert!(least <= low && high <= most && most - least < 1.2 * (high - low));
         for (part, sticks) in [
@@ -66,7 +66,8 @@ fn a_crank_with_friction_everywhere_sticks_within_its_interval_and_slides_beyond
             assert_eq!(now.state.coordinates == before, sticks, "{degrees} {part}");
             if sticks {
                 assert!(now.state.rates.iter().all(|rate| *rate == 0.0));
-                // One freedom, four contacts: three shares follow from the declared rule.
+                // One DOF and four friction interfaces: the declared rule determines three
+                // frictions.
                 let told = simulation
                     .events()
                     .iter()
@@ -84,7 +85,7 @@ fn a_crank_with_friction_everywhere_sticks_within_its_interval_and_slides_beyond
     }
 }
 
-/// A crank swings down, is braked by friction, and everything in the loop comes to rest at once.
+/// A crank swings down with friction, and everything in the loop comes to rest at once.
 #[test]
 fn inverse_of_forward_is_what_drove_it() {
     let robot = slider_crank();
@@ -120,7 +121,7 @@ fn inverse_of_forward_is_what_drove_it() {
         }
         solver.move_to(&[at(angle, rate, acceleration)]).unwrap();
         let forces = solver.solve(&[]).unwrap();
-        // A 3 kg machine under 30 N: of round-off and steps of 1e-12.
+        // A 3 kg machine under 30 N: round-off and steps of 1e-12.
         assert!((forces.efforts[0] - 0.1).abs() < 1e-9, "{k}: {}", forces.efforts[0]);
         for (found, wanted) in now.reactions().iter().zip(&forces.reactions) {
             assert!((found.0 - wanted.0).norm() < 1e-8, "{k}");
@@ -142,8 +143,8 @@ impl Inputs for Shake {
     }
 }
 
-/// Contacts stop, let go and reverse: at none of these energy jumps. Between two looks the account loses no more
-/// than elsewhere, whether an event lies between or not.
+/// Interfaces stick, slip and reverse: the energy does not jump at any of these events. Between two
+/// rows, the error of the energy balance grows no more with an event in between than without.
 #[test]
 fn energy_does_not_jump_at_events() {
     let robot = slider_crank();
@@ -156,7 +157,7 @@ fn energy_does_not_jump_at_events() {
         simulation.advance(1e-3 * f64::from(k), &mut Shake).unwrap();
         with_events += usize::from(simulation.events().len() > told);
         let lost = (simulation.energy_error() - before).abs();
-        // Steps are good to 1e-10 of coordinates and rates; some joules are turned over.
+        // Steps are accurate to 1e-10 of coordinates and rates; the gross energy is some joules.
         assert!(lost < 1e-9, "{k}: {lost:e}, {:?}", &simulation.events()[told..]);
     }
     println!("{with_events} {:?}", simulation.energies());
@@ -183,7 +184,7 @@ fn steps_are_of_order_eight() {
     let model = Forward::new(mechanism, &[]);
     let mut inputs = ConstantEfforts(vec![]);
     let errors = [1.0 / 6.0, 1.0 / 12.0, 1.0 / 24.0].map(|step| {
-        // Any error is good enough: all steps are the longest, but for the first few.
+        // With an unlimited error tolerance, all steps except the first few have the largest size.
         let settings = Settings { relative: 1e9, longest_step: step, ..Settings::default() };
         let state = State::new(model.topology());
         let mut simulation = model.start(0.0, state, settings, &mut inputs).unwrap();
@@ -196,9 +197,9 @@ fn steps_are_of_order_eight() {
     assert!(orders.iter().all(|order| *order > 7.5), "{orders:?} {errors:?}");
 }
 
-/// The centre of mass is `e` beside a guide that slides forward under a force `F` along it: the pads carry
-/// the moment `m e |a|` with a load `2 m e |a| / span`, so `m a = F - k m |a|` with
-/// `k = 2 mu e / span`.
+/// The centre of mass has an offset `e` from a guide that slides forward under a force `F` along
+/// it. The pads carry the moment `m e |a|` with a normal load of `2 m e |a| / span`, so
+/// `m a = F - k m |a|` with `k = 2 mu e / span`.
 #[test]
 fn short_guides_jam_and_say_so() {
     let (mu, span) = (0.12, 0.02);
@@ -210,7 +211,7 @@ fn short_guides_jam_and_say_so() {
         let mut inputs = ConstantEfforts(vec![force]);
         let started = model.start(0.0, state, Settings::default(), &mut inputs);
         if force < 0.0 && k > 1.0 {
-            // Neither sign of the acceleration is its own cause.
+            // Neither sign of the acceleration is consistent with the laws.
             let error = started.unwrap_err();
             let ForwardError::NoAcceleration { time, joint, percent } = &error else {
                 panic!("{error}")
@@ -223,7 +224,7 @@ fn short_guides_jam_and_say_so() {
         let acceleration = simulation.instant().state.accelerations[0];
         let expected = if force > 0.0 { force / (1.0 + k) } else { force / (1.0 - k) };
         assert!((acceleration - expected).abs() < 1e-12, "{acceleration} {expected}");
-        // With k > 1 a jolt backwards, F / (1 - k), satisfies all laws as well.
+        // With k > 1, a backward acceleration F / (1 - k) also satisfies all laws.
         let others: Vec<f64> = simulation
             .events()
             .iter()
@@ -243,7 +244,7 @@ fn short_guides_jam_and_say_so() {
     }
 }
 
-/// A load along the guide, at its line or beside it.
+/// A load along the guide, on its axis or with an offset.
 struct Push {
     force: f64,
     point: Vec3<f64>,
@@ -264,7 +265,8 @@ impl Inputs for Push {
 
 #[test]
 fn r7_a_collar_pushed_at_an_offset_slides_or_locks() {
-    // A force at `e` beside the rod and the centre of mass on it: friction mu 2 e F / s.
+    // A force with offset `e` from the rod and the centre of mass on the rod: friction mu 2 e F /
+    // s.
     let model = Forward::new(collar(0.0), &[]);
     let (mu, span) = (0.12, 0.02);
     for e in [0.04, 0.08, 0.0834, 0.2] {
@@ -351,7 +353,7 @@ fn r3_andrews_squeezer_with_its_reactions() {
     let now = simulation.instant();
     let spin = |body: usize| now.bodies.acceleration[body].angular.z;
     println!("{} {} {:?}", spin(1), spin(2) - spin(1), pins(&simulation));
-    // Printed with 15 digits.
+    // The reference has 15 digits.
     assert!((spin(1) - 14222.4439199541).abs() < 1e-7);
     assert!((spin(2) - spin(1) + 10666.8329399656).abs() < 1e-7);
     let first = pins(&simulation)[0];
@@ -373,9 +375,9 @@ fn r3_andrews_squeezer_with_its_reactions() {
         let found = relative.rotation.at(1, 0).atan2(relative.rotation.at(0, 0));
         let apart = (found - angle).sin().atan2((found - angle).cos());
         println!("R3 {name} {apart:.1e}");
-        // The published angles are 1.1e-9 rad from ours. A program of other equations (21 redundant
-        // coordinates, numpy and DOP853 with tolerance 1e-13) has the same difference to 1e-12, so it is
-        // the published solution's error.
+        // The published angles differ from ours by 1.1e-9 rad. An independent program (21 redundant
+        // coordinates, numpy and DOP853 with tolerance 1e-13) has the same difference to 1e-12, so
+        // it is the error of the published solution.
         assert!(apart.abs() < 3e-9, "{name} {apart:e}");
     }
     let expected = [
@@ -383,23 +385,24 @@ fn r3_andrews_squeezer_with_its_reactions() {
         v(23.06654119098399, 31.45271365475927, 0.0),
         v(22.64249232082739, 11.61740700019673, 0.0),
     ];
-    // As that program prints it.
+    // Printed by that program.
     assert!((pins(&simulation)[0].x - 199.1753481).abs() < 1e-7);
     for (found, expected) in pins(&simulation).into_iter().zip(expected) {
         println!("R3 reaction {:.1e}", (found - expected).norm());
-        // The same holds of the reactions, by 1.5e-5 N: that other program has ours, to 1e-8 N.
+        // The reactions differ by 1.5e-5 N for the same reason: the independent program agrees with
+        // ours to 1e-8 N.
         assert!((found - expected).norm() < 3e-5, "{found:?} {expected:?}");
     }
 }
 
-/// A block on an inclined plane along x, moved by a connecting rod from the rocker of a four-bar linkage. All
-/// links are balanced, so that the pins, which have no friction, pass nothing on at rest: the crank and the
-/// rocker carry half of the coupler each as their counterweights, the rod's centre of mass is at its pin in
-/// the block. The plane is level, and `angle` is that of gravity.
+/// A block on an inclined plane along x, moved by a connecting rod from the rocker of a four-bar
+/// linkage. All links are balanced, so that the frictionless pins transmit no force at rest: the
+/// crank and the rocker carry half of the coupler each as counterweights, and the rod's centre of
+/// mass is at its pin in the block. The plane is level, and `angle` is the direction of gravity.
 fn block_on_an_incline(angle: f64, mu: f64) -> Mechanism {
     let (crank, coupler, rocker, rod) = (0.15_f64, 0.4_f64, 0.3_f64, 0.8_f64);
     let (pivot, height) = (v(0.4, 0.0, 0.0), -0.2);
-    // Where the joints are: the crank at 60 deg, the coupler and the rocker on the upper side.
+    // Positions of the joints: the crank at 60 deg, the coupler and the rocker on the upper side.
     let b = v(crank * 60_f64.to_radians().cos(), crank * 60_f64.to_radians().sin(), 0.0);
     let way = pivot - b;
     let base = way.norm();
@@ -492,7 +495,8 @@ fn a_block_moved_by_a_four_bar_sticks_just_below_the_friction_angle_and_slides_j
             let now = simulation.instant();
             let moved = now.bodies.pose[block.0].position.x - place;
             assert_eq!(now.state.coordinates == before, sticks, "{part} {sign}: {moved:e}");
-            // Without the linkage's inertia it would slide so far; that makes it slower, not much else.
+            // Sliding distance without the inertia of the linkage; the inertia slows the motion but
+            // hardly changes the distance.
             let freely = 0.5 * 9.81 * ((part * mu.atan()).sin() - mu * (part * mu.atan()).cos());
             if sticks {
                 assert!(now.state.rates.iter().all(|rate| *rate == 0.0));
@@ -506,8 +510,8 @@ fn a_block_moved_by_a_four_bar_sticks_just_below_the_friction_angle_and_slides_j
     }
 }
 
-/// At a dead centre the slider stands still while the crank moves on. It is no freedom of the mechanism there and
-/// cannot stick: it only reverses, as it does at every later dead centre.
+/// At a dead centre the slider is at rest while the crank moves on. The slider is not a DOF of the
+/// mechanism there and cannot stick: it reverses, as at every later dead centre.
 #[test]
 fn a_crank_that_starts_at_a_dead_centre_only_reverses_its_slider() {
     let robot = slider_crank();

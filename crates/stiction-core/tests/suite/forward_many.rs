@@ -1,4 +1,5 @@
-//! Many contacts at rest that let go together: balls, pins and guides of robots and of random mechanisms.
+//! Many interfaces at rest that start to slip together: balls, pins and guides of robots and of
+//! random mechanisms.
 
 use crate::common::random::*;
 use crate::common::*;
@@ -16,7 +17,7 @@ fn at(value: f64) -> Target<f64> {
     Target { value, rate: 0.0, acceleration: 0.0 }
 }
 
-/// A platform on six legs of universal joint, guide and ball, with friction in all 24 contacts.
+/// A platform on six UPS legs with friction in all 24 interfaces.
 fn hexapod(mu: f64, curve: Option<Curve>) -> (Mechanism, Vec<Coordinate>, Vec<Target<f64>>) {
     let mut builder = MechanismBuilder::new("hexapod")
         .gravity(v(0.0, 0.0, -9.81))
@@ -39,7 +40,7 @@ fn hexapod(mu: f64, curve: Option<Curve>) -> (Mechanism, Vec<Coordinate>, Vec<Ta
         let frame = along(Vec3::zero(), way);
         let place = |at: Vec3<f64>| Pose { rotation: frame.rotation, position: at };
         let (lower, upper) = (format!("lower{leg}"), format!("upper{leg}"));
-        // Both axes of the universal joint, z of J and x of K, are across the leg.
+        // Both axes of the universal joint, z of J and x of K, are perpendicular to the leg.
         let universal =
             Pose { rotation: frame.rotation * Mat3::about_axis(0, (1.0, 0.0)), position: foot };
         let in_lower = Pose { rotation: Mat3::about_axis(0, (1.0, 0.0)), position: Vec3::zero() };
@@ -84,9 +85,10 @@ fn hexapod(mu: f64, curve: Option<Curve>) -> (Mechanism, Vec<Coordinate>, Vec<Ta
     (mechanism, coordinates, lengths)
 }
 
-/// All laws of a mechanism at rest, from what an instant says alone: what sticks has no acceleration and
-/// is within its limit; what begins to slide has friction at its limit, against its acceleration.
-/// Returns how many stick and how many begin to slide.
+/// Verifies all friction laws of a mechanism at rest from the result at one instant alone: a
+/// sticking interface has no acceleration and is within its limit; one that begins to slide has
+/// friction at its limit, against its acceleration. Returns the number of sticking and of sliding
+/// interfaces.
 fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [usize; 2] {
     let now = simulation.instant();
     let (mut sticks, mut slides) = (0, 0);
@@ -94,7 +96,7 @@ fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [us
         let joint = interface.joint;
         let spec = &model.mechanism().joints()[joint];
         let [from, to] = [spec.predecessor.0, spec.successor.0];
-        // At rest the relative acceleration has no part from velocities.
+        // At rest, the relative acceleration has no velocity terms.
         let relative = now.bodies.acceleration[to] - now.bodies.acceleration[from];
         let (j, k) = (now.bodies.frame_j[joint], now.bodies.frame_k[joint]);
         let turns = relative.angular;
@@ -118,7 +120,8 @@ fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [us
         match moment.interface {
             Doing::Sticks => {
                 sticks += 1;
-                // Accelerations are some 10 m/s^2. Shares without any room may exceed limits by 1e-5.
+                // Accelerations are of the order of 10 m/s^2. Shares without any margin may exceed
+                // limits by 1e-5.
                 assert!(size < 1e-9, "{case}: {moment:?} {begins:?}");
                 assert!(has <= moment.limit * (1.0 + 2e-5), "{case}: {moment:?}");
             }
@@ -126,7 +129,7 @@ fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [us
                 slides += 1;
                 let along: f64 = begins.iter().zip(moment.friction).map(|(a, f)| a * f).sum();
                 assert!((has - moment.limit).abs() < 1e-9 * has, "{case}: {moment:?}");
-                // Against the beginning of sliding to 1e-6 rad.
+                // Opposite to the onset of sliding, to 1e-6 rad.
                 assert!(along > (1.0 - 1e-11) * size * has, "{case}: {moment:?} {begins:?}");
             }
             Doing::AtLimit(_) => assert!((has - moment.limit).abs() < 1e-9 * has, "{case}"),
@@ -136,7 +139,8 @@ fn laws_at_rest(model: &Forward, simulation: &Simulation<'_>, case: &str) -> [us
     [sticks, slides]
 }
 
-/// From where all hold to where all slide: 36 frictions on 24 contacts, most of which let go together.
+/// From all sticking to all sliding: 36 friction components at 24 interfaces, most of which start
+/// to slip together.
 #[test]
 fn a_hexapod_lets_go_in_all_its_joints() {
     let (mechanism, coordinates, lengths) = hexapod(0.3, None);
@@ -158,7 +162,7 @@ fn a_hexapod_lets_go_in_all_its_joints() {
     assert!(partly > 5, "{counts:?}");
 }
 
-/// Every random mechanism with friction in all joints that is let go finds what it does.
+/// Every random mechanism with friction in all joints finds its accelerations from rest.
 #[test]
 fn random_mechanisms_at_rest_find_what_sticks() {
     for mu in [0.1, 0.3] {
@@ -185,7 +189,7 @@ fn random_mechanisms_at_rest_find_what_sticks() {
         assert!(all > 180 && partly > 20, "{all} {partly}");
     }
 }
-/// Legs are pushed up and down.
+/// Oscillating forces on the legs.
 struct Shaken(f64);
 
 impl Inputs for Shaken {
@@ -215,7 +219,8 @@ fn a_shaken_hexapod_goes_on() {
         })
         .collect();
     println!("{methods:?}, {} evaluations", simulation.evaluations());
-    // While the last shares of what holds are used up it goes in steps, then from event to event again.
+    // The simulation uses time steps while the last sticking interfaces reach their limits, then
+    // proceeds from event to event again.
     assert_eq!(methods.first(), Some(&Method::TimeStepping));
     assert_eq!(methods.last(), Some(&Method::EventDriven));
     assert_eq!(simulation.method(), Method::EventDriven);

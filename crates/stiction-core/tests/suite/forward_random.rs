@@ -1,5 +1,5 @@
-//! Random mechanisms with friction in all joints are let go: whatever happens, loops stay closed, the
-//! account of energy closes, nothing is NaN, and if it cannot go on it says why.
+//! Free motion of random mechanisms with friction in all joints: loops stay closed, the energy
+//! balance closes, nothing is NaN, and an aborted run states its reason.
 
 use crate::common::random::*;
 use stiction_core::forward::{ConstantEfforts, Forward, InterfaceMode, Settings};
@@ -46,7 +46,7 @@ fn random_mechanisms_fall_stick_and_slide() {
         }
     }
     println!("{ended} ended, {stuck} contacts stick, energy {worst:.1e}");
-    // What ends before its time says which joint it is, and when.
+    // A run that ends early names the joint and the instant.
     for error in &errors {
         println!("{error}");
         assert!(error.contains("joint `") && error.contains("t = "), "{error}");

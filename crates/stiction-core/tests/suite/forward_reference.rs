@@ -22,12 +22,12 @@ fn none() -> ConstantEfforts {
     ConstantEfforts(vec![])
 }
 
-/// The angle of the first joint of a mechanism with one freedom.
+/// Angle of the first joint of a mechanism with one DOF.
 fn first_joint(mechanism: &Mechanism) -> Coordinate {
     Coordinate::Joint { joint: mechanism.joint_id(&mechanism.joints()[0].name).unwrap(), dof: 0 }
 }
 
-/// Where a point of a body is in the world, m.
+/// World position of a point of a body, m.
 fn point(simulation: &Simulation<'_>, model: &Forward, body: &str, local: Vec3<f64>) -> Vec3<f64> {
     let id = model.mechanism().body_id(body).unwrap();
     simulation.instant().bodies.pose[id.0].apply(local) + model.parameters().origin
@@ -57,14 +57,15 @@ fn r1_pendulum() {
         let bob = point(&simulation, &model, "bob", v(1.0, 0.0, 0.0));
         let error = (bob - v(x, y, 0.0)).norm();
         println!("R1 t={t}: {error:.2e}, energy {:.2e}", simulation.energy_error());
-        // The reference's last digit is 1e-13; tolerances of steps add up over 10 s.
+        // The last digit of the reference is 1e-13; the step errors accumulate over 10 s.
         assert!(error < 1e-10, "{t}: {error:e}");
     }
     println!("R1 evaluations {}", simulation.evaluations());
     assert!(simulation.energy_error().abs() < 1e-9);
 }
 
-/// Reference R2: N loops of four bars, all verticals parallel. Singular where all lie in a line.
+/// Reference R2: N loops of four bars with all uprights parallel. Singular if all bars are on one
+/// line.
 fn n_four_bar(n: usize) -> Mechanism {
     let rod = || diagonal(0.0, 1.0 / 12.0, 1.0 / 12.0);
     let mut builder = MechanismBuilder::new("n-four-bar").gravity(v(0.0, -9.81, 0.0));
@@ -115,18 +116,19 @@ fn r2_four_bars_pass_singular_positions() {
         let tip = point(&simulation, &model, "v0", v(1.0, 0.0, 0.0));
         let error = (tip - v(x, y, 0.0)).norm();
         println!("R2 t={t}: {error:.2e}, energy {:.2e}", simulation.energy_error());
-        // Ten decimals are given. Singular positions are passed some 25 times; in each rounding is
-        // magnified by the square of how near a stage of a step comes.
+        // The reference has ten decimals. The motion passes about 25 singular positions; each
+        // magnifies rounding by the inverse square of the distance at which a stage of a step
+        // passes it.
         assert!(error < if t < 9.0 { 1e-8 } else { 5e-8 }, "{t}: {error:e}");
     }
-    // All lie in a line where the verticals are at 0 or 180 degrees: each time it is told, with the rule.
+    // All bars are on one line if the uprights are at 0 or 180 degrees: each passage is reported.
     let told: Vec<f64> = simulation
         .events()
         .iter()
         .filter(|event| matches!(event.kind, EventKind::Singular { .. }))
         .map(|event| event.time)
         .collect();
-    // The time from one angle to another, by Simpson's rule.
+    // Time from one angle to another, by Simpson's rule.
     let pull = 3.5 / 3.0 * 9.81;
     let between = |from: f64, to: f64| {
         let n = 4000;
@@ -148,12 +150,13 @@ fn r2_four_bars_pass_singular_positions() {
     }
     assert_eq!(told.len(), expected.len(), "{told:?} {expected:?}");
     for (told, expected) in told.iter().zip(&expected) {
-        // A minimum of what is zero there only to 1e-8 or so.
+        // The minimum of a value that is zero there is resolved to about 1e-8.
         assert!((told - expected).abs() < 1e-6, "{told} {expected}");
     }
 }
 
-/// Started in a singular position, with rates of one of its ways, it goes on as if it had come there.
+/// Started in a singular position with the rates of one branch, the simulation continues as if it
+/// had arrived there.
 #[test]
 fn r2_starts_in_a_singular_position() {
     let model = Forward::new(n_four_bar(2), &[]);
@@ -195,7 +198,7 @@ fn r2_starts_in_a_singular_position() {
         let target = passed + time;
         come.advance(target.max(come.instant().time), &mut none()).unwrap();
         let tip = |s: &Simulation<'_>| point(s, &model, "v0", v(1.0, 0.0, 0.0));
-        // The same energy, so the angle is told by the closed form's rate, too.
+        // The energy is the same, so the closed form of the rate also determines the angle.
         let (a, b) = (tip(&starts), tip(&come));
         println!("{time}: {:.1e}, energy {:.1e}", (a - b).norm(), starts.energy_error());
         if come.instant().time == target {
@@ -203,7 +206,7 @@ fn r2_starts_in_a_singular_position() {
         }
     }
     assert_eq!(singular(&starts), Some(0.0));
-    // Rates of both ways at once lead nowhere.
+    // Rates that mix both branches permit no motion.
     let mixed: Vec<Known> = known
         .iter()
         .enumerate()
@@ -243,7 +246,7 @@ fn bricard() -> Mechanism {
     }
     let body = |k: usize| if k == 5 { "ground".to_owned() } else { format!("rod{k}") };
     for k in 0..6 {
-        // Between the rod before (the ground at P0) and the rod after (the ground at P5).
+        // Between the previous rod (the ground at P0) and the next one (the ground at P5).
         let before = if k == 0 { "ground".to_owned() } else { body(k - 1) };
         let in_before = if k == 0 { points[0] } else { points[k] - points[k - 1] };
         let in_after = if k == 5 { points[5] } else { Vec3::zero() };
@@ -270,7 +273,7 @@ fn r4_bricard_with_its_redundant_constraint() {
         let p3 = point(&simulation, &model, "rod2", v(0.0, 0.0, 1.0));
         let error = (p3 - expected).norm();
         println!("R4 t={t}: {error:.2e}, energy {:.2e}", simulation.energy_error());
-        // Seven or eight decimals are given.
+        // The reference has seven or eight decimals.
         assert!(error < 1e-7, "{t}: {error:e}");
     }
     assert!(simulation.energy_error().abs() < 1e-9);
@@ -284,7 +287,7 @@ fn case_a_of_the_3rps() {
         friction(0.0, 0.0, Some(0.025)),
     ];
     let worst = follow_3rps("3rps_symmetric_forward_A.csv", rub, [56.0, 52.0, 55.0], 0.0);
-    // The reference agrees with itself to 5e-11 in states.
+    // The reference is consistent to 5e-11 in states.
     assert!(worst.state < 1e-9, "{worst:?}");
     assert!(worst.reaction < 1e-8, "{worst:?}");
     assert!(worst.energy < 1e-9, "{worst:?}");
@@ -303,7 +306,7 @@ fn load_dependent_friction_in_all_joints_of_the_3rps() {
     let rub = [with(0.4, Some(0.0125)), with(30.0, None), with(0.1, Some(0.025))];
     let worst =
         follow_3rps("3rps_symmetric_forward_loadfriction.csv", rub, [58.0, 52.0, 55.0], 0.0);
-    // The reference differs by 1.6e-8 between two tolerances.
+    // Two tolerances of the reference differ by 1.6e-8.
     assert!(worst.state < 1e-7, "{worst:?}");
     assert!(worst.energy < 1e-9, "{worst:?}");
 }

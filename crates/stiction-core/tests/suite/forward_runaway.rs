@@ -1,4 +1,4 @@
-//! What is driven without bound ends with a reason, and soon.
+//! Motions driven without bound end soon, with a reason.
 
 use crate::common::*;
 use stiction_core::forward::{Forward, ForwardError, Inputs, Settings, View};
@@ -6,7 +6,7 @@ use stiction_core::joint::JointType;
 use stiction_core::kinematics::State;
 use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder};
 
-/// A torque that grows a hundredfold in each 5 ms.
+/// A torque that grows by a factor of one hundred every 5 ms.
 struct Growing;
 
 impl Inputs for Growing {
@@ -15,7 +15,8 @@ impl Inputs for Growing {
     }
 }
 
-/// From rest `I omega = (exp(k t) - 1) / k`: at `1 m`, light is overtaken at `t = ln(1 + k I c / L) / k`.
+/// From rest, `I omega = (exp(k t) - 1) / k`: at `1 m`, the speed of light is exceeded at
+/// `t = ln(1 + k I c / L) / k`.
 #[test]
 fn what_spins_up_without_bound_ends_before_light() {
     let mechanism = MechanismBuilder::new("spin")
@@ -31,7 +32,8 @@ fn what_spins_up_without_bound_ends_before_light() {
     let error = simulation.advance(1.0, &mut Growing).unwrap_err();
     let ForwardError::Runaway { time, body, speed } = error else { panic!("{error}") };
     let overtaken = (1.0_f64 + 1000.0 * 299_792_458.0).ln() / 1000.0;
-    // It is told at the end of a step, within which the torque does not grow tenfold.
+    // The simulation reports it at the end of a step, within which the torque grows by less than a
+    // factor of ten.
     assert!(time >= overtaken && time < overtaken + 2.4e-3, "{time} {overtaken}");
     assert!(body == "wheel" && speed > 299_792_458.0, "{body} {speed}");
 }

@@ -1,4 +1,4 @@
-//! Where a simulation begins: from partial information, and from where another one was.
+//! Initial states of simulations: from partial data, and from the state of another simulation.
 
 use crate::common::simulated::*;
 use crate::common::*;
@@ -12,7 +12,7 @@ fn crank(model: &Forward, joint: &str, value: Option<f64>, rate: Option<f64>) ->
     Known { coordinate: Coordinate::Joint { joint, dof: 0 }, value, rate }
 }
 
-/// The slider-crank from its crank's angle and its slider's speed: `l = 0.3`, `r = 0.1`.
+/// The slider-crank with given crank angle and slider speed: `l = 0.3`, `r = 0.1`.
 #[test]
 fn values_of_one_joint_and_rates_of_another() {
     let model = Forward::new(slider_crank().mechanism, &[]);
@@ -35,7 +35,7 @@ fn values_of_one_joint_and_rates_of_another() {
 #[test]
 fn what_contradicts_is_named() {
     let model = Forward::new(slider_crank().mechanism, &[]);
-    // The crank at 0.7 rad has its slider at 0.369 m, not at 0.2 m.
+    // At a crank angle of 0.7 rad, the slider is at 0.369 m, not at 0.2 m.
     let known = [crank(&model, "A", Some(0.7), None), crank(&model, "guide", Some(0.2), None)];
     let error = model.assemble_from(&[], &known).unwrap_err();
     println!("{error}");
@@ -50,8 +50,7 @@ fn what_contradicts_is_named() {
     assert!(model.assemble_from(&[], &known).is_err());
 }
 
-/// A platform of three freedoms of which one rate is known: the others are such that no other motion with
-/// this rate has less kinetic energy.
+/// A platform with three DOFs and one given rate: the others minimise the kinetic energy.
 #[test]
 fn open_rates_have_least_kinetic_energy() {
     let robot = symmetric_3rps(None);
@@ -88,7 +87,7 @@ fn open_rates_have_least_kinetic_energy() {
     assert!(smallest < 1.02 * least, "{least} {smallest}");
 }
 
-/// Nothing known but nothing asked: the model's own guess, loops closed, at rest.
+/// Without any given data: the start values of the model, with loops closed, at rest.
 #[test]
 fn nothing_known_is_rest_at_the_guess() {
     let robot = symmetric_3rps(None);
@@ -96,7 +95,7 @@ fn nothing_known_is_rest_at_the_guess() {
     let state = model.assemble_from(&robot.initial_poses, &[]).unwrap();
     assert!(state.rates.iter().all(|rate| *rate == 0.0));
     let same = model.assemble(&robot.initial_poses, &robot.coordinates, &level()).unwrap();
-    // The guess of this robot is closed to rounding.
+    // The start values of this robot close the loops to rounding.
     let apart = state.coordinates.iter().zip(&same.coordinates).map(|(a, b)| (a - b).abs());
     assert!(apart.fold(0.0, f64::max) < 1e-12);
 }
@@ -111,7 +110,7 @@ impl Inputs for Swing {
     }
 }
 
-/// Interrupted and resumed in the middle of sticking and sliding: every number is the same, bit by bit.
+/// Interrupted and resumed while interfaces stick and slip: every number is identical, bit by bit.
 #[test]
 fn a_resumed_simulation_is_the_same_bit_by_bit() {
     let (_, model, state) = rubbing_3rps(0.1);
@@ -126,7 +125,7 @@ fn a_resumed_simulation_is_the_same_bit_by_bit() {
         let mut whole = model.start(0.0, state.clone(), settings, &mut Swing).unwrap();
         whole.advance(0.06, &mut Swing).unwrap();
         let saved = whole.checkpoint();
-        // As text and back, as a file would have it.
+        // Written as text and read again, like a file.
         let text: Vec<String> = saved.numbers.iter().map(|x| format!("{x:e}")).collect();
         let numbers = text.iter().map(|x| x.parse().unwrap()).collect();
         let read = Checkpoint { numbers, events: saved.events.clone() };
@@ -146,7 +145,7 @@ fn a_resumed_simulation_is_the_same_bit_by_bit() {
     }
 }
 
-/// A lock that stays where the mechanism starts.
+/// A joint locked at its initial position.
 struct Lock(f64);
 
 impl Inputs for Lock {
@@ -156,8 +155,8 @@ impl Inputs for Lock {
     }
 }
 
-/// The rod's pin is locked, so nothing can move; the rate that is asked for is dropped, which is told, and
-/// what rounding leaves of it is rest.
+/// The rod's pin is locked, so nothing can move. The simulation drops the requested rate and
+/// reports this; a rate of rounding size counts as rest.
 #[test]
 fn a_forbidden_rate_is_told_and_leaves_all_at_rest() {
     let mechanism = slider_crank().mechanism;
@@ -178,7 +177,7 @@ fn a_forbidden_rate_is_told_and_leaves_all_at_rest() {
     assert!((simulation.dropped() - 1.0).abs() < 1e-12, "{}", simulation.dropped());
     assert_eq!(simulation.interfaces().len(), 4);
     for interface in simulation.interfaces() {
-        // One may be at its limit, the lock bearing what is beyond.
+        // One interface may be at its limit, with the remaining load on the lock.
         assert!(
             !matches!(interface, stiction_core::forward::InterfaceMode::Slides(_)),
             "{interface:?}"
@@ -187,8 +186,9 @@ fn a_forbidden_rate_is_told_and_leaves_all_at_rest() {
     assert_eq!(simulation.instant().mobility, 0);
 }
 
-/// A screw in a loop: a nut on a guide, its spindle on a bearing; the actuator turns the spindle in the nut.
-/// Whichever joint is cut, the actuator's coordinate is the one that its advance tells, beyond full turns.
+/// A screw in a loop: a nut on a guide, its spindle on a bearing; the actuator turns the spindle in
+/// the nut. Whatever joint is cut, the coordinate of the actuator follows from its advance, beyond
+/// full turns.
 #[test]
 fn a_screw_that_closes_a_loop_tells_its_turns() {
     use stiction_core::joint::JointType;
@@ -224,7 +224,8 @@ fn a_screw_that_closes_a_loop_tells_its_turns() {
         let mut look = Look(f64::NAN);
         let simulation = model.start(0.0, state, Settings::default(), &mut look).unwrap();
         let now = simulation.instant();
-        // The tree has two freedoms where the thread is cut: a slide and a turn of about minus `angle`.
+        // If the thread is cut, the tree has two DOFs: a slide and a rotation of about minus
+        // `angle`.
         let turns = now.state.coordinates.iter().filter(|q| (**q + angle).abs() < 1e-9).count();
         cut += usize::from(turns == 1 && now.state.coordinates.len() == 2);
         assert!((look.0 - angle).abs() < 1e-9, "{seed}: {} {angle}", look.0);

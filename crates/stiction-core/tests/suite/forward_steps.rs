@@ -1,4 +1,4 @@
-//! The nonsmooth time stepper: closed forms, no drift, jumps that are told, order of convergence.
+//! The nonsmooth time stepper: closed forms, no drift, reported jumps, order of convergence.
 
 use crate::common::simulated::*;
 use crate::common::*;
@@ -40,7 +40,7 @@ fn mass_and_spring(interface: JointFriction) -> Mechanism {
         .unwrap()
 }
 
-/// It was let go two seconds ago, with its spring 0.1 m longer than it is by itself.
+/// Released two seconds ago, with the spring stretched by 0.1 m.
 fn let_go(model: &Forward, tolerance: f64) -> Simulation<'_> {
     let mut inputs = ConstantEfforts(vec![]);
     let mut state = State::new(model.topology());
@@ -50,8 +50,8 @@ fn let_go(model: &Forward, tolerance: f64) -> Simulation<'_> {
     simulation
 }
 
-/// R6: it stops after five half-cycles at -0.0019 m and has dissipated 0.4998195 J. The error falls with
-/// the step, which is as the root of the tolerance.
+/// R6: it stops after five half-cycles at -0.0019 m and has dissipated 0.4998195 J. The error
+/// decreases with the step, which is proportional to the square root of the tolerance.
 #[test]
 fn r6_stops_where_it_must_and_stays() {
     let model = Forward::new(mass_and_spring(friction(0.1, 0.0, None)), &[]);
@@ -79,8 +79,9 @@ fn r6_stops_where_it_must_and_stays() {
     assert!(errors[0] < 5e-4 && errors[1] < 0.3 * errors[0], "{errors:?}");
 }
 
-/// The same with 0.3 at rest: at its fourth turning point, 0.1 - 8 * 0.00981 m, the spring pulls with 2.15 N, more than
-/// friction has while it slides and less than the 2.94 N that it has at rest. There it stays.
+/// The same with a static coefficient of 0.3: at its fourth turning point, 0.1 - 8 * 0.00981 m, the
+/// spring pulls with 2.15 N, more than the sliding friction and less than the static limit of 2.94
+/// N. It stays there.
 #[test]
 fn friction_at_rest_holds_what_turns_back() {
     let mut interface = friction(0.1, 0.0, None);
@@ -99,14 +100,15 @@ fn friction_at_rest_holds_what_turns_back() {
     assert!(errors[0] < 5e-4 && errors[1] < 0.3 * errors[0], "{errors:?}");
 }
 
-/// The crank of reference R8 within and beyond its interval, in steps.
+/// The crank of reference R8 inside and outside its holding interval, by time stepping.
 #[test]
 fn a_held_crank_does_not_move_at_all() {
     let robot = slider_crank();
     let model = Forward::new(robot.mechanism.clone(), &[]);
     let at = Target { value: 1.0, rate: 0.0, acceleration: 0.0 };
     let state = model.assemble(&[], &robot.coordinates, &[at]).unwrap();
-    // What holds it without friction, from the event-driven method: no acceleration, none needed.
+    // The torque that holds it without friction, from the event-driven method, which needs no
+    // acceleration here.
     for (drive, sticks) in [(1.0, true), (0.0, false)] {
         let mut solver = stiction_core::dynamics::InverseDynamics::new(
             robot.mechanism.clone(),
@@ -131,8 +133,8 @@ fn a_held_crank_does_not_move_at_all() {
     }
 }
 
-/// A rod in two pads, pushed back so that no acceleration satisfies the laws (as in `forward_loops`): in
-/// steps it stops at once, and says so.
+/// A rod in two pads, pushed back so that no acceleration satisfies the laws (as in
+/// `forward_loops`): the time stepper stops it at once and reports the jump.
 #[test]
 fn where_there_is_no_acceleration_velocities_jump_and_it_is_told() {
     let model = Forward::new(collar(0.2), &[]);
@@ -143,7 +145,8 @@ fn where_there_is_no_acceleration_velocities_jump_and_it_is_told() {
     simulation.advance(0.01, &mut inputs).unwrap();
     println!("{:?} {:?}", simulation.events(), simulation.instant().state);
     assert!(jumps(&simulation) > 0);
-    // All of its kinetic energy goes into the pads at once; then it slides back, at -5 / (1 + 2.4) m/s^2.
+    // The pads dissipate all of its kinetic energy at once; then it slides back, at -5 / (1 + 2.4)
+    // m/s^2.
     let rate = simulation.instant().state.rates[0];
     let back = -5.0 / 3.4 * 0.01;
     assert!((rate - back).abs() < 1e-5 * back.abs(), "{rate} {back}");
@@ -152,7 +155,7 @@ fn where_there_is_no_acceleration_velocities_jump_and_it_is_told() {
     assert!((lost - 0.5 * 0.3 * 0.3 - on_the_way).abs() < 1e-6, "{lost}");
 }
 
-/// Both methods go the same way: the symmetric 3-RPS with friction in guides and pins.
+/// Both methods give the same motion: the symmetric 3-RPS with friction in guides and pins.
 #[test]
 fn steps_go_where_events_go() {
     let (robot, model, state) = rubbing_3rps(0.1);
@@ -171,7 +174,7 @@ fn steps_go_where_events_go() {
     let exact = run(Settings { method: Method::EventDriven, ..Settings::default() });
     let errors = [1e-5, 1e-7].map(|tolerance| (run(in_steps(tolerance)) - exact).norm());
     println!("{errors:?}");
-    // Steps are as the root of the tolerance and the error is as the steps, a tenth, but for those that events
-    // and the start shorten in both.
+    // The step is proportional to the square root of the tolerance, and the error to the step: a
+    // factor of ten, except for steps that events and the start shorten in both runs.
     assert!(errors[0] < 1e-4 && errors[1] < 0.4 * errors[0], "{errors:?}");
 }

@@ -70,7 +70,8 @@ fn r6_half_cycles_turn_and_stop_where_they_must() {
         simulation.advance(half * f64::from(n), &mut inputs).unwrap();
         let x = simulation.instant().state.coordinates[0];
         let expected = (0.1 - 0.01962 * f64::from(n)) * if n % 2 == 0 { 1.0 } else { -1.0 };
-        // Steps are exact to 1e-12; at a turning point time does not matter.
+        // Steps are accurate to 1e-12; at a turning point an error in time has no first-order
+        // effect.
         assert!((x - expected).abs() < 1e-11, "{n}: {x} {expected}");
     }
     simulation.advance(3.0, &mut inputs).unwrap();
@@ -83,13 +84,13 @@ fn r6_half_cycles_turn_and_stop_where_they_must() {
     let dissipated = simulation.energies().interfaces[0];
     assert!((dissipated - 0.4998195).abs() < 1e-11, "{dissipated}");
     assert!(simulation.energy_error().abs() < 1e-11);
-    // And there it stays, to the last bit.
+    // It stays there, to the last bit.
     simulation.advance(1000.0, &mut inputs).unwrap();
     assert_eq!(simulation.instant().state.coordinates[0], x);
     assert_eq!(simulation.instant().state.rates[0], 0.0);
 }
 
-/// A belt that is driven at constant speed.
+/// A belt with prescribed constant speed.
 struct Belt(f64);
 
 impl Inputs for Belt {
@@ -139,7 +140,7 @@ fn r6_stick_slip_on_a_belt() {
         }
     }
     println!("{slips:?} {sticks:?}");
-    // It is carried to where the spring pulls 1.5 N, 15 mm from rest.
+    // The belt carries it until the spring pulls 1.5 N, 15 mm from its free length.
     assert!((slips[0] - 0.15).abs() < 1e-9, "{slips:?}");
     for (slip, stick) in slips.iter().zip(&sticks) {
         assert!((stick - slip - 0.5355890089178).abs() < 1e-9, "{}", stick - slip);
@@ -220,7 +221,7 @@ fn r5_rests_just_below_its_angle_and_not_above() {
     }
 }
 
-/// A block on an inclined plane, held there by a guide or by a plate.
+/// A block on an inclined plane, with a guide or a plate as its joint.
 fn incline(angle: f64, mu: f64, joint_type: JointType) -> Forward {
     let down = v(angle.cos(), -angle.sin(), 0.0);
     let normal = v(angle.sin(), angle.cos(), 0.0);
@@ -246,7 +247,8 @@ fn incline(angle: f64, mu: f64, joint_type: JointType) -> Forward {
 fn a_block_sticks_just_below_the_friction_angle_and_slides_just_above() {
     for joint_type in [JointType::Prismatic, JointType::Planar] {
         let mu = 0.3_f64;
-        // A plate may slide any way: the slower it slides, the stiffer it is across its way.
+        // A plate may slide in any direction: the slower it slides, the stiffer it is perpendicular
+        // to its velocity.
         let above = if joint_type == JointType::Planar { 2e-2 } else { 1e-8 };
         for (part, sticks) in [(1.0 - 1e-8, true), (1.0 + above, false)] {
             let angle = mu.atan() * part;
@@ -261,7 +263,7 @@ fn a_block_sticks_just_below_the_friction_angle_and_slides_just_above() {
             let way = 0.5 * 9.81 * (angle.sin() - mu * angle.cos());
             let moved = now.bodies.pose[1].position.norm();
             let expected = if sticks { 0.0 } else { way };
-            // Of the way the steps' tolerance is 1e-10.
+            // The tolerance of the steps is 1e-10 of the distance.
             assert!(
                 (moved - expected).abs() < 1e-9 * way.abs().max(1e-2),
                 "{joint_type:?} {part}: {moved} {expected}"
@@ -281,12 +283,12 @@ fn what_is_held_at_95_percent_of_its_bound_does_not_drift() {
         simulation.advance(1000.0, &mut inputs).unwrap();
         assert_eq!(simulation.instant().state.coordinates, before);
         let interface = simulation.instant().interfaces[0];
-        // Friction bears what drives, with the sense of the sliding that it resists.
+        // Friction carries the driving load and has the sign of the sliding that it resists.
         assert!((interface.friction[0] - 0.2 * 9.81 * part).abs() < 1e-12);
     }
 }
 
-/// A force that swings.
+/// An oscillating force.
 struct Swing {
     mean: [f64; 3],
     amplitude: f64,
@@ -302,8 +304,9 @@ impl Inputs for Swing {
     }
 }
 
-/// The symmetric 3-RPS with Coulomb friction, bounded by the reactions, in guides and pins, and viscous
-/// friction in the balls: six contacts stick and slide under swinging forces, on three freedoms.
+/// The symmetric 3-RPS with Coulomb friction in guides and pins, limited by the reactions, and
+/// viscous friction in the balls: six interfaces stick and slip under oscillating forces, with
+/// three DOFs.
 #[test]
 fn a_parallel_robot_sticks_and_slides() {
     let (robot, model, state) = rubbing_3rps(0.0);
@@ -320,20 +323,20 @@ fn a_parallel_robot_sticks_and_slides() {
     let mut swing = Swing { mean, amplitude: 12.0, rate: 9.0 };
     let settings = Settings { relative: 1e-8, absolute: 1e-10, ..Settings::default() };
     let mut simulation = model.start(0.0, state, settings, &mut swing).unwrap();
-    // In balance it does not begin to move.
+    // In equilibrium it does not begin to move.
     assert!(simulation.interfaces().iter().all(|c| !matches!(c, Doing::Slides(_))));
     let until = 1.0;
     simulation.advance(until, &mut swing).unwrap();
     let slides =
         simulation.events().iter().filter(|e| matches!(e.kind, EventKind::Slides { .. })).count();
-    // Most reverse without a stop: other joints move on.
+    // Most interfaces reverse without a stop, because other joints keep moving.
     assert!(slides > 12, "{slides}");
     let turnover = simulation.energies().turnover;
     assert!(simulation.energy_error().abs() < 1e-7 * turnover);
 }
 
-/// Dahl's law over displacement, `N mu (1 - exp(-stiffness x / mu))`: what drives a prescribed slide at
-/// constant speed, and what its bristles have taken up.
+/// Dahl's law over the displacement, `N mu (1 - exp(-stiffness x / mu))`: the force on a prescribed
+/// slide at constant speed, and the energy stored in its bristles.
 #[test]
 fn dahl_rises_exponentially_with_displacement() {
     let (mu, stiffness, speed, way) = (0.2, 1e4, 0.01, 5e-5);
@@ -350,7 +353,7 @@ fn dahl_rises_exponentially_with_displacement() {
     simulation.advance(way / speed, &mut drive).unwrap();
     let now = simulation.instant();
     let expected = 9.81 * mu * (1.0 - (-stiffness * way / mu).exp());
-    // Steps are exact to 1e-12 of the deflection.
+    // Steps are accurate to 1e-12 of the deflection.
     assert!((now.drives[0] - expected).abs() < 1e-9, "{} {expected}", now.drives[0]);
     assert!(simulation.energy_error().abs() < 1e-12);
 }

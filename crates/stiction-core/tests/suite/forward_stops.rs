@@ -1,4 +1,5 @@
-//! Plates and balls that slide to rest, against closed forms: when, where, and however time is cut.
+//! Plates and balls that slide to rest, against closed forms: instant and position of the stop,
+//! independent of the row interval.
 
 use crate::common::*;
 use stiction_core::forward::{
@@ -17,7 +18,8 @@ fn rub(mu: f64, radius: f64) -> JointFriction {
     JointFriction::round(radius, Law::coulomb_viscous(mu, 0.0))
 }
 
-/// A body on a plane through its centre of mass that falls towards x by `slope`, or in a ball there.
+/// A body on a plane through its centre of mass, with the slope `slope` towards x, or in a ball
+/// joint at that position.
 fn body(joint: JointType, (mu, radius): (f64, f64), inertia: Mat3<f64>, slope: f64) -> Forward {
     let mechanism = MechanismBuilder::new("body")
         .gravity(v(G * slope.sin(), 0.0, -G * slope.cos()))
@@ -28,7 +30,7 @@ fn body(joint: JointType, (mu, radius): (f64, f64), inertia: Mat3<f64>, slope: f
     Forward::new(mechanism, &[])
 }
 
-/// Goes on in stretches of this length, as one does who wants rows that are so far apart.
+/// Advances in intervals of this length, as for rows of this spacing.
 fn run<'a>(model: &'a Forward, rates: [f64; 3], stretch: f64, until: f64) -> Simulation<'a> {
     let mut state = State::new(model.topology());
     state.rates.copy_from_slice(&rates);
@@ -42,7 +44,7 @@ fn run<'a>(model: &'a Forward, rates: [f64; 3], stretch: f64, until: f64) -> Sim
     simulation
 }
 
-/// The one stop, s.
+/// Instant of the only stop, s.
 fn stop(simulation: &Simulation<'_>) -> f64 {
     let stops: Vec<f64> = simulation
         .events()
@@ -58,7 +60,7 @@ fn stop(simulation: &Simulation<'_>) -> f64 {
     stops[0]
 }
 
-/// Steps are exact to 1e-10 of velocities, and so are the times when these are zero.
+/// Steps are accurate to 1e-10 of velocities, and so are the instants at which these vanish.
 const SHARP: f64 = 1e-9;
 const STRETCHES: [f64; 5] = [1e-3, 7e-3, 0.01, 0.1, 10.0];
 
@@ -85,8 +87,9 @@ fn a_plate_stops_at_v_over_mu_g_after_half_of_v_times_that() {
     }
 }
 
-/// Down a slope that is less than the angle of friction, thrown across it: the way bends. With the slope's
-/// acceleration `a` and friction's `p` the sum `p |v| + a v_x` falls at the constant rate `p^2 - a^2`.
+/// Down a slope below the friction angle, with an initial velocity across it: the path bends. With
+/// the slope's acceleration `a` and friction's `p`, the sum `p |v| + a v_x` decreases at the
+/// constant rate `p^2 - a^2`.
 #[test]
 fn a_plate_thrown_across_a_slope_bends_its_way_and_stops_in_time() {
     for (mu, slope) in [(0.3, 0.1), (0.3, 0.25), (0.5, 0.02)] {
@@ -106,9 +109,9 @@ fn a_plate_thrown_across_a_slope_bends_its_way_and_stops_in_time() {
     }
 }
 
-/// A disc that slides and spins stops both at once. With `k = m r^2 / I` the spinning at the rim falls as
-/// the `k`-th power of the sliding, so the time is that over `mu g` of the integral of
-/// `sqrt(1 + (u/v)^2 x^(2 (k - 1)))` over `x` from 0 to 1.
+/// A disc that slides and spins stops both at the same time. With `k = m r^2 / I`, the rim speed of
+/// the spin decreases as the `k`-th power of the sliding speed, so the time is `1 / (mu g)` times
+/// the integral of `sqrt(1 + (u/v)^2 x^(2 (k - 1)))` over `x` from 0 to 1.
 #[test]
 fn a_disc_that_slides_and_spins_stops_both_at_once() {
     let (mu, radius) = (0.2, 0.05);
@@ -121,7 +124,7 @@ fn a_disc_that_slides_and_spins_stops_both_at_once() {
     for (k, sliding, spinning) in
         [(1.0, 1.0, 0.5), (2.0, 0.8, 0.9), (3.0, 0.1, 1.0), (0.5, 0.9, 0.8)]
     {
-        // The more of both the slower they stop; below one it is the sliding that falls faster.
+        // The larger both are, the longer the stop takes; below one, the sliding decreases faster.
         let (first, other, power): (f64, f64, f64) =
             if k >= 1.0 { (sliding, spinning, k) } else { (spinning, sliding, 1.0 / k) };
         let ratio = other / first;
@@ -141,7 +144,7 @@ fn a_disc_that_slides_and_spins_stops_both_at_once() {
     }
 }
 
-/// A ball turns to rest about whatever axis: `I omega / (mu m g r)`.
+/// Stopping time of a ball about any axis: `I omega / (mu m g r)`.
 #[test]
 fn a_ball_turns_to_rest_in_time() {
     let (mu, radius, inertia) = (0.2, 0.03, 4e-3);

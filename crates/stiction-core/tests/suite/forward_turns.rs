@@ -1,4 +1,5 @@
-//! Angles of joints that close loops, counted on over full turns however long it is between two looks.
+//! Angles of joints that close loops count continuously over full turns, however long the interval
+//! between two rows.
 
 use crate::common::*;
 use stiction_core::forward::{Forward, Inputs, Known, Method, Settings, View};
@@ -7,7 +8,7 @@ use stiction_core::kinematics::Coordinate;
 use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder};
 use stiction_core::topology::TreeRule;
 
-/// An angle that inputs were shown.
+/// The angle that the inputs received.
 struct Look(f64);
 
 impl Inputs for Look {
@@ -43,8 +44,9 @@ fn a_wheel_in_two_bearings_counts_its_turns() {
         let mut look = Look(f64::NAN);
         let mut simulation = model.start(0.0, state, settings, &mut look).unwrap();
         simulation.advance(1.0, &mut look).unwrap();
-        // Trees that let the wheel float integrate its orientation, in some 1e3 steps with errors of 1e-10, or
-        // of 1e-7 and adding up where they are of first order. A turn more or less would be 6.3.
+        // If the wheel floats in the tree, its orientation is integrated in about 1e3 steps with
+        // errors of 1e-10 each, or of 1e-7 where they are of first order and accumulate. A turn
+        // more or less would be 6.3.
         let far = if method == Method::EventDriven { 1e-6 } else { 0.1 };
         let angle = simulation.joint_motion(left, 0).value;
         assert!((angle - OMEGA).abs() < far, "{method:?}: {angle}");
@@ -56,6 +58,6 @@ fn a_wheel_in_two_bearings_counts_its_turns() {
         resumed.advance(1.5, &mut look).unwrap();
         assert!((resumed.joint_motion(left, 0).value - 1.5 * OMEGA).abs() < far);
     }
-    // Half of the trees are cut at this bearing, more or less.
+    // About half of the trees are cut at this bearing.
     assert!(cut > 0 && cut < 16, "{cut}");
 }

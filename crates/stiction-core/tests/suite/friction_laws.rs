@@ -1,4 +1,4 @@
-//! What must hold for friction of every law and every load map, on random mechanisms.
+//! Properties of friction with every law and every normal-load map, on random mechanisms.
 
 use crate::common::random::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
@@ -70,7 +70,7 @@ fn load(random: &mut Random, shape: InterfaceShape, joint_type: JointType) -> No
     map
 }
 
-/// A mechanism of a class with friction of all kinds in all its joints.
+/// A mechanism of a class with all kinds of friction in all joints.
 fn rich_case(class: Class, seed: u64, mu: f64) -> Case {
     let (mut draft, case) = case(class, seed, 0.0);
     let mut random = Random(seed + 77);
@@ -89,8 +89,8 @@ fn rich_case(class: Class, seed: u64, mu: f64) -> Case {
     Case { mechanism: draft.build_in_order(), ..case }
 }
 
-/// Calls `check` for all cases of all classes that are far enough from singularities for their
-/// digits to mean something.
+/// Calls `check` for all cases of all classes that are far enough from singular positions for a
+/// meaningful comparison of digits.
 fn for_each_case(mu: f64, seeds: u64, mut check: impl FnMut(&Case, &mut InverseDynamics)) {
     for class in CLASSES {
         for seed in 0..seeds {
@@ -129,8 +129,8 @@ fn friction_dissipates_and_both_methods_agree() {
         }
         let power = forces.power;
         assert!(power.residual().abs() <= 1e-11 * power.turnover, "{:?} {power:?}", case.class);
-        // Near locking rounding grows as loads do: there it is only asked whether it is the same
-        // solution, of which others differ by much more.
+        // Near locking, rounding grows with the normal loads: there the test only checks that it is
+        // the same solution, since other solutions differ by much more.
         let strong = solver.coupling().is_none_or(|coupling| coupling > 0.9);
         let careful = solver.solve_carefully(&case.loads).unwrap();
         let apart = apart(&forces.efforts, &careful.efforts);
@@ -147,7 +147,7 @@ fn friction_dissipates_and_both_methods_agree() {
     assert!(compared > 40 && dissipating > 400, "{compared} {dissipating}");
 }
 
-/// All coefficients of a contact times a factor.
+/// Multiplies all coefficients of an interface by a factor.
 fn scale(interface: &mut InterfaceParameters<f64>, factor: f64) {
     for law in [Some(&mut interface.law), interface.backward.as_mut()].into_iter().flatten() {
         law.coulomb *= factor;
@@ -162,7 +162,7 @@ fn scale(interface: &mut InterfaceParameters<f64>, factor: f64) {
     }
 }
 
-/// Drives by the kernel with changed parameters and rates.
+/// Actuator forces by the kernel with changed parameters and rates.
 fn drives(
     case: &Case,
     solver: &InverseDynamics,
@@ -182,7 +182,8 @@ fn drives(
     settled.then(|| data.inverse.efforts().to_vec())
 }
 
-/// One pass is exact to first order in the coefficients: half of them, a quarter of the error.
+/// Decoupled (one-pass) friction is exact to first order in the coefficients: half of the
+/// coefficients give a quarter of the error.
 #[test]
 fn without_friction_and_with_little() {
     use FrictionMode::{Converged, Off, OnePass};
@@ -197,7 +198,7 @@ fn without_friction_and_with_little() {
         let largest = none.iter().fold(1e-9f64, |max, x| max.max(x.abs()));
         for tiny in [0.0, 1e-11] {
             let Some(with) = scaled(Converged, tiny) else { return };
-            // Friction of this part of some newtons, in reactions that loops may multiply.
+            // Relative to typical friction of some newtons, with reactions that loops may magnify.
             assert!(apart(&none, &with) <= 1e4 * tiny, "{:?}", case.class);
         }
         let error = |factor| {
@@ -206,7 +207,7 @@ fn without_friction_and_with_little() {
             Some(pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max))
         };
         let (Some(one), Some(half)) = (error(2e-3), error(1e-3)) else { return };
-        // Much smaller ones are rounding; third-order terms are the rest.
+        // Much smaller errors are rounding; the remaining difference is of third order.
         if half > 1e-9 * largest && one < 1e-4 * largest {
             assert!((one / half - 4.0).abs() < 0.1, "{:?} {one} {half}", case.class);
             compared += 1;
@@ -215,8 +216,8 @@ fn without_friction_and_with_little() {
     assert!(compared > 30, "{compared}");
 }
 
-/// Time run backwards turns friction round and nothing else. What is different backward changes
-/// places with what is forward.
+/// Time reversal changes the direction of friction and nothing else, if the laws for the two
+/// directions are exchanged.
 #[test]
 fn time_reversal_turns_friction_round() {
     let mut compared = 0;
@@ -241,8 +242,8 @@ fn time_reversal_turns_friction_round() {
     assert!(compared > 40, "{compared}");
 }
 
-/// Pins, balls and threads without radius rub without moment: the friction of guides is left. A
-/// plate keeps that of its sliding.
+/// Pins, balls and threads with radius zero have no friction moment: only the friction of guides
+/// remains. A plate keeps the friction of its translation.
 #[test]
 fn without_radius_nothing_that_turns_rubs() {
     let mut compared = 0;
@@ -267,7 +268,7 @@ fn without_radius_nothing_that_turns_rubs() {
             _ => {}
         });
         let (Some(small), Some(off)) = (small, off) else { return };
-        // A radius of 1e-14 m; the rest is rounding.
+        // With a radius of 1e-14 m; the remaining difference is rounding.
         assert!(apart(&small, &off) < 1e-9, "{:?}", case.class);
         compared += 1;
     });

@@ -1,4 +1,4 @@
-//! The kernels over other scalars than `f64`.
+//! The kernels over scalars other than `f64`.
 
 use crate::common::*;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Model, Settings};
@@ -41,7 +41,7 @@ fn subject() -> Subject {
     }
 }
 
-/// Every kernel iterates a fixed number of times.
+/// Every kernel has a fixed number of iterations.
 const SETTINGS: fn() -> Settings = || Settings {
     position_steps: 4,
     friction_steps: 6,
@@ -63,7 +63,7 @@ fn run<T: Scalar>(
     (data.inverse.efforts().to_vec(), numbers.collect())
 }
 
-/// What can be varied: values, rates and accelerations of the three targets, load components, a
+/// The varied inputs: values, rates and accelerations of the three targets, load components, a
 /// mass, a friction coefficient, a radius, a length.
 const DIRECTIONS: usize = 14;
 
@@ -128,7 +128,7 @@ fn dual_numbers_differentiate_drives_and_reactions() {
         let scale = difference.iter().fold(1e-3f64, |max, x| max.max(x.abs()));
         for (found, expected) in exact.iter().zip(&difference) {
             let error = (found.slope[direction] - expected).abs();
-            // Round-off of the differences: some 1e-14 of the forces over the step.
+            // Round-off of the differences: about 1e-14 of the forces divided by the step.
             assert!(error < 1e-9 * scale, "direction {direction}: {error:e} of {scale}");
         }
     }

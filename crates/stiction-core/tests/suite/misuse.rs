@@ -1,4 +1,4 @@
-//! What callers may do wrong: it is told, and leaves nothing behind.
+//! Errors of callers: each is reported and leaves the state unchanged.
 
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, InverseError, LoadAxes, Settings};
 use stiction_core::forward::{self, ConstantEfforts, Forward, ForwardError};
@@ -11,7 +11,7 @@ fn at(value: f64) -> Target<f64> {
     Target { value, rate: 0.0, acceleration: 0.0 }
 }
 
-/// A crank of 0.1 m that turns a rocker of 0.3 m through a rod of 0.3 m, the bases 0.4 m apart.
+/// A crank of 0.1 m drives a rocker of 0.3 m through a rod of 0.3 m, with the bases 0.4 m apart.
 fn four_bar() -> Result<InverseDynamics, Box<dyn std::error::Error>> {
     let bar = |name: &str| BodySpec::new(name).mass(1.0).com(Vec3::new(0.1, 0.0, 0.0));
     let x = |x| Pose::at(Vec3::new(x, 0.0, 0.0));
@@ -31,7 +31,7 @@ fn four_bar() -> Result<InverseDynamics, Box<dyn std::error::Error>> {
     Ok(InverseDynamics::new(mechanism, &[], &[angle], &[at(2.0)], Settings::default())?)
 }
 
-/// All defects are told in one error, each in its line.
+/// One error contains all defects, each on its own line.
 #[test]
 fn all_defects_are_one_error() {
     let built = MechanismBuilder::new("x")
@@ -45,13 +45,14 @@ fn all_defects_are_one_error() {
     assert!(text.contains("`a`") && text.contains("`b`"), "{text}");
 }
 
-/// A position that cannot be reached leaves a solver where it was, with the same forces to the last digits.
+/// An unreachable position leaves the solver in its previous state, with the same forces to the
+/// last digits.
 #[test]
 fn failing_to_move_leaves_everything_where_it_was() {
     let mut solver = four_bar().unwrap();
     let state = solver.assembly().state().clone();
     let drive = solver.solve(&[]).unwrap().efforts[0];
-    // The rocker turned away from the crank is out of the rod's reach.
+    // With the rocker turned away from the crank, the rod is too short.
     assert!(matches!(solver.move_to(&[at(0.0)]), Err(AssemblyError::Gap(_))));
     assert_eq!(solver.assembly().state().coordinates, state.coordinates);
     assert!(solver.closure_error() < 1e-12);
@@ -60,7 +61,7 @@ fn failing_to_move_leaves_everything_where_it_was() {
     assert!(solver.move_to(&[at(2.05)]).is_ok());
 }
 
-/// What is no number is said to be none.
+/// Values that are not finite are reported as such.
 #[test]
 fn what_is_not_finite_is_told() {
     let mut solver = four_bar().unwrap();
@@ -74,7 +75,7 @@ fn what_is_not_finite_is_told() {
     assert_eq!(solver.solve(&[load]).unwrap_err(), told);
 }
 
-/// A motion goes from a time to a time.
+/// A motion needs finite start and end times.
 #[test]
 fn times_that_are_none_are_told() {
     let mut solver = four_bar().unwrap();
@@ -82,10 +83,10 @@ fn times_that_are_none_are_told() {
         let told = solver.follow(from, to, |_, targets| targets[0] = at(2.0)).unwrap_err();
         assert!(matches!(told, AssemblyError::NoTime { .. }), "{told}");
     }
-    // What is asked for on the way is looked at, too.
+    // Intermediate targets are checked, too.
     let told = solver.follow(0.0, 1.0, |t, targets| targets[0] = at(2.0 + t / 0.0)).unwrap_err();
     assert_eq!(told, AssemblyError::NotFinite { index: 0 });
-    // Steps that no clock can halve end: the motion jumps where time has no room for it.
+    // The step halving ends where time has no further resolution: the motion jumps at one instant.
     let mut solver = four_bar().unwrap();
     let jump =
         |t: f64, targets: &mut [Target<f64>]| targets[0] = at(if t > 1e17 { 2.5 } else { 2.0 });
@@ -111,7 +112,7 @@ fn a_body_that_does_not_exist_is_told() {
     let _ = four_bar().unwrap().solve(&[load]);
 }
 
-/// A pendulum that swings freely.
+/// A free pendulum.
 fn pendulum() -> Forward {
     let spec = JointSpec::new("pin", JointType::Revolute, "ground", "bar");
     let body = BodySpec::new("bar").mass(1.0).com(Vec3::new(0.5, 0.0, 0.0));
@@ -142,7 +143,7 @@ fn the_start_of_another_mechanism_is_told() {
     let _ = pendulum().start(0.0, nothing, settings, &mut ConstantEfforts(vec![]));
 }
 
-/// Errors go through threads and boxes.
+/// Errors can be sent between threads and boxed.
 #[test]
 fn errors_are_errors() {
     fn is_error<E: std::error::Error + Send + Sync + Clone + 'static>() {}

@@ -22,13 +22,14 @@ fn kernels_agree_with_the_dense_system() {
                 let (_, case) = case(class, seed, 0.2);
                 let Some((mut solver, smallest)) = case.regular_solver(friction) else { continue };
                 match solver.solve(&case.loads) {
-                    // Said by the kernel, and by the dense method at the same coefficients.
+                    // Reported by the kernel, and by the dense method at the same coefficients.
                     Err(InverseError::Locked { percent, .. }) => {
                         let careful = solver.solve_carefully(&case.loads).unwrap_err();
                         let InverseError::Locked { percent: other, .. } = careful else {
                             panic!("{class:?} {seed}: {careful}")
                         };
-                        // Near the limit loads grow without bound, and neither settles to the last.
+                        // Near the limit, normal loads grow without bound, and neither method
+                        // converges to the last digit.
                         let apart = (percent - other).abs();
                         assert!(apart < 3e-3 * percent, "{class:?} {seed} {percent} {other}");
                         locked += 1;
@@ -43,7 +44,8 @@ fn kernels_agree_with_the_dense_system() {
                     power.residual().abs() <= 1e-12 * power.turnover,
                     "{class:?} {seed} {power:?}"
                 );
-                // Near locking loads and their rounding grow: half-digits of them are compared there.
+                // Near locking, normal loads and their rounding grow; the comparison there uses
+                // half of the digits.
                 let strong = solver.coupling().is_none_or(|coupling| coupling > 0.9);
                 solver.solve_carefully(&case.loads).unwrap();
                 let dense = numbers(&solver);

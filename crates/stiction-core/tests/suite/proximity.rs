@@ -1,11 +1,11 @@
-//! Distances to singular positions by products of sparse blocks, against decompositions.
+//! Singularity indices by products of sparse blocks against dense decompositions.
 
 use crate::common::random::*;
 use stiction_core::dynamics::{InverseDynamics, Settings};
 use stiction_core::statics::{Distances, SingularityDistances, Statics};
 
-/// Random mechanisms of all classes with nothing redundant: both distances are those of the decomposed
-/// matrix, to what its products keep of its digits.
+/// Random mechanisms of all classes without redundant constraints: both indices agree with those of
+/// the decomposed matrix, up to the digits that the products keep.
 #[test]
 fn products_find_what_decompositions_find() {
     let mut looked_at = 0;
@@ -15,7 +15,7 @@ fn products_find_what_decompositions_find() {
             let (coordinates, targets) = (&case.coordinates, &case.targets);
             let settings = Settings::default();
             let mechanism = case.mechanism.clone();
-            // Some leave more freedoms than are prescribed.
+            // Some mechanisms have more DOFs than are prescribed.
             let Ok(solver) = InverseDynamics::new(mechanism, &[], coordinates, targets, settings)
             else {
                 continue;
@@ -33,11 +33,11 @@ fn products_find_what_decompositions_find() {
             let pairs =
                 [(found.actuation, expected.actuation), (found.constraint, expected.constraint)];
             for (found, expected) in pairs {
-                // 1e-12 is where the eigenvalue's search stops.
+                // The eigenvalue iteration stops at 1e-12.
                 let error = (found - expected).abs() / expected;
                 assert!(error < 2e-12, "{class:?} {seed}: {found} {expected}, {error}");
             }
-            // The next position takes the same room.
+            // The next position reuses the buffers.
             assert_eq!(proximity.measure(mechanism, parameters, solver.bodies()), found);
             looked_at += 1;
         }

@@ -24,7 +24,7 @@ fn motion_drives_and_reactions() {
     )
     .unwrap();
 
-    // Column by column: found and expected.
+    // For each column, computed and expected values.
     let mut columns: std::collections::BTreeMap<String, Vec<(f64, f64)>> = Default::default();
     let mut before = 0.0;
     for ((state, drive), reaction) in motion.iter().zip(&drives).zip(&reactions) {
@@ -88,7 +88,7 @@ fn motion_drives_and_reactions() {
     for (name, pairs) in &columns {
         let largest = pairs.iter().map(|p| p.1.abs()).fold(0.0, f64::max);
         let error = pairs.iter().map(|p| (p.0 - p.1).abs()).fold(0.0, f64::max);
-        // Columns that are zero by symmetry are compared with the moments at hand, some 10 N m.
+        // Columns that are zero by symmetry are compared relative to typical moments of 10 N m.
         let scale = if largest < 1e-9 { 10.0 } else { largest };
         assert!(error <= 1e-11 * scale, "{name}: {error:e} of {largest:e}");
     }

@@ -1,4 +1,5 @@
-//! The regular twin of the paper's robot: all 42 unknowns, frictionless, one pass, converged.
+//! The regular twin of the paper's robot: all 42 unknowns with no friction, decoupled (one-pass)
+//! friction and converged friction.
 
 use crate::common::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
@@ -52,14 +53,14 @@ fn all_unknowns_in_all_modes() {
                 ("MPy", mp.y),
                 ("MPu", mp.z),
                 ("tau", forces.efforts[n - 1]),
-                // The reference states the platform's force on the rod.
+                // The reference contains the force of the platform on the rod.
                 ("FSt", -fs.x),
                 ("FSy", -fs.y),
                 ("FSu", -fs.z),
             ];
             for (name, found) in found {
                 let expected = number(row, &format!("{name}{n}"));
-                // The reference is printed with ten digits.
+                // The reference has ten digits.
                 let last_digit = 10f64.powi(expected.abs().max(1e-9).log10().floor() as i32 - 9);
                 assert!(
                     (found - expected).abs() < 0.51 * last_digit + 1e-10,

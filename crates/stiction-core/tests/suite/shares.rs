@@ -1,4 +1,4 @@
-//! What each friction causes of each drive: sums, the dense system, and virtual work.
+//! Friction contributions to each actuator force: sums, the dense system, and virtual work.
 
 use crate::common::random::*;
 use crate::common::*;
@@ -7,15 +7,15 @@ use stiction_core::kinematics::Target;
 
 const FRICTION: [FrictionMode; 2] = [FrictionMode::OnePass, FrictionMode::Converged];
 
-/// All shares, drive by drive.
+/// All contributions, actuator by actuator.
 fn shares(solver: &mut InverseDynamics) -> Vec<Vec<f64>> {
     let drives = solver.forces().efforts.len();
     let shares = solver.shares();
     (0..drives).map(|drive| shares.of_actuator(drive).collect()).collect()
 }
 
-/// The largest amount by which shares do not add up to what friction makes of a drive, relative to
-/// all that is added.
+/// Largest difference between the sum of the contributions and the change of an actuator force due
+/// to friction, relative to the sum of all magnitudes.
 fn misses(solver: &InverseDynamics, shares: &[Vec<f64>]) -> f64 {
     let forces = solver.forces();
     let pairs = forces.efforts.iter().zip(&forces.efforts_frictionless).zip(shares);
@@ -27,7 +27,7 @@ fn misses(solver: &InverseDynamics, shares: &[Vec<f64>]) -> f64 {
     miss.fold(0.0, f64::max)
 }
 
-/// Solvers of regular random mechanisms with everything solved.
+/// Solvers of regular random mechanisms with all forces solved.
 fn solved(mut each: impl FnMut(&Case, &mut InverseDynamics, f64)) {
     for class in CLASSES {
         for seed in 0..10 {
@@ -44,7 +44,7 @@ fn solved(mut each: impl FnMut(&Case, &mut InverseDynamics, f64)) {
                 let Ok(mut solver) = solver else { continue };
                 let statics = solver.statics();
                 let smallest = *statics.singular_values()[..statics.rank()].last().unwrap();
-                // Random mechanisms may be near singular; those magnify round-off.
+                // Random mechanisms may be near singular positions, which magnify round-off.
                 if smallest > 1e-3 && solver.solve(&case.loads).is_ok() {
                     each(&case, &mut solver, smallest);
                 }
@@ -80,15 +80,15 @@ fn shares_add_up_and_agree_with_the_dense_system() {
     assert!(summed > 100 && compared > 100, "{summed} {compared}");
 }
 
-/// A share is the friction times the sliding velocity in the motion of one unit of rate of the
-/// drive while the others stand still: rates are those of the mechanism itself, moved so.
+/// A contribution is the friction times the sliding velocity in the motion with unit rate of one
+/// actuator and all others at rest; the rates are those of the mechanism itself in this motion.
 #[test]
 fn shares_are_those_of_virtual_work() {
     let mut compared = 0;
     solved(|case, solver, smallest| {
         let spins = solver.assembly().motion_constraints().spins().len();
         let count = case.coordinates.len();
-        // Only where each drive has a motion of its own. Idle spins are accelerated by friction.
+        // Only if each actuator has a motion of its own. Friction accelerates local DOFs.
         if spins > 0 || solver.actuator_rates().count() != count {
             return;
         }
@@ -118,7 +118,7 @@ fn shares_are_those_of_virtual_work() {
         for drive in 0..count {
             let size: f64 = found[drive].iter().map(|share| share.abs()).sum();
             for (index, interface) in interfaces.iter().enumerate() {
-                // Velocities at the surface, and what they are for a unit of each drive.
+                // Surface velocities of the motion, and of a unit rate of each actuator.
                 let arms = interface.arms(solver.parameters().pitch[interface.joint]);
                 let surface = |rates: &[f64]| {
                     let own = rates[interface.shape.dofs()].iter().zip(arms);
@@ -146,7 +146,7 @@ fn shares_are_those_of_virtual_work() {
     assert!(compared > 500, "{compared}");
 }
 
-/// What is dissipated is what the shares take of the drives' power.
+/// The dissipated power is the contributions' part of the actuator powers.
 #[test]
 fn shares_dissipate_what_friction_dissipates() {
     let mut compared = 0;
@@ -168,7 +168,8 @@ fn shares_dissipate_what_friction_dissipates() {
     assert!(compared > 500, "{compared}");
 }
 
-/// Rates the other way, friction the other way, everything else as it was; and back again.
+/// Reverses the rates: friction changes its direction, and everything else stays. Reversing again
+/// restores the original values.
 #[test]
 fn time_run_backward_reverses_friction_and_nothing_else() {
     let mut compared = 0;
@@ -199,8 +200,8 @@ fn time_run_backward_reverses_friction_and_nothing_else() {
     assert!(compared > 100, "{compared}");
 }
 
-/// The slider-crank of reference R8 at 60 degrees, by hand: with the crank at rate one, the rod
-/// turns at `-a cos(q) / (l cos(b))` against the ground, and so on.
+/// The slider-crank of reference R8 at 60 degrees, by hand: with unit rate of the crank, the rod
+/// turns at `-a cos(q) / (l cos(b))` relative to the ground, and so on.
 #[test]
 fn slider_crank_by_hand() {
     let robot = slider_crank();
@@ -224,7 +225,7 @@ fn slider_crank_by_hand() {
         assert!((interface.velocity - 10.0 * sliding).abs() < 1e-12);
         let expected = interface.friction * sliding;
         assert!((share - expected).abs() < 1e-12, "{share} {expected}");
-        // A crank that turns forward is held back by every joint.
+        // Every joint resists a crank that turns forward.
         assert!(*share > 0.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Positions where no finite driving force exists, or where forces are not unique.
+//! Positions where no finite actuator force exists, or where forces are not unique.
 
 use crate::common::*;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, InverseError, LoadAxes, Settings};
@@ -55,7 +55,8 @@ fn the_papers_load_cannot_be_carried() {
     );
 }
 
-/// Without a load the balance has solutions at t = 0: unique drives, but not unique reactions.
+/// Without a load, the balance has solutions at t = 0: unique actuator forces, but not unique
+/// reactions.
 #[test]
 fn in_range_at_a_singular_position() {
     let (mut solver, _) = printed(false);
@@ -72,7 +73,7 @@ fn in_range_at_a_singular_position() {
     }
 }
 
-/// Nothing holds the platform's roll about the line of balls 2 and 3, to first order.
+/// Nothing constrains the platform's roll about the line of balls 2 and 3, to first order.
 #[test]
 fn three_coordinates_leave_the_roll_open() {
     let robot = printed_robot(false);
@@ -94,7 +95,8 @@ fn three_coordinates_leave_the_roll_open() {
     assert!(open[0].motion.starts_with("rotation about x"), "{}", open[0].motion);
 }
 
-/// A position that closes says nothing of rates: a welded arm is told to turn.
+/// A position that closes the loops does not determine the rates: a welded arm has a prescribed
+/// rate.
 #[test]
 fn rates_that_loops_do_not_allow_are_refused() {
     let arm = || BodySpec::new("arm").mass(1.0).inertia(diagonal(0.1, 0.1, 0.1));

@@ -15,7 +15,7 @@ use stiction_core::parameters::Parameters;
 use stiction_core::scalar::{Dual, Scalar};
 use stiction_core::spatial::Vec3;
 
-/// The same mechanism with springs; bodies and joints keep their order.
+/// Copies the mechanism and adds springs; bodies and joints keep their order.
 fn with_springs(mechanism: &Mechanism, springs: &[SpringSpec]) -> Mechanism {
     let mut builder = MechanismBuilder::new("sprung").gravity(mechanism.gravity());
     let name = |id: stiction_core::mechanism::BodyId| mechanism.bodies()[id.0].name.clone();
@@ -57,13 +57,13 @@ fn solver(mechanism: &Mechanism, case: &Case, settings: Settings) -> Option<Inve
     let (coordinates, targets) = (&case.coordinates, &case.targets);
     let solver = InverseDynamics::new(mechanism.clone(), &[], coordinates, targets, settings);
     match solver {
-        // Two legs whose balls are held leave the platform the turn about their line.
+        // Two legs with fixed balls leave the platform the rotation about the line between them.
         Err(AssemblyError::Open { .. }) => None,
         solver => Some(solver.unwrap()),
     }
 }
 
-/// A spring's forces on its ends by Hooke's law, as loads.
+/// The forces of a spring on its ends by Hooke's law, as loads.
 fn as_loads(spring: &Spring, solver: &InverseDynamics) -> [AppliedLoad<f64>; 2] {
     let bodies = solver.bodies();
     let place = |k: usize| bodies.pose[spring.ends[k].0].apply(spring.points[k]);
@@ -95,7 +95,8 @@ fn assert_near(what: &str, found: &[f64], expected: &[f64], part: f64) {
     }
 }
 
-/// A spring is a pair of loads: in the kernel, in the dense system, and in the power balance.
+/// A spring is equivalent to a pair of loads: in the kernel, in the dense system, and in the power
+/// balance.
 #[test]
 fn a_spring_is_a_pair_of_loads() {
     let (mut compared, mut carefully) = (0, 0);
@@ -126,7 +127,7 @@ fn a_spring_is_a_pair_of_loads() {
                 let forces = sprung.solve(&case.loads).unwrap();
                 let (power, with_loads) = (forces.power, plain.forces().power);
                 assert!(power.residual().abs() <= 1e-11 * power.turnover, "{what}: {power:?}");
-                // The loads are the same to round-off of what they are made of.
+                // The loads agree to round-off of their terms.
                 assert_near(&what, &numbers(&sprung), &numbers(&plain), 1e-10);
                 let parts = [power.loads, power.actuators];
                 let error = 1e-10 * with_loads.turnover;
@@ -134,7 +135,8 @@ fn a_spring_is_a_pair_of_loads() {
                 assert!((parts[1] - with_loads.actuators).abs() <= error, "{what}: {power:?}");
                 compared += 1;
                 if sprung.solve_carefully(&case.loads).is_ok() {
-                    // The plain fixed point of the careful path stops at 1e-13 of the largest load.
+                    // The fixed-point iteration of the dense fallback stops at 1e-13 of the largest
+                    // normal load.
                     assert_near(&what, &numbers(&sprung), &numbers(&plain), 1e-9);
                     carefully += 1;
                 }
@@ -144,7 +146,7 @@ fn a_spring_is_a_pair_of_loads() {
     assert!(compared > 60 && carefully > 50, "{compared} {carefully}");
 }
 
-/// Which end is called the first does not matter.
+/// The order of the two ends does not matter.
 #[test]
 fn springs_may_be_turned_round() {
     let (_, case) = case(Class::Parallel, 3, 0.1);
@@ -187,8 +189,8 @@ fn pendulum(spring: SpringSpec, angle: f64) -> InverseDynamics {
     InverseDynamics::new(mechanism, &[], &coordinates, &targets, Settings::default()).unwrap()
 }
 
-/// The classic equilibrator: a spring without free length from a point h above the pivot to a point r
-/// up the arm carries the arm everywhere if k h r = m g l.
+/// Static balancing: a spring with free length zero, from a point h above the pivot to a point r
+/// along the arm, balances the arm in every position if k h r = m g l.
 #[test]
 fn a_spring_without_free_length_balances_an_arm_in_every_position() {
     let (h, r) = (0.3, 0.2);
@@ -200,12 +202,12 @@ fn a_spring_without_free_length_balances_an_arm_in_every_position() {
         let angle = 0.37 * f64::from(k);
         let mut solver = pendulum(spring.clone(), angle);
         let torque = solver.solve(&[]).unwrap().efforts[0];
-        // Of 9.81 N m that the weight asks for.
+        // Relative to the 9.81 N m of the weight.
         assert!(torque.abs() < 1e-14 * 9.81 * 10.0, "{angle}: {torque:e}");
     }
 }
 
-/// A slide against a damper: F = m a + c v.
+/// A slide with a damper: F = m a + c v.
 #[test]
 fn a_damper_alone() {
     let mechanism = MechanismBuilder::new("slide")
@@ -236,7 +238,7 @@ fn ends_that_coincide() {
             .stiffness(500.0, free_length)
             .damping(damping)
     };
-    // Without free length and damping the force is zero there, whatever its direction.
+    // Without free length and damping the force is zero there, so its direction is irrelevant.
     let torque = pendulum(spring(0.0, 0.0), 0.0).solve(&[]).unwrap().efforts[0];
     assert_eq!(torque, 0.0);
     for (free_length, damping) in [(0.05, 0.0), (0.0, 3.0)] {
@@ -245,7 +247,7 @@ fn ends_that_coincide() {
             let expected = InverseError::SpringWithoutDirection { spring: "s".into() };
             assert_eq!(solver.solve(&[]).unwrap_err(), expected);
             assert_eq!(solver.solve_carefully(&[]).unwrap_err(), expected);
-            // The bare kernel has numbers even there, and derivatives.
+            // The kernel itself returns finite numbers even there, and finite derivatives.
             let model = solver.model().unwrap();
             let parameters = Parameters::<Dual<f64, 5>>::new(solver.mechanism());
             let mut data = model.data(solver.assembly().state(), Settings::default());
@@ -255,15 +257,15 @@ fn ends_that_coincide() {
             let drive = data.inverse.efforts()[0];
             assert!(drive.value.is_finite() && drive.slope[0].is_finite());
         }
-        // And a little beside it, all is as ever.
+        // Close to that position everything is regular.
         let drive = pendulum(spring(free_length, damping), 1e-3).solve(&[]).unwrap().efforts[0];
         assert!(drive.is_finite());
     }
 }
 
-/// Dual numbers differentiate by all five numbers of a spring; no friction, so drives are affine in
-/// stiffness and damping and their derivatives are differences, and the others are compared with
-/// central differences.
+/// Derivatives by dual numbers with respect to all five parameters of a spring. Without friction,
+/// actuator forces are affine in stiffness and damping, so finite differences give these
+/// derivatives exactly; the others are compared with central differences.
 #[test]
 fn derivatives_by_the_numbers_of_a_spring() {
     let (_, case) = case(Class::Parallel, 4, 0.1);
@@ -308,7 +310,7 @@ fn derivatives_by_the_numbers_of_a_spring() {
     model.evaluate(&parameters, &mut data, &targets, &loads);
     let duals = data.inverse.efforts().to_vec();
     for direction in 0..5 {
-        // Steps of 1 N/m and 1 N s/m, and of 10 um, whose square is 1e-9 of the lengths'.
+        // Steps of 1 N/m and 1 N s/m, and of 10 um, whose square is 1e-9 of the squared lengths.
         let step = if matches!(direction, 0 | 2) { 1.0 } else { 1e-5 };
         let (ahead, back) = (at(direction, step), at(direction, -step));
         let expected: Vec<f64> =

@@ -1,4 +1,4 @@
-//! The decomposition by which ranks are decided.
+//! The singular value decomposition that decides ranks.
 
 use crate::common::random::*;
 use nalgebra::DMatrix;
@@ -10,7 +10,7 @@ fn check(matrix: &DMatrix<f64>) {
     let svd = Svd::new(matrix);
     let scale = matrix.amax().max(f64::MIN_POSITIVE) * matrix.ncols() as f64;
     let again = &svd.u * DMatrix::from_diagonal(&svd.singular_values) * svd.v.transpose();
-    // Round-off grows with the number of rotations of a column, a few for each other column.
+    // Round-off grows with the number of rotations of a column, a few per other column.
     assert!((again - matrix).amax() <= 1e-14 * scale);
     let identity = DMatrix::identity(matrix.ncols(), matrix.ncols());
     assert!((svd.v.tr_mul(&svd.v) - identity).amax() <= 1e-13);
@@ -40,7 +40,7 @@ proptest! {
     }
 }
 
-/// The quick way to the smallest value, from well-conditioned to singular.
+/// The fast computation of the smallest singular value, from well-conditioned to singular matrices.
 #[test]
 fn smallest_singular_values() {
     let mut random = Random(7);
@@ -49,7 +49,7 @@ fn smallest_singular_values() {
             let extra = random.below(5);
             let mut entry = || random.signed();
             let mut matrix = DMatrix::from_fn(size, size + extra, |_, _| entry());
-            // Rows that depend on each other but for `smallest`.
+            // Rows that are linearly dependent except for `smallest`.
             if size > 1 {
                 let (first, last) = (matrix.row(0).into_owned(), matrix.row(size - 1).into_owned());
                 matrix.set_row(size - 1, &(first + last * smallest));
@@ -67,7 +67,7 @@ fn smallest_singular_values() {
     }
 }
 
-/// Among these is the matrix that broke a general-purpose library's decomposition.
+/// One of these is a matrix for which the decomposition of a general-purpose library failed.
 #[test]
 fn matrices_of_mechanisms() {
     for seed in 0..60 {

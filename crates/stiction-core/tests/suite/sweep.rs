@@ -1,6 +1,6 @@
-//! Friction swept past the limit on random mechanisms: each verdict against a slow search of its own,
-//! which treats friction as loads on the bodies of a frictionless mechanism, follows the solution in
-//! small steps, and has nothing of the solver's coupling.
+//! Verdicts on friction beyond the limit of self-locking, on random mechanisms, against an
+//! independent slow search. The search treats friction as loads on the bodies of a frictionless
+//! mechanism and follows the solution in small steps; it shares no code with the solver's coupling.
 
 use crate::common::random::*;
 use nalgebra::{DMatrix, DVector};
@@ -12,20 +12,21 @@ use stiction_core::joint::Carrier;
 use stiction_core::mechanism::{BodyId, JointId};
 use stiction_core::spatial::Vec3;
 
-/// What one contact is made of, in the world.
+/// A friction interface in world coordinates.
 struct Surface {
     joint: usize,
     shape: InterfaceShape,
     axis: Vec3<f64>,
     coefficient: f64,
-    /// Friction without load, N.
+    /// Friction at zero normal load, N.
     constant: f64,
     preload: f64,
-    /// Loads on both bodies for one newton of friction.
+    /// Loads on both bodies per newton of friction.
     unit: [AppliedLoad<f64>; 2],
 }
 
-/// The part of a joint's force that presses a surface, preload apart; its maps have no other parts.
+/// Component of a joint's force that loads a surface, without preload; the maps in this test have
+/// no other terms.
 fn pressing(surface: &Surface, force: Vec3<f64>) -> Vec3<f64> {
     match surface.shape {
         InterfaceShape::Ball => force,
@@ -65,7 +66,7 @@ fn surfaces(solver: &InverseDynamics) -> Option<Vec<Surface>> {
                 let torque = relative * (-interface.radius / relative.norm());
                 (Vec3::unit(2), relative.norm() * interface.radius, Vec3::zero(), torque)
             }
-            // Threads and plates have tests of their own.
+            // Threads and plates have their own tests.
             _ => return None,
         };
         all.push(Surface {
@@ -81,7 +82,7 @@ fn surfaces(solver: &InverseDynamics) -> Option<Vec<Surface>> {
     Some(all)
 }
 
-/// Forces at the joints and drives, without friction but with these loads.
+/// Reactions and actuator forces without friction under the given loads.
 fn frictionless(
     solver: &mut InverseDynamics,
     loads: &[AppliedLoad<f64>],
@@ -93,7 +94,7 @@ fn frictionless(
     found
 }
 
-/// The part of the coefficients that can be reached, and the drives there.
+/// Largest attainable fraction of the coefficients, and the actuator forces there.
 fn search(
     solver: &mut InverseDynamics,
     loads: &[AppliedLoad<f64>],
@@ -151,7 +152,7 @@ fn search(
             }
         }
         if !settled {
-            // Halfway back to what is known.
+            // Bisect towards the last known solution.
             step *= 0.5;
             if step < SHORTEST {
                 break;
@@ -201,7 +202,7 @@ fn verdicts_on_friction_swept_past_the_limit() {
             }
             mechanisms += 1;
             for factor in [0.1, 0.5, 1.0, 3.0, 10.0] {
-                // The same mechanism with all coefficients times a factor.
+                // The same mechanism with all coefficients multiplied by a factor.
                 let (_, scaled) = self::case(class, seed, factor);
                 let mut scaled = InverseDynamics::new(
                     scaled.mechanism,
@@ -217,7 +218,7 @@ fn verdicts_on_friction_swept_past_the_limit() {
                 match outcome {
                     Ok(found) => {
                         solved += 1;
-                        // It may end just there.
+                        // The solution may end exactly there.
                         assert!(part > 0.99, "{what}: found, but lost at {part}");
                         let largest = drives.iter().fold(1e-9f64, |max, d| max.max(d.abs()));
                         let apart = found.iter().zip(&drives).map(|(a, b)| (a - b).abs());

@@ -1,4 +1,4 @@
-//! The models that ship are right, and what they say is what they mean.
+//! The built-in models and their documented properties.
 
 use stiction_format::{Source, gallery, read};
 
@@ -38,7 +38,7 @@ mod reference {
         (lines.next().unwrap(), lines.collect())
     }
 
-    /// The driving forces at an instant of the default motion under a load.
+    /// Actuator forces at an instant of the default motion under a load.
     fn drives(model: &ModelFile, load: &str, friction: FrictionMode, t: f64) -> Vec<f64> {
         let motion = model.motion(model.default_motion.as_ref().unwrap()).unwrap();
         let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
@@ -61,7 +61,7 @@ mod reference {
             let row: Vec<f64> = row.iter().map(|cell| cell.parse().unwrap()).collect();
             let found = drives(&model, "reference", FrictionMode::Off, row[0]);
             for (found, expected) in found.iter().zip(&row[1..]) {
-                // Five programs agree on these numbers of order 100 N within 1e-12 of them.
+                // Five programs agree on these numbers of order 100 N to 1e-12.
                 assert!((found - expected).abs() < 1e-10, "{}: {found} {expected}", row[0]);
             }
         }
@@ -83,7 +83,7 @@ mod reference {
             let found = drives(&model, "L0", friction, t);
             for (found, name) in found.iter().zip(["tau1", "tau2", "tau3"]) {
                 let expected: f64 = row[column(name)].parse().unwrap();
-                // The reference is printed with ten digits.
+                // The reference has ten digits.
                 assert!((found - expected).abs() < 1e-7, "{t} {name}: {found} {expected}");
             }
         }
@@ -111,15 +111,15 @@ mod reference {
     }
 }
 
-/// The benchmark A03, whose numbers stand in many places; here those of the test set for solvers of
-/// initial value problems.
+/// The benchmark A03, published with numbers in many places; here with those of the test set for
+/// initial value problem solvers.
 mod andrews {
     use stiction_core::dynamics::InverseDynamics;
     use stiction_core::kinematics::{Coordinate, Target};
     use stiction_format::{ModelFile, Source, gallery, read};
 
     const NAMES: [&str; 7] = ["beta", "theta", "gamma", "phi", "delta", "Omega", "epsilon"];
-    /// The angles at t = 0, rad.
+    /// Angles at t = 0, rad.
     #[expect(clippy::excessive_precision, reason = "as they are published")]
     const START: [f64; 7] = [
         -0.0617138900142764496,
@@ -130,7 +130,7 @@ mod andrews {
         -0.222668390165885885,
         1.23054744454982119,
     ];
-    /// Those at t = 30 ms, after more than two turns.
+    /// Angles at t = 30 ms, after more than two turns.
     const END: [f64; 7] = [
         15.81077119629904,
         -15.75637105984298,
@@ -146,7 +146,7 @@ mod andrews {
         read(&source, &|_| Err("no files".into())).unwrap()
     }
 
-    /// At the first instant of the default motion.
+    /// State at the first instant of the default motion.
     fn at_the_start(model: &ModelFile) -> (InverseDynamics, Coordinate) {
         let motion = model.motion("squeeze").unwrap();
         let [(coordinate, _)] = motion.coordinates.as_slice() else { panic!() };
@@ -172,7 +172,7 @@ mod andrews {
         })
     }
 
-    /// Angles but for whole turns.
+    /// Compares angles up to whole turns.
     fn assert_angles(found: [f64; 7], expected: [f64; 7], error: f64) {
         for (name, (found, expected)) in NAMES.iter().zip(found.iter().zip(expected)) {
             let difference = (found - expected).rem_euclid(std::f64::consts::TAU);
@@ -196,12 +196,12 @@ mod andrews {
         };
         let expected = [14222.4439199541, -10666.8329399656, 0.0, 0.0, 0.0, 0.0, 0.0];
         for (name, expected) in NAMES.iter().zip(expected) {
-            // Printed with fifteen digits: to half a unit of the last.
+            // The reference has fifteen digits: half a unit of the last.
             assert!((about_z(name) - expected).abs() <= 1e-10, "{name}: {}", about_z(name));
         }
 
         let forces = solver.solve(&[]).unwrap();
-        // What the given acceleration, of fifteen digits, leaves of the torque.
+        // Effect of the reference acceleration, of fifteen digits, on the torque.
         assert!((forces.efforts[0] - 0.033).abs() <= 1e-16 * 10.0, "{}", forces.efforts[0]);
         // The multipliers are the forces of K2 on the others at the common pin.
         let expected = [
@@ -212,13 +212,13 @@ mod andrews {
         for (name, [x, y]) in expected {
             let joint = model.mechanism.joint_id(name).unwrap();
             let (force, _) = forces.reactions[joint.0];
-            // Fifteen digits again; the spring's 99 N are the scale of all.
+            // Fifteen digits again, relative to the spring's 99 N.
             assert!((force.x - x).abs() <= 1e-13, "{name}: {force:?}");
             assert!((force.y - y).abs() <= 1e-13, "{name}: {force:?}");
         }
     }
 
-    /// The loops have the benchmark's geometry also far from the start.
+    /// The loops have the benchmark's geometry also far from the initial position.
     #[test]
     fn passes_through_its_last_position() {
         let model = model();
@@ -229,7 +229,7 @@ mod andrews {
                 targets[0] = Target { value: START[0] + part * rate, rate, acceleration: 0.0 };
             })
             .unwrap();
-        // All digits of the reference; it is itself a solution to some 1e-13.
+        // All digits of the reference, which itself closes the loops to about 1e-13.
         assert_angles(angles(&solver), END, 1e-11);
     }
 }

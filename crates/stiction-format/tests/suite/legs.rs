@@ -1,4 +1,4 @@
-//! Legs are nothing but bodies and joints, written shorter.
+//! Legs are a short form of bodies and joints.
 
 use stiction_core::mechanism::{Mechanism, MechanismBuilder};
 use stiction_core::spatial::Vec3;
@@ -39,8 +39,8 @@ com = [0, 0, 0]
 inertia = [1, 1, 1]
 "#;
 
-/// Three legs at different angles, one of them heavier, against the same written by hand: all
-/// directions of the ground and the platform turned by the leg's angle.
+/// Three legs at different angles, one of them heavier, against the same robot written by hand,
+/// with all directions of the ground and the platform rotated by the leg's angle.
 #[test]
 fn legs_equal_bodies_and_joints_written_by_hand() {
     let legs = model(&format!(
@@ -136,8 +136,8 @@ turn = {{ xyz = ["20 deg", 0, "-({angle})"] }}
     assert_eq!(bodies, ["heavy.arm", "heavy.forearm"]);
 }
 
-/// With all joints at zero and no turn, the body at the end is parallel to the ground, whatever the
-/// leg's angle, and the joints' frames follow from `foot` and `tip`.
+/// With all joint coordinates zero and no `turn`, the last body is parallel to the ground whatever
+/// the leg's angle, and the joint frames follow from `foot` and `tip`.
 #[test]
 fn the_end_of_a_leg_is_turned_back() {
     for chain in ["S", "fixed", "R link S"] {
@@ -166,7 +166,7 @@ tip = [0, 0, 0]
     }
 }
 
-/// Numbers go on across groups; a body of a leg has its home in the turned frame.
+/// The numbering continues across groups; the `home` of a leg's body is in the rotated frame.
 #[test]
 fn groups_are_numbered_through() {
     let text = format!(
@@ -197,7 +197,7 @@ tip = [1, 0, 0]
     assert!((home.position - expected).norm() < 1e-15);
 }
 
-/// The order of tables in the file decides the order of bodies and joints and nothing else.
+/// The order of tables in the file determines the order of bodies and joints and nothing else.
 #[test]
 fn a_model_is_what_the_builder_makes_of_it() {
     use stiction_core::joint::JointType;
@@ -253,7 +253,7 @@ pitch = "5 mm/rev"
     assert_eq!(model.mechanism, expected);
 }
 
-/// The three ways to write a chain are the same robot but for the names of the bodies.
+/// The three forms of a chain describe the same robot, except for the names of the bodies.
 #[test]
 fn a_chain_may_name_joints_alone() {
     let legs = |chain: &str, [first, second]: [&str; 2]| {
@@ -296,7 +296,7 @@ inertia = [1, 1, 1]
     assert_eq!(named.mechanism.joints(), short.mechanism.joints());
 }
 
-/// Whatever differs in one leg is said at its place, and changes no other.
+/// Differences of one leg in its `place` do not change the other legs.
 #[test]
 fn one_leg_may_differ_in_anything() {
     let legs = |places: &str| {
@@ -335,7 +335,7 @@ inertia = [0.1, 0.2, 0.3]
     for (a, b) in a.bodies().iter().zip(b.bodies()) {
         if a.name == "leg2.link1" {
             assert_eq!((a.mass, b.mass), (2.0, 5.0));
-            // A tensor is replaced as a whole; what is not said stays.
+            // A tensor is replaced as a whole; keys that are not given stay.
             assert_eq!((b.inertia.at(0, 0), b.inertia.at(2, 2), b.com), (1.0, 1.0, a.com));
         } else {
             assert_eq!(a, b);
@@ -346,7 +346,7 @@ inertia = [0.1, 0.2, 0.3]
         match a.name.as_str() {
             "leg2.R" => {
                 assert_ne!(a.start, b.start);
-                // The rest of the friction is that of the other legs.
+                // The other friction keys are those of the group.
                 assert_eq!(law(b), law(a).replace("0.1", "0.3"));
             }
             "leg2.P" => {

@@ -1,4 +1,4 @@
-//! What people see when something is wrong.
+//! Error messages as a user sees them.
 
 use stiction_format::{Diagnostics, Source, read};
 
@@ -35,7 +35,7 @@ mod given {
         read(&Source::new("robot.toml", text), &|_| Err(String::new())).unwrap()
     }
 
-    /// The messages about several texts, one after the other.
+    /// Messages about several texts, one after the other.
     fn each<T>(texts: &[&str], parse: impl Fn(&Source) -> Result<T, Diagnostics>) -> String {
         let message = |text: &&str| match parse(&Source::new("--given", *text)) {
             Ok(_) => format!("fine: {text}\n"),
@@ -104,14 +104,14 @@ mod given {
     }
 }
 
-/// The same as data, for other programs.
+/// The same messages as JSON, for other programs.
 #[test]
 fn messages_as_json() {
     let json = messages("disconnected.toml").to_json();
     insta::assert_snapshot!(serde_json::to_string_pretty(&json).unwrap());
 }
 
-/// Colours change nothing but colours.
+/// Colours do not change the text.
 #[test]
 fn coloured_messages_say_the_same() {
     let diagnostics = messages("keys.toml");

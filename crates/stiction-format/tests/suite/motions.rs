@@ -1,4 +1,4 @@
-//! Motions and loads mean what they say.
+//! Values of motions and loads.
 
 use stiction_core::dynamics::LoadAxes;
 use stiction_core::kinematics::{AngleOrder, Coordinate, Target};
@@ -98,7 +98,7 @@ motion = "all"
     assert_eq!(model.default_load, None);
 }
 
-/// Angles are named by their axis where that is unique, and by number always.
+/// Angles have the name of their axis if it is unique, and always a number.
 #[test]
 fn orders_of_angles() {
     let model = model(
@@ -123,7 +123,7 @@ platform.order = "zxz"
 const RECORDING: &str = "\u{feff}# recorded on a Tuesday\r\n\r\ntime [ms], \"platform.x [mm]\", leg1.P [m], d(leg1.P) [mm/s], platform.r1 [deg]\r\n\
     0, 0, 1, 0, 0\r\n100, 10, 1.1, 2000, 10\r\n# a pause\r\n200, 40, 1.4, 4e3, 20\r\n300, 90, 1.9, 6000, 30\r\n";
 
-/// The samples are on parabolas, which all splines reproduce.
+/// The samples are on parabolas, which all splines reproduce exactly.
 #[test]
 fn recordings_are_met_at_the_samples_and_between() {
     let model = model_with(
@@ -148,7 +148,7 @@ fn recordings_are_met_at_the_samples_and_between() {
         assert!((targets[2].value - (t * 100.0).to_radians()).abs() < 1e-15);
     }
     assert_eq!(motion.at(0.2).next().unwrap().value, 0.04);
-    // The same as a file on its own.
+    // The same motion as a separate file.
     let source = Source::new("motion.csv", RECORDING);
     let again = model.read_motion(&source, &no_files).unwrap();
     assert_eq!(again.samples, motion.samples);
@@ -208,7 +208,7 @@ leg1.rod.mz = "3 N m"
     assert_eq!(model.read_load(&file).unwrap().wrenches.len(), 1);
 }
 
-/// A course whose formula fails says so, at its place, also where nobody looked in advance.
+/// A signal whose formula fails reports it with its location, even if it was not evaluated before.
 #[test]
 fn formulas_that_fail_later_explain_themselves() {
     let model = model("[motions.m]\nduration = 1\nplatform.x = \"1 m/(t - 3)\"\n");
@@ -219,7 +219,7 @@ fn formulas_that_fail_later_explain_themselves() {
     assert_eq!(fault.label, "division by zero");
 }
 
-/// A motion without duration is a single pose, in a file and on a command line.
+/// A motion without duration is a single pose, in a file and on the command line.
 #[test]
 fn no_duration_is_a_pose() {
     let model =

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use std::time::{Duration, Instant};
 use stiction_format::{Diagnostics, ModelFile, Source, gallery, read};
 
-/// Reads and, whatever comes of it, renders the messages in all ways.
+/// Reads a text and renders the messages in all formats, whatever the result.
 fn attempt(text: &str) -> Result<ModelFile, Diagnostics> {
     let files = |_: &str| Ok("time, A\n0, 1\n1, 2\n".into());
     let result = read(&Source::new("model.toml", text), &files);
@@ -22,7 +22,7 @@ fn attempt(text: &str) -> Result<ModelFile, Diagnostics> {
     result
 }
 
-/// What this thread has computed so far. Other programs do not count where the system says it (Linux).
+/// Processor time of this thread. Where the system reports it (Linux), other programs do not count.
 fn busy(since: Instant) -> Duration {
     let own = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
     let nanoseconds = own.and_then(|text| text.split(' ').next()?.parse().ok());
@@ -78,7 +78,7 @@ fn odd_texts() {
     }
 }
 
-/// A model stays the same with a byte order mark and the line ends of another system.
+/// A byte order mark and the line ends of another system do not change a model.
 #[test]
 fn line_ends_do_not_matter() {
     for name in gallery::names() {
@@ -98,7 +98,7 @@ fn line_ends_do_not_matter() {
     }
 }
 
-/// Large texts take time in proportion; the limits are a hundred times what they should need.
+/// The time for large texts grows linearly; the limits are a hundred times the expected time.
 #[test]
 fn large_texts_are_read_or_refused_quickly() {
     let second = Duration::from_secs(10);
@@ -134,8 +134,8 @@ fn large_texts_are_read_or_refused_quickly() {
     takes_less_than(second, &format!("gravity = [\"{}1\", 0, 0]", "1 + ".repeat(400_000)));
 }
 
-/// Expressions may be nested as deeply as anybody likes: they are read or refused, on a stack of two megabytes as
-/// threads have it.
+/// Deeply nested expressions are read or refused, on a stack of two megabytes, the default of a
+/// thread.
 #[test]
 fn deep_expressions() {
     let deep = |open: &str, close: &str| {
@@ -177,7 +177,7 @@ fn deep_expressions() {
     }
 }
 
-/// Numbers of legs cannot be written down as such, so that a short file makes a small robot; and names that refer to
+/// A model cannot give a number of legs, so a short file makes a small robot. Names that refer to
 /// each other many times are computed once.
 #[test]
 fn short_texts_stay_small() {
@@ -229,7 +229,7 @@ proptest! {
         let _ = attempt(&words.concat());
     }
 
-    /// A right file with a few letters changed, taken out, put in.
+    /// A valid file with a few letters changed, removed or inserted.
     #[test]
     fn damaged_models(
         model in prop::sample::select(gallery::names().collect::<Vec<_>>()),

@@ -1,4 +1,4 @@
-//! The JSON schema accepts what the reader accepts, and knows all keys.
+//! The JSON schema accepts the same files as the reader and contains all keys.
 
 use serde_json::{Value, json};
 use stiction_format::{gallery, json_schema};
@@ -58,7 +58,7 @@ fn unknown_keys_and_wrong_types_are_not() {
     assert!(!validator.is_valid(&missing));
 }
 
-/// Whatever the format knows has a sentence in the schema.
+/// Every key of the format has a description in the schema.
 #[test]
 fn everything_is_described() {
     fn walk(schema: &Value, path: &str, silent: &mut Vec<String>) {

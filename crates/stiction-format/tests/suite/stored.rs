@@ -1,4 +1,4 @@
-//! Recordings that are read piece by piece are those that are read as a whole.
+//! Recordings read piece by piece equal the same recordings read as a whole.
 
 use std::fmt::Write;
 use std::sync::{Arc, Mutex};
@@ -23,7 +23,7 @@ axis = "x"
 actuated = true
 "#;
 
-/// A file that gives a few bytes at a time, and that others may change.
+/// A file that returns a few bytes at a time and that the test may change.
 #[derive(Debug)]
 struct Bytes(Mutex<Vec<u8>>);
 
@@ -56,17 +56,17 @@ fn drives(contents: Contents) -> Result<Drives, Diagnostics> {
     robot().parse_drives(&Source::new("--drives", "drives.csv"), &files)
 }
 
-/// Rough values, so that a sample that were overlooked would show.
+/// Irregular values, so that a skipped sample would be detected.
 fn rough(k: usize) -> f64 {
     ((k * k) as f64 * 0.618).sin()
 }
 
-/// Steps that neighbours share but for a factor of three.
+/// Steps that differ from their neighbours by a factor of at most three.
 fn uneven(k: usize) -> f64 {
     1e-3 * [1.0, 0.4, 1.2, 0.7][k % 4]
 }
 
-/// A recording of two coordinates, the second in millimetres, with so many derivatives of each.
+/// A recording of two coordinates, the second in millimetres, with the given number of derivatives.
 fn recording(count: usize, [first, second]: [usize; 2], step: fn(usize) -> f64) -> String {
     let name = |name: &str, unit: &str, derivatives: usize| {
         let all = [
@@ -95,7 +95,7 @@ fn bits(target: Target<f64>) -> [u64; 3] {
     [target.value, target.rate, target.acceleration].map(f64::to_bits)
 }
 
-/// Instants at all samples, between them and beyond.
+/// Instants at all samples, between them and outside.
 fn instants(motion: &Motion) -> Vec<f64> {
     let samples: Vec<f64> = motion.samples.as_ref().unwrap().iter().collect();
     let between = samples.windows(2).map(|two| two[0] + 0.3 * (two[1] - two[0]));
@@ -125,7 +125,7 @@ fn assert_same(text: &str) {
     }
 }
 
-/// Too few samples for a spline, for windows, for another window, and more.
+/// Too few samples for a spline, for windows, for a second window, and more.
 #[test]
 fn pieces_are_the_whole_to_the_last_bit() {
     for count in [2, 3, 6, 7, 8191, 8192, 8193, 12_287, 12_288, 20_001] {
@@ -145,8 +145,9 @@ fn ends_of_lines_comments_and_marks_do_not_matter() {
     assert_same(&format!("{text}\n\n# the end"));
 }
 
-/// Where steps shrink by a fifth from one to the next, for as long as a window's margin behind the first window,
-/// what it does not know is felt where it ends: the recording is solved at once, and that is said.
+/// If each step is a fifth shorter than the previous one, for the length of a window's margin
+/// behind the first window, the missing data affect the end of the window: the recording is solved
+/// as a whole, and the result says so.
 #[test]
 fn what_cannot_be_solved_in_parts_is_solved_at_once() {
     let steps = |k: usize| 1e-3 * 1.25_f64.powi(-(k as i32 - 4096).clamp(0, 96));
@@ -173,7 +174,7 @@ fn efforts_are_the_same() {
     }
 }
 
-/// Messages are the same, places and excerpts and all.
+/// Messages are identical, including locations and excerpts.
 fn assert_same_complaint(text: &str) -> String {
     let whole = motion(text.into()).unwrap_err();
     let stored = motion(Contents::Stored(store(text))).unwrap_err();
@@ -182,7 +183,7 @@ fn assert_same_complaint(text: &str) -> String {
     stored.to_string()
 }
 
-/// Puts a line in the place of row `k`, counted from one.
+/// Replaces row `k`, counted from one.
 fn with_row(text: &str, k: usize, row: &str) -> String {
     let mut lines: Vec<&str> = text.lines().collect();
     lines[k] = row;
@@ -204,15 +205,15 @@ fn defects_have_the_same_places() {
             }
         }
     }
-    // A row that begins a page, whatever the size of pages: every row is wrong.
+    // A row at the beginning of a page, whatever the page size: every row is wrong.
     assert_same_complaint(&good.replace(", 0", ", o"));
-    // The unit is said to be wrong on the first page, the time on the last.
+    // The wrong unit is reported on the first page, the wrong time on the last.
     let late = with_row(&good, count, "0, 1, 2").replace("[mm]", "[kg]");
     assert!(assert_same_complaint(&late).contains("motion.csv:20001:1"));
     assert_same_complaint(&with_row(&good.replace("[rad]", "[deg]"), 9000, "9, 1000, 1"));
 }
 
-/// What is no number is not told to be an angle that begins anew, too.
+/// A value that is not finite is not also reported as a wrapped angle.
 #[test]
 fn what_is_no_number_is_told_once() {
     let good = recording(10, [0, 0], |_| 1e-3);
@@ -239,7 +240,7 @@ fn what_is_no_recording_is_told_as_before() {
     assert_same_complaint(&format!("# {}\n", "x\n# ".repeat(200_000)));
     assert_same_complaint(&format!("{rows}\n1, x, 2\n\0"));
     assert_same_complaint(&rows.replace(',', ";"));
-    // No spline is finite that goes through these.
+    // No finite spline interpolates these values.
     let steep = |k: usize| if k < 5000 { 1e-3 } else { f64::MIN_POSITIVE };
     assert_same_complaint(&recording(9000, [1, 1], steep));
 }
@@ -260,15 +261,15 @@ fn what_is_no_text_is_told_with_its_place() {
     assert!(why(endless.as_bytes()).contains("line 1 has more than 1048576 bytes"));
 }
 
-/// Nothing is made of a file that is another one when it is read again.
+/// A file that changed between two reads gives no values.
 #[test]
 fn a_file_that_changes_is_refused() {
     let text = recording(20_000, [0, 0], uneven);
     let middle = text.match_indices('\n').nth(10_000).unwrap().0;
-    /// Spoils bytes around the middle.
+    /// Changes bytes around the middle.
     type Change = fn(&mut Vec<u8>, usize);
     let changes: [(&str, Change); 4] = [
-        // A digit of a time in the middle, which is still a number.
+        // Changes a digit of a time in the middle to another digit.
         ("it has changed", |bytes, middle| bytes[middle + 1] ^= 1),
         ("it has changed", |bytes, middle| bytes[middle + 1] = b'x'),
         ("it has changed", |bytes, middle| bytes[middle + 1] = 0xff),
@@ -281,12 +282,12 @@ fn a_file_that_changes_is_refused() {
         let (_, signal) = &motion.coordinates[0];
         assert!(signal.at(start).value.is_finite());
         change(&mut store.0.lock().unwrap(), middle);
-        // The piece that is at hand is that of the file as it was.
+        // The cached piece is that of the original file.
         assert!(signal.fault_at(start).is_none());
         let fault = signal.fault_at(middle_time).unwrap();
         assert!(fault.message.contains(why), "{}", fault.message);
         assert_eq!(fault.place.unwrap().source.name, "motion.csv");
-        // From now on there is nothing, not even what could be read.
+        // From now on there are no values, not even from readable parts.
         assert!(signal.at(start).value.is_nan() && signal.at(middle_time).value.is_nan());
         let samples = motion.samples.as_ref().unwrap();
         assert!(samples.at(0).is_nan());
@@ -294,7 +295,7 @@ fn a_file_that_changes_is_refused() {
     }
 }
 
-/// What is added behind the end does not matter: it is the recording that was read.
+/// Data appended to the file do not matter: the recording is the part that was read first.
 #[test]
 fn a_file_that_grows_is_what_it_was() {
     let text = recording(9000, [0, 0], uneven);
@@ -307,7 +308,7 @@ fn a_file_that_grows_is_what_it_was() {
     }
 }
 
-/// Threads that follow two recordings at once, each elsewhere, more of them than pieces are kept.
+/// Threads follow two recordings at different instants; there are more threads than cached pieces.
 #[test]
 fn threads_do_not_disturb_each_other() {
     let texts = [recording(60_000, [0, 0], uneven), recording(45_000, [1, 0], |_| 1e-3)];
@@ -329,7 +330,7 @@ fn threads_do_not_disturb_each_other() {
     });
 }
 
-/// Only recordings may be longer than what is read as a whole.
+/// Only recordings may exceed the size limit of a complete read.
 #[test]
 fn a_table_is_read_as_a_whole() {
     let files = |_: &str| Ok(Contents::Stored(store("A = 1")));

@@ -1,5 +1,5 @@
-//! Derivatives of driving forces against dual numbers through the general kernel, and against differences of the
-//! general solver.
+//! Derivatives of actuator forces against dual numbers through the general kernel, and against
+//! finite differences of the general solver.
 
 use crate::common::{Robot, model};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, Settings};
@@ -12,8 +12,8 @@ use stiction_core::spatial::{Pose, Vec3};
 use stiction_format::gallery;
 use stiction_program::{DerivativeProgram, Quantity, RecordError};
 
-/// All of the gallery that programs can be recorded from. Andrews' crank goes round: it turns further than poses
-/// tell.
+/// All gallery models that can be recorded. Andrews' crank turns by more than the half turn that
+/// poses determine.
 const ROBOTS: [(&str, Option<&str>); 14] = [
     ("3rps", None),
     ("zhang2018-regular", Some("L1")),
@@ -37,7 +37,7 @@ fn of_motion(robot: &Robot) -> Vec<Quantity> {
     (0..count).flat_map(of).collect()
 }
 
-/// A part of everything that a mechanism has.
+/// A selection of all kinds of quantities of a mechanism.
 fn of_mechanism(robot: &Robot) -> Vec<Quantity> {
     let mechanism = robot.solver.mechanism();
     let parameters = robot.solver.parameters();
@@ -88,7 +88,7 @@ fn number(parameters: &mut Parameters<D>, quantity: Quantity) -> Option<&mut D> 
     })
 }
 
-/// The drives' slopes along a direction, by the general kernel over dual numbers.
+/// Derivatives of the actuator forces along a direction, by the general kernel over dual numbers.
 fn by_duals(
     robot: &Robot,
     targets: &[Target<f64>],
@@ -107,7 +107,7 @@ fn by_duals(
         }
     }
     let loads: Vec<AppliedLoad<D>> = robot.loads.iter().map(|load| load.lift()).collect();
-    // A fixed number of steps: the slope of the coupling comes one step after its value.
+    // A fixed number of steps: the derivative of the coupling converges one step after its value.
     let settings = Settings {
         friction: FrictionMode::Converged,
         friction_tolerance: 0.0,
@@ -119,7 +119,7 @@ fn by_duals(
     data.inverse.efforts().to_vec()
 }
 
-/// Slopes along random directions of everything are those of dual numbers.
+/// Derivatives along random directions of all quantities agree with dual numbers.
 #[test]
 fn slopes_are_those_of_dual_numbers() {
     for (name, load) in ROBOTS {
@@ -161,8 +161,9 @@ fn slopes_are_those_of_dual_numbers() {
                         assert!((value - wanted.value).abs() < 1e-11 * value.abs().max(1.0));
                         let slope = program.slope(&memory, lane, drive);
                         let difference = (slope - wanted.slope[0]).abs() / largest;
-                        // Rounding behind condition numbers of some hundred, squared in derivatives. Thin rods
-                        // that spin idly make those of the Delta robot larger.
+                        // Rounding magnified by condition numbers of some hundred, squared in
+                        // derivatives. Thin rods with local DOFs make those of the Delta robot
+                        // larger.
                         let most = if name == "delta" { 1e-9 } else { 1e-11 };
                         assert!(difference < most, "{name}: {difference:e}");
                     }
@@ -172,7 +173,7 @@ fn slopes_are_those_of_dual_numbers() {
     }
 }
 
-/// Compares each slope alone with dual numbers, at this part of the course.
+/// Compares each derivative with dual numbers, at this fraction of the motion.
 fn assert_slopes(name: &str, robot: &mut Robot, positions: std::ops::Range<usize>) {
     let quantities = [of_motion(robot), of_mechanism(robot)].concat();
     let (signal, loads) = (&robot.signal, &robot.loads);
@@ -182,7 +183,7 @@ fn assert_slopes(name: &str, robot: &mut Robot, positions: std::ops::Range<usize
     for targets in robot.signal.clone().drain(positions) {
         robot.solver.move_to(&targets).unwrap();
         let state = robot.solver.assembly().state().clone();
-        // A speed may be one in a row of a table from which no sample was.
+        // A speed may lie in an interval of a table that contains no sample.
         if !program.run(&mut memory, &state, &targets, &robot.loads) {
             continue;
         }
@@ -197,7 +198,7 @@ fn assert_slopes(name: &str, robot: &mut Robot, positions: std::ops::Range<usize
             let largest = wanted.iter().fold(0.0_f64, |max, d| max.max(d.slope[0].abs()));
             for (drive, wanted) in wanted.iter().enumerate() {
                 let (found, wanted) = (jacobian[drive * quantities.len() + k], wanted.slope[0]);
-                // Slopes that are zero are rounding of large ones.
+                // Derivatives that vanish are the rounding of large terms.
                 let most = 1e-9 * largest + 1e-8;
                 assert!((found - wanted).abs() < most, "{name} {quantity:?}: {found} {wanted}");
             }
@@ -206,7 +207,8 @@ fn assert_slopes(name: &str, robot: &mut Robot, positions: std::ops::Range<usize
     assert!(compared > 0, "{name}");
 }
 
-/// What changes little, like a coefficient of viscous friction, is not lost beside what changes much.
+/// A quantity of little influence, such as a viscous coefficient, is not lost next to one of large
+/// influence.
 #[test]
 fn each_slope_alone_is_that_of_dual_numbers() {
     for name in ["delta", "spherical-3rrr"] {
@@ -214,7 +216,7 @@ fn each_slope_alone_is_that_of_dual_numbers() {
     }
 }
 
-/// Whatever a contact's friction and its load depend on, and with more actuators than freedoms.
+/// All dependences of friction and its normal load, and more actuators than DOFs.
 #[test]
 fn slopes_hold_for_all_kinds_of_friction() {
     let text = gallery::get("3rps").unwrap();
@@ -260,7 +262,7 @@ fn difference(step: f64, mut of: impl FnMut(f64) -> Vec<f64>) -> Vec<f64> {
     sum
 }
 
-/// Which way each contact slides, as it was solved last.
+/// Direction of sliding of each interface in the last solution.
 fn senses_of(robot: &Robot) -> Vec<bool> {
     robot.solver.forces().interfaces.iter().map(|interface| interface.velocity > 0.0).collect()
 }
@@ -270,8 +272,8 @@ fn drives(robot: &mut Robot, targets: &[Target<f64>]) -> Vec<f64> {
     robot.solver.solve(&robot.loads).unwrap().efforts.clone()
 }
 
-/// All partial derivatives by the motion are what differences of the solver say, where no contact reverses:
-/// there friction jumps.
+/// All partial derivatives with respect to the motion agree with finite differences of the solver
+/// if no interface reverses, because friction jumps at a reversal.
 #[test]
 fn derivatives_by_the_motion_are_differences() {
     for (name, load) in ROBOTS {
@@ -290,7 +292,7 @@ fn derivatives_by_the_motion_are_differences() {
                 continue;
             }
             let state = robot.solver.assembly().state().clone();
-            // Efforts of any motion may be such that friction locks it.
+            // Friction may lock some of the random motions.
             if compared >= 30 || !program.run(&mut memory, &state, &targets, &robot.loads) {
                 continue;
             }
@@ -319,7 +321,7 @@ fn derivatives_by_the_motion_are_differences() {
                 let largest = wanted.iter().fold(1.0_f64, |max, d| max.max(d.abs()));
                 for (drive, wanted) in wanted.iter().enumerate() {
                     let found = jacobian[drive * quantities.len() + k];
-                    // Rounding of the forces, 1e-12 of some hundred newton, over the step.
+                    // Rounding of the forces, 1e-12 of some hundred newton, divided by the step.
                     let error = (found - wanted).abs() / largest;
                     assert!(error < 1e-6, "{name} {quantity:?}: {found} {wanted}");
                 }
@@ -329,11 +331,11 @@ fn derivatives_by_the_motion_are_differences() {
     }
 }
 
-/// What is written before and after, its value, by what part of it it is changed, and the direction that
-/// this is.
+/// Text before and after a number, its value, its relative change, and the direction that this
+/// change corresponds to.
 type Case = ([&'static str; 2], f64, f64, Vec<(Quantity, f64)>);
 
-/// Dimensions, masses and coefficients that are changed in the model's text.
+/// Dimensions, masses and coefficients that the test changes in the model's text.
 #[test]
 fn derivatives_by_the_mechanism_are_differences() {
     let nominal = Robot::new("3rps", None);
@@ -343,7 +345,7 @@ fn derivatives_by_the_mechanism_are_differences() {
         (0..mechanism.bodies().len()).filter(named).map(BodyId).collect()
     };
     let joint = |k: usize| JointId(k);
-    // The joints R at the foot of each leg, their distance from the middle, and where they are.
+    // The joints R at the foot of each leg, their distance from the centre, and their positions.
     let feet: Vec<(JointId, Vec3<f64>)> = (0..mechanism.joints().len())
         .filter(|&k| mechanism.joints()[k].predecessor == BodyId::GROUND)
         .map(|k| {
@@ -415,7 +417,8 @@ fn derivatives_by_the_mechanism_are_differences() {
         assert!(largest > 0.0);
         for (drive, wanted) in wanted.iter().enumerate() {
             let found = program.slope(&memory, 0, drive);
-            // Rounding of forces, some 1e-13 of a hundred newton, over what the step changes.
+            // Rounding of forces, about 1e-13 of a hundred newton, relative to the effect of the
+            // step.
             assert!((found - wanted).abs() < 1e-8 * largest, "{was}: {found} {wanted}");
         }
     }
@@ -439,7 +442,7 @@ fn what_has_no_derivatives_is_refused() {
     }
 }
 
-/// Without a run, or after one that does not hold, there are no derivatives of some other state.
+/// Without a run, or after an invalid one, the derivatives are not those of another state.
 #[test]
 fn derivatives_are_never_those_of_another_state() {
     let robot = Robot::new("3rps", None);
@@ -459,7 +462,7 @@ fn derivatives_are_never_those_of_another_state() {
     program.jacobian(&mut memory, &mut jacobian);
     assert!(jacobian.iter().all(|slope| slope.is_finite()));
 
-    // Contacts at rest are no matter of programs.
+    // Programs do not support interfaces at rest.
     targets.iter_mut().for_each(|target| target.rate = 0.0);
     solver.move_to(&targets).unwrap();
     assert!(!program.run(&mut memory, solver.assembly().state(), &targets, loads));

@@ -11,7 +11,7 @@ use stiction_core::random::Random;
 use stiction_core::spatial::{Pose, Vec3};
 use stiction_program::{ForwardProgram, Memory, RecordError};
 
-/// The same robot with its actuators prescribed along the same course.
+/// The same robot with its actuators prescribed along the same motion.
 fn by_actuators(robot: &Robot) -> Robot {
     let mechanism = robot.solver.mechanism().clone();
     let actuators: Vec<(JointId, usize)> = mechanism.actuators().collect();
@@ -53,7 +53,7 @@ fn record(robot: &Robot, machine: bool) -> ForwardProgram {
     ForwardProgram::record_with(&robot.solver, &robot.signal, &robot.loads, machine).unwrap()
 }
 
-/// Largest difference over the largest number of both.
+/// Largest difference relative to the largest number of both lists.
 fn apart(found: &[f64], wanted: &[f64]) -> f64 {
     assert_eq!(found.len(), wanted.len());
     let largest = found.iter().chain(wanted).fold(1e-9_f64, |max, x| max.max(x.abs()));
@@ -61,7 +61,7 @@ fn apart(found: &[f64], wanted: &[f64]) -> f64 {
     each.fold(0.0, |max, x| if x > max || x.is_nan() { x } else { max }) / largest
 }
 
-/// All forces, then all moments, of reactions.
+/// All forces, then all moments, of the reactions.
 fn split(reactions: impl Iterator<Item = [f64; 6]>) -> [Vec<f64>; 2] {
     let mut lists = [Vec::new(), Vec::new()];
     for wrench in reactions {
@@ -116,7 +116,7 @@ const ROBOTS: [(&str, Option<&str>); 5] = [
     ("4ups-upu", None),
 ];
 
-/// Any rates and accelerations at a position of the course.
+/// Random rates and accelerations at a position of the motion.
 fn anyhow(signal: &[Target<f64>], random: &mut Random, length: f64) -> Vec<Target<f64>> {
     let any = |target: &Target<f64>| Target {
         value: target.value + 0.01 * length.min(1.0) * random.number(),
@@ -126,17 +126,18 @@ fn anyhow(signal: &[Target<f64>], random: &mut Random, length: f64) -> Vec<Targe
     signal.iter().map(any).collect()
 }
 
-/// Efforts that inverse dynamics finds cause the accelerations for which it found them, and its reactions,
-/// whichever coordinates are the independent ones, interpreted and by the processor.
+/// The efforts from inverse dynamics cause the accelerations for which they were computed, with the
+/// same reactions, whichever coordinates are independent, interpreted and compiled.
 #[test]
 fn what_inverse_dynamics_asks_for_comes() {
     for (name, load) in ROBOTS {
         let given = Robot::new(name, load);
-        // By its actuators the elimination of 4ups-upu lets bounds of rounding errors grow beyond all values.
+        // With its actuators as coordinates, the elimination of 4ups-upu lets the bounds on
+        // rounding errors exceed all values.
         for mut robot in [by_actuators(&given), given] {
             for machine in [false, true] {
                 let (compared, worst) = return_from_inverse(&mut robot, machine);
-                // Rounding behind condition numbers of some hundred.
+                // Rounding magnified by condition numbers of some hundred.
                 assert!(worst < 1e-12, "{name}, machine {machine}: {worst:e}");
                 assert!(compared >= 8, "{name}: {compared}");
             }
@@ -144,7 +145,8 @@ fn what_inverse_dynamics_asks_for_comes() {
     }
 }
 
-/// At how many states forward and inverse dynamics were compared, and the largest difference.
+/// Number of states at which forward and inverse dynamics were compared, and the largest
+/// difference.
 fn return_from_inverse(robot: &mut Robot, machine: bool) -> (usize, f64) {
     let length = robot.solver.mechanism().characteristic_length();
     let mut random = Random::new(5);
@@ -175,14 +177,14 @@ fn return_from_inverse(robot: &mut Robot, machine: bool) -> (usize, f64) {
         program.run_frictionless(&mut memory, &mut settled);
         assert!(settled[0]);
         compare(&found(&program, &memory, 0, false), &ideal_forces.reactions);
-        // Where friction is strong several motions may belong to the same efforts.
+        // With strong friction, the same efforts may permit several motions.
         let Ok(forces) = robot.solver.solve(&robot.loads).cloned() else { continue };
         if robot.solver.coupling().is_none_or(|coupling| coupling > 0.9) {
             continue;
         }
         program.set(&mut memory, 0, &state, &targets, &robot.loads, &forces.efforts);
         program.run(&mut memory, &mut settled);
-        // Something may have a sign that it has in no sample: then the program says so.
+        // A value may have a sign that occurs in no sample: the program then reports this.
         if !settled[0] {
             continue;
         }
@@ -214,8 +216,8 @@ impl Inputs for Given {
     }
 }
 
-/// Under any efforts programs give what the general solver of forward dynamics gives, which shares neither
-/// unknowns nor elimination with them; and lanes what single states give.
+/// Under any efforts, programs agree with the general solver of forward dynamics, which shares
+/// neither unknowns nor elimination with them; and lanes agree with single states.
 #[test]
 fn programs_are_what_forward_dynamics_says() {
     for (name, load) in ROBOTS {
@@ -232,7 +234,7 @@ fn programs_are_what_forward_dynamics_says() {
             let signal = &robot.signal[k % robot.signal.len()];
             let mut targets = anyhow(signal, &mut random, length);
             if k == 1 {
-                // All stands still: alone among its neighbours it has to be left to the general solver.
+                // A state at rest among moving neighbours must be left to the general solver.
                 targets.iter_mut().for_each(|target| target.rate = 0.0);
             }
             robot.solver.move_to(&targets).unwrap();
@@ -252,7 +254,8 @@ fn programs_are_what_forward_dynamics_says() {
                     assert_eq!(settled[lane], alone, "{name}");
                     let wide = found(&program, &many, lane, true);
                     if alone {
-                        // The number of steps may differ, by those that neighbours need.
+                        // The number of steps may differ, by those that the neighbouring lanes
+                        // need.
                         assert!(apart(&wide.tree, &single.tree) < 1e-12, "{name}");
                         assert!(apart(&wide.reactions[0], &single.reactions[0]) < 1e-12, "{name}");
                         assert!(apart(&wide.reactions[1], &single.reactions[1]) < 1e-12, "{name}");
@@ -283,7 +286,7 @@ fn programs_are_what_forward_dynamics_says() {
                 apart(&single.reactions[1], &reactions[1]),
                 apart(&found_loads, &loads),
             ] {
-                // Rounding behind condition numbers of some hundred, of two programs.
+                // Rounding of two programs, magnified by condition numbers of some hundred.
                 assert!(difference < 1e-12, "{name}: {difference:e}");
             }
         }
@@ -291,7 +294,7 @@ fn programs_are_what_forward_dynamics_says() {
     }
 }
 
-/// Refused is where accelerations do not follow from efforts, or where there are more drives than coordinates.
+/// Mechanisms without unique accelerations, or with more actuators than coordinates, are refused.
 #[test]
 fn what_has_no_program_is_refused() {
     for (name, why) in [
@@ -305,7 +308,8 @@ fn what_has_no_program_is_refused() {
     }
 }
 
-/// Accelerations and reactions of a robot with three legs take some three thousand operations without friction.
+/// Accelerations and reactions of a robot with three legs take about three thousand operations
+/// without friction.
 #[test]
 fn what_means_the_same_is_computed_once() {
     let robot = Robot::new("3rps", None);

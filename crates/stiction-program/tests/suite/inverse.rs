@@ -1,4 +1,4 @@
-//! Programs against the general solver that they were recorded from.
+//! Programs against the general solver from which they were recorded.
 
 use crate::common::Robot;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
@@ -6,8 +6,8 @@ use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Vec3;
 use stiction_program::{InverseProgram, RecordError, StateOfMotion};
 
-/// The largest differences between a program and the solver along the course: without friction, with,
-/// relative to the largest force; moments over the characteristic length.
+/// Largest differences between a program and the solver along the motion, without and with
+/// friction, relative to the largest force; moments are divided by the characteristic length.
 fn compare(robot: &mut Robot, program: &InverseProgram) -> f64 {
     let (drives, joints, interfaces) = program.sizes();
     let length = robot.solver.mechanism().characteristic_length();
@@ -68,7 +68,8 @@ const ROBOTS: [(&str, Option<&str>); 12] = [
     ("3upu", None),
 ];
 
-/// Drives, reactions, loads and frictions are those of the solver, interpreted and by the processor.
+/// Actuator forces, reactions, normal loads and frictions agree with the solver, interpreted and
+/// compiled.
 #[test]
 fn programs_are_their_solvers() {
     for (name, load) in ROBOTS {
@@ -77,15 +78,15 @@ fn programs_are_their_solvers() {
             let (signal, loads) = (robot.signal.clone(), robot.loads.clone());
             let program = InverseProgram::record_with(&robot.solver, &signal, &loads, machine)
                 .unwrap_or_else(|error| panic!("{name}: {error}"));
-            // Rounding behind condition numbers of some hundred.
+            // Rounding magnified by condition numbers of some hundred.
             let worst = compare(&mut robot, &program);
             assert!(worst < 1e-12, "{name}, machine {machine}: {worst}");
         }
     }
 }
 
-/// Wide code gives for each of its states what narrow code gives; a state in which a contact rests is found
-/// out, alone among its neighbours.
+/// Code for several lanes gives the same results for each state as code for one; a state with an
+/// interface at rest is detected, even if it is the only one among its neighbours.
 #[test]
 fn lanes_are_states_of_their_own() {
     for (name, load) in ROBOTS {
@@ -99,7 +100,7 @@ fn lanes_are_states_of_their_own() {
         for lane in 0..lanes {
             let mut targets = signal[lane % signal.len()].clone();
             if lane == 1 {
-                // All stands still.
+                // Everything is at rest.
                 targets.iter_mut().for_each(|target| target.rate = 0.0);
             }
             robot.solver.move_to(&targets).unwrap();
@@ -131,14 +132,14 @@ fn lanes_are_states_of_their_own() {
     }
 }
 
-/// Many states at once: those at which the program does not hold are left to the solver, and counted.
+/// Many states at once: states at which the program is invalid are left to the solver and counted.
 #[test]
 fn what_does_not_hold_is_redone() {
     let mut robot = Robot::new("3rps", None);
     let program = InverseProgram::record(&robot.solver, &robot.signal, &robot.loads).unwrap();
     let mut solver = robot.solver.clone();
     let mut targets = robot.signal.clone();
-    // All stands still: contacts rest.
+    // Everything is at rest, interfaces included.
     for rest in [3, 7] {
         targets[rest].iter_mut().for_each(|target| target.rate = 0.0);
     }
@@ -176,7 +177,7 @@ fn what_does_not_hold_is_redone() {
     assert_eq!(told, wanted);
 }
 
-/// A course that cannot be followed, or none, gives no program.
+/// A motion that cannot be followed, or an empty one, gives no program.
 #[test]
 fn what_has_no_program_is_refused() {
     let robot = Robot::new("3rps", None);
@@ -189,8 +190,8 @@ fn what_has_no_program_is_refused() {
     assert_eq!(refused(&[]), RecordError::EmptyCourse);
 }
 
-/// Programs are small: the equations of motion of a robot with three legs and all its reactions take less
-/// than a thousand operations.
+/// Programs are small: the equations of motion of a robot with three legs and all its reactions
+/// take less than a thousand operations.
 #[test]
 fn what_means_the_same_is_computed_once() {
     let robot = Robot::new("3rps", None);
@@ -199,7 +200,7 @@ fn what_means_the_same_is_computed_once() {
     assert!(ideal < 900 && first < 1200 && step < 480 && last < 230, "{:?}", program.operations());
 }
 
-/// Inputs stand one after the other: one too few, and the next would be taken for it.
+/// The inputs are one list: with one too few, the next would be taken for it.
 #[test]
 fn what_is_given_must_be_what_was_recorded() {
     let robot = Robot::new("3rps", None);

@@ -1,10 +1,10 @@
-//! Legs of many kinds in closed form: programs start from the platform's motion alone.
+//! Legs of many kinds in closed form: programs need only the platform's motion as input.
 
 use crate::common::{Robot, model};
 use stiction_format::gallery;
 use stiction_program::InverseProgram;
 
-/// A platform on six legs like those of the Gough platform, but for their chains and joints.
+/// A Gough platform whose six legs have other chains and joints.
 fn platform(chain: &str, joints: &str) -> String {
     let text = gallery::get("gough").unwrap();
     let start = text.find("[legs.joints.U]").unwrap();
@@ -15,7 +15,8 @@ fn platform(chain: &str, joints: &str) -> String {
 
 const BALL: &str = "friction = { mu = 0.1, radius = \"15 mm\" }";
 
-/// Driving forces from the platform's motion are those of the solver, which goes from the legs'.
+/// Actuator forces from the platform's motion agree with the solver, which starts from the legs'
+/// coordinates.
 #[test]
 fn programs_know_where_the_legs_are() {
     let pus = format!(
@@ -59,11 +60,11 @@ fn programs_know_where_the_legs_are() {
         let mut memory = program.memory(1);
         let mut settled = [false];
         for k in 0..20 {
-            // Between the positions at which it was recorded.
+            // Between the positions of the recording.
             let targets: Vec<_> = motion.at(0.2 * f64::from(k) + 0.07).collect();
             solver.move_to(&targets).unwrap();
             let motions = program.motions(solver.assembly().state());
-            // No coordinate is told.
+            // No joint coordinate is an input.
             program.set_bodies(&mut memory, 0, &motions, &[], &targets, &loads);
             program.run(&mut memory, &mut settled);
             let forces = solver.solve(&loads).unwrap();
@@ -71,7 +72,7 @@ fn programs_know_where_the_legs_are() {
             let largest = forces.efforts.iter().fold(0.0_f64, |most, f| most.max(f.abs()));
             for (drive, expected) in forces.efforts.iter().enumerate() {
                 let found = program.drive(&memory, 0, drive);
-                // Rounding behind condition numbers of some hundred.
+                // Rounding magnified by condition numbers of some hundred.
                 assert!((found - expected).abs() < 1e-11 * largest, "{chain}: {found} {expected}");
             }
         }

@@ -1,4 +1,4 @@
-//! After set-up the kernels of the gallery's robots allocate nothing, along their whole motions.
+//! Kernels of the gallery's robots allocate nothing after set-up, along their whole motions.
 
 use crate::common::*;
 use crate::counting::allocations;

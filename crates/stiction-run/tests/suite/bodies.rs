@@ -1,5 +1,5 @@
-//! `bodies.csv`, read as any other program would: positions, velocities and accelerations belong
-//! together, and with the reactions they make up the balance of every body.
+//! `bodies.csv`, read like another program would: positions, velocities and accelerations are
+//! consistent, and with the reactions they satisfy the balance of every body.
 
 use crate::common::{Csv, default_job, job, model, model_of, regular};
 use stiction_core::dynamics::FrictionMode;
@@ -8,7 +8,7 @@ use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 use stiction_format::gallery;
 use stiction_run::inverse::{BodyTable, Job, Tables};
 
-/// `bodies.csv` and `reactions.csv` of a job.
+/// `bodies.csv` and `reactions.csv` of a run.
 fn tables(job: &Job<'_>) -> (Csv, Csv) {
     let mechanism = &job.model.mechanism;
     let mut bodies = BodyTable::new(mechanism, Vec::new()).unwrap();
@@ -47,8 +47,8 @@ fn pose(csv: &Csv, of: &str, row: usize) -> Pose<f64> {
     Pose { rotation, position: vector(csv, of, POSITION, row) }
 }
 
-/// Largest errors of twists against differences of poses, and of accelerations against differences
-/// of twists, over all bodies, at every multiple of 0.05 s inside the motion.
+/// Largest errors of twists relative to differences of poses, and of accelerations relative to
+/// differences of twists, over all bodies, at every multiple of 0.05 s inside the motion.
 fn errors_of_differences(name: &str, step: f64) -> [f64; 4] {
     let model = model(name);
     let job = Job { step: Some(step), ..default_job(&model, FrictionMode::Off) };
@@ -79,15 +79,15 @@ fn errors_of_differences(name: &str, step: f64) -> [f64; 4] {
     errors
 }
 
-/// Central differences are wrong by their step squared times a third derivative: with half the step
-/// a quarter is left of it. Of what is not a derivative, nothing would go away.
+/// The error of a central difference is its squared step times a third derivative: half of the step
+/// leaves a quarter of it. The error of a wrong derivative would not decrease.
 #[test]
 fn twists_and_accelerations_are_derivatives() {
     for name in ["3rps", "gough"] {
         let (coarse, fine) =
             (errors_of_differences(name, 0.005), errors_of_differences(name, 0.0025));
         for (coarse, fine) in coarse.into_iter().zip(fine) {
-            // The fourth order changes the ratio by some (2 pi 2/s 0.005 s)^2 = 0.4 %.
+            // Fourth-order terms change the ratio by about (2 pi 2/s 0.005 s)^2 = 0.4 %.
             let ratio = coarse / fine;
             assert!((ratio - 4.0).abs() < 0.1, "{name}: {coarse} {fine}");
             assert!(fine > 1e-9, "{name}: rounding would say nothing: {fine}");
@@ -95,7 +95,8 @@ fn twists_and_accelerations_are_derivatives() {
     }
 }
 
-/// Beyond half a turn a quaternion has the other sign than the one that a rotation matrix gives.
+/// Beyond half a turn, a quaternion has the opposite sign of the one computed from the rotation
+/// matrix.
 #[test]
 fn quaternions_are_unit_and_continuous() {
     for name in ["four-bar", "gough"] {
@@ -110,7 +111,7 @@ fn quaternions_are_unit_and_continuous() {
                 let square = |q: [f64; 4]| q.iter().map(|x| x * x).sum::<f64>();
                 assert!((square(next) - 1.0).abs() < 1e-15);
                 let change = std::array::from_fn(|k| next[k] - last[k]);
-                // A hundredth of a turn for each sample, and no more than 0.5 rad.
+                // A hundredth of a turn per sample, and at most 0.5 rad.
                 assert!(square(change).sqrt() < 0.25, "{name}: {} at row {row}", body.name);
                 passed |= next[0] < -0.5;
                 last = next;
@@ -120,7 +121,7 @@ fn quaternions_are_unit_and_continuous() {
     }
 }
 
-/// A load that turns with its body, with an arm.
+/// A load that rotates with its body and acts at an arm.
 #[test]
 fn loads_are_told_about_the_origin_in_world_axes() {
     let text = gallery::get("3rps").unwrap().to_owned()
@@ -143,7 +144,7 @@ fn loads_are_told_about_the_origin_in_world_axes() {
             ("leg2.rod", Vec3::zero(), Vec3::zero()),
         ];
         for (of, force, moment) in loads {
-            // Rounding of some 40 N and N m.
+            // Rounding relative to about 40 N and N m.
             assert!((vector(&csv, of, FORCE, row) - force).norm() < 1e-13);
             assert!((vector(&csv, of, MOMENT, row) - moment).norm() < 1e-13);
         }
@@ -151,7 +152,7 @@ fn loads_are_told_about_the_origin_in_world_axes() {
     assert!(times.len() > 50);
 }
 
-/// What a spring pulls with on its first body, and where.
+/// Force of a spring on its first body, and its point of application.
 fn pulls(mechanism: &Mechanism, csv: &Csv, row: usize) -> Vec<(BodyId, Vec3<f64>, Vec3<f64>)> {
     let mut all = Vec::new();
     for spring in mechanism.springs() {
@@ -186,8 +187,8 @@ fn pose_of(mechanism: &Mechanism, csv: &Csv, body: BodyId, row: usize) -> Pose<f
     }
 }
 
-/// Newton's and Euler's equations of every body, from the tables alone: reactions, loads, weight and
-/// springs are mass times acceleration.
+/// Newton-Euler equations of every body, from the tables alone: reactions, loads, weight and
+/// springs equal mass times acceleration.
 #[test]
 fn the_tables_balance_every_body() {
     for name in regular() {
@@ -235,7 +236,7 @@ fn the_tables_balance_every_body() {
                 let length = mechanism.characteristic_length();
                 worst = worst.max(force.norm()).max(moment.norm() / length);
             }
-            // Rounding of the largest force, and of the solution that it belongs to.
+            // Rounding of the largest force, and of the corresponding solution.
             assert!(worst <= 1e-9 * largest, "{name}, row {row}: {worst} of {largest}");
         }
     }

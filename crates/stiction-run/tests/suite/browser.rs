@@ -1,5 +1,5 @@
-//! Pages of checks in a browser: nothing is fetched or run, all is there, wide or narrow, light or dark. Pictures
-//! for people lie in `target/browser`.
+//! Pages of checks in a browser: nothing is loaded or run, and everything is visible, wide or
+//! narrow, light or dark. Screenshots are written to `target/browser`.
 
 use crate::chromium::look_at;
 use crate::common::{default_job, model};

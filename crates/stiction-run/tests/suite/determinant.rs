@@ -1,4 +1,4 @@
-//! The robot of Zhang et al. 2018 against formulas that were derived by hand.
+//! The robot of Zhang et al. 2018 against formulas derived by hand.
 
 use crate::common::*;
 use nalgebra::Matrix3;
@@ -13,14 +13,14 @@ use stiction_format::ModelFile;
 const K: f64 = 0.15;
 const L: f64 = 0.45;
 
-/// The platform's place x, z (m) and angle theta (rad) in some pose.
+/// Position x, z (m) and angle theta (rad) of the platform in some pose.
 fn some_pose(random: &mut Random) -> [f64; 3] {
     let theta = (90.0 + 40.0 * random.number()).to_radians();
     [0.15 * random.number(), 0.5 + 0.15 * random.number(), theta]
 }
 
-/// The robot at a pose of its plane, moving at rates of x, z, theta. All six coordinates of the
-/// platform are prescribed where `all`: the printed robot's roll is open to first order.
+/// The robot at a pose of its plane, with rates of x, z, theta. If `all`, all six coordinates of
+/// the platform are prescribed: the printed robot's roll is free to first order.
 fn robot(
     model: &ModelFile,
     [x, z, theta]: [f64; 3],
@@ -29,7 +29,7 @@ fn robot(
 ) -> InverseDynamics {
     let body = model.mechanism.body_id("platform").unwrap();
     let order = AngleOrder::XYZ;
-    // Theta is the angle of the platform's normal with the horizontal.
+    // Theta is the angle between the platform's normal and the horizontal.
     let ry = std::f64::consts::FRAC_PI_2 - theta;
     let mut prescribed = vec![
         (Coordinate::Position { body, axis: 0 }, x, rates[0]),
@@ -69,8 +69,9 @@ fn leg(solver: &InverseDynamics, n: usize) -> (f64, f64) {
 }
 
 /// `det(diag(rho) J^-1) = 2 k l cos(theta) (k (x cos(theta) + z sin(theta)) - l z)`, where row n of
-/// `J^-1` are the derivatives of leg n's length rho by x, z and theta. By hand: with `rho u` the
-/// vectors of the legs, row 2 + row 3 - 2 row 1 of `diag(rho) J^-1` is `(0, 0, -2 k l cos(theta))`.
+/// `J^-1` contains the derivatives of leg n's length rho with respect to x, z and theta. By hand:
+/// with the vectors `rho u` of the legs, row 2 + row 3 - 2 row 1 of `diag(rho) J^-1` is
+/// `(0, 0, -2 k l cos(theta))`.
 #[test]
 fn determinant_of_the_legs_rates() {
     let model = model("zhang2018");
@@ -96,11 +97,12 @@ fn determinant_of_the_legs_rates() {
         greatest = greatest.max(expected / scale);
     }
     assert!(worst <= 1e-10, "{worst:e}");
-    // Both signs were met: on one side of theta = 90 deg and on the other.
+    // Both signs occur: on either side of theta = 90 deg.
     assert!(least < -0.1 && greatest > 0.1, "{least} {greatest}");
 }
 
-/// In every pose the printed robot's balance lacks one equation, by a self-stress of -2 : 1 : 1.
+/// In every pose, the balance of the printed robot lacks one equation, with a self-stress of -2 : 1
+/// : 1.
 #[test]
 fn the_printed_robot_is_singular_in_every_pose() {
     let model = model("zhang2018");

@@ -1,4 +1,4 @@
-//! Pictures of mechanisms and the page of findings, read back as any other program would.
+//! Pictures of mechanisms and the page of findings, read back like another program would.
 
 use crate::common::*;
 use roxmltree::{Document, Node, ParsingOptions};
@@ -58,7 +58,7 @@ fn value(node: Node<'_, '_>, attribute: &str) -> f64 {
     node.attribute(attribute).unwrap().parse().unwrap()
 }
 
-/// The numbers of all attributes that hold any.
+/// Numbers in all attributes.
 fn numbers(node: Node<'_, '_>) -> Vec<f64> {
     let geometry = ["x", "y", "x1", "y1", "x2", "y2", "cx", "cy", "r", "points", "d", "viewBox"];
     let texts = node.attributes().filter(|a| geometry.contains(&a.name())).map(|a| a.value());
@@ -66,7 +66,7 @@ fn numbers(node: Node<'_, '_>) -> Vec<f64> {
     pieces.filter(|piece| !piece.is_empty()).map(|piece| piece.parse().unwrap()).collect()
 }
 
-/// Well formed, every body and joint there once, all numbers in the picture's frame.
+/// Well formed, with every body and joint once, and all numbers inside the picture's frame.
 fn check_picture(what: &str, solver: &InverseDynamics, svg: &str) {
     let parsed = parse(svg);
     let mechanism = solver.mechanism();
@@ -141,7 +141,7 @@ fn planar_robots_are_seen_face_on() {
     }
 }
 
-/// The middle of a joint that is drawn as one circle.
+/// Centre of a joint that is drawn as a single circle.
 fn place(picture: &Document<'_>, name: &str) -> (f64, f64) {
     let joint =
         of_class(picture, "joint").find(|n| n.attribute("data-name") == Some(name)).unwrap();
@@ -152,7 +152,7 @@ fn place(picture: &Document<'_>, name: &str) -> (f64, f64) {
     (value(circle, "cx"), value(circle, "cy"))
 }
 
-/// Distances of joints against the bar, and directions against the axes.
+/// Distances of joints relative to the scale bar, and directions relative to the axes.
 #[test]
 fn pictures_are_to_scale() {
     let solver = assembled(&model("four-bar"));
@@ -170,14 +170,15 @@ fn pictures_are_to_scale() {
     for (a, b) in [("A", "B"), ("A", "D"), ("C", "B"), ("D", "C")] {
         let apart = (joint(b) - joint(a)) * scale;
         let (from, to) = (place(&parsed, a), place(&parsed, b));
-        // Coordinates are written to a tenth; the bar's error counts for as often as it fits.
+        // Coordinates have one decimal; the error of the bar is multiplied by the ratio of the
+        // lengths.
         let tolerance = 0.2 + 0.1 * apart.norm() / length;
         assert!((to.0 - from.0 - apart.x).abs() < tolerance, "{a} {b}: x to the right");
         assert!((from.1 - to.1 - apart.y).abs() < tolerance, "{a} {b}: y upwards");
     }
 }
 
-/// About the boxes that labels of joints, bodies and legs take.
+/// Approximate bounding boxes of the labels of joints, bodies and legs.
 fn boxes(picture: &Document<'_>) -> Vec<(String, [f64; 4])> {
     let texts = picture.descendants().filter(|node| {
         node.has_tag_name(("http://www.w3.org/2000/svg", "text"))
@@ -225,7 +226,7 @@ fn a_leg_is_one_colour_and_named_once() {
     for leg in ["leg1", "leg2", "leg3"] {
         assert_eq!(texts.iter().filter(|text| **text == leg).count(), 1, "{leg}");
     }
-    // Cylinder and rod are one leg, the platform is none.
+    // Cylinder and rod form a leg; the platform is not part of one.
     let colour = |body: &str| {
         let body = of_class(&parsed, "body").find(|n| n.attribute("data-name") == Some(body));
         let shape = body.unwrap().last_element_child().unwrap();
@@ -245,7 +246,7 @@ fn a_leg_is_one_colour_and_named_once() {
     assert!(driven.len() == 3 && expected.iter().all(|name| driven.contains(name)), "{driven:?}");
 }
 
-/// A chain of one body for each type, each a step along x from the one before.
+/// A chain with one body per type, each one step along x from the previous one.
 fn chain(types: &[JointType], step: f64, name: &str) -> InverseDynamics {
     let mut builder = MechanismBuilder::new(name).characteristic_length(step.abs().max(1e-3));
     let mut last = GROUND_NAME.to_owned();
@@ -381,15 +382,15 @@ fn pages_are_well_formed_and_complete() {
             assert!(heading(text), "{name}: {text}");
         }
         for word in ["NaN", "inf ", "http:", "https:"] {
-            // The name of SVG's elements is no address that is fetched.
+            // The SVG namespace is not an address that is loaded.
             let own = page.html.replace("http://www.w3.org/2000/svg", "");
             assert!(!own.contains(word), "{name}: {word}");
         }
-        // Nothing runs, nothing is fetched.
+        // The page runs no script and loads nothing.
         let foreign = ["script", "link", "img", "iframe", "image", "use"];
         assert!(parsed.descendants().all(|n| !foreign.contains(&n.tag_name().name())), "{name}");
         parse(&page.picture);
-        // Every body has its mass, every joint with coordinates its range.
+        // Every body has its mass, and every joint with coordinates its range.
         let cells: Vec<&str> = parsed
             .descendants()
             .filter(|n| n.tag_name().name() == "td")
@@ -401,7 +402,7 @@ fn pages_are_well_formed_and_complete() {
     }
 }
 
-/// Numbers of the table against those that programs get.
+/// Numbers of the table against those in JSON.
 #[test]
 fn self_stresses_are_listed_by_joint() {
     let model = model("zhang2018");
@@ -419,14 +420,14 @@ fn self_stresses_are_listed_by_joint() {
     let force = |joint: &str| -> f64 {
         rows.iter().find(|row| row[0] == joint).unwrap()[2].parse().unwrap()
     };
-    // The three parallel forces along y keep balance: the platform's S joints lie at 2, -1, -1
-    // times the same distance from the line through them, by the printed geometry.
+    // The three parallel forces along y are in equilibrium: by the printed geometry, the platform's
+    // S joints are at 2, -1, -1 times the same distance from the line of their resultant.
     let (one, two, three) = (force("leg1.S"), force("leg2.S"), force("leg3.S"));
-    // Four digits are written.
+    // The table has four digits.
     assert!((one + two + three).abs() < 2e-4 * one.abs() && (two - three).abs() < 2e-4);
 }
 
-/// The picture of the book is that of the program but for the last digits.
+/// The picture in the book is that of the program, except for the last digits.
 #[test]
 fn the_picture_of_the_book_is_true() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/pictures/3rps.svg");
@@ -440,7 +441,7 @@ fn the_picture_of_the_book_is_true() {
     assert_eq!(elements(&book), elements(&own), "stiction check 3rps -o DIR writes it");
     for (a, b) in book.descendants().zip(own.descendants()) {
         for (a, b) in numbers(a).iter().zip(numbers(b)) {
-            // Coordinates are written to a tenth: rounding may differ by one between machines.
+            // Coordinates have one decimal: rounding may differ by one between machines.
             assert!((a - b).abs() < 0.15, "stiction check 3rps -o DIR writes it anew");
         }
     }

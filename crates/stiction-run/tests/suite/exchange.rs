@@ -1,4 +1,4 @@
-//! Mechanisms for other programs, read back as these would.
+//! Exported mechanisms, read back like another program would.
 
 use crate::common::{default_job, model};
 use serde_json::Value;
@@ -8,7 +8,7 @@ use stiction_core::spatial::{Mat3, Pose, Vec3};
 use stiction_format::{ModelFile, gallery};
 use stiction_run::exchange::{Home, json, json_text};
 
-/// A model put together at the start of its default motion.
+/// A model, assembled at the start of its default motion.
 fn home(model: &ModelFile) -> Home<'_> {
     Home::of(&default_job(model, FrictionMode::Off)).unwrap()
 }
@@ -27,14 +27,14 @@ fn pose(value: &Value) -> Pose<f64> {
     Pose { position: vector(&value["position"]), rotation: matrix(&value["rotation"]) }
 }
 
-/// How far two poses are apart, m and rad.
+/// Distance of two poses, m and rad.
 fn apart(a: Pose<f64>, b: Pose<f64>) -> f64 {
     let turn = (a.rotation.transpose() * b.rotation).rotation_vector();
     (a.position - b.position).norm() + turn.norm()
 }
 
-/// From the numbers of the description alone, every loop closes: each joint's frames are where its
-/// coordinates say.
+/// The numbers of the description alone close every loop: the frames of each joint agree with its
+/// coordinates.
 #[test]
 fn a_description_is_an_assembled_mechanism() {
     for name in gallery::names() {
@@ -42,7 +42,7 @@ fn a_description_is_an_assembled_mechanism() {
         let home = home(&model);
         let text = json_text(&home);
         let read: Value = serde_json::from_str(&text).unwrap();
-        // The layout changes nothing but space. (Texts, since reading numbers rounds them.)
+        // The layout affects only white space. (Compared as texts, since parsing rounds numbers.)
         let bare = |text: &str| text.split_whitespace().collect::<String>();
         assert!(bare(&text) == bare(&json(&home).to_string()), "{name}");
         assert_eq!((&read["format"], &read["version"]), (&"stiction-mechanism".into(), &1.into()));
@@ -80,7 +80,7 @@ fn a_description_is_an_assembled_mechanism() {
     }
 }
 
-/// Numbers stand for what the model says.
+/// The numbers are those of the model.
 #[test]
 fn a_description_has_the_numbers_of_the_model() {
     let model = model("andrews");
@@ -91,7 +91,7 @@ fn a_description_has_the_numbers_of_the_model() {
     assert_eq!(vector(&spring["point_from"]), known.points[0]);
     let crank = &read["joints"][0];
     assert_eq!(crank["freedoms"][0]["actuated"], true);
-    // The angle from which the benchmark starts.
+    // The initial angle of the benchmark.
     let angle = crank["freedoms"][0]["coordinate"].as_f64().unwrap();
     assert!((angle + 0.061_713_890_014_276_4).abs() < 1e-15, "{angle}");
     let body = &read["bodies"][1];

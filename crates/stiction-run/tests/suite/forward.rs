@@ -1,4 +1,4 @@
-//! Controllers in simulations, against recurrences that are solved by hand.
+//! Controllers in simulations, against recurrences solved by hand.
 
 use stiction_core::forward::Settings;
 use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion, Source, read};
@@ -83,7 +83,7 @@ impl Given {
     }
 }
 
-/// The recurrence of a mass under an effort that is held from sample to sample.
+/// The recurrence of a mass under an effort that is constant between samples.
 fn held(position: f64, rate: f64, effort: f64, period: f64) -> (f64, f64) {
     let acceleration = effort / MASS;
     (position + rate * period + 0.5 * acceleration * period * period, rate + acceleration * period)
@@ -114,7 +114,7 @@ fn a_pd_controller_is_its_recurrence() {
     }
 }
 
-/// What is measured has steps, rates are differences of it, and the actuator is weak.
+/// The measured position is quantised, rates are differences of it, and the effort is limited.
 #[test]
 fn quantisation_differences_and_saturation_are_in_the_recurrence() {
     let period = 5e-3;
@@ -141,7 +141,7 @@ fn quantisation_differences_and_saturation_are_in_the_recurrence() {
     assert!((5..found.len()).contains(&saturated), "{saturated}");
 }
 
-/// Gains by bandwidth and damping: kp = m w^2, kd = 2 m z w.
+/// Gains from bandwidth and damping: kp = m w^2, kd = 2 m z w.
 #[test]
 fn usual_gains_are_those_of_the_mass() {
     let by_bandwidth = Given::new("", SWAY, "type = pd; bandwidth = 4 Hz; damping = 0.8");
@@ -158,8 +158,8 @@ fn usual_gains_are_those_of_the_mass() {
     }
 }
 
-/// At constant speed friction F leaves computed torque behind by F/(m w^2); with friction fed forward by
-/// nothing.
+/// At constant speed, friction F causes a tracking error of F/(m w^2) with computed torque, and
+/// none with friction feed-forward.
 #[test]
 fn friction_leaves_computed_torque_behind() {
     let friction = "friction = { mu = 0.3 }";
@@ -171,7 +171,7 @@ fn friction_leaves_computed_torque_behind() {
             format!("type = computed-torque; friction = {feed}; bandwidth = 5 Hz; period = 1 ms");
         let found = Given::new(friction, ramp, &control).run(Start::Moving, 0.1);
         let end = found.last().unwrap();
-        // After 2 s, ten periods of the closed loop, what is left of the beginning is exp(-60).
+        // After 2 s, ten periods of the closed loop, the transient has decayed to exp(-60).
         assert!((0.4 - end[0] - expected).abs() < 1e-12, "{feed}: {end:?}");
         assert!((end[2] - 6.0).abs() < 1e-9, "{feed}: {end:?}");
     }

@@ -1,4 +1,4 @@
-//! Friction that locks, friction at rest, and what is said of it: against closed forms.
+//! Self-locking, friction at rest, and the corresponding messages, against closed forms.
 
 use crate::common::collar::push_beside;
 use crate::common::*;
@@ -6,8 +6,8 @@ use stiction_core::dynamics::{FrictionMode, InverseError};
 use stiction_run::inverse::{Error, Job, Sample};
 
 /// A collar of 10 kg on a vertical guide with pads 0.1 m apart, pushed 0.2 m off its axis through a
-/// rod between two balls. Up, the driver needs `W/(1 - 4 mu)` with `W = 98.1 N`; it locks from
-/// `mu = 1/4` on. Down, it needs `W/(1 + 4 mu)`.
+/// rod between two balls. For the upward motion the driver needs `W/(1 - 4 mu)` with `W = 98.1 N`,
+/// and it locks from `mu = 1/4` on. For the downward motion it needs `W/(1 + 4 mu)`.
 fn collar(mu: f64, rod: &str, motion: &str) -> String {
     format!(
         r#"
@@ -54,13 +54,14 @@ fn a_collar_locks_where_it_must() {
             let found = run(&collar(mu, rod, "0.1 m/s*t")).unwrap();
             for drive in found.inverse.column("drive.drive [N]") {
                 let expected = WEIGHT / (1.0 - 4.0 * mu);
-                // The condition of the problem grows like one over the denominator.
+                // The condition number of the problem is proportional to the reciprocal of the
+                // denominator.
                 let tolerance = 1e-8 * expected / (1.0 - 4.0 * mu);
                 assert!((drive - expected).abs() < tolerance, "{mu}: {drive} {expected}");
             }
             assert!(found.verdict.coupling.unwrap() < 1.0, "{mu}: {:?}", found.verdict.coupling);
         }
-        // Just below the limit loads are large and their rounding, too: that is no locking.
+        // Just below the limit, normal loads and their rounding are large; this is not locking.
         for k in 0..40 {
             for below in [1e-3, 1e-4, 1e-5] {
                 let mu = 0.25 * (1.0 - below * (0.5 + f64::from(k) / 40.0));
@@ -70,7 +71,7 @@ fn a_collar_locks_where_it_must() {
                 assert!((drive / expected - 1.0).abs() < 1e-9 / below, "{mu}: {drive} {expected}");
             }
         }
-        // Among them those that halvings of the coefficient hit exactly.
+        // Among them coefficients that bisection hits exactly.
         for mu in [0.25, 0.26, 1.0 / 3.0, 0.375, 0.4, 0.5, 1.0, 2.0] {
             match run(&collar(mu, rod, "0.1 m/s*t")) {
                 Err(Error::Forces { error: InverseError::Locked { joint, percent }, .. }) => {
@@ -83,8 +84,8 @@ fn a_collar_locks_where_it_must() {
     }
 }
 
-/// Down there is a solution whatever the coefficient; from 1/4 on it is not the only one (pulling
-/// the collar down against pads that bind satisfies all laws as well), and that is said.
+/// The downward motion has a solution for every coefficient. From 1/4 on it is not the only one
+/// (pulling the collar down against binding pads also satisfies all laws), and the result says so.
 #[test]
 fn other_solutions_are_not_denied() {
     for mu in [0.1, 0.24, 0.3, 0.5, 1.0] {
@@ -93,7 +94,8 @@ fn other_solutions_are_not_denied() {
         assert!((drive - WEIGHT / (1.0 + 4.0 * mu)).abs() < 1e-6, "{mu}: {drive}");
         let coupling = found.verdict.coupling.unwrap();
         assert!((coupling - 4.0 * mu).abs() < 1e-6, "{mu}: {coupling}");
-        // And found: pads that bind while the collar is pushed down, with W / (1 - 4 mu).
+        // The other solution is found: pads that bind while the collar is pushed down, with W / (1
+        // - 4 mu).
         let others = found.verdict.other_solutions;
         if mu < 0.25 {
             assert_eq!(others, None, "{mu}");
@@ -106,8 +108,8 @@ fn other_solutions_are_not_denied() {
     }
 }
 
-/// The coefficients of a collar that moves up can grow to 1/4, where it locks, and no matter how far
-/// if it moves down.
+/// For the upward motion, the coefficients can grow to 1/4, where the collar locks; for the
+/// downward motion they can grow without limit.
 #[test]
 fn how_far_friction_can_grow() {
     let margin = |text: &str| {
@@ -118,22 +120,23 @@ fn how_far_friction_can_grow() {
     for mu in [0.01, 0.05, 0.125, 0.2, 0.249] {
         let up = margin(&collar(mu, LIGHT, "0.1 m/s*t"));
         let factor = up.factor.unwrap();
-        // The coefficients are grown in steps down to 1e-5 of them; so near the end loads have grown
-        // ten-thousandfold, and their rounding, too, does not let Newton's method settle.
+        // The coefficients grow in steps down to 1e-5 of themselves. So near the end, normal loads
+        // have grown by a factor of ten thousand, and their rounding prevents convergence of
+        // Newton's method.
         assert!((factor * mu / 0.25 - 1.0).abs() < 2e-4, "{mu}: {factor}");
         assert_eq!(up.joint.as_deref(), Some("guide"));
         let down = margin(&collar(mu, LIGHT, "-0.1 m/s*t"));
         assert_eq!((down.factor, down.joint), (None, None), "{mu}");
     }
-    // Without friction nothing is followed, and nothing is said about how far it can grow.
+    // Without friction there is no continuation and no margin.
     let model = model_of("collar", &collar(0.2, LIGHT, "0.1 m/s*t"));
     let asked = Job { friction_margin: true, ..default_job(&model, FrictionMode::Off) };
     assert!(Run::of(&asked).unwrap().verdict.friction_margin.is_none());
 }
 
-/// The regular twin of the printed robot: certified unique up to mu = 0.57 at the worst of the eleven
-/// instants and 1.02 at the best, and lost at 0.60 to 1.8, by an independent program (given to two
-/// digits).
+/// The regular twin of the printed robot: the certificate holds up to mu = 0.57 at the worst of the
+/// eleven instants and 1.02 at the best, and the solution ends at 0.60 to 1.8, by an independent
+/// program (two digits).
 #[test]
 fn how_far_friction_of_the_twin_can_grow() {
     let model = model("zhang2018-regular");
@@ -153,7 +156,7 @@ fn how_far_friction_of_the_twin_can_grow() {
     assert!((most(&unique) - 1.02).abs() < 0.006, "{unique:?}");
     assert!((least(&lost) - 0.60).abs() < 0.006, "{lost:?}");
     assert!(most(&lost) < 1.85, "{lost:?}");
-    // What is certified is never more than what there is.
+    // The guaranteed value never exceeds the actual one.
     assert!(unique.iter().zip(&lost).all(|(unique, lost)| unique <= lost));
 }
 
@@ -176,7 +179,7 @@ fn at_rest_a_collar_has_an_interval_that_may_be_without_limit() {
     }
 }
 
-/// Gauss's method for a few equations.
+/// Gaussian elimination for a few equations.
 fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> [f64; N] {
     for i in 0..N {
         let pivot = (i..N).max_by(|&a, &b| matrix[a][i].abs().total_cmp(&matrix[b][i].abs()));
@@ -199,8 +202,8 @@ fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> [f64
     right
 }
 
-/// A wedge that lifts a follower, at rest: all eight ways to put the friction of the three slides at
-/// its limit, with all signs of the three normal forces, solved by hand.
+/// A wedge that lifts a follower, at rest: all eight combinations of the frictions of the three
+/// slides at their limits, with all signs of the three normal forces, solved by hand.
 #[test]
 fn a_wedge_at_rest_against_all_ways_to_hold_it() {
     let mut random = 1_u64;
@@ -213,7 +216,7 @@ fn a_wedge_at_rest_against_all_ways_to_hold_it() {
         let (tilt, mu) = (uniform(10.0, 60.0_f64), uniform(0.05, 0.35));
         let (wedge, follower) = (uniform(0.5, 7.0), uniform(0.5, 20.0));
         let (s, c) = tilt.to_radians().sin_cos();
-        // Along the incline and across it.
+        // Along the incline and perpendicular to it.
         let (along, across) = ([-c, s], [s, c]);
         let mut drives = Vec::new();
         let signs = |bits: usize| [0, 1, 2].map(|k| if bits >> k & 1 == 1 { 1.0 } else { -1.0 });
@@ -278,7 +281,7 @@ fn a_wedge_at_rest_against_all_ways_to_hold_it() {
         let found = run(&text).unwrap();
         let at = |column: &str| found.inverse.column(column)[0];
         let (found_low, found_high) = (at("X.drive_low [N]"), at("X.drive_high [N]"));
-        // Where it can lock, other branches of the law have solutions, too.
+        // Where it can lock, other branches of the law also have solutions.
         if found.verdict.coupling.is_some() && found_low.is_finite() && found_high.is_finite() {
             let size = 1e-9 * (low.abs() + high.abs());
             assert!((found_low - low).abs() < size, "{tilt} {mu}: {found_low} {low}");

@@ -1,4 +1,4 @@
-//! Every robot of the gallery: its books balance and its bodies are in equilibrium.
+//! Every robot of the gallery: power balance and equilibrium of its bodies.
 
 use crate::common::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, LoadAxes, Settings};
@@ -15,8 +15,8 @@ fn powers_balance_and_loops_close() {
             for friction in MODES {
                 let run = Run::of(&job(&model, motion, load, friction)).unwrap();
                 let what = format!("{name} {motion} {load} {friction:?}");
-                // One pass takes friction from reactions that it then changes; what it takes from
-                // the mechanism it takes from the drives all the same.
+                // Decoupled friction comes from reactions that it then changes; its power is still
+                // exactly the power that the actuators must supply.
                 assert!(run.power_residual <= 1e-12, "{what}: {:e}", run.power_residual);
                 assert!(run.closure <= 1e-12, "{what}: {:e}", run.closure);
                 assert!(run.verdict.passed_singularities.is_empty(), "{what}");
@@ -32,17 +32,17 @@ fn powers_balance_and_loops_close() {
 }
 
 /// Weights of central differences of eighth order for the first and the second derivative, for
-/// offsets 1 to 4 (the second has a weight for offset 0 as well).
+/// offsets 1 to 4 (the second also has a weight for offset 0).
 const FIRST: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
 const SECOND: [f64; 4] = [8.0 / 5.0, -1.0 / 5.0, 8.0 / 315.0, -1.0 / 560.0];
 const SECOND_AT_0: f64 = -205.0 / 72.0;
 
-/// The distance of the instants for differences, s: 2 ms, less for motions that are over sooner.
+/// Time step of the differences, s: 2 ms, and less for shorter motions.
 fn step_of(job: &Job<'_>) -> f64 {
     2e-3 * job.motion.duration.min(1.0)
 }
 
-/// First and second derivative of what is known at nine instants, `step` apart.
+/// First and second derivative of a quantity given at nine instants, `step` apart.
 fn derivatives(values: &[f64; 9], step: f64) -> (f64, f64) {
     let pairs = (1..=4).map(|k| (values[4 + k], values[4 - k]));
     let first: f64 = pairs.clone().zip(FIRST).map(|((a, b), w)| w * (a - b)).sum();
@@ -50,8 +50,8 @@ fn derivatives(values: &[f64; 9], step: f64) -> (f64, f64) {
     (first / step, (second + SECOND_AT_0 * values[4]) / (step * step))
 }
 
-/// Force and moment about its centre of mass that a body's motion needs, from nine poses alone:
-/// the independent way.
+/// Force and moment about its centre of mass that a body's motion requires, from nine poses alone:
+/// an independent computation.
 fn needed(poses: &[Pose<f64>; 9], step: f64, body: &Body) -> [Vec3<f64>; 2] {
     let &Body { mass, com, inertia, .. } = body;
     let vector = |f: &dyn Fn(usize, &Pose<f64>) -> f64, which: usize| {
@@ -99,8 +99,8 @@ fn poses_around(job: &Job<'_>, t: f64) -> Vec<[Pose<f64>; 9]> {
     poses
 }
 
-/// From `reactions.csv` and the positions of the bodies: no velocity, no acceleration, no force but
-/// the written ones.
+/// From `reactions.csv` and the positions of the bodies: no velocities, accelerations or forces
+/// except those in the table.
 #[test]
 fn every_body_is_in_equilibrium_from_the_written_reactions() {
     for name in regular() {
@@ -169,14 +169,15 @@ fn every_body_is_in_equilibrium_from_the_written_reactions() {
                     }
                     let [needed_force, needed_moment] = needed(&poses[index], step_of(&job), body);
                     let what = format!("{name} {friction:?} t = {} {}", times[row], body.name);
-                    // Differences of eighth order over 2 ms leave some 1e-9 of accelerations.
+                    // Differences of eighth order over 2 ms have errors of about 1e-9 of the
+                    // accelerations.
                     let error = (force - needed_force).norm();
                     assert!(error <= 1e-8 * size, "{what}: {error:e} N of {size:e}");
                     let mut error = moment - needed_moment;
                     let spins = ["rod", "screw", "tube"].iter().any(|s| body.name.ends_with(s));
                     if spins && ["6sps", "delta"].contains(&name) {
-                        // A leg may spin about its own axis, z; friction begins to turn it, which
-                        // positions by the convention of no spin do not show.
+                        // A leg may spin about its own axis, z; friction accelerates this spin, but
+                        // the positions, with zero spin by convention, do not show it.
                         error = error.across(poses[index][4].rotation.columns[2]);
                     }
                     let error = error.norm();
@@ -209,8 +210,8 @@ fn the_robot_as_printed_has_no_answer_and_the_missing_moment_is_told() {
             other => panic!("{other:?}"),
         }
     }
-    // Without the load less is missing, and not at every sample; friction does not settle where
-    // nothing is missing, which is not what is told.
+    // Without the load, the missing force is smaller and not present at every sample; friction has
+    // no solution where nothing is missing, which leads to another message.
     for friction in MODES {
         match Run::of(&job(&model, "printed", "none", friction)) {
             Err(Error::CannotCarry(missing)) => {
@@ -222,14 +223,14 @@ fn the_robot_as_printed_has_no_answer_and_the_missing_moment_is_told() {
     }
 }
 
-/// Six actuators that stand still do not hold the platform: its weight moves it, and it loses height
-/// while no leg changes its length.
+/// Six locked actuators do not hold the platform: its weight moves it, and it sinks while no leg
+/// changes its length.
 #[test]
 fn a_griffis_duffy_platform_falls_with_its_legs_locked() {
     let model = model("griffis-duffy");
     for friction in MODES {
         match Run::of(&default_job(&model, friction)) {
-            // At the three instants at the top of the curve nothing is missing.
+            // At the three instants at the top of the curve, nothing is missing.
             Err(Error::CannotCarry(missing)) => {
                 assert_eq!((missing.samples, missing.of, missing.unit), (98, 101, "N m"));
                 let first = missing.first.to_string();
@@ -244,13 +245,13 @@ fn a_griffis_duffy_platform_falls_with_its_legs_locked() {
     let legs: Vec<_> = found.sizes.joints.iter().filter(|r| r.name.ends_with(".P")).collect();
     assert_eq!(legs.len(), 6);
     for stiction_run::check::Range { name, least, greatest, .. } in legs {
-        // sqrt(0.5^2 + (2/sqrt(3) - 1/sqrt(3))^2 0.3^2) m, but for rounding.
+        // sqrt(0.5^2 + (2/sqrt(3) - 1/sqrt(3))^2 0.3^2) m, up to rounding.
         let length = 0.28_f64.sqrt();
         assert!((least - length).abs() < 1e-14 && (greatest - length).abs() < 1e-14, "{name}");
     }
 }
 
-/// In any pose at all: a platform that is singular by its architecture, and by one motion only.
+/// In every pose: a platform with a singular architecture, by exactly one motion.
 #[test]
 fn a_griffis_duffy_platform_is_singular_everywhere() {
     let model = model("griffis-duffy");
@@ -270,8 +271,8 @@ fn a_griffis_duffy_platform_is_singular_everywhere() {
     }
 }
 
-/// On the axis the legs press alike and carry what is symmetrical; a payload off the axis tilts the
-/// platform about the point where the legs would meet, 1.2 m above the base.
+/// On the axis, the legs have equal forces and carry symmetric loads; a payload off the axis tilts
+/// the platform about the intersection of the legs, 1.2 m above the base.
 #[test]
 fn the_snu_robot_carries_nothing_that_tilts_it() {
     let model = model("3upu-singular");
@@ -283,14 +284,14 @@ fn the_snu_robot_carries_nothing_that_tilts_it() {
                 assert_eq!((missing.samples, missing.of, missing.unit), (101, 101, "N m"));
                 let first = missing.first.to_string();
                 assert!(first.contains("rotation about y through (0, 0, 1.2) m"), "{first}");
-                // 5 kg 60 mm off the axis, in a pose that turns them about no other point.
+                // 5 kg at 60 mm from the axis, in a pose where their moment acts about this point.
                 assert!((missing.range.0 - 5.0 * 9.81 * 0.06).abs() < 1e-9, "{missing:?}");
             }
             other => panic!("{friction:?} {other:?}"),
         }
     }
-    // Off the axis three legs hold the platform, weakly: friction of four sevenths of what is given
-    // locks it.
+    // Off the axis, three legs constrain the platform weakly: friction of four sevenths of the
+    // given one locks it.
     Run::of(&job(&model, "aside", "payload", FrictionMode::Off)).unwrap();
     let locked = Run::of(&job(&model, "aside", "payload", FrictionMode::Converged));
     assert!(locked.unwrap_err().to_string().contains("friction locks the mechanism"));

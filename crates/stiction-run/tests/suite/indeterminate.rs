@@ -1,5 +1,5 @@
-//! Reactions that statics leaves open are chosen by a rule that knows no units, unlike the shortest
-//! solution of the equations as they stand.
+//! Statically indeterminate reactions follow from a rule that does not depend on units, unlike the
+//! least-norm solution of the equations.
 
 use crate::common::change::{Change, NONE};
 use crate::common::*;
@@ -9,20 +9,20 @@ use stiction_core::kinematics::Target;
 use stiction_core::linalg::Svd;
 use stiction_core::spatial::{Pose, Vec3, Wrench};
 
-/// For each joint the force and the moment about its origin, in N and N m.
+/// For each joint, force and moment about its origin, in N and N m.
 type Reactions = Vec<[f64; 6]>;
 
 struct Answers {
-    /// As the library reports them.
+    /// Reactions reported by the library.
     ours: Reactions,
-    /// By the pseudoinverse (Moore, Penrose) of the equations with the numbers as they are.
+    /// Reactions from the Moore-Penrose pseudoinverse of the equations in the given units.
     shortest: Reactions,
     determined: Vec<[bool; 6]>,
 }
 
-/// The default motion's first position, at rest, under the weight and a load on one body; computed
-/// in units of length of which a metre has `scale`. With kg and s the unit of force is then a
-/// `scale`th of a newton.
+/// The first position of the default motion, at rest, under its weight and a load on one body,
+/// computed with a unit of length of 1/`scale` metre. With kg and s, the unit of force is then
+/// 1/`scale` newton.
 fn answers(name: &str, scale: f64, body: &str, force: Vec3<f64>, moment: Vec3<f64>) -> Answers {
     let model = model(name);
     let motion = model.motion(model.default_motion.as_ref().unwrap()).unwrap();
@@ -78,8 +78,8 @@ fn answers(name: &str, scale: f64, body: &str, force: Vec3<f64>, moment: Vec3<f6
     Answers { ours, shortest, determined }
 }
 
-/// The largest difference of components that statics leaves open (or of the others), and the largest
-/// component of all, forces and moments apart.
+/// Largest difference of the statically indeterminate components (or of the others), and the
+/// largest component of all, for forces and moments separately.
 fn apart(a: &Reactions, b: &Reactions, determined: &[[bool; 6]], open: bool) -> f64 {
     let part = |range: std::ops::Range<usize>| {
         let (mut difference, mut largest) = (0.0_f64, 0.0_f64);
@@ -98,8 +98,8 @@ fn apart(a: &Reactions, b: &Reactions, determined: &[[bool; 6]], open: bool) -> 
 
 #[test]
 fn what_statics_leaves_open_does_not_depend_on_units() {
-    // Loads that press on what is redundant: across the plane of the planar linkages, along the
-    // three parallel constraint forces of the printed robot.
+    // Loads on the redundant constraints: perpendicular to the plane of the planar linkages, and
+    // along the three parallel constraint forces of the printed robot.
     let cases = [
         ("3rrr", "platform", [0.0, 0.0, -40.0], [3.0, -2.0, 0.0]),
         ("four-bar", "coupler", [0.0, 0.0, 25.0], [1.0, 2.0, 0.0]),
@@ -119,7 +119,7 @@ fn what_statics_leaves_open_does_not_depend_on_units() {
         println!("{name}: ours differ by {ours:.1e}, the shortest by {:.1} %", 100.0 * shortest);
         assert!(ours < 1e-9, "{name}: {ours:e}");
         assert!(shortest > 0.01, "{name}: {shortest:e}");
-        // What is determined is the same by any way.
+        // Determined components do not depend on the method.
         for other in [&millimetres.ours, &metres.shortest, &millimetres.shortest] {
             let difference = apart(&metres.ours, other, flags, false);
             assert!(difference < 1e-8, "{name}: {difference:e}");

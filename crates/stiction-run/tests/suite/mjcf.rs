@@ -1,4 +1,4 @@
-//! MuJoCo's XML, read back as MuJoCo does.
+//! MuJoCo's XML, interpreted as by MuJoCo.
 
 use crate::common::{default_job, model, model_of};
 use roxmltree::{Document, Node};
@@ -12,7 +12,7 @@ use stiction_run::inverse::Job;
 
 const ZOO: &str = include_str!("common/zoo.toml");
 
-/// All models of the gallery, and one with all types of joints in all places.
+/// All models of the gallery, and one with all joint types at all positions of the tree.
 fn models() -> impl Iterator<Item = ModelFile> {
     gallery::names().map(model).chain([model_of("zoo", ZOO)])
 }
@@ -64,13 +64,13 @@ fn name<'a>(node: &Node<'a, 'a>) -> &'a str {
     node.attribute("name").unwrap()
 }
 
-/// What MuJoCo makes of the bodies for given coordinates: in each body the joints act one after the
-/// other, axes and anchors as the body stands before.
+/// Poses of MuJoCo's bodies for given coordinates: in each body the joints act one after the other,
+/// with axes and anchors in the preceding pose of the body.
 #[derive(Default)]
 struct World<'a> {
     poses: HashMap<&'a str, Pose<f64>>,
     sites: HashMap<&'a str, Pose<f64>>,
-    /// For each joint its body and that body's parent, and how many there are.
+    /// For each joint, its body, the parent of this body, and the number of coordinates.
     joints: BTreeMap<&'a str, (&'a str, &'a str)>,
     mass: f64,
 }
@@ -108,7 +108,7 @@ impl<'a> World<'a> {
                         let position = anchor - turn * anchor;
                         here = here * Pose { rotation: turn, position };
                     }
-                    // Balls and free bodies stay as they are.
+                    // Balls and free bodies keep their pose.
                     _ => {}
                 }
             }
@@ -143,7 +143,7 @@ fn every_model_is_a_tree_and_equalities() {
         let world = World::at(&document, &|_| 0.0);
         let (mechanism, name_of) = (&model.mechanism, &model.name);
 
-        // Bodies stand where they are put together, those in several parts with all of them.
+        // Bodies have their assembled poses, including all parts of split bodies.
         for (body, pose) in mechanism.bodies().iter().zip(&home.poses) {
             let further = format!("{}@", body.name);
             let is_part = |name: &str| name == body.name || name.starts_with(&further);
@@ -156,7 +156,7 @@ fn every_model_is_a_tree_and_equalities() {
         let mass: f64 = mechanism.bodies().iter().map(|body| body.mass).sum();
         assert!((world.mass - mass).abs() < 1e-14 * mass, "{name_of}");
 
-        // What is to coincide does: balls in a point, all else altogether.
+        // Equalities hold: balls coincide in a point, all others in position and orientation.
         let equality = document.descendants().find(|node| node.has_tag_name("equality"));
         let equalities: Vec<Node<'_, '_>> = equality
             .iter()
@@ -176,8 +176,8 @@ fn every_model_is_a_tree_and_equalities() {
             }
         }
         let further = world.poses.keys().filter(|name| name.contains('@')).count();
-        // Every joint of ours either nests a body or closes a loop, a part of a body if it is not a
-        // ball; a joint that carries nothing may do neither.
+        // Every joint of the model either nests a body or closes a loop with a part of a body,
+        // except for balls; a joint without constraints may do neither.
         let types = |wanted| mechanism.joints().iter().filter(move |j| j.joint_type == wanted);
         let bodies = mechanism.bodies().len() - 1;
         let closing = mechanism.joints().len() - bodies;
@@ -192,7 +192,8 @@ fn every_model_is_a_tree_and_equalities() {
     }
 }
 
-/// Coordinates are ours: for any of them each joint's frames are where our formulas say.
+/// Coordinates are those of the model: for any values, the frames of each joint agree with our
+/// formulas.
 #[test]
 fn joints_move_as_ours() {
     let mut tried = std::collections::BTreeSet::new();
@@ -200,7 +201,7 @@ fn joints_move_as_ours() {
         let home = home(&model);
         let text = mjcf(&home).unwrap().text;
         let document = Document::parse(&text).unwrap();
-        // Some large displacement of each joint, always the same; of threads both together.
+        // A fixed large displacement of each joint; of threads, both coordinates together.
         let amount = |name: &str| {
             let sum: u32 =
                 name.bytes().enumerate().map(|(k, b)| (k as u32 + 3) * u32::from(b)).sum();
@@ -244,7 +245,7 @@ fn joints_move_as_ours() {
                 q.push(value.unwrap_or(0.0) + amount(name));
             }
             let expected = match joint.joint_type {
-                // The turning has not moved; the places are those in J.
+                // The rotation has not moved; the positions are those in J.
                 JointType::Free => Pose {
                     position: Vec3::new(q[0], q[1], q[2]),
                     rotation: home.across[index].rotation,
@@ -255,7 +256,7 @@ fn joints_move_as_ours() {
             tried.insert((joint.joint_type.symbol(), reversed, child.contains('@')));
         }
     }
-    // All types with coordinates, most of them in all four ways.
+    // All types with coordinates, most of them in all four variants.
     for symbol in ["R", "P", "H", "C", "U", "E"] {
         for reversed in [false, true] {
             assert!(
@@ -270,7 +271,7 @@ fn joints_move_as_ours() {
     }
 }
 
-/// The file's own position is the home, and so is its key.
+/// The position of the file is the home position, and so is its key.
 #[test]
 fn the_key_is_the_home() {
     for model in models() {
@@ -297,7 +298,7 @@ fn the_key_is_the_home() {
     }
 }
 
-/// Friction without coefficients becomes damping, of the size that its power demands.
+/// Viscous friction without coefficients becomes damping of equal power.
 #[test]
 fn viscous_friction_is_damping() {
     let model = model_of("zoo", ZOO);
@@ -324,7 +325,7 @@ fn viscous_friction_is_damping() {
     }
     // Two balls close loops.
     assert!(notes[0].starts_with("friction is left out at 2 of 6 contacts"), "{notes:?}");
-    // A coefficient is left out, but not what is viscous beside it.
+    // The export omits a coefficient, but keeps the viscous part.
     let translational = crate::common::model("3upu");
     let Mjcf { text, notes } = mjcf(&home(&translational)).unwrap();
     let document = Document::parse(&text).unwrap();
@@ -333,8 +334,8 @@ fn viscous_friction_is_damping() {
     assert!(notes[0].starts_with("friction is left out at 15 of 15 contacts"), "{notes:?}");
 }
 
-/// A body in several parts has its mass and inertia in sum; motors are in our order; springs are
-/// where they end.
+/// The parts of a split body sum up to its mass and inertia; motors are in our order; springs end
+/// at their points.
 #[test]
 fn parts_motors_and_springs() {
     let model = model_of("zoo", ZOO);
@@ -382,7 +383,7 @@ fn parts_motors_and_springs() {
     }
 }
 
-/// Balls are what is left over, where there are any.
+/// If a loop has balls, the export opens it at a ball.
 #[test]
 fn loops_are_opened_at_balls() {
     for name in ["3rps", "gough", "delta", "6sps", "zhang2018"] {
@@ -392,7 +393,7 @@ fn loops_are_opened_at_balls() {
     }
 }
 
-/// Moments of inertia that MuJoCo would refuse are raised, and that is told.
+/// Moments of inertia that MuJoCo would refuse are increased, with a note.
 #[test]
 fn planar_inertias_are_those_of_laminas() {
     let model = model("andrews");
@@ -402,7 +403,8 @@ fn planar_inertias_are_those_of_laminas() {
     let crank = document.descendants().find(|node| node.attribute("name") == Some("K1"));
     let inertial = children(&crank.unwrap(), "inertial").next().unwrap();
     let [xx, yy, zz, xy, xz, yz] = numbers(&inertial, "fullinertia").try_into().unwrap();
-    // About the axis it is the benchmark's, across it half as much and a rounding more.
+    // About the axis it is that of the benchmark; about the other axes it is half of it, plus a
+    // margin for rounding.
     assert_eq!((zz, xy, xz, yz), (2.194e-6, 0.0, 0.0, 0.0));
     for across in [xx, yy] {
         assert!(across > zz / 2.0 && across < zz / 2.0 * (1.0 + 1e-8), "{across}");
@@ -462,7 +464,7 @@ fn bodies_without_mass_are_told() {
     let model = model_of("massless", MASSLESS);
     let error = mjcf(&home(&model)).unwrap_err();
     assert_eq!(error, Unfit::Massless { body: "rod".into() });
-    // Between two bodies of that kind there is nothing to hang.
+    // Between two bodies without mass, a part has no inertia.
     let ring = MASSLESS
         .replace("[bodies.block]\nmass = 1\ncom = [0, 0, 0]", "[bodies.block]")
         .replace("[0.01, 0.01, 0.01]\n\n[joints.A]", "[0, 0, 0]\n\n[joints.A]")
@@ -470,7 +472,7 @@ fn bodies_without_mass_are_told() {
     let model = model_of("ring", &ring);
     let error = mjcf(&home(&model)).unwrap_err();
     assert_eq!(error, Unfit::CannotClose { joint: "slide".into() });
-    // Fixed to something with mass it is a part of that.
+    // A body fixed to one with mass is a part of it.
     let fixed = MASSLESS
         .replace("to = \"rod\"\nat = [0.2, 0, 0]\naxis = \"z\"", "to = \"rod\"\nat = [0.2, 0, 0]")
         .replace("[joints.B]\ntype = \"R\"", "[joints.B]\ntype = \"fixed\"");
@@ -483,7 +485,7 @@ fn bodies_without_mass_are_told() {
     assert!(text.contains("<body name=\"rod\""));
 }
 
-/// Another motion begins elsewhere.
+/// Another motion starts at another position.
 #[test]
 fn the_motion_says_where() {
     let model = model("four-bar");

@@ -1,4 +1,4 @@
-//! Degrees of freedom of the gallery's robots, counted three ways.
+//! Mobility of the gallery's robots by three methods.
 
 use crate::common::*;
 use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -44,12 +44,12 @@ fn what_bodies_can_do_in_words() {
     assert_eq!(lasting, ["x", "y", "z"].map(|k| format!("rotation about {k} through (0, 0, 0) m")));
 }
 
-/// Gruebler's count, instantaneous, finite, redundant constraints.
+/// Gruebler count, instantaneous mobility, finite mobility, redundant constraints.
 #[test]
 fn of_the_gallery() {
     let known = [
-        // The robot as printed: its three constraint forces are parallel and in one plane, so the
-        // platform rolls to first order, and to first order only.
+        // The robot as printed: its three constraint forces are parallel and coplanar, so the
+        // platform rolls to first order only.
         ("zhang2018", 3, 4, 3, 1),
         ("zhang2018-regular", 3, 3, 3, 0),
         ("3rps", 3, 3, 3, 0),
@@ -60,22 +60,25 @@ fn of_the_gallery() {
         ("3rrr", -3, 3, 3, 6),
         ("bricard", 0, 1, 1, 1),
         ("6sps", 12, 12, 12, 0),
-        // 10 bodies, 3 R and 12 S: 60 - 15 - 36. Each pair of rods lets the platform go anywhere but
-        // turn about one line, so it has three translations; each of the six rods spins.
+        // 10 bodies, 3 R and 12 S: 60 - 15 - 36. Each pair of rods constrains one rotation of the
+        // platform, so it has three translations; each of the six rods has a local DOF.
         ("delta", 9, 9, 9, 0),
-        // 7 bodies, 10 R: 42 - 50. In the plane 21 - 20; three loops with three redundancies each.
+        // 7 bodies, 10 R: 42 - 50. In the plane 21 - 20; three loops with three redundant
+        // constraints each.
         ("andrews", -8, 1, 1, 9),
-        // 13 bodies, 6 U, 6 P, 6 S: 78 - 24 - 30 - 18. Singular in actuation, not in constraints.
+        // 13 bodies, 6 U, 6 P, 6 S: 78 - 24 - 30 - 18. An actuation singularity, not a constraint
+        // singularity.
         ("griffis-duffy", 6, 6, 6, 0),
-        // 7 bodies, 6 U, 3 P: 42 - 24 - 15. Three couples, along the normals of the legs' two
-        // directions of axes; these are independent.
+        // 7 bodies, 6 U, 3 P: 42 - 24 - 15. Three constraint couples, along the normals of the two
+        // axis directions of each leg; these are independent.
         ("3upu", 3, 3, 3, 0),
-        // The same count; but the three couples are all vertical, so only one of them counts: 6 - 1.
-        // Two are redundant. Motions of finite size: the three translations, or as many others.
+        // The same count, but the three couples are all vertical, so only one is independent: 6 -
+        // 1. Two are redundant. Finite motions: the three translations, or as many others.
         ("3upu-singular", 3, 5, 3, 2),
-        // 7 bodies, 9 R: 42 - 45. On the sphere each of the two loops is spared three constraints.
+        // 7 bodies, 9 R: 42 - 45. On the sphere, each of the two loops has three redundant
+        // constraints.
         ("spherical-3rrr", -3, 3, 3, 6),
-        // 11 bodies, 6 U, 5 P, 4 S: 66 - 24 - 25 - 12. One leg of five freedoms, the others of six.
+        // 11 bodies, 6 U, 5 P, 4 S: 66 - 24 - 25 - 12. One leg with five DOFs, the others with six.
         ("4ups-upu", 5, 5, 5, 0),
     ];
     for (name, gruebler, instantaneous, finite, redundant) in known {

@@ -1,11 +1,11 @@
-//! Motions that are easy to get wrong: whole turns, idle spins, singular positions passed.
+//! Special motions: whole turns, local DOFs, passages through singular positions.
 
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
 use stiction_format::{LoadCase, gallery};
 use stiction_run::inverse::Job;
 
-/// A body on three slides and three revolute joints: every pose is within reach.
+/// A body on three slides and three revolute joints: every pose is reachable.
 fn six_axes(coordinates: &str) -> String {
     let slide = |name: &str, from: &str, to: &str, kind: &str, axis: &str| {
         format!(
@@ -59,13 +59,13 @@ fn rotation_vectors_go_round_and_round() {
             assert!((a - b).abs() < 1e-8, "{a} {b}");
         }
     }
-    // About a slanting axis through more than a turn, with a wobble.
+    // About an oblique axis through more than a turn, with a superimposed oscillation.
     drives(&six_axes(&named(
         "rvx = \"pi*1 rad*sin(2*pi*t)\"\nrvy = 0.3\nrvz = \"0.1 rad + 1 rad*t\"",
     )));
 }
 
-/// A crank that drives a lever through a rod between two balls.
+/// A crank drives a lever through a rod between two balls.
 fn rssr(rod: &str, friction: &str) -> String {
     format!(
         r#"
@@ -97,7 +97,7 @@ fn rssr(rod: &str, friction: &str) -> String {
     )
 }
 
-/// A rod without mass is the limit of a light one, also where its balls rub.
+/// A rod without mass is the limit of a light one, even with friction in its balls.
 #[test]
 fn a_massless_rod_is_a_light_one() {
     let light = "mass = 1e-9\ncom = [0, 0, 0]\ninertia = [1e-11, 1e-11, 1e-11]";
@@ -115,7 +115,7 @@ fn a_massless_rod_is_a_light_one() {
     }
 }
 
-/// A slider that drives its crank through both dead centres, where it cannot.
+/// A slider drives its crank through both dead centres, where it cannot.
 #[test]
 fn a_singular_position_that_is_passed_is_told() {
     let text = gallery::get("slider-crank").unwrap();
@@ -134,8 +134,8 @@ fn a_singular_position_that_is_passed_is_told() {
     assert!(near(&passed[0], 1.0) && near(&passed[1], 2.0), "{passed:?}");
 }
 
-/// A parallelogram that turns steadily in the horizontal plane turns over no power, only forces; it
-/// is computed at any speed.
+/// A parallelogram that turns steadily in the horizontal plane has forces but no powers; it is
+/// computed at any speed.
 #[test]
 fn steady_turning_is_not_taken_for_noise() {
     for speed in [1.0, 50.0, 1e3, 1e4] {
@@ -181,8 +181,8 @@ A="1 rad + {speed} rad/s*t"
     }
 }
 
-/// Motions with kinks are followed wherever the samples fall: on the kink, on both sides of it, or far away.
-/// The derivatives there are those towards later times.
+/// Motions with kinks are followed wherever the samples fall: on the kink, on both sides of it, or
+/// far away. The derivatives at the kink are the right-hand ones.
 #[test]
 fn kinks_are_followed() {
     let slider = gallery::get("slider-crank").unwrap();
@@ -204,7 +204,7 @@ fn kinks_are_followed() {
             };
             job.run(look, |_, _, _| true).unwrap_or_else(|error| panic!("{step}: {error}"));
             for (time, speed) in speeds {
-                // On the kink itself rounding decides where it is.
+                // At the kink itself, rounding decides the side.
                 let expected = if time < 0.15 { rate[0] } else { rate[1] };
                 let is_there = (time - 0.15).abs() < 1e-9;
                 assert!(
@@ -213,7 +213,7 @@ fn kinks_are_followed() {
                 );
             }
         }
-        // Loops follow, too.
+        // Loops also follow.
         let text = slider.replacen("A = \"10 rad/s*t\"", "A = \"1 rad*abs(sin(10*t))\"", 1);
         let model = model_of("kink", &text);
         let job = Job { step: Some(step), ..default_job(&model, FrictionMode::Off) };
@@ -222,8 +222,8 @@ fn kinks_are_followed() {
     }
 }
 
-/// Angles of the orders zxz and the like mean nothing where a body is not turned, as it is at first. Any
-/// orientation is found nevertheless, and is the one that was meant.
+/// Angles of orders such as zxz are undefined for the identity, the initial orientation. The
+/// assembly nevertheless finds any orientation, and it is the prescribed one.
 #[test]
 fn all_orders_of_angles_assemble_without_a_guess() {
     for order in ["xyx", "yzy", "zxz", "xzx", "zyz", "yxy", "xyz", "zyx"] {
@@ -243,9 +243,9 @@ fn all_orders_of_angles_assemble_without_a_guess() {
     }
 }
 
-/// A slider that is pulled farther than the linkage reaches is told so, not that the last position on the way is
-/// singular, as it always is, however long the steps are. That it begins at its dead centre does not say that no
-/// other position is within reach.
+/// A slider that is pulled farther than the linkage reaches is reported as out of reach, not as
+/// singular, although the last reachable position is always singular, whatever the step size.
+/// Starting at a dead centre does not imply that no other position is reachable.
 #[test]
 fn what_is_within_reach_is_told() {
     let text = gallery::get("slider-crank").unwrap();

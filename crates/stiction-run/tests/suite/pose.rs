@@ -1,4 +1,5 @@
-//! A motion that takes no time is a single pose: all results are there, and none is a ratio of zeros.
+//! A motion without duration is a single pose: all results are available, and none is a ratio of
+//! zeros.
 
 use stiction_core::dynamics::FrictionMode;
 use stiction_format::{LoadCase, ModelFile, Source, gallery, read};
@@ -59,7 +60,7 @@ fn nothing_is_undefined() {
             }
         }
         assert_eq!(json["options"]["samples"], 1);
-        // The work of an instant is nothing; its power is what it is.
+        // Work over zero time vanishes; the power does not.
         assert_eq!(json["work"]["drives"], 0.0);
         assert!(json["verdicts"]["distance_actuation"]["least"].is_number());
         assert!(json["drives"]["leg1.P"]["with_friction"]["rms"].is_number());
@@ -67,7 +68,7 @@ fn nothing_is_undefined() {
     }
 }
 
-/// At a reversal the arithmetic leaves rates of 1e-17, which must not count as sliding.
+/// At a reversal, rounding leaves rates of 1e-17, which must not count as sliding.
 #[test]
 fn a_reversal_is_rest() {
     let tilts = "platform.rx = 0; platform.ry = 0";

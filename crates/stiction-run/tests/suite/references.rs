@@ -1,9 +1,9 @@
-//! The tables of the gallery's robots against numbers of independent programs.
+//! Tables of the gallery's robots against results of independent programs.
 
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
 
-/// A file of reference data by column; lines of comment begin with `#`.
+/// A file of reference data by column; comment lines begin with `#`.
 fn reference(file: &str) -> Csv {
     let path = format!("{}/../../reference/{file}", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).unwrap();
@@ -11,8 +11,8 @@ fn reference(file: &str) -> Csv {
     Csv::parse(lines.join("\n").as_bytes())
 }
 
-/// Every column of the reference that the tables state in the same axes; the others are compared in
-/// the core's own tests.
+/// Compares every column of the reference that the tables have in the same axes; tests of the core
+/// compare the others.
 #[test]
 fn symmetric_3rps() {
     let model = model("3rps");
@@ -22,7 +22,7 @@ fn symmetric_3rps() {
     let compare = |found: &[f64], expected: &[f64], what: &str| {
         assert_eq!((found.len(), expected.len()), (101, 101), "{what}");
         let largest = expected.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
-        // Columns that vanish by symmetry are compared with what loads the joint, some 10 N.
+        // Columns that vanish by symmetry are compared relative to typical joint forces of 10 N.
         let scale = if largest < 1e-9 { 10.0 } else { largest };
         for (found, expected) in found.iter().zip(expected) {
             assert!((found - expected).abs() <= 1e-11 * scale, "{what}: {found} {expected}");
@@ -44,8 +44,8 @@ fn symmetric_3rps() {
     }
 }
 
-/// Crank angle in degrees, torque without and with friction in N m, forces at A, B, C and across the
-/// guide in N: Newton's method and a fixed point, in agreement to 2.5e-14.
+/// Crank angle in degrees, torque without and with friction in N m, forces at A, B, C and
+/// perpendicular to the guide in N. Newton's method and a fixed-point iteration agree to 2.5e-14.
 #[test]
 fn slider_crank() {
     let rows: [[f64; 7]; 3] = [
@@ -56,7 +56,7 @@ fn slider_crank() {
     let model = model("slider-crank");
     let run = Run::of(&default_job(&model, FrictionMode::Converged)).unwrap();
     for [degrees, frictionless, drive, a, b, c, guide] in rows {
-        // One sample a degree.
+        // One sample per degree.
         let row = degrees as usize;
         let near = |column: &str, expected: f64| {
             let found = run.inverse.column(column)[row];
@@ -68,7 +68,7 @@ fn slider_crank() {
             let component = |axis| run.reactions.column(&format!("{joint}.f{axis} [N]"))[row];
             let found = component("x").hypot(component("y"));
             assert!((found - expected).abs() < 1e-6, "{degrees} {joint}: {found} {expected}");
-            // The pin's friction is that of its load.
+            // The pin's friction follows from its normal load.
             let friction = run.friction.column(&format!("{joint}.friction [N]"))[row];
             assert!((friction.abs() - 0.1 * found).abs() < 1e-9);
         }
@@ -77,7 +77,7 @@ fn slider_crank() {
     }
 }
 
-/// Two programs agree to fifteen digits at the state that the motion passes at its beginning.
+/// Two programs agree to fifteen digits at the initial state of the motion.
 #[test]
 fn planar_3rrr() {
     let model = model("3rrr");
@@ -89,7 +89,7 @@ fn planar_3rrr() {
     }
 }
 
-/// All drives of the regular twin in three modes, printed with ten digits.
+/// All actuator forces of the regular twin in three modes, with ten digits.
 #[test]
 fn regular_twin() {
     let model = model("zhang2018-regular");

@@ -1,5 +1,5 @@
-//! What each joint's friction makes of each driving force, and efficiencies: sums along all motions
-//! of the gallery, and closed forms.
+//! Friction contributions to each actuator force, and efficiencies: sums along all motions of the
+//! gallery, and closed forms.
 
 use crate::common::collar::push_beside;
 use crate::common::*;
@@ -8,14 +8,14 @@ use stiction_core::dynamics::FrictionMode;
 use stiction_format::{LoadCase, ModelFile};
 use stiction_run::inverse::{Backward, Job, ShareTable, Summary, write_summary};
 
-/// A job's table of shares, its summary as JSON and as text.
+/// Table of contributions of a run, its summary as JSON and as text.
 struct Told {
     shares: Csv,
     inverse: Csv,
     friction: Csv,
     json: Value,
     text: String,
-    /// For each sample how the load drives each actuator back.
+    /// For each sample, the back-driving verdict of each actuator.
     backward: Vec<Vec<Backward>>,
 }
 
@@ -42,7 +42,7 @@ fn tell(job: &Job<'_>) -> Told {
     }
 }
 
-/// The columns `J.from.C [unit]` of drive J.
+/// The columns `J.from.C [unit]` of actuator J.
 fn from<'a>(told: &'a Told, drive: &str) -> Vec<(&'a str, &'a [f64])> {
     let prefix = format!("{drive}.from.");
     let columns = told.shares.columns().filter_map(|(name, column)| {
@@ -69,7 +69,8 @@ fn shares_add_up_to_what_friction_makes_of_the_drives() {
                 let Some((drive, unit)) = column.split_once(".drive [") else { continue };
                 let without = told.inverse.column(&format!("{drive}.drive_frictionless [{unit}"));
                 let shares = from(&told, drive);
-                // Of all that is added; where an actuator is idle, of what it does at most.
+                // Relative to the sum of magnitudes; for an actuator with zero force, relative to
+                // its largest force.
                 let most = with.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
                 for (row, (with, without)) in with.iter().zip(without).enumerate() {
                     let sum: f64 = shares.iter().map(|(_, share)| share[row]).sum();
@@ -79,7 +80,7 @@ fn shares_add_up_to_what_friction_makes_of_the_drives() {
                     rows += 1;
                 }
             }
-            // Contacts at rest have none.
+            // Interfaces at rest contribute nothing.
             for (interface, share) in told.shares.columns().filter_map(|(name, column)| {
                 Some((name.split_once(".from.")?.1.split(" [").next()?, column))
             }) {
@@ -93,14 +94,14 @@ fn shares_add_up_to_what_friction_makes_of_the_drives() {
     assert!(rows > 5000, "{rows}");
 }
 
-/// Some forty samples are enough.
+/// About forty samples are enough.
 fn coarse(model: &ModelFile, motion: &str) -> Option<f64> {
     let duration = model.motion(motion).unwrap().duration;
     (duration > 0.0).then_some(duration / 40.0)
 }
 
-/// What friction dissipates in a cycle, by two programs: 2.021 J with converged friction, 1.955 J in
-/// one pass. The shares dissipate just that.
+/// Energy dissipated per cycle, by two programs: 2.021 J with converged friction, 1.955 J with
+/// decoupled friction. The contributions dissipate exactly this energy.
 #[test]
 fn the_regular_twin_dissipates_what_is_known() {
     let model = model("zhang2018-regular");
@@ -108,19 +109,21 @@ fn the_regular_twin_dissipates_what_is_known() {
         let job = Job { step: Some(0.002), ..job(&model, "regular", "L0", friction) };
         let told = tell(&job);
         let dissipated = told.json["work"]["dissipated"].as_f64().unwrap();
-        // Known to three decimals; reversals make the trapezoidal rule as coarse as that.
+        // The reference has three decimals; reversals limit the trapezoidal rule to the same
+        // accuracy.
         assert!((dissipated - known).abs() < 1e-3, "{dissipated} {known}");
         let interfaces = told.json["friction"].as_object().unwrap();
         let parts =
             interfaces.values().map(|interface| interface["dissipated_part"].as_f64().unwrap());
         assert!((parts.sum::<f64>() - 1.0).abs() < 1e-12);
-        // Each leg's own guide is what its drive feels most.
+        // Each leg's own guide has the largest contribution to its actuator force.
         for leg in 1..=3 {
             let ranked = &told.json["drives"][format!("leg{leg}.P")]["friction_shares"];
             let rms = |k: usize| ranked[k]["rms"].as_f64().unwrap();
             assert_eq!(ranked[0]["contact"], format!("leg{leg}.P"));
             assert!((1..7).all(|k| rms(k) <= rms(k - 1)));
-            // All pins and balls; the guides of other legs are felt by the drives of these alone.
+            // All pins and balls; the guides of other legs contribute only to the actuators of
+            // those legs.
             assert_eq!(ranked.as_array().unwrap().len(), 7);
         }
         assert!(told.text.contains("friction changes leg1.P by"), "{}", told.text);
@@ -132,8 +135,8 @@ fn the_regular_twin_dissipates_what_is_known() {
     assert!(!told.text.contains("efficiency"), "{}", told.text);
 }
 
-/// A block of 2 kg on a guide at the angle `slope` (degrees) with the friction angle `rho`, pushed
-/// up and let down along the guide.
+/// A block of 2 kg on a guide at the angle `slope` (degrees) with the friction angle `rho`, moved
+/// up and down along the guide.
 fn along_the_plane(slope: f64, rho: f64) -> String {
     let (sine, cosine) = slope.to_radians().sin_cos();
     let mu = rho.to_radians().tan();
@@ -163,7 +166,8 @@ fn along_the_plane(slope: f64, rho: f64) -> String {
     )
 }
 
-/// The same block on the same guide, pushed by a body that moves level: a wedge, or a thread.
+/// The same block on the same guide, pushed by a body that moves horizontally: a wedge, or a
+/// thread.
 fn across_the_plane(slope: f64, rho: f64) -> String {
     let (sine, cosine) = slope.to_radians().sin_cos();
     let mu = rho.to_radians().tan();
@@ -206,7 +210,7 @@ fn across_the_plane(slope: f64, rho: f64) -> String {
 
 static NO_LOAD: LoadCase = LoadCase { title: String::new(), wrenches: Vec::new() };
 
-/// A motion under nothing but gravity.
+/// A motion under gravity alone.
 fn none_loaded<'a>(model: &'a ModelFile, motion: &str) -> Job<'a> {
     Job {
         model,
@@ -220,10 +224,10 @@ fn none_loaded<'a>(model: &'a ModelFile, motion: &str) -> Job<'a> {
     }
 }
 
-/// With the guide at the angle a and the friction angle r the force up, along the guide, is
-/// `W sin(a + r) / cos r`, down `W sin(a - r) / cos r`, without friction `W sin a`. Pushed level
-/// they are `W tan(a + r)`, `W tan(a - r)`, `W tan a`. Efficiencies are ratios of these; from r = a
-/// on the block stays where it is.
+/// With the guide at the angle a and the friction angle r, the force along the guide is
+/// `W sin(a + r) / cos r` up, `W sin(a - r) / cos r` down, and `W sin a` without friction. With a
+/// horizontal push, the forces are `W tan(a + r)`, `W tan(a - r)`, `W tan a`. Efficiencies are
+/// ratios of these; from r = a on the block is self-locking.
 #[test]
 fn an_inclined_plane_has_the_efficiencies_of_the_textbook() {
     let weight = 2.0 * 9.81;
@@ -253,13 +257,15 @@ fn an_inclined_plane_has_the_efficiencies_of_the_textbook() {
                 if motion == "up" {
                     near(&efficiency["forward"], plain / up, "forward");
                 } else if rho < slope {
-                    // The drive brakes: it delivers nothing.
+                    // The actuator brakes: it delivers no power.
                     assert_eq!(efficiency["forward"], Value::Null);
                 } else {
-                    // It pushes down what would not slide, and all of it is lost.
+                    // The actuator pushes a self-locking block down, and friction dissipates all of
+                    // its power.
                     near(&efficiency["forward"], 0.0, "forward");
                 }
-                // Whichever way it goes, the load is looked at in the direction in which it drives.
+                // The backward efficiency uses the direction in which the load drives, whatever the
+                // direction of motion.
                 let back = &efficiency["backward"][drive];
                 near(&back["least"], (down / plain).max(0.0), "backward");
                 near(&back["mean"], (down / plain).max(0.0), "backward");
@@ -272,8 +278,8 @@ fn an_inclined_plane_has_the_efficiencies_of_the_textbook() {
     }
 }
 
-/// A jack with a square thread of the lead angle a under 50 kg, the spindle turned: to raise takes
-/// `W r tan(a + r)`, without friction `W r tan a`, to lower `W r tan(a - r)`.
+/// A jack with a square thread of lead angle a under 50 kg, with an actuated spindle: raising takes
+/// `W r tan(a + r)`, without friction `W r tan a`, and lowering `W r tan(a - r)`.
 #[test]
 fn a_screw_jack_has_the_efficiencies_of_the_textbook() {
     for (lead, rho) in [(20.0_f64, 5.0_f64), (4.0, 3.9), (4.0, 6.0)] {
@@ -317,7 +323,7 @@ fn a_screw_jack_has_the_efficiencies_of_the_textbook() {
     }
 }
 
-/// A level guide gives nothing back and stores nothing.
+/// A level guide returns no power and stores no energy.
 #[test]
 fn a_level_plane_has_no_load() {
     let model = model_of("plane", &along_the_plane(0.0, 10.0));
@@ -329,9 +335,10 @@ fn a_level_plane_has_no_load() {
 }
 
 /// A collar of weight W with its centre of mass 0.8 m off its guide, moved by a rod 0.2 m off it on
-/// the same side; pads 0.1 m apart and a preload of 20/3 W. Up, the drive takes weight off the pads:
-/// `d = (1 + 20/3 mu + 16 mu) / (1 + 4 mu) W`, whatever mu. Down, it must push and presses them more:
-/// `d = -(20/3 mu - 1 + 16 mu) / (1 - 4 mu) W`, and there is none from mu = 1/4 on.
+/// the same side, with pads 0.1 m apart and a preload of 20/3 W. For the upward motion, the
+/// actuator relieves the pads: `d = (1 + 20/3 mu + 16 mu) / (1 + 4 mu) W` for every mu. For the
+/// downward motion, it must push and loads them more: `d = -(20/3 mu - 1 + 16 mu) / (1 - 4 mu) W`,
+/// without a solution from mu = 1/4 on.
 #[test]
 fn friction_that_locks_only_the_way_back_is_found() {
     let text = |mu: f64| {

@@ -1,4 +1,5 @@
-//! Singular positions along motions: where they are, what they cost, and whether they can be avoided.
+//! Singular positions along motions: instants, infeasible loads, and whether another motion avoids
+//! them.
 
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
@@ -9,8 +10,8 @@ fn found(job: &Job<'_>) -> Findings {
     examine(job, |_, _, _| true).unwrap()
 }
 
-/// A slider-crank that is driven at its slider is singular at its dead centres, where the crank and
-/// the rod are in line: with the crank prescribed, at known instants between samples.
+/// A slider-crank with an actuated slider is singular at its dead centres, where the crank and the
+/// rod are collinear: with prescribed crank, at known instants between samples.
 #[test]
 fn dead_centres_are_located_between_samples() {
     let text = stiction_format::gallery::get("slider-crank").unwrap();
@@ -27,21 +28,21 @@ fn dead_centres_are_located_between_samples() {
     let crossings = &found.actuation.crossings;
     assert_eq!(crossings.len(), 2, "{crossings:?}");
     for ((time, gained), expected) in crossings.iter().zip([170.0 / 360.0, 350.0 / 360.0]) {
-        // The distance falls like a V; at 1e-7 from its tip the search may stop.
+        // The index is V-shaped; the search may stop at 1e-7 from its minimum.
         assert!((time - expected).abs() < 1e-7, "{time} {expected}");
-        // With the slider held, the crank turns, and nothing carries its weight's moment.
+        // With the slider locked, the crank can turn, and nothing carries the moment of its weight.
         assert_eq!(gained.load, "a moment about z", "{gained:?}");
     }
     assert_eq!(found.actuation.singular_samples, 0);
     assert!(found.actuation.least < 1e-7);
     assert_eq!(found.everywhere(Kind::Actuation), Some(false));
-    // Passages by the sign of the determinant are the same.
+    // The passages found by the sign of the determinant are the same.
     assert_eq!(found.passed.len(), 2);
     assert!(found.passed.iter().zip(crossings).all(|((a, b), (t, _))| a < t && t < b));
 }
 
-/// A parallelogram passes its flat position: a singularity of constraint, where another branch of
-/// motion begins.
+/// A parallelogram passes its flat position: a constraint singularity, where another motion branch
+/// begins.
 #[test]
 fn a_flat_parallelogram_is_located() {
     let bar = |name: &str, length: f64| {
@@ -75,8 +76,9 @@ fn a_flat_parallelogram_is_located() {
     assert_eq!(found.everywhere(Kind::Constraint), Some(false));
 }
 
-/// The robot as printed: roll that is blocked to second order only, by `sqrt(3)/2 k roll^2`; singular
-/// in every pose; and along its printed motion in a second way that other poses do not have.
+/// The robot as printed: its roll is blocked at second order only, by `sqrt(3)/2 k roll^2`. It is
+/// singular in every pose, and along its printed motion it has a second singularity that other
+/// poses do not have.
 #[test]
 fn the_printed_robot() {
     let model = model("zhang2018");
@@ -93,7 +95,7 @@ fn the_printed_robot() {
     for clearance in [1e-6, 1e-5, 1e-4] {
         let roll = (2.0 * clearance / (3f64.sqrt() * k)).sqrt();
         let error = play.with(clearance) / roll - 1.0;
-        // The position is closed to 1e-13, the root of which enters.
+        // The position is closed to 1e-13, and the result has the square root of this error.
         assert!(error.abs() < 1e-6, "{clearance}: {error}");
     }
     assert_eq!(format!("{:.2}", play.with(1e-5).to_degrees()), "0.50");
@@ -119,17 +121,18 @@ fn which_robots_are_singular_everywhere() {
         assert_eq!(kinds.map(|kind| found.everywhere(kind)), expected.map(Some), "{name}");
         let [a, c] = [&found.architecture.actuated, &found.architecture.constraints];
         for rank in [a, c] {
-            // What is zero is so to rounding or, blocked to second order, to its root.
+            // Values that vanish are zero up to rounding or, if blocked at second order, up to its
+            // square root.
             assert!(rank.kept.unwrap() > 1e-4, "{name}");
             assert!(rank.dropped.is_none_or(|dropped| dropped < 1e-6), "{name}");
         }
-        // And the mechanism moved far.
+        // The mechanism has moved far.
         assert!(found.architecture.reach > 0.3, "{name}: {}", found.architecture.reach);
     }
 }
 
-/// At a singular pose a load that happens to be carried has finite forces, which are unique but for
-/// the self-stress -2 : 1 : 1.
+/// At a singular pose that carries its load, the forces are finite and unique up to the self-stress
+/// -2 : 1 : 1.
 #[test]
 fn a_load_in_the_range_of_a_singular_pose() {
     let text = stiction_format::gallery::get("zhang2018").unwrap().to_owned()
@@ -148,7 +151,7 @@ fn a_load_in_the_range_of_a_singular_pose() {
     };
     let [one, two, three] = ["leg1.S", "leg2.S", "leg3.S"].map(|name| at(name).y);
     assert!((one + 2.0 * two).abs() < 1e-12 && (two - three).abs() < 1e-12, "{one} {two} {three}");
-    // Elsewhere nothing of the kind is said.
+    // At other poses there is no such message.
     let regular = crate::common::model("3rps");
     assert_eq!(Run::of(&default_job(&regular, FrictionMode::Off)).unwrap().verdict.singular, None);
 }

@@ -1,17 +1,18 @@
-//! What is said in other words, in another order or in other units gives the same driving forces.
+//! Equivalent descriptions in other words, another order or other units give the same actuator
+//! forces.
 
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
 use stiction_format::{ModelFile, gallery};
 
-/// All drive columns of a model's default job by name.
+/// All columns of actuator forces of a model's default run, by name.
 fn drives(model: &ModelFile) -> Vec<(String, Vec<f64>)> {
     let run = Run::of(&default_job(model, FrictionMode::Converged)).unwrap();
     let drives = run.inverse.columns().filter(|(name, _)| name.contains(".drive"));
     drives.map(|(name, values)| (name.clone(), values.clone())).collect()
 }
 
-/// Compares a model's drives with those of another text of the same model.
+/// Compares a model's actuator forces with those of another text of the same model.
 fn assert_same(name: &str, text: &str, what: &str) {
     let (expected, found) = (drives(&model(name)), drives(&model_of(name, text)));
     assert_eq!(expected.len(), found.len());

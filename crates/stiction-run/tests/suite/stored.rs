@@ -1,4 +1,4 @@
-//! Motions and drives that are recorded in files of which little is in memory at any time.
+//! Motions and efforts recorded in files that are read piece by piece.
 
 use crate::common::*;
 use std::fmt::Write;
@@ -10,7 +10,7 @@ use stiction_format::{Contents, Drives, LoadCase, ModelFile, Motion, Source, Sto
 use stiction_run::forward::{self, Ending, Feed, Start};
 use stiction_run::inverse::{Error, Job};
 
-/// A file that is overwritten after so many bytes were read from it.
+/// A file that is overwritten after a given number of bytes was read.
 #[derive(Debug)]
 struct Spoilt {
     bytes: Mutex<Vec<u8>>,
@@ -68,7 +68,7 @@ fn drives(model: &ModelFile, contents: &Contents) -> Drives {
     model.parse_drives(&Source::new("--drives", "drive.csv"), &files).unwrap()
 }
 
-/// Driving forces at all samples, as bits.
+/// Actuator forces at all samples, as bits.
 fn follow(model: &ModelFile, motion: &Motion, threads: usize) -> Result<Vec<(u64, u64)>, Error> {
     let job = Job { motion, ..default_job(model, FrictionMode::Off) };
     let mut found = Vec::new();
@@ -93,12 +93,12 @@ fn forces_are_the_same_on_several_threads() {
     assert!(whole == pieces, "drives differ");
 }
 
-/// Wherever a file is overwritten while it is followed, that is what is told; no sample is made of it.
+/// An overwritten file is reported at any point of the run, and none of its data are used.
 #[test]
 fn a_file_that_is_overwritten_stops_the_motion() {
     let (model, text) = (model("four-bar"), turning());
     for threads in [1, 4] {
-        // Once through it is read before it is followed; then before its first, second and third window.
+        // The file is read once completely, then before its first, second and third window.
         for part in [1.0, 1.01, 1.5] {
             let after = (part * text.len() as f64) as usize;
             let error = follow(&model, &motion(&model, &spoilt(&text, after)), threads);
@@ -112,7 +112,7 @@ fn a_file_that_is_overwritten_stops_the_motion() {
     }
 }
 
-/// What is given to a simulation of the crank.
+/// Inputs of a simulation of the crank.
 fn simulate(
     model: &ModelFile,
     motion: &Motion,
@@ -161,7 +161,7 @@ fn a_simulation_tells_what_was_overwritten() {
         assert!(matches!(ending, Ending::Reached), "{ending:?}");
         assert_eq!(samples, 13);
     }
-    // The first pass, and a window or two behind it.
+    // The first pass, and one or two windows behind it.
     let after = |text: &str| text.len() + text.len() / 4;
     let spoilt_turns = motion(&model, &spoilt(&turning, after(&turning)));
     let spoilt_pushes = drives(&model, &spoilt(&pushing, after(&pushing)));

@@ -1,12 +1,12 @@
-//! What friction does under mirrors and reversed time, which frictions change which reactions, and the
-//! pendulum whose journal is loaded by its own swing.
+//! Friction under mirror images and time reversal, the effect of single frictions on reactions, and
+//! a pendulum whose journal is loaded by its own swing.
 
 use crate::common::*;
 use stiction_core::dynamics::FrictionMode;
 
 const TWIN: &str = "zhang2018-regular";
 
-/// The regular twin with more motions and other frictions.
+/// The regular twin with further motions and frictions.
 fn twin(change: impl Fn(String) -> String) -> stiction_format::ModelFile {
     let motion = |name: &str, x: &str, ry: &str, t: &str| {
         format!(
@@ -20,7 +20,7 @@ fn twin(change: impl Fn(String) -> String) -> stiction_format::ModelFile {
         + "\n"
         + &motion("forth", "1*", "1*", "t")
         + &motion("mirrored", "-1*", "-1*", "t")
-        // The last sample of the one is the first of the other.
+        // The last sample of one motion is the first of the other.
         + &motion("back", "1*", "1*", "(1.06 - t)")
         + &motion("mirrored_back", "-1*", "-1*", "(1.06 - t)");
     model_of(TWIN, &change(text))
@@ -34,12 +34,12 @@ fn assert_near(what: &str, a: &[f64], b: &[f64]) {
     let largest = a.iter().fold(1.0f64, |max, x| max.max(x.abs()));
     assert_eq!(a.len(), b.len());
     for (a, b) in a.iter().zip(b) {
-        // Drives agree to some hundred roundings.
+        // Actuator forces agree to some hundred rounding errors.
         assert!((a - b).abs() < 1e-12 * largest, "{what}: {a} {b}");
     }
 }
 
-/// The robot is its own mirror image in the plane y z, which swaps legs 2 and 3.
+/// The robot is its own mirror image in the plane y z, which exchanges legs 2 and 3.
 #[test]
 fn a_mirrored_motion_swaps_legs() {
     let model = twin(|text| text);
@@ -53,8 +53,8 @@ fn a_mirrored_motion_swaps_legs() {
     }
 }
 
-/// Mirrored and run backwards, a motion needs the same frictionless forces from the legs swapped, and
-/// frictions from these of opposite sign.
+/// Mirrored and reversed in time, a motion needs the same frictionless forces with the legs
+/// exchanged, and frictions of opposite sign.
 #[test]
 fn a_mirrored_motion_backwards_swaps_legs_and_turns_friction_round() {
     let model = twin(|text| text);
@@ -81,8 +81,8 @@ fn a_mirrored_motion_backwards_swaps_legs_and_turns_friction_round() {
     }
 }
 
-/// Friction along P is a force along the leg that its own actuator takes: it changes no reaction
-/// anywhere, but the drive.
+/// Friction along P is a force along the leg that its own actuator carries: it changes that
+/// actuator force and no reaction.
 #[test]
 fn friction_of_slides_changes_no_reaction() {
     let slide = "friction = { mu = 0.12, viscous = \"0.02 N s/m\" }\n\n[legs.joints.S]";
@@ -110,8 +110,8 @@ fn friction_of_slides_changes_no_reaction() {
     assert!(apart > 0.1, "the drives do change: {apart}");
 }
 
-/// A point mass on a rod swings by itself against the friction of its journal, `mu r |R|` with the full
-/// reaction. The swing is known in closed form; along it the drive must be zero.
+/// A point mass on a rod swings freely against the friction of its journal, `mu r |R|` with the
+/// full reaction. The closed form of the swing is known; along it the actuator torque must be zero.
 #[test]
 fn a_pendulum_in_its_journal_swings_by_itself() {
     let (mu, r, g): (f64, f64, f64) = (0.3, 0.05, 9.81);
@@ -122,7 +122,7 @@ fn a_pendulum_in_its_journal_swings_by_itself() {
     let start = -80f64.to_radians();
     let c = -(big_a * start.cos() + big_b * start.sin()) * (2.0 * a * start).exp();
     let squared = |q: f64| big_a * q.cos() + big_b * q.sin() + c * (-2.0 * a * q).exp();
-    // The figures of the reference: the speed at the bottom, and where it comes to rest.
+    // Numbers of the reference: the speed at the bottom, and the position of rest.
     assert!((squared(0.0).sqrt() - 3.936_696_880_601_61).abs() < 1e-12);
     assert!(squared(75.843_919_085_01f64.to_radians()).abs() < 1e-11);
     for degrees in [-79, -60, -31, 0, 14, 45, 70, 75] {
@@ -155,9 +155,9 @@ fn a_pendulum_in_its_journal_swings_by_itself() {
         let model = model_of("pendulum", &text);
         let run = Run::of(&job(&model, "swing", "none", FrictionMode::Converged)).unwrap();
         let drive = run.inverse.column("pivot.drive [N m]")[0];
-        // Of some 20 N m in all.
+        // Relative to about 20 N m.
         assert!(drive.abs() < 1e-12, "{degrees}: {drive}");
-        // The radial load is the full reaction: of the mass alone.
+        // The radial load is the full reaction of the mass alone.
         let along = rate * rate + g * q.cos();
         let across = acceleration + g * q.sin();
         let load = run.friction.column("pivot.load [N]")[0];

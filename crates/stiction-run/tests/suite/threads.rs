@@ -1,11 +1,11 @@
-//! Results do not depend on the number of threads, nor on the pieces in which a motion is carried out.
+//! Results do not depend on the number of threads or on the division of the motion into pieces.
 
 use crate::common::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
 use stiction_format::{ModelFile, gallery};
 use stiction_run::inverse::{BodyTable, Error, Job, Sample, ShareTable, Summary, Tables, Verdict};
 
-/// All tables, the summary and the verdict of a run, as they are written.
+/// All tables, the summary and the verdict of a run, as written.
 fn run(job: &Job<'_>, threads: usize) -> Result<(Vec<Vec<u8>>, Verdict), Error> {
     let mechanism = &job.model.mechanism;
     let mut tables = Tables::new(mechanism, [Vec::new(), Vec::new(), Vec::new()]).unwrap();
@@ -36,14 +36,14 @@ fn run(job: &Job<'_>, threads: usize) -> Result<(Vec<Vec<u8>>, Verdict), Error> 
     Ok((files, verdict))
 }
 
-/// A gallery model with its default motion in so many samples.
+/// A gallery model with its default motion in a given number of samples.
 fn finely<'a>(model: &'a ModelFile, friction: FrictionMode, samples: usize) -> Job<'a> {
     let job = default_job(model, friction);
     let step = job.motion.duration / (samples - 1) as f64;
     Job { step: Some(step), ..job }
 }
 
-/// Robots with and without redundancy, contacts at rest, cranks that turn: byte by byte.
+/// Robots with and without redundant constraints, interfaces at rest, turning cranks: byte by byte.
 #[test]
 fn bytes_do_not_depend_on_the_number_of_threads() {
     for (name, samples) in
@@ -61,7 +61,7 @@ fn bytes_do_not_depend_on_the_number_of_threads() {
     }
 }
 
-/// Errors, too: the first in time is told, whoever finds one first.
+/// Errors too: the first in time is reported, whatever thread finds an error first.
 #[test]
 fn errors_do_not_depend_on_the_number_of_threads() {
     let model = model("zhang2018");
@@ -71,7 +71,7 @@ fn errors_do_not_depend_on_the_number_of_threads() {
     for threads in [2, 5] {
         assert_eq!(message(threads), alone);
     }
-    // Somebody who does not want more is not kept waiting.
+    // A cancelled run ends promptly.
     let robot = crate::common::model("3rps");
     let job = finely(&robot, FrictionMode::Off, 3000);
     let stopped = job.run_on(3, |_| Ok(()), |_, done, _| done < 700);
@@ -80,8 +80,8 @@ fn errors_do_not_depend_on_the_number_of_threads() {
     assert!(matches!(refused, Err(Error::Receiver(_))));
 }
 
-/// Pieces begin where the motion leads when it is followed sample by sample: also where a leap takes whole
-/// turns of a crank.
+/// Pieces start at the positions of a motion followed sample by sample, even if a long step covers
+/// whole turns of a crank.
 #[test]
 fn pieces_are_on_the_way() {
     let fast = "\n[motions.fast]\nduration = \"2 s\"\nA = \"60 deg + 62.5*360 deg*t\"\n";
@@ -92,7 +92,7 @@ fn pieces_are_on_the_way() {
         default_job(&robot, FrictionMode::Off),
     ];
     for job in jobs {
-        // Of the crank a turn takes sixteen.
+        // The crank takes sixteen samples per turn.
         let job = Job { step: Some(job.motion.duration / 2000.0), ..job };
         let (name, motion) = (&job.model.name, job.motion);
         let mut found = Vec::new();
@@ -121,7 +121,7 @@ fn pieces_are_on_the_way() {
             let expected = &solver.solve(&loads).unwrap().efforts;
             let largest = expected.iter().fold(1.0_f64, |most, drive| most.max(drive.abs()));
             for (drive, expected) in drives.iter().zip(expected) {
-                // Newton's method ends at 1e-14; positions are magnified by the way to forces.
+                // Newton's method ends at 1e-14; forces magnify errors of positions.
                 assert!((drive - expected).abs() < 1e-11 * largest, "{name} at {time}");
             }
         }

@@ -1,4 +1,4 @@
-//! What is said of a mechanism does not depend on units, scale, base, order or names.
+//! Verdicts do not depend on units, scale, base, order or names.
 
 use crate::common::change::{Change, NONE};
 use crate::common::*;
@@ -11,12 +11,12 @@ use stiction_core::statics::Constraints;
 use stiction_format::{ModelFile, gallery};
 use stiction_run::check::{Findings, examine};
 
-/// Everything that is said at one position.
+/// All verdicts at one position.
 #[derive(Debug)]
 struct Said {
     counts: Vec<usize>,
     gruebler: i64,
-    /// By body: motions, and those to first order only.
+    /// For each body, its motions, and those possible to first order only.
     motions: BTreeMap<String, (usize, usize)>,
     /// By joint.
     determined: BTreeMap<String, [bool; 6]>,
@@ -50,7 +50,7 @@ fn said(model: &ModelFile, change: &Change) -> Vec<Said> {
             .unwrap();
     (0..4)
         .map(|k| {
-            // Off the reversals and the symmetric positions.
+            // Away from reversals and symmetric positions.
             let time = motion.start + motion.duration * (0.07 + 0.21 * f64::from(k));
             solver.follow(before, time, |t, targets| targets.copy_from_slice(&at(t))).unwrap();
             before = time;
@@ -103,7 +103,7 @@ fn here(solver: &InverseDynamics) -> Said {
     }
 }
 
-/// `axes` says which of the old axes each new one is; none where they are not compared.
+/// `axes` maps each new axis to an old one; `None` if the axes are not compared.
 fn assert_same(what: &str, old: &[Said], new: &[Said], axes: Option<[usize; 3]>) {
     assert_eq!(old.len(), new.len());
     for (old, new) in old.iter().zip(new) {
@@ -119,7 +119,7 @@ fn assert_same(what: &str, old: &[Said], new: &[Said], axes: Option<[usize; 3]>)
             }
         }
         for (old, new) in old.distances.iter().zip(&new.distances) {
-            // Zero is what is below rounding of singular values of order one.
+            // Values below the rounding of singular values of order one count as zero.
             assert!((old - new).abs() <= 1e-6 * old.max(*new) + 1e-12, "{what}: {old} {new}");
         }
     }
@@ -153,7 +153,7 @@ fn scale() {
 #[test]
 fn base() {
     let position = Vec3::new(-7.0, 30.0, 2.0);
-    // Quarter turns about z and x, and which old axis (but for signs) is the new x, y, z.
+    // Quarter turns about z and x, and the old axes (up to signs) of the new x, y, z.
     let quarter = |axis: usize| Mat3::about_axis(axis, (1.0, 0.0));
     let bases = [
         (quarter(2), Some([1, 0, 2])),
@@ -172,7 +172,7 @@ fn base() {
     }
 }
 
-/// The whole report, names apart.
+/// The complete report except for names.
 #[test]
 fn names() {
     for name in gallery::names() {
@@ -186,7 +186,7 @@ fn names() {
             examine(&job, |_, _, _| true).unwrap()
         };
         let (old, mut new) = (report(&model), report(&renamed));
-        // Words name bodies and joints: in the new report by their new names.
+        // Texts name bodies and joints: in the new report by their new names.
         let old_name = |name: &mut String| {
             let known = renamed.mechanism.body_id(name).unwrap();
             name.clone_from(&model.mechanism.bodies()[known.0].name);

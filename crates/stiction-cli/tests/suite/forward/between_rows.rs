@@ -1,8 +1,8 @@
-//! What happens between two rows is not missed.
+//! Events between two rows are not missed.
 
 use crate::program::{Folder, column};
 
-/// Turns between two rows count, where they are and where they are wanted: 20 rad/s, a row a second.
+/// Positions and references count full turns between two rows: 20 rad/s, one row per second.
 #[test]
 fn turns_between_rows_count() {
     let folder = Folder::new("forward-spin");
@@ -36,7 +36,7 @@ fn turns_between_rows_count() {
     }
 }
 
-/// 1 kg on a level guide under a formula; its rate at the end, and its table of events.
+/// Simulates 1 kg on a level guide under a formula; returns its final rate and its table of events.
 fn pushed(folder: &Folder, mu: &str, drive: &str, step: &str) -> (f64, String) {
     let model = format!(
         r#"
@@ -63,8 +63,8 @@ fn pushed(folder: &Folder, mu: &str, drive: &str, step: &str) -> (f64, String) {
     (*rates.last().unwrap(), folder.read("events.csv"))
 }
 
-/// What is shorter than a step of a mechanism that moves steadily or not at all is seen all the same, and rows have
-/// nothing to do with it: a push of 1000 N for 0.6 ms, 0.2 ms of them on either side to come and to go (0.6 N s in all).
+/// Inputs shorter than a step of a steady mechanism are resolved, independent of the rows: a push
+/// of 1000 N for 0.6 ms, including ramps of 0.2 ms on either side (0.6 N s in total).
 #[test]
 fn a_short_push_is_not_missed() {
     let folder = Folder::new("forward-push");
@@ -77,8 +77,8 @@ fn a_short_push_is_not_missed() {
     }
 }
 
-/// A force that swings 50 times a second is zero whenever a row is written, and still more than friction bears; one
-/// that is more by 1e-4 for a moment lets go at that moment.
+/// A force that oscillates 50 times per second is zero at every row and still exceeds friction in
+/// between; a force that exceeds it by 1e-4 for a moment starts the slip at that moment.
 #[test]
 fn a_force_that_swings_between_rows_lets_go() {
     let folder = Folder::new("forward-swing");
@@ -89,7 +89,7 @@ fn a_force_that_swings_between_rows_lets_go() {
     };
     for step in ["0.01", "0.1"] {
         let (_, events) = pushed(&folder, "friction = { mu = 0.5 }", "10 N*sin(2*pi*50*t)", step);
-        // At half its amplitude; then it slides to and fro without rest.
+        // Slip starts at half of the amplitude; then it slides back and forth without rest.
         assert!((begins(&events) - 1.0 / 600.0).abs() < 1e-10, "{step}: {events}");
         assert_eq!(events.matches("reverses").count(), 199, "{step}: {events}");
     }
@@ -98,10 +98,11 @@ fn a_force_that_swings_between_rows_lets_go() {
         let both = "friction = { mu = 0.2, mu_static = 0.5 }";
         let (_, events) = pushed(&folder, both, "5.0005 N*sin(2*pi*t)", step);
         let at = begins(&events);
-        // Friction lets go at 1e-9 beyond its limit: about a peak that is a later time by 1e-9/(2 pi cos).
+        // Slip starts at a relative excess of 1e-9 over the limit: near a peak this delays it by
+        // 1e-9/(2 pi cos).
         let forgiven = 1e-9 / (std::f64::consts::TAU * (1.0 - (5.0 / 5.0005_f64).powi(2)).sqrt());
         assert!((at - first).abs() < 1.1 * forgiven, "{step}: {at} {first}");
-        // Once a half turn.
+        // Once per half turn.
         assert_eq!(events.matches("slides").count(), 4, "{step}: {events}");
     }
 }

@@ -1,4 +1,4 @@
-//! What a run is given: a start, drives, joints that are moved as prescribed or locked.
+//! Inputs of a run: a start, efforts, prescribed and locked joints.
 
 use crate::program::models::slope;
 use crate::program::{Folder, column};
@@ -13,7 +13,7 @@ fn the_start_may_be_partial() {
     let table = folder.read("forward.csv");
     assert!((column(&table, "A.position [rad]")[0] - 40_f64.to_radians()).abs() < 1e-12);
     assert!((column(&table, "A.rate [rad/s]")[0] - 2.0).abs() < 1e-12);
-    // One leg of three: the others are where the model puts them.
+    // One leg of three is given: the others have their start values.
     let run =
         ["forward", "--from", "leg1.P = 590 mm", "--drives", "none", "--until", "0.01", "-o", "."];
     folder.stiction(&run).succeeds();
@@ -22,7 +22,7 @@ fn the_start_may_be_partial() {
     assert_eq!(column(&table, "leg2.P.rate [m/s]")[0], 0.0);
 }
 
-/// The efforts of a run drive the next.
+/// The efforts of one run are the input of the next.
 #[test]
 fn drives_can_come_from_a_file() {
     let folder = Folder::new("forward-drives");
@@ -41,7 +41,7 @@ fn drives_can_come_from_a_file() {
         .succeeds();
 }
 
-/// Drives that were recorded say nothing of later times.
+/// Recorded efforts are not defined at later times.
 #[test]
 fn drives_do_not_outlast_their_record() {
     let folder = Folder::new("forward-record");
@@ -72,7 +72,7 @@ fn joints_can_be_prescribed_and_locked() {
     let (position, wanted) = (get("leg2.P.position [m]"), get("leg2.P.wanted [m]"));
     assert!(position.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-12));
     assert!(get("leg3.P.drive [N]").iter().all(|drive| *drive == 20.0));
-    // A joint without an actuator: its lock takes an effort.
+    // A joint without an actuator: the lock exerts an effort.
     let run = [
         "forward",
         "four-bar",
@@ -92,7 +92,7 @@ fn joints_can_be_prescribed_and_locked() {
     assert!(column(&table, "B.drive [N m]").iter().any(|effort| effort.abs() > 0.1));
 }
 
-/// One of two freedoms is told which.
+/// A single DOF of a joint with two is selected by name.
 #[test]
 fn a_lock_of_one_of_two_dofs_is_named() {
     let folder = Folder::new("forward-which");
@@ -104,7 +104,7 @@ fn a_lock_of_one_of_two_dofs_is_named() {
     assert!(folder.read("forward.csv").contains(",leg2.U.second.drive [N m],"));
 }
 
-/// A motion that begins beyond half a turn is told where it is; a lock that is named twice is one.
+/// A motion that begins beyond half a turn keeps its turns; a lock named twice is one lock.
 #[test]
 fn angles_count_on_from_where_they_are() {
     let folder = Folder::new("forward-turns");
@@ -123,15 +123,16 @@ fn angles_count_on_from_where_they_are() {
     let places = column(&table, "A.position [rad]");
     let wanted = column(&table, "A.wanted [rad]");
     assert!((places[0] - 7.0).abs() < 1e-12);
-    // Nothing but the closing of the loop lies between them.
+    // They differ only by the closure of the loop.
     assert!(places.iter().zip(&wanted).all(|(place, wanted)| (place - wanted).abs() < 1e-12));
     folder
         .stiction(&["forward", "four-bar", "--hold", "A,A", "--until", "0.01", "--drives", "none"])
         .succeeds();
 }
 
-/// A cart is moved as prescribed, the pendulum on it is free: nothing says how the whole moves, and nothing has to.
-/// Leaning back by atan(a/g) it rests on the cart, and the drive of the cart is that of all the mass.
+/// A cart with prescribed motion and a free pendulum on it: the motion does not determine the
+/// pendulum, and need not. Leaning back by atan(a/g), the pendulum is at rest relative to the cart,
+/// and the effort of the cart accelerates the whole mass.
 #[test]
 fn what_is_not_prescribed_is_free() {
     let folder = Folder::new("forward-cart");
@@ -172,15 +173,15 @@ fn what_is_not_prescribed_is_free() {
     assert!(column(&table, "rail.drive [N]").iter().all(|drive| (drive - 12.0).abs() < 1e-9));
     let (at, wanted) = (column(&table, "rail.position [m]"), column(&table, "rail.wanted [m]"));
     assert!(at.iter().zip(wanted).all(|(at, wanted)| (at - wanted).abs() < 1e-12));
-    // The pivot follows nothing.
+    // The pivot has no reference.
     assert!(!table.contains("pivot.wanted"));
-    // Nor does a controller ask for more, if it has gains.
+    // A controller with given gains needs no further input.
     let alone = model.replace("axis = \"z\"\n        actuated = true", "axis = \"z\"");
     assert!(alone.len() < model.len());
     folder.write("alone.toml", &alone);
     let gains = ["forward", "alone.toml", "--controller", "type = pd; kp = 1e4; kd = 400"];
     folder.stiction(&gains).succeeds();
     folder.stiction(&["forward", "alone.toml"]).fails(2, &["leaves one freedom open"]);
-    // Neither does a motion that nobody follows.
+    // Neither does a motion that no controller follows.
     folder.stiction(&["forward", "cart.toml", "--drives", "none", "--until", "0.1"]).succeeds();
 }

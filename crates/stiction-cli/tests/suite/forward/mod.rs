@@ -1,4 +1,4 @@
-//! `stiction forward` as its users meet it: what a run writes.
+//! The command `stiction forward`: output files of a run.
 
 mod between_rows;
 mod given;
@@ -8,7 +8,7 @@ mod resume;
 
 use crate::program::{Folder, column, json};
 
-/// What every run writes into its folder.
+/// Files that every run writes into its folder.
 const FILES: [&str; 8] = [
     "bodies.csv",
     "energy.csv",
@@ -25,7 +25,7 @@ fn without_arguments_a_controller_follows_the_robots_own_motion() {
     let said = Folder::new("forward-default").stiction(&["forward"]);
     let out = said.succeeds();
     assert!(said.err.contains("knows the robot, but not its friction"), "{}", said.err);
-    // What differs between machines is left out.
+    // Values that differ between machines are omitted.
     let stable: Vec<&str> = out.lines().filter(|line| !line.starts_with("loops closed")).collect();
     insta::assert_snapshot!("forward-default", stable.join("\n"));
 }
@@ -45,7 +45,7 @@ fn the_files_are_complete() {
     assert_eq!((times.len(), times[0], times[20]), (21, 0.0, 0.2));
     let (position, wanted) =
         (column(&forward, "leg1.P.position [m]"), column(&forward, "leg1.P.wanted [m]"));
-    // It follows the motion, but for what friction makes of it.
+    // It follows the motion, except for the effect of friction.
     assert!(position.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-3 && *a > 0.5));
     assert!(column(&forward, "closure [m]").iter().all(|x| *x < 1e-12));
     assert_eq!(column(&forward, "leg2.R.rate [rad/s]").len(), 21);
@@ -82,7 +82,7 @@ fn programs_get_one_json_text() {
     assert_eq!(json(&said.out)["error"]["diagnostics"][0]["code"], "unknown-name");
 }
 
-/// The last row is at the instant that was asked for, whether the step divides the time or not.
+/// The last row is at the requested instant, whether or not the step divides the duration.
 #[test]
 fn it_ends_when_it_was_asked_to() {
     let folder = Folder::new("forward-last");

@@ -1,9 +1,9 @@
-//! What happens in a run, against closed forms and inverse dynamics.
+//! Simulated motions against closed forms and inverse dynamics.
 
 use crate::program::models::slope;
 use crate::program::{Folder, column, json};
 
-/// From rest: s = g (sin a - mu cos a) t^2/2 downwards, or nothing at all.
+/// From rest: s = g (sin a - mu cos a) t^2/2 downwards, or no motion at all.
 #[test]
 fn a_block_slides_or_sticks() {
     let folder = Folder::new("forward-slope");
@@ -14,7 +14,7 @@ fn a_block_slides_or_sticks() {
     let table = folder.read("forward.csv");
     let acceleration = -10.0 * (0.5 - 0.2 * 0.75_f64.sqrt());
     for (t, s) in column(&table, "time [s]").iter().zip(column(&table, "slope.position [m]")) {
-        // A parabola: steps of any length are exact.
+        // A parabola: steps of any size are exact.
         assert!((s - 0.5 * acceleration * t * t).abs() < 1e-12, "{t}: {s}");
     }
     let energy = folder.read("energy.csv");
@@ -27,14 +27,14 @@ fn a_block_slides_or_sticks() {
     folder.stiction(&run).succeeds();
     assert!(column(&folder.read("forward.csv"), "slope.position [m]").iter().all(|s| *s == 0.0));
     assert!(column(&folder.read("friction.csv"), "slope.sticks").iter().all(|s| *s == 1.0));
-    // It holds the block's weight along the slope, 10 N downwards, by friction upwards.
+    // Upward friction holds the block's weight along the slope, 10 N downwards.
     let friction = column(&folder.read("friction.csv"), "slope.friction [N]");
     assert!(friction.iter().all(|f| (f + 10.0).abs() < 1e-12), "{friction:?}");
     assert_eq!(json(&folder.read("summary.json"))["friction"]["slope"]["sticks"], 2.0);
 }
 
-/// Two programs that share neither unknowns nor elimination, by way of the files: the drives that inverse
-/// dynamics finds for what happened are those that made it happen.
+/// Forward and inverse dynamics share neither unknowns nor elimination. Through files: the efforts
+/// that inverse dynamics computes for a simulated motion are those of the simulation.
 #[test]
 fn inverse_dynamics_of_what_happened_is_what_was_done() {
     let folder = Folder::new("forward-inverse");
@@ -70,7 +70,8 @@ fn inverse_dynamics_of_what_happened_is_what_was_done() {
             let (found, given) = (column(&found, name), column(&given, name));
             assert!(found.len() == count && count > 20);
             for (row, (found, given)) in found.iter().zip(&given).enumerate() {
-                // Rounding, magnified by the way to a singular position: 0.015 of it is left at the end.
+                // Rounding, magnified near a singular position: the remaining index is 0.015 at the
+                // end.
                 assert!(
                     resting[row] || (found - given).abs() < 1e-9,
                     "{model} {row}: {found} {given}"
@@ -81,7 +82,8 @@ fn inverse_dynamics_of_what_happened_is_what_was_done() {
     }
 }
 
-/// Rods that are light about their own axes, in two balls each: events come without end, steps do not.
+/// Rods of little inertia about their own axes between two balls: too many events for the
+/// event-driven method, but not for time stepping.
 #[test]
 fn a_delta_robot_is_passed_in_steps_and_says_so() {
     let folder = Folder::new("forward-delta");
@@ -94,7 +96,7 @@ fn a_delta_robot_is_passed_in_steps_and_says_so() {
     let steps = summary["method"]["time_stepping"].as_f64().unwrap();
     let events = summary["method"]["event_driven"].as_f64().unwrap();
     assert!(steps > 0.0 && (steps + events - 0.02).abs() < 1e-12, "{steps} {events}");
-    // Balls turn and slide from here on.
+    // Balls slide from here on.
     assert!(summary["energy"]["contacts"].as_f64().unwrap() > 0.0);
 }
 
@@ -122,7 +124,8 @@ fn the_method_can_be_chosen() {
         let summary = json(&inner.read("summary.json"));
         let passed = summary["method"][method.replace('-', "_")].as_f64().unwrap();
         assert!((passed - 0.5).abs() < 1e-12);
-        // g (sin - mu cos) t^2 / 2, downwards; steps at mid-velocities are exact for a parabola.
+        // g (sin - mu cos) t^2 / 2, downwards; steps with mid-step velocities are exact for a
+        // parabola.
         let (sin, cos) = 30_f64.to_radians().sin_cos();
         let expected = -0.5 * 10.0 * (sin - 0.3 * cos) * 0.25;
         let found = *column(&inner.read("forward.csv"), "slope.position [m]").last().unwrap();

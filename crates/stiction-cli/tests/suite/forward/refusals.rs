@@ -1,4 +1,4 @@
-//! What cannot be computed is told with a way out.
+//! Infeasible simulations end with a message and a suggestion.
 
 use crate::program::{Folder, column, json};
 
@@ -83,8 +83,8 @@ fn wrong_input_is_told_with_a_way_out() {
     }
 }
 
-/// With two legs locked as they are the platform cannot swing, and friction jams it while it moves: nothing is
-/// solved at the start, so no row is written.
+/// With two legs locked, the platform cannot tilt, and friction jams it while it moves: the start
+/// has no solution, so no row is written.
 #[test]
 fn what_has_no_solution_at_the_start_writes_no_row() {
     let folder = Folder::new("forward-jammed");
@@ -94,12 +94,13 @@ fn what_has_no_solution_at_the_start_writes_no_row() {
     assert!(!folder.files().iter().any(|name| name == "forward.csv"), "{:?}", folder.files());
 }
 
-/// Friction grows with the loads that it makes, until nothing satisfies the laws: what was computed before is
-/// kept.
+/// Friction grows with the normal loads that it causes until no acceleration satisfies the laws:
+/// earlier results are kept.
 #[test]
 fn what_was_computed_before_it_jams_is_kept() {
     let folder = Folder::new("forward-jam");
-    // Event by event: some contacts hold, and the automatic method gets past them, to where all slide.
+    // Event-driven: some interfaces stick, and the automatic method continues until all of them
+    // slide.
     let run = [
         "forward",
         "3upu",

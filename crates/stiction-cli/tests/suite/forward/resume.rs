@@ -1,4 +1,4 @@
-//! Whatever stops a run, it goes on where it was.
+//! Interrupted runs resume at the instant of the interruption.
 
 #[cfg(unix)]
 use crate::forward::FILES;
@@ -6,7 +6,7 @@ use crate::program::Folder;
 #[cfg(unix)]
 use crate::program::{Said, column, json};
 
-/// Begins a run in a folder and waits until some rows are written.
+/// Starts a run in a folder and waits until it has written some rows.
 #[cfg(unix)]
 fn begin(folder: &Folder, arguments: &[&str]) -> std::process::Child {
     let written = || {
@@ -23,7 +23,7 @@ fn interrupt(child: &std::process::Child) {
     assert!(kill.success());
 }
 
-/// Ctrl-C keeps complete files up to there, and the exit code says so.
+/// Ctrl-C keeps complete files up to that instant and sets the exit code.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_keeps_what_is_done() {
@@ -46,14 +46,14 @@ fn ctrl_c_keeps_what_is_done() {
     assert_eq!(json(&folder.read("summary.json"))["ended"], "interrupted");
 }
 
-/// Whatever stops a run, it goes on where it was: with nothing but efforts digit by digit, with controllers,
-/// whose own model is assembled anew, to rounding.
+/// A resumed run equals an uninterrupted one: digit by digit with given efforts, and to rounding
+/// with controllers, whose internal model is assembled anew.
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_goes_on_as_if_it_had_not_been() {
     let cases: [(&[&str], f64); 2] = [
         (&["four-bar", "--drives", "A = 2 N m*sin(9*t)", "--from", "rest", "--step", "0.002"], 0.0),
-        // Effort over stiffness, 1e-13 of 100 N over 1e4 N/m, and what the integrator makes of it.
+        // Effort divided by stiffness, 1e-13 of 100 N by 1e4 N/m, and its effect on the integrator.
         (&["--controller", "pd", "--drives", "inverse", "--step", "0.002"], 1e-9),
     ];
     for (index, (case, tolerance)) in cases.into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The program as its users start it.
+//! The program, started as by a user.
 #![allow(dead_code, reason = "each test uses its part")]
 
 pub(crate) mod models;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// An empty folder of its own for a test.
+/// An empty folder for one test.
 pub(crate) struct Folder(pub(crate) PathBuf);
 
 impl Folder {
@@ -28,7 +28,7 @@ impl Folder {
         fs::read_to_string(self.0.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 
-    /// What lies in it, sorted.
+    /// Names of the files in the folder, sorted.
     pub(crate) fn files(&self) -> Vec<String> {
         let entries = fs::read_dir(&self.0).unwrap();
         let mut names: Vec<String> =
@@ -42,14 +42,14 @@ impl Folder {
         Said::from(self.command(arguments).output().unwrap())
     }
 
-    /// The same with a text on its standard input.
+    /// Runs `stiction` with a text on its standard input.
     pub(crate) fn stiction_given<S: AsRef<str>>(&self, arguments: &[S], text: &str) -> Said {
         let mut child = self.spawned(self.command(arguments).stdin(Stdio::piped()));
         child.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
         Said::from(child.wait_with_output().unwrap())
     }
 
-    /// `stiction` in this folder, to be run.
+    /// The command `stiction` in this folder.
     pub(crate) fn command<S: AsRef<str>>(&self, arguments: &[S]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
         command.current_dir(&self.0).env("NO_COLOR", "1");
@@ -57,7 +57,7 @@ impl Folder {
         command
     }
 
-    /// Begins a run and waits until it can be seen in the folder.
+    /// Starts a run and waits until its output appears in the folder.
     pub(crate) fn begin(&self, arguments: &[&str], has_begun: impl Fn() -> bool) -> Child {
         let child = self.spawned(&mut self.command(arguments));
         let begun = Instant::now();
@@ -73,7 +73,7 @@ impl Folder {
     }
 }
 
-/// What a program said, and how it ended.
+/// Output and exit code of a program.
 #[derive(Debug)]
 pub(crate) struct Said {
     pub(crate) code: i32,
@@ -93,7 +93,7 @@ impl From<Output> for Said {
 }
 
 impl Said {
-    /// It ended with `code`, and its errors hold all of `texts`.
+    /// Asserts that it ended with `code` and that its errors contain all of `texts`.
     #[track_caller]
     pub(crate) fn fails(&self, code: i32, texts: &[&str]) {
         assert_eq!(self.code, code, "{}{}", self.out, self.err);
@@ -102,7 +102,7 @@ impl Said {
         }
     }
 
-    /// It ended well.
+    /// Asserts that it ended with success.
     #[track_caller]
     pub(crate) fn succeeds(&self) -> &str {
         assert_eq!(self.code, 0, "{}{}", self.out, self.err);
@@ -110,12 +110,12 @@ impl Said {
     }
 }
 
-/// A JSON text as values.
+/// Parses a JSON text.
 pub(crate) fn json(text: &str) -> serde_json::Value {
     serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
 }
 
-/// The numbers of a column by its whole name.
+/// Numbers of a column, given its complete name.
 pub(crate) fn column(table: &str, name: &str) -> Vec<f64> {
     let mut lines = table.lines();
     let header: Vec<&str> = lines.next().unwrap().split(',').collect();

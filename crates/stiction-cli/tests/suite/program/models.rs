@@ -1,6 +1,6 @@
-//! Models of a few lines.
+//! Short models.
 
-/// 2 kg on a slope of 30 degrees: without a drive it slides if mu < tan 30 deg = 0.57735.
+/// 2 kg on a slope of 30 degrees: without an actuator force it slides if mu < tan 30 deg = 0.57735.
 pub(crate) fn slope(mu: f64) -> String {
     format!(
         r#"

@@ -1,4 +1,4 @@
-//! Robots of the references, and readers of the references.
+//! Robots of the reference data, and readers for these data.
 #![allow(dead_code, unreachable_pub, reason = "each test uses a part")]
 
 pub mod random;
@@ -16,7 +16,7 @@ pub fn v(x: f64, y: f64, z: f64) -> Vec3<f64> {
     Vec3::new(x, y, z)
 }
 
-/// A frame at `position` whose z axis points along `axis`.
+/// Frame at `position` whose z axis points along `axis`.
 pub fn along(position: Vec3<f64>, axis: Vec3<f64>) -> Pose<f64> {
     Pose { rotation: Mat3::between(Vec3::unit(2), axis), position }
 }
@@ -25,7 +25,8 @@ pub fn diagonal(x: f64, y: f64, z: f64) -> Mat3<f64> {
     Mat3::diagonal(v(x, y, z))
 }
 
-/// Coulomb and viscous friction at the first contact, with nothing but the resultant force as load.
+/// Coulomb and viscous friction at the first interface, with only the resultant force as normal
+/// load.
 pub fn friction(mu: f64, viscous: f64, radius: Option<f64>) -> JointFriction {
     JointFriction { radius, ..JointFriction::guide(Law::coulomb_viscous(mu, viscous)) }
 }
@@ -113,7 +114,7 @@ pub fn slider_crank() -> Robot {
     let (crank, rod) = (0.1, 0.3);
     let z = Pose::identity();
     let pin = || friction(0.1, 0.0, Some(0.01));
-    // Uniform rods; only the moment about z matters.
+    // Uniform rods; only the moment of inertia about z matters.
     let slim = |mass: f64, length: f64| {
         let j = mass * length * length / 12.0;
         diagonal(0.0, j, j)
@@ -180,7 +181,7 @@ pub fn planar_3rrr() -> Robot {
             .joint(
                 JointSpec::new(format!("leg{}.R1", n + 1), JointType::Revolute, "ground", &upper)
                     .frames(Pose::at(direction(0.60)), Pose::identity())
-                    // Towards the centre, and to the side on which the elbow is.
+                    // Towards the centre, then to the side of the elbow.
                     .start([(degrees + 180.0 - 40.0).to_radians()])
                     .actuated(),
             )
@@ -282,8 +283,8 @@ pub fn regular_twin(mu: f64, viscous: f64) -> Robot {
     }
 }
 
-/// The paper's robot as printed: base 900 mm, platform 300 mm; all six coordinates of the platform
-/// are prescribed, because nothing holds its roll to first order.
+/// The paper's robot as printed: base 900 mm, platform 300 mm. All six coordinates of the platform
+/// are prescribed, because nothing constrains its roll to first order.
 pub fn printed_robot(rub: bool) -> Robot {
     let mut builder = MechanismBuilder::new("zhang2018")
         .gravity(v(0.0, 0.0, -9.81))
@@ -327,7 +328,7 @@ pub fn printed_robot(rub: bool) -> Robot {
     }
 }
 
-/// The paper's motion (29), with what holds still.
+/// The paper's motion (29), with the remaining coordinates constant.
 pub fn printed_motion(t: f64) -> [Target<f64>; 6] {
     let still = |value| Target { value, rate: 0.0, acceleration: 0.0 };
     [
@@ -340,7 +341,7 @@ pub fn printed_motion(t: f64) -> [Target<f64>; 6] {
     ]
 }
 
-/// The reference motion of the regular twin; the pitch angle is 90 deg less theta.
+/// The reference motion of the regular twin; the pitch angle is 90 deg minus theta.
 pub fn twin_motion(t: f64) -> [Target<f64>; 3] {
     [
         sine(0.060, 0.020, TURN, 0.0, t),

@@ -5,7 +5,7 @@ use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
 use stiction_core::friction::{InterfaceShape, interfaces_of};
 use stiction_core::kinematics::AssemblyError;
 
-/// A mechanism with what is prescribed and how it moves at the present instant.
+/// A mechanism with its prescribed coordinates and their motion at the present instant.
 pub struct Case {
     pub mechanism: Mechanism,
     pub coordinates: Vec<Coordinate>,
@@ -15,15 +15,16 @@ pub struct Case {
 }
 
 impl Case {
-    /// Inverse dynamics of it where it is regular, and its least singular value: mechanisms near singular positions
-    /// magnify round-off.
+    /// Inverse dynamics of a regular specimen, and its smallest singular value: mechanisms near
+    /// singular positions magnify round-off.
     pub fn regular_solver(&self, friction: FrictionMode) -> Option<(InverseDynamics, f64)> {
         let Self { mechanism, coordinates, targets, class, .. } = self;
         let settings = Settings { friction, ..Settings::default() };
         let solver =
             match InverseDynamics::new(mechanism.clone(), &[], coordinates, targets, settings) {
                 Ok(solver) => solver,
-                // Two legs whose balls are held leave the platform the turn about their line.
+                // Two legs with fixed balls leave the platform the rotation about the line between
+                // them.
                 Err(AssemblyError::Open { .. }) if *class == Class::Constrained => return None,
                 Err(error) => panic!("{class:?}: {error}"),
             };
@@ -36,7 +37,7 @@ impl Case {
     }
 }
 
-/// The largest difference of two lists, relative to the largest number in them.
+/// Largest difference between two lists, relative to their largest number.
 pub fn apart(a: &[f64], b: &[f64]) -> f64 {
     let largest = a.iter().chain(b).fold(1e-9f64, |max, x| max.max(x.abs()));
     a.iter().zip(b).fold(0.0f64, |max, (x, y)| max.max((x - y).abs())) / largest
@@ -48,17 +49,17 @@ pub enum Class {
     Tree,
     /// One loop of random joints.
     Loop,
-    /// A platform on legs of six freedoms each.
+    /// A platform on legs with six DOFs each.
     Parallel,
     /// A platform on legs that constrain it.
     Constrained,
-    /// A planar linkage in space: three redundant constraints for each loop.
+    /// A planar linkage in space: three redundant constraints per loop.
     Planar,
-    /// A platform with more actuators than freedoms.
+    /// A platform with more actuators than DOFs.
     RedundantlyActuated,
-    /// Loops hung on loops, with open branches.
+    /// Loops attached to loops, with open branches.
     Nested,
-    /// A platform on legs whose rods spin between two balls.
+    /// A platform on legs whose rods have a local DOF between two balls.
     Idle,
 }
 
@@ -108,7 +109,7 @@ impl Random {
     }
 }
 
-/// What a mechanism is made of before it is built; everything in world poses at assembly.
+/// Parts of a mechanism before it is built, as world poses at assembly.
 #[derive(Clone)]
 pub struct Draft {
     pub bodies: Vec<DraftBody>,
@@ -126,7 +127,7 @@ pub struct DraftBody {
 #[derive(Clone)]
 pub struct DraftJoint {
     pub joint_type: JointType,
-    /// Bodies by number, zero the ground.
+    /// Bodies by number; zero is the ground.
     pub ends: (usize, usize),
     pub frame: Pose<f64>,
     pub actuated: Vec<usize>,
@@ -139,7 +140,7 @@ impl Draft {
     }
 
     pub fn body(&mut self, random: &mut Random, pose: Pose<f64>) -> usize {
-        // A few point masses make a possible inertia.
+        // A few point masses give a physically possible inertia.
         let mut inertia = Mat3::zero();
         for _ in 0..4 {
             let (p, m) = (random.vector() * 0.15, random.between(0.1, 0.5));
@@ -167,7 +168,7 @@ impl Draft {
         self.joints.len() - 1
     }
 
-    /// Random friction in every joint that has contacts.
+    /// Adds random friction to every joint that has friction interfaces.
     pub fn rub(&mut self, random: &mut Random, mu: f64) {
         for joint in &mut self.joints {
             for (place, (_, shape)) in interfaces_of(joint.joint_type).iter().enumerate() {
@@ -197,7 +198,7 @@ impl Draft {
         if body == 0 { "ground".to_owned() } else { format!("b{body}") }
     }
 
-    /// Builds with bodies and joints in a given order.
+    /// Builds the mechanism with bodies and joints in the given order.
     pub fn build(&self, bodies: &[usize], joints: &[usize]) -> Mechanism {
         let mut builder = MechanismBuilder::new("random").gravity(v(0.3, -0.2, -9.81));
         for &body in bodies {
@@ -233,8 +234,8 @@ impl Draft {
         self.build(&bodies, &joints)
     }
 
-    /// A chain of joints from one body to another through new bodies at random places near the line
-    /// between them; returns the joints.
+    /// Adds a chain of joints from one body to another through new bodies at random positions near
+    /// the line between them; returns the joints.
     pub fn chain(
         &mut self,
         random: &mut Random,
@@ -262,7 +263,7 @@ impl Draft {
         joints
     }
 
-    /// A leg of two rods in line between two balls, free to spin about its line.
+    /// Adds a leg of two collinear rods between two balls, free to spin about its line.
     fn spinning_leg(
         &mut self,
         random: &mut Random,
@@ -285,10 +286,11 @@ impl Draft {
         ]
     }
 
-    /// Turns some joints around.
+    /// Exchanges predecessor and successor of some joints.
     fn reverse_some(&mut self, random: &mut Random) {
         for joint in &mut self.joints {
-            // A universal joint's axes are not the same both ways round; all else is.
+            // The axes of a universal joint depend on the order of its bodies; all other joints are
+            // symmetric.
             if random.below(3) == 0 {
                 joint.ends = (joint.ends.1, joint.ends.0);
             }
@@ -298,7 +300,7 @@ impl Draft {
 
 use JointType::*;
 
-/// Chains with six freedoms.
+/// Chains with six DOFs.
 const SIX: [&[JointType]; 7] = [
     &[Universal, Prismatic, Spherical],
     &[Revolute, Universal, Spherical],
@@ -308,7 +310,7 @@ const SIX: [&[JointType]; 7] = [
     &[Revolute, Revolute, Revolute, Prismatic, Universal],
     &[Prismatic, Fixed, Universal, Spherical],
 ];
-/// Chains with five.
+/// Chains with five DOFs.
 const FIVE: [&[JointType]; 4] = [
     &[Revolute, Prismatic, Spherical],
     &[Revolute, Revolute, Spherical],
@@ -320,8 +322,8 @@ fn dofs(joint_type: JointType) -> usize {
     joint_type.dofs().len()
 }
 
-/// A random draft of a class, with actuators, and the freedoms left to prescribe beyond actuators
-/// (none, but for redundant actuation where some actuators are not prescribed).
+/// A random draft of a class, with actuators, and the DOFs that must be prescribed in addition to
+/// the actuators (none, except that with redundant actuation some actuators are not prescribed).
 pub fn draft(class: Class, random: &mut Random) -> (Draft, Vec<(usize, usize)>) {
     let mut draft = Draft::new();
     let mut driven: Vec<(usize, usize)> = Vec::new();
@@ -399,7 +401,7 @@ pub fn draft(class: Class, random: &mut Random) -> (Draft, Vec<(usize, usize)>) 
                 };
                 candidates.push(scalar(&draft, &joints));
             }
-            // One actuator a leg, as far as the platform has freedoms.
+            // One actuator per leg, up to the number of DOFs of the platform.
             let wanted = if class == Class::Constrained { 6 - legs } else { legs };
             for actuator in 0..wanted {
                 let of_leg = &mut candidates[actuator % legs];
@@ -442,7 +444,7 @@ pub fn draft(class: Class, random: &mut Random) -> (Draft, Vec<(usize, usize)>) 
                 draft.joint(Revolute, (b, platform), Pose::at(tip));
                 driven.push((if slides { second } else { first }, 0));
             }
-            // In-plane mass properties do not matter out of plane: loads act in any direction.
+            // Only in-plane mass properties matter for the motion, but loads act in any direction.
         }
         Class::Nested => {
             // A loop, a second loop between two of its bodies, an open branch.
@@ -464,14 +466,14 @@ pub fn draft(class: Class, random: &mut Random) -> (Draft, Vec<(usize, usize)>) 
     }
     draft.reverse_some(random);
     let prescribed = match class {
-        // Six of eight are enough to say where the platform is.
+        // Six of eight determine the pose of the platform.
         Class::RedundantlyActuated => driven[..6].to_vec(),
         _ => driven,
     };
     (draft, prescribed)
 }
 
-/// A random mechanism in motion.
+/// A random mechanism with its motion.
 pub fn case(class: Class, seed: u64, mu: f64) -> (Draft, Case) {
     let mut random = Random(seed);
     let (mut draft, prescribed) = draft(class, &mut random);

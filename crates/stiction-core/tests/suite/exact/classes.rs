@@ -10,16 +10,16 @@ pub enum Class {
     Loop,
     /// A platform on two to six legs of any kind.
     Parallel,
-    /// A platform on equal legs, moved but not turned: parallel and equal wrenches.
+    /// A platform on equal legs, translated but not rotated: parallel and equal wrenches.
     EqualLegs,
-    /// Linkages in a plane of space, of one loop or several.
+    /// Planar linkages in space, with one loop or several.
     Planar,
     /// All axes through one point.
     Spherical,
-    /// Planar linkages with all hinges on one line, spherical ones with all axes in one plane: what
-    /// folds, is taut, or branches.
+    /// Planar linkages with all hinges on one line, spherical ones with all axes in one plane:
+    /// folded, taut, or branching mechanisms.
     Flat,
-    /// Rails with rungs: loop upon loop.
+    /// Ladders: loops attached to loops.
     Ladder,
     /// Any connected graph of any joints.
     Mixed,
@@ -57,7 +57,7 @@ fn point(random: &mut Random) -> Ints {
     std::array::from_fn(|_| random.below(5) as i64 - 2)
 }
 
-/// A joint with random actuators. `second` is chosen where it matters (U and E).
+/// A joint with random actuators. `second` is used by types that need it (U and E).
 fn joint(
     random: &mut Random,
     joint_type: JointType,
@@ -80,7 +80,7 @@ fn joint(
     Joint { joint_type, ends, at, axis, second, pitch, actuated }
 }
 
-/// A chain of joints of types, places and axes from one body to another.
+/// Adds a chain of joints with types, positions and axes from one body to another.
 fn chain(
     drawing: &mut Drawing,
     random: &mut Random,
@@ -103,7 +103,8 @@ fn chain(
 const ANY: [JointType; 8] =
     [Revolute, Revolute, Revolute, Prismatic, Cylindrical, Universal, Spherical, Helical];
 
-/// Types, places and axes of a random chain. Often its axes keep to few directions or points.
+/// Types, positions and axes of a random chain. Often its axes are restricted to few directions or
+/// points.
 fn random_chain(random: &mut Random, count: usize) -> Vec<(JointType, Ints, Ints)> {
     let (axes, places) = (1 + random.below(4), 1 + random.below(count + 1));
     let axes: Vec<Ints> = (0..axes).map(|_| random.pick(&AXES)).collect();
@@ -111,7 +112,7 @@ fn random_chain(random: &mut Random, count: usize) -> Vec<(JointType, Ints, Ints
     (0..count).map(|_| (random.pick(&ANY), random.pick(&places), random.pick(&axes))).collect()
 }
 
-/// Joints of a chain in a plane: hinges along the normal, slides across it.
+/// Joints of a planar chain: hinges along the normal, slides perpendicular to it.
 fn planar_chain(random: &mut Random, count: usize, turned: usize) -> Vec<(JointType, Ints, Ints)> {
     let turn = |x: Ints| [x[turned % 3], x[(turned + 1) % 3], x[(turned + 2) % 3]];
     (0..count)
@@ -176,7 +177,7 @@ pub fn drawing(class: Class, random: &mut Random) -> Drawing {
             for _ in 0..2 + random.below(4) {
                 let by = point(random);
                 let turned = random.below(3);
-                // Moved, and sometimes turned to other axes.
+                // Translated, and sometimes rotated to other axes.
                 let turn = |x: Ints| [x[turned], x[(turned + 1) % 3], x[(turned + 2) % 3]];
                 let turned = random.below(3) == 0;
                 let turn = |x: Ints| if turned { turn(x) } else { x };
@@ -211,7 +212,7 @@ pub fn drawing(class: Class, random: &mut Random) -> Drawing {
             let joints = random_chain(random, count);
             chain(&mut drawing, random, &joints, (0, 0));
             for _ in 0..1 + random.below(2) {
-                // Beside the last loop: rungs between two of its bodies.
+                // Next to the last loop: rungs between two of its bodies.
                 let bodies = drawing.coms.len();
                 let (from, to) = (bodies, bodies - 1);
                 let count = 2 + random.below(3);

@@ -1,5 +1,5 @@
-//! Mechanisms whose joints sit at small integers, so that axes are parallel, meet or lie in one plane
-//! more often than not, and everything about them that linear algebra decides, exactly.
+//! Mechanisms whose joints have small integer coordinates, so that axes are often parallel,
+//! concurrent or coplanar, and all of their properties that linear algebra decides, exactly.
 #![allow(dead_code, unreachable_pub, reason = "each test uses a part")]
 
 pub mod classes;
@@ -32,7 +32,7 @@ fn six(a: Ints, b: Ints) -> Six {
     [a[0], a[1], a[2], b[0], b[1], b[2]]
 }
 
-/// The line through a point: of a rotation, or of a force.
+/// Line through a point: of a rotation, or of a force.
 fn line(direction: Ints, point: Ints) -> Six {
     six(direction, cross(point, direction))
 }
@@ -44,11 +44,11 @@ pub const UNITS: [Ints; 3] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 #[derive(Clone, Debug)]
 pub struct Joint {
     pub joint_type: JointType,
-    /// Predecessor and successor by number, zero the ground.
+    /// Predecessor and successor by number; zero is the ground.
     pub ends: (usize, usize),
     pub at: Ints,
     pub axis: Ints,
-    /// At right angles to the axis: the joint's x axis.
+    /// Perpendicular to the axis: the joint's x axis.
     pub second: Ints,
     pub pitch: i64,
     pub actuated: Vec<usize>,
@@ -63,7 +63,7 @@ pub struct Drawing {
 }
 
 impl Joint {
-    /// Twists of all freedoms, not of unit length.
+    /// Twists of all DOFs, not of unit length.
     pub fn twists(&self) -> Vec<Six> {
         let (p, a, x) = (self.at, self.axis, self.second);
         let slide = |axis| six(ZERO, axis);
@@ -80,7 +80,7 @@ impl Joint {
         }
     }
 
-    /// A basis of the wrenches that it carries without working.
+    /// A basis of its constraint wrenches.
     pub fn wrenches(&self) -> Vec<Six> {
         let (p, a, x) = (self.at, self.axis, self.second);
         let y = cross(a, x);
@@ -100,7 +100,7 @@ impl Joint {
         }
     }
 
-    /// The wrench of an actuator on a freedom: a couple, or a force through the joint.
+    /// Wrench of an actuator on a DOF: a couple, or a force through the joint.
     pub fn effort(&self, dof: usize) -> Six {
         let (p, a, x) = (self.at, self.axis, self.second);
         match (self.joint_type, dof) {
@@ -115,7 +115,7 @@ impl Joint {
 }
 
 impl Drawing {
-    /// A new body.
+    /// Adds a body.
     pub fn body(&mut self, com: Ints) -> usize {
         self.coms.push(com);
         self.coms.len()
@@ -129,7 +129,7 @@ impl Drawing {
         6 * self.coms.len() as i64 - self.constraints() as i64
     }
 
-    /// Six coordinates of a wrench's action on all bodies, successor and predecessor.
+    /// Six coordinates per body of a wrench's action on successor and predecessor.
     pub fn on_bodies(&self, joint: &Joint, wrench: Six) -> Vec<i64> {
         let mut row = vec![0; 6 * self.coms.len()];
         for (body, sign) in [(joint.ends.1, 1), (joint.ends.0, -1)] {
@@ -142,7 +142,7 @@ impl Drawing {
         row
     }
 
-    /// The constraints' actions on the bodies, one row for each wrench.
+    /// Actions of the constraints on the bodies, one row per wrench.
     pub fn constraint_rows(&self) -> Vec<Vec<i64>> {
         self.joints
             .iter()
@@ -150,7 +150,7 @@ impl Drawing {
             .collect()
     }
 
-    /// The conditions on the joints' rates, six rows for each independent loop.
+    /// Conditions on the joint rates, six rows per independent loop.
     pub fn loop_rows(&self) -> (usize, Vec<Vec<i64>>) {
         let first: Vec<usize> = self
             .joints
@@ -161,7 +161,7 @@ impl Drawing {
             })
             .collect();
         let dofs = self.joints.iter().map(|j| j.twists().len()).sum();
-        // The way from the ground to each body, as joints with signs.
+        // Path from the ground to each body, as joints with signs.
         let mut ways: Vec<Option<Vec<(usize, i64)>>> = vec![None; self.coms.len() + 1];
         ways[0] = Some(vec![]);
         let mut closing: Vec<usize> = (0..self.joints.len()).collect();
@@ -201,7 +201,8 @@ impl Drawing {
         (dofs, rows)
     }
 
-    /// The same mechanism with bodies in given frames (poses in the world), lengths times `scale`.
+    /// The same mechanism with bodies in the given frames (world poses), and lengths multiplied by
+    /// `scale`.
     pub fn build(&self, frames: &[Pose<f64>], scale: f64) -> Mechanism {
         let vector = |x: Ints| Vec3::new(x[0] as f64, x[1] as f64, x[2] as f64);
         let name = |body: usize| match body {

@@ -1,20 +1,20 @@
 //! Exact ranks of integer matrices, modulo primes near 2^61.
 //!
-//! The rank modulo a prime is never more than the true rank, and less only if the prime divides every
-//! minor of that size. Such a minor of our matrices (some 150 columns of length 30 at most) is below
-//! 30^150 < 2^740 by Hadamard's inequality, so no more than 12 of the 5e16 primes of this size divide
-//! it: for a fixed prime a wrong verdict has a chance of about 2^-61 a rank, and some 1e6 ranks are
-//! taken. Two primes must agree on everything, so that not even that goes unseen: both
-//! wrong in the same way has a chance of 2^-122.
+//! The rank modulo a prime is never greater than the true rank, and it is less only if the prime
+//! divides every minor of that size. Such a minor of our matrices (at most 150 columns of length at
+//! most 30) is below 30^150 < 2^740 by Hadamard's inequality, so at most 12 of the 5e16 primes of
+//! this size divide it. For a fixed prime, a wrong rank thus has a probability of about 2^-61, and
+//! the tests compute about 1e6 ranks. Two primes must agree on everything, so that even such an
+//! error is detected: the same error in both has a probability of 2^-122.
 
-/// The two largest primes below 2^61; [`is_prime`] is asked in a test.
+/// The two largest primes below 2^61; a test verifies them with [`is_prime`].
 pub const PRIMES: [u64; 2] = [(1 << 61) - 1, (1 << 61) - 31];
 
 /// The span of integer rows modulo a prime, as rows with leading ones.
 #[derive(Clone)]
 pub struct RowSpace {
     prime: u64,
-    /// Rows by the column of their leading one; before it all is zero.
+    /// Rows by the column of their leading one; all entries before it are zero.
     rows: Vec<Option<Vec<u64>>>,
     rank: usize,
 }
@@ -36,12 +36,12 @@ impl RowSpace {
         self.rank
     }
 
-    /// Whether a row is a combination of those in the space.
+    /// True if a row is a combination of the rows in the space.
     pub fn contains(&self, row: &[i64]) -> bool {
         self.reduced(row).1.is_none()
     }
 
-    /// Adds a row; whether it is new.
+    /// Adds a row; returns true if it is independent of the others.
     pub fn insert(&mut self, row: &[i64]) -> bool {
         let (mut row, leading) = self.reduced(row);
         let Some(leading) = leading else { return false };
@@ -52,7 +52,7 @@ impl RowSpace {
         true
     }
 
-    /// What is left of a row, and where it begins.
+    /// Remainder of a row, and its first nonzero column.
     fn reduced(&self, row: &[i64]) -> (Vec<u64>, Option<usize>) {
         let p = self.prime;
         let mut row: Vec<u64> = row.iter().map(|x| x.rem_euclid(p as i64) as u64).collect();
@@ -90,7 +90,8 @@ fn power(base: u64, mut exponent: u64, prime: u64) -> u64 {
     result
 }
 
-/// By Miller's test with the bases that decide for all numbers below 3.3e24 (Sorenson, Webster 2015).
+/// Miller's test with the bases that are sufficient for all numbers below 3.3e24 (Sorenson, Webster
+/// 2015).
 pub fn is_prime(n: u64) -> bool {
     let (mut odd, mut halvings) = (n - 1, 0);
     while odd % 2 == 0 {

@@ -1,6 +1,6 @@
-//! A second opinion on finite mobility: bodies in six coordinates each, conditions of the joints
-//! written out from geometry, derivatives by differences, another way back onto closed joints, and
-//! the dimension counted at the ends of ways that lead twice as far from where the mechanism was drawn.
+//! An independent computation of finite mobility: bodies with six coordinates each, joint
+//! conditions written from geometry, derivatives by differences, a different method of closing the
+//! joints, and the dimension counted at the ends of paths twice as far from the drawn position.
 
 use super::{Drawing, Ints};
 use crate::common::random::Random;
@@ -9,33 +9,33 @@ use stiction_core::joint::JointType::*;
 use stiction_core::linalg::Svd;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Loops closed better than this are closed. A freedom blocked to second order then stays open by
-/// some 1e-6.
+/// Closure tolerance. A motion blocked at second order then still has displacements of about 1e-6.
 const CLOSED: f64 = 1e-13;
-/// Of the first step away from the drawing, then of those along the way (rad, units of length).
+/// Size of the first step away from the drawing, then of the steps along a path (rad, units of
+/// length).
 const STEPS: [f64; 5] = [0.02, 0.04, 0.04, 0.05, 0.05];
-/// Of the steps by which the dimension is counted. Where branches met at the drawing, some 0.2 away,
-/// they bend by some 0.02 of themselves.
+/// Size of the steps that count the dimension. Where branches intersect in the drawing, at a
+/// distance of about 0.2, they bend by about 0.02 of themselves.
 const PROBE: f64 = 0.004;
-/// Parts of a probing step above the greater are motion, below the lesser none; between them the
-/// tracer does not know.
+/// Components of a probing step above the larger limit are motion, below the smaller one none;
+/// between the limits the tracer reaches no verdict.
 const MOTION: (f64, f64) = (0.06, 0.25);
 
-/// What was found from the drawn position.
+/// Result of tracing from the drawn position.
 #[derive(Clone, Debug, Default)]
 pub struct Traced {
-    /// Dimensions of the branches of motion that were met, sorted, each once.
+    /// Distinct dimensions of the motion branches found, sorted.
     pub dimensions: Vec<usize>,
-    /// Whether some count was not clear, or none was made.
+    /// True if a count was ambiguous, or if there was none.
     pub doubtful: bool,
-    /// Ways that were not followed to their ends.
+    /// Number of paths that were not followed to their ends.
     pub lost: usize,
 }
 
-/// Where a way led.
+/// End of a path.
 enum Away {
     There(State),
-    /// Closing the joints undid the first step.
+    /// Closing the joints cancelled the first step.
     Back,
     Lost,
 }
@@ -53,7 +53,7 @@ impl<'a> Tracer<'a> {
         Self { drawing, random: Random(seed) }
     }
 
-    /// Goes away from the drawing `ways` times and counts there.
+    /// Leaves the drawing on `ways` different paths and counts at their ends.
     pub fn trace(&mut self, ways: usize) -> Traced {
         let start = vec![Pose::identity(); self.drawing.coms.len()];
         let mut traced = Traced::default();
@@ -68,7 +68,7 @@ impl<'a> Tracer<'a> {
                 Away::Lost => traced.lost += 1,
             }
         }
-        // Where some ways lead on, others that come back say nothing.
+        // If some paths advance, paths that return give no information.
         if traced.dimensions.iter().any(|&dimension| dimension > 0) {
             traced.dimensions.retain(|&dimension| dimension > 0);
         }
@@ -78,7 +78,7 @@ impl<'a> Tracer<'a> {
         traced
     }
 
-    /// Some way off, on a way that does not turn back.
+    /// Follows one path to some distance, without turning back.
     fn away(&mut self, start: &State) -> Away {
         let mut here = start.clone();
         let mut heading: Option<DVector<f64>> = None;
@@ -109,7 +109,7 @@ impl<'a> Tracer<'a> {
         Away::There(here)
     }
 
-    /// The dimension of what can be reached from a position, and whether it is clear.
+    /// Dimension of the reachable set near a position, and whether the count is unambiguous.
     fn dimension(&mut self, here: &State) -> (usize, bool) {
         let open = self.open(here);
         let mut moves = Vec::new();
@@ -139,15 +139,16 @@ impl<'a> Tracer<'a> {
         sum / size
     }
 
-    /// Motions open to first order.
+    /// Motions possible to first order.
     fn open(&self, state: &State) -> Vec<DVector<f64>> {
         let svd = Svd::new(&self.derivatives(state));
-        // Differences are exact to 1e-10; double roots are closed to 1e-6.
+        // Differences are accurate to 1e-10; double roots are closed to 1e-6.
         let rank = svd.singular_values.iter().filter(|&&value| value > 1e-5).count();
         svd.null_space(rank)
     }
 
-    /// Takes a step and closes the joints again by damped least squares; how far that led in all.
+    /// Takes a step and closes the joints again by damped least squares; returns the total
+    /// displacement.
     fn step(&self, from: &State, step: &DVector<f64>) -> Option<(State, DVector<f64>)> {
         let (mut state, mut moved) = (advanced(from, step), step.clone());
         let mut errors = self.errors(&state);
@@ -156,15 +157,15 @@ impl<'a> Tracer<'a> {
             if errors.amax() < CLOSED {
                 return Some((state, moved));
             }
-            // What is on its way back all the way is slow there.
+            // Displacements that return to the start converge slowly there.
             if errors.amax() < 1e-9 && moved.norm() < 0.5 * MOTION.0 * step.norm() {
                 return Some((state, moved));
             }
             let derivatives = self.derivatives(&state);
             let mut normal = derivatives.tr_mul(&derivatives);
-            // In proportion to the errors: where `x^2 = 0` and `x y = 0` are asked for, undamped steps
-            // would go straight to the origin, though y is free. These descend to the line x = 0, and
-            // are fast once it is near. Not below the rounding of the normal matrix.
+            // Damping in proportion to the errors: for `x^2 = 0` and `x y = 0`, undamped steps
+            // would go straight to the origin although y is free. Damped steps descend to the line
+            // x = 0 and are fast near it. Not below the rounding of the normal matrix.
             let damping = (more * errors.norm()).max(1e-12);
             (0..normal.nrows()).for_each(|k| normal[(k, k)] += damping);
             let back = -normal.cholesky()?.solve(&derivatives.tr_mul(&errors));
@@ -182,7 +183,7 @@ impl<'a> Tracer<'a> {
     }
 
     fn derivatives(&self, state: &State) -> DMatrix<f64> {
-        // The error of a central difference is of the order of its square.
+        // The error of a central difference is of the order of its squared step.
         const H: f64 = 1e-5;
         let columns: Vec<DVector<f64>> = (0..6 * state.len())
             .map(|k| {
@@ -195,7 +196,7 @@ impl<'a> Tracer<'a> {
         DMatrix::from_columns(&columns)
     }
 
-    /// How far every joint is from what it allows.
+    /// Constraint errors of all joints.
     fn errors(&self, state: &State) -> DVector<f64> {
         let pose = |body: usize| if body == 0 { Pose::identity() } else { state[body - 1] };
         let mut errors = Vec::new();
@@ -204,7 +205,7 @@ impl<'a> Tracer<'a> {
             let [at, z, x] = [joint.at, joint.axis, joint.second].map(vector);
             let (z, x) = (z * (1.0 / z.norm()), x * (1.0 / x.norm()));
             let y = z.cross(x);
-            // Seen from the predecessor.
+            // Relative to the predecessor.
             let apart = p.rotation.transpose_mul(s.apply(at) - p.apply(at));
             let turn = p.rotation.transpose() * s.rotation;
             let (dx, dy, dz) = (apart.dot(x), apart.dot(y), apart.dot(z));
@@ -233,7 +234,7 @@ fn vector(x: Ints) -> Vec3<f64> {
     Vec3::new(x[0] as f64, x[1] as f64, x[2] as f64)
 }
 
-/// Every body turned about the origin and moved.
+/// Applies a small rotation about the origin and a displacement to every body.
 fn advanced(state: &State, step: &DVector<f64>) -> State {
     let move_by = |(body, pose): (usize, &Pose<f64>)| {
         let part = |k: usize| Vec3::new(step[k], step[k + 1], step[k + 2]);

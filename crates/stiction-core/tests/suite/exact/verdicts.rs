@@ -1,9 +1,9 @@
-//! What is true of a drawing, exactly.
+//! Exact properties of a drawing.
 
 use super::modular::{PRIMES, RowSpace};
 use super::{Drawing, Ints, Six, cross};
 
-/// The hub's least number of joints, by the definition of a leg.
+/// Least number of joints of a hub, by the definition of a leg.
 const HUB: usize = 3;
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -11,16 +11,17 @@ pub struct Verdicts {
     pub mobility: usize,
     /// Independent self-stresses of the constraints alone.
     pub redundant: usize,
-    /// Rank of the balance with drives.
+    /// Rank of the balance with actuators.
     pub rank: usize,
-    /// Unknowns of the balance less its rank.
+    /// Number of unknowns of the balance minus its rank.
     pub free_unknowns: usize,
-    /// For each joint, force x y z and moment x y z about its origin.
+    /// For each joint, the determinacy of force x y z and moment x y z about its origin.
     pub determined: Vec<[bool; 6]>,
     pub drives: Vec<bool>,
     /// Independent motions of each moving body.
     pub motions: Vec<usize>,
-    /// Whether bodies between hubs can move while the hubs stand still; none without either.
+    /// True if bodies between hubs can move while the hubs are fixed; `None` without hubs or such
+    /// bodies.
     pub leg_singular: Option<bool>,
 }
 
@@ -35,18 +36,18 @@ impl Verdicts {
         let equations = 6 * drawing.coms.len();
         let held = RowSpace::of(prime, equations, &drawing.constraint_rows());
         let mobility = equations - held.rank();
-        // The same by the loops' conditions on the joints' rates.
+        // The same from the loop conditions on the joint rates.
         let (dofs, rows) = drawing.loop_rows();
         assert_eq!(mobility, dofs - RowSpace::of(prime, dofs, &rows).rank(), "{drawing:?}");
 
-        // The balance: a row for each equation, a column for each unknown.
+        // The balance: one row per equation, one column per unknown.
         let unknowns = unknowns(drawing);
         let columns: Vec<Vec<i64>> =
             unknowns.iter().map(|&(j, w)| drawing.on_bodies(&drawing.joints[j], w)).collect();
         let rows: Vec<Vec<i64>> =
             (0..equations).map(|i| columns.iter().map(|column| column[i]).collect()).collect();
         let balance = RowSpace::of(prime, unknowns.len(), &rows);
-        // What is linear in the unknowns is determined if it is a combination of the equations.
+        // A linear function of the unknowns is determined if it is a combination of the equations.
         let determined = (0..drawing.joints.len())
             .map(|joint| {
                 let at = drawing.joints[joint].at;
@@ -100,7 +101,7 @@ fn leg_singular(drawing: &Drawing, prime: u64) -> Option<bool> {
     Some(RowSpace::of(prime, of_legs.len(), &rows).rank() < of_legs.len())
 }
 
-/// The joint and the wrench of each unknown: constraints, then drives.
+/// Joint and wrench of each unknown: constraints first, then actuators.
 fn unknowns(drawing: &Drawing) -> Vec<(usize, Six)> {
     let joints = || drawing.joints.iter().enumerate();
     let constraints =

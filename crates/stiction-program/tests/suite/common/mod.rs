@@ -1,14 +1,14 @@
-//! Robots of the gallery along their default motions, as programs are recorded from them.
+//! Robots of the gallery along their default motions, for recording.
 #![allow(dead_code, reason = "each test uses a part")]
 
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Settings};
 use stiction_core::kinematics::Target;
 use stiction_format::{ModelFile, Source, gallery, read};
 
-/// A solver at the first position of a course.
+/// A solver at the first position of a motion.
 pub(crate) struct Robot {
     pub(crate) solver: InverseDynamics,
-    /// Prescribed values amid the motion.
+    /// Prescribed values in the middle of the motion.
     pub(crate) signal: Vec<Vec<Target<f64>>>,
     pub(crate) loads: Vec<AppliedLoad<f64>>,
 }
@@ -22,12 +22,12 @@ pub(crate) fn model(name: &str, text: &str) -> ModelFile {
 }
 
 impl Robot {
-    /// Of the gallery, under one of its loads, or the default one.
+    /// A gallery model under one of its loads, or the default one.
     pub(crate) fn new(name: &str, load: Option<&str>) -> Self {
         Self::of(&model(name, gallery::get(name).unwrap()), load)
     }
 
-    /// Of a model.
+    /// The default motion of a model.
     pub(crate) fn of(model: &ModelFile, load: Option<&str>) -> Self {
         let motion = model.motion(model.default_motion.as_deref().unwrap()).unwrap();
         let load = model.load(load.or(model.default_load.as_deref()).unwrap()).unwrap();

@@ -1,4 +1,4 @@
-//! Where motion begins: at the ends of intervals, and where slow motion ends.
+//! Onset of motion: at the ends of intervals, and as the limit of slow motion.
 
 use crate::breakaway::holder::Holder;
 use crate::common::*;
@@ -6,10 +6,11 @@ use stiction_core::dynamics::{Bounds, Breakaway, FrictionMode, InverseDynamics, 
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_run::breakaway::look;
 
-/// Statics say which static friction raises a drive most, kinematics which motion impends. Friction
-/// takes power from the motion, so both are the same, but for loads: to first order in the
-/// coefficients the ends of the interval are the breakaway efforts. Where contacts slide to and fro
-/// only, and none slowly (pins of planar mechanisms), the loads change no direction, and they agree.
+/// Statics gives the static friction that raises an actuator force most, and kinematics gives the
+/// impending motion. Friction takes power from the motion, so both results agree except for normal
+/// loads: to first order in the coefficients, the ends of the interval are the breakaway efforts.
+/// If interfaces have only one direction of sliding, and none slides slowly (pins of planar
+/// mechanisms), the normal loads keep their directions and the results agree.
 #[test]
 fn breakaway_is_at_the_ends_of_the_interval() {
     let mut compared = 0;
@@ -34,8 +35,8 @@ fn breakaway_is_at_the_ends_of_the_interval() {
     assert!(compared > 10, "{compared}");
 }
 
-/// A guide and a plate that load each other strongly: where motion begins friction is within its limits, so what
-/// is attained reaches as far.
+/// A guide and a plate that load each other strongly: at the onset of motion, all frictions are
+/// within their limits, so the inner bounds extend at least as far.
 #[test]
 fn motion_begins_within_the_interval() {
     const STRONG: &str = r#"
@@ -129,7 +130,8 @@ load = "press"
     assert_eq!(some, 12);
 }
 
-/// The breakaway effort of a leg is what slow motion of that leg takes, the other legs standing.
+/// The breakaway effort of a leg is the effort of a slow motion of that leg with the other legs at
+/// rest.
 #[test]
 fn breakaway_is_the_limit_of_slow_motion() {
     let model = model("3rps");
@@ -159,10 +161,11 @@ fn breakaway_is_the_limit_of_slow_motion() {
             for (a, b) in same.zip(&forces.efforts_frictionless) {
                 assert!((a - b).abs() < 1e-9 * a.abs(), "another position: {a} {b}");
             }
-            // Legs that stand have guides at rest, with no friction or any: the effort is between.
+            // Guides of legs at rest may have any static friction: the effort is between two
+            // limits.
             let (least, greatest) = (expected.0.min(expected.1), expected.0.max(expected.1));
             let (low, high) = forces.effort_bounds[k];
-            // Viscous friction at 1e-8 m/s, and what slow contacts of the standing legs leave.
+            // Viscous friction at 1e-8 m/s, and the effect of slow interfaces in the legs at rest.
             let near = 1e-6;
             assert!(
                 (low - least).abs() < near && (high - greatest).abs() < near,

@@ -1,4 +1,4 @@
-//! Mechanisms of the text books, whose efforts at rest are known in closed form.
+//! Textbook mechanisms whose efforts at rest have closed forms.
 
 use crate::breakaway::{at_rest, near};
 use stiction_core::dynamics::{Bounds, Verdict};
@@ -40,14 +40,14 @@ fn an_inclined_plane() {
         let (s, c) = angle.to_radians().sin_cos();
         let (along, normal) = (3.0 * G * s, 3.0 * G * c);
         let (low, high) = found.forces.effort_bounds[0];
-        // Up the plane friction forward must be overcome, down it friction backward holds.
+        // Up the plane, forward friction resists; down the plane, backward friction holds.
         near(high, along + mu * normal);
         near(low, along - mu_back * normal);
         assert_eq!(found.forces.bounds, Bounds::Exact);
         let breakaway = found.rest.breakaway[0].unwrap();
         near(breakaway.forward.1, high);
         near(breakaway.backward.1, low);
-        // Friction that holds the block acts against sliding down: it is negative.
+        // Friction that holds the block opposes sliding down: it is negative.
         let holding = &found.rest.unpowered;
         let locks = mu_back >= s / c;
         assert_eq!(holding.verdict, if locks { Verdict::Holds } else { Verdict::Slips });
@@ -60,8 +60,8 @@ fn an_inclined_plane() {
     }
 }
 
-/// The screw jack of the text books, `W r tan(l + r')` to raise a load and `W r tan(r' - l)` to lower
-/// it; it locks itself where `r' >= l`.
+/// The screw jack of the textbooks, `W r tan(l + r')` to raise a load and `W r tan(r' - l)` to
+/// lower it; it is self-locking if `r' >= l`.
 #[test]
 fn a_screw_jack() {
     for (lead, mu) in [(5.0_f64, 0.05), (5.0, 0.12), (40.0, 0.12), (12.0, 0.2)] {
@@ -92,7 +92,7 @@ fn a_screw_jack() {
         let (weight, radius) = (50.0 * G, 0.009);
         let slope = 1e-3 * lead / std::f64::consts::TAU / radius;
         let climb = slope.atan();
-        // The flank angle is declared in a section along the axis.
+        // The flank angle is given in a section along the axis.
         let flank = (15.0_f64.to_radians().tan() * climb.cos()).atan();
         let friction = (mu / flank.cos()).atan();
         let (low, high) = found.forces.effort_bounds[0];
@@ -101,14 +101,15 @@ fn a_screw_jack() {
         let holding = &found.rest.unpowered;
         let locks = friction >= climb;
         assert_eq!(holding.verdict, if locks { Verdict::Holds } else { Verdict::Slips });
-        // On a screw the normal force depends on the friction; with the demand met, it does not.
+        // The normal force of a thread depends on its friction; if the equilibrium is satisfied, it
+        // does not.
         near(holding.needed.1, slope * flank.cos() / mu);
         near(holding.needed.0, slope * flank.cos() / mu);
     }
 }
 
-/// A collar on a rod with supports at a distance s, pushed along it at the offset e, holds whatever
-/// the force where `mu 2 e / s >= 1`.
+/// A collar on a rod with supports at a distance s, pushed along it at the offset e, holds under
+/// any force if `mu 2 e / s >= 1`.
 #[test]
 fn a_collar_that_binds() {
     for (offset, mu) in [(0.3_f64, 0.2_f64), (0.2, 0.2), (0.25, 0.2), (0.9, 0.05)] {
@@ -141,8 +142,9 @@ fn a_collar_that_binds() {
     }
 }
 
-/// A crank with a weight on its slider. The rod presses the slider against its guide: with the crank
-/// up by t and the rod down by p, its push P obeys `P cos p = F + f`, `N = |W + P sin p|`.
+/// A crank with a weight on its slider. The rod presses the slider against its guide: with the
+/// crank at the angle t and the rod at the angle p below the horizontal, its push P satisfies
+/// `P cos p = F + f`, `N = |W + P sin p|`.
 #[test]
 fn a_slider_crank() {
     for (turn, mu, load) in [(50.0_f64, 0.15, 200.0), (120.0, 0.3, -80.0), (300.0, 0.2, 40.0)] {
@@ -197,7 +199,7 @@ fn a_slider_crank() {
             -load,
         );
         let found = at_rest(&text);
-        // The push P for friction f = s mu N with the sign n of N's content.
+        // The push P for the friction f = s mu N, with the sign n of the expression in N.
         let mut torques = Vec::new();
         for (s, n) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
             let push = (load + s * mu * n * 60.0) / (cos_p - s * mu * n * sin_p);

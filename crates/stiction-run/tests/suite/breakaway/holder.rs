@@ -1,12 +1,12 @@
-//! A mechanism at rest whose contacts are told how they hold.
+//! A mechanism at rest with prescribed static frictions.
 
 use crate::common::*;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Rest, Settings};
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::ModelFile;
 
-/// The drives of a mechanism at rest with every contact holding by a part of its greatest friction;
-/// none where friction and reactions do not settle.
+/// Actuator forces of a mechanism at rest where every interface has a given fraction of its
+/// friction limit; `None` if friction and reactions do not converge.
 pub(crate) struct Holder {
     pub(crate) solver: InverseDynamics,
     pub(crate) loads: Vec<AppliedLoad<f64>>,
@@ -15,7 +15,7 @@ pub(crate) struct Holder {
 }
 
 impl Holder {
-    /// At an instant of a model's default motion.
+    /// The mechanism at an instant of a model's default motion.
     pub(crate) fn new(model: &ModelFile, time: f64) -> Self {
         let job = default_job(model, FrictionMode::Converged);
         let (coordinates, targets): (Vec<Coordinate>, Vec<Target<f64>>) = job
@@ -38,7 +38,7 @@ impl Holder {
         self.balance(held).map(|(drives, _)| drives)
     }
 
-    /// Drives and the loads of contacts.
+    /// Actuator forces and normal loads.
     pub(crate) fn balance(&self, held: &[[f64; 3]]) -> Option<(Vec<f64>, Vec<f64>)> {
         let compiled = self.solver.model().unwrap();
         let parameters = self.solver.parameters();

@@ -1,4 +1,5 @@
-//! Rest: intervals, breakaway and self-locking against closed forms and against all ways to hold.
+//! Static friction: intervals, breakaway and self-locking against closed forms and against all
+//! combinations of frictions.
 
 mod begins;
 mod closed_forms;

@@ -1,4 +1,4 @@
-//! Intervals and verdicts against all ways in which contacts can hold.
+//! Intervals and verdicts against all combinations of static frictions.
 
 use crate::breakaway::holder::Holder;
 use crate::breakaway::near;
@@ -7,7 +7,7 @@ use stiction_core::dynamics::Verdict;
 use stiction_core::friction::InterfaceShape;
 use stiction_core::random::Random;
 
-/// Two actuators: all ways to put the frictions of a five-bar's pins at a limit or at nothing.
+/// Two actuators: all combinations of the frictions of a five-bar's pins at a limit or at zero.
 #[test]
 fn a_five_bar_against_all_ways_to_hold_it() {
     let model = model("five-bar");
@@ -28,7 +28,7 @@ fn a_five_bar_against_all_ways_to_hold_it() {
         near(forces.effort_bounds[k].1, high);
         let (outer_low, outer_high) = forces.effort_outer_bounds[k];
         assert!(outer_low <= low && high <= outer_high);
-        // Certified bounds that say nothing would be no help.
+        // Guaranteed bounds must be finite to be useful.
         assert!(
             outer_high - outer_low < 1.2 * (high - low),
             "{outer_low} {low} {high} {outer_high}"
@@ -36,7 +36,7 @@ fn a_five_bar_against_all_ways_to_hold_it() {
     }
 }
 
-/// Admissible static frictions at random: none leads beyond the intervals.
+/// Random admissible static frictions: none leads outside the intervals.
 #[test]
 fn balls_and_pins_of_a_robot_against_random_ways_to_hold_it() {
     let model = model("3rps");
@@ -67,7 +67,7 @@ fn balls_and_pins_of_a_robot_against_random_ways_to_hold_it() {
             widest[k] = widest[k].max(((drive - centre) / (high - centre)).abs());
         }
     }
-    // Random signs of many contacts seldom agree, but come some way.
+    // Random signs at many interfaces seldom agree, but they cover part of the interval.
     assert!(widest.iter().all(|w| *w > 0.4), "{widest:?}");
     for ((low, high), (outer_low, outer_high)) in
         forces.effort_bounds.iter().zip(&forces.effort_outer_bounds)
@@ -76,8 +76,8 @@ fn balls_and_pins_of_a_robot_against_random_ways_to_hold_it() {
     }
 }
 
-/// Two actuators, no drive: the frictions that are said to hold a five-bar, put into the kernel by
-/// their parts of the limits, leave nothing to its drives.
+/// Two actuators without effort: the reported frictions that hold a five-bar, put into the kernel
+/// as fractions of their limits, leave zero actuator forces.
 #[test]
 fn frictions_that_hold_do_hold() {
     let text = stiction_format::gallery::get("five-bar").unwrap();
@@ -92,7 +92,7 @@ fn frictions_that_hold_do_hold() {
             slipped += usize::from(holding.verdict == Verdict::Slips);
             continue;
         }
-        // Of the loads under these frictions only the kernel knows: they are found in turn.
+        // Only the kernel computes the normal loads under these frictions, so both are iterated.
         let mut loads: Vec<f64> =
             holder.solver.forces().interfaces.iter().map(|c| c.load).collect();
         let mut left = f64::INFINITY;

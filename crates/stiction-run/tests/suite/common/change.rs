@@ -1,10 +1,10 @@
-//! Mechanisms changed in what must not matter.
+//! Changes of a mechanism that must not affect results.
 
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder};
 use stiction_core::spatial::Pose;
 
-/// The same mechanism with lengths times `scale`, on another base, with other names.
+/// The same mechanism with lengths multiplied by `scale`, on another base, with other names.
 pub(crate) struct Change {
     pub(crate) scale: f64,
     pub(crate) base: Option<Pose<f64>>,
@@ -15,7 +15,7 @@ pub(crate) const NONE: Change = Change { scale: 1.0, base: None, rename: false }
 
 impl Change {
     pub(crate) fn name(&self, kind: char, index: usize, name: &str) -> String {
-        // In another alphabetical order, too.
+        // The alphabetical order also changes.
         if self.rename { format!("{kind}{}", 99 - index) } else { name.to_owned() }
     }
 

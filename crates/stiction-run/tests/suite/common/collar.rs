@@ -1,6 +1,7 @@
-//! Collars that are pushed off their axes.
+//! Collars with eccentric forces.
 
-/// A driver that pushes a collar so far beside its guide, m, through a rod between two balls: the joints of them.
+/// A driver that pushes a collar at a given offset from its guide, m, through a rod between two
+/// balls: its joints.
 pub(crate) fn push_beside(offset: f64) -> String {
     format!(
         r#"

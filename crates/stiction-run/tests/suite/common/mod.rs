@@ -1,4 +1,4 @@
-//! Jobs on models of the gallery, and their tables read back as any other program would.
+//! Runs of gallery models, and their tables, read back like another program would.
 #![allow(dead_code, reason = "each test uses its part")]
 
 pub(crate) mod change;
@@ -42,7 +42,7 @@ pub(crate) fn job<'a>(
     }
 }
 
-/// The motion and the load that are meant when nothing is said.
+/// The default motion and load.
 pub(crate) fn default_job(model: &ModelFile, friction: FrictionMode) -> Job<'_> {
     let (motion, load) = (model.default_motion.as_ref(), model.default_load.as_ref());
     job(model, motion.unwrap(), load.unwrap(), friction)
@@ -67,7 +67,7 @@ impl Csv {
         Self(columns)
     }
 
-    /// A column by its whole name, with the unit.
+    /// A column, given its complete name with unit.
     pub(crate) fn column(&self, name: &str) -> &[f64] {
         let column = self.0.get(name);
         column.unwrap_or_else(|| panic!("no column {name}; there are {:?}", self.0.keys()))
@@ -78,14 +78,14 @@ impl Csv {
     }
 }
 
-/// What a job gives.
+/// Results of a run.
 #[derive(Debug)]
 pub(crate) struct Run {
     pub(crate) inverse: Csv,
     pub(crate) reactions: Csv,
     pub(crate) friction: Csv,
     pub(crate) verdict: Verdict,
-    /// The largest power residual, as part of what is turned over at that instant.
+    /// Largest power residual, relative to the gross power at that instant.
     pub(crate) power_residual: f64,
     /// The largest closure error, m.
     pub(crate) closure: f64,
@@ -111,10 +111,10 @@ impl Run {
     }
 }
 
-/// The robots of the gallery that are singular along their default motions.
+/// Robots of the gallery that are singular along their default motions.
 pub(crate) const SINGULAR: [&str; 3] = ["3upu-singular", "griffis-duffy", "zhang2018"];
 
-/// The robots of the gallery for which driving forces exist.
+/// Robots of the gallery with finite actuator forces.
 pub(crate) fn regular() -> impl Iterator<Item = &'static str> {
     gallery::names().filter(|name| !SINGULAR.contains(name))
 }
@@ -126,7 +126,7 @@ pub(crate) fn cases(model: &ModelFile) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// The tables of a file, each with its header.
+/// Tables of a file, each with its header.
 fn tables(text: &str) -> (String, Vec<String>) {
     let mut head = String::new();
     let mut tables: Vec<String> = Vec::new();
@@ -144,14 +144,15 @@ fn tables(text: &str) -> (String, Vec<String>) {
 /// The same file with its tables in reverse order.
 pub(crate) fn in_reverse(text: &str) -> String {
     let (head, mut tables) = tables(text);
-    // Places of legs are numbered by their order, so these keep it.
+    // Entries of `place` are numbered by their order, so they keep it.
     let is_free = |table: &String| !table.starts_with("[[");
     let mut reversed: Vec<String> = tables.iter().filter(|t| is_free(t)).rev().cloned().collect();
     reversed.extend(tables.drain(..).filter(|table| !is_free(table)));
     head + &reversed.concat()
 }
 
-/// Every quantity that is a number with a unit, in a smaller or larger unit of the same kind.
+/// Rewrites every quantity that is a number with a unit in a smaller or larger unit of the same
+/// kind.
 pub(crate) fn in_other_units(text: &str) -> String {
     let pairs = [
         ("kg mm^2", "g mm^2", 1e3),
@@ -167,7 +168,7 @@ pub(crate) fn in_other_units(text: &str) -> String {
     ];
     let mut out = String::new();
     for line in text.lines() {
-        // Only quoted texts that are nothing but a quantity: expressions have units amid names.
+        // Only quoted texts that are a single quantity: expressions contain units between names.
         for (k, part) in line.split('"').enumerate() {
             let quoted = k % 2 == 1;
             let quantity = part.split_once(' ').and_then(|(number, unit)| {

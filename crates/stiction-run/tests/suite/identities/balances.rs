@@ -11,16 +11,16 @@ fn power_is_balanced() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
         let power = solve(&specimen.case())?.forces.power;
         let part = power.residual().abs() / power.turnover;
-        // Some hundred products, each rounded.
+        // About a hundred products, each rounded.
         let holds = power.turnover == 0.0 || part <= 1e-12;
         Ok(if holds { Verdict::Holds } else { Verdict::Broken(format!("{part:e}: {power:?}")) })
     }
     try_everywhere("power is balanced", 0.5, identity);
 }
 
-/// Newton's and Euler's laws for each body about its centre of mass, in plain vectors: the reactions at its
-/// joints, its weight and its loads are what its acceleration takes. Momentum and angular momentum of the
-/// whole follow, since the same reaction counts once for each of the two bodies.
+/// The Newton-Euler equations for each body about its centre of mass, in plain vectors: joint
+/// reactions, weight and loads equal the rate of change of momentum. The momentum of the whole
+/// mechanism follows, since each reaction acts on two bodies with opposite signs.
 #[test]
 fn every_body_obeys_newton_and_euler() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -65,7 +65,7 @@ fn every_body_obeys_newton_and_euler() {
             found.extend((moment - spin).to_array());
         }
         let nothing = vec![0.0; found.len()];
-        // Forces that are large where positions are nearly singular, over arms of some lengths.
+        // Forces that are large near singular positions, times arms of the size of the mechanism.
         Ok(agree("component of what is left", &nothing, &found, largest.max(1e-9), 1e-10))
     }
     try_everywhere("every body obeys Newton and Euler", 0.5, identity);

@@ -1,4 +1,5 @@
-//! What forces do not depend on: changes of description, and of what is described.
+//! Invariance of forces under changes of the description, and their transformation with the
+//! mechanism.
 
 use crate::identities::harness::{Verdict, try_everywhere};
 use crate::identities::solve::{
@@ -74,7 +75,7 @@ fn order_of_bodies_and_joints() {
             mechanism: mechanism.clone(),
         };
         let found = solve(&again)?;
-        // Back to the first order.
+        // Restore the original order.
         let sorted = |solved: &Solved, mechanism: &Mechanism| {
             let joint = |id: usize| mechanism.joints()[id].name.clone();
             let drives = mechanism.actuators().zip(&solved.forces.efforts);
@@ -100,7 +101,7 @@ fn order_of_bodies_and_joints() {
     try_everywhere("order of bodies and joints", 0.5, identity);
 }
 
-/// The mechanism with other bodies and joints.
+/// The mechanism with replaced bodies and joints.
 fn rebuilt(
     mechanism: &Mechanism,
     builder: MechanismBuilder,
@@ -149,8 +150,8 @@ fn a_moved_and_turned_base() {
     try_everywhere("a moved and turned base", 0.5, identity);
 }
 
-/// Micro- and giant mechanisms: with lengths and masses times `s` and time as it is, forces grow as `s^2`
-/// under gravity and loads that grow alike.
+/// Very small and very large mechanisms: with lengths and masses multiplied by `s` and unchanged
+/// time, forces are multiplied by `s^2`, with gravity and loads scaled accordingly.
 #[test]
 fn scale() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -234,7 +235,7 @@ fn scaled_interface(interface: &JointFriction, scale: f64) -> JointFriction {
     scaled
 }
 
-/// Contacts that slide the other way, for those joints' freedoms whose sign is -1.
+/// Exchanges the two sliding directions of the interfaces at DOFs whose sign is -1.
 fn turned_laws(joint: &Joint, signs: &[f64]) -> Vec<JointFriction> {
     let turned = |interface: &JointFriction| {
         let (_, shape) = interfaces_of(joint.joint_type)[interface.place];
@@ -248,7 +249,7 @@ fn turned_laws(joint: &Joint, signs: &[f64]) -> Vec<JointFriction> {
     joint.friction.iter().map(turned).collect()
 }
 
-/// The signs of what is prescribed and of the drives, from those of the joints' freedoms.
+/// Signs of prescribed coordinates and actuators from the signs of the joints' DOFs.
 fn signed(case: &Case, signs: &[Vec<f64>]) -> (Vec<Target<f64>>, Vec<f64>) {
     let targets = case.targets.iter().zip(&case.coordinates).map(|(target, coordinate)| {
         let Coordinate::Joint { joint, dof } = *coordinate else { unreachable!("joints only") };
@@ -267,14 +268,15 @@ fn times(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a * b).collect()
 }
 
-/// Bodies of a joint exchanged: coordinates change their sign, nothing else.
+/// Exchanging the two bodies of a joint changes the signs of its coordinates and nothing else.
 #[test]
 fn joints_the_other_way_round() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
         let case = specimen.case();
         let expected = solve(&case)?.numbers();
         let mut random = specimen.random_changes();
-        // A universal joint's axes and a plate's sides are not the same both ways round.
+        // The axes of a universal joint and the sides of a plate are not symmetric in the two
+        // bodies.
         let turns: Vec<bool> = case
             .mechanism
             .joints()
@@ -323,7 +325,7 @@ fn joints_the_other_way_round() {
     try_everywhere("joints the other way round", 0.5, identity);
 }
 
-/// The mirror image in the plane x = 0 has the forces of the mirror image.
+/// The mirror image in the plane x = 0 has the mirror image of the forces.
 #[test]
 fn mirror_images() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -339,7 +341,7 @@ fn mirror_images() {
             inertia: mirror * body.inertia * mirror,
             ..body.clone()
         };
-        // Frames keep their right hands: their x axes are those of the image the other way round.
+        // Frames stay right-handed: their x axes are the reversed mirror images.
         let signs: Vec<Vec<f64>> = case
             .mechanism
             .joints()
@@ -383,7 +385,7 @@ fn mirror_images() {
     try_everywhere("mirror images", 0.5, identity);
 }
 
-/// The model file says the same as the mechanism from which it was written.
+/// A model file describes the same mechanism as the one from which it was written.
 #[test]
 fn written_down_and_read() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -406,7 +408,8 @@ fn written_down_and_read() {
         let targets = |case: &Case| -> Vec<f64> {
             case.targets.iter().flat_map(|t| [t.value, t.rate, t.acceleration]).collect()
         };
-        // Contacts without friction are written beside those with some, so loads have other places.
+        // Interfaces without friction are written together with those with friction, so the indices
+        // of normal loads change.
         let largest = expected.largest;
         Ok(agree("target", &targets(&case), &targets(&again), 1.0, 1e-15).and(|| {
             match solve(&again) {

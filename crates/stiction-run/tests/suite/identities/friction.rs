@@ -1,4 +1,4 @@
-//! What friction does.
+//! Properties of friction.
 
 use crate::identities::harness::{Verdict, try_everywhere};
 use crate::identities::solve::solve;
@@ -7,7 +7,7 @@ use crate::mechanisms::random::Case;
 use stiction_core::friction::{Curve, Law};
 use stiction_core::kinematics::Target;
 
-/// Friction takes power at every contact, never gives any, and is what its law says of its load.
+/// Friction dissipates power at every interface and equals its law at its normal load.
 #[test]
 fn friction_dissipates() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -27,8 +27,8 @@ fn friction_dissipates() {
     try_everywhere("friction dissipates", 0.5, identity);
 }
 
-/// Where coefficients vanish, drives go to those without friction in proportion: half of small coefficients
-/// makes half of the difference.
+/// As the coefficients tend to zero, actuator forces tend linearly to the frictionless ones: half
+/// of small coefficients gives half of the difference.
 #[test]
 fn small_friction_acts_in_proportion() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -52,7 +52,7 @@ fn small_friction_acts_in_proportion() {
             .fold(1e-9_f64, |max, x| max.max(x.abs()));
         for (k, none) in whole.efforts_frictionless.iter().enumerate() {
             let (once, twice) = (half.efforts[k] - none, whole.efforts[k] - none);
-            // What is of second order in the coefficients, and rounding.
+            // Second-order terms in the coefficients, and rounding.
             let tolerance = (1e3 * SMALL * SMALL + 1e-12) * largest;
             let apart = (2.0 * once - twice).abs();
             if apart.is_nan() || apart > tolerance {
@@ -77,15 +77,15 @@ fn weaken(law: &mut Law, factor: f64) {
     }
 }
 
-/// Friction of a motion at rest lies between that of starting forward and of starting backward: the drives
-/// of a slow motion forward are in the interval that is told at rest.
+/// Friction at rest is between that of starting forward and of starting backward: the actuator
+/// forces of a slow forward motion are in the interval at rest.
 #[test]
 fn slow_motions_are_within_the_interval_at_rest() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
         let with = |factor: f64| {
             let mut specimen = specimen.clone();
             let interfaces = specimen.draft.joints.iter_mut().flat_map(|joint| &mut joint.friction);
-            // Laws that change with speed say more at rest than while sliding.
+            // Speed-dependent laws have larger coefficients at rest than while sliding.
             interfaces.for_each(|interface| interface.backward = None);
             let targets = specimen.prescribed.iter_mut().map(|(_, _, target)| target);
             for target in targets {

@@ -1,4 +1,4 @@
-//! Trying an identity on many specimens.
+//! Evaluation of an identity on many specimens.
 
 use crate::identities::shrink::shrink;
 use crate::identities::specimen::Specimen;
@@ -6,11 +6,11 @@ use crate::mechanisms::random::CLASSES;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// What became of an identity on a specimen.
+/// Outcome of an identity on a specimen.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Verdict {
     Holds,
-    /// It says nothing here, for this reason.
+    /// The identity does not apply, for this reason.
     Apart(&'static str),
     Broken(String),
 }
@@ -21,10 +21,10 @@ impl Verdict {
     }
 }
 
-/// A law of mechanics. What it computes may fail: then it is apart, or broken.
+/// A law of mechanics. Its computation may fail: the identity then does not apply, or is violated.
 pub(crate) type Identity = fn(&Specimen) -> Result<Verdict, Verdict>;
 
-/// The verdict; a panic is a broken identity.
+/// Evaluates the identity; a panic is a violation.
 pub(crate) fn verdict(identity: Identity, specimen: &Specimen) -> Verdict {
     let tried = catch_unwind(AssertUnwindSafe(|| identity(specimen)));
     let said = |panic: Box<dyn std::any::Any + Send>| {
@@ -37,7 +37,7 @@ pub(crate) fn verdict(identity: Identity, specimen: &Specimen) -> Verdict {
     }
 }
 
-/// Specimens of each class.
+/// Number of specimens of each class.
 fn cases() -> u64 {
     match std::env::var("STICTION_CASES") {
         Ok(text) => text.parse().expect("STICTION_CASES is a number"),
@@ -45,8 +45,8 @@ fn cases() -> u64 {
     }
 }
 
-/// Tries an identity on specimens of all classes; panics with the smallest counterexample. At least the
-/// part `enough` of them must have something to say.
+/// Evaluates an identity on specimens of all classes; panics with the smallest counterexample. The
+/// identity must apply to at least the fraction `enough` of them.
 pub(crate) fn try_everywhere(name: &str, enough: f64, identity: Identity) {
     let (mut held, mut tried) = (0, 0);
     let mut apart = BTreeMap::<_, u64>::new();
@@ -70,7 +70,7 @@ pub(crate) fn try_everywhere(name: &str, enough: f64, identity: Identity) {
     assert!(f64::from(held) >= enough * f64::from(tried), "{name}: {held} of {tried}; {apart:?}");
 }
 
-/// Makes the specimen small, writes it down, and panics.
+/// Reduces the specimen, writes it to a file, and panics.
 fn report(name: &str, identity: Identity, specimen: &Specimen) -> ! {
     let small = shrink(identity, specimen);
     let Verdict::Broken(why) = verdict(identity, &small) else {

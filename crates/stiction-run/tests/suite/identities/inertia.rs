@@ -1,4 +1,4 @@
-//! How drives depend on accelerations and loads, without friction.
+//! Dependence of actuator forces on accelerations and loads, without friction.
 
 use crate::identities::harness::{Verdict, try_everywhere};
 use crate::identities::solve::{TOLERANCE, agree, solve};
@@ -8,8 +8,8 @@ use nalgebra::DMatrix;
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::kinematics::{Coordinate, Target};
 
-/// Derivatives of drives by accelerations of the driven coordinates are the inertia matrix: symmetric and
-/// positive.
+/// Derivatives of actuator forces with respect to the accelerations of the actuated coordinates are
+/// the mass matrix: symmetric and positive definite.
 #[test]
 fn inertia_is_symmetric_and_positive() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -47,7 +47,7 @@ fn inertia_is_symmetric_and_positive() {
                 matrix[(row, column)] = moved[row] - rest[row];
             }
         }
-        // Differences of drives have the rounding of the forces.
+        // Differences of actuator forces have the rounding of the forces.
         let asymmetry = (&matrix - matrix.transpose()).amax();
         if asymmetry > 1e-11 * largest {
             return Ok(Verdict::Broken(format!(
@@ -65,8 +65,8 @@ fn inertia_is_symmetric_and_positive() {
     try_everywhere("inertia is symmetric and positive", 0.4, identity);
 }
 
-/// Without friction drives are the sum of what each cause takes: the motion under gravity, and each load
-/// less the mechanism at rest without it.
+/// Superposition: without friction, actuator forces are the sum of the forces for the motion under
+/// gravity and for each load, minus those at rest without it.
 #[test]
 fn loads_superpose() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {
@@ -92,8 +92,8 @@ fn loads_superpose() {
     try_everywhere("loads superpose", 0.5, identity);
 }
 
-/// Rates enter through their squares: reversed, they leave frictionless drives as they are; and at rest,
-/// without gravity and loads, a mechanism takes nothing.
+/// Rates enter quadratically: reversing them does not change frictionless actuator forces. At rest,
+/// without gravity and loads, the actuator forces vanish.
 #[test]
 fn rates_enter_by_their_squares() {
     fn identity(specimen: &Specimen) -> Result<Verdict, Verdict> {

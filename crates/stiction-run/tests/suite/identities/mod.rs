@@ -1,8 +1,9 @@
 //! Laws of mechanics on random mechanisms of every class.
 //!
-//! Each law is a function of a [`specimen::Specimen`]. Where one does not hold, the specimen is made smaller as long as
-//! it still does not, and what is left is written down as a model file: a counterexample to look at, and to
-//! give to the program. `STICTION_CASES` says how many specimens of each class to try.
+//! Each law is a function of a [`specimen::Specimen`]. If a law fails, the specimen is reduced as
+//! long as the law still fails, and the result is written as a model file: a counterexample to
+//! examine, and to run with the program. `STICTION_CASES` sets the number of specimens of each
+//! class.
 
 mod balances;
 mod changes;

@@ -1,4 +1,4 @@
-//! More kinds of friction than the plain ones that random mechanisms come with.
+//! Additional kinds of friction for random mechanisms.
 
 use crate::mechanisms::random::{Draft, Random};
 use stiction_core::friction::{
@@ -6,8 +6,8 @@ use stiction_core::friction::{
 };
 use stiction_core::joint::JointType;
 
-/// Gives some contacts spans, collars, arms, two ways of adding up, and laws that depend on speed and
-/// direction.
+/// Adds spans, collars, arms, both combination rules, and laws that depend on speed and direction
+/// to some interfaces.
 pub(crate) fn enrich(draft: &mut Draft, random: &mut Random) {
     for joint in &mut draft.joints {
         for interface in &mut joint.friction {

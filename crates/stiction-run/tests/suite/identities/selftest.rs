@@ -1,4 +1,4 @@
-//! A wrong law is noticed, and its counterexample is small and can be read.
+//! A wrong law is detected, and its counterexample is small and readable.
 
 use crate::identities::harness::{Verdict, verdict};
 use crate::identities::shrink::shrink;
@@ -7,7 +7,8 @@ use crate::identities::specimen::Specimen;
 use crate::mechanisms::random::Class;
 use stiction_format::{Source, read};
 
-/// "Friction never makes a drive smaller", which is wrong for one that holds a weight while it sinks.
+/// "Friction never decreases an actuator force", which is wrong for an actuator that holds a weight
+/// while it sinks.
 fn friction_costs(specimen: &Specimen) -> Result<Verdict, Verdict> {
     let forces = solve(&specimen.case())?.forces;
     let pairs = forces.efforts.iter().zip(&forces.efforts_frictionless);
@@ -29,7 +30,7 @@ fn a_wrong_law_comes_down_to_a_joint() {
         let frictions: usize = small.draft.joints.iter().map(|joint| joint.friction.len()).sum();
         assert_eq!(frictions, 1, "one friction is enough");
 
-        // The file is one that the program takes.
+        // The program accepts the file.
         let file = small.file();
         let model = read(&Source::new("small.toml", file.as_str()), &|_| Err("no files".into()))
             .unwrap_or_else(|diagnostics| panic!("{diagnostics}\n{file}"));

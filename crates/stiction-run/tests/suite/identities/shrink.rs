@@ -1,4 +1,4 @@
-//! Making a counterexample small.
+//! Reduction of a counterexample.
 
 use crate::identities::harness::{Identity, Verdict, verdict};
 use crate::identities::specimen::Specimen;
@@ -6,11 +6,11 @@ use stiction_core::joint::JointType;
 use stiction_core::kinematics::Target;
 use stiction_core::spatial::{Mat3, Vec3};
 
-/// The smallest specimen that is found on which the identity is still broken in the same way, one step after
-/// another, the large ones first.
+/// Smallest specimen found that violates the identity in the same way, by repeated reductions, the
+/// large ones first.
 pub(crate) fn shrink(identity: Identity, specimen: &Specimen) -> Specimen {
     let kind = |specimen: &Specimen| match verdict(identity, specimen) {
-        // What is wrong, without its numbers.
+        // The violation without its numbers.
         Verdict::Broken(why) => {
             why.split(|c: char| c == ':' || c.is_ascii_digit()).next().map(str::to_owned)
         }
@@ -19,7 +19,7 @@ pub(crate) fn shrink(identity: Identity, specimen: &Specimen) -> Specimen {
     let wanted = kind(specimen);
     let is_broken = |specimen: &Specimen| kind(specimen) == wanted;
     let mut best = specimen.clone();
-    // Each step takes something away that no other brings back, so this ends.
+    // Each reduction removes something that no other restores, so this ends.
     while let Some(smaller) = smaller(&best).into_iter().find(|smaller| is_broken(smaller)) {
         best = smaller;
     }
@@ -45,14 +45,14 @@ fn smaller(of: &Specimen) -> Vec<Specimen> {
     all
 }
 
-/// Without all that hangs together when one body and the ground are taken away: without a leg.
+/// Removes a connected component that remains without one body and the ground: a leg.
 fn without_branches(of: &Specimen) -> Vec<Specimen> {
     let draft = &of.draft;
     let mut all = Vec::new();
     for hub in 1..=draft.bodies.len() {
         let mut part: Vec<usize> = (0..=draft.bodies.len()).collect();
         let apart = |body: usize| body == 0 || body == hub;
-        // Bodies joined by other bodies than the hub and the ground get one number.
+        // Bodies that are connected without the hub and the ground have the same number.
         for _ in 0..draft.bodies.len() {
             for joint in draft.joints.iter().filter(|j| !apart(j.ends.0) && !apart(j.ends.1)) {
                 let least = part[joint.ends.0].min(part[joint.ends.1]);
@@ -73,7 +73,7 @@ fn without_branches(of: &Specimen) -> Vec<Specimen> {
     all
 }
 
-/// With a joint that is fixed.
+/// Makes a joint fixed.
 fn welded(of: &Specimen, joint: usize) -> Option<Specimen> {
     if of.draft.joints[joint].joint_type == JointType::Fixed {
         return None;
@@ -87,7 +87,7 @@ fn welded(of: &Specimen, joint: usize) -> Option<Specimen> {
     Some(smaller)
 }
 
-/// With one body for the two at a joint that is fixed: the one that is nearer to the ground by its number.
+/// Merges the two bodies of a fixed joint; the one with the lower number remains.
 fn merged(of: &Specimen, joint: usize) -> Option<Specimen> {
     let fixed = &of.draft.joints[joint];
     let (kept, gone) = (fixed.ends.0.min(fixed.ends.1), fixed.ends.0.max(fixed.ends.1));
@@ -103,7 +103,7 @@ fn merged(of: &Specimen, joint: usize) -> Option<Specimen> {
         }
     }
     smaller.loads.retain(|load| load.body.0 != gone);
-    // Whatever joins a body to itself holds nothing.
+    // A joint between a body and itself has no effect.
     let joints: Vec<usize> = (0..smaller.draft.joints.len())
         .filter(|&j| smaller.draft.joints[j].ends.0 != smaller.draft.joints[j].ends.1)
         .collect();
@@ -117,7 +117,7 @@ fn without_friction(of: &Specimen, joint: usize) -> Option<Specimen> {
     Some(smaller)
 }
 
-/// At rest, or without acceleration.
+/// Sets the rates to zero, or the accelerations.
 fn calmer(of: &Specimen, place: usize) -> Vec<Specimen> {
     let target = of.prescribed[place].2;
     let mut calmer = vec![Target { acceleration: 0.0, ..target }];
@@ -133,7 +133,7 @@ fn calmer(of: &Specimen, place: usize) -> Vec<Specimen> {
     calmer.into_iter().map(with).collect()
 }
 
-/// A body without mass, or with plain numbers.
+/// Removes the mass of a body, or rounds its numbers.
 fn plainer(of: &Specimen, body: usize) -> Vec<Specimen> {
     let old = &of.draft.bodies[body];
     let mut all = Vec::new();

@@ -1,4 +1,4 @@
-//! Drives and contact loads of a case, where their digits mean something.
+//! Actuator forces and normal loads of a case, if their digits are significant.
 
 use crate::identities::harness::Verdict;
 use crate::identities::specimen::Solver;
@@ -7,18 +7,18 @@ use stiction_core::dynamics::{Forces, InverseDynamics, InverseError, Settings};
 use stiction_core::kinematics::AssemblyError;
 use stiction_core::topology::TreeRule;
 
-/// What inverse dynamics says of a case.
+/// Result of inverse dynamics for a case.
 pub(crate) struct Solved {
     pub(crate) solver: Solver,
     pub(crate) forces: Forces,
 }
 
-/// Solves a case; where rounding decides the digits of its forces, the reason.
+/// Solves a case; returns a reason if rounding dominates its forces.
 pub(crate) fn solve(case: &Case) -> Result<Solved, Verdict> {
     solve_with(case, TreeRule::Structure)
 }
 
-/// The same over a given spanning tree.
+/// Solves a case with a given spanning tree.
 pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict> {
     let (mechanism, settings) = (case.mechanism.clone(), Settings::default());
     let solver = InverseDynamics::with_tree(
@@ -31,7 +31,7 @@ pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict>
     );
     let mut solver = match solver {
         Err(AssemblyError::Open { .. }) => return Err(Verdict::Apart("not all is prescribed")),
-        // What is left of a specimen may be a structure.
+        // A reduced specimen may have no DOF.
         Err(AssemblyError::Contradiction { .. }) => {
             return Err(Verdict::Apart("it cannot move as prescribed"));
         }
@@ -47,7 +47,8 @@ pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict>
     {
         return Err(Verdict::Apart("nearly singular"));
     }
-    // Prescribed coordinates may say badly where a platform is, which magnifies rounding too.
+    // Prescribed coordinates may determine the platform's pose poorly, which also magnifies
+    // rounding.
     if solver.bodies().twist.iter().any(|twist| twist.angular.norm() > 100.0) {
         return Err(Verdict::Apart("badly prescribed"));
     }
@@ -60,12 +61,12 @@ pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict>
         let lengths = (0..drives.len()).map(|actuator| per_length(case, actuator));
         drives.iter().zip(lengths).fold(0.0_f64, |max, (x, unit)| max.max((x / unit).abs()))
     };
-    // Close to self-locking, friction magnifies rounding as well.
+    // Near self-locking, friction also magnifies rounding.
     if largest(&forces.efforts) > 20.0 * largest(&forces.efforts_frictionless) {
         return Err(Verdict::Apart("nearly locked"));
     }
     let solved = Solved { solver, forces };
-    // What acts, without what it takes to accelerate.
+    // Applied forces without inertial forces.
     let length = case.mechanism.characteristic_length();
     let weights = case.mechanism.bodies().iter().map(|b| b.mass * case.mechanism.gravity().norm());
     let loads = case.loads.iter().map(|load| load.force.norm() + load.moment.norm() / length);
@@ -77,24 +78,24 @@ pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict>
     Ok(solved)
 }
 
-/// The characteristic length for an actuator that exerts a moment, 1 for a force.
+/// Characteristic length for an actuator torque, 1 for a force.
 fn per_length(case: &Case, actuator: usize) -> f64 {
     if exerts_moment(case, actuator) { case.mechanism.characteristic_length() } else { 1.0 }
 }
 
-/// Whether an actuator's effort is a moment.
+/// True if the effort of an actuator is a torque.
 pub(crate) fn exerts_moment(case: &Case, actuator: usize) -> bool {
     let (joint, dof) = case.mechanism.actuators().nth(actuator).expect("an actuator");
     let dofs = case.mechanism.joints()[joint.0].joint_type.dofs();
     !dofs[dof].translates()
 }
 
-/// What is compared of two descriptions of the same.
+/// Quantities compared between two descriptions of the same mechanism.
 pub(crate) struct Numbers {
     pub(crate) drives: Vec<f64>,
-    /// Loads on contacts.
+    /// Normal loads.
     pub(crate) loads: Vec<f64>,
-    /// The largest force or moment anywhere: what is small beside it may be its rounding.
+    /// Largest force or moment anywhere: rounding of other forces is relative to it.
     pub(crate) largest: f64,
 }
 
@@ -110,7 +111,7 @@ impl Solved {
     }
 }
 
-/// Whether two lists agree to a part of `largest`.
+/// True if two lists agree to a fraction of `largest`.
 pub(crate) fn agree(
     what: &str,
     expected: &[f64],
@@ -123,7 +124,7 @@ pub(crate) fn agree(
     }
     for (place, (x, y)) in expected.iter().zip(found).enumerate() {
         let apart = (x - y).abs() / largest;
-        // Not a number is not near anything.
+        // NaN differs from everything.
         if apart.is_nan() || apart > tolerance {
             return Verdict::Broken(format!(
                 "{what} {place}: {x:e} and {y:e}, {apart:.1e} of {largest:e}"
@@ -133,12 +134,12 @@ pub(crate) fn agree(
     Verdict::Holds
 }
 
-/// Drives and loads are as expected, to rounding magnified by the distance to singular positions.
+/// Checks actuator forces and normal loads, up to rounding magnified by the singularity index.
 pub(crate) fn same(expected: &Numbers, drives: &[f64], loads: &[f64]) -> Verdict {
     let largest = expected.largest;
     agree("drive", &expected.drives, drives, largest, TOLERANCE)
         .and(|| agree("load", &expected.loads, loads, largest, TOLERANCE))
 }
 
-/// Rounding times the distance 1e-2 to singular positions, nearness to locking and some hundred operations.
+/// Rounding times a singularity index of 1e-2, proximity to locking and about a hundred operations.
 pub(crate) const TOLERANCE: f64 = 1e-11;

@@ -1,4 +1,4 @@
-//! A random mechanism in motion, in a form that can be made smaller.
+//! A random mechanism in motion, in a form that can be reduced.
 
 use crate::identities::richness::enrich;
 use crate::mechanisms::random::*;
@@ -7,17 +7,17 @@ use stiction_core::kinematics::{Coordinate, Target};
 use stiction_core::mechanism::{BodyId, JointId};
 use stiction_run::exchange::{Instant, model_file};
 
-/// Friction coefficients of the specimens, at most: most of them do not lock.
+/// Largest friction coefficient of the specimens, such that most of them do not lock.
 pub(crate) const MU: f64 = 0.15;
 
-/// A mechanism as it is drawn, what is prescribed and what acts on it. Bodies and joints are named by their
-/// place: body 0 is the ground.
+/// A generated mechanism with its prescribed motion and loads. Bodies and joints are named by their
+/// index: body 0 is the ground.
 #[derive(Clone)]
 pub(crate) struct Specimen {
     pub(crate) class: Class,
     pub(crate) seed: u64,
     pub(crate) draft: Draft,
-    /// Joint, freedom, and its target; coordinates are zero where the mechanism is drawn.
+    /// Joint, DOF, and its target; coordinates are zero in the generated position.
     pub(crate) prescribed: Vec<(usize, usize, Target<f64>)>,
     pub(crate) loads: Vec<AppliedLoad<f64>>,
 }
@@ -38,7 +38,7 @@ impl Specimen {
         Random(self.seed + 1000)
     }
 
-    /// The mechanism, bodies and joints in the order of the drawing.
+    /// The mechanism, with bodies and joints in the generated order.
     pub(crate) fn case(&self) -> Case {
         Case {
             mechanism: self.draft.build_in_order(),
@@ -53,7 +53,7 @@ impl Specimen {
         }
     }
 
-    /// As a model file.
+    /// Writes the specimen as a model file.
     pub(crate) fn file(&self) -> String {
         let case = self.case();
         let motion: Vec<_> = case.coordinates.into_iter().zip(case.targets).collect();
@@ -62,13 +62,13 @@ impl Specimen {
         model_file(&case.mechanism, &title, instant).expect("drafts can be written")
     }
 
-    /// Without a joint, and without what nothing holds any more.
+    /// Removes a joint, and everything that is then disconnected.
     pub(crate) fn without_joint(&self, joint: usize) -> Self {
         let joints = (0..self.draft.joints.len()).filter(|&j| j != joint).collect::<Vec<_>>();
         self.part(&joints)
     }
 
-    /// Only these joints, and the bodies that they hold.
+    /// Keeps only these joints and the bodies connected by them.
     pub(crate) fn part(&self, joints: &[usize]) -> Self {
         let held = held(&self.draft, joints);
         let body = |old: usize| held[..old].iter().filter(|held| **held).count();
@@ -97,7 +97,7 @@ impl Specimen {
     }
 }
 
-/// For each body, the ground first, whether these joints hold it.
+/// For each body, ground included, true if these joints connect it.
 fn held(draft: &Draft, joints: &[usize]) -> Vec<bool> {
     let mut held = vec![false; draft.bodies.len() + 1];
     held[0] = true;
@@ -108,5 +108,5 @@ fn held(draft: &Draft, joints: &[usize]) -> Vec<bool> {
     }
 }
 
-/// The solver of a case as it was put together.
+/// The solver of a case in its assembled position.
 pub(crate) type Solver = InverseDynamics;

@@ -1,11 +1,11 @@
-//! Guides: supports carry moments.
+//! Guides whose supports carry moments.
 
 use crate::common::collar::push_beside;
 use crate::laws::{G, body, model, run};
 use stiction_core::dynamics::InverseError;
 use stiction_run::inverse::Error;
 
-/// A collar of 10 kg on a vertical rod with pads 0.1 m apart, driven at an offset.
+/// A collar of 10 kg on a vertical rod with pads 0.1 m apart and an eccentric driving force.
 fn collar(mu: f64, offset: f64, friction: &str, motion: &str) -> String {
     let parts = format!(
         r#"{}
@@ -37,7 +37,8 @@ fn a_collar_at_a_hundred_offsets() {
             let found = run(&collar(mu, offset, &friction, "0.1 m/s*t")).unwrap();
             let drive = found.inverse.column("drive.drive [N]")[1];
             let left = 1.0 - 2.0 * mu * offset / span;
-            // The condition of the problem grows like one over the denominator.
+            // The condition number of the problem is proportional to the reciprocal of the
+            // denominator.
             let tolerance = 1e-8 * weight / (left * left);
             assert!((drive - weight / left).abs() < tolerance, "{offset}: {drive}");
         }
@@ -53,8 +54,8 @@ fn a_collar_at_a_hundred_offsets() {
     }
 }
 
-/// A rod that slides out of a level cylinder, its weight at its end: a lever between gland and
-/// piston, whose overlap shrinks.
+/// A rod that extends from a level cylinder with its weight at the end: a lever between gland and
+/// piston, whose overlap decreases.
 #[test]
 fn a_rod_in_its_cylinder() {
     let (mu, weight) = (0.1, 2.0 * G);
@@ -91,7 +92,7 @@ fn a_rod_in_its_cylinder() {
     }
 }
 
-/// Supports that travel with the other body are those of the joint the other way round.
+/// Supports on the other body are equivalent to the reversed joint.
 #[test]
 fn supports_on_either_body() {
     let friction = "mu = 0.15, bending_span = 0.1, torsion_arm = 0.05";
@@ -120,6 +121,6 @@ fn supports_on_either_body() {
     for (a, b) in on_carriage.iter().zip(&turned) {
         assert!((a - b).abs() < 1e-12, "{a} {b}");
     }
-    // On the carriage it makes no difference where it is.
+    // If they are on the carriage, its position does not matter.
     assert!((on_carriage[0] - on_carriage[2]).abs() < 1e-12);
 }

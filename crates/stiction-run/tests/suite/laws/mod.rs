@@ -1,4 +1,4 @@
-//! Friction laws and load maps against closed forms.
+//! Friction laws and normal-load maps against closed forms.
 
 mod curves;
 mod guides;
@@ -16,7 +16,7 @@ pub(crate) fn run(text: &str) -> Result<Run, Error> {
     Run::of(&default_job(&model, FrictionMode::Converged))
 }
 
-/// A text with one motion, no load, gravity downwards.
+/// Computes a model text with one motion and no load, with gravity downwards.
 pub(crate) fn model(parts: &str, motion: &str) -> String {
     format!(
         r#"

@@ -1,14 +1,15 @@
-//! Screws: their flanks carry what turns them.
+//! Threads: flank forces and driving torque.
 
 use crate::laws::{G, body, model, run};
 use stiction_core::dynamics::InverseError;
 use stiction_run::inverse::Error;
 
-/// A screw jack under 50 kg: lead angle, half flank angle across the thread, and friction angle.
+/// A screw jack under 50 kg: lead angle, half flank angle in the section normal to the thread, and
+/// friction angle.
 struct Jack {
     radius: f64,
     pitch: f64,
-    /// Half the flank angle along the axis, deg.
+    /// Half the flank angle in a section along the axis, deg.
     flank: f64,
     mu: f64,
 }
@@ -27,7 +28,7 @@ impl Jack {
         format!("friction = {{ mu = {mu:?}, radius = {radius:?}, flank_angle = \"{flank} deg\" }}")
     }
 
-    /// A spindle that a motor turns in a nut that stands still.
+    /// A motor turns the spindle in a fixed nut.
     fn turned_spindle(&self, motion: &str) -> String {
         let parts = format!(
             "{}\n[joints.drive]\ntype = \"H\"\nfrom = \"ground\"\nto = \"spindle\"\naxis = \"z\"\n\
@@ -39,7 +40,7 @@ impl Jack {
         model(&parts, &format!("drive = \"{motion}\""))
     }
 
-    /// A spindle that does not turn, in a nut that a motor turns.
+    /// A motor turns the nut on a spindle that does not turn.
     fn turned_nut(&self, motion: &str) -> String {
         let parts = format!(
             r#"{}{}
@@ -79,7 +80,7 @@ fn a_screw_jack() {
             for mu in [0.0, 0.05, 0.15, 0.4] {
                 let jack = Jack { radius, pitch, flank, mu };
                 let (lead, rub) = jack.angles();
-                // Forward is up in a right-hand thread.
+                // Forward is up for a right-hand thread.
                 let up = Jack::WEIGHT * radius * (lead + rub * pitch.signum()).tan();
                 let down = Jack::WEIGHT * radius * (lead - rub * pitch.signum()).tan();
                 let (up_rate, down_rate) = (pitch.signum(), -pitch.signum());
@@ -90,7 +91,8 @@ fn a_screw_jack() {
                         run.inverse.column(&format!("drive.{column} [N m]"))[1]
                     };
                     let near = |found: f64, expected: f64| {
-                        // The light nut and the guide's redundancy leave round-off of the weight.
+                        // The light nut and the redundant guide leave round-off relative to the
+                        // weight.
                         let error = (found - expected).abs();
                         assert!(error < 1e-8 * Jack::WEIGHT * radius, "{found} {expected}");
                     };
@@ -99,7 +101,7 @@ fn a_screw_jack() {
                     let (low, high) = (up.min(down), up.max(down));
                     near(torque("1 rad".into(), "drive_low"), low);
                     near(torque("1 rad".into(), "drive_high"), high);
-                    // It holds by itself where the friction angle is greater than the lead.
+                    // It is self-locking if the friction angle exceeds the lead angle.
                     assert_eq!(low < 0.0 && 0.0 < high, rub > lead.abs(), "{lead} {rub}");
                     held[usize::from(rub > lead.abs())] += 1;
                 }
@@ -109,11 +111,11 @@ fn a_screw_jack() {
     assert!(held.iter().all(|count| *count > 10), "{held:?}");
 }
 
-/// Where lead and friction angle make a right angle nothing turns a load up.
+/// If lead and friction angle sum up to a right angle, no torque raises a load.
 #[test]
 fn a_screw_that_locks() {
     let jack = |mu| Jack { radius: 0.01, pitch: 0.02, flank: 0.0, mu };
-    // The lead's tangent is 2, so that it locks from mu = 1/2 on.
+    // The tangent of the lead angle is 2, so it locks from mu = 1/2 on.
     for mu in [0.45, 0.49] {
         let run = run(&jack(mu).turned_spindle("1 rad/s*t")).unwrap();
         let torque = run.inverse.column("drive.drive [N m]")[1];
@@ -129,8 +131,8 @@ fn a_screw_that_locks() {
             other => panic!("{mu}: {other:?}"),
         }
     }
-    // A radial load rubs on the flanks as well, and its friction bears a part of the axial one:
-    // N = (W + mu N sin l) / cos l + F, with the lead l.
+    // A radial load also causes friction on the flanks, which carries part of the axial load: N =
+    // (W + mu N sin l) / cos l + F, with the lead angle l.
     let (mu, side) = (0.1, 300.0);
     let text = jack(mu).turned_spindle("1 rad/s*t");
     let text = text.replace("[loads.none]", "[loads.none]\nspindle = { fx = \"300 N\" }");
@@ -138,7 +140,7 @@ fn a_screw_that_locks() {
     let (sin, cos) = 2f64.atan().sin_cos();
     let load = (Jack::WEIGHT / cos + side) / (1.0 - mu * sin / cos);
     let torque = Jack::WEIGHT * 0.02 + mu * load * 0.01 / cos;
-    // The load is on a spindle that has moved along its axis by then.
+    // At this instant the load acts on a spindle that has moved along its axis.
     assert!((found.friction.column("drive.load [N]")[0] / load - 1.0).abs() < 1e-12);
     assert!((found.inverse.column("drive.drive [N m]")[0] / torque - 1.0).abs() < 1e-12);
 }

@@ -1,10 +1,10 @@
-//! Surfaces that are pressed: grooves, plates, shoes.
+//! Loaded surfaces: grooves, plates, shoes.
 
 use crate::laws::{G, body, model, run};
 use stiction_core::dynamics::InverseError;
 use stiction_run::inverse::Error;
 
-/// A block in a groove: each face carries `W / (2 sin a)`, with half the groove's angle `a`.
+/// A block in a groove: each face carries `W / (2 sin a)`, with half of the groove's angle `a`.
 #[test]
 fn a_groove() {
     for half in [10.0, 30.0, 45.0, 75.0_f64] {
@@ -38,8 +38,8 @@ fn a_groove() {
     }
 }
 
-/// A plate that slides and turns: its friction is along the velocity of its middle and against its
-/// turning, in the ratio of velocity and effective radius times rate.
+/// A plate that slides and turns: friction opposes the velocity of its middle and its rotation, in
+/// the ratio of the velocity to the effective radius times the angular rate.
 #[test]
 fn a_plate_that_slides_and_turns() {
     let (mu, radius, weight) = (0.2, 0.05, 2.0 * G);
@@ -74,10 +74,11 @@ fn a_plate_that_slides_and_turns() {
     }
 }
 
-/// A shoe on a lever brakes a straight rope that is drawn past it. The pin of the shoe lies `a` from
-/// the lever's pivot along the rope and `c` across; with the force `P` at the arm `l` the shoe is
-/// pressed with `N = P l / (a - mu c)` if the rope drags it away from the pivot, `a + mu c` if
-/// towards it, and the rope needs `mu N`. Away it grips by itself from `mu = a/c` on.
+/// A shoe on a lever brakes a straight rope that is pulled past it. The pin of the shoe is at the
+/// distance `a` from the lever's pivot along the rope and `c` across. With the force `P` at the arm
+/// `l`, the normal load of the shoe is `N = P l / (a - mu c)` if the rope pulls it away from the
+/// pivot and `P l / (a + mu c)` if it pulls towards the pivot; the rope needs `mu N`. Away from the
+/// pivot, the brake is self-locking from `mu = a/c` on.
 #[test]
 fn a_rope_brake_with_a_shoe() {
     let (force, arm, a, c) = (50.0, 0.4, 0.1, 0.15);
@@ -130,7 +131,8 @@ fn a_rope_brake_with_a_shoe() {
         for (motion, sign) in [("0.2 m/s*t", 1.0), ("-0.2 m/s*t", -1.0)] {
             let run = run(&brake(mu, motion)).unwrap();
             let drive = run.inverse.column("rope.drive [N]")[1];
-            // Drawn along x the rope drags the shoe forward: about the pivot that presses it on.
+            // A rope that moves along x pulls the shoe forward; this moment about the pivot
+            // increases the normal load.
             let load = force * arm / (a - sign * mu * c);
             let expected = sign * mu * load;
             assert!((drive / expected - 1.0).abs() < 1e-10, "{mu} {motion}: {drive} {expected}");
