@@ -1,12 +1,14 @@
-//! Closed-chain mechanisms with friction in their joints: kinematics, driving forces, every joint
-//! reaction, and friction that grows with the reactions.
+//! Mechanics of closed-chain mechanisms with load-dependent joint friction: kinematics, inverse and forward
+//! dynamics, joint reactions, mobility and singularities. No I/O, no clock, no threads.
 //!
-//! A [`mechanism::MechanismBuilder`] makes a mechanism. [`dynamics::InverseDynamics`] carries it along a prescribed
-//! motion and finds all forces, [`forward::Forward`] simulates it under given ones, and [`mobility`] says what can move
-//! and what is unique. All is in SI units and radians. Signs: a reaction is what a joint's predecessor exerts on its
-//! successor.
+//! A [`MechanismBuilder`] makes a [`Mechanism`]. [`InverseDynamics`] moves it along prescribed coordinates and
+//! computes efforts (actuator forces and torques), reactions and friction; its [`Model`] is compiled for
+//! control loops and for other scalars. [`Forward`] simulates the mechanism under given efforts.
+//! [`Mobility`] and [`SingularityDistances`](statics::SingularityDistances) tell what can move and how far
+//! a position is from a singular one. Quantities are in SI units and radians. A reaction is the wrench that
+//! a joint's predecessor exerts on its successor.
 //!
-//! A five-bar linkage with friction in its joints, driven at both bases:
+//! A five-bar linkage with friction in its joints and actuators at both bases:
 //!
 //! ```
 //! use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -16,10 +18,10 @@
 //! use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder};
 //! use stiction_core::spatial::{Pose, Vec3};
 //!
-//! // Bars lie along x of their frames; joints turn about z.
+//! // Bars extend along x of their frames; joints rotate about z.
 //! let bar = |name: &str, length| BodySpec::new(name).mass(1.0).com(Vec3::new(length / 2.0, 0.0, 0.0));
 //! let at = |x| Pose::at(Vec3::new(x, 0.0, 0.0));
-//! // A pin of 10 mm radius, its friction proportional to the force across it.
+//! // A pin of 10 mm radius with Coulomb friction, proportional to the radial force.
 //! let dry = JointFriction::round(0.01, Law::coulomb_viscous(0.1, 0.0));
 //! let pin = |name: &str, from: &str, to: &str| JointSpec::new(name, Revolute, from, to).friction(dry.clone());
 //! let linkage = MechanismBuilder::new("five-bar")
@@ -28,7 +30,7 @@
 //!     .body(bar("crank2", 0.2))
 //!     .body(bar("rod1", 0.3))
 //!     .body(bar("rod2", 0.3))
-//!     // Where assembly starts says on which side the elbows are.
+//!     // The start angles choose the assembly mode.
 //!     .joint(pin("base1", "ground", "crank1").actuated().start([2.0]))
 //!     .joint(pin("base2", "ground", "crank2").frames(at(0.3), at(0.0)).actuated().start([1.0]))
 //!     .joint(pin("elbow1", "crank1", "rod1").frames(at(0.2), at(0.0)).start([-1.2]))
@@ -36,7 +38,7 @@
 //!     .joint(pin("tip", "rod1", "rod2").frames(at(0.3), at(0.3)))
 //!     .build()?;
 //!
-//! // Prescribed are both cranks: their angles, rates and accelerations.
+//! // The motion prescribes both cranks: angles, rates and accelerations.
 //! let coordinates: Vec<_> =
 //!     linkage.actuators().map(|(joint, dof)| Coordinate::Joint { joint, dof }).collect();
 //! let motion = |t: f64, targets: &mut [Target<f64>]| {
@@ -48,15 +50,21 @@
 //! let mut solver = InverseDynamics::new(linkage, &[], &coordinates, &first, Settings::default())?;
 //! solver.follow(0.0, 0.5, motion)?;
 //!
-//! // Forces are those of the position at which `solve` is called.
 //! let forces = solver.solve(&[])?;
-//! // Friction resists: what it adds to the efforts is what it dissipates.
+//! // The power that friction adds to the actuators equals the power that it dissipates.
 //! let added = |k: usize| forces.efforts[k] - forces.efforts_frictionless[k];
 //! let (given, lost) = (0.3 * added(0) - 0.2 * added(1), forces.power.dissipated);
 //! assert!(lost > 0.0 && (given - lost).abs() < 1e-12 * lost);
-//! // The pins at the bases turn with the cranks: friction there is coefficient times force times radius times rate.
+//! // Power of the first pin: coefficient times force times radius times rate.
 //! let (force, _moment) = forces.reactions[0];
 //! assert!((forces.interfaces[0].power - 0.1 * force.norm() * 0.01 * 0.3).abs() < 1e-15);
+//!
+//! // In a control loop: no allocation, loops closed from the configuration before, a status with the reason.
+//! let model = solver.model()?;
+//! let mut data = model.data(solver.state(), Settings::default());
+//! let status = model.inverse_dynamics(&mut data, &[2.15, 0.9], &[0.3, -0.2], &[0.0; 2], &[]);
+//! assert!(status.is_converged());
+//! assert!((data.efforts()[0] - solver.forces().efforts[0]).abs() < 1e-12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -65,13 +73,29 @@ pub mod forward;
 pub mod friction;
 pub mod joint;
 pub mod kinematics;
+#[doc(hidden)]
 pub mod linalg;
 pub mod mechanism;
 pub mod mobility;
 pub mod parameters;
+#[doc(hidden)]
 pub mod random;
 pub mod scalar;
 pub mod spatial;
 pub mod statics;
+#[doc(hidden)]
 pub mod topology;
+#[doc(hidden)]
 pub mod words;
+
+pub use dynamics::{Data, Forces, FrictionMode, InverseDynamics, Model, Settings, Status};
+pub use forward::{Forward, Simulation};
+pub use friction::{JointFriction, Law};
+pub use joint::JointType;
+pub use kinematics::{Coordinate, State, Target};
+pub use mechanism::{BodySpec, JointSpec, Mechanism, MechanismBuilder};
+pub use mobility::Mobility;
+pub use parameters::Parameters;
+pub use scalar::Scalar;
+pub use spatial::{Mat3, Pose, Vec3};
+pub use statics::AppliedLoad;

@@ -44,6 +44,7 @@ pub struct Parameters<T> {
 }
 
 /// Weights of the parts of a joint's wrench along and about the axes of its frame J.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights<T> {
     /// For forces, without a unit.
@@ -90,6 +91,7 @@ impl<T: Scalar> Weights<T> {
 }
 
 /// A sliding contact with friction.
+#[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct InterfaceParameters<T> {
     /// The joint's index.
@@ -107,6 +109,7 @@ pub struct InterfaceParameters<T> {
 }
 
 /// A spring with a damper between points of two bodies.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct SpringParameters<T> {
     /// The indices of its two bodies.

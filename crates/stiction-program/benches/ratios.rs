@@ -39,7 +39,7 @@ fn measure(name: &str) -> Option<()> {
     for targets in &signal {
         solver.move_to(targets).ok()?;
         let efforts = solver.solve(&loads).ok()?.efforts.clone();
-        states.push((targets.clone(), solver.assembly().state().clone(), efforts));
+        states.push((targets.clone(), solver.state().clone(), efforts));
     }
     let mut memory = inverse.memory(1);
     let mut of_forward = forward.memory(1);

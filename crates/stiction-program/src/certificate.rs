@@ -45,7 +45,7 @@ impl Recipe<'_> {
     /// that what it takes for granted holds.
     pub(crate) fn confirms(&self, program: &ForwardProgram, samples: &[Vec<f64>]) -> bool {
         let parameters = self.solver.parameters();
-        let like = self.solver.assembly().state();
+        let like = self.solver.state();
         let [count, _, joints, interfaces] = program.sizes();
         let mut memory = program.memory(1);
         let mut holds = [false];

@@ -109,11 +109,10 @@ impl<'a> Asked<'a> {
             }
         }
         let Followed { coordinates, targets, loads } = followed;
-        let like = recipe.solver.assembly().state();
+        let like = recipe.solver.state();
         // A coordinate that was found from poses is one within a turn, what is prescribed goes on over whole turns. The
         // position is corrected by what is between them, which must be nothing but a slope.
-        let angles =
-            recipe.solver.assembly().motion_constraints().tree_angles(recipe.solver.topology());
+        let angles = recipe.solver.constraints().tree_angles(recipe.solver.topology());
         let targets = targets.iter().zip(angles).map(|(target, angle)| match angle {
             Some(place) => Target { value: nearest(target.value, coordinates[place]), ..*target },
             None => *target,

@@ -36,7 +36,7 @@ use stiction_core::kinematics::{State, Target};
 ///
 /// let mut memory = program.memory();
 /// let mut jacobian = [0.0; 2];
-/// assert!(program.run(&mut memory, solver.assembly().state(), &signal[0], &[]));
+/// assert!(program.run(&mut memory, solver.state(), &signal[0], &[]));
 /// program.jacobian(&mut memory, &mut jacobian);
 /// // The moment that holds it level is m g l, and the inertia about the pivot m l^2.
 /// assert!((jacobian[0] - 9.81 * 0.5).abs() < 1e-14);

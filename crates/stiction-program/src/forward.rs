@@ -68,7 +68,7 @@ const LAST: usize = 4;
 ///
 /// let mut memory = program.memory(1);
 /// let mut holds = [false];
-/// program.set(&mut memory, 0, solver.assembly().state(), &signal[0], &[], &[0.0]);
+/// program.set(&mut memory, 0, solver.state(), &signal[0], &[], &[0.0]);
 /// program.run(&mut memory, &mut holds);
 /// // Let go where it is level: g / l.
 /// assert!(holds[0] && (program.acceleration(&memory, 0, 0) + 9.81 / 0.5).abs() < 1e-12);
@@ -152,7 +152,7 @@ impl ForwardProgram {
         machine: bool,
     ) -> Result<Self, RecordError> {
         let model = solver.model().map_err(|_| RecordError::NoPlan)?;
-        let has_idle_spins = !solver.assembly().motion_constraints().spins().is_empty();
+        let has_idle_spins = !solver.constraints().spins().is_empty();
         if solver.weighting() != Some(Weighting::Determined) {
             return Err(RecordError::Redundant);
         }

@@ -65,7 +65,7 @@ impl Recipe<'_> {
     pub(crate) fn mass_pivots(&self, samples: &[Vec<f64>]) -> Option<Vec<(usize, usize)>> {
         let counts = self.counts(0);
         let sample = samples.first()?;
-        let like = self.solver.assembly().state();
+        let like = self.solver.state();
         let (coordinates, rest) = sample.split_at(counts.coordinates);
         let targets: Vec<Target<f64>> = rest[2 * counts.dofs..]
             .chunks(3)
@@ -151,7 +151,7 @@ impl Recipe<'_> {
     fn ground(&self, counts: &Counts, inputs: &mut dyn Iterator<Item = Recorded>) -> Ground {
         // Numbers of the mechanism are constants: they are folded into the program.
         let parameters = Parameters::<Recorded>::new(self.solver.mechanism());
-        let like = self.solver.assembly().state();
+        let like = self.solver.state();
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
         let coordinates: Vec<Recorded> = (0..counts.coordinates).map(|_| next()).collect();
         // Rates that are found are those that are given, which come first and stay; accelerations are not given.
@@ -288,7 +288,7 @@ impl Recipe<'_> {
             .zip(accelerations)
             .map(|(target, acceleration)| Target { acceleration: *acceleration, ..*target })
             .collect();
-        let like = self.solver.assembly().state();
+        let like = self.solver.state();
         let mut ran = run(self.model, parameters, like, coordinates, (&moving, loads), 0);
         let bodies = &ran.kinematics.bodies;
         if let Some(frictions) = frictions {

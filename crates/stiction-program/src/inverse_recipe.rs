@@ -155,7 +155,7 @@ impl Recipe<'_> {
         let parameters = Parameters::<Recorded>::new(mechanism);
         let settings =
             Settings { friction: FrictionMode::Off, position_steps: 0, ..Settings::default() };
-        let mut data = self.model.data(self.solver.assembly().state(), settings);
+        let mut data = self.model.data(self.solver.state(), settings);
         let mut inputs = inputs.iter().copied();
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
         // Rates and accelerations are found once more, from the targets, by more operations than it takes to
@@ -168,7 +168,7 @@ impl Recipe<'_> {
             .iter()
             .map(|load| AppliedLoad { force: vector(), moment: vector(), ..load.lift() })
             .collect();
-        let count = self.solver.assembly().motion_constraints().coordinates().len();
+        let count = self.solver.constraints().coordinates().len();
         let targets: Vec<Target<Recorded>> = (0..count)
             .map(|_| Target { value: next(), rate: next(), acceleration: next() })
             .collect();

@@ -28,7 +28,7 @@
 //! let program = InverseProgram::record(&solver, &signal, &[])?;
 //!
 //! let mut memory = program.memory(1);
-//! program.set(&mut memory, 0, solver.assembly().state(), &signal[0], &[]);
+//! program.set(&mut memory, 0, solver.state(), &signal[0], &[]);
 //! let mut holds = [false];
 //! program.run_frictionless(&mut memory, &mut holds);
 //! assert!(holds[0] && (program.ideal_drive(&memory, 0, 0) - 9.81).abs() < 1e-14);

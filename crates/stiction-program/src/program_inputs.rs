@@ -114,7 +114,7 @@ impl Given {
         let floats = |place: &usize| topology.floating().any(|(_, own, _)| own.contains(place));
         let is_free = |place: &usize| !floats(place) && !legs.finds(*place);
         let free: Vec<usize> = (0..topology.coordinates()).filter(is_free).collect();
-        let targets = solver.assembly().motion_constraints().coordinates().len();
+        let targets = solver.constraints().coordinates().len();
         let motions = MOTION * topology.floating().count();
         let count = motions + free.len() + 3 * targets + 6 * loads;
         Self { origin: parameters.origin, topology, legs, free, count, prescribed: 3 * targets }

@@ -35,11 +35,11 @@ pub(crate) struct Followed {
 
 impl Recipe<'_> {
     pub(crate) fn counts(&self, coupled: usize) -> Counts {
-        let (solver, state) = (self.solver, self.solver.assembly().state());
+        let (solver, state) = (self.solver, self.solver.state());
         Counts {
             coordinates: state.coordinates.len(),
             dofs: state.rates.len(),
-            targets: solver.assembly().motion_constraints().coordinates().len(),
+            targets: solver.constraints().coordinates().len(),
             loads: self.loads.len(),
             interfaces: solver.parameters().interfaces.len(),
             coupled,

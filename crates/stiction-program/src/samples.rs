@@ -57,7 +57,7 @@ pub(crate) fn seeded_samples(
         let any =
             |load: &AppliedLoad<f64>| AppliedLoad { force: vector(), moment: vector(), ..*load };
         let loads = loads.iter().map(any).collect();
-        samples.push(Sample { state: solver.assembly().state().clone(), targets, loads });
+        samples.push(Sample { state: solver.state().clone(), targets, loads });
     }
     Ok(samples)
 }

@@ -82,7 +82,7 @@ fn run(name: &str) {
             let compiled = solver.model().unwrap();
             let parameters = solver.parameters().clone();
             let settings = Settings { friction, ..Settings::default() };
-            let mut data = compiled.data(solver.assembly().state(), settings);
+            let mut data = compiled.data(solver.state(), settings);
             measure(|| compiled.evaluate(&parameters, &mut data, &targets, &loads));
         }
         "program-frictionless" | "program-friction" => {
@@ -93,7 +93,7 @@ fn run(name: &str) {
             let mut memory = program.memory(1);
             let mut holds = [false];
             measure(|| {
-                program.set(&mut memory, 0, solver.assembly().state(), &targets, &loads);
+                program.set(&mut memory, 0, solver.state(), &targets, &loads);
                 match kernel_name {
                     "program-friction" => program.run(&mut memory, &mut holds),
                     _ => program.run_frictionless(&mut memory, &mut holds),

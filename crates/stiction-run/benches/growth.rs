@@ -103,7 +103,7 @@ fn measure(size: usize, subject: Subject) -> Row {
     let setup = again.fold(first, Duration::min).as_secs_f64() * 1e3;
     let model = solver.model().unwrap();
     let parameters = solver.parameters().clone();
-    let mut data = model.data(solver.assembly().state(), Settings::default());
+    let mut data = model.data(solver.state(), Settings::default());
     let [frictionless, friction] = [FrictionMode::Off, FrictionMode::Converged].map(|friction| {
         data.settings.friction = friction;
         fastest(|| model.evaluate(&parameters, &mut data, &targets, &[]))

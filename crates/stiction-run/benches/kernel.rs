@@ -57,7 +57,7 @@ fn samples(c: &mut Criterion) {
         {
             let settings = Settings { friction, ..Settings::default() };
             let parameters = solver.parameters().clone();
-            let mut data = compiled.data(solver.assembly().state(), settings);
+            let mut data = compiled.data(solver.state(), settings);
             group.bench_function(BenchmarkId::new("kernel", what), |b| {
                 b.iter(|| {
                     let targets = black_box(&targets);
@@ -80,7 +80,7 @@ fn samples(c: &mut Criterion) {
         group.throughput(Throughput::Elements(LANES as u64));
         let parameters = Parameters::<L>::new(solver.mechanism());
         let settings = Settings { friction: FrictionMode::Converged, ..Settings::default() };
-        let mut data = compiled.data(solver.assembly().state(), settings);
+        let mut data = compiled.data(solver.state(), settings);
         let targets: Vec<Target<L>> = targets.iter().map(|target| target.lift()).collect();
         let loads: Vec<AppliedLoad<L>> = loads.iter().map(|load| load.lift()).collect();
         group.bench_function(BenchmarkId::new("kernel, eight lanes", "with friction"), |b| {

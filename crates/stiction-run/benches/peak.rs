@@ -73,7 +73,7 @@ fn program(name: &str) {
         let mut memory = program.memory(lanes);
         let mut holds = vec![false; lanes];
         for lane in 0..lanes {
-            program.set(&mut memory, lane, solver.assembly().state(), &signal[0], &loads);
+            program.set(&mut memory, lane, solver.state(), &signal[0], &loads);
         }
         let time = least(2000, || program.run_frictionless(&mut memory, &mut holds)) / lanes as f64;
         println!(

@@ -50,7 +50,7 @@ impl Robot {
             before = time;
             targets.push(motion.at(time).collect());
             loads.push(load.at(time).collect());
-            positions.push(solver.assembly().state().clone());
+            positions.push(solver.state().clone());
         }
         Ok(Self { solver, compiled, targets, loads, positions, joints })
     }

@@ -164,7 +164,7 @@ impl Model {
                 break;
             }
         }
-        if !(error <= CLOSED.max(state.round_off())) {
+        if error.is_nan() || error > CLOSED.max(state.round_off()) {
             return Err(Status::LoopsOpen { error });
         }
         if !state.rates.iter().chain(&state.accelerations).all(|x| x.is_finite()) {

@@ -27,22 +27,32 @@ mod spring;
 mod structure;
 
 pub use crate::statics::{AppliedLoad, LoadAxes};
-pub use branches::FrictionMargin;
-pub use contributions::{Response, Shares, Sharing};
 pub use control::Status;
 pub(crate) use coupling::radius_bound;
 pub use data::Data;
 pub use error::InverseError;
 pub(crate) use error::NO_PART;
 pub use forces::{Bounds, Forces, InterfaceForce};
-pub use interfaces::InterfaceState;
 pub(crate) use interfaces::{load_by, most_change_of_load};
-pub use inverse::Inverse;
 pub use model::Model;
-pub use plan::{BalancePlan, NotPlanned};
+pub use plan::NotPlanned;
 pub use power::Power;
 pub use rest::{Breakaway, Holding, Rest, Verdict};
 pub use settings::{FrictionMode, Settings};
-pub use solver::{InverseDynamics, Mirror};
+pub use solver::InverseDynamics;
+
+// Used by the project's other crates; no part of the stable interface.
+#[doc(hidden)]
+pub use branches::FrictionMargin;
+#[doc(hidden)]
+pub use contributions::{Response, Shares, Sharing};
+#[doc(hidden)]
+pub use interfaces::InterfaceState;
+#[doc(hidden)]
+pub use inverse::Inverse;
+#[doc(hidden)]
+pub use solver::Mirror;
+#[doc(hidden)]
 pub use spring::SpringForce;
-pub use structure::{BalanceStructure, Weighting};
+#[doc(hidden)]
+pub use structure::Weighting;

@@ -13,7 +13,7 @@ use thiserror::Error;
 
 /// The balance of a mechanism, ready to be solved in any scalar.
 #[derive(Clone, Debug)]
-pub struct BalancePlan {
+pub(crate) struct BalancePlan {
     pub(super) topology: Arc<Topology>,
     pub(super) structure: BalanceStructure,
     pub(super) program: StaticLu,
@@ -81,7 +81,7 @@ impl BalancePlan {
     }
 
     /// What decides among the solutions.
-    pub fn weighting(&self) -> Weighting {
+    pub(crate) fn weighting(&self) -> Weighting {
         self.structure.weighting
     }
 
@@ -93,7 +93,7 @@ impl BalancePlan {
     }
 
     /// Number of multiply-subtract operations of one factorisation.
-    pub fn operations(&self) -> usize {
+    pub(crate) fn operations(&self) -> usize {
         self.program.operations()
     }
 }

@@ -56,7 +56,7 @@ pub(super) enum WeighedKind {
 
 /// The pattern of the balance.
 #[derive(Clone, Debug)]
-pub struct BalanceStructure {
+pub(crate) struct BalanceStructure {
     pub(super) weighting: Weighting,
     /// Freedoms of the tree that no actuator efforts, in the order of the equations.
     pub(super) passive: Vec<usize>,

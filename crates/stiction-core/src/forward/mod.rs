@@ -28,11 +28,19 @@ mod surface;
 mod time_stepping;
 
 pub use affine_friction::InterfaceMode;
-pub use error::{Competitor, ForwardError};
+pub use error::ForwardError;
 pub use initial::Known;
 pub use inputs::{ConstantEfforts, Inputs, View};
-pub use instant::{Account, Instant, InterfaceSample};
-pub use simulation::{Checkpoint, Energies, Event, EventKind, Method, Settings, Simulation};
+pub use instant::Instant;
+pub use simulation::{Checkpoint, Event, EventKind, Method, Settings, Simulation};
+
+// Used by the project's other crates; no part of the stable interface.
+#[doc(hidden)]
+pub use error::Competitor;
+#[doc(hidden)]
+pub use instant::{Account, InterfaceSample};
+#[doc(hidden)]
+pub use simulation::Energies;
 
 use crate::kinematics::{Assembly, Coordinate, State, Target, column_scales};
 use crate::mechanism::{BodyId, Mechanism};

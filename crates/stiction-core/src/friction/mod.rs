@@ -11,7 +11,16 @@ mod normal_load;
 mod thread;
 
 pub use bristles::Bristles;
-pub use interface::{InterfaceShape, JointFriction, interfaces_of};
-pub use law::{Curve, Exponent, Law, Resistance};
-pub use normal_load::{Combine, Load, NormalLoadMap, Supports};
-pub use thread::{OwnFriction, Thread};
+pub use interface::JointFriction;
+pub(crate) use law::Resistance;
+pub use law::{Curve, Exponent, Law};
+pub use normal_load::{Combine, NormalLoadMap, Supports};
+pub(crate) use thread::OwnFriction;
+
+// Used by the project's other crates; no part of the stable interface.
+#[doc(hidden)]
+pub use interface::{InterfaceShape, interfaces_of};
+#[doc(hidden)]
+pub use normal_load::Load;
+#[doc(hidden)]
+pub use thread::Thread;

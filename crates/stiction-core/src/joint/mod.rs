@@ -34,7 +34,7 @@ mod universal;
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Quaternion, Twist, Vec3, Wrench};
 /// The most freedoms that a joint has.
-pub const MOST_DOFS: usize = 6;
+pub(crate) const MOST_DOFS: usize = 6;
 
 /// The type of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -60,6 +60,7 @@ pub enum JointType {
 }
 
 /// The body of a joint in which a freedom's twist is constant.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carrier {
     /// The predecessor; axes and point are those of frame J.
@@ -69,6 +70,7 @@ pub enum Carrier {
 }
 
 /// One freedom of a joint: a unit twist along a coordinate axis of the carrier's joint frame.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dof {
     /// Rotation, translation or screw.
@@ -82,6 +84,7 @@ pub struct Dof {
 }
 
 /// The kind of motion of a freedom.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     /// Rotation; rates in rad/s, conjugate efforts in N m.
@@ -93,6 +96,7 @@ pub enum Motion {
 }
 
 /// One wrench that a joint carries without working, in frame J.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Constraint {
     /// Unit force along an axis, through the origin of J.

@@ -1,7 +1,7 @@
 //! Position, velocity and acceleration of closed chains.
 //!
 //! [`Kinematics`] is the kernel: one Newton step, and exact rates and accelerations, over any scalar.
-//! [`Assembly`] drives it in `f64`: it finds the first position, follows a motion without changing
+//! `Assembly` drives it in `f64`: it finds the first position, follows a motion without changing
 //! the assembly mode, and says why where it cannot.
 
 mod assembly;
@@ -20,17 +20,24 @@ mod rotation_vector;
 mod system;
 mod tracing;
 
-pub use assembly::Assembly;
+pub(crate) use assembly::Assembly;
 pub use bodies::{Bodies, State};
 pub use coordinate::{AngleOrder, Coordinate, Target};
 pub(crate) use dof::{actuator_rate, body_twists};
-pub use error::{AssemblyError, Gap, OpenDof};
-pub use legs::Legs;
+pub use error::AssemblyError;
 pub(crate) use measure::{deviation, difference};
-pub use model::KinematicModel;
-pub use motion_constraints::{MotionConstraints, Spin};
+pub(crate) use model::KinematicModel;
 pub(crate) use partial::{Missed, RateRows, What, assemble_partly};
 pub(crate) use random_configuration::RandomConfiguration;
-pub use system::Kinematics;
 pub(crate) use system::{closure_error, column_scales};
 pub(crate) use tracing::LoopsAt;
+
+// Used by the project's other crates; no part of the stable interface.
+#[doc(hidden)]
+pub use error::{Gap, OpenDof};
+#[doc(hidden)]
+pub use legs::Legs;
+#[doc(hidden)]
+pub use motion_constraints::MotionConstraints;
+#[doc(hidden)]
+pub use system::Kinematics;

@@ -11,10 +11,10 @@ mod twofold;
 
 pub(crate) use blocks::{BLOCK, BlockCholesky, Part, Slot};
 pub(crate) use lanczos::Lanczos;
-pub use plan::{Entry, Plan, RankDeficient, Scales};
+pub(crate) use plan::{Entry, Plan, RankDeficient, Scales};
 pub(crate) use row_space::RowSpace;
 pub use smallest::smallest_singular_value;
-pub use static_lu::StaticLu;
+pub(crate) use static_lu::StaticLu;
 pub use svd::Svd;
 pub(crate) use svd::complement;
 pub(crate) use twofold::Twofold;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The place of a matrix entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Entry {
+pub(crate) struct Entry {
     /// Row.
     pub row: usize,
     /// Column.
@@ -15,21 +15,22 @@ pub struct Entry {
 /// Factors that make rows and columns of different units comparable: pivots are judged by
 /// `row[i] * entry * column[j]`. They do not enter the elimination itself.
 #[derive(Clone, Copy, Debug)]
-pub struct Scales<'a> {
+pub(crate) struct Scales<'a> {
     /// One factor for each row; empty means ones.
     pub rows: &'a [f64],
     /// One factor for each column; empty means ones.
     pub columns: &'a [f64],
 }
 
+#[cfg(test)]
 impl Scales<'_> {
     /// All ones.
-    pub const NONE: Self = Self { rows: &[], columns: &[] };
+    pub(crate) const NONE: Self = Self { rows: &[], columns: &[] };
 }
 
 /// Pivots for all columns of a matrix, and the pattern to which they apply.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub(crate) struct Plan {
     pub(super) rows: usize,
     pub(super) columns: usize,
     pub(super) entries: Vec<Entry>,
@@ -41,7 +42,7 @@ pub struct Plan {
 
 /// Some columns depend on the others.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RankDeficient {
+pub(crate) struct RankDeficient {
     /// The columns for which no pivot was left.
     pub columns: Vec<usize>,
 }
@@ -61,7 +62,7 @@ impl Plan {
     ///
     /// # Errors
     /// [`RankDeficient`] if some columns depend on the others.
-    pub fn new(
+    pub(crate) fn new(
         rows: usize,
         columns: usize,
         entries: &[Entry],
@@ -88,7 +89,7 @@ impl Plan {
     }
 
     /// The program that carries out the plan.
-    pub fn compile(&self) -> StaticLu {
+    pub(crate) fn compile(&self) -> StaticLu {
         StaticLu::compile(self)
     }
 }

@@ -14,7 +14,7 @@ use core::ops::Range;
 ///
 /// Rows that the plan found to depend on the others take no part.
 #[derive(Clone, Debug, Default)]
-pub struct StaticLu {
+pub(crate) struct StaticLu {
     entries: usize,
     /// Entry number of the input -> place in the factor's values; entries of unused rows have none.
     slots: Vec<Option<u32>>,
@@ -126,22 +126,22 @@ impl StaticLu {
     }
 
     /// Number of values that [`Self::factor`] needs: entries in use and fill.
-    pub fn values(&self) -> usize {
+    pub(crate) fn values(&self) -> usize {
         self.values
     }
 
     /// Number of rows of the matrix.
-    pub fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.rows
     }
 
     /// Number of columns of the matrix.
-    pub fn columns(&self) -> usize {
+    pub(crate) fn columns(&self) -> usize {
         self.columns
     }
 
     /// Number of multiply-subtract operations of one factorisation.
-    pub fn operations(&self) -> usize {
+    pub(crate) fn operations(&self) -> usize {
         self.updates.len() + self.targets.len()
     }
 
@@ -151,7 +151,7 @@ impl StaticLu {
     ///
     /// The entries are held ([`Scalar::held`]): whoever solves with the factors takes a step from where the equations
     /// are satisfied, or takes one more to have derivatives.
-    pub fn factor<T: Scalar>(&self, entries: &[T], values: &mut [T]) -> T {
+    pub(crate) fn factor<T: Scalar>(&self, entries: &[T], values: &mut [T]) -> T {
         debug_assert_eq!(entries.len(), self.entries);
         values.fill(T::zero());
         for (&entry, slot) in entries.iter().zip(&self.slots) {
@@ -180,13 +180,13 @@ impl StaticLu {
     }
 
     /// Where the reciprocal pivots stand among the factors, in the order of elimination.
-    pub fn pivots(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn pivots(&self) -> impl Iterator<Item = usize> + '_ {
         self.steps.iter().map(|step| step.pivot as usize)
     }
 
     /// Solves with the factors: `right` (one value for each row) is used up, `solution` (one for
     /// each column) receives the result.
-    pub fn solve<T: Scalar>(&self, values: &[T], right: &mut [T], solution: &mut [T]) {
+    pub(crate) fn solve<T: Scalar>(&self, values: &[T], right: &mut [T], solution: &mut [T]) {
         for step in &self.steps {
             let known = right[step.row as usize];
             for target in &self.targets[step.targets.start as usize..step.targets.end as usize] {

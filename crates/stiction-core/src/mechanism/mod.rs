@@ -33,6 +33,7 @@ impl BodyId {
 }
 
 /// The name of the body that does not move.
+#[doc(hidden)]
 pub const GROUND_NAME: &str = "ground";
 
 /// A rigid body.

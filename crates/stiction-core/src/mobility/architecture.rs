@@ -58,7 +58,7 @@ impl Architecture {
     /// Looks at positions that can be reached from the solver's present one.
     pub fn of(solver: &InverseDynamics) -> Self {
         let (topology, parameters) = (solver.topology(), solver.parameters());
-        let state = solver.assembly().state();
+        let state = solver.state();
         let RandomConfiguration { states, reach } =
             RandomConfiguration::new(topology, parameters, state, POSITIONS);
         let (actuators, targets) = actuators(topology);
@@ -97,7 +97,7 @@ impl Architecture {
 /// None if nothing moves.
 pub fn governance(solver: &InverseDynamics) -> Option<f64> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
-    governance_at(topology, parameters, solver.assembly().state())
+    governance_at(topology, parameters, solver.state())
 }
 
 fn governance_at(

@@ -42,7 +42,7 @@ const NO_FORCE: f64 = 1e-9;
 /// The motions that are open to first order and blocked to second at the solver's position.
 pub fn blocked_motions(solver: &InverseDynamics) -> Vec<GainedTwist> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
-    let state = solver.assembly().state();
+    let state = solver.state();
     let statics = solver.statics();
     let mut loops = LoopsAt::new(topology, parameters, state, NEGLIGIBLE);
     let blocked = loops.blocked_motions();

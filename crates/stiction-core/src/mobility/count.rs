@@ -65,7 +65,7 @@ impl Mobility {
     /// At the solver's present position.
     pub fn of(solver: &InverseDynamics) -> Self {
         let (topology, parameters) = (solver.topology(), solver.parameters());
-        let state = solver.assembly().state();
+        let state = solver.state();
         let mut loops = LoopsAt::new(topology, parameters, state, NEGLIGIBLE);
         let finite = loops.finite_mobility();
         let bodies = body_dofs(solver, &mut loops, finite);

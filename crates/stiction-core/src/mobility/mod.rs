@@ -5,6 +5,13 @@ mod clearance;
 mod count;
 mod words;
 
-pub use architecture::{Architecture, GenericRank, governance};
+pub use architecture::Architecture;
+pub use count::Mobility;
+
+// Used by the project's other crates; no part of the stable interface.
+#[doc(hidden)]
+pub use architecture::{GenericRank, governance};
+#[doc(hidden)]
 pub use clearance::{Play, blocked_motions};
-pub use count::{BodyDofs, Mobility};
+#[doc(hidden)]
+pub use count::BodyDofs;

@@ -17,8 +17,14 @@ mod vector;
 mod words;
 
 pub use matrix::Mat3;
-pub use pose::{Pose, Quaternion};
-pub use screw::{Twist, Wrench};
+pub use pose::Pose;
+pub use screw::Twist;
 pub use vector::Vec3;
 pub(crate) use words::describe_direction;
-pub use words::describe_motion;
+pub(crate) use words::describe_motion;
+
+// Used by the project's other crates; no part of the stable interface.
+#[doc(hidden)]
+pub use pose::Quaternion;
+#[doc(hidden)]
+pub use screw::Wrench;

@@ -7,7 +7,7 @@ use crate::words::brief;
 ///
 /// `twist` is about the origin in which places are to be told. Screws are told by their pitch.
 /// Rotations are compared with translations by `length`, m.
-pub fn describe_motion(twist: Twist<f64>, length: f64) -> String {
+pub(crate) fn describe_motion(twist: Twist<f64>, length: f64) -> String {
     let turning = twist.angular.norm() * length;
     let moving = twist.linear.norm();
     let Some(axis) = twist.angular.direction().filter(|_| turning > 1e-9 * moving) else {

@@ -5,15 +5,24 @@
 
 mod distance;
 mod load;
+#[doc(hidden)]
 pub mod newton_euler;
 mod rank;
 mod singularity_distances;
 mod weakest;
 
-pub use distance::{Constraints, Distances, JointLoad};
+pub use distance::Distances;
 pub(crate) use load::demand_of_motion;
 pub use load::{AppliedLoad, LoadAxes};
 pub(crate) use rank::DETERMINED;
-pub use rank::{InfeasibleLoad, NullDirection, RANK_TOLERANCE, StaticSolution, Statics};
+pub(crate) use rank::InfeasibleLoad;
 pub use singularity_distances::SingularityDistances;
-pub use weakest::{GainedTwist, IdleAxis};
+pub(crate) use weakest::IdleAxis;
+
+// Used by the project's other crates; no part of the stable interface.
+#[doc(hidden)]
+pub use distance::{Constraints, JointLoad};
+#[doc(hidden)]
+pub use rank::{NullDirection, Statics};
+#[doc(hidden)]
+pub use weakest::GainedTwist;

@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 /// Singular values below this, relative to the largest, count as zero. The matrix is scaled to
 /// entries of order one and positions are exact to 1e-13, so what is truly zero comes out below
 /// 1e-12; what is between is near-singular and is solved, with its distance told.
-pub const RANK_TOLERANCE: f64 = 1e-10;
+pub(crate) const RANK_TOLERANCE: f64 = 1e-10;
 
 /// The balance of all bodies at one position, decomposed.
 #[derive(Clone, Debug)]

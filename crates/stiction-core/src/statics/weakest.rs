@@ -50,7 +50,7 @@ impl GainedTwist {
 }
 
 /// Where a body spins without influence: the body and the spin's axis in the world.
-pub type IdleAxis = (usize, Vec3<f64>);
+pub(crate) type IdleAxis = (usize, Vec3<f64>);
 
 /// Singular values below this are zero, and their vectors mixed at will.
 const MIXED: f64 = 1e-9;

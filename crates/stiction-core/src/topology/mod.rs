@@ -15,6 +15,7 @@ use core::ops::Range;
 use graph::Spanning;
 
 /// How the tree is chosen. Results do not depend on it, up to round-off.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TreeRule {
     /// By the structure of the mechanism, for speed.
@@ -24,6 +25,7 @@ pub enum TreeRule {
 }
 
 /// The compiled graph. Immutable.
+#[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct Topology {
     pub(crate) joint_types: Vec<JointType>,

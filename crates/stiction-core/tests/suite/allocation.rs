@@ -22,7 +22,7 @@ fn kernels_allocate_nothing() {
                     .unwrap();
             let model = solver.model().unwrap();
             let parameters = solver.parameters().clone();
-            let mut data = model.data(solver.assembly().state(), settings);
+            let mut data = model.data(solver.state(), settings);
             let run = || model.evaluate(&parameters, &mut data, targets, &case.loads);
             assert_eq!(allocations(run), 0, "kernel, {class:?} {mode:?}");
 

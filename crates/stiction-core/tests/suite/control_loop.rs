@@ -30,7 +30,7 @@ fn agrees_with_the_checked_solver_and_allocates_nothing() {
             let (_, case) = case(class, seed, 0.05);
             let Some((mut solver, _)) = case.regular_solver(mode) else { continue };
             let Ok(model) = solver.model() else { continue };
-            let mut data = model.data(solver.assembly().state(), *solver.settings());
+            let mut data = model.data(solver.state(), *solver.settings());
             let [q, v, a] = split(&case.targets);
             // From beside the position: every prescribed coordinate is a little off.
             let beside: Vec<f64> = q.iter().map(|q| q + 1e-4).collect();
@@ -83,7 +83,7 @@ fn four_bar(mu: f64) -> (InverseDynamics, Model, Data<f64>) {
     )
     .unwrap();
     let model = solver.model().unwrap();
-    let data = model.data(solver.assembly().state(), Settings::default());
+    let data = model.data(solver.state(), Settings::default());
     (solver, model, data)
 }
 
@@ -159,9 +159,7 @@ fn says_why_there_are_no_forces() {
 
     // Out of reach: a crank of 0.5 m in a triangle-free four-bar that cannot turn fully.
     let mut parameters = model.parameters().clone();
-    for frame in [&mut parameters.frame_j[1]] {
-        frame.position = v(0.5, 0.0, 0.0);
-    }
+    parameters.frame_j[1].position = v(0.5, 0.0, 0.0);
     let status = model.inverse_dynamics_with(&parameters, &mut data, &[3.1], &[1.0], &[0.0], &[]);
     assert!(matches!(status, Status::LoopsOpen { .. }), "{status:?}");
     let status = model.inverse_dynamics(&mut data, &[1.02], &[1.0], &[0.0], &[]);

@@ -39,7 +39,7 @@ fn drives_of_inverse_dynamics_cause_the_accelerations_that_were_asked_for() {
             let forces = solver.forces().clone();
             let mut given = Given { drives: forces.efforts.clone(), loads: case.loads.clone() };
             let model = Forward::new(case.mechanism.clone(), &[]);
-            let state = solver.assembly().state().clone();
+            let state = solver.state().clone();
             let fine = stiction_core::forward::Settings::default();
             let simulation = model
                 .start(0.0, state, fine, &mut given)

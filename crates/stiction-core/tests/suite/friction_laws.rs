@@ -104,7 +104,7 @@ fn for_each_case(mu: f64, seeds: u64, mut check: impl FnMut(&Case, &mut InverseD
             };
             let statics = solver.statics();
             let smallest = statics.singular_values()[statics.rank() - 1];
-            let spins = solver.assembly().motion_constraints().spins().len();
+            let spins = solver.constraints().spins().len();
             if smallest > 1e-2 && statics.open_motions() <= spins {
                 check(&case, &mut solver);
             }
@@ -176,7 +176,7 @@ fn drives(
     let targets: Vec<_> =
         case.targets.iter().map(|t| Target { rate: rates * t.rate, ..*t }).collect();
     let settings = Settings { friction, ..Settings::default() };
-    let mut data = model.data(solver.assembly().state(), settings);
+    let mut data = model.data(solver.state(), settings);
     model.evaluate(&parameters, &mut data, &targets, &case.loads);
     let settled = data.inverse.friction_settled(&settings);
     settled.then(|| data.inverse.efforts().to_vec())

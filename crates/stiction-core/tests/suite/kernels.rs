@@ -35,7 +35,7 @@ fn subject() -> Subject {
     Subject {
         model: solver.model().unwrap(),
         parameters: solver.parameters().clone(),
-        state: solver.assembly().state().clone(),
+        state: solver.state().clone(),
         targets: targets.to_vec(),
         load,
     }

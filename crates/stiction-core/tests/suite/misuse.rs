@@ -50,11 +50,11 @@ fn all_defects_are_one_error() {
 #[test]
 fn failing_to_move_leaves_everything_where_it_was() {
     let mut solver = four_bar().unwrap();
-    let state = solver.assembly().state().clone();
+    let state = solver.state().clone();
     let drive = solver.solve(&[]).unwrap().efforts[0];
     // With the rocker turned away from the crank, the rod is too short.
     assert!(matches!(solver.move_to(&[at(0.0)]), Err(AssemblyError::Gap(_))));
-    assert_eq!(solver.assembly().state().coordinates, state.coordinates);
+    assert_eq!(solver.state().coordinates, state.coordinates);
     assert!(solver.closure_error() < 1e-12);
     let again = solver.solve(&[]).unwrap().efforts[0];
     assert!((again - drive).abs() < 1e-12 * drive.abs(), "{again} {drive}");

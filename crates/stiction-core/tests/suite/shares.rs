@@ -86,7 +86,7 @@ fn shares_add_up_and_agree_with_the_dense_system() {
 fn shares_are_those_of_virtual_work() {
     let mut compared = 0;
     solved(|case, solver, smallest| {
-        let spins = solver.assembly().motion_constraints().spins().len();
+        let spins = solver.constraints().spins().len();
         let count = case.coordinates.len();
         // Only if each actuator has a motion of its own. Friction accelerates local DOFs.
         if spins > 0 || solver.actuator_rates().count() != count {
@@ -151,7 +151,7 @@ fn shares_are_those_of_virtual_work() {
 fn shares_dissipate_what_friction_dissipates() {
     let mut compared = 0;
     solved(|case, solver, smallest| {
-        if !solver.assembly().motion_constraints().spins().is_empty() {
+        if !solver.constraints().spins().is_empty() {
             return;
         }
         let found = shares(solver);

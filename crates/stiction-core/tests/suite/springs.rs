@@ -110,7 +110,7 @@ fn a_spring_is_a_pair_of_loads() {
                 let Some(mut plain) = solver(&case.mechanism, &case, settings) else { continue };
                 let statics = plain.statics();
                 let smallest = *statics.singular_values()[..statics.rank()].last().unwrap();
-                let spins = plain.assembly().motion_constraints().spins().len();
+                let spins = plain.constraints().spins().len();
                 // Near singular positions round-off is magnified.
                 if smallest < 1e-2 || statics.open_motions() > spins {
                     continue;
@@ -250,7 +250,7 @@ fn ends_that_coincide() {
             // The kernel itself returns finite numbers even there, and finite derivatives.
             let model = solver.model().unwrap();
             let parameters = Parameters::<Dual<f64, 5>>::new(solver.mechanism());
-            let mut data = model.data(solver.assembly().state(), Settings::default());
+            let mut data = model.data(solver.state(), Settings::default());
             let zero = Dual::variable(0.0, 0);
             let target = Target { value: zero, rate: zero, acceleration: zero };
             model.evaluate(&parameters, &mut data, &[target], &[]);
@@ -287,7 +287,7 @@ fn derivatives_by_the_numbers_of_a_spring() {
     let at = |direction: usize, by: f64| {
         let mut parameters = solver.parameters().clone();
         vary(&mut parameters, direction, by);
-        let mut data = model.data(solver.assembly().state(), settings);
+        let mut data = model.data(solver.state(), settings);
         model.evaluate(&parameters, &mut data, &case.targets, &case.loads);
         data.inverse.efforts().to_vec()
     };
@@ -306,7 +306,7 @@ fn derivatives_by_the_numbers_of_a_spring() {
         })
         .collect();
     let loads: Vec<_> = case.loads.iter().map(|load| load.lift()).collect();
-    let mut data = model.data(solver.assembly().state(), settings);
+    let mut data = model.data(solver.state(), settings);
     model.evaluate(&parameters, &mut data, &targets, &loads);
     let duals = data.inverse.efforts().to_vec();
     for direction in 0..5 {

@@ -15,7 +15,7 @@ fn programs_allocate_nothing() {
             for lanes in [1, program.lanes()] {
                 let mut memory = program.memory(lanes);
                 let mut settled = vec![false; lanes];
-                let state = solver.assembly().state();
+                let state = solver.state();
                 let run = || {
                     for lane in 0..lanes {
                         program.set(&mut memory, lane, state, &signal[0], &loads);

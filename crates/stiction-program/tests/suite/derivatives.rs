@@ -114,7 +114,7 @@ fn by_duals(
         friction_steps: 12,
         ..Settings::default()
     };
-    let mut data = compiled.data(robot.solver.assembly().state(), settings);
+    let mut data = compiled.data(robot.solver.state(), settings);
     compiled.evaluate(&parameters, &mut data, &own, &loads);
     data.inverse.efforts().to_vec()
 }
@@ -144,7 +144,7 @@ fn slopes_are_those_of_dual_numbers() {
             let mut random = Random::new(11);
             for targets in robot.signal.clone().iter().step_by(3) {
                 robot.solver.move_to(targets).unwrap();
-                let state = robot.solver.assembly().state().clone();
+                let state = robot.solver.state().clone();
                 assert!(program.run(&mut memory, &state, targets, &robot.loads));
                 let directions: Vec<Vec<f64>> = (0..program.lanes())
                     .map(|_| quantities.iter().map(|_| random.number()).collect())
@@ -182,7 +182,7 @@ fn assert_slopes(name: &str, robot: &mut Robot, positions: std::ops::Range<usize
     let mut compared = 0;
     for targets in robot.signal.clone().drain(positions) {
         robot.solver.move_to(&targets).unwrap();
-        let state = robot.solver.assembly().state().clone();
+        let state = robot.solver.state().clone();
         // A speed may lie in an interval of a table that contains no sample.
         if !program.run(&mut memory, &state, &targets, &robot.loads) {
             continue;
@@ -291,7 +291,7 @@ fn derivatives_by_the_motion_are_differences() {
             if robot.solver.solve(&robot.loads).is_err() {
                 continue;
             }
-            let state = robot.solver.assembly().state().clone();
+            let state = robot.solver.state().clone();
             // Friction may lock some of the random motions.
             if compared >= 30 || !program.run(&mut memory, &state, &targets, &robot.loads) {
                 continue;
@@ -401,7 +401,7 @@ fn derivatives_by_the_mechanism_are_differences() {
         let mut memory = program.memory();
         let targets = own.signal[4].clone();
         own.solver.move_to(&targets).unwrap();
-        let state = own.solver.assembly().state().clone();
+        let state = own.solver.state().clone();
         assert!(program.run(&mut memory, &state, &targets, &own.loads));
         program.set_direction(&mut memory, 0, &slopes);
         program.differentiate(&mut memory);
@@ -458,14 +458,14 @@ fn derivatives_are_never_those_of_another_state() {
     targets.iter_mut().for_each(|target| target.rate = 0.1);
     let mut solver = solver.clone();
     solver.move_to(&targets).unwrap();
-    assert!(program.run(&mut memory, solver.assembly().state(), &targets, loads));
+    assert!(program.run(&mut memory, solver.state(), &targets, loads));
     program.jacobian(&mut memory, &mut jacobian);
     assert!(jacobian.iter().all(|slope| slope.is_finite()));
 
     // Programs do not support interfaces at rest.
     targets.iter_mut().for_each(|target| target.rate = 0.0);
     solver.move_to(&targets).unwrap();
-    assert!(!program.run(&mut memory, solver.assembly().state(), &targets, loads));
+    assert!(!program.run(&mut memory, solver.state(), &targets, loads));
     program.jacobian(&mut memory, &mut jacobian);
     assert!(jacobian.iter().all(|slope| slope.is_nan()));
 }

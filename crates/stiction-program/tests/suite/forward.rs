@@ -160,7 +160,7 @@ fn return_from_inverse(robot: &mut Robot, machine: bool) -> (usize, f64) {
         robot.solver.settings_mut().friction = FrictionMode::Off;
         let ideal_forces = robot.solver.solve(&robot.loads).unwrap().clone();
         robot.solver.settings_mut().friction = FrictionMode::Converged;
-        let state = robot.solver.assembly().state().clone();
+        let state = robot.solver.state().clone();
         let asked: Vec<f64> = targets.iter().map(|t| t.acceleration).collect();
         let mut compare = |found: &Found, reactions: &[(Vec3<f64>, Vec3<f64>)]| {
             let reactions = wrenches(reactions);
@@ -242,7 +242,7 @@ fn programs_are_what_forward_dynamics_says() {
             let mut efforts = robot.solver.solve(&robot.loads).unwrap().efforts.clone();
             let scale = efforts.iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
             efforts.iter_mut().for_each(|effort| *effort += 0.2 * scale * random.number());
-            let state = robot.solver.assembly().state().clone();
+            let state = robot.solver.state().clone();
             program.set(&mut memory, 0, &state, &targets, &robot.loads, &efforts);
             let mut alone = [false];
             program.run(&mut memory, &mut alone);

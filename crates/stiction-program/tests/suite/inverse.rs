@@ -18,7 +18,7 @@ fn compare(robot: &mut Robot, program: &InverseProgram) -> f64 {
         robot.solver.move_to(&targets).unwrap();
         robot.solver.settings_mut().friction = FrictionMode::Converged;
         let forces = robot.solver.solve(&robot.loads).unwrap().clone();
-        let state = robot.solver.assembly().state();
+        let state = robot.solver.state();
         program.set(&mut memory, 0, state, &targets, &robot.loads);
         program.run_frictionless(&mut memory, &mut settled);
         assert!(settled[0]);
@@ -104,7 +104,7 @@ fn lanes_are_states_of_their_own() {
                 targets.iter_mut().for_each(|target| target.rate = 0.0);
             }
             robot.solver.move_to(&targets).unwrap();
-            let state = robot.solver.assembly().state();
+            let state = robot.solver.state();
             program.set(&mut one, 0, state, &targets, &loads);
             program.set(&mut many, lane, state, &targets, &loads);
             let mut alone = [false];
@@ -147,7 +147,7 @@ fn what_does_not_hold_is_redone() {
     let mut expected = Vec::new();
     for targets in &targets {
         robot.solver.move_to(targets).unwrap();
-        motions.push(program.motions(robot.solver.assembly().state()));
+        motions.push(program.motions(robot.solver.state()));
         expected.push(robot.solver.solve(&robot.loads).unwrap().clone());
     }
     let states: Vec<StateOfMotion<'_>> = targets
@@ -206,7 +206,7 @@ fn what_is_given_must_be_what_was_recorded() {
     let robot = Robot::new("3rps", None);
     let (solver, signal, loads) = (&robot.solver, &robot.signal, &robot.loads);
     let program = InverseProgram::record(solver, signal, loads).unwrap();
-    let state = solver.assembly().state();
+    let state = solver.state();
     let is_refused = |lane: usize, loads: &[AppliedLoad<f64>], flags: usize| {
         let run = || {
             let mut memory = program.memory(1);

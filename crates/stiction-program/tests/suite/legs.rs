@@ -63,7 +63,7 @@ fn programs_know_where_the_legs_are() {
             // Between the positions of the recording.
             let targets: Vec<_> = motion.at(0.2 * f64::from(k) + 0.07).collect();
             solver.move_to(&targets).unwrap();
-            let motions = program.motions(solver.assembly().state());
+            let motions = program.motions(solver.state());
             // No joint coordinate is an input.
             program.set_bodies(&mut memory, 0, &motions, &[], &targets, &loads);
             program.run(&mut memory, &mut settled);

@@ -90,7 +90,7 @@ impl<'a> Controller<'a> {
         let Some(model) = &mut self.model else {
             return Ok(vec![0.0; self.control.channels.len()]);
         };
-        let state = model.assembly().state().clone();
+        let state = model.state().clone();
         let (bodies, actuators) = (model.bodies().clone(), model.mechanism().actuators());
         let forward = Forward::new(model.mechanism().clone(), &[]);
         let mut targets: Vec<Target<f64>> = actuators

@@ -49,7 +49,7 @@ impl<'a> Guide<'a> {
 
     /// How the actuators move.
     pub(super) fn actuators(&self, forward: &Forward, out: &mut [Target<f64>]) {
-        let (state, bodies) = (self.solver.assembly().state(), self.solver.bodies());
+        let (state, bodies) = (self.solver.state(), self.solver.bodies());
         for (target, (joint, dof)) in out.iter_mut().zip(forward.mechanism().actuators()) {
             *target = forward.joint_motion(state, bodies, joint, dof);
         }

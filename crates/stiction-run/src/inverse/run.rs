@@ -67,7 +67,7 @@ impl Job<'_> {
         let rest_speed = (REST * pace.fastest).max(STANDSTILL);
         *start.settings_mut() =
             Settings { friction: self.friction, rest_speed, ..Settings::default() };
-        let spins = start.assembly().motion_constraints().spins().len();
+        let spins = start.constraints().spins().len();
         let actuators = start.mechanism().actuators().count();
         // What the mechanism is meant to leave: what its actuators can govern.
         let meant = pace.mobility.min(actuators + spins);

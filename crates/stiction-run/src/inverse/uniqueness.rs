@@ -81,7 +81,7 @@ impl Uniqueness {
             };
             return;
         }
-        let spins = solver.assembly().motion_constraints().spins().len();
+        let spins = solver.constraints().spins().len();
         let statics: Statics = solver.statics();
         self.redundancy = statics.redundancy();
         self.reactions = statics.determined_reactions();
@@ -98,7 +98,7 @@ impl Uniqueness {
 
 /// Whether the balance leaves nothing open: no redundancy, and no body that spins idly.
 pub(super) fn is_determined(solver: &InverseDynamics) -> bool {
-    let has_spins = !solver.assembly().motion_constraints().spins().is_empty();
+    let has_spins = !solver.constraints().spins().is_empty();
     solver.weighting() == Some(Weighting::Determined) && !has_spins
 }
 

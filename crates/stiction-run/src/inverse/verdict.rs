@@ -37,6 +37,6 @@ pub struct Verdict {
 /// Bodies that turn about their own axes and nothing determines it, by their names.
 pub(crate) fn idle_spins(solver: &InverseDynamics) -> Vec<String> {
     let bodies = solver.mechanism().bodies();
-    let spins = solver.assembly().motion_constraints().spins();
+    let spins = solver.constraints().spins();
     spins.iter().map(|spin| bodies[spin.body.0].name.clone()).collect()
 }

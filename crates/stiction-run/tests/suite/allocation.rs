@@ -21,7 +21,7 @@ fn kernels_allocate_nothing() {
                     .unwrap();
             let compiled = solver.model().unwrap();
             let parameters = solver.parameters().clone();
-            let mut data = compiled.data(solver.assembly().state(), settings);
+            let mut data = compiled.data(solver.state(), settings);
             for k in 0..=1000 {
                 let time = start + job.motion.duration * f64::from(k) / 1000.0;
                 let targets: Vec<_> = job.motion.at(time).collect();

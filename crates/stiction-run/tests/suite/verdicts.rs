@@ -62,7 +62,7 @@ fn said(model: &ModelFile, change: &Change) -> Vec<Said> {
 fn here(solver: &InverseDynamics) -> Said {
     let (mobility, statics) = (Mobility::of(solver), solver.statics());
     let constraints = Constraints::new(&statics);
-    let spins = solver.assembly().motion_constraints().spins().len();
+    let spins = solver.constraints().spins().len();
     let mechanism = solver.mechanism();
     let joint = |index: usize| mechanism.joints()[index].name.clone();
     let leg = constraints.leg_distance(spins);

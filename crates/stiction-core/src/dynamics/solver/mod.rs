@@ -16,7 +16,8 @@ use super::settings::{FrictionMode, Settings};
 use super::structure::Weighting;
 use crate::friction::OwnFriction;
 use crate::kinematics::{
-    Assembly, AssemblyError, Bodies, Coordinate, Kinematics, Target, actuator_rate, body_twists,
+    Assembly, AssemblyError, Bodies, Coordinate, Kinematics, MotionConstraints, State, Target,
+    actuator_rate, body_twists,
 };
 use crate::linalg::StaticLu;
 use crate::mechanism::{BodyId, JointId, Mechanism};
@@ -207,9 +208,14 @@ impl InverseDynamics {
         &mut self.settings
     }
 
-    /// The position and its derivatives as assembled.
-    pub fn assembly(&self) -> &Assembly {
-        &self.assembly
+    /// Coordinates, rates and accelerations of the tree at the present position.
+    pub fn state(&self) -> &State<f64> {
+        self.assembly.state()
+    }
+
+    /// Loop closures, prescribed coordinates and local degrees of freedom.
+    pub fn constraints(&self) -> &MotionConstraints {
+        self.assembly.motion_constraints()
     }
 
     /// Motion of all bodies; accelerations of idle spins are those of the last [`Self::solve`].
@@ -349,8 +355,9 @@ impl InverseDynamics {
         Ok(Model { kinematic: self.assembly.model().clone(), ..model.clone() })
     }
 
-    /// Moves to new targets, one for each coordinate, near the present ones; see [`Assembly::move_to`]. Forces stay those of
-    /// the last [`Self::solve`].
+    /// Moves to new targets, one for each coordinate, by Newton's method from the present position. It
+    /// does not watch the assembly mode; [`Self::follow`] does. Forces stay those of the last
+    /// [`Self::solve`].
     ///
     /// # Errors
     /// See [`AssemblyError`]; it is then where it was before.
@@ -361,11 +368,13 @@ impl InverseDynamics {
         self.assembly.move_to(&self.parameters, targets)
     }
 
-    /// Moves along a motion in the same assembly mode, from time `from`, where it is, to time `to`, s; see
-    /// [`Assembly::follow`]. `motion` writes the targets of an instant. Forces stay those of the last [`Self::solve`].
+    /// Follows a motion in the same assembly mode from time `from`, that of the present position, to time
+    /// `to`, s. `motion` writes the targets of an instant. The step is halved where the motion of the
+    /// bodies is not smooth. Forces stay those of the last [`Self::solve`].
     ///
     /// # Errors
-    /// See [`AssemblyError`]. Loops may be open then: move it to a position that it can reach before solving again.
+    /// See [`AssemblyError`]; a jump that no halving of the step removes is one. Loops may be open then:
+    /// move to a position within reach before solving again.
     pub fn follow(
         &mut self,
         from: f64,
@@ -375,8 +384,8 @@ impl InverseDynamics {
         self.assembly.follow(&self.parameters, from, to, motion)
     }
 
-    /// Moves along a motion in one step of `step` seconds to `targets`, if it is smooth enough for that; see
-    /// [`Assembly::leap`]. If not, it stays where it is and this is false.
+    /// Follows a motion in a single step of `step` seconds to `targets`, which may be many samples long.
+    /// Returns false, and stays at the present position, if the motion is not smooth enough for that.
     ///
     /// # Panics
     /// Unless there is one target for each prescribed coordinate.

@@ -18,7 +18,7 @@ impl Assembly {
     /// # Errors
     /// See [`AssemblyError`]; a jump that no halving of the step removes is one. Loops may be open then: use it no
     /// more before it has been moved to a position that it can reach.
-    pub fn follow(
+    pub(crate) fn follow(
         &mut self,
         parameters: &Parameters<f64>,
         from: f64,
@@ -94,7 +94,7 @@ impl Assembly {
     /// # Panics
     /// Unless there is one target for each prescribed coordinate.
     #[must_use = "it may have stayed where it was"]
-    pub fn leap(
+    pub(crate) fn leap(
         &mut self,
         parameters: &Parameters<f64>,
         step: f64,

@@ -36,7 +36,7 @@ const NEWTON_STEPS: usize = 12;
 
 /// A mechanism in a position that satisfies its loops and a prescription.
 #[derive(Clone, Debug)]
-pub struct Assembly {
+pub(crate) struct Assembly {
     model: KinematicModel,
     kinematics: Kinematics<f64>,
     state: State<f64>,
@@ -66,7 +66,7 @@ impl Assembly {
     ///
     /// # Panics
     /// Unless there is one target for each coordinate, and all bodies, joints and freedoms that are named exist.
-    pub fn new(
+    pub(crate) fn new(
         mechanism: &Mechanism,
         topology: &Arc<Topology>,
         parameters: &Parameters<f64>,
@@ -108,22 +108,22 @@ impl Assembly {
     }
 
     /// What is prescribed, idle spins included.
-    pub fn motion_constraints(&self) -> &MotionConstraints {
+    pub(crate) fn motion_constraints(&self) -> &MotionConstraints {
         &self.model.constraints
     }
 
     /// The compiled kinematics at the present position.
-    pub fn model(&self) -> &KinematicModel {
+    pub(crate) fn model(&self) -> &KinematicModel {
         &self.model
     }
 
     /// The motion of everything at the present instant.
-    pub fn kinematics(&self) -> &Kinematics<f64> {
+    pub(crate) fn kinematics(&self) -> &Kinematics<f64> {
         &self.kinematics
     }
 
     /// Coordinates, rates and accelerations of the tree at the present instant.
-    pub fn state(&self) -> &State<f64> {
+    pub(crate) fn state(&self) -> &State<f64> {
         &self.state
     }
 
@@ -164,7 +164,7 @@ impl Assembly {
     ///
     /// # Panics
     /// Unless there is one target for each prescribed coordinate.
-    pub fn move_to(
+    pub(crate) fn move_to(
         &mut self,
         parameters: &Parameters<f64>,
         targets: &[Target<f64>],

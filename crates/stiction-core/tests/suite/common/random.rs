@@ -31,8 +31,7 @@ impl Case {
         let statics = solver.statics();
         let smallest = *statics.singular_values()[..statics.rank()].last().unwrap();
         let open = statics.open_motions();
-        let is_regular =
-            smallest >= 1e-3 && open <= solver.assembly().motion_constraints().spins().len();
+        let is_regular = smallest >= 1e-3 && open <= solver.constraints().spins().len();
         is_regular.then_some((solver, smallest))
     }
 }

@@ -43,7 +43,7 @@ impl Holder {
         let compiled = self.solver.model().unwrap();
         let parameters = self.solver.parameters();
         let settings = Settings::default();
-        let mut data = compiled.data(self.solver.assembly().state(), settings);
+        let mut data = compiled.data(self.solver.state(), settings);
         for (interface, held) in held.iter().enumerate() {
             data.inverse.set_held(interface, *held);
         }

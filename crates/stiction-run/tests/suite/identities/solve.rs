@@ -42,9 +42,7 @@ pub(crate) fn solve_with(case: &Case, rule: TreeRule) -> Result<Solved, Verdict>
     let Some(&smallest) = statics.singular_values()[..statics.rank()].last() else {
         return Err(Verdict::Apart("nothing moves"));
     };
-    if smallest < 1e-2
-        || statics.open_motions() > solver.assembly().motion_constraints().spins().len()
-    {
+    if smallest < 1e-2 || statics.open_motions() > solver.constraints().spins().len() {
         return Err(Verdict::Apart("nearly singular"));
     }
     // Prescribed coordinates may determine the platform's pose poorly, which also magnifies
