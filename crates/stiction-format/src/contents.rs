@@ -1,15 +1,16 @@
-//! What is in a file: a text as a whole, or a place where it can be read again and again.
+//! File contents handed to the reader: a whole text, or a source of bytes that can be read
+//! repeatedly.
 
 use std::fmt::Debug;
 use std::sync::Arc;
 
-/// What is in a file.
+/// The contents of a file.
 #[derive(Clone, Debug)]
 pub enum Contents {
     /// The whole text.
     Whole(String),
-    /// Text in UTF-8 that is read piece by piece, whenever a piece is needed. Only recordings may be
-    /// handed like this; little of them is in memory at any time, however long they are.
+    /// UTF-8 text that is read piece by piece when needed. Only recordings can be handed over like
+    /// this; they occupy little memory, however long they are.
     Stored(Arc<dyn Store>),
 }
 
@@ -26,7 +27,7 @@ impl From<&str> for Contents {
 }
 
 impl Contents {
-    /// The whole text of what is no recording.
+    /// Returns the whole text of a file that is not a recording.
     pub(crate) fn whole(self) -> Result<String, String> {
         match self {
             Self::Whole(text) => Ok(text),
@@ -37,20 +38,21 @@ impl Contents {
     }
 }
 
-/// Bytes that can be read anywhere, any number of times: a file, usually.
+/// Source of bytes with random access, usually a file.
 ///
-/// A recording is read from its begin to its end once, and parts of it later, on whatever thread
-/// needs them. Parts must then be as they were; if they are not, that is found and told.
+/// A recording is read once from beginning to end; parts of it are read again later, on any thread.
+/// The contents must not change in between; a change is detected and reported.
 pub trait Store: Debug + Send + Sync {
-    /// Reads bytes from `offset` on into `buffer`, and says how many; none only at the end.
+    /// Reads bytes from `offset` into `buffer` and returns their number, which is zero only at the
+    /// end.
     ///
     /// # Errors
-    /// Why they cannot be read, in words that follow "the file cannot be read: ".
+    /// A reason that completes the sentence "the file cannot be read: ".
     fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<usize, String>;
 }
 
-/// Why bytes are no text in UTF-8; `at` is the first that is not. What `bytes` begin with is the
-/// text's byte `offset`, behind so many lines.
+/// Diagnostic for bytes that are not UTF-8. `at` is the index of the first invalid byte in `bytes`,
+/// which begin at byte `offset` of the text, after `lines` lines.
 pub fn not_text(bytes: &[u8], at: usize, (offset, lines): (u64, usize)) -> String {
     let is_begin = offset == 0;
     if is_begin && (bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff])) {

@@ -1,4 +1,4 @@
-//! The models that ship with the program, as the texts of their files.
+//! Gallery: the texts of the example models.
 
 const MODELS: &[(&str, &str)] = &[
     ("3rps", include_str!("../gallery/3rps.toml")),
@@ -20,12 +20,12 @@ const MODELS: &[(&str, &str)] = &[
     ("zhang2018-regular", include_str!("../gallery/zhang2018-regular.toml")),
 ];
 
-/// The names of all models, sorted.
+/// Names of all models, sorted.
 pub fn names() -> impl Iterator<Item = &'static str> {
     MODELS.iter().map(|(name, _)| *name)
 }
 
-/// The text of a model's file.
+/// Text of a model file.
 ///
 /// ```
 /// use stiction_format::{Source, gallery, read};

@@ -1,4 +1,4 @@
-//! The named quantities of a model.
+//! Named quantities of a model.
 
 use crate::diagnostic::quoted;
 use crate::expression::{self, Quantity, Scope};
@@ -8,7 +8,7 @@ use std::collections::HashMap;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parameters {
     names: Vec<String>,
-    /// `None` where the definition is wrong, or the name: nobody knows what was meant by its uses.
+    /// `None` if the definition or the name is invalid; uses of it are then not reported again.
     values: Vec<Option<Quantity>>,
     index: HashMap<String, usize>,
 }
@@ -28,14 +28,14 @@ impl Scope for Parameters {
 }
 
 impl Parameters {
-    /// Parameters whose values are not known yet.
+    /// Parameters without values.
     pub(crate) fn named(names: impl Iterator<Item = String>) -> Self {
         let names: Vec<String> = names.collect();
         let index = names.iter().enumerate().map(|(place, name)| (name.clone(), place)).collect();
         Self { values: vec![None; names.len()], names, index }
     }
 
-    /// The name of parameter `index`; empty if there is none.
+    /// Name of parameter `index`; empty if the index is out of range.
     pub(crate) fn name(&self, index: usize) -> &str {
         self.names.get(index).map_or("", String::as_str)
     }
@@ -52,7 +52,7 @@ impl Parameters {
     }
 }
 
-/// Why no parameter can have this name.
+/// Reason why no parameter can have this name.
 pub(crate) fn complaint(name: &str) -> Option<String> {
     let mut letters = name.chars();
     let starts_well = letters.next().is_some_and(|c| c.is_alphabetic() || c == '_');

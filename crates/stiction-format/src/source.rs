@@ -1,4 +1,4 @@
-//! Texts, and places in them.
+//! Texts and places in them.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -6,18 +6,18 @@ use std::sync::Arc;
 /// A range of bytes in a text.
 pub(crate) type Span = Range<usize>;
 
-/// A text and the name under which messages refer to it.
+/// A text and the name that messages use for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
-    /// File name, or something like `--motion`.
+    /// File name, or an option such as `--motion`.
     pub name: String,
-    /// The text; of a text that is read piece by piece, one piece of whole lines.
+    /// The text; of a text read in pieces, one piece of whole lines.
     pub text: String,
-    /// Where the piece begins.
+    /// Position of the piece.
     begin: Begin,
 }
 
-/// What comes before a piece of a text.
+/// Size of the text before a piece.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Begin {
     pub(crate) bytes: u64,
@@ -25,17 +25,17 @@ pub(crate) struct Begin {
 }
 
 impl Source {
-    /// A text under a name.
+    /// Makes a source from a name and a text.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Self {
         Self { name: name.into(), text: text.into(), begin: Begin::default() }
     }
 
-    /// A piece of whole lines of a text.
+    /// Makes a piece of whole lines of a text.
     pub(crate) fn piece(name: impl Into<String>, text: String, begin: Begin) -> Self {
         Self { name: name.into(), text, begin }
     }
 
-    /// What comes before it.
+    /// Size of the text before the piece.
     pub(crate) fn begin(&self) -> Begin {
         self.begin
     }
@@ -46,7 +46,7 @@ impl Source {
 pub struct Place {
     /// The text.
     pub source: Arc<Source>,
-    /// The bytes from where to where. May be empty, and may lie past the end: nothing here panics.
+    /// Byte range. May be empty or lie beyond the end of the text; no method panics.
     pub span: Range<usize>,
 }
 
@@ -55,23 +55,23 @@ impl Place {
         Self { source: Arc::clone(source), span }
     }
 
-    /// Whether it stands for the text as a whole.
+    /// Tests if the place stands for the whole text.
     pub(crate) fn is_whole(&self) -> bool {
         self.span == (0..0) && self.source.begin.bytes == 0
     }
 
-    /// Line and column of the first character; both count from 1, columns in characters.
+    /// Line and column of the first character, counted from 1, columns in characters.
     pub fn line_column(&self) -> (usize, usize) {
         self.source.line_column(self.span.start)
     }
 
-    /// Line and column just behind the last character.
+    /// Line and column after the last character.
     pub fn end_line_column(&self) -> (usize, usize) {
         self.source.line_column(self.span.end.max(self.span.start))
     }
 }
 
-/// The greatest character boundary that is not beyond `at`.
+/// Greatest character boundary that is at most `at`.
 pub(crate) fn boundary(text: &str, at: usize) -> usize {
     let mut at = at.min(text.len());
     while !text.is_char_boundary(at) {

@@ -1,4 +1,4 @@
-//! What is wrong, where, and what to do about it.
+//! Diagnostics: messages with a place in the text and a remedy.
 
 mod render;
 mod words;
@@ -10,31 +10,31 @@ use serde_json::{Value, json};
 use std::fmt;
 use std::sync::Arc;
 
-/// How bad it is.
+/// Severity of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// The input cannot be used.
     Error,
-    /// The input can be used, but a colleague would point at this. Warnings never change numbers.
+    /// The input can be used, but is suspicious. Warnings never change numbers.
     Warning,
 }
 
-/// One message about one place in a text.
+/// A message about one place in a text.
 #[derive(Clone, Debug)]
 pub struct Diagnostic {
-    /// How bad it is.
+    /// Severity.
     pub severity: Severity,
-    /// The kind of problem, a short word for programs and searches, such as `unknown-key`.
+    /// Kind of problem: a short identifier for programs and searches, such as `unknown-key`.
     pub code: &'static str,
-    /// What is wrong, in one sentence without a full stop.
+    /// The problem, in one sentence without a full stop.
     pub message: String,
-    /// Where; `None` when it concerns the whole.
+    /// Place in the text; `None` if the message concerns the whole text.
     pub place: Option<Place>,
-    /// What stands next to the underlined text.
+    /// Label of the underlined text.
     pub label: String,
-    /// Other places that matter, each with its label.
+    /// Related places, each with its label.
     pub related: Vec<(Place, String)>,
-    /// A way out.
+    /// Suggested remedy.
     pub help: Option<String>,
 }
 
@@ -75,8 +75,8 @@ impl Diagnostic {
         self
     }
 
-    /// The message as JSON: `severity`, `code`, `message`, `label`, `help`, and where known `file`,
-    /// `line`, `column`, `end_line`, `end_column` (counted from 1, columns in characters).
+    /// JSON form of the message: `severity`, `code`, `message`, `label`, `help`, and where known
+    /// `file`, `line`, `column`, `end_line`, `end_column` (counted from 1, columns in characters).
     pub fn to_json(&self) -> Value {
         let mut object = json!({
             "severity": match self.severity { Severity::Error => "error", Severity::Warning => "warning" },
@@ -97,20 +97,20 @@ impl Diagnostic {
         object
     }
 
-    /// The same message about the same place says nothing new.
+    /// Tests for the same message about the same place, which is not worth repeating.
     fn repeats(&self, other: &Self) -> bool {
         let spot = |d: &Self| d.place.as_ref().map(|p| (Arc::as_ptr(&p.source), p.span.clone()));
         self.message == other.message && spot(self) == spot(other)
     }
 }
 
-/// Beyond so many messages the rest is only counted: nobody reads them, and a large broken file must
-/// not eat the memory.
+/// Maximum number of messages kept; further ones are only counted. It bounds the memory that a
+/// large broken file needs.
 const MOST_KEPT: usize = 100;
 
 /// All messages about an input.
 ///
-/// `Display` gives the plain text; [`Diagnostics::render`] the coloured one.
+/// `Display` gives plain text, [`Diagnostics::render`] coloured text.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnostics {
     list: Vec<Diagnostic>,
@@ -119,12 +119,12 @@ pub struct Diagnostics {
 }
 
 impl Diagnostics {
-    /// No message.
+    /// An empty list.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a message, unless it has been said already.
+    /// Adds a message unless the list contains it.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         if !self.is_full() {
             if !self.list.iter().any(|other| diagnostic.repeats(other)) {
@@ -137,7 +137,7 @@ impl Diagnostics {
         }
     }
 
-    /// Whether further messages are only counted.
+    /// Tests if the list is full, so that further messages are only counted.
     pub(crate) fn is_full(&self) -> bool {
         self.list.len() >= MOST_KEPT
     }
@@ -156,17 +156,17 @@ impl Diagnostics {
         self.list.iter()
     }
 
-    /// Whether there is no message.
+    /// Tests if the list is empty.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// How many messages can be read here.
+    /// Number of messages kept.
     pub fn len(&self) -> usize {
         self.list.len()
     }
 
-    /// How many more there were than are kept here.
+    /// Number of messages that were counted but not kept.
     pub fn untold(&self) -> usize {
         self.errors_untold + self.warnings_untold
     }
@@ -175,12 +175,12 @@ impl Diagnostics {
         self.errors_untold += count;
     }
 
-    /// Whether one of them is an error.
+    /// Tests if the list contains an error.
     pub fn has_errors(&self) -> bool {
         self.errors_untold > 0 || self.list.iter().any(|d| d.severity == Severity::Error)
     }
 
-    /// Sorts by place: the texts in the order in which they first turn up, then by position.
+    /// Sorts by place: the texts in order of first appearance, then by position.
     pub(crate) fn sort(&mut self) {
         let mut sources: Vec<*const Source> = Vec::new();
         for place in self.list.iter().filter_map(|d| d.place.as_ref()) {
@@ -198,12 +198,13 @@ impl Diagnostics {
         });
     }
 
-    /// The messages for a terminal, underlined places and all; `coloured` with escape sequences.
+    /// Renders the messages for a terminal with the places underlined; `coloured` adds escape
+    /// sequences.
     pub fn render(&self, coloured: bool) -> String {
         render::all(self, coloured)
     }
 
-    /// The messages as a JSON list, see [`Diagnostic::to_json`].
+    /// JSON list of the messages, see [`Diagnostic::to_json`].
     pub fn to_json(&self) -> Value {
         Value::Array(self.list.iter().map(Diagnostic::to_json).collect())
     }

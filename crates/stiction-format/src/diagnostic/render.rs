@@ -1,13 +1,14 @@
-//! Messages as text, with the place underlined.
+//! Messages as text with the place underlined.
 
 use super::{Diagnostic, Diagnostics, Severity};
 use crate::source::{Place, boundary};
 use annotate_snippets::{Annotation, AnnotationKind, Element, Level, Origin, Renderer, Snippet};
 use std::sync::Arc;
 
-/// Longer lines (somebody's minified file) are named but not shown.
+/// Longest line that is shown, in bytes; of longer lines (minified files) only the position is
+/// given.
 const LONGEST_LINE: usize = 500;
-/// Places farther apart than this are shown as two excerpts.
+/// Maximum distance, in lines, of two places that share an excerpt.
 const MOST_LINES: usize = 200;
 
 pub(super) fn all(diagnostics: &Diagnostics, coloured: bool) -> String {
@@ -55,8 +56,8 @@ struct Mark<'a> {
     kind: AnnotationKind,
 }
 
-/// The lines of one place: where they begin, and the part of the first that is marked. Only that
-/// line is ever marked; a mark over many lines says no more.
+/// First and last line of a place, and the part of the first line to underline. Only the first line
+/// is underlined.
 struct Line {
     start: usize,
     end: usize,
@@ -75,7 +76,7 @@ fn line_of(place: &Place) -> Line {
     Line { start, end, mark: from..to }
 }
 
-/// Marks of one text that are near each other go into one excerpt.
+/// Groups places of the same text that are close to each other into excerpts.
 fn excerpts<'a>(marks: &[Mark<'a>]) -> Vec<Element<'a>> {
     let mut elements = Vec::new();
     let mut done = vec![false; marks.len()];
@@ -121,7 +122,7 @@ fn excerpt<'a>(
     if shown.lines().any(|line| line.len() > LONGEST_LINE) {
         return Origin::path(name).line(line).char_column(column).into();
     }
-    // A byte order mark is no character of the file.
+    // A byte order mark does not count as a character.
     let skipped = if shown.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
     let from = from + skipped;
     let shown = shown.get(skipped..).unwrap_or_default();

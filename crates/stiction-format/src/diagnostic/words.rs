@@ -1,12 +1,13 @@
-//! Words that many messages share.
+//! Phrases shared by many messages.
 
-/// Names longer than this are cut in messages, and nobody is offered a similar one.
+/// Longest name, in characters, that a message shows in full and for which similar names are
+/// searched.
 const LONGEST_NAME: usize = 60;
 
-/// A name from the input between backticks, cut if long, control characters escaped.
+/// Quotes a name from the input with backticks, shortened if long, control characters escaped.
 pub(crate) fn quoted(name: &str) -> String {
     let mut shown: String = name.chars().take(LONGEST_NAME).flat_map(char::escape_debug).collect();
-    // escape_debug also escapes quotes, which need it not here.
+    // `escape_debug` also escapes quotes, which is not needed here.
     shown = shown.replace("\\'", "'").replace("\\\"", "\"");
     if name.chars().count() > LONGEST_NAME {
         shown.push('…');
@@ -14,7 +15,7 @@ pub(crate) fn quoted(name: &str) -> String {
     format!("`{shown}`")
 }
 
-/// The candidate that `name` was probably meant to be.
+/// Finds the candidate most similar to `name`.
 pub(crate) fn nearest<'a>(
     name: &str,
     candidates: impl IntoIterator<Item = &'a str>,
@@ -24,7 +25,7 @@ pub(crate) fn nearest<'a>(
     }
     let plain = |s: &str| s.to_lowercase().replace('-', "_");
     let wanted = plain(name);
-    // A third of the letters may be wrong: `platfrom` finds `platform`, `q` finds nothing.
+    // Up to a third of the letters may differ: `platfrom` finds `platform`, `q` finds nothing.
     let tolerance = (wanted.chars().count() / 3).clamp(1, 4);
     let candidates: Vec<_> =
         candidates.into_iter().filter(|candidate| candidate.len() <= 4 * LONGEST_NAME).collect();
@@ -36,14 +37,14 @@ pub(crate) fn nearest<'a>(
     if let Some((_, candidate)) = near {
         return Some(candidate);
     }
-    // `collar` finds `collar_radius`, if nothing else begins like this.
+    // A prefix finds the only candidate that begins with it: `collar` finds `collar_radius`.
     let mut longer = candidates.iter().filter(|candidate| {
         plain(candidate).strip_prefix(&wanted).is_some_and(|rest| rest.starts_with('_'))
     });
     longer.next().copied().filter(|_| longer.next().is_none())
 }
 
-/// `did you mean ...?`, or else the list of what there is.
+/// Phrase `did you mean ...?`, or a list of all candidates if none is similar.
 pub(crate) fn did_you_mean<'a>(
     name: &str,
     what: &str,
@@ -62,7 +63,7 @@ pub(crate) fn did_you_mean<'a>(
     }
 }
 
-/// `a, b or c`.
+/// Joins words as in `a, b or c`.
 pub(crate) fn or(words: &[String]) -> String {
     match words {
         [] => String::new(),
@@ -71,7 +72,7 @@ pub(crate) fn or(words: &[String]) -> String {
     }
 }
 
-/// A number as a person would write it: the shortest form that reads back as the same number.
+/// Formats a number in the shortest form that parses back to the same number.
 pub(crate) fn number(x: f64) -> String {
     let size = x.abs();
     if x == 0.0 || (1e-4..1e7).contains(&size) { format!("{x}") } else { format!("{x:e}") }

@@ -1,4 +1,4 @@
-//! TOML text to a tree with places; all syntax errors at once.
+//! Parser from TOML text to a tree with places that reports all syntax errors at once.
 
 mod repair;
 mod syntax;
@@ -11,20 +11,20 @@ use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 use toml::de::{DeInteger, DeTable, DeValue};
 
-/// A model file describes one robot; a text of this size is something else.
+/// Maximum size of a model file, bytes.
 const MOST_BYTES: usize = 2 << 20;
-/// Model files nest five levels deep.
+/// Maximum nesting depth; valid model files have five levels.
 const MOST_LEVELS: usize = 32;
 
-/// A text as far as it could be read.
+/// A text, parsed as far as possible.
 pub(crate) struct Document {
     pub(crate) root: Table,
-    /// Lines with syntax errors. What else seems wrong there is their consequence; and what seems to
-    /// be missing may be there.
+    /// Lines with syntax errors. Other errors in these lines are likely consequences, and missing
+    /// names may be defined in them.
     pub(crate) broken: Vec<Span>,
 }
 
-/// The document; `None` when reading on makes no sense. Syntax errors go to `out`.
+/// Parses a document; returns `None` if the rest cannot be interpreted. Syntax errors go to `out`.
 pub(crate) fn parse(source: &Arc<Source>, out: &mut Diagnostics) -> Option<Document> {
     let text = source.text.as_str();
     if text.len() > MOST_BYTES {
@@ -50,7 +50,7 @@ pub(crate) fn parse(source: &Arc<Source>, out: &mut Diagnostics) -> Option<Docum
     Some(Document { root, broken })
 }
 
-/// The entries in the order of the text (the parser sorts them by key).
+/// Entries in the order of the text (the parser sorts them by key).
 fn entries(table: &DeTable<'_>, text: &str, level: usize) -> Vec<(Key, Value)> {
     let mut entries: Vec<_> = table
         .iter()
@@ -65,7 +65,7 @@ fn entries(table: &DeTable<'_>, text: &str, level: usize) -> Vec<(Key, Value)> {
 
 fn convert(value: &toml::Spanned<DeValue<'_>>, text: &str, level: usize) -> Value {
     let span = value.span();
-    // Beyond the deepest level nothing has a meaning; whoever reads the level above says so.
+    // Values below the deepest level have no meaning; the reader of the level above reports them.
     let inside = level < MOST_LEVELS;
     let node = match value.get_ref() {
         DeValue::String(content) => {
@@ -89,22 +89,22 @@ fn convert(value: &toml::Spanned<DeValue<'_>>, text: &str, level: usize) -> Valu
 fn integer_value(integer: &DeInteger<'_>) -> f64 {
     let digits = integer.as_str();
     match integer.radix() {
-        // Whole numbers too large for 64 bits are fine as floating-point numbers.
+        // Integers beyond 64 bits are read as floating-point numbers.
         10 => digits.parse().unwrap_or(f64::NAN),
         radix => i128::from_str_radix(digits, radix).map_or(f64::INFINITY, |i| i as f64),
     }
 }
 
-/// Where the content of a string begins, if it stands in the text as it is.
+/// Byte offset of a string's content in the text if it appears there without escapes.
 fn start_of(content: &str, text: &str, span: &Span) -> Option<usize> {
     let raw = text.get(span.clone())?;
     let quotes = if raw.starts_with("\"\"\"") || raw.starts_with("'''") {
-        // A newline right behind the opening quotes does not count.
+        // A line break after the opening quotes is not part of the content.
         let inner = raw.get(3..)?;
         3 + if inner.starts_with("\r\n") { 2 } else { usize::from(inner.starts_with('\n')) }
     } else {
         usize::from(raw.starts_with(['"', '\'']))
     };
-    // With escapes it does not, and the first of them ends the likeness.
+    // With an escape the text differs from the content from there on.
     raw.get(quotes..)?.starts_with(content).then_some(span.start + quotes)
 }

@@ -1,24 +1,24 @@
-//! Brackets that are never closed would swallow the rest of the text, and with it all other errors.
+//! Recovery from unclosed brackets, which would otherwise hide all later errors.
 
 use crate::source::{Source, Span};
 use std::borrow::Cow;
 use toml::de::{DeTable, DeValue};
 
-/// After so many the text is hopeless.
+/// Maximum number of repairs before giving up.
 const MOST_REPAIRS: usize = 8;
 
-/// A text of the same length in which all brackets are closed.
+/// A text of unchanged length in which all brackets are closed.
 pub(super) struct Repaired<'a> {
     pub(super) text: Cow<'a, str>,
-    /// What was taken out of it: from an open bracket to the end of its value.
+    /// Removed ranges: from an unclosed bracket to the end of its value.
     pub(super) unclosed: Vec<Span>,
 }
 
-/// Takes out values that are not closed.
+/// Removes values that are not closed.
 pub(super) fn close_brackets(source: &Source) -> Repaired<'_> {
     let mut repaired = Repaired { text: Cow::Borrowed(&source.text), unclosed: Vec::new() };
     while repaired.unclosed.len() < MOST_REPAIRS {
-        // The usual text has no errors, and then this is cheaper.
+        // A valid text is the usual case, and this check is cheap.
         if DeTable::parse(&repaired.text).is_ok() {
             break;
         }
@@ -37,7 +37,7 @@ pub(super) fn close_brackets(source: &Source) -> Repaired<'_> {
     repaired
 }
 
-/// Where the first value begins that the parser took to end at one of `ends`.
+/// Start of the first value that the parser ends at one of `ends`.
 fn opened(root: &DeTable<'_>, ends: &[usize]) -> Option<usize> {
     let mut first = None;
     let mut pending: Vec<&toml::Spanned<DeValue<'_>>> = root.values().collect();
@@ -55,11 +55,11 @@ fn opened(root: &DeTable<'_>, ends: &[usize]) -> Option<usize> {
     first
 }
 
-/// The value probably ends before the next line that begins something else.
+/// Estimated end of an unclosed value: before the next line that begins a key or a table.
 fn end_of_value(text: &str, open: usize) -> usize {
     let mut at = open;
     for (i, line) in text.get(open..).unwrap_or_default().split_inclusive('\n').enumerate() {
-        // Rows of numbers or strings may be part of the value; `[joints.A]` is not.
+        // Rows of numbers or strings can belong to the value; a header such as `[joints.A]` cannot.
         let header = line.trim_start().strip_prefix('[').map(|rest| rest.trim_start_matches('['));
         let begins_table = header.is_some_and(|rest| rest.starts_with(char::is_alphabetic));
         if i > 0 && (line.contains('=') || begins_table) {
@@ -70,7 +70,7 @@ fn end_of_value(text: &str, open: usize) -> usize {
     open + text.get(open..at).unwrap_or_default().trim_end().len()
 }
 
-/// The text with `0` and spaces instead of a part; lines stay lines.
+/// Replaces a part of the text by `0` and spaces; line breaks are kept.
 fn blank(text: &str, part: &Span) -> String {
     let (before, rest) = text.split_at_checked(part.start).unwrap_or((text, ""));
     let (inside, after) = rest.split_at_checked(part.len()).unwrap_or((rest, ""));

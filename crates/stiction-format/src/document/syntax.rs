@@ -1,11 +1,10 @@
-//! What is wrong with the text as TOML, in words that help.
+//! Explanations of TOML syntax errors.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::{Place, Source, Span, boundary};
 use std::sync::Arc;
 
-/// Adds a diagnostic for every syntax error that is not the consequence of another, and gives the
-/// lines in which there are any.
+/// Adds a diagnostic for every independent syntax error and returns the lines that contain errors.
 pub(super) fn report(
     source: &Arc<Source>,
     unclosed: &[Span],
@@ -30,7 +29,7 @@ pub(super) fn report(
     let mut broken: Vec<Span> = Vec::new();
     let mut repeated_table = false;
     for (span, message) in errors {
-        // A second error in a line is mostly the echo of the first.
+        // A second error in the same line is usually a consequence of the first.
         if broken.last().is_some_and(|line| span.start <= line.end) {
             continue;
         }
@@ -38,7 +37,7 @@ pub(super) fn report(
         let is_header =
             text.get(line.clone()).is_some_and(|line| line.trim_start().starts_with('['));
         broken.push(line);
-        // What stands under a header that occurs twice may well occur twice.
+        // The keys of a repeated table are usually repeated, too.
         if message == "duplicate key" && repeated_table && !is_header {
             continue;
         }
@@ -61,7 +60,7 @@ pub(super) fn report(
     broken
 }
 
-/// What to say about a text in another language than TOML.
+/// Diagnostic for a text in a language other than TOML.
 fn other_language(source: &Arc<Source>, is_wrong: bool) -> Option<Diagnostic> {
     let text = source.text.as_str();
     let start = text.find(|c: char| !c.is_whitespace() && c != '\u{feff}')?;

@@ -1,4 +1,4 @@
-//! A document as nested tables in the order of the file, every part with its place.
+//! Document tree: nested tables in the order of the file, each part with its place.
 
 use crate::source::Span;
 
@@ -16,16 +16,16 @@ pub(crate) struct Value {
     pub(crate) node: Node,
 }
 
-/// What a value is.
+/// The kinds of values.
 #[derive(Clone, Debug)]
 pub(crate) enum Node {
     Text(Text),
-    /// Also what is not finite, so that whoever reads it can say so.
+    /// Including infinity and NaN, so that the reader can report them.
     Number(f64),
     Flag(bool),
     List(Vec<Value>),
     Table(Table),
-    /// A date, or something that is nested too deeply: nothing here has a use for either.
+    /// A date, or a value nested too deeply; the model file uses neither.
     Other,
 }
 
@@ -33,14 +33,14 @@ pub(crate) enum Node {
 #[derive(Clone, Debug)]
 pub(crate) struct Text {
     pub(crate) content: String,
-    /// Where the content begins in the source, if it stands there letter by letter (no escapes).
+    /// Byte offset of the content in the source, if it contains no escapes.
     pub(crate) start: Option<usize>,
 }
 
 /// A table.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Table {
-    /// Its header, its braces, or its key.
+    /// The place of its header, its braces, or its key.
     pub(crate) span: Span,
     pub(crate) entries: Vec<(Key, Value)>,
 }
@@ -82,7 +82,7 @@ impl Value {
         }
     }
 
-    /// What it is, in words.
+    /// Phrase for the kind of the value.
     pub(crate) fn describe(&self) -> &'static str {
         match self.node {
             Node::Text(_) => "a string",
@@ -96,7 +96,7 @@ impl Value {
 }
 
 impl Text {
-    /// The place of a part of the content, or of the whole value where escapes stand between.
+    /// Place of a part of the content, or of the whole value if it contains escapes.
     pub(crate) fn place_of(&self, value: &Span, part: &Span) -> Span {
         match self.start {
             Some(start) => start + part.start..start + part.end,

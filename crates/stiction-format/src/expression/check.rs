@@ -1,4 +1,4 @@
-//! Dimensions of an expression, and its constant parts computed once.
+//! Dimension check of expressions and evaluation of their constant parts.
 
 use super::function::{Function, Rule};
 use super::parse::{Op, Program, parse};
@@ -7,7 +7,7 @@ use super::{Dimension, Fault, Scope};
 use crate::expression::Measure;
 use crate::source::Span;
 
-/// A number of SI units.
+/// A number and its dimension; SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Quantity {
     pub(crate) value: f64,
@@ -28,10 +28,11 @@ pub(crate) fn constant(program: &Program, scope: &dyn Scope) -> Result<Quantity,
     Ok(Quantity { value, dimension })
 }
 
-/// An expression that may contain the time `t`, in seconds.
+/// Checks an expression that may contain the time `t`, in seconds.
 ///
-/// People write both `5 mm*sin(2*pi*t)`, with `t` a plain number, and `10 mm/s*t`, with `t` a time.
-/// The numbers are the same, so an expression is right if it is consistent in either reading.
+/// Both `5 mm*sin(2*pi*t)`, with a dimensionless `t`, and `10 mm/s*t`, with `t` as a time, are
+/// common. The numbers are equal, so an expression is valid if it is consistent in either
+/// interpretation.
 pub(crate) fn in_time(
     text: &str,
     scope: &dyn Scope,
@@ -48,7 +49,7 @@ pub(crate) fn in_time(
     let formula = match (read(Dimension::NONE), read(Dimension::TIME)) {
         (Ok(formula), _) | (_, Ok(formula)) => formula,
         (Err(plain), Err(timed)) => {
-            // Complain about the reading that the writer had in mind.
+            // Report the error of the interpretation that the author probably meant.
             let is_timed = |(op, _): &(Op, Span)| matches!(op, Op::Number(_, d) if d.has_time());
             return Err(if program.steps.iter().any(is_timed) { timed } else { plain });
         }
@@ -59,18 +60,18 @@ pub(crate) fn in_time(
     })
 }
 
-/// A part of the expression: an entry of the stack machine's stack.
+/// A partial result on the stack.
 struct Part {
     dimension: Dimension,
     span: Span,
-    /// Where its instructions begin.
+    /// Index of its first instruction.
     start: usize,
-    /// Whether they are a single number.
+    /// True if its instructions are a single number.
     constant: bool,
 }
 
-/// The dimension of the program, and its instructions with the constant parts computed; `time` is
-/// the dimension that `t` is taken to have.
+/// Dimension of the program, and its instructions with the constant parts evaluated. `time` is the
+/// dimension of `t`.
 fn analyse(
     program: &Program,
     scope: &dyn Scope,
@@ -115,7 +116,7 @@ fn analyse(
         }
         stack.push(Part { dimension, span: whole, start, constant });
     }
-    // The parser leaves exactly one.
+    // The parser leaves exactly one entry.
     let dimension = stack.pop().map_or(Dimension::NONE, |part| part.dimension);
     Ok((dimension, formula))
 }
@@ -225,7 +226,7 @@ fn call_dimension(function: Function, parts: &[Part]) -> Result<Dimension, Fault
     }
 }
 
-/// What to say when `op` gives no finite number.
+/// Diagnostic for an operation `op` without a finite result.
 pub(super) fn not_finite(op: Op, arguments: &[super::jet::Jet], span: Span, whole: &Span) -> Fault {
     let reason = match op {
         Op::Divide if arguments.get(1).is_some_and(|x| x.value == 0.0) => Some("division by zero"),

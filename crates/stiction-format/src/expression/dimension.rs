@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-/// Powers are counted in twelfths, so that square, cube and fourth roots stay exact.
+/// One whole power, in twelfths, so that square, cube and fourth roots are exact.
 const ONE: i16 = 12;
 
-/// The dimension of a quantity. Angles are plain numbers; that an angle unit was written is kept
-/// only to tell `30 deg` from a bare number where a length is due.
+/// Dimension of a quantity. Angles are plain numbers; an angle unit is recorded only to distinguish
+/// `30 deg` from a bare number where a length is expected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub(crate) struct Dimension {
     metre: i16,
@@ -22,52 +22,52 @@ impl Dimension {
     pub(crate) const TIME: Self = Self::of(0, 0, 1);
     pub(crate) const ANGLE: Self = Self { radian: ONE, ..Self::NONE };
 
-    /// The dimension with these whole powers of m, kg, s.
+    /// Dimension with these integer powers of m, kg, s.
     pub(crate) const fn of(metre: i16, kilogram: i16, second: i16) -> Self {
         Self { metre: metre * ONE, kilogram: kilogram * ONE, second: second * ONE, radian: 0 }
     }
 
-    /// The same with a whole power of the angle unit.
+    /// Adds an integer power of the angle unit.
     pub(crate) const fn with_angle(self, power: i16) -> Self {
         Self { radian: power * ONE, ..self }
     }
 
-    /// Whether it is that of a plain number (or an angle).
+    /// Tests for a plain number or an angle.
     pub(crate) fn is_none(self) -> bool {
         self.same(Self::NONE)
     }
 
-    /// Whether it is a plain number written with an angle unit.
+    /// Tests for a plain number written with an angle unit.
     pub(crate) fn is_angle(self) -> bool {
         self.is_none() && self.radian != 0
     }
 
-    /// Whether an angle unit was written.
+    /// Tests for an angle unit.
     pub(crate) fn has_angle(self) -> bool {
         self.radian != 0
     }
 
-    /// Whether quantities of both can be added.
+    /// Tests if quantities of both dimensions can be added.
     pub(crate) fn same(self, other: Self) -> bool {
         (self.metre, self.kilogram, self.second) == (other.metre, other.kilogram, other.second)
     }
 
-    /// Whether a power of time occurs.
+    /// Tests for a nonzero power of time.
     pub(crate) fn has_time(self) -> bool {
         self.second != 0
     }
 
-    /// The dimension of a product; `None` beyond all reason.
+    /// Dimension of a product; `None` if a power overflows.
     pub(crate) fn times(self, other: Self) -> Option<Self> {
         self.combine(other, i16::checked_add)
     }
 
-    /// The dimension of a quotient; `None` beyond all reason.
+    /// Dimension of a quotient; `None` if a power overflows.
     pub(crate) fn over(self, other: Self) -> Option<Self> {
         self.combine(other, i16::checked_sub)
     }
 
-    /// The dimension of a power; `None` where it is not a power of units.
+    /// Dimension of a power; `None` if it is not a product of unit powers.
     pub(crate) fn power(self, exponent: f64) -> Option<Self> {
         let scale = |power: i16| {
             let scaled = f64::from(power) * exponent;
@@ -80,7 +80,7 @@ impl Dimension {
             metre: scale(self.metre)?,
             kilogram: scale(self.kilogram)?,
             second: scale(self.second)?,
-            // Bookkeeping only, never a reason to refuse.
+            // The angle is only informative and never causes an error.
             radian: scale(self.radian).unwrap_or(0),
         })
     }
@@ -94,7 +94,7 @@ impl Dimension {
         })
     }
 
-    /// What a quantity of this dimension is called: `a length`.
+    /// Phrase for a quantity of this dimension, such as `a length`.
     pub(crate) fn describe(self) -> String {
         if self.is_angle() {
             return "an angle".to_owned();

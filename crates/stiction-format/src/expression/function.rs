@@ -1,4 +1,4 @@
-//! The functions of expressions.
+//! Functions available in expressions.
 
 use super::jet::Jet;
 
@@ -24,16 +24,16 @@ pub(crate) enum Function {
     Smooth,
 }
 
-/// What a function asks of its arguments' dimensions, and what it gives.
+/// Rules for the dimensions of arguments and result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rule {
-    /// A plain number (or angle) to a plain number.
+    /// Dimensionless argument (or angle), dimensionless result.
     Plain,
-    /// All arguments of one dimension, which is the result's.
+    /// Arguments of one dimension, which the result shares.
     Keep,
-    /// All arguments of one dimension; the result is a plain number.
+    /// Arguments of one dimension, dimensionless result.
     Ratio,
-    /// The result has the root of the argument's dimension.
+    /// The result has the square root of the argument's dimension.
     Root,
 }
 
@@ -69,7 +69,7 @@ impl Function {
         Self::ALL.iter().find(|(_, f)| *f == self).map_or("", |&(name, _)| name)
     }
 
-    /// How it is called.
+    /// Signature for messages.
     pub(crate) fn usage(self) -> String {
         let arguments = match self {
             Self::Atan2 => "y, x",
@@ -80,7 +80,7 @@ impl Function {
         format!("{}({arguments})", self.name())
     }
 
-    /// The least and the greatest number of arguments.
+    /// Minimum and maximum number of arguments.
     pub(crate) fn arity(self) -> (usize, usize) {
         match self {
             Self::Atan2 => (2, 2),
@@ -90,7 +90,7 @@ impl Function {
         }
     }
 
-    /// Its rule of dimensions.
+    /// Dimension rule.
     pub(crate) fn rule(self) -> Rule {
         match self {
             Self::Atan2 | Self::Smooth => Rule::Ratio,
@@ -100,7 +100,7 @@ impl Function {
         }
     }
 
-    /// Its value; missing arguments count as NaN.
+    /// Evaluates the function; missing arguments count as NaN.
     pub(crate) fn apply(self, arguments: &[Jet]) -> Jet {
         let argument = |k: usize| arguments.get(k).copied().unwrap_or(Jet::constant(f64::NAN));
         let fold = |pick: fn(Jet, Jet) -> Jet| {
@@ -128,7 +128,7 @@ impl Function {
         }
     }
 
-    /// Why the value at these arguments is not a finite number.
+    /// Reason for a result that is not finite.
     pub(crate) fn complaint(self, arguments: &[Jet]) -> Option<&'static str> {
         let x = arguments.first()?.value;
         match self {

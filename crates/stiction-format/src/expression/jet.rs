@@ -1,4 +1,4 @@
-//! Second-order jets: a value with its exact first and second time derivative.
+//! Second-order jets: a value with its exact first and second time derivatives.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -11,12 +11,12 @@ pub(crate) struct Jet {
 }
 
 impl Jet {
-    /// A number that does not change.
+    /// A constant.
     pub(crate) fn constant(value: f64) -> Self {
         Self { value, first: 0.0, second: 0.0 }
     }
 
-    /// Time itself.
+    /// The time itself.
     pub(crate) fn time(t: f64) -> Self {
         Self { value: t, first: 1.0, second: 0.0 }
     }
@@ -25,7 +25,7 @@ impl Jet {
         self.value.is_finite() && self.first.is_finite() && self.second.is_finite()
     }
 
-    /// `f(self)`, from the value of `f` and its first two derivatives there.
+    /// Composition `f(self)`, from the value of `f` and its first two derivatives at `self.value`.
     pub(crate) fn chain(self, f: f64, df: f64, ddf: f64) -> Self {
         Self {
             value: f,
@@ -70,7 +70,7 @@ impl Jet {
         self.chain(x.atan(), slope, -2.0 * x * slope * slope)
     }
 
-    /// The angle of the point (`x`, `self`).
+    /// Angle of the point (`x`, `self`), as `atan2`.
     pub(crate) fn atan2(self, x: Self) -> Self {
         let y = self;
         let r2 = x.value * x.value + y.value * y.value;
@@ -96,7 +96,7 @@ impl Jet {
 
     pub(crate) fn tanh(self) -> Self {
         let t = self.value.tanh();
-        // 1 - t^2 without the cancellation at large arguments.
+        // 1 - t^2, computed without cancellation for large arguments.
         let slope = self.value.cosh().recip().powi(2);
         self.chain(t, slope, -2.0 * t * slope)
     }
@@ -117,49 +117,50 @@ impl Jet {
         self.chain(root, slope, -0.5 * slope / self.value)
     }
 
-    /// A constant power.
+    /// Power with a constant exponent.
     pub(crate) fn powf(self, n: f64) -> Self {
         let x = self.value;
-        // A factor of zero wins over an infinite power: the derivative of x^1 at 0 is 1, of x^0 it is 0.
+        // A zero factor takes precedence over an infinite power: the derivative of x^1 at 0 is 1,
+        // that of x^0 is 0.
         let term = |factor: f64, power: f64| {
             if factor == 0.0 { 0.0 } else { factor * x.powf(power) }
         };
         self.chain(x.powf(n), term(n, n - 1.0), term(n * (n - 1.0), n - 2.0))
     }
 
-    /// A power whose exponent changes in time.
+    /// Power with a time-dependent exponent.
     pub(crate) fn pow(self, n: Self) -> Self {
         (self.ln() * n).exp()
     }
 
-    /// At a kink, derivatives are those towards later times.
+    /// Absolute value; at a kink the derivatives are one-sided, towards later times.
     pub(crate) fn abs(self) -> Self {
         if self.less_soon(Self::constant(0.0)) { -self } else { self }
     }
 
-    /// The smaller of two; at a crossing, the one that is smaller next.
+    /// Minimum of two jets; at a crossing, the one that is smaller at later times.
     pub(crate) fn min(self, other: Self) -> Self {
         if other.less_soon(self) { other } else { self }
     }
 
-    /// The greater of two; at a crossing, the one that is greater next.
+    /// Maximum of two jets; at a crossing, the one that is greater at later times.
     pub(crate) fn max(self, other: Self) -> Self {
         if self.less_soon(other) { other } else { self }
     }
 
-    /// Whether it is less than `other`, now or right after.
+    /// Compares with `other`, at a crossing by the values at later times.
     fn less_soon(self, other: Self) -> bool {
         let difference =
             [self.value - other.value, self.first - other.first, self.second - other.second];
         difference.into_iter().find(|d| *d != 0.0).is_some_and(|d| d < 0.0)
     }
 
-    /// From 0 at `from` to 1 at `to` with vanishing first and second derivatives at both, and
-    /// constant outside: `6 u^5 - 15 u^4 + 10 u^3`.
+    /// Smooth step from 0 at `from` to 1 at `to`, constant outside, with zero first and second
+    /// derivatives at both ends: `6 u^5 - 15 u^4 + 10 u^3`.
     pub(crate) fn smooth(self, from: Self, to: Self) -> Self {
         let u = (self - from) / (to - from);
         match u.value {
-            // A step is not smooth.
+            // A jump has no derivative.
             _ if from.value == to.value => Self::constant(f64::NAN),
             x if x <= 0.0 => Self::constant(0.0),
             x if x >= 1.0 => Self::constant(1.0),
@@ -227,7 +228,7 @@ mod tests {
 
     type Operation = (&'static str, fn(Jet) -> Jet);
 
-    /// Each with arguments well inside its domain.
+    /// Evaluates each function at arguments well inside its domain.
     const OPERATIONS: &[Operation] = &[
         ("sin", Jet::sin),
         ("cos", Jet::cos),
@@ -250,7 +251,8 @@ mod tests {
     ];
 
     proptest! {
-        /// Along the curve x(t) = a + b t + c t^2, against central differences of the values.
+        /// Compares derivatives along x(t) = a + b t + c t^2 with central differences of the
+        /// values.
         #[test]
         fn derivatives_are_those_of_the_values(
             a in -1.5..1.5f64, b in -1.0..1.0f64, c in -1.0..1.0f64,

@@ -1,9 +1,9 @@
-//! Kinds of quantities that the model file asks for.
+//! Kinds of quantities that the model file expects.
 
 use super::{Dimension, Fault};
 use crate::source::Span;
 
-/// What is measured, and hence in which unit.
+/// Kind of a quantity, which determines its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Measure {
     Length,
@@ -18,38 +18,38 @@ pub(crate) enum Measure {
     Stiffness,
     Damping,
     Pitch,
-    /// How far something gives to a force.
+    /// Displacement per force.
     Compliance,
-    /// By which angle something gives to a moment.
+    /// Angle per moment.
     AngularCompliance,
     Speed,
-    /// Stiffness of bristles for each newton of load.
+    /// Bristle stiffness per newton of normal load.
     PerLength,
-    /// Damping of bristles for each newton of load.
+    /// Bristle damping per newton of normal load.
     PerSpeed,
-    /// Moment for an angle.
+    /// Moment per angle.
     AngularStiffness,
-    /// Moment for an angular rate.
+    /// Moment per angular rate.
     AngularDamping,
-    /// Cycles for a time.
+    /// Cycles per time.
     Frequency,
     Number,
-    /// Anything: a parameter.
+    /// Any quantity, for parameters.
     Any,
 }
 
-/// How a measure is spoken of.
+/// Phrases that describe a measure.
 pub(crate) struct Words {
-    /// `a length`.
+    /// Noun phrase such as `a length`.
     pub(crate) noun: &'static str,
     /// An example with a unit.
     pub(crate) example: &'static str,
-    /// The SI unit of bare numbers.
+    /// SI unit assumed for bare numbers.
     pub(crate) unit: &'static str,
 }
 
 impl Measure {
-    /// Its dimension.
+    /// Dimension of the measure.
     pub(crate) fn dimension(self) -> Dimension {
         match self {
             Self::Length => Dimension::LENGTH,
@@ -75,7 +75,7 @@ impl Measure {
         }
     }
 
-    /// How it is spoken of.
+    /// Phrases that describe the measure.
     pub(crate) fn words(self) -> Words {
         let (noun, example, unit) = match self {
             Self::Length => ("a length", "128.48 mm", "m"),
@@ -104,7 +104,7 @@ impl Measure {
         Words { noun, example, unit }
     }
 
-    /// `a length such as "128.48 mm" or a bare number in m`.
+    /// Expected value in words, such as `a length such as "128.48 mm" or a bare number in m`.
     pub(crate) fn expected(self) -> String {
         let Words { noun, example, unit } = self.words();
         match self {
@@ -114,11 +114,11 @@ impl Measure {
         }
     }
 
-    /// A way out for what is often taken for it.
+    /// Remedy for a quantity that is often confused with this one.
     fn advice(self, found: Dimension) -> Option<String> {
-        // Data sheets give friction moments over angular rates.
+        // Data sheets state friction moments per angular rate.
         let turning = self == Self::Viscous && found.same(Dimension::of(2, 1, -1));
-        // And stiffnesses, where compliances are due.
+        // Data sheets also state stiffnesses instead of compliances.
         let inverse = match self {
             Self::Compliance => found.same(Dimension::of(0, 1, -2)),
             Self::AngularCompliance => found.same(Dimension::of(2, 1, -2)),
@@ -138,14 +138,14 @@ impl Measure {
         })
     }
 
-    /// What is wrong with a quantity of this dimension, as a function of its place. Plain numbers
-    /// count in SI units; angles do not pass for plain numbers where a length is due.
+    /// Complaint about a quantity of the wrong dimension. Plain numbers count in SI units; an angle
+    /// is not accepted where a length is expected.
     pub(crate) fn complaint(self, found: Dimension) -> Option<impl FnOnce(Span) -> Fault> {
         let wanted = self.dimension();
         let bare = found.is_none() && (!found.is_angle() || wanted.is_none());
         let number_from_angle = self == Self::Number && found.is_angle();
         let fine = self == Self::Any || wanted.same(found) || bare;
-        // An angular frequency is another number than the frequency.
+        // An angular frequency differs from the frequency by 2 pi.
         let turns = self == Self::Frequency && found.has_angle();
         (!fine || number_from_angle || turns).then_some(move |span| {
             Fault::new(

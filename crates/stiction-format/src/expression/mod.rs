@@ -1,14 +1,14 @@
 //! Expressions with units: `"128.48 mm"`, `"2*l1 + 5 mm"`, `"5 mm*sin(2*pi*t)"`.
 //!
-//! An expression becomes a list of instructions for a stack machine rather than a tree, so that no
-//! input, however long, can exhaust the call stack.
+//! An expression is compiled to instructions of a stack machine instead of a tree, so that no input
+//! can overflow the call stack.
 
 mod check;
 pub(crate) mod dimension;
 mod function;
 pub(crate) mod jet;
 mod measure;
-mod pace;
+mod sampling;
 mod parse;
 mod run;
 #[cfg(test)]
@@ -24,7 +24,7 @@ pub(crate) use run::Formula;
 
 use crate::source::Span;
 
-/// What is wrong with an expression, and where in it.
+/// An error in an expression, with its place.
 #[derive(Clone, Debug)]
 pub(crate) struct Fault {
     pub(crate) span: Span,
@@ -32,7 +32,7 @@ pub(crate) struct Fault {
     pub(crate) message: String,
     pub(crate) label: String,
     pub(crate) help: Option<String>,
-    /// It follows from another fault that is reported elsewhere.
+    /// True if it follows from another error that is reported elsewhere.
     pub(crate) echo: bool,
 }
 
@@ -57,11 +57,11 @@ impl Fault {
     }
 }
 
-/// Values that expressions may refer to by name.
+/// Named values that expressions can use.
 pub(crate) trait Scope {
-    /// The number of the parameter with this name.
+    /// Index of the parameter with this name.
     fn find(&self, name: &str) -> Option<usize>;
-    /// The value of a parameter; `None` if it has none because its own definition is wrong.
+    /// Value of a parameter; `None` if its own definition is invalid.
     fn value(&self, index: usize) -> Option<Quantity>;
     /// All names, for suggestions.
     fn names(&self) -> Vec<&str>;

@@ -7,13 +7,13 @@ use super::jet::Jet;
 use super::parse::Op;
 use crate::source::Span;
 
-/// Instructions that give a number at every time. Made by the checker: they always fit together.
+/// Checked instructions that yield a number at every time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Formula {
     steps: Vec<(Op, Span)>,
 }
 
-/// The result of an operation; of too few arguments it is NaN.
+/// Result of an operation; NaN if arguments are missing.
 pub(super) fn apply(op: Op, arguments: &[Jet]) -> Jet {
     let argument = |k: usize| arguments.get(k).copied().unwrap_or(Jet::constant(f64::NAN));
     let (a, b) = (argument(0), argument(1));
@@ -24,7 +24,7 @@ pub(super) fn apply(op: Op, arguments: &[Jet]) -> Jet {
         Op::Subtract => a - b,
         Op::Multiply => a * b,
         Op::Divide => a / b,
-        // A constant exponent also suits negative bases.
+        // A constant exponent also permits negative bases.
         Op::Power if b.first == 0.0 && b.second == 0.0 => a.powf(b.value),
         Op::Power => a.pow(b),
         Op::Call(function, _) => Function::apply(function, arguments),
@@ -43,13 +43,13 @@ impl Formula {
         self.steps.push((op, span));
     }
 
-    /// Removes the numbers from `start` on.
+    /// Removes the numbers from index `start` on.
     pub(super) fn cut_constants(&mut self, start: usize) -> Vec<Jet> {
         let start = start.min(self.steps.len());
         self.steps.split_off(start).into_iter().map(|(op, _)| apply(op, &[])).collect()
     }
 
-    /// The number that stands at `at`.
+    /// Number at index `at`.
     pub(super) fn number_at(&self, at: usize) -> Option<f64> {
         match self.steps.get(at) {
             Some((Op::Number(value, _), _)) => Some(*value),
@@ -57,7 +57,7 @@ impl Formula {
         }
     }
 
-    /// The value, if it does not change in time.
+    /// Value, if it is constant.
     pub(super) fn constant(&self) -> Option<f64> {
         match self.steps.as_slice() {
             [(Op::Number(value, _), _)] => Some(*value),
@@ -65,12 +65,12 @@ impl Formula {
         }
     }
 
-    /// The value at time `t` with its derivatives; NaN or infinite where there is none.
+    /// Value at time `t` with its derivatives; NaN or infinite where undefined.
     pub(crate) fn at(&self, t: f64) -> Jet {
         self.run(t, &mut |_, _, _, _| true)
     }
 
-    /// Where and why the value at time `t` is not finite, if it is not.
+    /// Place and reason of a result that is not finite at time `t`.
     pub(crate) fn fault_at(&self, t: f64) -> Option<Fault> {
         let mut fault = None;
         self.run(t, &mut |op, arguments, span, value| {
@@ -82,7 +82,7 @@ impl Formula {
         fault
     }
 
-    /// Shows every operation with its arguments at time `t`.
+    /// Calls `visit` for every operation with its arguments at time `t`.
     pub(super) fn watch(&self, t: f64, see: &mut dyn FnMut(Op, &[Jet])) {
         self.run(t, &mut |op, arguments, _, _| {
             see(op, arguments);
@@ -90,7 +90,8 @@ impl Formula {
         });
     }
 
-    /// Runs until `watch`, shown every operation with its arguments and result, says no.
+    /// Runs until `watch`, called with every operation, its arguments and its result, returns
+    /// false.
     fn run(&self, t: f64, watch: &mut Watch<'_>) -> Jet {
         let mut stack: Vec<Jet> = Vec::with_capacity(8);
         for (op, span) in &self.steps {
@@ -115,7 +116,7 @@ impl Formula {
         stack.pop().unwrap_or(Jet::constant(f64::NAN))
     }
 
-    /// A formula that is just a number.
+    /// A formula that is a single number.
     #[cfg(test)]
     pub(crate) fn of_number(value: f64) -> Self {
         Self { steps: vec![(Op::Number(value, super::Dimension::NONE), 0..0)] }

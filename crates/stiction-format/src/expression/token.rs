@@ -1,30 +1,30 @@
-//! Words of an expression.
+//! Tokens of an expression.
 
 use super::Fault;
 use super::unit;
 use crate::diagnostic::quoted;
 use crate::source::Span;
 
-/// A word and its place.
+/// A token and its place.
 #[derive(Clone, Debug)]
 pub(crate) struct Token {
     pub(crate) kind: TokenKind,
     pub(crate) span: Span,
 }
 
-/// What a word is.
+/// Kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TokenKind {
-    /// A number, to be read from the text.
+    /// A number; its digits remain in the text.
     Number,
-    /// A name, to be read from the text; also `%`.
+    /// A name, or `%`; its letters remain in the text.
     Name,
     /// One of `+ - * / ^ ( ) ,`.
     Symbol(char),
     End,
 }
 
-/// All words of `text`, the last of them [`TokenKind::End`].
+/// Splits `text` into tokens, the last of them [`TokenKind::End`].
 pub(crate) fn tokens(text: &str) -> Result<Vec<Token>, Fault> {
     let mut tokens = Vec::new();
     let mut rest = text.char_indices().peekable();
@@ -64,7 +64,7 @@ pub(crate) fn tokens(text: &str) -> Result<Vec<Token>, Fault> {
     Ok(tokens)
 }
 
-/// The bytes of the number at the start of `text`: digits, point, exponent.
+/// Length in bytes of the number at the start of `text`: digits, point, exponent.
 fn number_length(text: &str) -> usize {
     let digits = |from: usize| text.bytes().skip(from).take_while(u8::is_ascii_digit).count();
     let mut length = digits(0);

@@ -1,9 +1,9 @@
-//! Units.
+//! Units of measurement.
 
 use super::dimension::Dimension;
 use std::f64::consts::PI;
 
-/// A unit: so many SI units of its dimension.
+/// A unit: its scale relative to the SI unit, and its dimension.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Unit {
     pub(crate) name: &'static str,
@@ -11,8 +11,8 @@ pub(crate) struct Unit {
     pub(crate) dimension: Dimension,
 }
 
-/// How many SI units a unit is: `factor * 10^ten`. Powers of ten are kept apart so that they can go
-/// into the exponent of a number as it is written: `"128.48 mm"` is then the same number as `0.12848`.
+/// Number of SI units in a unit, `factor * 10^ten`. The power of ten is separate so that it can be
+/// added to the decimal exponent of a number: `"128.48 mm"` is then exactly `0.12848`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scale {
     pub(crate) factor: f64,
@@ -22,13 +22,13 @@ pub(crate) struct Scale {
 impl Scale {
     pub(crate) const ONE: Self = Self { factor: 1.0, ten: 0 };
 
-    /// The number of SI units in `x` of these.
+    /// Converts `x` to SI units.
     pub(crate) fn apply(self, x: f64) -> f64 {
         let tens = 10f64.powi(self.ten.abs());
         self.factor * if self.ten < 0 { x / tens } else { x * tens }
     }
 
-    /// The same for a number as it is written, rounded once where the unit is a power of ten.
+    /// Converts a decimal number as written, with a single rounding if the unit is a power of ten.
     pub(crate) fn apply_to_digits(self, digits: &str) -> f64 {
         let (mantissa, exponent) = digits.split_once(['e', 'E']).unwrap_or((digits, "0"));
         let exponent = exponent.parse::<i32>().ok().and_then(|e| e.checked_add(self.ten));
@@ -39,10 +39,10 @@ impl Scale {
         }
     }
 
-    /// The scale of a product with a unit raised to a power; `None` beyond all reason.
+    /// Scale of the product with a unit raised to a power; `None` if a power overflows.
     pub(crate) fn times(self, other: Self, power: f64) -> Option<Self> {
         let ten = f64::from(other.ten) * power;
-        // A broken power of a power of ten is no power of ten.
+        // A fractional power of ten cannot be kept as an integer exponent.
         let (ten, rest) = if ten.fract() == 0.0 { (ten, 1.0) } else { (0.0, 10f64.powf(ten)) };
         let own = if other.factor == 1.0 { 1.0 } else { other.factor.powf(power) };
         let factor = self.factor * own * rest;
@@ -67,7 +67,7 @@ const ENERGY: Dimension = Dimension::of(2, 1, -2);
 const POWER: Dimension = Dimension::of(2, 1, -3);
 const PRESSURE: Dimension = Dimension::of(-1, 1, -2);
 
-/// All units that can be written.
+/// All units.
 pub(crate) const UNITS: &[Unit] = &[
     unit("m", 1.0, 0, LENGTH),
     unit("km", 1.0, 3, LENGTH),
@@ -108,12 +108,12 @@ pub(crate) const UNITS: &[Unit] = &[
     unit("%", 1.0, -2, NONE),
 ];
 
-/// The unit with this name.
+/// Finds a unit by name.
 pub(crate) fn find(name: &str) -> Option<&'static Unit> {
     UNITS.iter().find(|unit| unit.name == name)
 }
 
-/// Advice for what is often written and is not a unit here.
+/// Advice for common spellings that are not units here.
 pub(crate) fn advice(name: &str) -> Option<String> {
     const MEANT: &[(&str, &str)] = &[
         ("degree", "deg"),
@@ -161,7 +161,7 @@ pub(crate) fn advice(name: &str) -> Option<String> {
     if let Some((_, meant)) = MEANT.iter().find(|(typed, _)| *typed == name || *typed == singular) {
         return Some(format!("write `{meant}`"));
     }
-    // `Nm` is two units written as one; `kgm2` is the same with a power.
+    // `Nm` is two units written as one; `kgm2` also lacks the sign of a power.
     let bare = name.trim_end_matches(|c: char| c.is_ascii_digit());
     let power = name.get(bare.len()..).filter(|digits| !digits.is_empty());
     let power = power.map_or(String::new(), |digits| format!("^{digits}"));
@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn units_are_known_in_si() {
-        // Definitions (NIST SP 811, appendix B), computed here in another way.
+        // Definitions (NIST SP 811, appendix B), computed here in a different way.
         for (name, value) in [
             ("in", 0.0254),
             ("ft", 12.0 * 0.0254),
@@ -192,7 +192,7 @@ mod tests {
             ("bar", 1e5),
         ] {
             let si = find(name).unwrap().scale.apply(1.0);
-            // One rounding here, one there.
+            // Each computation rounds once.
             assert!((si / value - 1.0).abs() < 4.0 * f64::EPSILON, "{name}: {si}");
         }
         let mm = find("mm").unwrap().scale;

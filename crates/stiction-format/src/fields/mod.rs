@@ -1,4 +1,4 @@
-//! What may stand in a model file: one table of fields for every kind of table.
+//! Schema of the model file: one list of fields for every kind of table.
 //!
 //! The tables in [`tables`] are the single source for the reader (unknown and missing keys, units),
 //! for the JSON schema, and for the reference.
@@ -15,15 +15,16 @@ use crate::expression::Measure;
 pub(crate) struct Field {
     /// The key.
     pub(crate) key: &'static str,
-    /// What stands behind it.
+    /// Form of its value.
     pub(crate) shape: Shape,
-    /// Whether it must be there. Conditions ("required with mass") are the reader's.
+    /// True if the key is required. Conditional requirements ("required with mass") are checked by
+    /// the reader.
     pub(crate) required: bool,
-    /// What it means, in a sentence or two.
+    /// Description, in a sentence or two.
     pub(crate) doc: &'static str,
 }
 
-/// What a value looks like.
+/// Form of a value.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Shape {
     /// A string.
@@ -48,7 +49,7 @@ pub(crate) enum Shape {
     Rotation,
     /// Inertia: three principal moments or the entries of a tensor.
     Inertia,
-    /// `true`, `false`, or the names of freedoms.
+    /// `true`, `false`, or the names of degrees of freedom.
     Actuated,
     /// Start coordinates of a joint.
     Start,
@@ -62,9 +63,9 @@ pub(crate) enum Shape {
     Named(&'static [Field]),
     /// Quantities by name.
     Parameters,
-    /// Motions by name: tables with these keys besides coordinates.
+    /// Motions by name: tables with these keys and coordinates.
     Motions(&'static [Field]),
-    /// Loads by name: tables with these keys besides bodies.
+    /// Loads by name: tables with these keys and bodies.
     Loads(&'static [Field]),
 }
 
@@ -76,7 +77,7 @@ const fn required(key: &'static str, shape: Shape, doc: &'static str) -> Field {
     Field { key, shape, required: true, doc }
 }
 
-/// These fields, then those; `N` in all.
+/// Concatenates two field lists; `N` is the total length.
 const fn joined<const N: usize>(first: &[Field], then: &[Field]) -> [Field; N] {
     assert!(first.len() + then.len() == N);
     let mut all = [first[0]; N];

@@ -1,12 +1,12 @@
-//! The JSON schema, for editors and other programs.
+//! JSON schema of the model file, for editors and other programs.
 
 use super::tables::{AXES, BODY_LOAD, BODY_MOTION, MODEL, ORDERS, POSE, TENSOR};
 use super::{Field, Shape};
 use crate::expression::Measure;
 use serde_json::{Map, Value, json};
 
-/// A JSON schema (draft 2020-12) of the model file. It knows all keys and what stands behind them;
-/// names, units and physics are checked by [`crate::read`].
+/// Returns a JSON schema (draft 2020-12) of the model file. It describes all keys and the forms of
+/// their values; names, units and physics are checked by [`crate::read`].
 pub fn json_schema() -> Value {
     let mut schema = table(MODEL);
     let object = json!({
@@ -85,8 +85,8 @@ fn inertia() -> Value {
     })
 }
 
-/// Loads by body. The names of bodies may have dots, which nest, so beside the known keys anything
-/// may be a part of a name.
+/// Schema of loads by body. Names of bodies may contain dots, which nest, so any other key may be
+/// part of a name.
 fn load() -> Value {
     let mut schema = table(BODY_LOAD);
     if let Some(schema) = schema.as_object_mut() {
@@ -174,7 +174,7 @@ fn shape(shape: &Shape) -> Value {
     }
 }
 
-/// Tables by name with these keys, and others that are names themselves.
+/// Tables by name with these keys and arbitrary further keys, which are names.
 fn named_open(fields: &[Field], others: &str) -> Value {
     let mut each = table(fields);
     if let Some(each) = each.as_object_mut() {

@@ -1,4 +1,4 @@
-//! The names of actuators.
+//! Names of actuators.
 
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
@@ -9,14 +9,15 @@ use stiction_core::mechanism::Mechanism;
 /// All actuators of a mechanism in their order.
 pub(crate) struct Actuators {
     all: Vec<Actuator>,
-    /// The names of all joints.
+    /// Names of all joints.
     joints: Vec<String>,
 }
 
 struct Actuator {
-    /// The name of the joint, followed by that of the freedom where the joint has several actuators.
+    /// Name of the joint, followed by that of the degree of freedom if the joint has several
+    /// actuators.
     name: String,
-    /// Always with the freedom.
+    /// Name of the joint followed by that of the degree of freedom.
     long_name: String,
     translates: bool,
 }
@@ -40,7 +41,7 @@ impl Actuators {
         self.all.len()
     }
 
-    /// The actuator with this name.
+    /// Index of the actuator with this name.
     pub(crate) fn find(&self, name: &str) -> Option<usize> {
         self.all.iter().position(|a| a.name == name || a.long_name == name)
     }
@@ -49,13 +50,13 @@ impl Actuators {
         self.all.iter().map(|actuator| actuator.name.as_str())
     }
 
-    /// Of a force and a moment that of this actuator.
+    /// Selects the linear measure for an actuator that translates and the angular one otherwise.
     pub(crate) fn measure(&self, actuator: usize, linear: Measure, angular: Measure) -> Measure {
         let translates = self.all.get(actuator).is_none_or(|actuator| actuator.translates);
         if translates { linear } else { angular }
     }
 
-    /// Says that there is no actuator of this name.
+    /// Message and help for an unknown actuator.
     pub(crate) fn unknown(&self, name: &str) -> (String, Option<String>) {
         if self.joints.iter().any(|joint| joint == name) {
             let message = format!("joint {} has no actuator", quoted(name));
@@ -70,7 +71,7 @@ impl Actuators {
         (format!("there is no actuator {}", quoted(name)), help.or_else(|| Some(none())))
     }
 
-    /// Says so at a place.
+    /// Reports an unknown actuator at a place.
     pub(crate) fn report(&self, context: &Context<'_>, name: &str, span: &Span) {
         let (message, help) = self.unknown(name);
         context.push_missing(

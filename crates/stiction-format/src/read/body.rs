@@ -1,4 +1,4 @@
-//! Bodies.
+//! Reader of bodies.
 
 use super::context::{Context, Record};
 use crate::document::{Key, Table};
@@ -7,7 +7,7 @@ use crate::source::Span;
 use stiction_core::mechanism::BodySpec;
 use stiction_core::spatial::Pose;
 
-/// A body that was read, and where its parts stand.
+/// A body with the places of its parts.
 pub(crate) struct BodyDraft {
     pub(crate) name: String,
     pub(crate) spec: BodySpec,
@@ -17,7 +17,7 @@ pub(crate) struct BodyDraft {
     pub(crate) inertia_span: Span,
 }
 
-/// Reads a body; `what` is what to call it.
+/// Reads a body; `what` describes it in messages.
 pub(crate) fn read(
     context: &Context<'_>,
     name: String,
@@ -27,7 +27,7 @@ pub(crate) fn read(
 ) -> BodyDraft {
     let record = Record::new(context, table, BODY, what);
     let mut spec = BodySpec::new(name.as_str());
-    // A mass that could not be read is some mass, but says nothing about what else is needed.
+    // With an invalid mass nothing is known about other required keys.
     let mass = record.quantity("mass");
     if let Some(mass) = mass {
         spec = spec.mass(mass);

@@ -1,4 +1,4 @@
-//! The chain of a leg: `R cylinder P* rod S`, or shorter `R P* S`.
+//! Reader of a leg's chain: `R cylinder P* rod S`, or `R P* S`.
 
 use super::context::Context;
 use super::names;
@@ -15,7 +15,7 @@ pub(crate) struct Chain {
     pub(crate) bodies: Vec<Link>,
 }
 
-/// A body or joint of the chain: its key in the tables of the group, and where it stands.
+/// A body or joint of the chain: its key in the tables of the group, and its place.
 pub(crate) struct Link {
     pub(crate) key: String,
     pub(crate) span: Span,
@@ -38,13 +38,13 @@ impl JointLink {
 const EXAMPLE: &str = "write the joints and the bodies between them in turn, \"R cylinder P* rod S\", or \
      the joints alone, \"R P* S\"; * means actuated";
 
-/// No leg has nearly as many joints and bodies; a text of two megabytes might, and would be read for hours.
+/// Maximum number of joints and bodies in a chain, which bounds the time to read it.
 const MOST_WORDS: usize = 1000;
 
-/// A word of the chain and where it stands in the chain's text.
+/// A word and its place in the chain's text.
 type Word<'a> = (&'a str, Span);
 
-/// The chain's text, and what is said about it.
+/// The chain's text, with the context for messages.
 struct Text<'a> {
     context: &'a Context<'a>,
     value: &'a Value,
@@ -95,12 +95,12 @@ impl Text<'_> {
     }
 }
 
-/// A joint without the mark of an actuator.
+/// Symbol of a joint without the asterisk of an actuator.
 fn symbol(word: &str) -> &str {
     word.trim_end_matches('*')
 }
 
-/// Letters of joints run together, `RP*S`, with blanks between them.
+/// Separates joints written without blanks, such as `RP*S`.
 fn apart(word: &str) -> Option<String> {
     let letters = word.chars().filter(|c| !matches!(c, '-' | '_' | ',' | '.'));
     let mut apart = String::new();
@@ -115,8 +115,8 @@ fn apart(word: &str) -> Option<String> {
     (all && joints().count() > 1).then_some(apart)
 }
 
-/// Whether the chain consists of joints alone: no body stands behind the first joint, and nothing
-/// that is left could be the name of one.
+/// Tests if the chain contains only joints: the second word is a joint, and no word can only be the
+/// name of a body.
 fn is_bare(words: &[Word<'_>]) -> bool {
     let is_joint = |word: &str| JointType::from_symbol(symbol(word)).is_some();
     let is_letter = |word: &str| symbol(word).chars().count() == 1 || word.ends_with('*');
@@ -125,8 +125,7 @@ fn is_bare(words: &[Word<'_>]) -> bool {
 }
 
 impl Chain {
-    /// Reads the chain, with the names of its bodies where these stand apart; `None` if it cannot be
-    /// understood.
+    /// Reads the chain, with body names from `between` if given; `None` if the chain is invalid.
     pub(crate) fn read(
         context: &Context<'_>,
         value: &Value,
@@ -162,13 +161,13 @@ impl Chain {
         Some(chain)
     }
 
-    /// `R P* S`
+    /// Reads a chain of joints, `R P* S`.
     fn of_joints(text: &Text<'_>, words: &[Word<'_>], between: Option<&Value>) -> Option<Self> {
         let joints = words.iter().map(|word| text.joint(word)).collect::<Option<Vec<_>>>()?;
         let count = joints.len().saturating_sub(1);
         let bodies = match between {
             Some(list) => names_of(text.context, list, count)?,
-            // They stand nowhere: what is wrong with them is shown at the joint before.
+            // Unnamed bodies have no place in the text; their errors are shown at the joint before.
             None => joints
                 .iter()
                 .take(count)
@@ -179,7 +178,7 @@ impl Chain {
         Some(Self { joints, bodies })
     }
 
-    /// `R cylinder P* rod S`
+    /// Reads a chain of joints and bodies, `R cylinder P* rod S`.
     fn of_joints_and_bodies(text: &Text<'_>, words: &[Word<'_>]) -> Option<Self> {
         let mut chain = Self { joints: Vec::new(), bodies: Vec::new() };
         for (i, word) in words.iter().enumerate() {
@@ -206,7 +205,7 @@ impl Chain {
         different.then_some(chain)
     }
 
-    /// Joints of the same letter are told apart by a number.
+    /// Appends numbers to the keys of joints with the same letter.
     fn number(&mut self) {
         let letters: Vec<_> = self.joints.iter().map(|joint| joint.key.clone()).collect();
         for (i, joint) in self.joints.iter_mut().enumerate() {
@@ -219,7 +218,7 @@ impl Chain {
     }
 }
 
-/// The names of `count` bodies.
+/// Reads the names of `count` bodies.
 fn names_of(context: &Context<'_>, list: &Value, count: usize) -> Option<Vec<Link>> {
     let expected = "a list of names such as [\"cylinder\", \"rod\"]";
     let Some(items) = list.as_list() else {
@@ -245,7 +244,7 @@ fn names_of(context: &Context<'_>, list: &Value, count: usize) -> Option<Vec<Lin
     are_different(context, &links).then_some(links)
 }
 
-/// Says which bodies have a name that was used before.
+/// Reports repeated body names; returns true if all names differ.
 fn are_different(context: &Context<'_>, bodies: &[Link]) -> bool {
     let mut first: HashMap<&str, &Link> = HashMap::new();
     let mut different = true;
@@ -263,7 +262,7 @@ fn are_different(context: &Context<'_>, bodies: &[Link]) -> bool {
     different
 }
 
-/// Words and where they stand.
+/// Words with their places.
 fn words(text: &str) -> Vec<Word<'_>> {
     let mut words: Vec<Span> = Vec::new();
     let mut inside = false;

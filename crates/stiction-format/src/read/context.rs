@@ -1,4 +1,4 @@
-//! Reading single values, and saying what is wrong with them.
+//! Reader of single values, with their error messages.
 
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, nearest, or, quoted};
 use crate::document::{Node, Table, Text, Value};
@@ -13,18 +13,18 @@ use std::cell::RefCell;
 use std::sync::Arc;
 use stiction_core::spatial::Vec3;
 
-/// Products of several numbers of this size are still numbers.
+/// Greatest magnitude of a number, so that products of several numbers stay finite.
 pub(crate) const LARGEST: f64 = 1e30;
-/// Lengths below this, m, are zero: rounding of something that vanishes.
+/// Lengths below this, m, are rounding errors of zero.
 const SHORTEST: f64 = 1e-30;
-/// Other quantities below this are zero: they have no squares.
+/// Other quantities below this are zero, as their squares underflow.
 const SMALLEST: f64 = 1e-150;
 
-/// A text that is being read, and what has been said about it.
+/// A text with the messages about it.
 pub(crate) struct Context<'a> {
     pub(crate) source: Arc<Source>,
     pub(crate) parameters: &'a Parameters,
-    /// Lines with syntax errors, about which nothing more is said.
+    /// Lines with syntax errors, for which no further messages are reported.
     pub(crate) broken: &'a [Span],
     pub(crate) out: RefCell<Diagnostics>,
 }
@@ -46,7 +46,7 @@ impl<'a> Context<'a> {
     pub(crate) fn push(&self, diagnostic: Diagnostic) {
         let told = |place: &Place| {
             let at = place.span.start;
-            // Sorted by start; an unclosed value may begin in a broken line and end far below.
+            // Sorted by start; an unclosed value can begin in a broken line and end far below.
             let candidates = self.broken.partition_point(|part| part.start <= at);
             let mut before = self.broken.iter().take(candidates).rev().take(20);
             Arc::ptr_eq(&place.source, &self.source) && before.any(|part| at <= part.end)
@@ -57,19 +57,19 @@ impl<'a> Context<'a> {
         self.out.borrow_mut().push(diagnostic);
     }
 
-    /// Says that something which should be in the text is not: unknown in a text with syntax errors.
+    /// Reports that something is missing, unless the text has syntax errors that may hide it.
     pub(crate) fn push_missing(&self, diagnostic: Diagnostic) {
         if self.broken.is_empty() {
             self.push(diagnostic);
         }
     }
 
-    /// Whether enough has been said. Advice takes time; what nobody will read need not be good.
+    /// Tests if the list of messages is full. Suggestions take time and are then simplified.
     pub(crate) fn is_full(&self) -> bool {
         self.out.borrow().is_full()
     }
 
-    /// Says that a value is not what was expected.
+    /// Reports a value of the wrong form.
     pub(crate) fn wrong(&self, value: &Value, expected: &str) {
         let found = value.describe();
         self.push(
@@ -78,7 +78,7 @@ impl<'a> Context<'a> {
         );
     }
 
-    /// Says that a name means nothing.
+    /// Reports an unknown name.
     pub(crate) fn unknown_name<'n>(
         &self,
         span: &Span,
@@ -103,7 +103,7 @@ impl<'a> Context<'a> {
         );
     }
 
-    /// Says what is wrong with an expression.
+    /// Reports an error in an expression.
     pub(crate) fn fault(&self, value: &Span, text: &Text, fault: Fault) {
         if fault.echo {
             return;
@@ -116,7 +116,7 @@ impl<'a> Context<'a> {
         );
     }
 
-    /// A number or an expression.
+    /// Reads a number or an expression.
     pub(crate) fn quantity(&self, value: &Value, measure: Measure) -> Option<f64> {
         match &value.node {
             Node::Number(number) => {
@@ -147,7 +147,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// A number or an expression in which `t` is the time.
+    /// Reads a number or an expression in which `t` is the time.
     pub(crate) fn signal(&self, value: &Value, measure: Measure) -> Option<Signal> {
         let Node::Text(text) = &value.node else {
             return self.quantity(value, measure).map(Signal::constant);
@@ -169,7 +169,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Asks whether a bare number was meant to be in degrees.
+    /// Warns about a bare number that is probably in degrees.
     fn doubt(&self, value: &Value, measure: Measure, number: f64, bare: bool) {
         if measure != Measure::Angle || !bare || number.abs() <= std::f64::consts::TAU {
             return;
@@ -185,11 +185,11 @@ impl<'a> Context<'a> {
         );
     }
 
-    /// The number, if it can be computed with.
+    /// Checks the range of a number.
     fn finite(&self, value: &Value, number: f64, measure: Measure) -> Option<f64> {
         if number.abs() <= LARGEST {
             let smallest = match measure {
-                // A parameter may be a factor of anything.
+                // A parameter can be a factor of anything.
                 Measure::Any => 0.0,
                 Measure::Length => SHORTEST,
                 _ => SMALLEST,
@@ -213,7 +213,7 @@ impl<'a> Context<'a> {
         None
     }
 
-    /// A list of three of something.
+    /// Reads a list of three items.
     pub(crate) fn three<'v>(&self, value: &'v Value, each: &str) -> Option<[&'v Value; 3]> {
         if let Some([x, y, z]) = value.as_list() {
             return Some([x, y, z]);
@@ -234,7 +234,7 @@ impl<'a> Context<'a> {
         None
     }
 
-    /// A list of three quantities.
+    /// Reads a list of three quantities.
     pub(crate) fn vector(&self, value: &Value, measure: Measure) -> Option<Vec3<f64>> {
         let each = format!("{}s", plural_stem(measure));
         let components = self.three(value, &each)?.map(|item| self.quantity(item, measure));
@@ -244,7 +244,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// A string.
+    /// Reads a string.
     pub(crate) fn text<'v>(&self, value: &'v Value, what: &str) -> Option<&'v str> {
         let text = value.as_text();
         if text.is_none() {
@@ -253,7 +253,7 @@ impl<'a> Context<'a> {
         text
     }
 
-    /// One of some words.
+    /// Reads one of several words.
     pub(crate) fn choice(
         &self,
         value: &Value,
@@ -273,14 +273,14 @@ impl<'a> Context<'a> {
     }
 }
 
-/// What to do with a key of the whole model in one of its tables: in TOML a key belongs to the last
-/// `[table]` above it.
+/// Remedy for a top-level key in another table: in TOML a key belongs to the last `[table]` above
+/// it.
 pub(crate) fn of_the_top(key: &str) -> Option<String> {
     fields::find(MODEL, key)?;
     Some(format!("`{key}` belongs to the whole model: put it above the first [table]"))
 }
 
-/// `a length` to `length`: the plural takes an s.
+/// Plural without the article, from `a length` to `lengths`.
 fn plural_stem(measure: Measure) -> &'static str {
     match measure {
         Measure::Inertia => "moment",
@@ -288,17 +288,17 @@ fn plural_stem(measure: Measure) -> &'static str {
     }
 }
 
-/// A table whose keys are known.
+/// A table with a known list of fields.
 pub(crate) struct Record<'a> {
     pub(crate) context: &'a Context<'a>,
     pub(crate) table: &'a Table,
     fields: &'static [Field],
-    /// What the table describes, in words.
+    /// Description of the table for messages.
     what: String,
 }
 
 impl<'a> Record<'a> {
-    /// A table in which nothing else may stand; says which keys are unknown or missing.
+    /// Opens a table without other keys; reports unknown and missing keys.
     pub(crate) fn new(
         context: &'a Context<'a>,
         table: &'a Table,
@@ -314,7 +314,7 @@ impl<'a> Record<'a> {
             }
         }
         for field in fields.iter().filter(|field| field.required) {
-            // A misspelt key is not missing.
+            // A key with a spelling mistake is not also reported as missing.
             if table.get(field.key).is_none() && !meant.contains(&field.key) {
                 record.missing(field.key, "");
             }
@@ -322,7 +322,7 @@ impl<'a> Record<'a> {
         record
     }
 
-    /// A table in which names may stand beside the keys.
+    /// Opens a table in which names are allowed beside the keys.
     pub(crate) fn open(
         context: &'a Context<'a>,
         table: &'a Table,
@@ -346,7 +346,7 @@ impl<'a> Record<'a> {
         );
     }
 
-    /// Says that a key is missing, and under which condition it is needed.
+    /// Reports a missing key and the condition that requires it.
     pub(crate) fn missing(&self, key: &str, why: &str) {
         let doc = fields::find(self.fields, key).map_or("", |field| field.doc);
         let message = format!("{} has no `{key}`{why}", self.what);
@@ -358,7 +358,7 @@ impl<'a> Record<'a> {
         );
     }
 
-    /// Says that at least one of two keys is needed.
+    /// Reports that at least one of two keys is required.
     pub(crate) fn missing_both(&self, keys: [&str; 2]) {
         let [first, second] = keys;
         let message = format!("{} has neither `{first}` nor `{second}`", self.what);
@@ -368,18 +368,18 @@ impl<'a> Record<'a> {
         );
     }
 
-    /// The value of a key.
+    /// Value of a key.
     pub(crate) fn value(&self, key: &str) -> Option<&'a Value> {
         debug_assert!(fields::find(self.fields, key).is_some(), "no field {key}");
         self.table.get(key)
     }
 
-    /// Whether a key may stand in the table.
+    /// Tests if a key belongs to the table.
     pub(crate) fn knows(&self, key: &str) -> bool {
         fields::find(self.fields, key).is_some()
     }
 
-    /// The place of a key's value; of the table where the key is missing.
+    /// Place of a key's value, or of the table if the key is missing.
     pub(crate) fn span(&self, key: &str) -> Span {
         self.table.get(key).map_or(&self.table.span, |value| &value.span).clone()
     }
@@ -393,29 +393,29 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// A quantity.
+    /// Reads a quantity.
     pub(crate) fn quantity(&self, key: &str) -> Option<f64> {
         self.context.quantity(self.value(key)?, self.measure(key))
     }
 
-    /// Three quantities.
+    /// Reads three quantities.
     pub(crate) fn vector(&self, key: &str) -> Option<Vec3<f64>> {
         self.context.vector(self.value(key)?, self.measure(key))
     }
 
-    /// A quantity that may change in time.
+    /// Reads a quantity that can depend on time.
     pub(crate) fn signal(&self, key: &str) -> Option<Signal> {
         self.context.signal(self.value(key)?, self.measure(key))
     }
 
-    /// A line of text, empty where there is none; what would move a terminal's cursor is a blank.
+    /// Reads a line of text, empty if absent; control characters become blanks.
     pub(crate) fn line(&self, key: &str) -> String {
         let text = self.text(key).unwrap_or_default().trim();
         let pieces: Vec<&str> = text.split(char::is_control).filter(|p| !p.is_empty()).collect();
         pieces.join(" ")
     }
 
-    /// A string.
+    /// Reads a string.
     pub(crate) fn text(&self, key: &str) -> Option<&'a str> {
         let what = match fields::find(self.fields, key).map(|field| field.shape) {
             Some(Shape::Name) => "a name between quotes",
@@ -424,7 +424,7 @@ impl<'a> Record<'a> {
         self.context.text(self.value(key)?, what)
     }
 
-    /// Pairs of quantities, each with its place.
+    /// Reads pairs of quantities, each with its place.
     pub(crate) fn pairs(&self, key: &str) -> Option<Vec<([f64; 2], Span)>> {
         let value = self.value(key)?;
         let Some(Shape::Pairs(first, second)) = fields::find(self.fields, key).map(|f| f.shape)
@@ -449,7 +449,7 @@ impl<'a> Record<'a> {
         pairs.into_iter().collect()
     }
 
-    /// One of the words of the field.
+    /// Reads one of the words of the field.
     pub(crate) fn choice(&self, key: &str) -> Option<&'static str> {
         match fields::find(self.fields, key).map(|field| field.shape) {
             Some(Shape::Choice(words)) => self.context.choice(self.value(key)?, words),
@@ -457,7 +457,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// The tables of a key by name.
+    /// Tables of a key, by name.
     pub(crate) fn tables(&self, key: &str) -> Vec<(&'a crate::document::Key, &'a Table)> {
         let Some(value) = self.value(key) else { return Vec::new() };
         let Some(table) = self.sub_table(value, key) else { return Vec::new() };
@@ -467,7 +467,7 @@ impl<'a> Record<'a> {
         table.entries.iter().filter_map(each).collect()
     }
 
-    /// The table of a key.
+    /// Table of a key.
     pub(crate) fn table(&self, key: &str) -> Option<&'a Table> {
         self.sub_table(self.value(key)?, key)
     }

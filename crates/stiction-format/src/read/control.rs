@@ -1,4 +1,4 @@
-//! Controllers.
+//! Reader of controllers.
 
 use super::actuators::Actuators;
 use super::context::{Context, Record};
@@ -12,15 +12,15 @@ use crate::source::{Place, Source};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// The names of controllers with what is usual.
+/// Names of controllers with default settings.
 const USUAL: [&str; 3] = ["pd", "computed-torque", "computed-torque+friction"];
-/// s.
+/// Default sampling period, s.
 const PERIOD: f64 = 1e-3;
-/// Hz.
+/// Default bandwidth, Hz.
 const BANDWIDTH: f64 = 10.0;
 const DAMPING: f64 = 1.0;
 
-/// The controller with this name.
+/// The controller with this name and default settings.
 pub(super) fn usual(name: &str, actuators: &Actuators) -> Option<Control> {
     let (control, friction) = match name {
         "pd" => (ControlType::Pd, FrictionFeed::Off),
@@ -43,7 +43,7 @@ pub(super) fn usual(name: &str, actuators: &Actuators) -> Option<Control> {
     })
 }
 
-/// There is no controller of this name.
+/// Diagnostic for an unknown controller.
 pub(super) fn unknown(source: &Arc<Source>, name: &str) -> Diagnostics {
     let place = Place::new(source, 0..source.text.len());
     Diagnostic::error("unknown-name", format!("there is no controller {}", quoted(name)))
@@ -52,7 +52,7 @@ pub(super) fn unknown(source: &Arc<Source>, name: &str) -> Diagnostics {
         .into()
 }
 
-/// Reads a controller; `None` if it cannot be used.
+/// Reads a controller; `None` if it is invalid.
 pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) -> Option<Control> {
     let record = Record::open(context, table, CONTROL, "a controller");
     let word = |key: &str| record.value(key).and_then(|_| record.choice(key));
@@ -76,7 +76,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     let mut channels = usual.channels;
     for key in CHANNEL {
         let Some(value) = record.value(key) else { continue };
-        // Said once, though it holds for all.
+        // Reported once, although it concerns all actuators.
         let errors = || context.out.borrow().len();
         let before = errors();
         for (actuator, channel) in channels.iter_mut().enumerate() {
@@ -130,7 +130,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     })
 }
 
-/// What is an actuator's own, and which that is.
+/// Settings of each actuator, and the actuators that have any.
 fn own(
     context: &Context<'_>,
     actuators: &Actuators,
@@ -196,7 +196,7 @@ fn set(
     }
 }
 
-/// Whether a number is positive, or zero where it may be; otherwise it is said.
+/// Checks that a number is positive, or zero if allowed, and reports it otherwise.
 fn in_range(context: &Context<'_>, key: &str, value: &Value, x: f64, zero: bool) -> bool {
     let fine = x > 0.0 || (zero && x == 0.0);
     if !fine {

@@ -1,4 +1,4 @@
-//! What the mechanism's builder finds, at the places in the text where it comes from.
+//! Places of the defects that the mechanism's builder reports.
 
 use super::body::BodyDraft;
 use super::context::Context;
@@ -11,24 +11,24 @@ use std::mem::discriminant;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{Defect, Warning};
 
-/// The place of what concerns the whole.
+/// Place of a defect that concerns the whole file.
 const WHOLE: Span = 0..0;
 
-/// The parts of the mechanism and where they stand.
+/// The parts of the mechanism with their places.
 pub(crate) struct Origin<'a> {
     pub(crate) context: &'a Context<'a>,
     pub(crate) bodies: &'a [BodyDraft],
     pub(crate) joints: &'a [JointDraft],
     pub(crate) springs: &'a [SpringDraft],
     pub(crate) names: &'a Names,
-    /// Where the characteristic length stands.
+    /// Place of the characteristic length.
     pub(crate) length: Span,
 }
 
 impl Origin<'_> {
-    /// Reports defects; those that many legs share only once.
+    /// Reports defects, those shared by many legs only once.
     pub(crate) fn report(&self, defects: &[Defect]) {
-        // They say what is missing, and in a text with syntax errors nobody knows.
+        // In a text with syntax errors, missing parts may be hidden by these.
         if !self.context.broken.is_empty() {
             return;
         }
@@ -36,7 +36,7 @@ impl Origin<'_> {
             self.joints.iter().any(|joint| joint.spec.is_none()) || self.names.has_lost_legs();
         let mut told = Vec::new();
         for defect in defects {
-            // Without all joints nothing can be said about what they connect.
+            // Connectivity is unknown if joints are missing.
             let consequence = match defect {
                 Defect::Disconnected { .. } => incomplete,
                 Defect::UnknownBody { body, .. } | Defect::UnknownBodyOfSpring { body, .. } => {
@@ -65,7 +65,7 @@ impl Origin<'_> {
         }
     }
 
-    /// The defect in the words of the file.
+    /// The defect in terms of the file.
     fn message(&self, defect: &Defect) -> String {
         let joint = |name: &str| self.joints.iter().find(|joint| joint.name == name);
         let symbol = |name: &str| {
@@ -89,7 +89,7 @@ impl Origin<'_> {
 
     fn locate(&self, defect: &Defect) -> (Span, String, Option<String>) {
         let body = |name: &str| self.bodies.iter().find(|body| body.name == name);
-        // Of two with one name, the second is one too many.
+        // Of two parts with the same name, the second is at fault.
         let last_body = |name: &str| self.bodies.iter().rev().find(|body| body.name == name);
         let joint = |name: &str| self.joints.iter().find(|joint| joint.name == name);
         let last_joint = |name: &str| self.joints.iter().rev().find(|joint| joint.name == name);
@@ -203,13 +203,13 @@ impl Origin<'_> {
             Defect::CharacteristicLengthFar { .. } => {
                 (self.length.clone(), "far from the size of the mechanism")
             }
-            // Whatever comes: the first name in the message that is known says where.
+            // For any other defect, the first known name in the message determines the place.
             other => (self.named_in(&other.to_string()), ""),
         };
         (span, label.to_owned(), help)
     }
 
-    /// Where a joint names this body.
+    /// Place where a joint names this body.
     fn end_of(&self, joint: &str, body: &str) -> Span {
         let Some(draft) = self.joints.iter().find(|draft| draft.name == joint) else {
             return WHOLE;
@@ -236,7 +236,7 @@ impl Origin<'_> {
         WHOLE
     }
 
-    /// Reports what is suspicious, once for many legs.
+    /// Reports warnings, those shared by many legs only once.
     pub(crate) fn warn(&self, warnings: &[Warning]) {
         let mut told = Vec::new();
         for warning in warnings {

@@ -1,4 +1,4 @@
-//! Efforts of actuators.
+//! Reader of actuator efforts.
 
 use super::actuators::Actuators;
 use super::context::{Context, Record};
@@ -12,7 +12,7 @@ use crate::signal::Signal;
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
-/// Reads efforts by the names of actuators.
+/// Reads efforts by names of actuators.
 pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) -> Drives {
     let record = Record::open(context, table, DRIVES, "drives");
     let title = record.line("title");
@@ -53,7 +53,7 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     Drives { title, efforts, samples: None, interpolation: None }
 }
 
-/// There are no drives of this name.
+/// Diagnostic for unknown efforts.
 pub(super) fn unknown(source: &Arc<Source>, name: &str) -> Diagnostics {
     let place = Place::new(source, 0..source.text.len());
     Diagnostic::error("unknown-name", format!("{} is not understood", quoted(name)))

@@ -1,4 +1,4 @@
-//! Directions, rotations, poses, inertia.
+//! Reader of directions, rotations, poses and inertia.
 
 use super::context::{Context, Record};
 use crate::diagnostic::{Diagnostic, did_you_mean, number, quoted};
@@ -8,11 +8,11 @@ use crate::fields::tables::{AXES, ORDERS, POSE, TENSOR};
 use stiction_core::kinematics::AngleOrder;
 use stiction_core::spatial::{Mat3, Pose, Vec3};
 
-/// Directions that should be at right angles may miss it by so much (rad); they are then made so.
+/// Tolerance for directions that should be perpendicular, rad; within it they are made so.
 const SQUARE: f64 = 1e-6;
 
 impl Context<'_> {
-    /// A unit vector: the name of a coordinate axis, or three numbers.
+    /// Reads a unit vector: the name of a coordinate axis, or three numbers.
     pub(crate) fn axis(&self, value: &Value) -> Option<Vec3<f64>> {
         if let Some(name) = value.as_text() {
             let bare = name.strip_prefix(['-', '+']).unwrap_or(name);
@@ -43,7 +43,7 @@ impl Context<'_> {
             self.wrong(value, "an axis such as \"z\" or a vector such as [0, 0, 1]");
             return None;
         }
-        // Any measure will do: only the direction counts. Scaled first, so that no size overflows.
+        // Only the direction matters, so any measure is allowed. Scaled first to avoid overflow.
         let v = self.vector(value, Measure::Number)?;
         let largest = v.to_array().into_iter().map(f64::abs).fold(0.0, f64::max);
         let direction = (v * (1.0 / largest)).direction();
@@ -57,7 +57,8 @@ impl Context<'_> {
         direction
     }
 
-    /// A rotation: `{ axis, angle }`, or three intrinsic angles under the name of their order.
+    /// Reads a rotation: `{ axis, angle }`, or three intrinsic angles under the name of their
+    /// order.
     pub(crate) fn rotation(&self, value: &Value) -> Option<Mat3<f64>> {
         const FORMS: &str = "write { axis = \"z\", angle = \"30 deg\" }, or three intrinsic angles under \
                              their order, such as { xyz = [0, \"30 deg\", 0] }";
@@ -110,7 +111,7 @@ impl Context<'_> {
         }
     }
 
-    /// A pose.
+    /// Reads a pose.
     pub(crate) fn pose(&self, table: &Table, what: &str) -> Option<Pose<f64>> {
         let record = Record::new(self, table, POSE, what);
         let position = record.value("position").map(|_| record.vector("position"));
@@ -121,7 +122,7 @@ impl Context<'_> {
         })
     }
 
-    /// An inertia tensor.
+    /// Reads an inertia tensor.
     pub(crate) fn inertia(&self, value: &Value) -> Option<Mat3<f64>> {
         let Some(table) = value.as_table() else {
             if value.as_list().is_none() {
@@ -176,8 +177,8 @@ impl Context<'_> {
         sound.then_some(Mat3::from_columns(x, y, z))
     }
 
-    /// The part of `direction` at right angles to `axis`, if it is almost all of it; `value` is
-    /// where the direction stands.
+    /// Component of `direction` perpendicular to `axis`, if it dominates; `value` gives the place
+    /// of the direction.
     pub(crate) fn square_to(
         &self,
         axis: Vec3<f64>,
@@ -199,7 +200,7 @@ impl Context<'_> {
     }
 }
 
-/// A rotation about a unit vector; about a coordinate axis free of rounding in the other axes.
+/// Rotation about a unit vector; about a coordinate axis without rounding in the other axes.
 pub(crate) fn about(axis: Vec3<f64>, angle: f64) -> Mat3<f64> {
     for (k, component) in axis.to_array().into_iter().enumerate() {
         if component.abs() == 1.0 {
@@ -209,13 +210,13 @@ pub(crate) fn about(axis: Vec3<f64>, angle: f64) -> Mat3<f64> {
     Mat3::rotation(axis, angle)
 }
 
-/// A joint's frame whose z is `axis` (a unit vector). By default the smallest turn that takes z to
-/// the axis takes x to the frame's x; for the axis -z it is the half turn about y.
+/// Frame of a joint with z along `axis` (a unit vector). By default the smallest rotation that
+/// takes z to the axis takes x to the frame's x; for the axis -z it is the half turn about y.
 pub(crate) fn frame(axis: Vec3<f64>, x: Option<Vec3<f64>>) -> Mat3<f64> {
     let x = x.unwrap_or_else(|| {
         let Vec3 { x, y, z } = axis;
         let across = x * x + y * y;
-        // 1/(1 + z), written so that nothing cancels where z is near -1.
+        // 1/(1 + z), written without cancellation near z = -1.
         let factor = match z {
             z if z >= 0.0 => 1.0 / (1.0 + z),
             _ if across > 0.0 => (1.0 - z) / across,
@@ -242,7 +243,7 @@ mod tests {
     }
 
     proptest! {
-        /// The frame is a rotation, and the one that the documentation says.
+        /// The frame is a rotation and agrees with the documentation.
         #[test]
         fn frames_are_smallest_turns(v in prop::array::uniform3(-1.0..1.0f64), squeeze in 0.0..1.0f64) {
             let v = Vec3::new(v[0] * squeeze, v[1] * squeeze, v[2]);
@@ -256,8 +257,8 @@ mod tests {
                     prop_assert!((error.at(i, k) - expected).abs() < 1e-15 * 4.0);
                 }
             }
-            // Near -z the smallest turn is ill-conditioned itself: rounding of 1e-16 over the
-            // distance from -z.
+            // Near -z the smallest rotation is ill-conditioned: a rounding of 1e-16 is divided by
+            // the distance from -z.
             prop_assume!(1.0 + axis.z > 1e-6);
             let expected = Mat3::between(Vec3::unit(2), axis);
             for k in 0..3 {

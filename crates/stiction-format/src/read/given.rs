@@ -1,4 +1,4 @@
-//! Motions and loads given outside of the model file: by name, as a file, or as assignments.
+//! Motions, loads and efforts given outside the model file: by name, as a file, or as assignments.
 
 use super::actuators::Actuators;
 use super::context::Context;
@@ -14,7 +14,7 @@ use crate::model_file::{Control, Drives, LoadCase, ModelFile, Motion};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
-/// What a text on a command line is.
+/// Kind of a text on a command line.
 enum Given<'a> {
     Assignments,
     File(&'a str),
@@ -34,12 +34,12 @@ fn kind(text: &str) -> Given<'_> {
 }
 
 impl ModelFile {
-    /// The motion that `given` asks for: the name of one of the model's motions, a CSV or TOML file,
-    /// or assignments such as `platform.x = 5 mm*sin(2*pi*t); platform.z = 0.5; duration = 2 s`.
-    /// `given.name` is what messages call it, for example `--motion`.
+    /// Reads a motion from the text of an option: the name of one of the model's motions, a CSV or
+    /// TOML file, or assignments such as `platform.x = 5 mm*sin(2*pi*t); platform.z = 0.5; duration
+    /// = 2 s`. `given.name` is the name for messages, for example `--motion`.
     ///
     /// # Errors
-    /// Everything that is wrong with it, each at its place.
+    /// All errors, each with its place.
     pub fn parse_motion(
         &self,
         given: &Source,
@@ -62,7 +62,7 @@ impl ModelFile {
     /// the content of a motion's table.
     ///
     /// # Errors
-    /// Everything that is wrong with it, each at its place.
+    /// All errors, each with its place.
     pub fn read_motion(
         &self,
         source: &Source,
@@ -96,7 +96,7 @@ impl ModelFile {
         self.document(source, |context, names, table| motion::read(context, names, table, files))
     }
 
-    /// Reads a recording that `source` asks for.
+    /// Reads a recording named by `source`.
     fn recording<T>(
         &self,
         source: &Arc<Source>,
@@ -116,11 +116,11 @@ impl ModelFile {
         }
     }
 
-    /// The load that `given` asks for: the name of one of the model's loads, `none`, a TOML file, or
-    /// assignments such as `platform.force = [20 N, 0, 0]; platform.mz = 3 N m`.
+    /// Reads a load from the text of an option: the name of one of the model's loads, `none`, a
+    /// TOML file, or assignments such as `platform.force = [20 N, 0, 0]; platform.mz = 3 N m`.
     ///
     /// # Errors
-    /// Everything that is wrong with it, each at its place.
+    /// All errors, each with its place.
     pub fn parse_load(
         &self,
         given: &Source,
@@ -142,17 +142,17 @@ impl ModelFile {
     /// Reads a load from a TOML file with the content of a load's table.
     ///
     /// # Errors
-    /// Everything that is wrong with it, each at its place.
+    /// All errors, each with its place.
     pub fn read_load(&self, source: &Source) -> Result<LoadCase, Diagnostics> {
         let source = Arc::new(source.clone());
         self.document(&source, |context, names, table| Some(load::read(context, names, table)))
     }
 
-    /// The efforts that `given` asks for: `none`, a CSV or TOML file, or assignments such as
+    /// Reads efforts from the text of an option: `none`, a CSV or TOML file, or assignments such as
     /// `leg1.P = 50 N; leg2.P = 20 N*sin(2*pi*t)`.
     ///
     /// # Errors
-    /// Everything that is wrong with it, each at its place.
+    /// All errors, each with its place.
     pub fn parse_drives(
         &self,
         given: &Source,
@@ -181,11 +181,12 @@ impl ModelFile {
         }
     }
 
-    /// The controller that `given` asks for: `pd`, `computed-torque`, `computed-torque+friction` with what
-    /// is usual, a TOML file, or assignments such as `type = pd; period = 2 ms; leg1.P.limit = 300 N`.
+    /// Reads a controller from the text of an option: `pd`, `computed-torque` or
+    /// `computed-torque+friction` with default settings, a TOML file, or assignments such as `type
+    /// = pd; period = 2 ms; leg1.P.limit = 300 N`.
     ///
     /// # Errors
-    /// Everything that is wrong with it, each at its place.
+    /// All errors, each with its place.
     pub fn parse_control(
         &self,
         given: &Source,
@@ -261,7 +262,7 @@ fn is_toml(name: &str) -> bool {
     name.to_lowercase().ends_with(".toml")
 }
 
-/// The text of a file that `source` asks for and that is no recording.
+/// Text of a file named by `source` that is not a recording.
 fn file(source: &Arc<Source>, name: &str, files: Files<'_>) -> Result<Source, Diagnostics> {
     match files(name).and_then(Contents::whole) {
         Ok(text) => Ok(Source::new(name, text)),

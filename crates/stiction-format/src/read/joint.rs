@@ -1,4 +1,4 @@
-//! Joints.
+//! Reader of joints.
 
 use super::context::{Context, Record};
 use super::friction::{self, FrictionSpans};
@@ -13,16 +13,16 @@ use stiction_core::joint::{Dof, JointType, Motion};
 use stiction_core::mechanism::{Compliance, JointSpec};
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 
-/// A joint that was read, and where its parts stand.
+/// A joint with the places of its parts.
 pub(crate) struct JointDraft {
     pub(crate) name: String,
-    /// `None` where the type is not known.
+    /// `None` if the type is unknown.
     pub(crate) spec: Option<JointSpec>,
     pub(crate) joint_type: Option<JointType>,
     pub(crate) spans: JointSpans,
 }
 
-/// Where the parts of a joint stand.
+/// Places of the parts of a joint.
 pub(crate) struct JointSpans {
     pub(crate) name: Span,
     pub(crate) from: Span,
@@ -31,23 +31,23 @@ pub(crate) struct JointSpans {
     pub(crate) start: Span,
     pub(crate) actuated: Span,
     pub(crate) friction: FrictionSpans,
-    /// The table of compliances, and the place of each of its parts.
+    /// Place of the table of compliances and of each of its parts.
     pub(crate) compliance: (Span, Vec<(&'static str, Span)>),
 }
 
-/// What a leg says about one of its joints.
+/// Attributes of a joint that its leg determines.
 pub(crate) struct Placement<'a> {
     pub(crate) joint_type: JointType,
     pub(crate) actuated: bool,
     pub(crate) from: (&'a str, Span),
     pub(crate) to: (&'a str, Span),
-    /// For a leg's first joint: its origin in the turned frame of `from`, and the turn.
+    /// For the first joint of a leg: its origin in the rotated frame of `from`, and the rotation.
     pub(crate) first: Option<(Vec3<f64>, Mat3<f64>)>,
-    /// For a leg's last joint: its origin in the turned frame of `to`, and the turn.
+    /// For the last joint of a leg: its origin in the rotated frame of `to`, and the rotation.
     pub(crate) last: Option<(Vec3<f64>, Mat3<f64>)>,
 }
 
-/// Reads a joint; `what` is what to call it.
+/// Reads a joint; `what` describes it in messages.
 pub(crate) fn read(
     context: &Context<'_>,
     name: String,
@@ -89,7 +89,7 @@ pub(crate) fn read(
         if let Some(pitch) = pitch {
             built = built.pitch(pitch);
         } else if record.value("pitch").is_some() {
-            // It stands there but cannot be read, which has been said: no complaint about 0.
+            // The invalid value has been reported; avoid a second message about a zero.
             built = built.pitch(f64::from(u8::from(joint_type == JointType::Helical)));
         }
         built = reader.actuated(built, placement);
@@ -123,7 +123,7 @@ pub(crate) fn read(
     JointDraft { name, spec, joint_type, spans }
 }
 
-/// The type by its symbol; whole words get their symbol as an answer.
+/// Type by its symbol; for a whole word the message suggests its symbol.
 fn read_type(context: &Context<'_>, record: &Record<'_>) -> Option<JointType> {
     const WORDS: &[(&str, &str)] = &[
         ("revolute", "R"),
@@ -160,7 +160,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// `X_PJ` and `X_SK`.
+    /// Poses `X_PJ` and `X_SK`.
     fn frames(&self, placement: Option<&Placement<'_>>) -> Option<(Pose<f64>, Pose<f64>)> {
         let first = placement.and_then(|p| p.first);
         let last = placement.and_then(|p| p.last);
@@ -197,7 +197,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The axes of J in the predecessor.
+    /// Axes of J in the predecessor.
     fn axes(&self) -> Option<Mat3<f64>> {
         use JointType::{Fixed, Free, Spherical, Universal};
         let symbol = self.joint_type.symbol();
@@ -290,7 +290,7 @@ impl Reader<'_> {
         found
     }
 
-    /// The start coordinates.
+    /// Reads the start coordinates.
     fn start(&self) -> Option<Vec<f64>> {
         let value = self.record.value("start")?;
         let measure = |dof: &Dof| match dof.motion {

@@ -1,4 +1,4 @@
-//! Equal legs around an axis, written out as bodies and joints.
+//! Expansion of equal legs around an axis into bodies and joints.
 
 use super::body::{self, BodyDraft};
 use super::chain::{Chain, Link};
@@ -22,17 +22,17 @@ pub(crate) struct LegDraft {
     pub(crate) bodies: Vec<String>,
 }
 
-/// Everything that the legs add to the mechanism.
+/// All parts that the legs add to the mechanism.
 #[derive(Default)]
 pub(crate) struct Expansion {
     pub(crate) bodies: Vec<BodyDraft>,
     pub(crate) joints: Vec<JointDraft>,
     pub(crate) legs: Vec<LegDraft>,
-    /// Whether there are legs that could not be read: what seems to be missing may be theirs.
+    /// True if legs are invalid, so that missing parts may belong to them.
     pub(crate) lost: bool,
 }
 
-/// Expands all groups of legs. The numbering of legs goes on across groups.
+/// Expands all groups of legs. The numbering continues across groups.
 pub(crate) fn read(context: &Context<'_>, value: &Value) -> Expansion {
     let mut all = Expansion::default();
     let groups = match &value.node {
@@ -51,7 +51,7 @@ pub(crate) fn read(context: &Context<'_>, value: &Value) -> Expansion {
     all
 }
 
-/// Where a leg stands, and what is different there.
+/// Position of a leg, and its individual values.
 struct Spot<'a> {
     angle: f64,
     table: Option<&'a Table>,
@@ -91,7 +91,7 @@ fn read_group(context: &Context<'_>, table: &Table, all: &mut Expansion) {
     }
 }
 
-/// Where the legs stand, and whether these are all.
+/// Positions of the legs, and a flag that is true if all are valid.
 fn spots<'a>(context: &'a Context<'a>, record: &Record<'a>) -> (Vec<Spot<'a>>, bool) {
     let mut spots = Vec::new();
     let mut count = 1;
@@ -143,7 +143,7 @@ fn spot<'a>(context: &'a Context<'a>, entry: &'a Value) -> Option<Spot<'a>> {
     Some(Spot { angle, table: Some(table) })
 }
 
-/// A robot that loses all its legs to a slip would still be a mechanism.
+/// Without any leg the remaining mechanism would be valid but meaningless.
 fn no_legs(context: &Context<'_>, list: &Value) {
     context.push(
         Diagnostic::error("legs", "a group of legs has no leg")
@@ -162,7 +162,7 @@ struct Group<'a> {
 }
 
 impl Group<'_> {
-    /// Says which names of joints and bodies are not in the chain.
+    /// Reports names of joints and bodies that are not in the chain.
     fn check_names(&self, joints: Option<&Value>, bodies: Option<&Value>) {
         let of = |value: Option<&Value>, kind: &str, known: Vec<&str>| {
             let table = value.and_then(Value::as_table);
@@ -217,7 +217,7 @@ impl Group<'_> {
                 None
             }
         };
-        // An origin that cannot be read has been complained about.
+        // An invalid origin has been reported.
         let foot = origin("foot").unwrap_or(Vec3::zero());
         let tip = origin("tip").unwrap_or(Vec3::zero());
 
@@ -261,8 +261,8 @@ impl Group<'_> {
         all.legs.push(LegDraft { name, joints, bodies: ends });
     }
 
-    /// A leg's home is seen from the turned frame of `from`; where that is in the ground's frame is
-    /// known only if it is the ground.
+    /// The home of a leg's body refers to the rotated frame of `from`, whose pose is known only for
+    /// the ground.
     fn placed_home(&self, home: Pose<f64>, turn: Mat3<f64>, table: &Table) -> Option<Pose<f64>> {
         if self.from.0 == GROUND_NAME {
             return Some(Pose { rotation: turn, position: Vec3::zero() } * home);
@@ -276,7 +276,7 @@ impl Group<'_> {
         None
     }
 
-    /// The table of a joint or body of one leg: the group's, with what the place says on top.
+    /// Table of a joint or body of one leg: that of the group, overridden by that of the place.
     fn merged(&self, kind: &str, link: &Link, spot: &Spot<'_>) -> Table {
         let of = |table: &Table| {
             table.get(kind).and_then(Value::as_table).and_then(|t| t.get(&link.key)).cloned()
@@ -300,8 +300,8 @@ impl Group<'_> {
     }
 }
 
-/// `over` on top of `base`. Tables merge key by key, but not those that are one value (rotations,
-/// inertia), which the later replaces as a whole.
+/// Merges `over` onto `base` key by key. Tables that form one value (rotations, inertia) are
+/// replaced as a whole.
 fn merge(base: Value, over: Value) -> Value {
     const WHOLE: &[&str] = &["turn", "rotation", "inertia", "start", "home"];
     match (base.node, over.node) {

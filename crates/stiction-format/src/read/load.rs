@@ -1,4 +1,4 @@
-//! Loads from outside.
+//! Reader of external loads.
 
 use super::context::{Context, Record};
 use super::names::Names;
@@ -40,7 +40,7 @@ pub(crate) fn read(context: &Context<'_>, names: &Names, table: &Table) -> LoadC
     LoadCase { title, wrenches }
 }
 
-/// The body of a path, and what of it the path names.
+/// Splits a path into a body and a key of its load.
 fn owner<'a>(
     context: &Context<'_>,
     names: &Names,
@@ -106,7 +106,7 @@ fn wrench(context: &Context<'_>, body: BodyId, table: &Table) -> Option<AppliedW
     })
 }
 
-/// Three components, given as a list or one by one.
+/// Reads three components, given as a list or one by one.
 fn components(
     context: &Context<'_>,
     record: &Record<'_>,

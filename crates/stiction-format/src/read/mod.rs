@@ -1,4 +1,4 @@
-//! From the document to the model.
+//! Reader from the document tree to the model.
 
 mod actuators;
 mod body;
@@ -45,11 +45,11 @@ use stiction_core::mechanism::{BodyId, GROUND_NAME, JointId, Mechanism, Mechanis
 
 /// Reads a model.
 ///
-/// `files` gives the contents of a file that a motion names, by its name as it stands there (relative to
-/// the model's own file), or a reason why not.
+/// `files` returns the contents of a file that a motion names, or the reason why it cannot. The
+/// name is passed as written, relative to the model's own file.
 ///
 /// # Errors
-/// Everything that is wrong with the text, each at its place.
+/// All errors of the text, each with its place.
 pub fn read(
     source: &Source,
     files: &dyn Fn(&str) -> Result<Contents, String>,
@@ -85,7 +85,7 @@ fn read_document(
         None => Parameters::default(),
     };
     let context = Context::new(source, &parameters, broken);
-    // What is known to be wrong so far keeps suspicions about its consequences quiet.
+    // Known errors suppress warnings about their consequences.
     context.out.replace(std::mem::take(out));
     let model = read_model(&context, root, files);
     *out = context.out.into_inner();
@@ -94,7 +94,7 @@ fn read_document(
 
 fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<ModelFile> {
     let record = Record::new(context, table, MODEL, "the model");
-    // Says so if it is no table; its content has been read.
+    // Reports a value that is not a table; the content of a table is read elsewhere.
     record.table("parameters");
     let parts = Parts::read(&record);
     let names = parts.names();
@@ -113,7 +113,7 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
         }
         Some(name.to_owned())
     };
-    // The names as they stand, also of what could not be read.
+    // All names in the text, including those of invalid parts.
     let keys = |key: &str| match table.get(key).and_then(Value::as_table) {
         Some(table) => table.entries.iter().map(|(key, _)| key.name.as_str()).collect(),
         None => Vec::new(),
@@ -127,7 +127,7 @@ fn read_model(context: &Context<'_>, table: &Table, files: Files<'_>) -> Option<
         _ => FrictionMode::Converged,
     });
     let mechanism = mechanism?;
-    // Of a text with errors, what is suspicious may just be unreadable.
+    // In a text with errors, a suspicious part may just be incomplete.
     if !context.out.borrow().has_errors() {
         parts.origin(&record, &names).warn(&mechanism.warnings());
     }
@@ -166,7 +166,7 @@ fn read_loads(
         .into_iter()
         .map(|(key, table)| (key.name.clone(), load::read(record.context, names, table)))
         .collect();
-    // Loads are computed at the instants of motions.
+    // Loads are evaluated at the times of motions.
     for (_, load) in &loads {
         for (_, motion) in motions {
             motion::check_load(record.context, load, motion);
@@ -175,7 +175,7 @@ fn read_loads(
     loads
 }
 
-/// What stands in `[joints.leg1.R]` where the joint `leg1.R` was meant, by that name; it says so.
+/// Joints written as `[joints.leg1.R]` instead of `[joints."leg1.R"]`, with a message.
 fn dotted<'a>(
     context: &Context<'_>,
     kind: &str,
@@ -202,14 +202,14 @@ fn dotted<'a>(
     table.entries.iter().filter_map(meant).collect()
 }
 
-/// The bodies, joints and springs of the text, those of legs included.
+/// Bodies, joints and springs of the text, including those of legs.
 struct Parts {
     name: String,
     bodies: Vec<BodyDraft>,
     joints: Vec<JointDraft>,
     springs: Vec<SpringDraft>,
     legs: Vec<legs::LegDraft>,
-    /// Whether some legs could not be read.
+    /// True if some legs are invalid.
     lost_legs: bool,
 }
 
@@ -222,7 +222,7 @@ impl Parts {
             tables.flat_map(|(key, table)| dotted(context, kind, key, table, fields)).collect()
         };
         for (key, table) in tables("bodies", BODY) {
-            // The ground is refused for a better reason than its name.
+            // The name of the ground is reserved, which is reported elsewhere.
             if key.name != GROUND_NAME {
                 names::check(context, &key.name, &key.span, "body");
             }
@@ -261,7 +261,7 @@ impl Parts {
         .with_lost_legs(self.lost_legs)
     }
 
-    /// The mechanism; its defects are reported.
+    /// Builds the mechanism and reports its defects.
     fn build(&self, record: &Record<'_>, names: &Names) -> Option<Mechanism> {
         let context = record.context;
         let origin = self.origin(record, names);

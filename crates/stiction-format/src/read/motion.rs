@@ -1,4 +1,4 @@
-//! Motions.
+//! Reader of motions.
 
 use super::context::{Context, Record, of_the_top};
 use super::names::Names;
@@ -14,17 +14,17 @@ use crate::signal::Signal;
 use crate::source::Span;
 use stiction_core::kinematics::{AngleOrder, Coordinate};
 
-/// How files that a text names are read: the name as it is written to what is in the file.
+/// Reader of the files that a text names: from the name as written to the contents.
 pub(crate) type Files<'a> = &'a dyn Fn(&str) -> Result<Contents, String>;
 
-/// Time between samples where nothing else is said, s.
+/// Default time between samples, s.
 pub(crate) const STEP: f64 = 0.01;
-/// Nobody waits for more samples.
+/// Maximum number of samples of a motion.
 const MOST_SAMPLES: f64 = 1e8;
-/// At so many instants formulas are tried out in advance.
+/// Number of instants at which formulas are evaluated in advance.
 const TRIALS: f64 = 10_000.0;
 
-/// Reads a motion; `None` if it cannot be used.
+/// Reads a motion; `None` if it is invalid.
 pub(crate) fn read(
     context: &Context<'_>,
     names: &Names,
@@ -81,7 +81,7 @@ pub(crate) fn read(
         motion.coordinates.clear();
         return None;
     }
-    // Instants are sums of `start` and a part of `duration`.
+    // Times of samples are sums of `start` and a part of `duration`.
     if duration > 0.0 && start.abs() * f64::EPSILON > 1e-3 * step.unwrap_or(STEP) {
         let message = "so late, instants one step apart cannot be told from each other";
         context.push(
@@ -96,7 +96,7 @@ pub(crate) fn read(
     Some(motion)
 }
 
-/// Says which formulas have no finite value at some instant.
+/// Reports formulas without a finite value at some instant.
 pub(crate) fn check_courses<'a>(
     context: &Context<'_>,
     signals: impl IntoIterator<Item = &'a Signal>,
@@ -127,7 +127,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// The coordinates in the table; with a file there are none but orders of angles.
+    /// Coordinates in the table; next to a file only orders of angles are allowed.
     fn coordinates(&mut self, table: &Table, file: Option<&Value>) -> Vec<(Coordinate, Signal)> {
         let context = self.context;
         let mut meanings = Vec::new();
@@ -138,7 +138,7 @@ impl Reader<'_> {
             }
             let path = match leaf.value {
                 Some(_) => leaf.path.clone(),
-                // An empty table still names something.
+                // An empty table is still a name.
                 None => format!("{}.x", leaf.path),
             };
             match resolve(self.names, &path) {
@@ -191,7 +191,7 @@ impl Reader<'_> {
         coordinates
     }
 
-    /// Says what is wrong with an expression whatever it is meant for.
+    /// Checks an expression of unknown purpose.
     fn proofread(&self, value: &Value) {
         if value.as_text().is_some() {
             self.context.signal(value, Measure::Any);
@@ -199,7 +199,7 @@ impl Reader<'_> {
     }
 
     fn trouble(&self, leaf: &Leaf<'_>, trouble: Trouble) {
-        // In a text with syntax errors, what seems unknown may be unreadable.
+        // In a text with syntax errors, an unknown name may be defined in a broken line.
         if !self.context.broken.is_empty() {
             return;
         }
@@ -247,7 +247,7 @@ impl Reader<'_> {
     }
 }
 
-/// Says which formulas of a load have no finite value at some instant of a motion.
+/// Reports formulas of a load without a finite value at some instant of a motion.
 pub(crate) fn check_load(
     context: &Context<'_>,
     load: &crate::model_file::LoadCase,

@@ -1,4 +1,4 @@
-//! The names of bodies and joints.
+//! Names of bodies and joints.
 
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, quoted};
@@ -7,18 +7,18 @@ use std::collections::HashMap;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, GROUND_NAME, JointId, Mechanism};
 
-/// All bodies and joints by name, also of a model that has defects.
+/// All bodies and joints by name, including those of a model with defects.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Names {
     bodies: HashMap<String, BodyId>,
-    /// The type is `None` where it could not be read.
+    /// The type is `None` if it is invalid.
     joints: HashMap<String, (JointId, Option<JointType>)>,
-    /// Whether there are legs that could not be read.
+    /// True if some legs are invalid.
     lost_legs: bool,
 }
 
 impl Names {
-    /// The names of bodies (without the ground) and joints, in their order.
+    /// Names of bodies (without the ground) and joints, in order.
     pub(crate) fn new<'a>(
         bodies: impl IntoIterator<Item = &'a str>,
         joints: impl IntoIterator<Item = (&'a str, Option<JointType>)>,
@@ -34,7 +34,7 @@ impl Names {
         names
     }
 
-    /// Those of a mechanism.
+    /// Names in a mechanism.
     pub(crate) fn of(mechanism: &Mechanism) -> Self {
         Self::new(
             mechanism.bodies().iter().skip(1).map(|body| body.name.as_str()),
@@ -42,17 +42,17 @@ impl Names {
         )
     }
 
-    /// The same where some legs could not be read.
+    /// Names in a mechanism of which some legs are invalid.
     pub(crate) fn with_lost_legs(self, lost_legs: bool) -> Self {
         Self { lost_legs, ..self }
     }
 
-    /// Whether some parts of the mechanism are not known.
+    /// Tests if some parts of the mechanism are unknown.
     pub(crate) fn has_lost_legs(&self) -> bool {
         self.lost_legs
     }
 
-    /// Whether a path may name a part of a leg that could not be read.
+    /// Tests if a path can name a part of an invalid leg.
     pub(crate) fn may_be_lost(&self, path: &str) -> bool {
         let number = path.strip_prefix("leg");
         self.lost_legs && number.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
@@ -68,7 +68,7 @@ impl Names {
         self.joints.get(name).copied()
     }
 
-    /// All bodies that move, sorted.
+    /// All moving bodies, sorted.
     pub(crate) fn body_names(&self) -> Vec<&str> {
         let mut names: Vec<_> =
             self.bodies.keys().map(String::as_str).filter(|name| *name != GROUND_NAME).collect();
@@ -84,10 +84,10 @@ impl Names {
     }
 }
 
-/// Keys of motions and loads: a body of such a name could not be told from them.
+/// Reserved names: they are keys of motions and loads.
 const TAKEN: &[&str] = &["title", "start", "duration", "step", "file", "order"];
 
-/// Says what is wrong with a new name.
+/// Checks a new name and reports errors.
 pub(crate) fn check(context: &Context<'_>, name: &str, span: &Span, kind: &str) {
     let letters = |part: &str| {
         !part.is_empty() && part.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-')

@@ -8,7 +8,7 @@ use crate::parameters::{Parameters, complaint};
 use crate::source::{Source, Span};
 use std::sync::Arc;
 
-/// Reads the table, in whatever order the parameters refer to each other.
+/// Reads the table; parameters can refer to each other in any order.
 pub(crate) fn read_parameters(
     table: &Table,
     source: &Arc<Source>,
@@ -17,7 +17,7 @@ pub(crate) fn read_parameters(
 ) -> Parameters {
     let mut all = Parameters::named(table.entries.iter().map(|(key, _)| key.name.clone()));
 
-    // Definitions first, then values in the order of dependence.
+    // Parse definitions first, then evaluate them in the order of dependence.
     let mut programs = Vec::new();
     {
         let context = Context::new(source, &all, broken);
@@ -64,7 +64,7 @@ fn check_name(context: &Context<'_>, name: &str, span: &Span) {
     );
 }
 
-/// A name much like this one that is possible and not taken.
+/// A similar name that is valid and not in use.
 fn possible(name: &str, context: &Context<'_>) -> String {
     let allowed = |c: char| if c.is_alphanumeric() || c == '_' { c } else { '_' };
     let mut near: String = name.chars().map(allowed).collect();
@@ -91,7 +91,7 @@ fn define(context: &Context<'_>, value: &Value) -> Option<Definition> {
     }
 }
 
-/// In which order definitions can be computed, and which refer to themselves.
+/// Order of evaluation, and the definitions that depend on themselves.
 struct Order {
     sorted: Vec<usize>,
     cycles: Vec<Vec<usize>>,
@@ -99,7 +99,7 @@ struct Order {
 
 impl Order {
     fn of(programs: &[Option<Definition>], all: &Parameters) -> Self {
-        // What has an impossible name has no value to wait for.
+        // An invalid name has no value.
         let needs: Vec<Vec<usize>> = programs
             .iter()
             .map(|definition| match definition {
@@ -109,7 +109,7 @@ impl Order {
                 _ => Vec::new(),
             })
             .collect();
-        // Kahn's algorithm: take whatever waits for nothing.
+        // Kahn's algorithm: take any definition without open dependences.
         let mut waiting: Vec<usize> = needs.iter().map(Vec::len).collect();
         let mut users: Vec<Vec<usize>> = vec![Vec::new(); needs.len()];
         for (user, needs) in needs.iter().enumerate() {
@@ -137,8 +137,8 @@ impl Order {
     }
 }
 
-/// The cycles among definitions that still wait: from any of them, following the first need that
-/// waits too must come round.
+/// Cycles among the remaining definitions: following the first open dependence from any of them
+/// leads back to itself.
 fn cycles(needs: &[Vec<usize>], waiting: &[usize]) -> Vec<Vec<usize>> {
     let waits = |i: usize| waiting.get(i).is_some_and(|&count| count > 0);
     let mut seen = vec![0usize; needs.len()];

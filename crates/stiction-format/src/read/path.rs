@@ -1,4 +1,4 @@
-//! What a name like `leg1.P` or `platform.x` in a motion means.
+//! Resolution of names in motions, such as `leg1.P` or `platform.x`.
 
 use super::names::Names;
 use crate::diagnostic::{nearest, or, quoted};
@@ -12,18 +12,18 @@ use stiction_core::joint::JointType;
 use stiction_core::kinematics::{AngleOrder, Coordinate};
 use stiction_core::mechanism::{BodyId, JointId};
 
-/// A value in nested tables under its full name.
+/// A value in nested tables with its full name.
 pub(crate) struct Leaf<'a> {
     pub(crate) path: String,
-    /// The last key of the path.
+    /// Last key of the path.
     pub(crate) key: Span,
-    /// The key before it; the same where there is none.
+    /// Key before the last; the last key itself if there is no other.
     pub(crate) owner: Span,
     /// `None` for an empty table.
     pub(crate) value: Option<&'a Value>,
 }
 
-/// All values in the table and in the tables within, but for the keys `own`.
+/// All values in the table and its nested tables, except for the keys `own`.
 pub(crate) fn leaves<'a>(table: &'a Table, own: &[Field]) -> Vec<Leaf<'a>> {
     struct Pending<'a> {
         path: String,
@@ -59,23 +59,23 @@ pub(crate) fn leaves<'a>(table: &'a Table, own: &[Field]) -> Vec<Leaf<'a>> {
     all
 }
 
-/// What a path names.
+/// The object of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Meaning<'a> {
-    /// Something of a body.
+    /// A coordinate of a body.
     Body(BodyId, &'a str),
-    /// A freedom of a joint.
+    /// A degree of freedom of a joint.
     Joint(JointId, JointType, usize),
 }
 
-/// Why a path means nothing.
+/// Reason why a path cannot be resolved.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Trouble {
-    /// The reason has been given elsewhere.
+    /// Already reported elsewhere.
     Told,
-    /// Nothing has this name.
+    /// Unknown name.
     Unknown,
-    /// The name is known, but what is asked of it is not there: message and help.
+    /// Known name without the requested coordinate: message and help.
     Wrong(String, Option<String>),
 }
 
@@ -84,9 +84,9 @@ impl Trouble {
         Self::Wrong(message, help.into())
     }
 
-    /// What to say about it: message, help, and whether the trouble lies in the name of the body or
-    /// joint rather than in that of the coordinate. The keys `own` could stand there as well. This
-    /// takes time: advice compares all names.
+    /// Message, help, and a flag that is true if the error is in the name of the body or joint
+    /// instead of the coordinate. The keys `own` are candidates, too. The suggestion compares all
+    /// names, which takes time.
     pub(crate) fn explain(
         self,
         names: &Names,
@@ -101,7 +101,7 @@ impl Trouble {
     }
 }
 
-/// What a path means.
+/// Resolves a path.
 pub(crate) fn resolve<'a>(names: &Names, path: &'a str) -> Result<Meaning<'a>, Trouble> {
     let split = path.rsplit_once('.');
     let body = split.and_then(|(body, key)| Some(Meaning::Body(names.body(body)?, key)));
@@ -185,10 +185,10 @@ fn unknown(names: &Names, own: &'static [Field], path: &str) -> (String, Option<
     }
     let (bodies, joints) = (names.body_names(), names.joint_names());
     let owner = path.rsplit_once('.').map_or(path, |(owner, _)| owner);
-    // A slip may be in the name of the joint, or before the coordinate.
+    // The error may be in the name of the joint, or before the coordinate.
     let near = nearest(path, joints.iter().copied().chain(own.iter().map(|field| field.key)))
         .or_else(|| nearest(owner, bodies.iter().chain(&joints).copied()));
-    // `leg1.Q` is meant as a name itself where others begin like that.
+    // `leg1.Q` counts as a name if other names begin with `leg1.`.
     let prefix = format!("{owner}.");
     let within = bodies.iter().chain(&joints).any(|name| name.starts_with(&prefix));
     let missing = if within { path } else { owner };
@@ -202,10 +202,10 @@ fn unknown(names: &Names, own: &'static [Field], path: &str) -> (String, Option<
     (message, help, !within)
 }
 
-/// Orders of intrinsic angles by body; xyz where there is none.
+/// Orders of intrinsic angles by body; xyz by default.
 pub(crate) type Orders = HashMap<BodyId, AngleOrder>;
 
-/// The coordinate that a path means, and what it is measured in.
+/// The coordinate of a path and its measure.
 pub(crate) fn coordinate(
     meaning: Meaning<'_>,
     orders: &Orders,

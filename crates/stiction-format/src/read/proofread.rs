@@ -1,9 +1,9 @@
-//! Defects in a table whose meaning is not known, for example that of a joint without a type.
+//! Checks of a table whose meaning is unknown, for example of a joint without a type.
 
 use super::context::Record;
 use crate::fields::{Field, Shape};
 
-/// Says which values of the table are wrong whatever the rest of it means.
+/// Reports values that are invalid whatever the table means.
 pub(crate) fn proofread(record: &Record<'_>, fields: &'static [Field]) {
     for field in fields {
         let Some(value) = record.value(field.key) else { continue };

@@ -1,4 +1,4 @@
-//! Springs.
+//! Reader of springs.
 
 use super::context::{Context, Record};
 use super::proofread::proofread;
@@ -8,15 +8,15 @@ use crate::source::Span;
 use stiction_core::mechanism::SpringSpec;
 use stiction_core::spatial::Vec3;
 
-/// A spring that was read, and where its parts stand.
+/// A spring with the places of its parts.
 pub(crate) struct SpringDraft {
     pub(crate) name: String,
-    /// `None` where its bodies or its ends could not be read.
+    /// `None` if its bodies or ends are invalid.
     pub(crate) spec: Option<SpringSpec>,
     pub(crate) spans: SpringSpans,
 }
 
-/// Where the parts of a spring stand.
+/// Places of the parts of a spring.
 pub(crate) struct SpringSpans {
     pub(crate) name: Span,
     pub(crate) from: Span,
@@ -26,7 +26,7 @@ pub(crate) struct SpringSpans {
     pub(crate) damping: Span,
 }
 
-/// Reads a spring; `what` is what to call it.
+/// Reads a spring; `what` describes it in messages.
 pub(crate) fn read(context: &Context<'_>, key: &Key, table: &Table, what: &str) -> SpringDraft {
     let record = Record::new(context, table, SPRING, what);
     if record.value("stiffness").is_none() && record.value("damping").is_none() {

@@ -1,12 +1,12 @@
-//! A line of assignments, `platform.x = 5 mm*sin(2*pi*t); duration = 2 s`, as a table.
+//! Assignments in one line, `platform.x = 5 mm*sin(2*pi*t); duration = 2 s`, read as a table.
 
 use super::context::Context;
 use crate::diagnostic::{Diagnostic, quoted};
 use crate::document::{Key, Node, Table, Text, Value};
 use crate::source::Span;
 
-/// Reads the assignments of the context's text. Names with dots nest, as in TOML; values are strings,
-/// or lists of strings.
+/// Reads the assignments of the context's text. Names with dots nest, as in TOML; values are
+/// strings or lists of strings.
 pub(crate) fn read(context: &Context<'_>) -> Table {
     let text = context.source.text.as_str();
     let mut table = Table { span: 0..text.len(), entries: Vec::new() };
@@ -47,7 +47,7 @@ pub(crate) fn read(context: &Context<'_>) -> Table {
     table
 }
 
-/// The parts of a name with dots.
+/// Parts of a name with dots.
 fn segments(text: &str, key: &Span) -> Vec<Key> {
     split(text, key, '.')
         .into_iter()
@@ -59,7 +59,7 @@ fn segments(text: &str, key: &Span) -> Vec<Key> {
         .collect()
 }
 
-/// Puts a value under its name; otherwise says where there is one already.
+/// Inserts a value; returns the place of an earlier value under the same name as an error.
 fn insert(table: &mut Table, path: Vec<Key>, value: Value) -> Result<(), Span> {
     let mut table = table;
     let mut path = path.into_iter().peekable();
@@ -102,7 +102,7 @@ fn read_value(text: &str, span: Span) -> Value {
     Value { span, node }
 }
 
-/// A string, with or without quotes.
+/// Reads a string, with or without quotes.
 fn string(text: &str, span: Span) -> Value {
     let content = text.get(span.clone()).unwrap_or_default();
     let quote = content.chars().next().filter(|c| matches!(c, '"' | '\''));
@@ -113,8 +113,8 @@ fn string(text: &str, span: Span) -> Value {
     Value { span, node }
 }
 
-/// The parts of a range between separators that are not within quotes or brackets; between all of
-/// them, if the quotes or brackets do not match.
+/// Splits a range at separators outside quotes and brackets, or at all separators if quotes or
+/// brackets do not match.
 fn split(text: &str, range: &Span, separator: char) -> Vec<Span> {
     split_outside(text, range, separator).unwrap_or_else(|| {
         let mut start = range.start;
@@ -152,7 +152,7 @@ fn split_outside(text: &str, range: &Span, separator: char) -> Option<Vec<Span>>
     (depth == 0 && quote.is_none()).then_some(parts)
 }
 
-/// The range without white space at its ends.
+/// Range without white space at its ends.
 fn trimmed(text: &str, range: Span) -> Span {
     let content = text.get(range.clone()).unwrap_or_default();
     let start = range.start + content.len() - content.trim_start().len();

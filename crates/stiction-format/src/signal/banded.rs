@@ -1,10 +1,10 @@
 //! Banded linear systems.
 
-/// A square matrix whose entries lie on the main diagonal and `band` diagonals on both sides.
+/// A square matrix with nonzeros on the main diagonal and on `band` diagonals on either side.
 pub(super) struct Banded {
     size: usize,
     band: usize,
-    /// Row by row, each with `2 band + 1` entries.
+    /// Entries by rows, each of `2 band + 1` entries.
     entries: Vec<f64>,
 }
 
@@ -20,12 +20,12 @@ impl Banded {
             .then_some(row * (2 * self.band + 1) + offset)
     }
 
-    /// An entry; zero outside of the band.
+    /// An entry; zero outside the band.
     pub(super) fn get(&self, row: usize, column: usize) -> f64 {
         self.index(row, column).and_then(|i| self.entries.get(i)).copied().unwrap_or(0.0)
     }
 
-    /// Sets an entry; ignored outside of the band.
+    /// Sets an entry; ignored outside the band.
     pub(super) fn set(&mut self, row: usize, column: usize, value: f64) {
         if let Some(entry) = self.index(row, column).and_then(|i| self.entries.get_mut(i)) {
             *entry = value;

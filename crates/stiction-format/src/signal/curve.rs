@@ -1,4 +1,4 @@
-//! A function through samples, whichever way the gaps are filled.
+//! A function of time through samples, with any kind of interpolation.
 
 use super::hermite::{Given, Samples, Spline};
 use super::monotone::{self, Monotone};
@@ -6,17 +6,17 @@ use crate::signal::samples::first_after;
 use std::sync::Arc;
 use stiction_core::kinematics::Target;
 
-/// How the gaps between samples are filled.
+/// Kind of interpolation between samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fill {
-    /// By a spline, as smoothly as what is given allows.
+    /// A spline that is as smooth as the given derivatives allow.
     Spline(Given),
-    /// Without overshoot.
+    /// Piecewise cubic without overshoot.
     Monotone,
 }
 
 impl Fill {
-    /// How many columns of numbers it takes.
+    /// Number of columns that it takes.
     pub(crate) fn columns(self) -> usize {
         match self {
             Self::Monotone | Self::Spline(Given::Values) => 1,
@@ -25,7 +25,7 @@ impl Fill {
         }
     }
 
-    /// How the gaps of so many samples are filled, in words.
+    /// Description of the interpolation for this number of samples.
     pub(crate) fn describe(self, count: usize) -> String {
         match self {
             Self::Spline(given) => given.describe(count),
@@ -33,7 +33,7 @@ impl Fill {
         }
     }
 
-    /// Value, rate and acceleration at all samples, from the equations of all of them.
+    /// Value, rate and acceleration at all samples, from one global system of equations.
     pub(crate) fn knots(self, times: &[f64], columns: Vec<Vec<f64>>) -> Vec<Target<f64>> {
         match self {
             Self::Spline(_) => Samples::new(columns).knots(times),
@@ -44,13 +44,13 @@ impl Fill {
         }
     }
 
-    /// Whether knots depend on samples far away, so that it must be seen whether windows agree.
+    /// Tests if knots depend on distant samples, so that windows have to be compared.
     pub(crate) fn reaches_far(self) -> bool {
         matches!(self, Self::Spline(Given::Values | Given::Rates))
     }
 }
 
-/// A function through samples.
+/// A function of time through samples.
 #[derive(Clone, Debug)]
 pub(crate) enum Curve {
     Spline(Spline),
@@ -58,7 +58,7 @@ pub(crate) enum Curve {
 }
 
 impl Curve {
-    /// The function through samples of which all are at hand.
+    /// Interpolates samples that are all in memory.
     pub(crate) fn through(fill: Fill, times: &Arc<[f64]>, columns: Vec<Vec<f64>>) -> Self {
         match fill {
             Fill::Spline(_) => Self::Spline(Spline::new(times, Samples::new(columns))),
@@ -66,7 +66,7 @@ impl Curve {
         }
     }
 
-    /// The function with these knots.
+    /// Makes the function from its knots.
     pub(crate) fn of_knots(fill: Fill, times: &Arc<[f64]>, knots: Vec<Target<f64>>) -> Self {
         match fill {
             Fill::Spline(_) => Self::Spline(Spline::of_knots(times, knots)),
@@ -74,21 +74,21 @@ impl Curve {
         }
     }
 
-    /// Whether all that was computed is finite.
+    /// Tests if all knots are finite.
     pub(crate) fn is_finite(&self) -> bool {
         match self {
             Self::Spline(spline) => spline.is_finite(),
-            // Slopes lie between those of chords.
+            // Slopes lie between those of the adjacent chords and are finite.
             Self::Monotone(_) => true,
         }
     }
 
-    /// Whether it is long and had to be solved at once all the same.
+    /// Tests if the spline is long and nevertheless needed one global solution.
     pub(crate) fn is_stiff(&self) -> bool {
         matches!(self, Self::Spline(spline) if spline.is_stiff())
     }
 
-    /// The first instant of a sample after `t`, s; nothing after the last.
+    /// Time of the first sample after `t`, s; `None` after the last.
     pub(crate) fn after(&self, t: f64) -> Option<f64> {
         let times = match self {
             Self::Spline(spline) => spline.times(),
@@ -97,7 +97,7 @@ impl Curve {
         first_after(times, t)
     }
 
-    /// The value at `t`, exactly that of the sample where there is one.
+    /// Value at `t`; at a sample exactly that of the sample.
     pub(crate) fn at(&self, t: f64) -> Target<f64> {
         match self {
             Self::Spline(spline) => spline.at(t),

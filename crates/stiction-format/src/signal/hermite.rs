@@ -1,7 +1,7 @@
 //! Piecewise quintics through samples.
 //!
-//! Whatever the samples say (positions; positions and velocities; all three), the spline is kept as
-//! value, rate and acceleration at every sample, which determine one quintic between neighbours.
+//! The spline is stored as value, rate and acceleration at every sample, which determine one
+//! quintic polynomial between neighbours. Derivatives that the samples do not contain are computed.
 
 use super::banded::Banded;
 use super::quintic;
@@ -10,7 +10,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use stiction_core::kinematics::Target;
 
-/// What is given of a coordinate at each sample.
+/// Derivatives given at each sample of a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Given {
     Values,
@@ -21,7 +21,7 @@ pub(crate) enum Given {
 }
 
 impl Given {
-    /// How the gaps are filled, in words.
+    /// Description of the interpolation.
     pub(crate) fn describe(self, count: usize) -> String {
         match (self, count) {
             (Self::Values, 0..=6) => format!(
@@ -57,7 +57,7 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
-    /// Values, rates and accelerations in this order, as far as they are given.
+    /// Values, rates and accelerations in this order, as far as given.
     pub(crate) fn new(columns: impl IntoIterator<Item = Vec<f64>>) -> Self {
         let mut columns = columns.into_iter();
         Self {
@@ -84,7 +84,7 @@ impl Samples {
         }
     }
 
-    /// Value, rate and acceleration at every sample, from the equations of all of them.
+    /// Value, rate and acceleration at every sample, from one global system of equations.
     pub(crate) fn knots(self, times: &[f64]) -> Vec<Target<f64>> {
         let few = |degree_of_dof: usize| degree_of_dof * times.len() <= 6;
         let target = |(value, (rate, acceleration))| Target { value, rate, acceleration };
@@ -115,12 +115,12 @@ impl Samples {
 pub(crate) struct Spline {
     times: Arc<[f64]>,
     knots: Vec<Target<f64>>,
-    /// Whether its windows did not agree.
+    /// True if its windows did not agree.
     is_stiff: bool,
 }
 
 impl Spline {
-    /// The spline through `samples` at strictly increasing `times`, two at least.
+    /// Spline through `samples` at two or more strictly increasing `times`.
     pub(crate) fn new(times: &Arc<[f64]>, samples: Samples) -> Self {
         let part =
             |list: &[f64], window: Range<usize>| list.get(window).unwrap_or_default().to_vec();
@@ -143,22 +143,22 @@ impl Spline {
         Self { times: Arc::clone(times), knots, is_stiff: false }
     }
 
-    /// Whether it is long and had to be solved at once all the same.
+    /// Tests if the spline is long and nevertheless needed one global solution.
     pub(crate) fn is_stiff(&self) -> bool {
         self.is_stiff
     }
 
-    /// Whether all that was computed is finite.
+    /// Tests if all knots are finite.
     pub(crate) fn is_finite(&self) -> bool {
         self.knots.iter().all(|k| (k.value + k.rate + k.acceleration).is_finite())
     }
 
-    /// When its samples are, s.
+    /// Times of the samples, s.
     pub(crate) fn times(&self) -> &[f64] {
         &self.times
     }
 
-    /// The value at `t`, exactly that of the sample where there is one.
+    /// Value at `t`; at a sample exactly that of the sample.
     pub(crate) fn at(&self, t: f64) -> Target<f64> {
         let last = self.times.len().saturating_sub(2);
         let i = self.times.partition_point(|&time| time <= t).saturating_sub(1).min(last);
@@ -173,7 +173,7 @@ impl Spline {
                 acceleration: f64::NAN,
             });
         };
-        // From the nearer end, so that both ends are met exactly.
+        // Evaluate from the nearer end, so that both ends are met exactly.
         if t - t0 <= t1 - t {
             between(k0, k1, t1 - t0, t - t0)
         } else {
@@ -205,7 +205,7 @@ fn newton(
     known: impl Fn(usize) -> (Option<f64>, Option<f64>),
     t: f64,
 ) -> (f64, f64) {
-    // Nodes, and the column of the table of divided differences that is being worked on.
+    // Nodes, and the current column of the table of divided differences.
     let mut nodes: Vec<f64> = Vec::new();
     let mut column: Vec<f64> = Vec::new();
     let mut slopes: Vec<Option<f64>> = Vec::new();
@@ -276,7 +276,7 @@ pub(super) fn accelerations_for_rates(times: &[f64], values: &[f64], rates: &[f6
         let (h0, s0, v0, v1) = interval(i - 1);
         let (h1, s1, w0, w1) = interval(i);
         let ratio = (h0 / h1).powi(2);
-        // For the last row the roles change: the unknown on the diagonal is that of the end.
+        // In the last row the unknown on the diagonal is that of the end.
         matrix.set(row, i - 1, -24.0);
         matrix.set(row, i, 36.0 * (1.0 - ratio));
         matrix.set(row, i + 1, 24.0 * ratio);

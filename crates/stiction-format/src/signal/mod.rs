@@ -20,10 +20,10 @@ use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 use stiction_core::kinematics::Target;
 
-/// A number that changes in time: a coordinate of a motion, a component of a load.
+/// A function of time: a coordinate of a motion, a component of a load.
 ///
-/// It comes from an expression, with exact derivatives, or from samples, as a spline. At a kink of
-/// an expression (`abs`, `min`, `max`) the derivatives are those towards later times.
+/// It is an expression with exact derivatives, or a spline through samples. At a kink of an
+/// expression (`abs`, `min`, `max`) the derivatives are one-sided, towards later times.
 #[derive(Clone, Debug)]
 pub struct Signal {
     shape: Shape,
@@ -34,23 +34,23 @@ enum Shape {
     Constant(f64),
     Formula(Arc<Written>),
     Curve(Arc<Curve>),
-    /// One of the curves of a recording that is read piece by piece.
+    /// One of the curves of a recording that is read in pieces.
     Recorded(Arc<Recorded>, usize),
 }
 
-/// A formula and where it stands.
+/// A formula and its place.
 #[derive(Debug)]
 struct Written {
     formula: Formula,
     source: Arc<Source>,
-    /// The whole value.
+    /// Place of the whole value.
     value: Span,
-    /// Where its text begins, if it stands in the source letter by letter.
+    /// Byte offset of its text in the source, if it contains no escapes.
     start: Option<usize>,
 }
 
 impl Signal {
-    /// A number that does not change.
+    /// A constant.
     pub fn constant(value: f64) -> Self {
         Self { shape: Shape::Constant(value) }
     }
@@ -73,16 +73,16 @@ impl Signal {
         Self { shape: Shape::Recorded(Arc::clone(recording), curve) }
     }
 
-    /// Whether it is the same at all times, as written.
+    /// Tests if the signal was written as a constant.
     pub fn is_constant(&self) -> bool {
         matches!(self.shape, Shape::Constant(_))
     }
 
-    /// The value at time `t` (s) with its exact first and second time derivative, in SI units.
+    /// Value at time `t` (s) with its exact first and second time derivatives, in SI units.
     ///
-    /// A formula that has no finite value there gives what floating-point arithmetic gives, a recording
-    /// that cannot be read any more gives NaN; [`Signal::fault_at`] then says why. A spline continues
-    /// with its first and last piece outside of its samples.
+    /// A formula without a finite value gives the result of floating-point arithmetic; a recording
+    /// that cannot be read any more gives NaN. [`Signal::fault_at`] gives the reason. A spline
+    /// continues with its first and last polynomial beyond its samples.
     pub fn at(&self, t: f64) -> Target<f64> {
         match &self.shape {
             Shape::Constant(value) => Target { value: *value, rate: 0.0, acceleration: 0.0 },
@@ -95,8 +95,8 @@ impl Signal {
         }
     }
 
-    /// The time up to which, from `t` (s) on, looks at a few instants tell what it does, s: it says so before ramps
-    /// and kinks, within the turns of a sine and where it peaks, and at samples.
+    /// Time, s, up to which a few samples from `t` (s) on resolve the signal: it ends before ramps
+    /// and kinks, within the period of a sine, before its peaks, and at samples.
     pub fn seen_until(&self, t: f64) -> f64 {
         match &self.shape {
             Shape::Constant(_) => f64::INFINITY,
@@ -106,7 +106,7 @@ impl Signal {
         }
     }
 
-    /// The value, if it does not change in time.
+    /// Value, if it is constant.
     pub fn as_constant(&self) -> Option<f64> {
         match self.shape {
             Shape::Constant(value) => Some(value),
@@ -114,7 +114,7 @@ impl Signal {
         }
     }
 
-    /// Why the value or one of its derivatives is not finite at time `t` (s), if it is not.
+    /// Diagnostic if the value or a derivative at time `t` (s) is not finite.
     pub fn fault_at(&self, t: f64) -> Option<Diagnostic> {
         let written = match &self.shape {
             Shape::Constant(_) | Shape::Curve(_) => return None,

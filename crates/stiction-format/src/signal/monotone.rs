@@ -1,16 +1,16 @@
-//! Piecewise cubics through samples that never overshoot them.
+//! Piecewise cubics through samples without overshoot.
 //!
-//! Slopes at the samples are the harmonic means of those of the chords on both sides, weighted by their
-//! lengths, and zero where these have different signs (F. N. Fritsch and J. Butland, A method for constructing
-//! local monotone piecewise cubic interpolants, SIAM J. Sci. Stat. Comput. 5, 1984).
+//! Slopes at the samples are weighted harmonic means of the slopes of the adjacent chords, and zero
+//! where these have different signs (F. N. Fritsch and J. Butland, A method for constructing local
+//! monotone piecewise cubic interpolants, SIAM J. Sci. Stat. Comput. 5, 1984).
 
 use std::sync::Arc;
 use stiction_core::kinematics::Target;
 
-/// How the gaps are filled, in words.
+/// Description of the interpolation.
 pub(crate) const WORDS: &str = "cubic between neighbouring samples, without overshoot (Fritsch and Butland); constant beyond them";
 
-/// Values and slopes at all samples. A slope depends on the samples beside it alone.
+/// Values and slopes at all samples. A slope depends only on the adjacent samples.
 pub(crate) fn knots(times: &[f64], values: &[f64]) -> Vec<Target<f64>> {
     let chords: Vec<(f64, f64)> = times
         .windows(2)
@@ -26,7 +26,7 @@ pub(crate) fn knots(times: &[f64], values: &[f64]) -> Vec<Target<f64>> {
             knot.rate = (w0 + w1) / (w1 / s0 + w0 / s1);
         }
     }
-    // At the ends those of the first and the last chord, which keeps straight lines straight.
+    // At the ends the slope of the first or last chord, which reproduces straight lines.
     if let (Some(first), Some((_, chord))) = (knots.first_mut(), chords.first()) {
         first.rate = *chord;
     }
@@ -36,27 +36,26 @@ pub(crate) fn knots(times: &[f64], values: &[f64]) -> Vec<Target<f64>> {
     knots
 }
 
-/// A function through samples that rises and falls only where they do; constant before the first and after
-/// the last.
+/// A function that is monotone between samples and constant before the first and after the last.
 #[derive(Clone, Debug)]
 pub(crate) struct Monotone {
     times: Arc<[f64]>,
-    /// Values and slopes.
+    /// Values and slopes at the samples.
     knots: Vec<Target<f64>>,
 }
 
 impl Monotone {
-    /// The function with these values and slopes at strictly increasing `times`, see [`knots`].
+    /// Makes the function from values and slopes at strictly increasing `times`, see [`knots`].
     pub(crate) fn of_knots(times: &Arc<[f64]>, knots: Vec<Target<f64>>) -> Self {
         Self { times: Arc::clone(times), knots }
     }
 
-    /// When its samples are, s.
+    /// Times of the samples, s.
     pub(crate) fn times(&self) -> &[f64] {
         &self.times
     }
 
-    /// The value at `t`, exactly that of the sample where there is one.
+    /// Value at `t`; at a sample exactly that of the sample.
     pub(crate) fn at(&self, t: f64) -> Target<f64> {
         let still = |value: f64| Target { value, rate: 0.0, acceleration: 0.0 };
         let after = self.times.partition_point(|&time| time <= t);
@@ -89,7 +88,7 @@ mod tests {
         Monotone::of_knots(times, knots(times, values))
     }
 
-    /// A jump between two samples, as of friction at a reversal, stays between them.
+    /// A jump between two samples, such as friction at a reversal, causes no overshoot.
     #[test]
     fn a_jump_does_not_ring() {
         let times: Arc<[f64]> = (0..20).map(|k| f64::from(k) * 0.1).collect();
@@ -110,7 +109,7 @@ mod tests {
         }
     }
 
-    /// The error falls with the third power of the distance of samples at least.
+    /// The error decreases at least with the third power of the sample distance.
     #[test]
     fn smooth_curves_are_met() {
         let error = |n: i32| {
@@ -120,7 +119,7 @@ mod tests {
             let at = |k: i32| f64::from(k) / 999.0;
             (0..1000).map(|k| (curve.at(at(k)).value - at(k).exp()).abs()).fold(0.0, f64::max)
         };
-        // The slope at an end is that of a chord: there it is of second order.
+        // The slope at an end is that of a chord and only second-order accurate.
         assert!(error(10) < 5e-3 && error(20) < 0.3 * error(10), "{} {}", error(10), error(20));
     }
 

@@ -7,10 +7,10 @@
 use super::banded::Banded;
 
 const ORDER: usize = 6;
-/// B-splines that differ from zero at a sample lie within this many columns of the diagonal.
+/// Number of off-diagonals within which B-splines are nonzero at a sample.
 const BAND: usize = 4;
 
-/// Rates and accelerations at all samples, seven at least.
+/// Rates and accelerations at all samples; at least seven.
 pub(super) fn rates_and_accelerations(times: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let n = values.len().min(times.len());
     let knots = Knots { times, count: n };
@@ -47,8 +47,8 @@ impl Knots<'_> {
         self.times.get(sample).copied().unwrap_or(f64::NAN)
     }
 
-    /// The first of the six B-splines that may differ from zero at a sample: those of the interval
-    /// that begins there.
+    /// Index of the first of the six B-splines that can be nonzero in the interval that begins at a
+    /// sample.
     fn first_spline(&self, sample: usize) -> usize {
         sample.saturating_sub(2).min(self.count.saturating_sub(ORDER))
     }
@@ -125,7 +125,7 @@ mod tests {
         }
     }
 
-    /// Unequal steps between 0 and 1, neighbours differing by up to a factor of three.
+    /// Unequal steps between 0 and 1; neighbours differ by up to a factor of three.
     fn uneven(n: usize) -> Arc<[f64]> {
         let steps: Vec<f64> = (0..n - 1).map(|i| [1.0, 0.4, 1.2, 0.7][i % 4]).collect();
         let total: f64 = steps.iter().sum();
@@ -145,8 +145,8 @@ mod tests {
         Spline::new(times, Samples::new([values, rates, accelerations].into_iter().take(kind + 1)))
     }
 
-    /// All kinds reproduce quintics, as soon as the samples determine one, and polynomials of lower
-    /// degree with fewer samples.
+    /// All kinds reproduce quintics once the samples determine one, and polynomials of lower degree
+    /// with fewer samples.
     #[test]
     fn polynomials_are_reproduced() {
         let c = [0.3, -1.0, 2.0, 0.5, -1.5, 0.7];

@@ -1,14 +1,14 @@
-//! The instants of a recording's samples.
+//! Times of a recording's samples.
 
 use crate::signal::recorded::Recorded;
 use std::sync::Arc;
 
-/// The first of increasing instants after `t`; nothing after the last.
+/// First of increasing times after `t`; `None` after the last.
 pub(crate) fn first_after(times: &[f64], t: f64) -> Option<f64> {
     times.get(times.partition_point(|&time| time <= t)).copied()
 }
 
-/// The instants of a recording's samples, s, strictly increasing.
+/// Times of a recording's samples, s, strictly increasing.
 #[derive(Clone, Debug)]
 pub struct SampleTimes(Kind);
 
@@ -23,7 +23,7 @@ impl SampleTimes {
         Self(Kind::Recorded(Arc::clone(recording)))
     }
 
-    /// How many there are.
+    /// Number of samples.
     pub fn count(&self) -> usize {
         match &self.0 {
             Kind::Listed(list) => list.len(),
@@ -31,8 +31,8 @@ impl SampleTimes {
         }
     }
 
-    /// Instant `k`, s; the last for any `k` beyond. If the recording cannot be read any more it is NaN, and
-    /// [`Signal::fault_at`](crate::Course::fault_at) says why.
+    /// Time of sample `k`, s; beyond the last sample that of the last. NaN if the recording cannot
+    /// be read any more; [`Signal::fault_at`](crate::Signal::fault_at) gives the reason.
     pub fn at(&self, k: usize) -> f64 {
         match &self.0 {
             Kind::Listed(list) => list.get(k).or(list.last()).copied().unwrap_or(f64::NAN),
@@ -40,7 +40,7 @@ impl SampleTimes {
         }
     }
 
-    /// The first and the last, s; nothing if there is none.
+    /// Times of the first and last sample, s; `None` if there are no samples.
     pub fn ends(&self) -> Option<(f64, f64)> {
         match &self.0 {
             Kind::Listed(list) => Some((*list.first()?, *list.last()?)),
@@ -48,7 +48,7 @@ impl SampleTimes {
         }
     }
 
-    /// The first after `t`, s; nothing after the last.
+    /// Time of the first sample after `t`, s; `None` after the last.
     pub fn after(&self, t: f64) -> Option<f64> {
         match &self.0 {
             Kind::Listed(list) => first_after(list, t),
@@ -56,7 +56,7 @@ impl SampleTimes {
         }
     }
 
-    /// All of them.
+    /// Iterator over all times, s.
     pub fn iter(&self) -> impl Iterator<Item = f64> + '_ {
         (0..self.count()).map(|k| self.at(k))
     }

@@ -1,67 +1,67 @@
 //! Splines through long recordings, window by window.
 //!
-//! A spline depends on all of its samples, but what a sample does to it fades with the distance: for equal
-//! steps by 0.43 from one sample to the next where values are given (the greatest root of the quintic
-//! B-spline's polynomial `x^4 + 26 x^3 + 66 x^2 + 26 x + 1` within the unit circle, but for its sign), by 0.17
-//! where rates are given as well. Some ninety samples away nothing is left of it in sixteen digits. So a
-//! window that reaches that far beyond what is asked of it knows all it needs, and the system of equations
-//! need not be kept for more. Steps that vary wildly may carry further; that shows where windows meet.
+//! A spline depends on all of its samples, but the influence of a sample decays with the distance:
+//! for equal steps by 0.43 per sample where values are given (the magnitude of the greatest root of
+//! the quintic B-spline polynomial `x^4 + 26 x^3 + 66 x^2 + 26 x + 1` within the unit circle), by
+//! 0.17 where rates are given as well. Ninety samples away it is below double precision. A window
+//! with such a margin is therefore exact, and no global system is needed. With strongly varying
+//! steps the influence reaches further; a comparison where windows meet detects this.
 
 use std::ops::Range;
 use stiction_core::kinematics::Target;
 
-/// Samples that a window is asked for.
+/// Number of samples in the core of a window.
 const ASKED: usize = 4096;
-/// Samples that it knows beyond these on both sides. Neighbours overlap by twice as many.
+/// Number of margin samples on either side. Neighbouring windows overlap by twice as many.
 const MARGIN: usize = 96;
-/// So many samples are worth more than one window.
+/// Minimum number of samples for more than one window.
 const LONG: usize = 2 * ASKED;
-/// How many roundings of a value neighbours may differ by in a rate times the step, or in an acceleration times
-/// its square, where they meet. Both are differences of the values around, magnified some ten times by
-/// solving; a few unequal steps make that a hundred.
+/// Tolerance where windows meet, in roundings of a value, for a rate times the step or an
+/// acceleration times its square. Both are differences of neighbouring values, magnified some ten
+/// times by the solution; a few unequal steps make that a hundred.
 const ROUNDINGS: f64 = 256.0;
 
-/// One of the windows through which a recording is seen.
+/// A window of a recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Window {
-    /// The samples that it is asked for.
+    /// Core samples: those that the window determines.
     pub(crate) asked: Range<usize>,
-    /// Those that it knows.
+    /// Core and margin samples.
     pub(crate) known: Range<usize>,
 }
 
 impl Window {
-    /// The window whose first sample is `begin`, of `count`. Whether there are more than so many does not
-    /// matter if [`is_long`] says so of those from `begin` on.
+    /// Window whose core begins at sample `begin`, of `count` samples. A larger `count` gives the
+    /// same window as long as [`is_long`] holds for the samples from `begin` on.
     pub(crate) fn at(begin: usize, count: usize) -> Self {
-        // The last window takes what would be too little for another.
+        // The last window includes a remainder that is too short for a window of its own.
         let end = if is_long(count - begin) { begin + ASKED } else { count };
         Self { asked: begin..end, known: begin.saturating_sub(MARGIN)..(end + MARGIN).min(count) }
     }
 
-    /// The first sample that a window is asked for, by the window's number.
+    /// Index of the first core sample of a window.
     pub(crate) fn begin(index: usize) -> usize {
         index * ASKED
     }
 
-    /// The number of the window that is asked for a sample, if there are so many windows.
+    /// Index of the window that determines a sample, among `windows`.
     pub(crate) fn of(sample: usize, windows: usize) -> usize {
         (sample / ASKED).min(windows.saturating_sub(1))
     }
 
-    /// How many of the known samples come before those that are asked for.
+    /// Number of margin samples before the core.
     pub(crate) fn skip(&self) -> usize {
         self.asked.start - self.known.start
     }
 }
 
-/// Whether so many samples are seen through more than one window.
+/// Tests if a number of samples needs more than one window.
 pub(crate) fn is_long(count: usize) -> bool {
     count >= LONG
 }
 
-/// Value, rate and acceleration at all samples, found by `solve` for windows of them; none where there are too
-/// few samples to be worth it, or where windows do not agree.
+/// Value, rate and acceleration at all samples from `solve`, called for each window; `None` if the
+/// samples fit into one window or windows do not agree.
 pub(super) fn by_windows(
     times: &[f64],
     values: &[f64],
@@ -87,8 +87,8 @@ pub(super) fn by_windows(
     Some(knots)
 }
 
-/// Whether a window's knots agree with `last`, the last one that the window before was asked for. Times and
-/// values are the window's own, and `skip` of its samples belong to the window before.
+/// Tests if the knots of a window agree with `last`, the last core knot of the window before. Times
+/// and values are those of the window; its first `skip` samples belong to the window before.
 pub(crate) fn agrees(
     last: &Target<f64>,
     knots: &[Target<f64>],
@@ -102,8 +102,8 @@ pub(crate) fn agrees(
     is_rounding([again.rate - last.rate, again.acceleration - last.acceleration], around, values)
 }
 
-/// Whether changes of a rate and an acceleration amid three samples are no more than the rounding of values
-/// explains.
+/// Tests if differences of a rate and an acceleration at the middle of three samples are within the
+/// rounding of the values.
 fn is_rounding([rate, acceleration]: [f64; 2], times: &[f64], values: &[f64]) -> bool {
     let step = times.windows(2).map(|pair| match pair {
         [a, b] => b - a,
@@ -131,13 +131,13 @@ mod tests {
         (0..count).map(later).collect()
     }
 
-    /// Rough values, so that a sample that were overlooked would show.
+    /// Rough values, so that a missing sample would show.
     fn rough(k: usize) -> f64 {
         ((k * k) as f64 * 0.618).sin()
     }
 
-    /// The quintic spline through all samples is that of the windows: rates times steps and accelerations times
-    /// their squares within the rounding of values.
+    /// The windowed spline equals the global quintic spline: rates times steps and accelerations
+    /// times their squares agree within the rounding of the values.
     #[test]
     fn windows_are_the_whole() {
         let steps: [fn(usize) -> f64; 2] = [|_| 1e-3, |k| 1e-3 * [1.0, 0.4, 1.2, 0.7][k % 4]];
@@ -153,7 +153,7 @@ mod tests {
             assert_eq!(solved, 3, "windows");
             let found = found.unwrap();
             let whole = Samples::new([values]).knots(&times);
-            // Values are of order one; roundings of them are magnified some ten times in solving.
+            // Values are of order one; the solution magnifies their rounding some ten times.
             for k in 0..times.len() {
                 let (h, unit) = (1e-3, 40.0 * f64::EPSILON);
                 let rate = found[k].rate - whole[k].rate;
@@ -164,7 +164,7 @@ mod tests {
         }
     }
 
-    /// With rates, too.
+    /// The same comparison for splines with given rates.
     #[test]
     fn splines_with_rates_are_the_whole() {
         let times = times(2 * ASKED + 5, |k| 1e-3 * [1.0, 0.4, 1.2, 0.7][k % 4]);
@@ -175,12 +175,12 @@ mod tests {
         let largest = all.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
         for (t, expected) in times.iter().zip(&all) {
             let found = spline.at(*t).acceleration;
-            // Four roundings: elimination comes to the same numbers but for their last digit.
+            // Four roundings, as elimination in a different order changes the last digit.
             assert!((found - expected).abs() < 1e-15 * largest, "{t}: {found} {expected}");
         }
     }
 
-    /// What carries further than a window knows is seen where windows meet.
+    /// An influence beyond the margin is detected where windows meet.
     #[test]
     fn windows_that_disagree_are_refused() {
         let times = times(2 * ASKED + 100, |_| 1e-3);

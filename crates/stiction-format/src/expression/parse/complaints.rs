@@ -1,4 +1,4 @@
-//! What is wrong where the expression cannot be read on.
+//! Error messages of the expression parser.
 
 use super::super::Fault;
 use super::super::function::Function;
@@ -16,7 +16,7 @@ impl Parser<'_> {
         }
     }
 
-    /// What stands where the expression should have ended or an operator should follow.
+    /// Unexpected word in place of an operator or the end.
     pub(super) fn left_over(&self) -> Fault {
         let span = self.span();
         let word = self.word_at(0);
@@ -40,7 +40,7 @@ impl Parser<'_> {
         }
     }
 
-    /// A name that means nothing; `unit` when a unit was expected.
+    /// Unknown name; `unit` if a unit was expected.
     pub(super) fn unknown(&self, unit: bool) -> Fault {
         let name = self.word_at(0);
         let units = UNITS.iter().map(|unit| unit.name);

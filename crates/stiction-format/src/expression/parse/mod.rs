@@ -1,4 +1,4 @@
-//! From words to instructions.
+//! Parser from words to instructions.
 //!
 //! ```text
 //! sum     = product (("+" | "-") product)*
@@ -25,12 +25,12 @@ use crate::diagnostic::{nearest, quoted};
 use crate::source::Span;
 use std::f64::consts;
 
-/// Parentheses, powers and calls within each other.
+/// Maximum nesting depth of parentheses, powers and calls.
 const DEEPEST: usize = 64;
 
 const CONSTANTS: &[(&str, f64)] = &[("pi", consts::PI), ("e", consts::E)];
 
-/// One step of the stack machine.
+/// One instruction of the stack machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Op {
     Number(f64, Dimension),
@@ -45,14 +45,14 @@ pub(crate) enum Op {
     Call(Function, usize),
 }
 
-/// Steps, each with the place of its operator or operand.
+/// Instructions, each with the place of its operator or operand.
 #[derive(Clone, Debug)]
 pub(crate) struct Program {
     pub(crate) steps: Vec<(Op, Span)>,
 }
 
 impl Program {
-    /// The parameters that it refers to.
+    /// Parameters that the expression uses.
     pub(crate) fn parameters(&self) -> impl Iterator<Item = usize> + '_ {
         self.steps.iter().filter_map(|(op, _)| match op {
             Op::Parameter(index) => Some(*index),
@@ -61,7 +61,7 @@ impl Program {
     }
 }
 
-/// What a name already means, so that no parameter can have it.
+/// Existing meaning of a name that therefore cannot name a parameter.
 pub(crate) fn reserved(name: &str) -> Option<&'static str> {
     if unit::find(name).is_some() {
         Some("a unit")
@@ -76,7 +76,7 @@ pub(crate) fn reserved(name: &str) -> Option<&'static str> {
     }
 }
 
-/// The instructions for `text`; `time` says whether `t` has a meaning.
+/// Compiles `text` to instructions; `time` permits `t`.
 pub(crate) fn parse(text: &str, scope: &dyn Scope, time: bool) -> Result<Program, Fault> {
     let tokens = tokens(text)?;
     let mut parser = Parser { text, tokens, at: 0, scope, time, steps: Vec::new(), depth: 0 };
@@ -215,7 +215,8 @@ impl<'a> Parser<'a> {
                 let (scale, dimension) = self.units()?;
                 let end = self.before();
                 let unit = Op::Number(scale.apply(1.0), dimension);
-                // A parameter cannot be named like a unit; where one is, it may be meant here.
+                // A parameter cannot have the name of a unit; if one is defined all the same, the
+                // name may refer to it.
                 self.emit(named.map_or(unit, Op::Parameter), span.start..end);
             }
             TokenKind::Name => self.name()?,
@@ -304,8 +305,8 @@ impl<'a> Parser<'a> {
     fn name(&mut self) -> Result<(), Fault> {
         let span = self.span();
         let name = self.word_at(0);
-        // First the parameters: none can be named like a constant or the time, but where one is,
-        // it is meant.
+        // Parameters come first: a definition with the name of a constant or the time is an error
+        // of its own.
         if let Some(index) = self.scope.find(name) {
             self.emit(Op::Parameter(index), span);
         } else if let Some((_, value)) = CONSTANTS.iter().find(|(known, _)| *known == name) {
@@ -326,7 +327,7 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    /// The end of the last word that was read.
+    /// Byte offset of the end of the last word.
     fn before(&self) -> usize {
         self.at.checked_sub(1).and_then(|at| self.tokens.get(at)).map_or(0, |token| token.span.end)
     }

@@ -1,4 +1,4 @@
-//! Chains of units: `kg m^2/s^2`.
+//! Parser of unit products such as `kg m^2/s^2`.
 
 use super::super::dimension::Dimension;
 use super::super::token::{TokenKind, tokens};
@@ -6,7 +6,7 @@ use super::super::unit::{self, Scale};
 use super::super::{Fault, Quantity, Scope};
 use super::Parser;
 
-/// A unit alone, as in the header of a column: its scale and dimension.
+/// Parses a unit alone, as in a column header; returns its scale and dimension.
 pub(crate) fn unit_of(text: &str) -> Result<(Scale, Dimension), Fault> {
     if matches!(text.trim(), "-" | "1" | "") {
         return Ok((Scale::ONE, Dimension::NONE));
@@ -42,13 +42,13 @@ impl Scope for NoNames {
 }
 
 impl Parser<'_> {
-    /// The unit that the next word is, unless it is a function being called (`min`).
+    /// Unit at the next word, unless the word is a function call (`min`).
     pub(super) fn unit_here(&self) -> Option<&'static unit::Unit> {
         let called = self.kind_at(1) == TokenKind::Symbol('(');
         (self.kind() == TokenKind::Name && !called).then(|| unit::find(self.word_at(0))).flatten()
     }
 
-    /// A chain of units.
+    /// Parses a product of units.
     pub(super) fn units(&mut self) -> Result<(Scale, Dimension), Fault> {
         let (mut scale, mut dimension) = (Scale::ONE, Dimension::NONE);
         let mut divided = false;
@@ -84,7 +84,7 @@ impl Parser<'_> {
         Ok((scale, dimension))
     }
 
-    /// `^2` or `^-1` behind a unit; 1 if there is none.
+    /// Exponent after a unit, such as `^2` or `^-1`; 1 if absent.
     fn exponent(&mut self) -> Result<f64, Fault> {
         if !self.accept('^') {
             return Ok(1.0);

@@ -1,10 +1,10 @@
-//! Friction laws.
+//! Reader of friction laws.
 
 use super::layers::{Given, Layers, Notes};
 use crate::diagnostic::Diagnostic;
 use stiction_core::friction::{Bristles, Curve, Exponent, Law};
 
-/// Reads the law that the tables amount to. What contradicts is complained about and left out.
+/// Reads the law that the tables define. Contradictions are reported and ignored.
 pub(super) fn read(layers: &Layers<'_>, notes: &mut Notes) -> Law {
     let given = |key| layers.given(key);
     let word = layers.word("law").unwrap_or_default();
@@ -29,13 +29,13 @@ pub(super) fn read(layers: &Layers<'_>, notes: &mut Notes) -> Law {
     law.bristles = bristles(layers, word, &mut law.viscous, notes);
     law.regularisation = regularisation(layers, &law, notes);
     if has_state && mu.is_none() && table.is_none() {
-        // Said already; the builder need not say it again.
+        // Already reported; keep the builder from reporting it again.
         law.coulomb = 1.0;
     }
     law
 }
 
-/// The table of coefficients, unless a nearer `mu` takes its place.
+/// The table of coefficients, unless a nearer `mu` overrides it.
 fn table_in_force<'a>(layers: &Layers<'a>, notes: &mut Notes) -> Option<Given<'a>> {
     let table = layers.given("table")?;
     let Some(mu) = layers.given("mu") else { return Some(table) };
@@ -60,7 +60,7 @@ fn curve_of_table(layers: &Layers<'_>, word: &str, table: Given<'_>, notes: &mut
     rows(table).map_or(Curve::Constant, Curve::Table)
 }
 
-/// The rows of a table, if they are in order.
+/// Reads the rows of a table and checks their order.
 fn rows(table: Given<'_>) -> Option<Vec<[f64; 2]>> {
     let rows = table.record.pairs("table")?;
     let context = table.record.context;
@@ -153,7 +153,7 @@ fn curve_of_numbers(layers: &Layers<'_>, word: &str, law: &Law, notes: &mut Note
     }
 }
 
-/// The state of a law that has one; the viscous part of the LuGre model may be called `sigma2`.
+/// Reads a law with a state; the viscous part of the LuGre model may be called `sigma2`.
 fn bristles(
     layers: &Layers<'_>,
     word: &str,

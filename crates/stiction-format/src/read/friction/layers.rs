@@ -1,18 +1,18 @@
-//! Tables that lie over each other: what is said nearest counts.
+//! Tables in layers, of which the most specific takes precedence.
 
 use super::FrictionSpans;
 use crate::diagnostic::Diagnostic;
 use crate::document::Value;
 use crate::read::context::Record;
 
-/// What has been found, and what has been said: several contacts share tables.
+/// Messages and places already reported, as several friction interfaces share tables.
 pub(super) struct Notes {
     pub(super) spans: FrictionSpans,
     pub(super) told: Vec<(usize, &'static str)>,
 }
 
 impl Notes {
-    /// Whether this about this place is new.
+    /// Records a message at a place; returns true if it is new.
     fn is_new(&mut self, at: usize, key: &'static str) -> bool {
         let new = !self.told.contains(&(at, key));
         if new {
@@ -22,14 +22,14 @@ impl Notes {
     }
 }
 
-/// The tables that say something about a contact, nearest first.
+/// The tables that apply to a friction interface, most specific first.
 pub(super) struct Layers<'a> {
     pub(super) records: &'a [&'a Record<'a>],
-    /// Whether the farthest table's radius is that of another contact.
+    /// True if the radius of the outermost table belongs to another interface.
     pub(super) no_shared_radius: bool,
 }
 
-/// A value and which table it stands in.
+/// A value and the index of its table.
 #[derive(Clone, Copy)]
 pub(super) struct Given<'a> {
     pub(super) layer: usize,
@@ -38,7 +38,7 @@ pub(super) struct Given<'a> {
 }
 
 impl<'a> Layers<'a> {
-    /// The nearest value of a key.
+    /// The most specific value of a key.
     pub(super) fn given(&self, key: &str) -> Option<Given<'a>> {
         let last = self.records.len().saturating_sub(1);
         self.records.iter().enumerate().find_map(|(layer, &record)| {
@@ -48,21 +48,21 @@ impl<'a> Layers<'a> {
         })
     }
 
-    /// The nearest number of a key.
+    /// The most specific number of a key.
     pub(super) fn number(&self, key: &'static str, notes: &mut Notes) -> Option<f64> {
         let Given { record, value, .. } = self.given(key)?;
-        // What cannot be read has been complained about; any valid number will do from here.
+        // An invalid value has been reported; any valid number serves from here on.
         let number = record.quantity(key).unwrap_or(1.0);
         notes.spans.numbers.push((key, number, value.span.clone()));
         Some(number)
     }
 
-    /// The nearest word of a key.
+    /// The most specific word of a key.
     pub(super) fn word(&self, key: &'static str) -> Option<&'static str> {
         self.given(key)?.record.choice(key)
     }
 
-    /// Says that a key cannot stand beside others.
+    /// Reports a key that excludes others.
     pub(super) fn conflict(
         &self,
         given: Given<'_>,
@@ -82,7 +82,7 @@ impl<'a> Layers<'a> {
         );
     }
 
-    /// Says that another key asks for one that is missing.
+    /// Reports a missing key that another key requires.
     pub(super) fn missing(
         &self,
         beside: Option<Given<'_>>,

@@ -1,4 +1,4 @@
-//! From a joint's reaction to the load on a contact.
+//! Reader of load maps: from a joint's reaction to the normal force of a friction interface.
 
 use super::layers::{Layers, Notes};
 use super::{Place, applies};
@@ -6,7 +6,7 @@ use crate::diagnostic::Diagnostic;
 use std::f64::consts::FRAC_PI_2;
 use stiction_core::friction::{Combine, InterfaceShape, NormalLoadMap, Supports};
 
-/// Reads the load map of a contact.
+/// Reads the load map of a friction interface.
 pub(super) fn read(
     layers: &Layers<'_>,
     shape: InterfaceShape,
@@ -64,7 +64,7 @@ fn supports(layers: &Layers<'_>, notes: &mut Notes) -> Supports<f64> {
     };
     let (gland, piston) = (layers.given("gland"), layers.given("piston"));
     let Some(either) = gland.or(piston) else { return on_one };
-    // What is said nearer takes its place.
+    // Overridden by a more specific value.
     for key in ["bending_span", "supports"] {
         match layers.given(key) {
             Some(other) if other.layer < either.layer => return on_one,
@@ -86,8 +86,8 @@ fn supports(layers: &Layers<'_>, notes: &mut Notes) -> Supports<f64> {
     Supports::OneOnEach { gland, piston }
 }
 
-/// From the angle in a section along the axis, which drawings give, to that across the thread:
-/// `tan normal = tan axial cos lead`.
+/// Converts a flank angle in an axial section, as in drawings, to the normal section: `tan normal =
+/// tan axial cos lead`.
 fn flank_cosine(
     layers: &Layers<'_>,
     joint: &Place<'_>,

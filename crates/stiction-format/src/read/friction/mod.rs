@@ -1,4 +1,4 @@
-//! Friction of joints.
+//! Reader of joint friction.
 
 mod law;
 mod layers;
@@ -16,13 +16,13 @@ use stiction_core::joint::JointType;
 /// The joint whose friction is read.
 pub(crate) struct Place<'a> {
     pub(crate) joint_type: JointType,
-    /// m/rad; zero where there is none.
+    /// Pitch, m/rad; zero if the joint has none.
     pub(crate) pitch: f64,
-    /// What to call the joint.
+    /// Description of the joint for messages.
     pub(crate) what: &'a str,
 }
 
-/// Where the numbers of a friction stand.
+/// Places of the numbers of a friction table.
 #[derive(Default)]
 pub(crate) struct FrictionSpans {
     pub(crate) table: Span,
@@ -31,7 +31,7 @@ pub(crate) struct FrictionSpans {
 }
 
 impl FrictionSpans {
-    /// The place of the parameter that the mechanism's builder calls `parameter`.
+    /// Place of the parameter with the builder's name `parameter`.
     pub(crate) fn of_parameter(&self, parameter: &str, value: f64) -> Span {
         let key = match parameter {
             "coefficient" => "mu",
@@ -56,7 +56,7 @@ impl FrictionSpans {
     }
 }
 
-/// Reads the friction of all contacts of a joint.
+/// Reads the friction of all interfaces of a joint.
 pub(crate) fn read(
     context: &Context<'_>,
     table: &Table,
@@ -84,7 +84,7 @@ pub(crate) fn read(
             );
         }
     }
-    // What is different backward, in the table of a contact or of the whole joint.
+    // Overrides for backward sliding, in the table of an interface or of the whole joint.
     let backward = |record: &Record<'_>, what: &str| {
         let what = format!("the backward friction of {what}");
         let table = record.value("backward").and_then(|_| record.table("backward"));
@@ -103,7 +103,7 @@ pub(crate) fn read(
         let own_backward = own_backward
             .as_ref()
             .map(|(table, what)| Record::new(context, table, BACKWARD_LAW, what.clone()));
-        // In a C joint the shared radius is that of the pin; its guide has none.
+        // In a C joint the shared radius belongs to the pin; its guide has none.
         let no_shared_radius = places.len() > 1 && !shape.turns();
         let sides = [own_backward.as_ref(), shared_backward.as_ref()];
         let forward: Vec<_> = own.as_ref().into_iter().chain([&shared]).collect();
@@ -121,7 +121,7 @@ pub(crate) fn read(
         }
     }
     if places.is_empty() {
-        // The builder says that this joint has no friction.
+        // The builder reports that this joint cannot have friction.
         interfaces.push(JointFriction::guide(Law::coulomb_viscous(0.0, 0.0)));
     } else {
         let shapes: Vec<_> = places.iter().map(|(_, shape)| *shape).collect();
@@ -130,7 +130,7 @@ pub(crate) fn read(
     (interfaces, notes.spans)
 }
 
-/// Whether a contact of this shape has the part. A radius of a guide is the builder's to refuse.
+/// Tests if an interface of this shape has the part. The builder reports the radius of a guide.
 fn applies(key: &str, shape: InterfaceShape, joint_type: JointType) -> bool {
     use InterfaceShape::{Ball, Guide, Pin, Plate, Thread};
     match key {
@@ -149,7 +149,7 @@ fn applies(key: &str, shape: InterfaceShape, joint_type: JointType) -> bool {
     }
 }
 
-/// Says which keys mean nothing at any of these contacts.
+/// Reports keys without meaning at any of these interfaces.
 fn not_applicable(
     context: &Context<'_>,
     record: &Record<'_>,

@@ -1,4 +1,4 @@
-//! From rows to curves: all at once where the text is in memory, else by an index.
+//! Curves from rows: solved at once for a text in memory, otherwise through an index.
 
 use super::header::Header;
 use super::messages::Messages;
@@ -13,10 +13,11 @@ use crate::signal::{Curve, Fill, Signal};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The longest recording whose spline is solved at once, bytes: that takes several times as much memory.
+/// Maximum size of a recording whose spline is solved globally, bytes; the solution needs several
+/// times as much memory.
 const MOST_AT_ONCE: u64 = 1 << 30;
 
-/// A recording without defects.
+/// A valid recording.
 pub(super) struct Gathered {
     pub(super) header: Header,
     pub(super) samples: SampleTimes,
@@ -25,21 +26,21 @@ pub(super) struct Gathered {
 
 /// A curve of a recording.
 pub(super) struct Curved {
-    /// The column of its values.
+    /// Column of its values.
     pub(super) column: usize,
     pub(super) fill: Fill,
     pub(super) signal: Signal,
     is_finite: bool,
-    /// Whether it is long and had to be solved at once all the same.
+    /// True if it is long and nevertheless needed one global solution.
     pub(super) is_stiff: bool,
 }
 
-/// What is kept of the rows while they are read.
+/// Collector of the rows while they are read.
 struct Kept {
     layout: Layout,
-    /// Of one row.
+    /// Kept numbers of one row.
     row: Vec<f64>,
-    /// The end of its line in the file.
+    /// End of its line in the file.
     end: u64,
     sink: Sink,
 }
@@ -73,7 +74,7 @@ impl Kept {
     }
 }
 
-/// Reads a recording; of one with defects there are messages only.
+/// Reads a recording; of an invalid one only the messages are returned.
 pub(super) fn gather(
     tape: &Tape,
     example: &str,
@@ -83,7 +84,7 @@ pub(super) fn gather(
     let Scan { header, mut messages } = scan(tape.pages(), example, head, |header, row, line| {
         kept.get_or_insert_with(|| Kept::new(header, tape)).push(row, line);
     })?;
-    // Rows that could not be read are not missing.
+    // Rows that could not be read do not count as missing.
     let Some((header, page)) = header.filter(|_| !messages.out.has_errors()) else {
         return Ok((None, messages));
     };
@@ -127,7 +128,7 @@ pub(super) fn gather(
 }
 
 impl Gathered {
-    /// Says which curves are not finite. The page is that of the header.
+    /// Reports curves that are not finite. The page is that of the header.
     fn check(&self, messages: &mut Messages) {
         for curve in self.curves.iter().filter(|curve| !curve.is_finite) {
             let Some(column) = self.header.columns.get(curve.column) else { continue };
@@ -138,7 +139,7 @@ impl Gathered {
     }
 }
 
-/// The instants, and for each curve whether it is finite and whether it is stiff.
+/// The samples' times, and for each curve two flags: finite, and solved globally.
 fn at_once(plan: &Plan, mut columns: Vec<Vec<f64>>) -> (SampleTimes, Vec<(Signal, bool, bool)>) {
     let mut take = |place: usize| columns.get_mut(place).map(std::mem::take).unwrap_or_default();
     let times: Arc<[f64]> = take(0).into();

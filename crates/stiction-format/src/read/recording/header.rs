@@ -1,4 +1,4 @@
-//! The first line of a recording: what is in which column.
+//! Header of a recording: the meaning of its columns.
 
 use super::super::actuators::Actuators;
 use super::super::names::Names;
@@ -12,7 +12,7 @@ use crate::signal::recorded::lines::{Line, cells};
 use crate::source::Span;
 use stiction_core::kinematics::Coordinate;
 
-/// What a column contains.
+/// Meaning of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Role {
     Time,
@@ -21,9 +21,9 @@ pub(super) enum Role {
         coordinate: Coordinate,
         order: u8,
     },
-    /// The effort of an actuator, by index.
+    /// Effort of an actuator, by index.
     Effort(usize),
-    /// It could not be understood, which has been said; or nobody asks for it.
+    /// Invalid, which has been reported, or not needed.
     Unknown,
 }
 
@@ -31,9 +31,9 @@ pub(super) enum Role {
 pub(super) struct Column {
     pub(super) role: Role,
     pub(super) scale: Scale,
-    /// Whether it is an angle itself, no derivative of one.
+    /// True for an angle, false for its derivatives.
     pub(super) is_angle: bool,
-    /// The name of the coordinate as it is written.
+    /// Name of the coordinate as written.
     pub(super) name: String,
     pub(super) span: Span,
 }
@@ -41,7 +41,7 @@ pub(super) struct Column {
 /// All columns.
 pub(super) struct Header {
     pub(super) columns: Vec<Column>,
-    /// The index of the time's column.
+    /// Index of the time column.
     pub(super) time: Option<usize>,
 }
 
@@ -105,8 +105,8 @@ impl Header {
 }
 
 impl Header {
-    /// Reads the header of a file of efforts: columns like `leg1.P [N]`; where some end in `.drive`, only
-    /// these are asked for.
+    /// Reads the header of a file of efforts: columns such as `leg1.P [N]`; if some end in
+    /// `.drive`, only these are used.
     pub(super) fn of_drives(
         text: &str,
         line: Line,
@@ -134,7 +134,7 @@ impl Header {
                 column.role = Role::Time;
                 Measure::Time
             } else if results && drive.is_none() {
-                // Of what else results have none is the effort of an actuator.
+                // In a result file, any other name without a suffix is not an effort.
                 if actuators.find(name).is_some() {
                     let message = format!(
                         "the column {} is not asked for beside columns `….drive`",
@@ -241,13 +241,13 @@ fn read_column(
     };
     if let Some(unit) = unit {
         let at = cell.start + content.len() - unit.len();
-        // The scale of a wrong unit does not matter: the motion is refused.
+        // The scale is irrelevant after an invalid unit, as the motion is refused.
         column.scale = read_unit(unit, at, measure, order, messages).unwrap_or(Scale::ONE);
     }
     column
 }
 
-/// The name within `d(...)` or `dd(...)`, and which derivative that is.
+/// The name within `d(...)` or `dd(...)`, and the order of the derivative.
 fn derivative(label: &str) -> (&str, u8) {
     let within =
         |open: &str| label.strip_prefix(open)?.trim_start().strip_prefix('(')?.strip_suffix(')');

@@ -1,15 +1,15 @@
-//! What is wrong with a recording, at its place.
+//! Messages about a recording with their places.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
-/// So many messages about one file are shown.
+/// Maximum number of messages shown for a file.
 const MOST_MESSAGES: usize = 20;
 
-/// Messages about a file, the first few of them.
+/// The first messages about a file; further ones are counted.
 pub(super) struct Messages {
-    /// The page that is being read; places are places in it.
+    /// The current page, to which places refer.
     pub(super) page: Arc<Source>,
     pub(super) out: Diagnostics,
 }
@@ -39,7 +39,7 @@ impl Messages {
         self.out.push(Diagnostic::error(code, message).at(place, label).maybe_help(help));
     }
 
-    /// Whether what follows is only counted.
+    /// Tests if further messages are only counted.
     pub(super) fn is_full(&self) -> bool {
         self.out.len() >= MOST_MESSAGES
     }

@@ -1,4 +1,5 @@
-//! Recorded motions: CSV files with a header such as `time [s], platform.x [mm], d(platform.x) [mm/s]`.
+//! Reader of recorded motions: CSV files with a header such as `time [s], platform.x [mm],
+//! d(platform.x) [mm/s]`.
 
 mod gather;
 mod header;
@@ -19,13 +20,13 @@ use gather::{Gathered, gather};
 use header::{Header, Role};
 use messages::Messages;
 
-/// A spline needs two samples, whatever they contain.
+/// Minimum number of samples of a spline.
 const LEAST_SAMPLES: usize = 2;
 
-/// Reads a recorded motion; what is wrong with it goes to `context`.
+/// Reads a recorded motion and reports its errors to `context`.
 ///
 /// # Errors
-/// Why the file cannot be read.
+/// A reason if the file cannot be read.
 pub(crate) fn read(
     tape: &Tape,
     names: &Names,
@@ -87,10 +88,10 @@ fn too_few(count: usize, messages: &mut Messages) {
     messages.push_help("samples", message, end..end, "the end", pose);
 }
 
-/// Reads recorded efforts; what is wrong with them goes to `context`.
+/// Reads recorded efforts and reports their errors to `context`.
 ///
 /// # Errors
-/// Why the file cannot be read.
+/// A reason if the file cannot be read.
 pub(crate) fn read_drives(
     tape: &Tape,
     actuators: &Actuators,
@@ -122,7 +123,7 @@ fn drives(gathered: Gathered, messages: &mut Messages) -> Option<Drives> {
     Some(Drives { title: String::new(), efforts, samples: Some(samples), interpolation })
 }
 
-/// How gaps are filled, each way with the coordinates for which it holds.
+/// Description of the interpolation: each kind with its coordinates.
 #[derive(Default)]
 struct Kinds(Vec<(String, Vec<String>)>);
 

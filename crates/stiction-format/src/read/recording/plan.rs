@@ -1,4 +1,4 @@
-//! Which columns of a recording make which curves.
+//! Assignment of columns to curves.
 
 use super::header::{Header, Role};
 use crate::expression::unit::Scale;
@@ -13,11 +13,11 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// The curves that a header without defects names.
+    /// Curves of a valid header.
     pub(super) fn of(header: &Header) -> Self {
         let place = |role: Role| header.columns.iter().position(|column| column.role == role);
         let (mut fills, mut columns) = (Vec::new(), Vec::new());
-        // The columns that are kept, in this order.
+        // Kept columns, in this order.
         let mut kept: Vec<usize> = header.time.into_iter().collect();
         for (index, column) in header.columns.iter().enumerate() {
             let (fill, derivatives) = match column.role {

@@ -1,4 +1,4 @@
-//! The rows of a recording.
+//! Reader of the rows of a recording.
 
 use super::super::context::LARGEST;
 use super::header::{Header, Role};
@@ -7,14 +7,14 @@ use crate::diagnostic::{number, quoted};
 use crate::signal::recorded::lines::{Line, cells};
 use crate::source::Span;
 
-/// Reads the rows of a recording one after another, and says what is wrong with them.
+/// Reads rows one after another and reports their errors.
 pub(super) struct Rows {
     header: Header,
-    /// The row above, in SI units.
+    /// The previous row, in SI units.
     row: Vec<f64>,
     is_first: bool,
     last_time: Option<f64>,
-    /// Columns that were told to begin anew.
+    /// Columns whose wrapped angles were reported.
     wrapped: Vec<String>,
 }
 
@@ -32,15 +32,15 @@ impl Rows {
         self.header
     }
 
-    /// The row that was read last, in SI units.
+    /// The last row, in SI units.
     pub(super) fn row(&self) -> &[f64] {
         &self.row
     }
 
-    /// Reads a row; false if it has not as many numbers as the header.
+    /// Reads a row; returns false unless it has as many numbers as the header.
     pub(super) fn read(&mut self, text: &str, line: Line, messages: &mut Messages) -> bool {
         let width = self.header.columns.len();
-        // What the columns are could not be understood, which has been said.
+        // The header is invalid, which has been reported.
         if width == 0 {
             return false;
         }
@@ -53,7 +53,7 @@ impl Rows {
         let places = self.header.columns.iter().zip(&mut self.row);
         for ((column, last), cell) in places.zip(cells(text, line)) {
             let value = match column.role {
-                // Whatever is in it, nobody will use it.
+                // The column is not used.
                 Role::Unknown => 0.0,
                 _ => read_number(text, &cell, messages).map_or(f64::NAN, |x| column.scale.apply(x)),
             };
@@ -83,7 +83,7 @@ fn read_number(text: &str, cell: &Span, messages: &mut Messages) -> Option<f64> 
     let content = text.get(cell.clone()).unwrap_or_default();
     match content.parse::<f64>() {
         Ok(x) if x.is_finite() => Some(x),
-        // No need to say in words what will not be shown.
+        // Skip the wording of a message that is only counted.
         _ if messages.is_full() => {
             messages.push("syntax", String::new(), cell.clone(), "");
             None
@@ -106,8 +106,8 @@ fn read_number(text: &str, cell: &Span, messages: &mut Messages) -> Option<f64> 
     }
 }
 
-/// No motion is recorded so coarsely that an angle changes by half a turn from one sample to the
-/// next: its counting was begun anew. That is told once for each column.
+/// Reports an angle that changes by more than half a turn between samples, which shows that its
+/// count was wrapped to one turn. One message per column.
 fn check_turn(
     change: f64,
     name: &str,
@@ -115,7 +115,7 @@ fn check_turn(
     wrapped: &mut Vec<String>,
     messages: &mut Messages,
 ) {
-    // What is no number has been told already.
+    // An invalid number has been reported already.
     let is_wrapped = change.abs() > std::f64::consts::PI;
     if !is_wrapped || wrapped.iter().any(|known| known == name) {
         return;

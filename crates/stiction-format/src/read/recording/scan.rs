@@ -1,4 +1,4 @@
-//! A recording from its first line to its last.
+//! Complete pass through a recording.
 
 use super::header::Header;
 use super::messages::Messages;
@@ -9,16 +9,16 @@ use crate::source::{Begin, Source};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// What is said about a recording, whatever became of it.
+/// Messages about a recording, and its header.
 pub(super) struct Scan {
-    /// What the columns are, if that could be understood, and the page on which it stands.
+    /// The columns and the page of the header, if the header is valid.
     pub(super) header: Option<(Header, Arc<Source>)>,
-    /// The messages; the page is the last.
+    /// The messages; their page is the last.
     pub(super) messages: Messages,
 }
 
-/// Reads all pages. `head` reads the line that names the columns; `take` gets the rows in SI units, each
-/// with the place of its line in the file, as long as nothing is wrong; `example` is a column's name.
+/// Reads all pages. `head` reads the header line; `take` receives the rows in SI units, each with
+/// the byte range of its line, until the first error; `example` is a column name for messages.
 pub(super) fn scan(
     pages: impl Iterator<Item = Result<Arc<Source>, String>>,
     example: &str,
@@ -32,7 +32,7 @@ pub(super) fn scan(
         messages.page = Arc::clone(&page);
         let text = page.text.as_str();
         if let Some(at) = text.find('\0') {
-            // Whatever else was said: nothing of it is meant as text.
+            // Discard earlier messages, as the file is not a text.
             messages.out = Diagnostics::new();
             let message = "this is not a text file".to_owned();
             messages.push("syntax", message, at..at + 1, "a zero byte");
@@ -62,7 +62,7 @@ pub(super) fn scan(
     if open.is_none() {
         let help = format!("the first line names the columns: time [s], {example}, …");
         let message = "the file is empty".to_owned();
-        // There is no line to point at.
+        // An empty file has no line to show.
         messages.page = Arc::new(Source::new(messages.page.name.as_str(), ""));
         messages.push_help("syntax", message, 0..0, "", Some(help));
     }

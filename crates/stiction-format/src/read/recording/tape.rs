@@ -1,11 +1,11 @@
-//! What a recording is read from.
+//! Source of a recording.
 
 use crate::contents::{Contents, Store};
 use crate::signal::recorded::Pages;
 use crate::source::Source;
 use std::sync::Arc;
 
-/// A text that is in memory, or one that is read piece by piece.
+/// A text in memory, or one that is read in pieces.
 pub(crate) enum Tape {
     Whole(Arc<Source>),
     Stored { store: Arc<dyn Store>, name: String },
@@ -19,7 +19,7 @@ impl Tape {
         }
     }
 
-    /// The text from its begin to its end; a text in memory is one page.
+    /// The text from beginning to end; a text in memory is one page.
     pub(super) fn pages(&self) -> Box<dyn Iterator<Item = Result<Arc<Source>, String>> + '_> {
         match self {
             Self::Whole(source) => Box::new(std::iter::once(Ok(Arc::clone(source)))),
@@ -27,7 +27,7 @@ impl Tape {
         }
     }
 
-    /// The same in memory.
+    /// Loads the text into memory.
     pub(super) fn in_memory(&self) -> Result<Self, String> {
         let (mut name, mut text) = (String::new(), String::new());
         for page in self.pages() {

@@ -1,8 +1,8 @@
-//! The piece that a thread looks at.
+//! Cache of one piece per thread.
 //!
-//! A motion is evaluated many times at instants close to each other. Each thread holds on to the piece that
-//! it looked at last, so that it need not ask others for it: there is no lock between threads that follow
-//! the same recording. One piece for each thread stays in memory until the thread ends or looks elsewhere.
+//! A motion is evaluated many times at nearby instants. Each thread keeps the piece it used last,
+//! so that threads which follow the same recording share no lock. A piece stays in memory until its
+//! thread ends or needs another piece.
 
 use super::piece::Piece;
 use std::cell::RefCell;
@@ -12,14 +12,15 @@ thread_local! {
     static HELD: RefCell<Option<Arc<Piece>>> = const { RefCell::new(None) };
 }
 
-/// Looks at a piece, which is fetched if this thread holds another; nothing if it cannot be.
+/// Calls `f` with a piece, which is fetched if the thread caches another; `None` if it cannot be
+/// fetched.
 pub(super) fn with<T>(
     owner: u64,
     index: usize,
     fetch: impl FnOnce() -> Option<Arc<Piece>>,
     look: impl Fn(&Piece) -> T,
 ) -> Option<T> {
-    // A thread that ends may have let go already.
+    // The cache of a thread that ends may be gone already.
     let held = HELD.try_with(|held| {
         let held = held.try_borrow().ok()?;
         let piece = held.as_deref()?;
@@ -30,7 +31,7 @@ pub(super) fn with<T>(
     }
     let piece = fetch()?;
     let found = look(&piece);
-    // Where it cannot be held it is fetched again.
+    // Without a cache the piece is fetched again.
     let _ = HELD.try_with(|held| held.try_borrow_mut().map(|mut held| *held = Some(piece)));
     Some(found)
 }

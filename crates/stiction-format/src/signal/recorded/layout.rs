@@ -1,26 +1,26 @@
-//! Which columns of a file make which curves.
+//! Assignment of file columns to curves.
 
 use super::lines::{cells, lines};
 use crate::expression::unit::Scale;
 use crate::signal::Fill;
 use crate::source::{Begin, Source};
 
-/// What of each row is kept: the time first, then the numbers of each curve, side by side.
+/// Kept numbers of each row: the time first, then those of each curve side by side.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
-    /// For each column of the file its place among what is kept, and its unit.
+    /// For each column of the file its index among the kept numbers, and its unit.
     pub(crate) columns: Vec<(Option<usize>, Scale)>,
     /// The curves.
     pub(crate) fills: Vec<Fill>,
 }
 
 impl Layout {
-    /// How many numbers of a row are kept.
+    /// Number of kept numbers in a row.
     pub(crate) fn width(&self) -> usize {
         1 + self.fills.iter().map(|fill| fill.columns()).sum::<usize>()
     }
 
-    /// For each curve how its gaps are filled, and which of the kept columns are its own.
+    /// For each curve its interpolation and the range of its columns.
     pub(crate) fn curves(&self) -> impl Iterator<Item = (Fill, std::ops::Range<usize>)> + '_ {
         let mut next = 1;
         self.fills.iter().map(move |&fill| {
@@ -30,7 +30,7 @@ impl Layout {
         })
     }
 
-    /// What is kept of a row of the file.
+    /// Kept numbers of a row of the file.
     pub(crate) fn pick(&self, row: &[f64], kept: &mut [f64]) {
         for ((place, _), value) in self.columns.iter().zip(row) {
             if let Some(kept) = place.and_then(|place| kept.get_mut(place)) {
@@ -39,7 +39,7 @@ impl Layout {
         }
     }
 
-    /// The kept columns of all rows in a text that was read before; nothing if one cannot be read now.
+    /// Kept columns of all rows in a text that was read before; `None` if one cannot be read now.
     pub(crate) fn read(&self, text: String, begin: u64) -> Option<Vec<Vec<f64>>> {
         let source = Source::piece("", text, Begin { bytes: begin, lines: 0 });
         let mut columns = vec![Vec::new(); self.width()];

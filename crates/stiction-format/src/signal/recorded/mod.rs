@@ -1,9 +1,9 @@
-//! Recordings that are too long for the memory.
+//! Recordings that exceed the memory.
 //!
-//! A recording is read once from its begin to its end ([`Survey`]): every row is checked, every window solved,
-//! and of all that only an index is kept, some numbers for each window. Later the text of a window is
-//! read again when it is asked for, and solved again, by the same operations: so results are those of a
-//! recording that is kept as a whole, to the last bit.
+//! A recording is read once from beginning to end ([`Survey`]): every row is checked, every window
+//! solved, and only an index is kept, a few numbers per window. When a window is needed its text is
+//! read and solved again by the same operations, so that results equal those of a recording in
+//! memory to the last bit.
 
 mod held;
 mod layout;
@@ -27,13 +27,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use stiction_core::kinematics::Target;
 
-/// So many pieces are kept beside those that threads hold: neighbours of what is being looked at.
+/// Number of recently used pieces kept in addition to those that threads cache.
 const KEPT: usize = 4;
 
-/// Tells recordings from each other.
+/// Identifies recordings.
 static NEXT: AtomicU64 = AtomicU64::new(0);
 
-/// The index of a recording, and the pieces of it that are being looked at.
+/// Index of a recording, and its recently used pieces.
 #[derive(Debug)]
 pub(crate) struct Recorded {
     id: u64,
@@ -42,24 +42,25 @@ pub(crate) struct Recorded {
     layout: Layout,
     marks: Vec<Mark>,
     count: usize,
-    /// The last instant, s.
+    /// Time of the last sample, s.
     end: f64,
-    /// The piece that was fetched last at the end.
+    /// The most recently fetched piece, last.
     pieces: Mutex<Vec<Arc<Piece>>>,
-    /// Why it cannot be read any more. It stays: nothing is made of what was read later.
+    /// Reason why it cannot be read any more. The error is permanent: results from changed data are
+    /// never used.
     fault: OnceLock<Diagnostic>,
 }
 
-/// Where a window is, and what else must be known of it.
+/// Index entry of a window.
 #[derive(Debug)]
 struct Mark {
-    /// The instant of the first sample that it is asked for, s.
+    /// Time of the first sample of its core, s.
     time: f64,
-    /// The knots of all curves there.
+    /// Knots of all curves there.
     knots: Vec<Target<f64>>,
-    /// The lines of all samples that it knows.
+    /// Byte range of the lines of all its samples.
     bytes: Range<u64>,
-    /// Of the numbers in these lines.
+    /// Fingerprint of the numbers in these lines.
     fingerprint: u64,
 }
 
@@ -84,25 +85,25 @@ impl Recorded {
         }
     }
 
-    /// How many samples there are.
+    /// Number of samples.
     pub(crate) fn count(&self) -> usize {
         self.count
     }
 
-    /// The first and the last instant, s.
+    /// Times of the first and last sample, s.
     pub(crate) fn ends(&self) -> Option<(f64, f64)> {
         self.marks.first().map(|mark| (mark.time, self.end))
     }
 
-    /// The value of a curve at `t`; NaN if the recording cannot be read any more.
+    /// Value of a curve at `t`; NaN if the recording cannot be read any more.
     pub(crate) fn at(&self, curve: usize, t: f64) -> Target<f64> {
         let look = |piece: &Piece| piece.curves.get(curve).map(|curve| curve.at(t));
         let nothing = Target { value: f64::NAN, rate: f64::NAN, acceleration: f64::NAN };
         self.with(self.window_at(t), look).flatten().unwrap_or(nothing)
     }
 
-    /// The instant of a sample, s; that of the last for any beyond, NaN if the recording cannot be read
-    /// any more.
+    /// Time of a sample, s; beyond the last sample that of the last; NaN if the recording cannot be
+    /// read any more.
     pub(crate) fn instant(&self, sample: usize) -> f64 {
         if sample + 1 >= self.count {
             return self.end;
@@ -112,18 +113,18 @@ impl Recorded {
         self.with(index, look).flatten().unwrap_or(f64::NAN)
     }
 
-    /// The first instant of a sample after `t`, s; nothing after the last.
+    /// Time of the first sample after `t`, s; `None` after the last.
     pub(crate) fn after(&self, t: f64) -> Option<f64> {
         self.with(self.window_at(t), |piece| first_after(&piece.times, t)).flatten()
     }
 
-    /// Why there is no value at `t`, or was none elsewhere, if the recording cannot be read any more.
+    /// Diagnostic if the recording could not be read, at `t` or before.
     pub(crate) fn fault_at(&self, t: f64) -> Option<Diagnostic> {
         self.with(self.window_at(t), |_| ());
         self.fault.get().cloned()
     }
 
-    /// The window whose samples surround an instant.
+    /// Index of the window that contains an instant.
     fn window_at(&self, t: f64) -> usize {
         self.marks.partition_point(|mark| mark.time <= t).saturating_sub(1)
     }
@@ -135,9 +136,9 @@ impl Recorded {
         held::with(self.id, index, || self.fetch(index), look)
     }
 
-    /// A piece that others have, or that is read now. Others wait, as they most likely want the same.
+    /// Shared piece, read if necessary. Other threads wait, as they usually need the same piece.
     fn fetch(&self, index: usize) -> Option<Arc<Piece>> {
-        // A thread that panicked has left whole pieces.
+        // A panic on another thread leaves only complete pieces.
         let mut pieces = self.pieces.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = pieces.iter().position(|piece| piece.index == index) {
             let piece = pieces.remove(known);

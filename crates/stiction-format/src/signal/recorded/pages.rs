@@ -1,21 +1,21 @@
-//! A stored text as pages of whole lines, from its begin to its end.
+//! A stored text as pages of whole lines.
 
 use crate::contents::{Store, not_text};
 use crate::source::{Begin, Source};
 use std::sync::Arc;
 
-/// So many bytes are read at once.
+/// Bytes read at a time.
 const PAGE: usize = 1 << 18;
-/// A recording has one sample in a line: where no line ends for so many bytes, it is none.
+/// Maximum length of a line, bytes; a longer one shows that the file is not a recording.
 const LONGEST_LINE: usize = 1 << 20;
 
-/// The pages of a text; one, which is empty, if there is nothing in it.
+/// Iterator over the pages of a text; an empty text has one empty page.
 pub(crate) struct Pages<'a> {
     store: &'a dyn Store,
     name: &'a str,
-    /// Where the next page begins.
+    /// Position of the next page.
     begin: Begin,
-    /// What was read of it.
+    /// Bytes read but not yet returned.
     rest: Vec<u8>,
     has_ended: bool,
 }
@@ -25,7 +25,7 @@ impl<'a> Pages<'a> {
         Self { store, name, begin: Begin::default(), rest: Vec::new(), has_ended: false }
     }
 
-    /// Reads on to the end of a line, and takes all lines out.
+    /// Reads to the end of a line and removes all complete lines.
     fn read(&mut self) -> Result<Vec<u8>, String> {
         loop {
             let known = self.rest.len();

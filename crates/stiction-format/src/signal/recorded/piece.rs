@@ -1,23 +1,23 @@
-//! A piece of a recording, as its curves need it.
+//! A part of a recording with its solved curves.
 
 use super::{Mark, Recorded};
 use crate::signal::{Curve, Window};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
-/// The samples that one window is asked for, and the next one.
+/// The core samples of one window, and the first of the next.
 #[derive(Debug)]
 pub(super) struct Piece {
-    /// Which recording it belongs to, and which window it is.
+    /// Identifies the recording and the window.
     pub(super) owner: u64,
     pub(super) index: usize,
-    /// The instants of the samples, s.
+    /// Times of the samples, s.
     pub(super) times: Arc<[f64]>,
-    /// The curves between them.
+    /// Curves between the samples.
     pub(super) curves: Vec<Curve>,
 }
 
-/// What tells columns of numbers from others.
+/// Fingerprint of columns of numbers.
 pub(super) fn fingerprint(columns: &[Vec<f64>]) -> u64 {
     let mut hasher = DefaultHasher::new();
     for column in columns {
@@ -27,7 +27,7 @@ pub(super) fn fingerprint(columns: &[Vec<f64>]) -> u64 {
     hasher.finish()
 }
 
-/// Reads the piece of a window; why not, if what is there is not what was.
+/// Reads the piece of a window; an error if the file has changed.
 pub(super) fn read(recording: &Recorded, index: usize) -> Result<Piece, String> {
     let changed = || "it has changed since its begin was read".to_owned();
     let mark = recording.marks.get(index).ok_or_else(changed)?;
@@ -62,7 +62,7 @@ fn piece(
     mut columns: Vec<Vec<f64>>,
 ) -> Option<Piece> {
     let next = recording.marks.get(index + 1);
-    // Up to the first sample of the next window, whose knots that window knows.
+    // The core ends at the first sample of the next window, whose knots this window contains.
     let own = window.skip()..window.skip() + window.asked.len() + usize::from(next.is_some());
     let known = std::mem::take(columns.first_mut()?);
     let times: Arc<[f64]> = known.get(own.clone())?.into();

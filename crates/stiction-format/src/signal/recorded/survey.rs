@@ -1,4 +1,4 @@
-//! A recording from its begin to its end, window by window, of which only an index is kept.
+//! First pass through a recording, window by window, which builds the index.
 
 use super::piece::fingerprint;
 use super::{Layout, Mark, Recorded};
@@ -8,29 +8,29 @@ use std::ops::Range;
 use std::sync::Arc;
 use stiction_core::kinematics::Target;
 
-/// Takes a recording's rows one after another.
+/// Builder of the index from the rows of a recording.
 pub(crate) struct Survey {
     layout: Layout,
-    /// What is kept of the rows that the next window knows, and their lines in the file.
+    /// Kept numbers of the rows that the next window contains, and the byte ranges of their lines.
     columns: Vec<Vec<f64>>,
     lines: Vec<Range<u64>>,
-    /// The number of the first of these rows, and of the first that the next window is asked for.
+    /// Index of the first of these rows, and of the first core sample of the next window.
     first: usize,
     begin: usize,
     marks: Vec<Mark>,
-    /// The knots of all curves at the last sample that a window was asked for.
+    /// Knots of all curves at the last core sample of the previous window.
     last: Vec<Target<f64>>,
-    /// For each curve whether all of it is finite.
+    /// For each curve true if all its knots are finite.
     finite: Vec<bool>,
-    /// Whether a window of it did not agree with the one before.
+    /// True if a window did not agree with the one before.
     is_stiff: bool,
 }
 
-/// What was found.
+/// Result of the first pass.
 pub(crate) enum Found {
-    /// It can be read piece by piece; for each curve whether all of it is finite.
+    /// The recording can be read in pieces; for each curve true if all its knots are finite.
     Pieces(Arc<Recorded>, Vec<bool>),
-    /// It must be solved at once.
+    /// The recording needs one global solution.
     Stiff,
 }
 
@@ -53,7 +53,7 @@ impl Survey {
         self.first + self.lines.len()
     }
 
-    /// Takes what is kept of a row, and where its line is.
+    /// Takes the kept numbers of a row and the byte range of its line.
     pub(crate) fn push(&mut self, row: &[f64], line: Range<u64>) {
         if self.is_stiff {
             return;
@@ -67,7 +67,7 @@ impl Survey {
         }
     }
 
-    /// Makes the index.
+    /// Completes the index.
     pub(crate) fn finish(mut self, store: &Arc<dyn Store>, name: &str) -> Found {
         let count = self.count();
         let end = self.columns.first().and_then(|times| times.last()).copied();
@@ -82,7 +82,7 @@ impl Survey {
         Found::Pieces(Arc::new(recorded), self.finite)
     }
 
-    /// Solves a window, marks it, and forgets what no other needs.
+    /// Solves a window, adds it to the index, and drops rows that no later window needs.
     fn close(&mut self, window: &Window) {
         if self.mark(window).is_none() {
             self.is_stiff = true;
@@ -97,7 +97,7 @@ impl Survey {
         self.first += done;
     }
 
-    /// Nothing if it does not agree with the window before.
+    /// Knots of a window; `None` if they do not agree with the window before.
     fn mark(&mut self, window: &Window) -> Option<()> {
         let known = 0..window.known.len();
         let columns: Vec<Vec<f64>> = self

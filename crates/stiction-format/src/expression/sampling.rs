@@ -1,7 +1,8 @@
-//! How soon a formula does something that looks now and then would miss: turns of a sine, ramps, kinks, peaks.
+//! Sampling limits of formulas: times up to which a few samples resolve sines, ramps, kinks and
+//! peaks.
 //!
-//! Whoever steps through time sees a formula at a few instants only. Each operation's arguments say, with their
-//! derivatives, when it does next what it is known for.
+//! A simulation that steps through time evaluates a formula at few instants. The value and the
+//! derivatives of each operation's argument predict its next feature.
 
 use super::function::Function;
 use super::jet::Jet;
@@ -9,17 +10,17 @@ use super::parse::Op;
 use super::run::Formula;
 use std::f64::consts::FRAC_PI_4;
 
-/// An exponential of less is nothing beside what else there is: e^-50 is 2e-22.
+/// Arguments of `exp` below this are negligible: e^-50 is 2e-22.
 const NOTHING: f64 = -50.0;
-/// Sigmoids do not change beyond: 1 - tanh 20 is 8e-18.
+/// Sigmoids are constant beyond this argument: 1 - tanh 20 is 8e-18.
 const FLAT: f64 = 20.0;
-/// A ramp is looked at so many times.
+/// Number of samples across a ramp.
 const LOOKS: f64 = 4.0;
-/// What happens within so much of the time itself, or of a second, has happened.
+/// Features closer than this fraction of the time, or of a second, count as past.
 const NOW: f64 = 1e-13;
 
 impl Formula {
-    /// The time up to which, from `t` on, looks at a few instants tell what the formula does, s.
+    /// Returns the time up to which a few samples from `t` on resolve the formula, s.
     pub(crate) fn seen_until(&self, t: f64) -> f64 {
         let mut soonest = f64::INFINITY;
         let now = NOW * t.abs().max(1.0);
@@ -33,12 +34,13 @@ impl Formula {
     }
 }
 
-/// How long an operation's result is seen, s; not more than `now` where nothing is known of it.
+/// Time for which the result of an operation is resolved, s; at most `now` if nothing is known
+/// about it.
 fn within(op: Op, arguments: &[Jet], now: f64) -> f64 {
     let argument = |k: usize| arguments.get(k).copied().unwrap_or(Jet::constant(0.0));
     let a = argument(0);
     match op {
-        // Poles lie where a divisor vanishes.
+        // Poles lie at the zeros of a divisor.
         Op::Divide => 0.5 * until_zero(argument(1)),
         Op::Power if argument(1).value < 0.0 => 0.5 * until_zero(a),
         Op::Call(function, _) => match function {
@@ -72,29 +74,30 @@ fn within(op: Op, arguments: &[Jet], now: f64) -> f64 {
     }
 }
 
-/// Until a number that goes towards zero is there if it goes on as it does, s; infinite where it does not.
+/// Time until a number reaches zero at its present rate, s; infinite if it moves away from zero.
 fn until_zero(x: Jet) -> f64 {
     let until = -x.value / x.first;
     if until > 0.0 { until } else { f64::INFINITY }
 }
 
-/// Until a number is zero, by its rate and by its acceleration, or turns back: it may be beyond zero for no longer than
-/// between two zeros, where it is zero at both. What happens `now` has happened.
+/// Time until a number reaches zero, by its rate and acceleration, or turns back, s. A zero
+/// crossing at the present time counts as past.
 fn until_met(x: Jet, now: f64) -> f64 {
     let root = (x.first * x.first - 2.0 * x.value * x.second).sqrt();
-    // Of both roots the one without a difference first.
+    // Choose the form of the root without cancellation.
     let sum = x.first + root.copysign(x.first);
     let roots = [-2.0 * x.value / sum, -sum / x.second];
     let all = [until_zero(x), roots[0], roots[1], -x.first / x.second];
     all.into_iter().filter(|within| *within > now).fold(f64::INFINITY, f64::min)
 }
 
-/// Until a number has changed by so much, by its rate and by its acceleration alone, s.
+/// Time until a number changes by the given amount, by its rate and by its acceleration, s.
 fn until_changed_by(x: Jet, change: f64) -> f64 {
     (change / x.first.abs()).min((2.0 * change / x.second.abs()).sqrt())
 }
 
-/// Where `size` is so far `above` the least that matters: until it has changed by one; below it until it matters.
+/// Time until `size` changes by one, if it exceeds the relevant threshold by `above`; otherwise the
+/// time until it becomes relevant.
 fn until_steep(size: Jet, above: f64) -> f64 {
     if above >= 0.0 {
         return until_changed_by(size, 1.0);
@@ -102,7 +105,8 @@ fn until_steep(size: Jet, above: f64) -> f64 {
     let by_rate = if size.first > 0.0 { -above / size.first } else { f64::INFINITY };
     let by_acceleration =
         if size.second > 0.0 { (-2.0 * above / size.second).sqrt() } else { f64::INFINITY };
-    // Until it changes by as much as all that is missing, or by one: what comes near comes slowly enough to be met.
+    // Time until the argument changes by the missing amount, or by one, so that steps shrink near
+    // the feature.
     by_rate.min(by_acceleration).max(until_changed_by(size, 1.0))
 }
 
@@ -110,7 +114,8 @@ fn until_steep(size: Jet, above: f64) -> f64 {
 mod tests {
     use crate::expression::tests::formula;
 
-    /// From look to look, the greatest value that is seen up to `end`, and how many looks that takes.
+    /// Steps from limit to limit; returns the greatest value sampled up to `end` and the number of
+    /// samples.
     fn most(text: &str, end: f64) -> (f64, usize) {
         let formula = formula(text);
         let (mut t, mut most, mut looks) = (0.0, 0.0_f64, 0);
@@ -124,7 +129,7 @@ mod tests {
         (most, looks)
     }
 
-    /// Each is zero but for what is over within 2 ms of 10 s, and reaches 1 there.
+    /// Samples pulses that last 2 ms of 10 s and reach 1.
     #[test]
     fn what_is_short_is_seen() {
         for text in [
@@ -133,18 +138,18 @@ mod tests {
             "exp(-((t - 7)/0.0003)^2)",
             "0.5*(tanh((t - 7)/0.0001) - tanh((t - 7.001)/0.0001))",
             "1/(1 + ((t - 7)/0.0001)^2)",
-            // 2 ms around the peak of a slow wave; it reaches 1 there.
+            // Width 2 ms around the peak of a slow wave, which reaches 1 there.
             "max(0, cos(0.9*(t - 7)) - cos(0.0009))/(1 - cos(0.0009))",
             "(abs(cos(0.9*(t - 7)) - cos(0.0009)) + cos(0.9*(t - 7)) - cos(0.0009))/(2 - 2*cos(0.0009))",
         ] {
             let (most, looks) = most(text, 10.0);
             assert!(most > 0.7, "{text}: {most}");
-            // Looks in a row as short as what is seen would be 5000.
+            // Uniform sampling at the width of the pulse would need 5000 samples.
             assert!(looks < 300, "{text}: {looks}");
         }
     }
 
-    /// Eight looks a turn, however fast it has become.
+    /// Takes eight samples per period, at any frequency.
     #[test]
     fn turns_are_seen() {
         for (text, turns) in [("sin(2*pi*50*t)", 500.0), ("cos(2*pi*10*t^2)", 1000.0)] {
