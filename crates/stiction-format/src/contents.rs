@@ -32,7 +32,7 @@ impl Contents {
         match self {
             Self::Whole(text) => Ok(text),
             Self::Stored(_) => {
-                Err("it is too long; only recordings (CSV) may be this long".to_owned())
+                Err("it is too long; only recordings (CSV) can be this long".to_owned())
             }
         }
     }
@@ -56,17 +56,17 @@ pub trait Store: Debug + Send + Sync {
 pub fn not_text(bytes: &[u8], at: usize, (offset, lines): (u64, usize)) -> String {
     let is_begin = offset == 0;
     if is_begin && (bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff])) {
-        return "it is text in UTF-16; save it in UTF-8".to_owned();
+        return "it is UTF-16 text; save it as UTF-8".to_owned();
     }
     let (before, rest) = bytes.split_at_checked(at).unwrap_or((bytes, &[]));
     let place = offset + before.len() as u64 + 1;
     if before.contains(&0) || rest.iter().take(1000).any(|byte| *byte == 0) {
-        return format!("it is not a text file (byte {place} is not)");
+        return format!("it is not a text file (byte {place} is not text)");
     }
     let line = 1 + lines + before.iter().filter(|byte| **byte == b'\n').count();
     format!(
-        "it is not text in UTF-8: in line {line} byte {place} is 0x{:02x}; if it is in an older encoding such as \
-         Latin-1, save it in UTF-8",
+        "it is not UTF-8 text: in line {line} byte {place} is 0x{:02x}; convert older encodings such as \
+         Latin-1 to UTF-8",
         rest.first().copied().unwrap_or_default()
     )
 }
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_text_is_told_with_its_place() {
+    fn invalid_text_is_reported_with_its_place() {
         let why = |bytes: &[u8]| {
             let error = std::str::from_utf8(bytes).unwrap_err();
             not_text(bytes, error.valid_up_to(), (0, 0))

@@ -1,8 +1,8 @@
-//! The model file: text in, mechanism or diagnostics out.
+//! Reader of model files: from text to a mechanism, or to diagnostics.
 //!
 //! A model is a TOML file that holds a mechanism, its named motions and its named loads. [`read`]
-//! turns it into a [`ModelFile`], or into [`Diagnostics`]: everything that is wrong with it at once, each
-//! with its place, what was expected, and a way out.
+//! turns it into a [`ModelFile`], or into [`Diagnostics`]: all errors at once, each with its place,
+//! what was expected, and a remedy.
 //!
 //! ```
 //! use stiction_format::{Source, read};
@@ -39,13 +39,13 @@
 //! assert_eq!(model.name, "pendulum");
 //! assert_eq!(model.mechanism.joints()[0].friction.len(), 1);
 //!
-//! // What is prescribed, with exact derivatives.
+//! // Prescribed coordinates, with exact derivatives.
 //! let swing = model.motion("swing").unwrap();
 //! let target = swing.at(0.0).next().unwrap();
 //! assert_eq!(target.value, 0.0);
 //! assert!((target.rate - 30f64.to_radians() * std::f64::consts::TAU).abs() < 1e-15);
 //!
-//! // A slip of the keyboard.
+//! // A spelling mistake.
 //! let wrong = text.replace("mass =", "masss =");
 //! let diagnostics = read(&Source::new("pendulum.toml", wrong), &|_| Err("no files".into()))
 //!     .unwrap_err();
@@ -63,55 +63,55 @@
 //! # Quantities
 //!
 //! A TOML number is in SI units. A string is an expression with units: `"128.48 mm"`,
-//! `"2*l1 + 5 mm"`, `"l1*cos(30 deg)"`. Units right behind a number bind tighter than any operator,
+//! `"2*l1 + 5 mm"`, `"l1*cos(30 deg)"`. Units directly after a number bind tighter than any operator,
 //! so `5 mm / 2 s` is (5 mm)/(2 s), and `0.02 N s/m` is one unit. Dimensions are checked; angles are
-//! plain numbers, but `30 deg` does not pass for a length. A result without any dimension counts in SI
+//! plain numbers, but `30 deg` is not accepted as a length. A dimensionless result counts in SI
 //! units. There are `+ - * / ^ ( )`, the functions `sin cos tan asin acos atan atan2 sinh cosh tanh exp
 //! log sqrt abs min max smooth`, the constants `pi` and `e`, and the names of `[parameters]`.
 //! `smooth(t, t0, t1)` goes from 0 at `t0` to 1 at `t1` with vanishing first and second derivatives at
-//! both ends, and stays there.
+//! both ends, and is constant outside.
 //!
-//! In motions and loads `t` is the time in seconds, and may be used as a plain number
+//! In motions and loads `t` is the time in seconds. It can be used as a plain number
 //! (`sin(2*pi*t)`) or as a time (`10 mm/s*t`). Expressions are differentiated exactly.
 //!
 //! # Mechanism
 //!
-//! | table | says |
+//! | table | contents |
 //! | --- | --- |
 //! | top level | `gravity` (world axes, required), `name`, `title`, `source`, `characteristic_length` |
 //! | `[base]` | `position` and `rotation` of the ground's frame in the world |
-//! | `[parameters]` | named quantities; they may refer to each other |
-//! | `[bodies.NAME]` | `mass`, `com`, `inertia` about it, `home` (a first guess of the pose) |
-//! | `[joints.NAME]` | `type`, `from`, `to`, where (`at`, `to_at`, `axis`, …), `actuated`, `start`, `friction` |
-//! | `[legs]` or `[[legs]]` | equal legs around an axis, as one chain |
+//! | `[parameters]` | named quantities, which can refer to each other |
+//! | `[bodies.NAME]` | `mass`, `com`, `inertia` about it, `home` (an initial guess of the pose) |
+//! | `[joints.NAME]` | `type`, `from`, `to`, position (`at`, `to_at`, `axis`, …), `actuated`, `start`, `friction` |
+//! | `[legs]` or `[[legs]]` | equal legs around an axis, written as one chain |
 //! | `[default]` | `motion`, `load`, `friction` (`"on"`, `"off"`, `"one-pass"`) |
 //!
 //! A joint's frame J has its z along `axis`, and its x along `x_axis` (of a U joint: `second_axis`).
-//! Without one, the smallest turn that takes z to the axis takes x to it; for the axis -z it is the
-//! half turn about y. At zero coordinates the frame of `to` is parallel to that of `from` but for
-//! `turn`. Rotations are `{ axis = "z", angle = "30 deg" }`, or three intrinsic angles under the name
+//! By default the smallest rotation that takes z to the axis takes x to it; for the axis -z it is the
+//! half turn about y. At zero coordinates the frame of `to` is parallel to that of `from`, rotated
+//! by `turn`. Rotations are `{ axis = "z", angle = "30 deg" }`, or three intrinsic angles under the name
 //! of their order: `{ xyz = [0, "30 deg", 0] }`.
 //!
-//! A chain names joints and the bodies between them in turn: `chain = "R cylinder P* rod S"`, where `*`
-//! means actuated; or the joints alone, `chain = "R P* S"`, with `between = ["cylinder", "rod"]` or with
-//! bodies that are called `link1`, `link2`. There is a leg for each of `angles`, or for each entry of `place`, which may also
-//! change anything below. Leg 1 consists of the bodies `leg1.cylinder`, `leg1.rod` and the joints
-//! `leg1.R`, `leg1.P`, `leg1.S`; joints of one letter get numbers (`leg1.U1`, `leg1.U2`). Their tables are
+//! A chain lists joints and bodies alternately: `chain = "R cylinder P* rod S"`, where `*`
+//! means actuated; or only the joints, `chain = "R P* S"`, with `between = ["cylinder", "rod"]` or with
+//! bodies named `link1`, `link2`. There is a leg for each of `angles`, or for each entry of `place`,
+//! which can also override any value of the leg. Leg 1 consists of the bodies `leg1.cylinder`, `leg1.rod` and the joints
+//! `leg1.R`, `leg1.P`, `leg1.S`; joints of the same letter get numbers (`leg1.U1`, `leg1.U2`). Their tables are
 //! `[legs.bodies.cylinder]`, `[legs.joints.R]` and so on. The first joint is at `foot` in the frame of
-//! `from`, the last at `tip` in the frame of `to`, both turned by the leg's angle about the axis
-//! `about`; all else is as if the leg stood at angle 0.
+//! `from`, the last at `tip` in the frame of `to`, both rotated by the leg's angle about the
+//! axis `about`; all other values refer to a leg at angle 0.
 //!
 //! # Motions and loads
 //!
 //! A motion prescribes coordinates by the name of a body or joint: `platform.x`, `y`, `z` (its origin in
 //! the ground's frame), `rx`, `ry`, `rz` (intrinsic angles in the order `order`, by default `xyz`;
 //! `r1`, `r2`, `r3` name them by number), `rvx`, `rvy`, `rvz` (rotation vector); a joint by its name
-//! (`leg1.P`), or with its freedom where it has several (`leg1.U1.first`). With `file = "motion.csv"` it
-//! comes from samples: columns like `time [s]`, `platform.x [mm]`, and if known the derivatives
+//! (`leg1.P`), or with its degree of freedom if it has several (`leg1.U1.first`). With `file = "motion.csv"` it
+//! is interpolated from samples: columns like `time [s]`, `platform.x [mm]`, and optionally the derivatives
 //! `d(platform.x) [mm/s]` and `dd(platform.x) [mm/s^2]`. See [`Motion::interpolation`].
 //!
-//! Drives are keyed by actuator: `leg1.P = 50 N`; a file of them has columns like `leg1.P [N]` or, as results
-//! have, `leg1.P.drive [N]`. See [`ModelFile::parse_drives`], [`ModelFile::parse_control`].
+//! Actuator efforts are keyed by actuator: `leg1.P = 50 N`; a file of efforts has columns like
+//! `leg1.P [N]` or, as in results, `leg1.P.drive [N]`. See [`ModelFile::parse_drives`], [`ModelFile::parse_control`].
 //!
 //! A load is keyed by body: `platform = { force = [...], moment = [...], at = [...], axes = "world" }`.
 //!

@@ -14,27 +14,27 @@ use stiction_core::spatial::{Pose, Vec3};
 pub struct ModelFile {
     /// Name.
     pub name: String,
-    /// One line that says what it is; empty where the file says nothing.
+    /// One-line description; may be empty.
     pub title: String,
-    /// Where its numbers come from; empty where the file says nothing.
+    /// Source of its numbers; may be empty.
     pub source: String,
     /// The mechanism.
     pub mechanism: Mechanism,
-    /// First guesses of poses, in the ground's frame.
+    /// Initial guesses of body poses, in the ground's frame.
     pub initial_poses: Vec<(BodyId, Pose<f64>)>,
     /// Motions by name, in the order of the file.
     pub motions: Vec<(String, Motion)>,
     /// Loads by name, in the order of the file.
     pub loads: Vec<(String, LoadCase)>,
-    /// The name of the motion that is meant when nothing is said.
+    /// Name of the motion used by default.
     pub default_motion: Option<String>,
-    /// The name of the load that is meant when nothing is said.
+    /// Name of the load used by default.
     pub default_load: Option<String>,
-    /// How friction acts when nothing is said.
+    /// Friction mode used by default.
     pub default_friction: Option<FrictionMode>,
     /// The legs.
     pub legs: Vec<Leg>,
-    /// What a colleague would point at. Warnings never change numbers.
+    /// Suspicious input. Warnings never change numbers.
     pub warnings: Diagnostics,
     pub(crate) parameters: Parameters,
 }
@@ -60,12 +60,12 @@ impl From<Mechanism> for ModelFile {
     }
 }
 
-/// One of the legs that a model's short form describes.
+/// A leg of the short form for symmetric robots.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Leg {
-    /// Its name, which precedes those of its joints and bodies: `leg1` of `leg1.P`.
+    /// Name, the prefix of the names of its joints and bodies: `leg1` of `leg1.P`.
     pub name: String,
-    /// Its joints, from its first body to its last.
+    /// Joints, from the base to the platform.
     pub joints: Vec<JointId>,
     /// The bodies between them.
     pub bodies: Vec<BodyId>,
@@ -74,122 +74,123 @@ pub struct Leg {
 /// A prescribed motion.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// One line that says what it is; may be empty.
+    /// One-line description; may be empty.
     pub title: String,
-    /// First instant, s.
+    /// Time of the first sample, s.
     pub start: f64,
-    /// Length, s; zero for a single pose.
+    /// Duration, s; zero for a single pose.
     pub duration: f64,
-    /// Time between samples of the result, s, if the motion says so.
+    /// Time between samples of the result, s, if given.
     pub step: Option<f64>,
-    /// The instants of the samples from which it comes, s, strictly increasing.
+    /// Times of the samples of a recording, s, strictly increasing.
     pub samples: Option<SampleTimes>,
-    /// The prescribed coordinates, each with its course in rad or m.
+    /// Prescribed coordinates with their signals, rad or m.
     pub coordinates: Vec<(Coordinate, Signal)>,
-    /// How the gaps between samples are filled, in words.
+    /// Description of the interpolation between samples.
     pub interpolation: Option<String>,
 }
 
 impl Motion {
-    /// What is prescribed at time `t` (s), in the order of the coordinates.
+    /// Prescribed coordinates at time `t` (s), in order.
     pub fn at(&self, t: f64) -> impl Iterator<Item = Target<f64>> + '_ {
         self.coordinates.iter().map(move |(_, signal)| signal.at(t))
     }
 }
 
-/// Efforts that actuators exert.
+/// Actuator efforts as functions of time.
 #[derive(Clone, Debug, Default)]
 pub struct Drives {
-    /// One line that says what they are; may be empty.
+    /// One-line description; may be empty.
     pub title: String,
-    /// Efforts by the actuator's index ([`Mechanism::actuators`]), N or N m; the others exert none.
+    /// Efforts by actuator index ([`Mechanism::actuators`]), N or N m; those of other actuators are
+    /// zero.
     pub efforts: Vec<(usize, Signal)>,
-    /// The instants of the samples from which they come, s, strictly increasing.
+    /// Times of the samples of a recording, s, strictly increasing.
     pub samples: Option<SampleTimes>,
-    /// How the gaps between samples are filled, in words.
+    /// Description of the interpolation between samples.
     pub interpolation: Option<String>,
 }
 
-/// How a controller computes efforts.
+/// Control law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ControlType {
-    /// Proportional to errors of position and of rate.
+    /// Proportional-derivative control of each actuator.
     Pd,
-    /// The efforts that inverse dynamics says for the wanted acceleration, corrected by the errors.
+    /// Inverse dynamics for the reference acceleration, corrected by the tracking errors.
     ComputedTorque,
 }
 
-/// Where computed torque takes friction from.
+/// Motion for which computed torque evaluates friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrictionFeed {
-    /// It knows of no friction.
+    /// No friction compensation.
     Off,
-    /// That of the motion that is wanted.
+    /// The reference motion.
     Reference,
-    /// That of the motion that is measured.
+    /// The measured motion.
     Measured,
 }
 
-/// A controller that samples.
+/// A sampled controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Control {
-    /// One line that says what it is; may be empty.
+    /// One-line description; may be empty.
     pub title: String,
-    /// How efforts are computed.
+    /// Control law.
     pub control: ControlType,
-    /// Where friction comes from.
+    /// Motion for which friction is compensated.
     pub friction: FrictionFeed,
-    /// Time between samples, s.
+    /// Sampling period, s.
     pub period: f64,
     /// Natural frequency of the closed loop without friction, rad/s.
     pub bandwidth: f64,
-    /// Damping ratio of the same.
+    /// Damping ratio of the closed loop without friction.
     pub damping: f64,
-    /// Whether rates are differences of measured positions.
+    /// True if rates are differences of measured positions.
     pub differences: bool,
-    /// For each actuator ([`Mechanism::actuators`]) what is its own.
+    /// Settings of each actuator, by actuator index ([`Mechanism::actuators`]).
     pub channels: Vec<Channel>,
-    /// The actuators that are named, with something of their own.
+    /// Indices of the actuators with settings in the file.
     pub named: Vec<usize>,
 }
 
-/// What of a controller is an actuator's own.
+/// Settings of a controller for one actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Channel {
-    /// Effort for an error of position, N/m or N m/rad, if it is given.
+    /// Position gain, N/m or N m/rad, if given.
     pub proportional: Option<f64>,
-    /// Effort for an error of the rate, N s/m or N m s/rad, if it is given.
+    /// Rate gain, N s/m or N m s/rad, if given.
     pub derivative: Option<f64>,
-    /// Step of the measured position, m or rad; zero for none.
+    /// Resolution of the measured position, m or rad; zero for none.
     pub resolution: f64,
-    /// Greatest effort, N or N m; infinite for none.
+    /// Effort limit, N or N m; infinite for none.
     pub limit: f64,
 }
 
-/// Forces and moments from outside.
+/// External forces and moments.
 #[derive(Clone, Debug, Default)]
 pub struct LoadCase {
-    /// One line that says what it is; may be empty.
+    /// One-line description; may be empty.
     pub title: String,
-    /// The loads, at most one a body.
+    /// Loads, at most one per body.
     pub wrenches: Vec<AppliedWrench>,
 }
 
 impl LoadCase {
-    /// The loads at time `t` (s).
+    /// Loads at time `t` (s).
     pub fn at(&self, t: f64) -> impl Iterator<Item = AppliedLoad<f64>> + '_ {
         self.wrenches.iter().map(move |wrench| wrench.at(t))
     }
 }
 
-/// A force and a moment on a body that may change in time.
+/// A force and a moment on a body as functions of time.
 #[derive(Clone, Debug)]
 pub struct AppliedWrench {
-    /// The body.
+    /// Body.
     pub body: BodyId,
-    /// Where the force acts, in the body's frame, m.
+    /// Point of application, in the frame of the body, m.
     pub point: Vec3<f64>,
-    /// The axes of force and moment.
+    /// Axes of force and moment.
     pub axes: LoadAxes,
     /// Components of the force, N.
     pub force: [Signal; 3],

@@ -62,5 +62,5 @@ pub(crate) fn complaint(name: &str) -> Option<String> {
         );
     }
     let what = expression::reserved(name)?;
-    Some(format!("no parameter can be named {}: that is {what}", quoted(name)))
+    Some(format!("{} cannot be the name of a parameter: it is {what}", quoted(name)))
 }

@@ -14,7 +14,7 @@ fn encodings_are_told_with_a_way_out() {
     said(b"title = \"G\xfcte\"").fails(2, &["line 1 byte 11 is 0xfc", "Latin-1", "UTF-8"]);
     said(b"\xff\xfet\0i\0").fails(2, &["UTF-16", "save it in UTF-8"]);
     said(b"\x7fELF\x02\x01\0\0\xff\xff").fails(2, &["not a text file"]);
-    said(b"").fails(2, &["there is nothing in the file"]);
+    said(b"").fails(2, &["the file is empty"]);
 }
 
 #[test]

@@ -198,7 +198,7 @@ fn wrong_input_is_told_with_a_way_out() {
         (&["inverse", "none.toml"], &["cannot read the model none.toml: there is no such file"]),
         (&["inverse", "."], &["."]),
         (&["inverse", "broken.toml"], &["broken.toml:1"]),
-        (&["inverse", "bytes.toml"], &["it is text in UTF-16; save it in UTF-8"]),
+        (&["inverse", "bytes.toml"], &["it is UTF-16 text; save it as UTF-8"]),
         (&["inverse", "--motion", "regluar"], &["regluar", "regular"]),
         (&["inverse", "--motion", "platform.q = 3 mm"], &["platform.q"]),
         (&["inverse", "--motion", "platform.x = 3 kg"], &["kg"]),

@@ -99,8 +99,8 @@ impl Diagnostic {
 
     /// Tests for the same message about the same place, which is not worth repeating.
     fn repeats(&self, other: &Self) -> bool {
-        let spot = |d: &Self| d.place.as_ref().map(|p| (Arc::as_ptr(&p.source), p.span.clone()));
-        self.message == other.message && spot(self) == spot(other)
+        let place = |d: &Self| d.place.as_ref().map(|p| (Arc::as_ptr(&p.source), p.span.clone()));
+        self.message == other.message && place(self) == place(other)
     }
 }
 
@@ -114,8 +114,8 @@ const MOST_KEPT: usize = 100;
 #[derive(Clone, Debug, Default)]
 pub struct Diagnostics {
     list: Vec<Diagnostic>,
-    errors_untold: usize,
-    warnings_untold: usize,
+    errors_omitted: usize,
+    warnings_omitted: usize,
 }
 
 impl Diagnostics {
@@ -131,9 +131,9 @@ impl Diagnostics {
                 self.list.push(diagnostic);
             }
         } else if diagnostic.severity == Severity::Error {
-            self.errors_untold += 1;
+            self.errors_omitted += 1;
         } else {
-            self.warnings_untold += 1;
+            self.warnings_omitted += 1;
         }
     }
 
@@ -144,8 +144,8 @@ impl Diagnostics {
 
     /// Adds all messages of `other`.
     pub fn append(&mut self, other: Self) {
-        self.errors_untold += other.errors_untold;
-        self.warnings_untold += other.warnings_untold;
+        self.errors_omitted += other.errors_omitted;
+        self.warnings_omitted += other.warnings_omitted;
         for diagnostic in other.list {
             self.push(diagnostic);
         }
@@ -167,17 +167,17 @@ impl Diagnostics {
     }
 
     /// Number of messages that were counted but not kept.
-    pub fn untold(&self) -> usize {
-        self.errors_untold + self.warnings_untold
+    pub fn omitted(&self) -> usize {
+        self.errors_omitted + self.warnings_omitted
     }
 
-    pub(crate) fn add_untold_errors(&mut self, count: usize) {
-        self.errors_untold += count;
+    pub(crate) fn add_omitted_errors(&mut self, count: usize) {
+        self.errors_omitted += count;
     }
 
     /// Tests if the list contains an error.
     pub fn has_errors(&self) -> bool {
-        self.errors_untold > 0 || self.list.iter().any(|d| d.severity == Severity::Error)
+        self.errors_omitted > 0 || self.list.iter().any(|d| d.severity == Severity::Error)
     }
 
     /// Sorts by place: the texts in order of first appearance, then by position.

@@ -18,7 +18,7 @@ pub(super) fn all(diagnostics: &Diagnostics, coloured: bool) -> String {
         text.push_str(&one(&renderer, diagnostic));
         text.push_str("\n\n");
     }
-    match diagnostics.untold() {
+    match diagnostics.omitted() {
         0 => {
             text.pop();
         }
@@ -35,12 +35,12 @@ fn one(renderer: &Renderer, diagnostic: &Diagnostic) -> String {
     };
     let mut elements: Vec<Element<'_>> = Vec::new();
     if let Some(place) = &diagnostic.place {
-        let mut marks =
-            vec![Mark { place, label: &diagnostic.label, kind: AnnotationKind::Primary }];
+        let mut entries =
+            vec![WindowEntry { place, label: &diagnostic.label, kind: AnnotationKind::Primary }];
         for (place, label) in &diagnostic.related {
-            marks.push(Mark { place, label, kind: AnnotationKind::Context });
+            entries.push(WindowEntry { place, label, kind: AnnotationKind::Context });
         }
-        elements.extend(excerpts(&marks));
+        elements.extend(excerpts(&entries));
     }
     if let Some(help) = &diagnostic.help {
         elements.push(Level::HELP.message(help.as_str()).into());
@@ -50,7 +50,7 @@ fn one(renderer: &Renderer, diagnostic: &Diagnostic) -> String {
     renderer.render(&[group])
 }
 
-struct Mark<'a> {
+struct WindowEntry<'a> {
     place: &'a Place,
     label: &'a str,
     kind: AnnotationKind,
@@ -61,7 +61,7 @@ struct Mark<'a> {
 struct Line {
     start: usize,
     end: usize,
-    mark: std::ops::Range<usize>,
+    entry: std::ops::Range<usize>,
 }
 
 fn line_of(place: &Place) -> Line {
@@ -73,23 +73,23 @@ fn line_of(place: &Place) -> Line {
     let end = start + text.get(start..end).unwrap_or_default().trim_end_matches('\r').len();
     let from = from.min(end);
     let to = boundary(text, place.span.end).clamp(from, end);
-    Line { start, end, mark: from..to }
+    Line { start, end, entry: from..to }
 }
 
 /// Groups places of the same text that are close to each other into excerpts.
-fn excerpts<'a>(marks: &[Mark<'a>]) -> Vec<Element<'a>> {
+fn excerpts<'a>(entries: &[WindowEntry<'a>]) -> Vec<Element<'a>> {
     let mut elements = Vec::new();
-    let mut done = vec![false; marks.len()];
-    for (i, mark) in marks.iter().enumerate() {
+    let mut done = vec![false; entries.len()];
+    for (i, entry) in entries.iter().enumerate() {
         if std::mem::replace(&mut done[i], true) {
             continue;
         }
-        let text = mark.place.source.text.as_str();
-        let first = line_of(mark.place);
+        let text = entry.place.source.text.as_str();
+        let first = line_of(entry.place);
         let (mut from, mut to) = (first.start, first.end);
-        let mut members = vec![(mark, first)];
-        for (k, other) in marks.iter().enumerate().skip(i + 1) {
-            if done[k] || !Arc::ptr_eq(&other.place.source, &mark.place.source) {
+        let mut members = vec![(entry, first)];
+        for (k, other) in entries.iter().enumerate().skip(i + 1) {
+            if done[k] || !Arc::ptr_eq(&other.place.source, &entry.place.source) {
                 continue;
             }
             let line = line_of(other.place);
@@ -110,30 +110,30 @@ fn excerpt<'a>(
     text: &'a str,
     from: usize,
     to: usize,
-    members: &[(&Mark<'a>, Line)],
+    members: &[(&WindowEntry<'a>, Line)],
 ) -> Element<'a> {
-    let mark = members[0].0;
-    let name = mark.place.source.name.as_str();
-    let (line, column) = mark.place.line_column();
+    let entry = members[0].0;
+    let name = entry.place.source.name.as_str();
+    let (line, column) = entry.place.line_column();
     let shown = text.get(from..to).unwrap_or_default();
-    if mark.place.is_whole() {
+    if entry.place.is_whole() {
         return Origin::path(name).into();
     }
     if shown.lines().any(|line| line.len() > LONGEST_LINE) {
         return Origin::path(name).line(line).char_column(column).into();
     }
-    // A byte order mark does not count as a character.
+    // A byte order entry does not count as a character.
     let skipped = if shown.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
     let from = from + skipped;
     let shown = shown.get(skipped..).unwrap_or_default();
     let before = text.get(..from).unwrap_or_default();
-    let above = mark.place.source.begin().lines;
+    let above = entry.place.source.begin().lines;
     let line_start = above + before.bytes().filter(|&b| b == b'\n').count() + 1;
-    let annotation = |(mark, line): &(&Mark<'a>, Line)| -> Annotation<'a> {
-        let start = line.mark.start.saturating_sub(from);
-        let end = line.mark.end.saturating_sub(from).max(start);
-        let label = Some(mark.label).filter(|label| !label.is_empty());
-        mark.kind.span(start..end).label(label)
+    let annotation = |(entry, line): &(&WindowEntry<'a>, Line)| -> Annotation<'a> {
+        let start = line.entry.start.saturating_sub(from);
+        let end = line.entry.end.saturating_sub(from).max(start);
+        let label = Some(entry.label).filter(|label| !label.is_empty());
+        entry.kind.span(start..end).label(label)
     };
     Snippet::source(shown)
         .line_start(line_start)

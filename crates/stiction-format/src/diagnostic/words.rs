@@ -24,14 +24,14 @@ pub(crate) fn nearest<'a>(
         return None;
     }
     let plain = |s: &str| s.to_lowercase().replace('-', "_");
-    let wanted = plain(name);
+    let plain_name = plain(name);
     // Up to a third of the letters may differ: `platfrom` finds `platform`, `q` finds nothing.
-    let tolerance = (wanted.chars().count() / 3).clamp(1, 4);
+    let tolerance = (plain_name.chars().count() / 3).clamp(1, 4);
     let candidates: Vec<_> =
         candidates.into_iter().filter(|candidate| candidate.len() <= 4 * LONGEST_NAME).collect();
     let near = candidates
         .iter()
-        .map(|&candidate| (strsim::damerau_levenshtein(&wanted, &plain(candidate)), candidate))
+        .map(|&candidate| (strsim::damerau_levenshtein(&plain_name, &plain(candidate)), candidate))
         .filter(|&(distance, candidate)| distance <= tolerance && distance < candidate.len())
         .min_by_key(|&(distance, _)| distance);
     if let Some((_, candidate)) = near {
@@ -39,7 +39,7 @@ pub(crate) fn nearest<'a>(
     }
     // A prefix finds the only candidate that begins with it: `collar` finds `collar_radius`.
     let mut longer = candidates.iter().filter(|candidate| {
-        plain(candidate).strip_prefix(&wanted).is_some_and(|rest| rest.starts_with('_'))
+        plain(candidate).strip_prefix(&plain_name).is_some_and(|rest| rest.starts_with('_'))
     });
     longer.next().copied().filter(|_| longer.next().is_none())
 }

@@ -31,7 +31,7 @@ pub(crate) fn parse(source: &Arc<Source>, out: &mut Diagnostics) -> Option<Docum
         let (size, limit) = (text.len() >> 20, MOST_BYTES >> 20);
         let message = format!("the file has {size} MiB; a model file has at most {limit} MiB");
         out.push(Diagnostic::error("syntax", message).at(Place::new(source, 0..0), "").help(
-            "is this the right file? Long motions belong into a CSV file: `file = \"motion.csv\"`",
+            "check the file name; long motions belong in a CSV file: `file = \"motion.csv\"`",
         ));
         return None;
     }

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use toml::de::{DeTable, DeValue};
 
 /// Maximum number of repairs before giving up.
-const MOST_REPAIRS: usize = 8;
+const MAX_REPAIRS: usize = 8;
 
 /// A text of unchanged length in which all brackets are closed.
 pub(super) struct Repaired<'a> {
@@ -17,7 +17,7 @@ pub(super) struct Repaired<'a> {
 /// Removes values that are not closed.
 pub(super) fn close_brackets(source: &Source) -> Repaired<'_> {
     let mut repaired = Repaired { text: Cow::Borrowed(&source.text), unclosed: Vec::new() };
-    while repaired.unclosed.len() < MOST_REPAIRS {
+    while repaired.unclosed.len() < MAX_REPAIRS {
         // A valid text is the usual case, and this check is cheap.
         if DeTable::parse(&repaired.text).is_ok() {
             break;

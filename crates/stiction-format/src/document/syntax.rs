@@ -18,7 +18,7 @@ pub(super) fn report(
         let bracket = value.start..value.start + 1;
         let (what, close) =
             if text.get(bracket.clone()) == Some("{") { ("`{`", "`}`") } else { ("`[`", "`]`") };
-        errors.push((bracket, format!("this {what} is never closed\u{0}with {close}")));
+        errors.push((bracket, format!("this {what} is not closed\u{0}with {close}")));
     }
     errors.sort_by_key(|(span, _)| span.start);
 
@@ -44,11 +44,9 @@ pub(super) fn report(
         repeated_table = message == "duplicate key" && is_header;
         if repeated_table {
             out.push(
-                Diagnostic::error("syntax", "this table is there twice")
-                    .at(Place::new(source, span), "there already")
-                    .help(
-                        "put all keys of a table under one header, or give this one another name",
-                    ),
+                Diagnostic::error("syntax", "this table is defined twice")
+                    .at(Place::new(source, span), "already defined")
+                    .help("put all keys of the table under one header, or rename this table"),
             );
             continue;
         }
@@ -71,9 +69,9 @@ fn other_language(source: &Arc<Source>, is_wrong: bool) -> Option<Diagnostic> {
     };
     let place = Place::new(source, start..start + 1);
     is_wrong.then(|| {
-        Diagnostic::error("syntax", format!("this looks like {language}, not like a model file"))
-            .at(place, "no key can begin like this")
-            .help("a model is a TOML file: `stiction models` lists examples")
+        Diagnostic::error("syntax", format!("this samples like {language}, not a model file"))
+            .at(place, "not a key")
+            .help("a model file is written in TOML; `stiction models` lists examples")
     })
 }
 
@@ -98,13 +96,13 @@ fn explain(place: Place, found: &str, message: &str) -> Diagnostic {
             return error(&format!("`{found}` is not understood"), "not understood")
                 .help(format!("write {truth}"));
         }
-        let what = if starts_like_a_number(found) { "quantities with a unit" } else { "words" };
-        return error(&format!("{what} stand between quotes"), "no quotes")
+        let what = if starts_like_a_number(found) { "quantities with a unit" } else { "strings" };
+        return error(&format!("{what} must be quoted"), "no quotes")
             .help(format!("write \"{}\"", found.replace('"', "'")));
     }
     if message.starts_with("string values must be quoted") {
-        return error("there is no value", "nothing stands here")
-            .help("a number, or a quantity between quotes such as \"20 mm\"");
+        return error("the value is missing", "expected a value")
+            .help("write a number, or a quoted quantity such as \"20 mm\"");
     }
     if message.starts_with("invalid float") || message.starts_with("invalid integer") {
         return error("this is not a number", "not a number").help(format!(
@@ -117,19 +115,19 @@ fn explain(place: Place, found: &str, message: &str) -> Diagnostic {
             .help(format!("if it is a word, write \"{}\"", found.replace('"', "'")));
     }
     if message == "duplicate key" {
-        return error("this name is used twice in the same table", "used already")
-            .help("give it another name, or delete one of the two");
+        return error("this key is used twice in the same table", "already used")
+            .help("rename or delete one of the two");
     }
     if let Some((what, close)) = message.split_once('\u{0}') {
         return error(what, "opened here").help(format!("close it {close}"));
     }
     if message.starts_with("unexpected key or value") {
-        return error("the line should end here", "this is too much")
-            .help("one `key = value` a line; decimals have a point; quantities with a unit stand between quotes");
+        return error("unexpected text after the value", "expected the end of the line")
+            .help("write one `key = value` per line, decimals with a point, and quantities with a unit in quotes");
     }
     if message.starts_with("cannot extend value of type inline table") {
-        return error("a table between braces is complete", "this comes too late")
-            .help("write it between the braces, or all of it as [table] and keys");
+        return error("a table in braces cannot be extended", "extension of a complete table")
+            .help("write this key inside the braces, or the whole table as a [header] with keys");
     }
     if message.starts_with("cannot recurse further") || message.starts_with("recursion limit") {
         return error("this is nested too deeply", "too deep");
@@ -137,19 +135,25 @@ fn explain(place: Place, found: &str, message: &str) -> Diagnostic {
     if message.starts_with("key with no value") || message.starts_with("invalid unquoted key") {
         let is_letter = found.starts_with(char::is_alphabetic);
         return match is_letter {
-            true => error("such letters need quotes in a name", "not a to z")
-                .help("write the whole name between quotes, or with other letters"),
-            false => error("there is no `=` between a name and its value", "expected `=`")
+            true => error(
+                "unquoted keys consist of letters a to z, digits, `_` and `-`",
+                "other letter",
+            )
+            .help("quote the whole key, or spell it with other letters"),
+            false => error("the `=` between key and value is missing", "expected `=`")
                 .help("write `key = value`"),
         };
     }
     if message.starts_with("invalid basic string") || message.starts_with("invalid literal string")
     {
-        return error("this text is never closed, or has a wrong `\\` in it", "the text ends here")
-            .help("close it with the quote it begins with, in the same line");
+        return error(
+            "this string is not closed, or contains an invalid `\\`",
+            "the string ends here",
+        )
+        .help("close it on the same line with the quote that opens it");
     }
     if message.starts_with("unclosed table") {
-        return error("this header is never closed", "expected `]`").help("close it with `]`");
+        return error("this header is not closed", "expected `]`").help("close it with `]`");
     }
     let message = message.trim_end_matches(", expected nothing");
     error(&format!("this is not TOML: {message}"), "")

@@ -90,7 +90,7 @@ impl Value {
             Node::Flag(_) => "a Boolean",
             Node::List(_) => "a list",
             Node::Table(_) => "a table",
-            Node::Other => "something else (a date?)",
+            Node::Other => "an unsupported value (a date?)",
         }
     }
 }

@@ -129,7 +129,7 @@ fn dimension_of(
 ) -> Result<Dimension, Fault> {
     let dimension = |k: usize| parts.get(k).map_or(Dimension::NONE, |part| part.dimension);
     let (a, b) = (dimension(0), dimension(1));
-    let too_large = || Fault::new(span.clone(), "the powers of units grow too large here", "");
+    let too_large = || Fault::new(span.clone(), "the powers of the units are too large", "");
     match op {
         Op::Negate => Ok(a),
         Op::Add | Op::Subtract if a.same(b) => Ok(if a.is_angle() { a } else { b }),
@@ -181,7 +181,7 @@ fn power_dimension(parts: &[Part], formula: &Formula) -> Result<Dimension, Fault
         Fault::new(
             exponent.span.clone(),
             format!("{} cannot be raised to this power", base.dimension.describe()),
-            "no power of units comes of it",
+            "the result has no unit",
         )
     })
 }
@@ -207,7 +207,7 @@ fn call_dimension(function: Function, parts: &[Part]) -> Result<Dimension, Fault
         }
         Rule::Root => first.power(0.5).ok_or_else(|| {
             let span = parts.first().map_or(0..0, |part| part.span.clone());
-            Fault::new(span, format!("the root of {} has no unit", first.describe()), "")
+            Fault::new(span, format!("the square root of {} has no unit", first.describe()), "")
         }),
         rule => match parts.iter().find(|part| !part.dimension.same(first)) {
             None if rule == Rule::Keep => Ok(first),
@@ -231,10 +231,10 @@ pub(super) fn not_finite(op: Op, arguments: &[super::jet::Jet], span: Span, whol
     let reason = match op {
         Op::Divide if arguments.get(1).is_some_and(|x| x.value == 0.0) => Some("division by zero"),
         Op::Power if arguments.first().is_some_and(|x| x.value < 0.0) => {
-            Some("a broken power of a negative number")
+            Some("a fractional power of a negative number")
         }
         Op::Power if arguments.first().is_some_and(|x| x.value == 0.0) => {
-            Some("a power of zero that is not finite")
+            Some("a negative power of zero")
         }
         Op::Call(function, _) => function.complaint(arguments),
         _ => None,

@@ -132,13 +132,15 @@ impl Function {
     pub(crate) fn complaint(self, arguments: &[Jet]) -> Option<&'static str> {
         let x = arguments.first()?.value;
         match self {
-            Self::Sqrt if x < 0.0 => Some("the root of a negative number"),
-            Self::Sqrt if x == 0.0 => Some("a root has no finite slope at 0"),
+            Self::Sqrt if x < 0.0 => Some("the square root of a negative number"),
+            Self::Sqrt if x == 0.0 => Some("the derivative of the root is infinite at 0"),
             Self::Log if x <= 0.0 => Some("the logarithm of a number that is not positive"),
-            Self::Asin | Self::Acos if x.abs() > 1.0 => Some("the argument is beyond -1 to 1"),
-            Self::Asin | Self::Acos if x.abs() == 1.0 => Some("no finite slope at -1 and 1"),
-            Self::Atan2 => Some("the point 0, 0 has no angle"),
-            Self::Smooth => Some("t0 and t1 are the same"),
+            Self::Asin | Self::Acos if x.abs() > 1.0 => Some("the argument is outside -1 to 1"),
+            Self::Asin | Self::Acos if x.abs() == 1.0 => {
+                Some("the derivative is infinite at -1 and 1")
+            }
+            Self::Atan2 => Some("the angle of the point 0, 0 is undefined"),
+            Self::Smooth => Some("t0 and t1 are equal"),
             _ => None,
         }
     }

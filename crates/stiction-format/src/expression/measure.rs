@@ -125,15 +125,16 @@ impl Measure {
             _ => false,
         };
         if inverse {
-            return Some("this is a stiffness; write one over it: \"1/(200 N/um)\"".to_owned());
+            return Some("this is a stiffness; write its inverse: \"1/(200 N/um)\"".to_owned());
         }
         if self == Self::Frequency && found.has_angle() {
             return Some(
-                "give cycles for a second: divide an angular frequency by 2*pi rad".to_owned(),
+                "a frequency is in cycles per second: divide an angular frequency by 2*pi rad"
+                    .to_owned(),
             );
         }
         turning.then(|| {
-            "it acts at the sliding surface: divide it by the square of the contact's radius"
+            "the coefficient refers to the sliding surface: divide it by the square of the radius"
                 .to_owned()
         })
     }
@@ -141,10 +142,10 @@ impl Measure {
     /// Complaint about a quantity of the wrong dimension. Plain numbers count in SI units; an angle
     /// is not accepted where a length is expected.
     pub(crate) fn complaint(self, found: Dimension) -> Option<impl FnOnce(Span) -> Fault> {
-        let wanted = self.dimension();
-        let bare = found.is_none() && (!found.is_angle() || wanted.is_none());
+        let expected = self.dimension();
+        let bare = found.is_none() && (!found.is_angle() || expected.is_none());
         let number_from_angle = self == Self::Number && found.is_angle();
-        let fine = self == Self::Any || wanted.same(found) || bare;
+        let fine = self == Self::Any || expected.same(found) || bare;
         // An angular frequency differs from the frequency by 2 pi.
         let turns = self == Self::Frequency && found.has_angle();
         (!fine || number_from_angle || turns).then_some(move |span| {

@@ -8,9 +8,9 @@ pub(crate) mod dimension;
 mod function;
 pub(crate) mod jet;
 mod measure;
-mod sampling;
 mod parse;
 mod run;
+mod sampling;
 #[cfg(test)]
 mod tests;
 mod token;

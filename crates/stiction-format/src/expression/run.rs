@@ -32,7 +32,7 @@ pub(super) fn apply(op: Op, arguments: &[Jet]) -> Jet {
     }
 }
 
-type Watch<'a> = dyn FnMut(Op, &[Jet], &Span, Jet) -> bool + 'a;
+type Visitor<'a> = dyn FnMut(Op, &[Jet], &Span, Jet) -> bool + 'a;
 
 impl Formula {
     pub(super) fn len(&self) -> usize {
@@ -83,16 +83,16 @@ impl Formula {
     }
 
     /// Calls `visit` for every operation with its arguments at time `t`.
-    pub(super) fn watch(&self, t: f64, see: &mut dyn FnMut(Op, &[Jet])) {
+    pub(super) fn visit(&self, t: f64, see: &mut dyn FnMut(Op, &[Jet])) {
         self.run(t, &mut |op, arguments, _, _| {
             see(op, arguments);
             true
         });
     }
 
-    /// Runs until `watch`, called with every operation, its arguments and its result, returns
+    /// Runs until `visit`, called with every operation, its arguments and its result, returns
     /// false.
-    fn run(&self, t: f64, watch: &mut Watch<'_>) -> Jet {
+    fn run(&self, t: f64, visit: &mut Visitor<'_>) -> Jet {
         let mut stack: Vec<Jet> = Vec::with_capacity(8);
         for (op, span) in &self.steps {
             let count = match op {
@@ -107,7 +107,7 @@ impl Formula {
                 Op::Time => Jet::time(t),
                 op => apply(*op, arguments),
             };
-            if !watch(*op, arguments, span, value) {
+            if !visit(*op, arguments, span, value) {
                 break;
             }
             stack.truncate(from);

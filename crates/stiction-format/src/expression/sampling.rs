@@ -11,20 +11,20 @@ use super::run::Formula;
 use std::f64::consts::FRAC_PI_4;
 
 /// Arguments of `exp` below this are negligible: e^-50 is 2e-22.
-const NOTHING: f64 = -50.0;
+const EXP_NEGLIGIBLE: f64 = -50.0;
 /// Sigmoids are constant beyond this argument: 1 - tanh 20 is 8e-18.
-const FLAT: f64 = 20.0;
+const SIGMOID_LIMIT: f64 = 20.0;
 /// Number of samples across a ramp.
-const LOOKS: f64 = 4.0;
+const RAMP_SAMPLES: f64 = 4.0;
 /// Features closer than this fraction of the time, or of a second, count as past.
-const NOW: f64 = 1e-13;
+const TIME_RESOLUTION: f64 = 1e-13;
 
 impl Formula {
     /// Returns the time up to which a few samples from `t` on resolve the formula, s.
-    pub(crate) fn seen_until(&self, t: f64) -> f64 {
+    pub(crate) fn resolved_until(&self, t: f64) -> f64 {
         let mut soonest = f64::INFINITY;
-        let now = NOW * t.abs().max(1.0);
-        self.watch(t, &mut |op, arguments| {
+        let now = TIME_RESOLUTION * t.abs().max(1.0);
+        self.visit(t, &mut |op, arguments| {
             let within = within(op, arguments, now);
             if within > now {
                 soonest = soonest.min(within);
@@ -47,11 +47,11 @@ fn within(op: Op, arguments: &[Jet], now: f64) -> f64 {
             Function::Sin | Function::Cos | Function::Tan => until_changed_by(a, FRAC_PI_4),
             Function::Exp | Function::Sinh | Function::Cosh => {
                 let size = if function == Function::Exp { a } else { a.abs() };
-                until_steep(size, size.value - NOTHING)
+                until_steep(size, size.value - EXP_NEGLIGIBLE)
             }
             Function::Tanh | Function::Atan | Function::Atan2 => {
                 let a = if function == Function::Atan2 { a / argument(1) } else { a };
-                until_steep(-a.abs(), FLAT - a.value.abs())
+                until_steep(-a.abs(), SIGMOID_LIMIT - a.value.abs())
             }
             Function::Smooth => {
                 let along = (a - argument(1)) / (argument(2) - argument(1));
@@ -60,7 +60,7 @@ fn within(op: Op, arguments: &[Jet], now: f64) -> f64 {
                 let ends = [from, to].into_iter().filter(|end| *end > now);
                 let next = ends.fold(f64::INFINITY, f64::min);
                 let ramp = (0.0..1.0).contains(&along.value);
-                if ramp { next.min(until_changed_by(along, LOOKS.recip())) } else { next }
+                if ramp { next.min(until_changed_by(along, RAMP_SAMPLES.recip())) } else { next }
             }
             Function::Abs => until_met(a, now),
             Function::Min | Function::Max => {
@@ -118,20 +118,20 @@ mod tests {
     /// samples.
     fn most(text: &str, end: f64) -> (f64, usize) {
         let formula = formula(text);
-        let (mut t, mut most, mut looks) = (0.0, 0.0_f64, 0);
+        let (mut t, mut most, mut samples) = (0.0, 0.0_f64, 0);
         while t < end {
             most = most.max(formula.at(t).value.abs());
-            let next = formula.seen_until(t).min(end);
+            let next = formula.resolved_until(t).min(end);
             assert!(next > t, "{text} at {t}");
-            (t, looks) = (next, looks + 1);
-            assert!(looks < 10_000, "{text} at {t}");
+            (t, samples) = (next, samples + 1);
+            assert!(samples < 10_000, "{text} at {t}");
         }
-        (most, looks)
+        (most, samples)
     }
 
     /// Samples pulses that last 2 ms of 10 s and reach 1.
     #[test]
-    fn what_is_short_is_seen() {
+    fn short_pulses_are_resolved() {
         for text in [
             "smooth(t, 7, 7.001) - smooth(t, 7.001, 7.002)",
             "max(0, 1 - abs(t - 7)/0.001)",
@@ -142,28 +142,28 @@ mod tests {
             "max(0, cos(0.9*(t - 7)) - cos(0.0009))/(1 - cos(0.0009))",
             "(abs(cos(0.9*(t - 7)) - cos(0.0009)) + cos(0.9*(t - 7)) - cos(0.0009))/(2 - 2*cos(0.0009))",
         ] {
-            let (most, looks) = most(text, 10.0);
+            let (most, samples) = most(text, 10.0);
             assert!(most > 0.7, "{text}: {most}");
             // Uniform sampling at the width of the pulse would need 5000 samples.
-            assert!(looks < 300, "{text}: {looks}");
+            assert!(samples < 300, "{text}: {samples}");
         }
     }
 
     /// Takes eight samples per period, at any frequency.
     #[test]
-    fn turns_are_seen() {
+    fn oscillations_are_resolved() {
         for (text, turns) in [("sin(2*pi*50*t)", 500.0), ("cos(2*pi*10*t^2)", 1000.0)] {
-            let (most, looks) = most(text, 10.0);
+            let (most, samples) = most(text, 10.0);
             assert!(most > 0.9, "{text}: {most}");
-            let looks = looks as f64 / turns;
-            assert!((7.9..12.0).contains(&looks), "{text}: {looks}");
+            let samples = samples as f64 / turns;
+            assert!((7.9..12.0).contains(&samples), "{text}: {samples}");
         }
     }
 
     #[test]
-    fn what_is_smooth_for_ever_is_never_missed() {
+    fn smooth_formulas_have_no_limit() {
         for text in ["2*t + 1", "t^2", "smooth(t, -2, -1)", "abs(t + 1)"] {
-            assert_eq!(formula(text).seen_until(0.5), f64::INFINITY, "{text}");
+            assert_eq!(formula(text).resolved_until(0.5), f64::INFINITY, "{text}");
         }
     }
 }

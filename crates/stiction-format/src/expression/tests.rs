@@ -79,7 +79,7 @@ fn values() {
 }
 
 #[test]
-fn faults_are_where_they_belong() {
+fn faults_have_their_place() {
     for (text, part) in [
         ("l1 + 5", "+"),
         ("2*(l1 - 3 kg)", "-"),
@@ -104,7 +104,7 @@ fn faults_are_where_they_belong() {
 }
 
 #[test]
-fn depth_is_limited_and_length_is_not() {
+fn depth_is_limited_but_not_length() {
     let deep = format!("{}1{}", "(".repeat(1000), ")".repeat(1000));
     assert!(value(&deep).unwrap_err().message.contains("nested"));
     let tower = vec!["1"; 1000].join("^");
@@ -146,7 +146,7 @@ fn time_reads_both_ways() {
 }
 
 #[test]
-fn quantities_fit_what_is_asked_for() {
+fn quantities_match_measures() {
     let fits =
         |text: &str, measure: Measure| measure.complaint(value(text).unwrap().dimension).is_none();
     assert!(fits("5 mm", Measure::Length) && fits("5", Measure::Length));

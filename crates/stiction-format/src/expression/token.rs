@@ -93,7 +93,7 @@ fn strange(c: char, span: Span) -> Fault {
         _ => None,
     };
     let help = meant.map(|meant| format!("write `{meant}`"));
-    let message = format!("{} has no meaning here", quoted(&c.to_string()));
+    let message = format!("unexpected character {}", quoted(&c.to_string()));
     Fault::new(span, message, "not understood").maybe_help(help.or_else(|| match c {
         '"' | '\'' => Some("close the quote, or delete it".to_owned()),
         _ => unit::advice(&c.to_string()),

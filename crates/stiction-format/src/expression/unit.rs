@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn advice_is_given() {
+    fn common_misspellings_get_advice() {
         assert_eq!(advice("Nm").as_deref(), Some("write `N m`"));
         assert_eq!(advice("kgm2").as_deref(), Some("write `kg m^2`"));
         assert_eq!(advice("m2").as_deref(), Some("write `m^2`"));

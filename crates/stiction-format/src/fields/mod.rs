@@ -89,6 +89,13 @@ const fn joined<const N: usize>(first: &[Field], then: &[Field]) -> [Field; N] {
     all
 }
 
+impl Field {
+    /// The first sentence of the description, without its full stop.
+    pub(crate) fn summary(&self) -> &'static str {
+        self.doc.split_once(". ").map_or(self.doc, |(first, _)| first).trim_end_matches('.')
+    }
+}
+
 /// The field with this key.
 pub(crate) fn find(fields: &'static [Field], key: &str) -> Option<&'static Field> {
     fields.iter().find(|field| field.key == key)

@@ -67,7 +67,7 @@ impl Actuators {
             );
         }
         let help = did_you_mean(name, "actuators", self.names());
-        let none = || "the model has no actuators: give joints `actuated = true`".to_owned();
+        let none = || "the model has no actuators: set `actuated = true` for a joint".to_owned();
         (format!("there is no actuator {}", quoted(name)), help.or_else(|| Some(none())))
     }
 

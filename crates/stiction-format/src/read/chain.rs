@@ -35,11 +35,11 @@ impl JointLink {
     }
 }
 
-const EXAMPLE: &str = "write the joints and the bodies between them in turn, \"R cylinder P* rod S\", or \
-     the joints alone, \"R P* S\"; * means actuated";
+const EXAMPLE: &str = "write joints and bodies alternately, \"R cylinder P* rod S\", or only the \
+     joints, \"R P* S\"; * means actuated";
 
 /// Maximum number of joints and bodies in a chain, which bounds the time to read it.
-const MOST_WORDS: usize = 1000;
+const MAX_WORDS: usize = 1000;
 
 /// A word and its place in the chain's text.
 type Word<'a> = (&'a str, Span);
@@ -73,12 +73,10 @@ impl Text<'_> {
             let bare = symbol.trim_end_matches(|c: char| c.is_ascii_digit());
             let numbered = bare.len() < symbol.len() && JointType::from_symbol(bare).is_some();
             let near = apart(word)
-                .map(|apart| format!("put blanks between the joints: {apart:?}"))
+                .map(|apart| format!("separate the joints with blanks: {apart:?}"))
                 .or_else(|| {
                     numbered.then(|| {
-                        format!(
-                            "write {bare}: several of a kind in a chain are numbered by themselves"
-                        )
+                        format!("write {bare}: joints of the same type are numbered automatically")
                     })
                 })
                 .or_else(|| did_you_mean(symbol, "types of joints", types));
@@ -137,9 +135,11 @@ impl Chain {
         };
         let words = words(&text.content);
         let text = Text { context, value, text };
-        if let Some((_, beyond)) = words.get(MOST_WORDS) {
-            let message =
-                format!("a chain of {} joints and bodies; the most is {MOST_WORDS}", words.len());
+        if let Some((_, beyond)) = words.get(MAX_WORDS) {
+            let message = format!(
+                "the chain has {} joints and bodies; the maximum is {MAX_WORDS}",
+                words.len()
+            );
             text.complain(beyond, message, "too many from here on");
             return None;
         }
@@ -186,7 +186,7 @@ impl Chain {
             if i % 2 == 0 {
                 chain.joints.push(text.joint(word)?);
             } else if JointType::from_symbol(symbol(name)).is_some() {
-                let message = format!("there is no body before the joint {}", quoted(name));
+                let message = format!("a body is missing before the joint {}", quoted(name));
                 text.complain(span, message, "expected the name of a body");
                 return None;
             } else {
@@ -198,7 +198,7 @@ impl Chain {
         let different = are_different(text.context, &chain.bodies);
         if chain.joints.len() != chain.bodies.len() + 1 {
             let end = text.text.content.len();
-            let message = "a chain begins and ends with a joint".to_owned();
+            let message = "a chain must begin and end with a joint".to_owned();
             text.complain(&(0..end), message, "expected a joint at the end");
             return None;
         }
@@ -227,8 +227,11 @@ fn names_of(context: &Context<'_>, list: &Value, count: usize) -> Option<Vec<Lin
     };
     if items.len() != count {
         let bodies = |n: usize| if n == 1 { "1 body".to_owned() } else { format!("{n} bodies") };
-        let message =
-            format!("the chain has {} between its joints, not {}", bodies(count), items.len());
+        let message = format!(
+            "the chain has {} between its joints, but this list has {}",
+            bodies(count),
+            items.len()
+        );
         context.push(
             Diagnostic::error("chain", message)
                 .at(context.place(&list.span), format!("expected {count}, found {}", items.len())),
@@ -236,7 +239,7 @@ fn names_of(context: &Context<'_>, list: &Value, count: usize) -> Option<Vec<Lin
         return None;
     }
     let link = |item: &Value| {
-        let name = context.text(item, "the name of a body between quotes")?;
+        let name = context.text(item, "a quoted body name")?;
         names::check(context, name, &item.span, "body");
         Some(Link { key: name.to_owned(), span: item.span.clone() })
     };
@@ -255,7 +258,7 @@ fn are_different(context: &Context<'_>, bodies: &[Link]) -> bool {
             Diagnostic::error("chain", message)
                 .at(context.place(&body.span), "again here")
                 .also(context.place(&before.span), "first here")
-                .help("give it another name, such as its place in the leg"),
+                .help("rename it, for example after its position in the leg"),
         );
         different = false;
     }

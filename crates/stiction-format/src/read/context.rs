@@ -44,14 +44,14 @@ impl<'a> Context<'a> {
     }
 
     pub(crate) fn push(&self, diagnostic: Diagnostic) {
-        let told = |place: &Place| {
+        let is_broken = |place: &Place| {
             let at = place.span.start;
             // Sorted by start; an unclosed value can begin in a broken line and end far below.
             let candidates = self.broken.partition_point(|part| part.start <= at);
             let mut before = self.broken.iter().take(candidates).rev().take(20);
             Arc::ptr_eq(&place.source, &self.source) && before.any(|part| at <= part.end)
         };
-        if diagnostic.place.as_ref().is_some_and(told) {
+        if diagnostic.place.as_ref().is_some_and(is_broken) {
             return;
         }
         self.out.borrow_mut().push(diagnostic);
@@ -91,7 +91,7 @@ impl<'a> Context<'a> {
             return;
         }
         if self.is_full() {
-            return self.out.borrow_mut().add_untold_errors(1);
+            return self.out.borrow_mut().add_omitted_errors(1);
         }
         self.push_missing(
             Diagnostic::error("unknown-name", format!("there is no {kind} {}", quoted(name)))
@@ -175,12 +175,12 @@ impl<'a> Context<'a> {
             return;
         }
         let (shown, turns) = (crate::diagnostic::number(number), number / std::f64::consts::TAU);
-        let message = format!("{shown} rad is {turns:.1} turns");
+        let message = format!("the angle {shown} rad is {turns:.1} turns");
         self.push(
             Diagnostic::warning("angle", message)
                 .at(self.place(&value.span), "bare angles are in rad")
                 .help(format!(
-                    "for degrees write \"{shown} deg\"; if this is meant, \"{shown} rad\""
+                    "write \"{shown} deg\" for degrees, or \"{shown} rad\" if radians are intended"
                 )),
         );
     }
@@ -200,14 +200,14 @@ impl<'a> Context<'a> {
             let message = format!("{} is too large", crate::diagnostic::number(number));
             self.push(
                 Diagnostic::error("range", message)
-                    .at(self.place(&value.span), "too large to compute with")
-                    .help(format!("numbers in SI units may be as large as {LARGEST:e}")),
+                    .at(self.place(&value.span), "too large")
+                    .help(format!("the maximum magnitude in SI units is {LARGEST:e}")),
             );
             return None;
         }
         let what = if number.is_nan() { "`nan`" } else { "infinity" };
         self.push(
-            Diagnostic::error("not-finite", format!("{what} is not a usable number"))
+            Diagnostic::error("not-finite", format!("{what} is not a finite number"))
                 .at(self.place(&value.span), "expected a finite number"),
         );
         None
@@ -222,7 +222,7 @@ impl<'a> Context<'a> {
             Some(list) => {
                 let count = list.len();
                 let message = format!("expected a list of 3 {each}, found {count}");
-                let comma = (count > 3).then(|| "decimals have a point: 0.5".to_owned());
+                let comma = (count > 3).then(|| "write decimals with a point: 0.5".to_owned());
                 self.push(
                     Diagnostic::error("wrong-type", message)
                         .at(self.place(&value.span), "expected [x, y, z]")
@@ -334,7 +334,7 @@ impl<'a> Record<'a> {
 
     fn unknown_key(&self, name: &str, span: &Span) {
         if self.context.is_full() {
-            return self.context.out.borrow_mut().add_untold_errors(1);
+            return self.context.out.borrow_mut().add_omitted_errors(1);
         }
         let known = self.fields.iter().map(|field| field.key);
         let message = format!("{} has no key {}", self.what, quoted(name));
@@ -348,9 +348,8 @@ impl<'a> Record<'a> {
 
     /// Reports a missing key and the condition that requires it.
     pub(crate) fn missing(&self, key: &str, why: &str) {
-        let doc = fields::find(self.fields, key).map_or("", |field| field.doc);
+        let doc = fields::find(self.fields, key).map_or("", |field| field.summary());
         let message = format!("{} has no `{key}`{why}", self.what);
-        let doc = doc.trim_end_matches('.');
         self.context.push_missing(
             Diagnostic::error("missing-key", message)
                 .at(self.context.place(&self.table.span), format!("`{key}` is missing"))
@@ -418,8 +417,8 @@ impl<'a> Record<'a> {
     /// Reads a string.
     pub(crate) fn text(&self, key: &str) -> Option<&'a str> {
         let what = match fields::find(self.fields, key).map(|field| field.shape) {
-            Some(Shape::Name) => "a name between quotes",
-            _ => "a string between quotes",
+            Some(Shape::Name) => "a quoted name",
+            _ => "a quoted string",
         };
         self.context.text(self.value(key)?, what)
     }

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// Names of controllers with default settings.
-const USUAL: [&str; 3] = ["pd", "computed-torque", "computed-torque+friction"];
+const DEFAULTS: [&str; 3] = ["pd", "computed-torque", "computed-torque+friction"];
 /// Default sampling period, s.
 const PERIOD: f64 = 1e-3;
 /// Default bandwidth, Hz.
@@ -48,7 +48,7 @@ pub(super) fn unknown(source: &Arc<Source>, name: &str) -> Diagnostics {
     let place = Place::new(source, 0..source.text.len());
     Diagnostic::error("unknown-name", format!("there is no controller {}", quoted(name)))
         .at(place, "unknown controller")
-        .maybe_help(did_you_mean(name, "controllers, besides a TOML file or assignments", USUAL))
+        .maybe_help(did_you_mean(name, "controllers, besides a TOML file or assignments", DEFAULTS))
         .into()
 }
 
@@ -94,21 +94,21 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     let complain = |message: &str, help: &str, key: &str| {
         context.push(
             Diagnostic::error("controller", message)
-                .at(context.place(&record.span(key)), "of this type")
+                .at(context.place(&record.span(key)), "for this type")
                 .help(help),
         );
     };
     if control == ControlType::ComputedTorque && channels.iter().any(gains) {
         complain(
-            "computed torque has no gains of single actuators",
+            "computed torque has no gains for single actuators",
             "give its `bandwidth` and `damping`",
             "type",
         );
     }
     if control == ControlType::Pd && friction != FrictionFeed::Off {
         complain(
-            "a PD controller knows nothing of friction",
-            "take `type = \"computed-torque\"`, or give the drives of inverse dynamics as well: --drives inverse",
+            "a PD controller does not compensate friction",
+            "use `type = \"computed-torque\"`, or add the efforts of inverse dynamics: --drives inverse",
             "type",
         );
     }
@@ -152,9 +152,12 @@ fn own(
                 .maybe_help(did_you_mean(key, "known keys", CHANNEL.iter().copied())),
         ),
         (None, ..) if actuators.find(&leaf.path).is_some() => context.push(
-            Diagnostic::error("wrong-type", format!("what of {} is missing", quoted(&leaf.path)))
-                .at(context.place(&leaf.key), "an actuator")
-                .help(format!("for example `{}.limit = 300 N`", leaf.path)),
+            Diagnostic::error(
+                "wrong-type",
+                format!("the setting of {} is missing", quoted(&leaf.path)),
+            )
+            .at(context.place(&leaf.key), "an actuator")
+            .help(format!("for example `{}.limit = 300 N`", leaf.path)),
         ),
         (None, None, _) if !leaf.path.contains('.') => {
             let keys = CONTROL.iter().map(|field| field.key).chain(actuators.names());
@@ -200,8 +203,8 @@ fn set(
 fn in_range(context: &Context<'_>, key: &str, value: &Value, x: f64, zero: bool) -> bool {
     let fine = x > 0.0 || (zero && x == 0.0);
     if !fine {
-        let wanted = if zero { "not be negative" } else { "be greater than 0" };
-        let message = format!("`{key}` is {}, but must {wanted}", number(x));
+        let expected = if zero { "not be negative" } else { "be greater than 0" };
+        let message = format!("`{key}` is {}, but must {expected}", number(x));
         context.push(
             Diagnostic::error("range", message).at(context.place(&value.span), "out of range"),
         );

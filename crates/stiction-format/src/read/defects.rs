@@ -34,7 +34,7 @@ impl Origin<'_> {
         }
         let incomplete =
             self.joints.iter().any(|joint| joint.spec.is_none()) || self.names.has_lost_legs();
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         for defect in defects {
             // Connectivity is unknown if joints are missing.
             let consequence = match defect {
@@ -48,15 +48,15 @@ impl Origin<'_> {
                 continue;
             }
             if self.context.is_full() {
-                self.context.out.borrow_mut().add_untold_errors(1);
+                self.context.out.borrow_mut().add_omitted_errors(1);
                 continue;
             }
             let (span, label, help) = self.locate(defect);
             let key = (discriminant(defect), span.clone());
-            if told.contains(&key) {
+            if reported.contains(&key) {
                 continue;
             }
-            told.push(key);
+            reported.push(key);
             self.context.push(
                 Diagnostic::error("mechanism", self.message(defect))
                     .at(self.context.place(&span), label)
@@ -102,23 +102,23 @@ impl Origin<'_> {
                 (whole(), "no table [bodies.…]")
             }
             Defect::DuplicateName { what: "bodies", name } => {
-                (last_body(name).map_or_else(whole, |b| b.name_span.clone()), "used already")
+                (last_body(name).map_or_else(whole, |b| b.name_span.clone()), "already used")
             }
             Defect::DuplicateName { what: "springs", name } => {
                 let last = self.springs.iter().rev().find(|spring| spring.name == *name);
-                (last.map_or_else(whole, |s| s.spans.name.clone()), "used already")
+                (last.map_or_else(whole, |s| s.spans.name.clone()), "already used")
             }
             Defect::DuplicateName { name, .. } => {
-                (last_joint(name).map_or_else(whole, |j| j.spans.name.clone()), "used already")
+                (last_joint(name).map_or_else(whole, |j| j.spans.name.clone()), "already used")
             }
             Defect::NameOfFreedom { joint: name, .. } | Defect::NameTaken { name } => {
-                help = Some("give it another name".to_owned());
-                (joint(name).map_or_else(whole, |j| j.spans.name.clone()), "this name is taken")
+                help = Some("choose another name".to_owned());
+                (joint(name).map_or_else(whole, |j| j.spans.name.clone()), "already used")
             }
             Defect::GroundTaken => {
                 help = Some("delete it: the ground needs no table".to_owned());
                 let ground = body(stiction_core::mechanism::GROUND_NAME);
-                (ground.map_or_else(whole, |b| b.name_span.clone()), "this name is taken")
+                (ground.map_or_else(whole, |b| b.name_span.clone()), "already used")
             }
             Defect::UnknownBody { joint: name, body } => {
                 help = did_you_mean(body, "bodies", self.names.body_names());
@@ -141,7 +141,8 @@ impl Origin<'_> {
                 let draft = joint(name);
                 let helical = draft.is_some_and(|j| j.joint_type == Some(JointType::Helical));
                 help = helical.then(|| "for example `pitch = \"5 mm/rev\"`".to_owned());
-                let label = if helical { "the pitch is missing or 0" } else { "not for this type" };
+                let label =
+                    if helical { "the pitch is missing or 0" } else { "not allowed for this type" };
                 (draft.map_or_else(whole, |j| j.spans.pitch.clone()), label)
             }
             Defect::NotActuable { joint: name, .. } => {
@@ -154,13 +155,13 @@ impl Origin<'_> {
             }
             Defect::StartLength { joint: name, .. } => (
                 joint(name).map_or_else(whole, |j| j.spans.start.clone()),
-                "not as many as there are",
+                "wrong number of coordinates",
             ),
             Defect::NoContact { joint: name, .. }
             | Defect::DuplicateContact { joint: name }
             | Defect::Friction { joint: name, .. } => {
                 let span = joint(name).map_or_else(whole, |j| j.spans.friction.table.clone());
-                (span, "friction cannot act here")
+                (span, "this joint cannot have friction")
             }
             Defect::Radius { joint: name, .. } => {
                 let friction = joint(name).map(|j| &j.spans.friction);
@@ -238,7 +239,7 @@ impl Origin<'_> {
 
     /// Reports warnings, those shared by many legs only once.
     pub(crate) fn warn(&self, warnings: &[Warning]) {
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         for warning in warnings {
             let body = |name: &str| self.bodies.iter().find(|body| body.name == name);
             let (span, label) = match warning {
@@ -252,8 +253,8 @@ impl Origin<'_> {
             };
             let span = span.unwrap_or(WHOLE);
             let key = (discriminant(warning), span.clone());
-            if !told.contains(&key) {
-                told.push(key);
+            if !reported.contains(&key) {
+                reported.push(key);
                 self.context.push(
                     Diagnostic::warning("mechanism", warning.to_string())
                         .at(self.context.place(&span), label),

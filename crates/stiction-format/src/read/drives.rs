@@ -43,11 +43,9 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
     if efforts.is_empty() && context.out.borrow().len() == before {
         let example = actuators.names().next().unwrap_or("leg1.P");
         context.push(
-            Diagnostic::error("missing-key", "no actuator is given an effort")
-                .at(context.place(&(0..0)), "nothing here drives")
-                .help(format!(
-                    "for example `{example} = \"50 N\"`; nothing drives with --drives none"
-                )),
+            Diagnostic::error("missing-key", "no actuator has an effort")
+                .at(context.place(&(0..0)), "expected efforts")
+                .help(format!("write for example `{example} = \"50 N\"`, or use --drives none")),
         );
     }
     Drives { title, efforts, samples: None, interpolation: None }
@@ -57,9 +55,9 @@ pub(crate) fn read(context: &Context<'_>, actuators: &Actuators, table: &Table) 
 pub(super) fn unknown(source: &Arc<Source>, name: &str) -> Diagnostics {
     let place = Place::new(source, 0..source.text.len());
     Diagnostic::error("unknown-name", format!("{} is not understood", quoted(name)))
-        .at(place, "no drives of that name")
+        .at(place, "unknown efforts")
         .help(
-            "write `none`, `inverse` (what inverse dynamics says for the motion), a CSV file, or assignments \
+            "write `none`, `inverse` (efforts of inverse dynamics for the motion), a CSV file, or assignments \
              such as `leg1.P = 50 N`",
         )
         .into()

@@ -49,7 +49,7 @@ impl Context<'_> {
         let direction = (v * (1.0 / largest)).direction();
         if direction.is_none() {
             self.push(
-                Diagnostic::error("axis", "an axis needs a direction")
+                Diagnostic::error("axis", "an axis must not be zero")
                     .at(self.place(&value.span), "a vector of length 0")
                     .help("write the axis as \"z\", or as a vector such as [0, 0, 1]"),
             );
@@ -99,11 +99,11 @@ impl Context<'_> {
                     (Some(_), None) => "a rotation about an axis needs an `angle`",
                     (None, Some(_)) => "a rotation by an angle needs an `axis`",
                     (None, None) if order.is_none() => "the rotation is empty",
-                    _ => "the rotation is given in more than one way",
+                    _ => "the rotation is given in several ways",
                 };
                 self.push(
                     Diagnostic::error("rotation", message)
-                        .at(self.place(&value.span), "not one rotation")
+                        .at(self.place(&value.span), "not a unique rotation")
                         .help(FORMS),
                 );
                 None
@@ -134,7 +134,7 @@ impl Context<'_> {
             }
             if value.as_list().is_some_and(|rows| rows.iter().all(|row| row.as_list().is_some())) {
                 self.push(
-                    Diagnostic::error("wrong-type", "an inertia is not written in rows")
+                    Diagnostic::error("wrong-type", "an inertia cannot be a matrix of rows")
                         .at(self.place(&value.span), "a list of lists")
                         .help("write the diagonal [xx, yy, zz], or { xx = 1, yy = 1, zz = 1, xy = 0 }"),
                 );
@@ -164,12 +164,9 @@ impl Context<'_> {
         let diagonal = ["xx", "yy", "zz"];
         if sound && !diagonal.iter().any(|key| table.get(key).is_some()) {
             self.push_missing(
-                Diagnostic::error(
-                    "missing-key",
-                    "an inertia has at least one entry of the diagonal",
-                )
-                .at(self.place(&value.span), "none of `xx`, `yy`, `zz`")
-                .help("{ zz = \"1e-3 kg m^2\" } is enough for a planar mechanism"),
+                Diagnostic::error("missing-key", "an inertia needs at least one diagonal entry")
+                    .at(self.place(&value.span), "none of `xx`, `yy`, `zz`")
+                    .help("{ zz = \"1e-3 kg m^2\" } is enough for a planar mechanism"),
             );
             return None;
         }
@@ -189,7 +186,7 @@ impl Context<'_> {
         let cosine = axis.dot(direction).clamp(-1.0, 1.0);
         if cosine.abs() > SQUARE {
             let angle = number((cosine.acos().to_degrees() * 1e4).round() / 1e4);
-            let message = format!("`{key}` must be at right angles to `axis`");
+            let message = format!("`{key}` must be perpendicular to `axis`");
             self.push(
                 Diagnostic::error("axis", message)
                     .at(self.place(&value.span), format!("the angle between them is {angle} deg")),

@@ -5,8 +5,8 @@ use super::context::Context;
 use super::motion::{self, Files};
 use super::names::Names;
 use super::path::Orders;
-use super::recording::{self, Tape};
-use super::{control, drives, load, statement};
+use super::recording::{self, Input};
+use super::{assignments, control, drives, load};
 use crate::contents::Contents;
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean, quoted};
 use crate::document::{self, Document, Table};
@@ -72,8 +72,8 @@ impl ModelFile {
         if is_toml(&source.name) {
             return self.motion_table(&source, files);
         }
-        self.recording(&source, &Tape::Whole(Arc::clone(&source)), |tape, context, names| {
-            recording::read(tape, names, &Orders::new(), context)
+        self.recording(&source, &Input::Whole(Arc::clone(&source)), |input, context, names| {
+            recording::read(input, names, &Orders::new(), context)
         })
     }
 
@@ -87,8 +87,8 @@ impl ModelFile {
             return self.motion_table(&Arc::new(file(source, name, files)?), files);
         }
         let contents = files(name).map_err(|reason| unreadable(source, &reason))?;
-        self.recording(source, &Tape::new(name, contents), |tape, context, names| {
-            recording::read(tape, names, &Orders::new(), context)
+        self.recording(source, &Input::new(name, contents), |input, context, names| {
+            recording::read(input, names, &Orders::new(), context)
         })
     }
 
@@ -100,12 +100,12 @@ impl ModelFile {
     fn recording<T>(
         &self,
         source: &Arc<Source>,
-        tape: &Tape,
-        read: impl FnOnce(&Tape, &Context<'_>, &Names) -> Result<Option<T>, String>,
+        input: &Input,
+        read: impl FnOnce(&Input, &Context<'_>, &Names) -> Result<Option<T>, String>,
     ) -> Result<T, Diagnostics> {
         let mut failed = None;
         let result = self.reading(source, &[], |context, names| {
-            read(tape, context, names).unwrap_or_else(|reason| {
+            read(input, context, names).unwrap_or_else(|reason| {
                 failed = Some(reason);
                 None
             })
@@ -171,8 +171,8 @@ impl ModelFile {
                     });
                 }
                 let contents = files(name).map_err(|reason| unreadable(&source, &reason))?;
-                self.recording(&source, &Tape::new(name, contents), |tape, context, _| {
-                    recording::read_drives(tape, &actuators, context)
+                self.recording(&source, &Input::new(name, contents), |input, context, _| {
+                    recording::read_drives(input, &actuators, context)
                 })
             }
             Given::Assignments => self.assigned(&source, |context, _, table| {
@@ -215,7 +215,7 @@ impl ModelFile {
         read: impl FnOnce(&Context<'_>, &Names, &Table) -> Option<T>,
     ) -> Result<T, Diagnostics> {
         self.reading(source, &[], |context, names| {
-            let table = statement::read(context);
+            let table = assignments::read(context);
             read(context, names, &table)
         })
     }

@@ -1,9 +1,9 @@
 //! Reader of joints.
 
+use super::check_values::check_values;
 use super::context::{Context, Record};
 use super::friction::{self, FrictionSpans};
 use super::geometry::frame;
-use super::proofread::proofread;
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
 use crate::document::{Node, Table, Value};
 use crate::expression::Measure;
@@ -36,7 +36,7 @@ pub(crate) struct JointSpans {
 }
 
 /// Attributes of a joint that its leg determines.
-pub(crate) struct Placement<'a> {
+pub(crate) struct LegAttributes<'a> {
     pub(crate) joint_type: JointType,
     pub(crate) actuated: bool,
     pub(crate) from: (&'a str, Span),
@@ -53,21 +53,21 @@ pub(crate) fn read(
     name: String,
     name_span: &Span,
     table: &Table,
-    placement: Option<&Placement<'_>>,
+    leg: Option<&LegAttributes<'_>>,
     what: &str,
 ) -> JointDraft {
-    let fields = if placement.is_some() { LEG_JOINT } else { JOINT };
+    let fields = if leg.is_some() { LEG_JOINT } else { JOINT };
     let record = Record::new(context, table, fields, what);
-    let joint_type = match placement {
-        Some(placement) => Some(placement.joint_type),
+    let joint_type = match leg {
+        Some(leg) => Some(leg.joint_type),
         None => read_type(context, &record),
     };
     let end = |key: &str, of_leg: Option<&(&str, Span)>| match of_leg {
         Some((name, span)) => (Some((*name).to_owned()), span.clone()),
         None => (record.text(key).map(str::to_owned), record.span(key)),
     };
-    let (from, from_span) = end("from", placement.map(|p| &p.from));
-    let (to, to_span) = end("to", placement.map(|p| &p.to));
+    let (from, from_span) = end("from", leg.map(|p| &p.from));
+    let (to, to_span) = end("to", leg.map(|p| &p.to));
     let mut spans = JointSpans {
         name: name_span.clone(),
         from: from_span,
@@ -82,7 +82,7 @@ pub(crate) fn read(
     if let (Some(joint_type), Some(from), Some(to)) = (joint_type, from, to) {
         let reader = Reader { context, record: &record, joint_type };
         let mut built = JointSpec::new(name.as_str(), joint_type, from, to);
-        if let Some((frame_j, frame_k)) = reader.frames(placement) {
+        if let Some((frame_j, frame_k)) = reader.frames(leg) {
             built = built.frames(frame_j, frame_k);
         }
         let pitch = record.quantity("pitch");
@@ -92,7 +92,7 @@ pub(crate) fn read(
             // The invalid value has been reported; avoid a second message about a zero.
             built = built.pitch(f64::from(u8::from(joint_type == JointType::Helical)));
         }
-        built = reader.actuated(built, placement);
+        built = reader.actuated(built, leg);
         if let Some(start) = reader.start() {
             built = built.start(start);
         }
@@ -118,7 +118,7 @@ pub(crate) fn read(
         }
         spec = Some(built);
     } else {
-        proofread(&record, fields);
+        check_values(&record, fields);
     }
     JointDraft { name, spec, joint_type, spans }
 }
@@ -144,7 +144,7 @@ fn read_type(context: &Context<'_>, record: &Record<'_>) -> Option<JointType> {
     let word = value.as_text().unwrap_or_default().to_lowercase();
     if let Some((_, symbol)) = WORDS.iter().find(|(known, _)| *known == word) {
         context.push(
-            Diagnostic::error("unknown-name", "joint types are written as letters")
+            Diagnostic::error("unknown-name", "joint types are letters")
                 .at(context.place(&value.span), "a word")
                 .help(format!("write \"{symbol}\"")),
         );
@@ -161,9 +161,9 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     /// Poses `X_PJ` and `X_SK`.
-    fn frames(&self, placement: Option<&Placement<'_>>) -> Option<(Pose<f64>, Pose<f64>)> {
-        let first = placement.and_then(|p| p.first);
-        let last = placement.and_then(|p| p.last);
+    fn frames(&self, leg: Option<&LegAttributes<'_>>) -> Option<(Pose<f64>, Pose<f64>)> {
+        let first = leg.and_then(|p| p.first);
+        let last = leg.and_then(|p| p.last);
         let at = self.origin("at", first.map(|(origin, _)| origin), "foot");
         let to_at = self.origin("to_at", last.map(|(origin, _)| origin), "tip");
         let axes = self.axes();
@@ -204,7 +204,7 @@ impl Reader<'_> {
         if matches!(self.joint_type, Spherical | Fixed | Free) {
             for key in ["axis", "second_axis", "x_axis"] {
                 if let Some(value) = self.record.value(key) {
-                    let help = "to turn the bodies against each other, use `turn`".to_owned();
+                    let help = "to rotate the bodies relative to each other, use `turn`".to_owned();
                     self.not_for_type(value, key, &format!("a joint of type {symbol}"), Some(help));
                 }
             }
@@ -241,14 +241,14 @@ impl Reader<'_> {
     fn not_for_type(&self, value: &Value, key: &str, what: &str, help: Option<String>) {
         self.context.push(
             Diagnostic::error("unknown-key", format!("{what} has no `{key}`"))
-                .at(self.context.place(&value.span), "not for this type")
+                .at(self.context.place(&value.span), "not allowed for this type")
                 .maybe_help(help),
         );
     }
 
-    fn actuated(&self, spec: JointSpec, placement: Option<&Placement<'_>>) -> JointSpec {
+    fn actuated(&self, spec: JointSpec, leg: Option<&LegAttributes<'_>>) -> JointSpec {
         let Some(value) = self.record.value("actuated") else {
-            return if placement.is_some_and(|p| p.actuated) { spec.actuated() } else { spec };
+            return if leg.is_some_and(|p| p.actuated) { spec.actuated() } else { spec };
         };
         let dofs = self.joint_type.dofs();
         let nothing_to_drive = dofs.is_empty()
@@ -256,8 +256,8 @@ impl Reader<'_> {
                 || value.as_list().is_some_and(|l| !l.is_empty()));
         if nothing_to_drive {
             self.context.push(
-                Diagnostic::error("mechanism", "a fixed joint has no freedom that could be driven")
-                    .at(self.context.place(&value.span), "nothing to drive"),
+                Diagnostic::error("mechanism", "a fixed joint cannot be actuated")
+                    .at(self.context.place(&value.span), "no degree of freedom"),
             );
             return spec;
         }
@@ -269,22 +269,30 @@ impl Reader<'_> {
                 spec.actuated_dofs(driven)
             }
             _ => {
-                self.context.wrong(value, "true, false or a list of freedoms such as [\"slide\"]");
+                self.context.wrong(
+                    value,
+                    "true, false or a list of degrees of freedom such as [\"slide\"]",
+                );
                 spec
             }
         }
     }
 
     fn dof(&self, value: &Value, dofs: &[Dof]) -> Option<usize> {
-        let name = self.context.text(value, "the name of a freedom between quotes")?;
+        let name = self.context.text(value, "a quoted name of a degree of freedom")?;
         let found = dofs.iter().position(|dof| dof.name == name);
         if found.is_none() {
             let symbol = self.joint_type.symbol();
-            let message = format!("a joint of type {symbol} has no freedom {}", quoted(name));
+            let message =
+                format!("a joint of type {symbol} has no degree of freedom {}", quoted(name));
             self.context.push(
                 Diagnostic::error("unknown-name", message)
-                    .at(self.context.place(&value.span), "unknown freedom")
-                    .maybe_help(did_you_mean(name, "its freedoms", dofs.iter().map(|f| f.name))),
+                    .at(self.context.place(&value.span), "unknown degree of freedom")
+                    .maybe_help(did_you_mean(
+                        name,
+                        "its degrees of freedom",
+                        dofs.iter().map(|f| f.name),
+                    )),
             );
         }
         found

@@ -4,7 +4,7 @@ use super::body::{self, BodyDraft};
 use super::chain::{Chain, Link};
 use super::context::{Context, Record};
 use super::geometry::about;
-use super::joint::{self, JointDraft, Placement};
+use super::joint::{self, JointDraft, LegAttributes};
 use super::names;
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
 use crate::document::{Key, Node, Table, Value};
@@ -52,7 +52,7 @@ pub(crate) fn read(context: &Context<'_>, value: &Value) -> Expansion {
 }
 
 /// Position of a leg, and its individual values.
-struct Spot<'a> {
+struct Placement<'a> {
     angle: f64,
     table: Option<&'a Table>,
 }
@@ -68,10 +68,10 @@ fn read_group(context: &Context<'_>, table: &Table, all: &mut Expansion) {
     };
     let to = record.text("to").map(|to| (to, record.span("to")));
     let from = match record.value("from") {
-        Some(value) => context.text(value, "the name of a body between quotes"),
+        Some(value) => context.text(value, "a quoted body name"),
         None => Some(GROUND_NAME),
     };
-    let (spots, complete) = spots(context, &record);
+    let (placements, complete) = placements(context, &record);
     all.lost |= !complete;
     let (Some(chain), Some(axis), Some(to), Some(from)) = (chain, about_axis, to, from) else {
         all.lost = true;
@@ -86,21 +86,21 @@ fn read_group(context: &Context<'_>, table: &Table, all: &mut Expansion) {
         to,
     };
     group.check_names(record.value("joints"), record.value("bodies"));
-    for spot in spots {
-        group.expand(&spot, all);
+    for placement in placements {
+        group.expand(&placement, all);
     }
 }
 
 /// Positions of the legs, and a flag that is true if all are valid.
-fn spots<'a>(context: &'a Context<'a>, record: &Record<'a>) -> (Vec<Spot<'a>>, bool) {
-    let mut spots = Vec::new();
+fn placements<'a>(context: &'a Context<'a>, record: &Record<'a>) -> (Vec<Placement<'a>>, bool) {
+    let mut placements = Vec::new();
     let mut count = 1;
     match (record.value("angles"), record.value("place")) {
         (None, None) => {
             record.missing_both(["angles", "place"]);
         }
         (Some(angles), Some(place)) => context.push(
-            Diagnostic::error("legs", "the places of the legs are given twice")
+            Diagnostic::error("legs", "the positions of the legs are given twice")
                 .at(context.place(&place.span), "once here")
                 .also(context.place(&angles.span), "once here")
                 .help(
@@ -111,8 +111,8 @@ fn spots<'a>(context: &'a Context<'a>, record: &Record<'a>) -> (Vec<Spot<'a>>, b
             Some([]) => no_legs(context, angles),
             Some(list) => {
                 count = list.len();
-                spots.extend(list.iter().filter_map(|angle| {
-                    Some(Spot { angle: context.quantity(angle, Measure::Angle)?, table: None })
+                placements.extend(list.iter().filter_map(|angle| {
+                    Some(Placement { angle: context.quantity(angle, Measure::Angle)?, table: None })
                 }));
             }
             None => context.wrong(angles, "a list of angles such as [\"0 deg\", \"120 deg\"]"),
@@ -121,16 +121,16 @@ fn spots<'a>(context: &'a Context<'a>, record: &Record<'a>) -> (Vec<Spot<'a>>, b
             Some([]) => no_legs(context, place),
             Some(list) => {
                 count = list.len();
-                spots.extend(list.iter().filter_map(|entry| spot(context, entry)));
+                placements.extend(list.iter().filter_map(|entry| placement(context, entry)));
             }
             None => context.wrong(place, "a list of places such as [{ angle = \"0 deg\" }]"),
         },
     }
-    let complete = spots.len() == count;
-    (spots, complete)
+    let complete = placements.len() == count;
+    (placements, complete)
 }
 
-fn spot<'a>(context: &'a Context<'a>, entry: &'a Value) -> Option<Spot<'a>> {
+fn placement<'a>(context: &'a Context<'a>, entry: &'a Value) -> Option<Placement<'a>> {
     let Some(table) = entry.as_table() else {
         context.wrong(entry, "a place such as { angle = \"0 deg\" }");
         return None;
@@ -140,15 +140,15 @@ fn spot<'a>(context: &'a Context<'a>, entry: &'a Value) -> Option<Spot<'a>> {
         Some(_) => record.quantity("angle")?,
         None => 0.0,
     };
-    Some(Spot { angle, table: Some(table) })
+    Some(Placement { angle, table: Some(table) })
 }
 
 /// Without any leg the remaining mechanism would be valid but meaningless.
 fn no_legs(context: &Context<'_>, list: &Value) {
     context.push(
-        Diagnostic::error("legs", "a group of legs has no leg")
+        Diagnostic::error("legs", "this group has no legs")
             .at(context.place(&list.span), "nothing stands here")
-            .help("give each leg its place here, or delete the group"),
+            .help("list the angle or place of each leg, or delete the group"),
     );
 }
 
@@ -182,12 +182,12 @@ impl Group<'_> {
         of(bodies, "body", self.chain.bodies.iter().map(|body| body.key.as_str()).collect());
     }
 
-    fn expand(&self, spot: &Spot<'_>, all: &mut Expansion) {
+    fn expand(&self, placement: &Placement<'_>, all: &mut Expansion) {
         let context = self.context;
-        let own = |key: &str| spot.table.and_then(|table| table.get(key));
+        let own = |key: &str| placement.table.and_then(|table| table.get(key));
         let name = match own("name") {
             Some(value) => {
-                let Some(name) = context.text(value, "a name between quotes") else {
+                let Some(name) = context.text(value, "a quoted name") else {
                     all.lost = true;
                     return;
                 };
@@ -196,9 +196,9 @@ impl Group<'_> {
                     context.push(
                         Diagnostic::error(
                             "duplicate",
-                            format!("there are two legs named {}", quoted(name)),
+                            format!("two legs are named {}", quoted(name)),
                         )
-                        .at(context.place(&value.span), "used already"),
+                        .at(context.place(&value.span), "already used"),
                     );
                     return;
                 }
@@ -206,10 +206,10 @@ impl Group<'_> {
             }
             None => format!("leg{}", all.legs.len() + 1),
         };
-        if spot.table.is_some() {
+        if placement.table.is_some() {
             self.check_names(own("joints"), own("bodies"));
         }
-        let turn = about(self.axis, spot.angle);
+        let turn = about(self.axis, placement.angle);
         let origin = |key: &str| match own(key).or_else(|| self.record.value(key)) {
             Some(value) => context.vector(value, Measure::Length),
             None => {
@@ -223,7 +223,7 @@ impl Group<'_> {
 
         let full = |link: &Link| format!("{name}.{}", link.key);
         for link in &self.chain.bodies {
-            let table = self.merged("bodies", link, spot);
+            let table = self.merged("bodies", link, placement);
             let what = format!("body `{}` of the legs", link.key);
             let key = Key { name: link.key.clone(), span: link.span.clone() };
             let mut body = body::read(context, full(link), &key, &table, &what);
@@ -237,7 +237,7 @@ impl Group<'_> {
             let span = &link.span;
             let from = inner(i.checked_sub(1)).map(|body| (body, span.clone()));
             let to = inner(Some(i)).map(|body| (body, span.clone()));
-            let placement = Placement {
+            let attributes = LegAttributes {
                 joint_type: link.joint_type,
                 actuated: link.actuated,
                 from: from.unwrap_or_else(|| self.from.clone()),
@@ -245,7 +245,7 @@ impl Group<'_> {
                 first: (i == 0).then_some((foot, turn)),
                 last: (i == last).then_some((tip, turn)),
             };
-            let table = self.merged("joints", &link.link(), spot);
+            let table = self.merged("joints", &link.link(), placement);
             let what = format!("joint `{}` of the legs", link.key);
             let joint_name = format!("{name}.{}", link.key);
             all.joints.push(joint::read(
@@ -253,7 +253,7 @@ impl Group<'_> {
                 joint_name,
                 span,
                 &table,
-                Some(&placement),
+                Some(&attributes),
                 &what,
             ));
         }
@@ -269,19 +269,19 @@ impl Group<'_> {
         }
         let span = table.get("home").map_or(&table.span, |value| &value.span);
         self.context.push(
-            Diagnostic::error("legs", "`home` is known only for legs that start from the ground")
+            Diagnostic::error("legs", "`home` is only allowed for legs that start from the ground")
                 .at(self.context.place(span), "not in the ground's frame")
-                .help("give the legs' joints a `start` instead"),
+                .help("use `start` of the joints instead"),
         );
         None
     }
 
     /// Table of a joint or body of one leg: that of the group, overridden by that of the place.
-    fn merged(&self, kind: &str, link: &Link, spot: &Spot<'_>) -> Table {
+    fn merged(&self, kind: &str, link: &Link, placement: &Placement<'_>) -> Table {
         let of = |table: &Table| {
             table.get(kind).and_then(Value::as_table).and_then(|t| t.get(&link.key)).cloned()
         };
-        let (base, own) = (of(self.record.table), spot.table.and_then(of));
+        let (base, own) = (of(self.record.table), placement.table.and_then(of));
         let empty = Table { span: link.span.clone(), entries: Vec::new() };
         match (base, own) {
             (Some(base), Some(own)) => match merge(base, own).node {

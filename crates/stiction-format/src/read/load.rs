@@ -53,7 +53,7 @@ fn owner<'a>(
     };
     if leaf.value.is_some() && names.body(path).is_some() {
         context.push(
-            Diagnostic::error("wrong-type", format!("what acts on {} is missing", quoted(path)))
+            Diagnostic::error("wrong-type", format!("the load on {} is missing", quoted(path)))
                 .at(context.place(&leaf.key), "a body")
                 .help(format!("for example `{path}.force = [\"20 N\", 0, 0]`")),
         );
@@ -62,7 +62,7 @@ fn owner<'a>(
     match names.body(body) {
         Some(BodyId::GROUND) => {
             context.push(
-                Diagnostic::error("unknown-name", "a load on the ground moves nothing")
+                Diagnostic::error("unknown-name", "a load on the ground has no effect")
                     .at(context.place(&leaf.owner), "the ground")
                     .maybe_help(did_you_mean(GROUND_NAME, "bodies", names.body_names())),
             );

@@ -1,8 +1,10 @@
 //! Reader from the document tree to the model.
 
 mod actuators;
+mod assignments;
 mod body;
 mod chain;
+mod check_values;
 mod context;
 mod control;
 mod defects;
@@ -17,10 +19,8 @@ mod motion;
 mod names;
 pub(crate) mod parameters;
 mod path;
-mod proofread;
 mod recording;
 mod spring;
-mod statement;
 
 use crate::parameters::Parameters;
 
@@ -74,7 +74,7 @@ fn read_document(
     let Document { root, broken } = document;
     if root.entries.is_empty() && broken.is_empty() {
         out.push(
-            Diagnostic::error("syntax", "there is nothing in the file")
+            Diagnostic::error("syntax", "the file is empty")
                 .at(Place::new(source, 0..0), "")
                 .help("a model needs `gravity`, [bodies.NAME] and [joints.NAME]"),
         );
@@ -193,8 +193,8 @@ fn dotted<'a>(
     let meant = |(inner, value): &'a (document::Key, Value)| {
         let name = format!("{}.{}", key.name, inner.name);
         context.push(
-            Diagnostic::error("name", "a name with a dot stands between quotes")
-                .at(context.place(&inner.span), "taken for a table within a table")
+            Diagnostic::error("name", "a name with a dot must be quoted")
+                .at(context.place(&inner.span), "read as a nested table")
                 .help(format!("write [{kind}.{name:?}]")),
         );
         Some((document::Key { name, span: inner.span.clone() }, value.as_table()?))

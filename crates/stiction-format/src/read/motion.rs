@@ -2,8 +2,8 @@
 
 use super::context::{Context, Record, of_the_top};
 use super::names::Names;
-use super::path::{Leaf, Meaning, Orders, Trouble, coordinate, leaves, resolve};
-use super::recording::{self, Tape};
+use super::path::{Leaf, Meaning, Orders, Unresolved, coordinate, leaves, resolve};
+use super::recording::{self, Input};
 use crate::contents::Contents;
 use crate::diagnostic::{Diagnostic, number};
 use crate::document::{Table, Value};
@@ -20,7 +20,7 @@ pub(crate) type Files<'a> = &'a dyn Fn(&str) -> Result<Contents, String>;
 /// Default time between samples, s.
 pub(crate) const STEP: f64 = 0.01;
 /// Maximum number of samples of a motion.
-const MOST_SAMPLES: f64 = 1e8;
+const MAX_SAMPLES: f64 = 1e8;
 /// Number of instants at which formulas are evaluated in advance.
 const TRIALS: f64 = 10_000.0;
 
@@ -52,9 +52,12 @@ pub(crate) fn read(
         for key in ["start", "duration"] {
             if let Some(value) = record.value(key) {
                 context.push(
-                    Diagnostic::error("motion", format!("a motion from a file has no `{key}`"))
-                        .at(context.place(&value.span), "the samples say when")
-                        .help(format!("delete `{key}`")),
+                    Diagnostic::error(
+                        "motion",
+                        format!("a motion from a file cannot have `{key}`"),
+                    )
+                    .at(context.place(&value.span), "the samples determine the time")
+                    .help(format!("delete `{key}`")),
                 );
             }
         }
@@ -64,26 +67,26 @@ pub(crate) fn read(
     let duration =
         if record.value("duration").is_some() { record.quantity("duration")? } else { 1.0 };
     if duration < 0.0 {
-        refuse("duration", duration, "not be negative; 0 is a single pose");
+        refuse("duration", duration, "not be negative; 0 means a single pose");
         return None;
     }
     let mut motion =
         Motion { title, start, duration, step, samples: None, coordinates, interpolation: None };
     let count = duration / step.unwrap_or(STEP);
-    if !(start + duration).is_finite() || count > MOST_SAMPLES {
+    if !(start + duration).is_finite() || count > MAX_SAMPLES {
         let key = if step.is_some() { "step" } else { "duration" };
         let message = format!("the motion would have {} samples", number(count.round()));
         context.push(
             Diagnostic::error("range", message)
-                .at(context.place(&record.span(key)), "too long for its step")
-                .help(format!("at most {} samples: choose a greater `step`", number(MOST_SAMPLES))),
+                .at(context.place(&record.span(key)), "too many samples")
+                .help(format!("increase `step`; the maximum is {} samples", number(MAX_SAMPLES))),
         );
         motion.coordinates.clear();
         return None;
     }
     // Times of samples are sums of `start` and a part of `duration`.
     if duration > 0.0 && start.abs() * f64::EPSILON > 1e-3 * step.unwrap_or(STEP) {
-        let message = "so late, instants one step apart cannot be told from each other";
+        let message = "the start is so late that samples one step apart round to the same time";
         context.push(
             Diagnostic::error("range", message)
                 .at(context.place(&record.span("start")), "too far from 0")
@@ -92,12 +95,12 @@ pub(crate) fn read(
         return None;
     }
     let signals = motion.coordinates.iter().map(|(_, signal)| signal);
-    check_courses(context, signals, start, duration, step);
+    check_signals(context, signals, start, duration, step);
     Some(motion)
 }
 
 /// Reports formulas without a finite value at some instant.
-pub(crate) fn check_courses<'a>(
+pub(crate) fn check_signals<'a>(
     context: &Context<'_>,
     signals: impl IntoIterator<Item = &'a Signal>,
     start: f64,
@@ -142,9 +145,9 @@ impl Reader<'_> {
                 None => format!("{}.x", leaf.path),
             };
             match resolve(self.names, &path) {
-                Err(trouble) => {
-                    self.trouble(leaf, trouble);
-                    leaf.value.into_iter().for_each(|value| self.proofread(value));
+                Err(unresolved) => {
+                    self.unresolved(leaf, unresolved);
+                    leaf.value.into_iter().for_each(|value| self.check_values(value));
                 }
                 Ok(Meaning::Body(body, "order")) => {
                     let order = leaf.value.and_then(|value| context.choice(value, ORDERS));
@@ -160,7 +163,7 @@ impl Reader<'_> {
         for (leaf, value) in meanings {
             if let Some(file) = file {
                 context.push(
-                    Diagnostic::error("motion", "a motion is either a file or expressions")
+                    Diagnostic::error("motion", "a motion cannot have both a file and expressions")
                         .at(context.place(&leaf.key), "an expression")
                         .also(context.place(&file.span), "a file"),
                 );
@@ -169,9 +172,9 @@ impl Reader<'_> {
             let meant = resolve(self.names, &leaf.path).and_then(|m| coordinate(m, &self.orders));
             let (coordinate, measure) = match meant {
                 Ok(meant) => meant,
-                Err(trouble) => {
-                    self.trouble(leaf, trouble);
-                    self.proofread(value);
+                Err(unresolved) => {
+                    self.unresolved(leaf, unresolved);
+                    self.check_values(value);
                     continue;
                 }
             };
@@ -192,18 +195,18 @@ impl Reader<'_> {
     }
 
     /// Checks an expression of unknown purpose.
-    fn proofread(&self, value: &Value) {
+    fn check_values(&self, value: &Value) {
         if value.as_text().is_some() {
             self.context.signal(value, Measure::Any);
         }
     }
 
-    fn trouble(&self, leaf: &Leaf<'_>, trouble: Trouble) {
+    fn unresolved(&self, leaf: &Leaf<'_>, unresolved: Unresolved) {
         // In a text with syntax errors, an unknown name may be defined in a broken line.
         if !self.context.broken.is_empty() {
             return;
         }
-        let Some((message, help, in_owner)) = trouble.explain(self.names, MOTION, &leaf.path)
+        let Some((message, help, in_owner)) = unresolved.explain(self.names, MOTION, &leaf.path)
         else {
             return;
         };
@@ -225,10 +228,10 @@ impl Reader<'_> {
         value: &Value,
         files: Files<'_>,
     ) -> Option<Motion> {
-        let name = self.context.text(value, "the name of a CSV file between quotes")?;
+        let name = self.context.text(value, "a quoted name of a CSV file")?;
         let motion = files(name).and_then(|contents| {
-            let tape = Tape::new(name, contents);
-            recording::read(&tape, self.names, &self.orders, self.context)
+            let input = Input::new(name, contents);
+            recording::read(&input, self.names, &self.orders, self.context)
         });
         match motion {
             Ok(motion) => motion.map(|motion| Motion { title, step, ..motion }),
@@ -255,6 +258,6 @@ pub(crate) fn check_load(
 ) {
     for wrench in &load.wrenches {
         let signals = wrench.force.iter().chain(&wrench.moment);
-        check_courses(context, signals, motion.start, motion.duration, motion.step);
+        check_signals(context, signals, motion.start, motion.duration, motion.step);
     }
 }

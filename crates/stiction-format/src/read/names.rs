@@ -95,16 +95,14 @@ pub(crate) fn check(context: &Context<'_>, name: &str, span: &Span, kind: &str) 
     let first = name.split('.').next().unwrap_or_default();
     let (problem, help) = if !name.split('.').all(letters) {
         let problem = format!("{} cannot be the name of a {kind}", quoted(name));
-        (problem, "names consist of letters, digits, `_` and `-`")
+        (problem, "use letters, digits, `_` and `-`")
     } else if TAKEN.contains(&first) {
-        let problem = format!("no {kind} can be named {}", quoted(name));
-        (problem, "choose another name: motions and loads have a key of that name")
+        let problem = format!("{} cannot be the name of a {kind}", quoted(name));
+        (problem, "choose another name: this one is a key of motions and loads")
     } else {
         return;
     };
     context.push(
-        Diagnostic::error("name", problem)
-            .at(context.place(span), "not a possible name")
-            .help(help),
+        Diagnostic::error("name", problem).at(context.place(span), "invalid name").help(help),
     );
 }

@@ -59,7 +59,7 @@ fn check_name(context: &Context<'_>, name: &str, span: &Span) {
     let Some(problem) = complaint(name) else { return };
     context.push(
         Diagnostic::error("name", problem)
-            .at(context.place(span), "not a possible name")
+            .at(context.place(span), "invalid name")
             .help(format!("choose another name, for example {}", quoted(&possible(name, context)))),
     );
 }
@@ -183,12 +183,12 @@ fn describe_cycle(
         crate::source::Place::new(source, span)
     };
     let message = match cycle {
-        [only] => format!("parameter {} refers to itself", name(only)),
-        _ => format!("parameters refer to each other in a circle: {}", names.join(" → ")),
+        [only] => format!("parameter {} depends on itself", name(only)),
+        _ => format!("parameters depend on each other in a cycle: {}", names.join(" → ")),
     };
     let mut diagnostic = Diagnostic::error("cycle", message);
     if let Some(first) = cycle.first() {
-        diagnostic = diagnostic.at(place(first), "needs itself");
+        diagnostic = diagnostic.at(place(first), "depends on itself");
     }
     for other in cycle.iter().skip(1).take(MOST) {
         diagnostic = diagnostic.also(place(other), "by way of this");

@@ -70,7 +70,7 @@ pub(crate) enum Meaning<'a> {
 
 /// Reason why a path cannot be resolved.
 #[derive(Debug, PartialEq)]
-pub(crate) enum Trouble {
+pub(crate) enum Unresolved {
     /// Already reported elsewhere.
     Told,
     /// Unknown name.
@@ -79,7 +79,7 @@ pub(crate) enum Trouble {
     Wrong(String, Option<String>),
 }
 
-impl Trouble {
+impl Unresolved {
     fn new(message: String, help: impl Into<Option<String>>) -> Self {
         Self::Wrong(message, help.into())
     }
@@ -102,7 +102,7 @@ impl Trouble {
 }
 
 /// Resolves a path.
-pub(crate) fn resolve<'a>(names: &Names, path: &'a str) -> Result<Meaning<'a>, Trouble> {
+pub(crate) fn resolve<'a>(names: &Names, path: &'a str) -> Result<Meaning<'a>, Unresolved> {
     let split = path.rsplit_once('.');
     let body = split.and_then(|(body, key)| Some(Meaning::Body(names.body(body)?, key)));
     let joint = if let Some((id, joint_type)) = names.joint(path) {
@@ -116,16 +116,16 @@ pub(crate) fn resolve<'a>(names: &Names, path: &'a str) -> Result<Meaning<'a>, T
     };
     match (body, joint) {
         (Some(Meaning::Body(BodyId::GROUND, _)), _) => {
-            Err(Trouble::new("the ground does not move".to_owned(), None))
+            Err(Unresolved::new("the motion of the ground cannot be prescribed".to_owned(), None))
         }
         (Some(_), Some(Ok(_))) => {
-            let message = format!("{} could be of a body or of a joint", quoted(path));
-            Err(Trouble::new(message, "give one of them another name".to_owned()))
+            let message = format!("{} is ambiguous: it can name a body or a joint", quoted(path));
+            Err(Unresolved::new(message, "rename one of them".to_owned()))
         }
         (Some(body), _) => Ok(body),
         (None, Some(joint)) => joint,
-        (None, None) if names.may_be_lost(path) => Err(Trouble::Told),
-        (None, None) => Err(Trouble::Unknown),
+        (None, None) if names.may_be_lost(path) => Err(Unresolved::Told),
+        (None, None) => Err(Unresolved::Unknown),
     }
 }
 
@@ -133,8 +133,8 @@ fn whole_joint<'a>(
     name: &str,
     id: JointId,
     joint_type: Option<JointType>,
-) -> Result<Meaning<'a>, Trouble> {
-    let joint_type = joint_type.ok_or(Trouble::Told)?;
+) -> Result<Meaning<'a>, Unresolved> {
+    let joint_type = joint_type.ok_or(Unresolved::Told)?;
     let dofs = joint_type.dofs();
     if !joint_type.has_scalar_coordinates() || dofs.is_empty() {
         return Err(no_coordinates(name, joint_type));
@@ -142,7 +142,7 @@ fn whole_joint<'a>(
     if dofs.len() > 1 {
         let names: Vec<_> = dofs.iter().map(|f| format!("`{name}.{}`", f.name)).collect();
         let message = format!("joint {} has {} coordinates", quoted(name), dofs.len());
-        return Err(Trouble::new(message, format!("say which: {}", or(&names))));
+        return Err(Unresolved::new(message, format!("choose one of {}", or(&names))));
     }
     Ok(Meaning::Joint(id, joint_type, 0))
 }
@@ -152,8 +152,8 @@ fn joint_dof<'a>(
     id: JointId,
     joint_type: Option<JointType>,
     dof: &str,
-) -> Result<Meaning<'a>, Trouble> {
-    let joint_type = joint_type.ok_or(Trouble::Told)?;
+) -> Result<Meaning<'a>, Unresolved> {
+    let joint_type = joint_type.ok_or(Unresolved::Told)?;
     if !joint_type.has_scalar_coordinates() {
         return Err(no_coordinates(name, joint_type));
     }
@@ -164,23 +164,23 @@ fn joint_dof<'a>(
             let names: Vec<_> = dofs.iter().map(|f| quoted(f.name)).collect();
             let message = format!("joint {} has no coordinate {}", quoted(name), quoted(dof));
             let help = (!names.is_empty()).then(|| format!("it has {}", or(&names)));
-            Err(Trouble::new(message, help))
+            Err(Unresolved::new(message, help))
         }
     }
 }
 
-fn no_coordinates(name: &str, joint_type: JointType) -> Trouble {
+fn no_coordinates(name: &str, joint_type: JointType) -> Unresolved {
     let message = format!(
-        "joint {} of type {} has no coordinate that could be prescribed",
+        "joint {} of type {} has no coordinate to prescribe",
         quoted(name),
         joint_type.symbol()
     );
-    Trouble::new(message, "prescribe the pose of a body instead".to_owned())
+    Unresolved::new(message, "prescribe the pose of a body instead".to_owned())
 }
 
 fn unknown(names: &Names, own: &'static [Field], path: &str) -> (String, Option<String>, bool) {
     if names.body(path).is_some() {
-        let message = format!("{} is a body; one of its coordinates is missing", quoted(path));
+        let message = format!("{} is a body; the name of a coordinate is missing", quoted(path));
         return (message, Some(format!("for example `{path}.x`")), false);
     }
     let (bodies, joints) = (names.body_names(), names.joint_names());
@@ -209,7 +209,7 @@ pub(crate) type Orders = HashMap<BodyId, AngleOrder>;
 pub(crate) fn coordinate(
     meaning: Meaning<'_>,
     orders: &Orders,
-) -> Result<(Coordinate, Measure), Trouble> {
+) -> Result<(Coordinate, Measure), Unresolved> {
     let (body, key) = match meaning {
         Meaning::Joint(joint, joint_type, dof) => {
             let translation = joint_type.dofs().get(dof).is_some_and(|dof| dof.translates());
@@ -228,8 +228,8 @@ pub(crate) fn coordinate(
     }
     let letter = key.strip_prefix('r').and_then(axis_of);
     if letter.is_some() && !order.is_tait_bryan() {
-        return Err(Trouble::new(
-            format!("{} is not one angle: an axis occurs twice in the order", quoted(key)),
+        return Err(Unresolved::new(
+            format!("{} is ambiguous: its axis occurs twice in the order", quoted(key)),
             "name the angles `r1`, `r2`, `r3`".to_owned(),
         ));
     }
@@ -237,7 +237,7 @@ pub(crate) fn coordinate(
     let by_number = ["r1", "r2", "r3"].iter().position(|name| *name == key);
     match by_axis.or(by_number) {
         Some(index) => Ok((Coordinate::Angle { body, order, index }, Measure::Angle)),
-        None => Err(Trouble::new(
+        None => Err(Unresolved::new(
             format!("a body has no coordinate {}", quoted(key)),
             nearest(key, BODY_MOTION.iter().map(|field| field.key))
                 .map(|near| format!("did you mean `{near}`?"))

@@ -1,7 +1,7 @@
 //! Reader of springs.
 
+use super::check_values::check_values;
 use super::context::{Context, Record};
-use super::proofread::proofread;
 use crate::document::{Key, Table};
 use crate::fields::tables::SPRING;
 use crate::source::Span;
@@ -51,7 +51,7 @@ pub(crate) fn read(context: &Context<'_>, key: &Key, table: &Table, what: &str) 
 
 fn spec(record: &Record<'_>, key: &Key) -> Option<SpringSpec> {
     let (Some(from), Some(to)) = (record.text("from"), record.text("to")) else {
-        proofread(record, SPRING);
+        check_values(record, SPRING);
         return None;
     };
     let end = |key: &str| match record.value(key) {

@@ -8,14 +8,14 @@ use stiction_core::kinematics::Target;
 
 /// Kind of interpolation between samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Fill {
+pub(crate) enum Interpolation {
     /// A spline that is as smooth as the given derivatives allow.
     Spline(Given),
     /// Piecewise cubic without overshoot.
     Monotone,
 }
 
-impl Fill {
+impl Interpolation {
     /// Number of columns that it takes.
     pub(crate) fn columns(self) -> usize {
         match self {
@@ -29,7 +29,7 @@ impl Fill {
     pub(crate) fn describe(self, count: usize) -> String {
         match self {
             Self::Spline(given) => given.describe(count),
-            Self::Monotone => monotone::WORDS.to_owned(),
+            Self::Monotone => monotone::DESCRIPTION.to_owned(),
         }
     }
 
@@ -59,18 +59,28 @@ pub(crate) enum Curve {
 
 impl Curve {
     /// Interpolates samples that are all in memory.
-    pub(crate) fn through(fill: Fill, times: &Arc<[f64]>, columns: Vec<Vec<f64>>) -> Self {
-        match fill {
-            Fill::Spline(_) => Self::Spline(Spline::new(times, Samples::new(columns))),
-            Fill::Monotone => Self::of_knots(fill, times, fill.knots(times, columns)),
+    pub(crate) fn through(
+        interpolation: Interpolation,
+        times: &Arc<[f64]>,
+        columns: Vec<Vec<f64>>,
+    ) -> Self {
+        match interpolation {
+            Interpolation::Spline(_) => Self::Spline(Spline::new(times, Samples::new(columns))),
+            Interpolation::Monotone => {
+                Self::of_knots(interpolation, times, interpolation.knots(times, columns))
+            }
         }
     }
 
     /// Makes the function from its knots.
-    pub(crate) fn of_knots(fill: Fill, times: &Arc<[f64]>, knots: Vec<Target<f64>>) -> Self {
-        match fill {
-            Fill::Spline(_) => Self::Spline(Spline::of_knots(times, knots)),
-            Fill::Monotone => Self::Monotone(Monotone::of_knots(times, knots)),
+    pub(crate) fn of_knots(
+        interpolation: Interpolation,
+        times: &Arc<[f64]>,
+        knots: Vec<Target<f64>>,
+    ) -> Self {
+        match interpolation {
+            Interpolation::Spline(_) => Self::Spline(Spline::of_knots(times, knots)),
+            Interpolation::Monotone => Self::Monotone(Monotone::of_knots(times, knots)),
         }
     }
 
@@ -84,8 +94,8 @@ impl Curve {
     }
 
     /// Tests if the spline is long and nevertheless needed one global solution.
-    pub(crate) fn is_stiff(&self) -> bool {
-        matches!(self, Self::Spline(spline) if spline.is_stiff())
+    pub(crate) fn is_global(&self) -> bool {
+        matches!(self, Self::Spline(spline) if spline.is_global())
     }
 
     /// Time of the first sample after `t`, s; `None` after the last.

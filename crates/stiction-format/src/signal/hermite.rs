@@ -116,7 +116,7 @@ pub(crate) struct Spline {
     times: Arc<[f64]>,
     knots: Vec<Target<f64>>,
     /// True if its windows did not agree.
-    is_stiff: bool,
+    is_global: bool,
 }
 
 impl Spline {
@@ -124,28 +124,28 @@ impl Spline {
     pub(crate) fn new(times: &Arc<[f64]>, samples: Samples) -> Self {
         let part =
             |list: &[f64], window: Range<usize>| list.get(window).unwrap_or_default().to_vec();
-        let (parted, is_stiff) = match samples.given() {
+        let (parted, is_global) = match samples.given() {
             Given::Accelerations => (None, false),
             Given::Values | Given::Rates => {
                 let parted = by_windows(times, &samples.values, |window| {
                     samples.part(&window).knots(&part(times, window))
                 });
-                let is_stiff = parted.is_none() && is_long(times.len());
-                (parted, is_stiff)
+                let is_global = parted.is_none() && is_long(times.len());
+                (parted, is_global)
             }
         };
         let knots = parted.unwrap_or_else(|| samples.knots(times));
-        Self { times: Arc::clone(times), knots, is_stiff }
+        Self { times: Arc::clone(times), knots, is_global }
     }
 
     /// The spline with these values, rates and accelerations.
     pub(crate) fn of_knots(times: &Arc<[f64]>, knots: Vec<Target<f64>>) -> Self {
-        Self { times: Arc::clone(times), knots, is_stiff: false }
+        Self { times: Arc::clone(times), knots, is_global: false }
     }
 
     /// Tests if the spline is long and nevertheless needed one global solution.
-    pub(crate) fn is_stiff(&self) -> bool {
-        self.is_stiff
+    pub(crate) fn is_global(&self) -> bool {
+        self.is_global
     }
 
     /// Tests if all knots are finite.

@@ -9,7 +9,7 @@ pub(crate) mod recorded;
 pub(crate) mod samples;
 mod windows;
 
-pub(crate) use curve::{Curve, Fill};
+pub(crate) use curve::{Curve, Interpolation};
 pub(crate) use hermite::Given;
 pub(crate) use windows::{Window, agrees, is_long};
 
@@ -97,10 +97,10 @@ impl Signal {
 
     /// Time, s, up to which a few samples from `t` (s) on resolve the signal: it ends before ramps
     /// and kinks, within the period of a sine, before its peaks, and at samples.
-    pub fn seen_until(&self, t: f64) -> f64 {
+    pub fn resolved_until(&self, t: f64) -> f64 {
         match &self.shape {
             Shape::Constant(_) => f64::INFINITY,
-            Shape::Formula(written) => written.formula.seen_until(t),
+            Shape::Formula(written) => written.formula.resolved_until(t),
             Shape::Curve(curve) => curve.after(t).unwrap_or(f64::INFINITY),
             Shape::Recorded(recording, _) => recording.after(t).unwrap_or(f64::INFINITY),
         }
@@ -127,7 +127,7 @@ impl Signal {
             None => written.value.clone(),
         };
         let message =
-            format!("at t = {} s this is not a finite number", crate::diagnostic::number(t));
+            format!("this is not a finite number at t = {} s", crate::diagnostic::number(t));
         let diagnostic = Diagnostic::error("not-finite", message)
             .at(Place::new(&written.source, span), fault.label)
             .maybe_help(fault.help);
@@ -140,7 +140,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_constant_stands_still() {
+    fn a_constant_has_zero_rate() {
         let signal = Signal::constant(3.0);
         assert_eq!(signal.at(7.0), Target { value: 3.0, rate: 0.0, acceleration: 0.0 });
         assert_eq!(signal.as_constant(), Some(3.0));

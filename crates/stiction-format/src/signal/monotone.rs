@@ -8,7 +8,7 @@ use std::sync::Arc;
 use stiction_core::kinematics::Target;
 
 /// Description of the interpolation.
-pub(crate) const WORDS: &str = "cubic between neighbouring samples, without overshoot (Fritsch and Butland); constant beyond them";
+pub(crate) const DESCRIPTION: &str = "cubic between neighbouring samples, without overshoot (Fritsch and Butland); constant beyond them";
 
 /// Values and slopes at all samples. A slope depends only on the adjacent samples.
 pub(crate) fn knots(times: &[f64], values: &[f64]) -> Vec<Target<f64>> {
@@ -90,7 +90,7 @@ mod tests {
 
     /// A jump between two samples, such as friction at a reversal, causes no overshoot.
     #[test]
-    fn a_jump_does_not_ring() {
+    fn a_jump_causes_no_overshoot() {
         let times: Arc<[f64]> = (0..20).map(|k| f64::from(k) * 0.1).collect();
         let values: Vec<f64> = (0..20).map(|k| if k < 10 { -3.0 } else { 5.0 }).collect();
         let curve = curve(&times, &values);
@@ -111,7 +111,7 @@ mod tests {
 
     /// The error decreases at least with the third power of the sample distance.
     #[test]
-    fn smooth_curves_are_met() {
+    fn convergence_order() {
         let error = |n: i32| {
             let times: Arc<[f64]> = (0..=n).map(|k| f64::from(k) / f64::from(n)).collect();
             let values: Vec<f64> = times.iter().map(|t| t.exp()).collect();
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_met_exactly_and_kept_beyond() {
+    fn samples_are_exact_and_constant_beyond() {
         let times: Arc<[f64]> = [0.0, 0.3, 1.0].into();
         let curve = curve(&times, &[1.0, -2.0, 7.0]);
         for (t, value) in [(-5.0, 1.0), (0.0, 1.0), (0.3, -2.0), (1.0, 7.0), (9.0, 7.0)] {

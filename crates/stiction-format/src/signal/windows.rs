@@ -11,11 +11,11 @@ use std::ops::Range;
 use stiction_core::kinematics::Target;
 
 /// Number of samples in the core of a window.
-const ASKED: usize = 4096;
+const CORE: usize = 4096;
 /// Number of margin samples on either side. Neighbouring windows overlap by twice as many.
 const MARGIN: usize = 96;
 /// Minimum number of samples for more than one window.
-const LONG: usize = 2 * ASKED;
+const LONG: usize = 2 * CORE;
 /// Tolerance where windows meet, in roundings of a value, for a rate times the step or an
 /// acceleration times its square. Both are differences of neighbouring values, magnified some ten
 /// times by the solution; a few unequal steps make that a hundred.
@@ -25,7 +25,7 @@ const ROUNDINGS: f64 = 256.0;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Window {
     /// Core samples: those that the window determines.
-    pub(crate) asked: Range<usize>,
+    pub(crate) core: Range<usize>,
     /// Core and margin samples.
     pub(crate) known: Range<usize>,
 }
@@ -35,23 +35,23 @@ impl Window {
     /// same window as long as [`is_long`] holds for the samples from `begin` on.
     pub(crate) fn at(begin: usize, count: usize) -> Self {
         // The last window includes a remainder that is too short for a window of its own.
-        let end = if is_long(count - begin) { begin + ASKED } else { count };
-        Self { asked: begin..end, known: begin.saturating_sub(MARGIN)..(end + MARGIN).min(count) }
+        let end = if is_long(count - begin) { begin + CORE } else { count };
+        Self { core: begin..end, known: begin.saturating_sub(MARGIN)..(end + MARGIN).min(count) }
     }
 
     /// Index of the first core sample of a window.
     pub(crate) fn begin(index: usize) -> usize {
-        index * ASKED
+        index * CORE
     }
 
     /// Index of the window that determines a sample, among `windows`.
     pub(crate) fn of(sample: usize, windows: usize) -> usize {
-        (sample / ASKED).min(windows.saturating_sub(1))
+        (sample / CORE).min(windows.saturating_sub(1))
     }
 
     /// Number of margin samples before the core.
     pub(crate) fn skip(&self) -> usize {
-        self.asked.start - self.known.start
+        self.core.start - self.known.start
     }
 }
 
@@ -82,7 +82,7 @@ pub(super) fn by_windows(
                 return None;
             }
         }
-        knots.extend(own.get(window.skip()..window.skip() + window.asked.len())?);
+        knots.extend(own.get(window.skip()..window.skip() + window.core.len())?);
     }
     Some(knots)
 }
@@ -139,10 +139,10 @@ mod tests {
     /// The windowed spline equals the global quintic spline: rates times steps and accelerations
     /// times their squares agree within the rounding of the values.
     #[test]
-    fn windows_are_the_whole() {
+    fn windows_equal_the_whole() {
         let steps: [fn(usize) -> f64; 2] = [|_| 1e-3, |k| 1e-3 * [1.0, 0.4, 1.2, 0.7][k % 4]];
         for step in steps {
-            let times = times(3 * ASKED + 17, step);
+            let times = times(3 * CORE + 17, step);
             let values: Vec<f64> = (0..times.len()).map(rough).collect();
             let mut solved = 0;
             let found = by_windows(&times, &values, |window| {
@@ -166,8 +166,8 @@ mod tests {
 
     /// The same comparison for splines with given rates.
     #[test]
-    fn splines_with_rates_are_the_whole() {
-        let times = times(2 * ASKED + 5, |k| 1e-3 * [1.0, 0.4, 1.2, 0.7][k % 4]);
+    fn windows_with_rates_equal_the_whole() {
+        let times = times(2 * CORE + 5, |k| 1e-3 * [1.0, 0.4, 1.2, 0.7][k % 4]);
         let values: Vec<f64> = (0..times.len()).map(rough).collect();
         let rates: Vec<f64> = (0..times.len()).map(|k| 1e3 * rough(k + 7)).collect();
         let spline = Spline::new(&times, Samples::new([values.clone(), rates.clone()]));
@@ -183,7 +183,7 @@ mod tests {
     /// An influence beyond the margin is detected where windows meet.
     #[test]
     fn windows_that_disagree_are_refused() {
-        let times = times(2 * ASKED + 100, |_| 1e-3);
+        let times = times(2 * CORE + 100, |_| 1e-3);
         let values: Vec<f64> = (0..times.len()).map(rough).collect();
         let mut part = 0.0;
         let found = by_windows(&times, &values, |window| {

@@ -1,9 +1,9 @@
-//! The built-in models and their documented properties.
+//! Gallery models: valid, and consistent with reference data.
 
 use stiction_format::{Source, gallery, read};
 
 #[test]
-fn all_models_are_read_without_a_word() {
+fn all_models_are_read_without_warnings() {
     for name in gallery::names() {
         let text = gallery::get(name).unwrap();
         match read(&Source::new(format!("{name}.toml"), text), &|_| Err("no files".into())) {
@@ -27,7 +27,7 @@ mod reference {
         read(&Source::new(format!("{name}.toml"), text), &|_| Err("no files".into())).unwrap()
     }
 
-    /// The rows of a reference file as cells.
+    /// Header and rows of a reference file.
     fn rows(file: &str) -> (Vec<String>, Vec<Vec<String>>) {
         let path = format!("{}/../../reference/{file}", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(path).unwrap();
@@ -38,7 +38,7 @@ mod reference {
         (lines.next().unwrap(), lines.collect())
     }
 
-    /// Actuator forces at an instant of the default motion under a load.
+    /// Actuator efforts at an instant of the default motion under a load.
     fn drives(model: &ModelFile, load: &str, friction: FrictionMode, t: f64) -> Vec<f64> {
         let motion = model.motion(model.default_motion.as_ref().unwrap()).unwrap();
         let coordinates: Vec<_> = motion.coordinates.iter().map(|(c, _)| *c).collect();
@@ -53,7 +53,7 @@ mod reference {
     }
 
     #[test]
-    fn the_3rps_is_that_of_the_reference() {
+    fn the_3rps_agrees_with_the_reference() {
         let model = model("3rps");
         assert_eq!(model.default_friction, Some(FrictionMode::Off));
         let (_, rows) = rows("3rps_symmetric_actuator.csv");
@@ -61,14 +61,14 @@ mod reference {
             let row: Vec<f64> = row.iter().map(|cell| cell.parse().unwrap()).collect();
             let found = drives(&model, "reference", FrictionMode::Off, row[0]);
             for (found, expected) in found.iter().zip(&row[1..]) {
-                // Five programs agree on these numbers of order 100 N to 1e-12.
+                // Five programs agree on these numbers, of order 100 N, within 1e-12.
                 assert!((found - expected).abs() < 1e-10, "{}: {found} {expected}", row[0]);
             }
         }
     }
 
     #[test]
-    fn the_regular_twin_is_that_of_the_reference() {
+    fn the_regular_twin_agrees_with_the_reference() {
         let model = model("zhang2018-regular");
         assert_eq!(model.default_friction, Some(FrictionMode::Converged));
         let (header, rows) = rows("3rps_parallel_axis_regular_L0.csv");
@@ -89,9 +89,9 @@ mod reference {
         }
     }
 
-    /// Along all its motions and under all its loads, with and without friction.
+    /// Power balance along all motions, under all loads, with and without friction.
     #[test]
-    fn the_five_bar_moves() {
+    fn the_five_bar_balances_power() {
         let mut model = model("five-bar");
         for (motion, _) in model.motions.clone() {
             model.default_motion = Some(motion.clone());
@@ -102,7 +102,7 @@ mod reference {
                     for friction in [FrictionMode::Off, FrictionMode::Converged] {
                         let drives = drives(&model, load, friction, t);
                         assert_eq!(drives.len(), 2);
-                        // Two kilograms at a fifth of a metre and some accelerations of gravity.
+                        // Scale: two kilograms at a fifth of a metre and some multiples of gravity.
                         assert!(drives.iter().all(|drive| drive.abs() < 20.0), "{motion} {t}");
                     }
                 }
@@ -111,8 +111,8 @@ mod reference {
     }
 }
 
-/// The benchmark A03, published with numbers in many places; here with those of the test set for
-/// initial value problem solvers.
+/// Andrews' mechanism, benchmark A03; reference numbers from the test set for initial value problem
+/// solvers.
 mod andrews {
     use stiction_core::dynamics::InverseDynamics;
     use stiction_core::kinematics::{Coordinate, Target};
@@ -146,7 +146,7 @@ mod andrews {
         read(&source, &|_| Err("no files".into())).unwrap()
     }
 
-    /// State at the first instant of the default motion.
+    /// Inverse dynamics at the first instant of the default motion.
     fn at_the_start(model: &ModelFile) -> (InverseDynamics, Coordinate) {
         let motion = model.motion("squeeze").unwrap();
         let [(coordinate, _)] = motion.coordinates.as_slice() else { panic!() };
@@ -172,7 +172,7 @@ mod andrews {
         })
     }
 
-    /// Compares angles up to whole turns.
+    /// Compares angles modulo full turns.
     fn assert_angles(found: [f64; 7], expected: [f64; 7], error: f64) {
         for (name, (found, expected)) in NAMES.iter().zip(found.iter().zip(expected)) {
             let difference = (found - expected).rem_euclid(std::f64::consts::TAU);
@@ -182,11 +182,11 @@ mod andrews {
     }
 
     #[test]
-    fn starts_as_the_benchmark_does() {
+    fn initial_state_agrees_with_the_benchmark() {
         let model = model();
         let (mut solver, _) = at_the_start(&model);
         assert_angles(angles(&solver), START, 1e-15);
-        // Accelerations of the joints, rad/s^2.
+        // Joint accelerations, rad/s^2.
         let bodies = solver.bodies();
         let about_z = |joint: &str| {
             let joint = model.mechanism.joint_id(joint).unwrap();
@@ -196,14 +196,14 @@ mod andrews {
         };
         let expected = [14222.4439199541, -10666.8329399656, 0.0, 0.0, 0.0, 0.0, 0.0];
         for (name, expected) in NAMES.iter().zip(expected) {
-            // The reference has fifteen digits: half a unit of the last.
+            // Printed with fifteen digits: tolerance of half a unit in the last.
             assert!((about_z(name) - expected).abs() <= 1e-10, "{name}: {}", about_z(name));
         }
 
         let forces = solver.solve(&[]).unwrap();
-        // Effect of the reference acceleration, of fifteen digits, on the torque.
-        assert!((forces.efforts[0] - 0.033).abs() <= 1e-16 * 10.0, "{}", forces.efforts[0]);
-        // The multipliers are the forces of K2 on the others at the common pin.
+        // Residual torque due to the fifteen digits of the given acceleration.
+        assert!((forces.drives[0] - 0.033).abs() <= 1e-16 * 10.0, "{}", forces.drives[0]);
+        // The multipliers are the forces of K2 on the other bodies at the common pin.
         let expected = [
             ("pin3", [98.5668703962411, -6.12268834425567]),
             ("pin4", [0.0, 0.0]),
@@ -212,13 +212,13 @@ mod andrews {
         for (name, [x, y]) in expected {
             let joint = model.mechanism.joint_id(name).unwrap();
             let (force, _) = forces.reactions[joint.0];
-            // Fifteen digits again, relative to the spring's 99 N.
+            // Fifteen digits again; the scale is the spring force of 99 N.
             assert!((force.x - x).abs() <= 1e-13, "{name}: {force:?}");
             assert!((force.y - y).abs() <= 1e-13, "{name}: {force:?}");
         }
     }
 
-    /// The loops have the benchmark's geometry also far from the initial position.
+    /// The loops have the benchmark's geometry far from the start, too.
     #[test]
     fn passes_through_its_last_position() {
         let model = model();
@@ -229,7 +229,7 @@ mod andrews {
                 targets[0] = Target { value: START[0] + part * rate, rate, acceleration: 0.0 };
             })
             .unwrap();
-        // All digits of the reference, which itself closes the loops to about 1e-13.
+        // All digits of the reference, which is itself a solution to about 1e-13.
         assert_angles(angles(&solver), END, 1e-11);
     }
 }

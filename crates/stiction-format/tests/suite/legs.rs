@@ -9,7 +9,7 @@ fn model(text: &str) -> ModelFile {
         .unwrap_or_else(|diagnostics| panic!("{diagnostics}"))
 }
 
-/// Largest difference of all numbers; everything else must be equal.
+/// Largest difference of all numbers; asserts that everything else is equal.
 fn difference(a: &Mechanism, b: &Mechanism) -> f64 {
     let mut largest = 0.0f64;
     let mut compare = |a: f64, b: f64| largest = largest.max((a - b).abs());
@@ -39,8 +39,8 @@ com = [0, 0, 0]
 inertia = [1, 1, 1]
 "#;
 
-/// Three legs at different angles, one of them heavier, against the same robot written by hand,
-/// with all directions of the ground and the platform rotated by the leg's angle.
+/// Compares three legs at different angles, one of them heavier, with bodies and joints written out
+/// by hand: all directions in the ground and the platform are rotated by the leg's angle.
 #[test]
 fn legs_equal_bodies_and_joints_written_by_hand() {
     let legs = model(&format!(
@@ -136,10 +136,10 @@ turn = {{ xyz = ["20 deg", 0, "-({angle})"] }}
     assert_eq!(bodies, ["heavy.arm", "heavy.forearm"]);
 }
 
-/// With all joint coordinates zero and no `turn`, the last body is parallel to the ground whatever
-/// the leg's angle, and the joint frames follow from `foot` and `tip`.
+/// With all joints at zero and no `turn`, the last body is parallel to the ground, whatever the
+/// leg's angle, and the joint frames follow from `foot` and `tip`.
 #[test]
-fn the_end_of_a_leg_is_turned_back() {
+fn the_end_of_a_leg_is_parallel_to_the_ground() {
     for chain in ["S", "fixed", "R link S"] {
         let text = format!(
             "{HEAD}
@@ -166,9 +166,9 @@ tip = [0, 0, 0]
     }
 }
 
-/// The numbering continues across groups; the `home` of a leg's body is in the rotated frame.
+/// The numbering continues across groups; `home` of a leg's body refers to the rotated frame.
 #[test]
-fn groups_are_numbered_through() {
+fn numbering_continues_across_groups() {
     let text = format!(
         "{HEAD}
 [[legs]]
@@ -197,9 +197,9 @@ tip = [1, 0, 0]
     assert!((home.position - expected).norm() < 1e-15);
 }
 
-/// The order of tables in the file determines the order of bodies and joints and nothing else.
+/// The order of tables in the file determines only the order of bodies and joints.
 #[test]
-fn a_model_is_what_the_builder_makes_of_it() {
+fn a_file_equals_the_builder() {
     use stiction_core::joint::JointType;
     use stiction_core::mechanism::{BodySpec, JointSpec};
     let model = model(
@@ -253,9 +253,9 @@ pitch = "5 mm/rev"
     assert_eq!(model.mechanism, expected);
 }
 
-/// The three forms of a chain describe the same robot, except for the names of the bodies.
+/// The three ways to write a chain give the same robot except for the names of the bodies.
 #[test]
-fn a_chain_may_name_joints_alone() {
+fn a_chain_can_list_only_joints() {
     let legs = |chain: &str, [first, second]: [&str; 2]| {
         model(&format!(
             r#"{HEAD}
@@ -296,9 +296,9 @@ inertia = [1, 1, 1]
     assert_eq!(named.mechanism.joints(), short.mechanism.joints());
 }
 
-/// Differences of one leg in its `place` do not change the other legs.
+/// Individual values of one leg do not change other legs.
 #[test]
-fn one_leg_may_differ_in_anything() {
+fn one_leg_can_differ() {
     let legs = |places: &str| {
         model(&format!(
             r#"{HEAD}
@@ -335,7 +335,7 @@ inertia = [0.1, 0.2, 0.3]
     for (a, b) in a.bodies().iter().zip(b.bodies()) {
         if a.name == "leg2.link1" {
             assert_eq!((a.mass, b.mass), (2.0, 5.0));
-            // A tensor is replaced as a whole; keys that are not given stay.
+            // A tensor is replaced as a whole; other values remain.
             assert_eq!((b.inertia.at(0, 0), b.inertia.at(2, 2), b.com), (1.0, 1.0, a.com));
         } else {
             assert_eq!(a, b);

@@ -1,4 +1,4 @@
-//! All integration tests of this crate in one binary, which links only once.
+//! Tests of the crate in one binary, which is linked once.
 
 mod gallery;
 mod legs;

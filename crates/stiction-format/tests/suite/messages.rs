@@ -1,4 +1,4 @@
-//! Error messages as a user sees them.
+//! Snapshots of error messages.
 
 use stiction_format::{Diagnostics, Source, read};
 
@@ -104,16 +104,16 @@ mod given {
     }
 }
 
-/// The same messages as JSON, for other programs.
+/// Messages in machine-readable form.
 #[test]
 fn messages_as_json() {
     let json = messages("disconnected.toml").to_json();
     insta::assert_snapshot!(serde_json::to_string_pretty(&json).unwrap());
 }
 
-/// Colours do not change the text.
+/// Coloured messages differ from plain ones only by escape sequences.
 #[test]
-fn coloured_messages_say_the_same() {
+fn coloured_messages_differ_only_in_colour() {
     let diagnostics = messages("keys.toml");
     let coloured = diagnostics.render(true);
     assert!(coloured.contains('\u{1b}'));

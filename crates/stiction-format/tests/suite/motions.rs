@@ -98,7 +98,7 @@ motion = "all"
     assert_eq!(model.default_load, None);
 }
 
-/// Angles have the name of their axis if it is unique, and always a number.
+/// Angles are named by axis if that is unique, and always by number.
 #[test]
 fn orders_of_angles() {
     let model = model(
@@ -123,9 +123,9 @@ platform.order = "zxz"
 const RECORDING: &str = "\u{feff}# recorded on a Tuesday\r\n\r\ntime [ms], \"platform.x [mm]\", leg1.P [m], d(leg1.P) [mm/s], platform.r1 [deg]\r\n\
     0, 0, 1, 0, 0\r\n100, 10, 1.1, 2000, 10\r\n# a pause\r\n200, 40, 1.4, 4e3, 20\r\n300, 90, 1.9, 6000, 30\r\n";
 
-/// The samples are on parabolas, which all splines reproduce exactly.
+/// The samples lie on parabolas, which all splines reproduce.
 #[test]
-fn recordings_are_met_at_the_samples_and_between() {
+fn recordings_are_interpolated() {
     let model = model_with(
         "[motions.recorded]\nfile = \"data/motion.csv\"\nplatform.order = \"zyx\"\nstep = \"1 ms\"",
         &[("data/motion.csv", RECORDING)],
@@ -148,7 +148,7 @@ fn recordings_are_met_at_the_samples_and_between() {
         assert!((targets[2].value - (t * 100.0).to_radians()).abs() < 1e-15);
     }
     assert_eq!(motion.at(0.2).next().unwrap().value, 0.04);
-    // The same motion as a separate file.
+    // The same content as a file of its own.
     let source = Source::new("motion.csv", RECORDING);
     let again = model.read_motion(&source, &no_files).unwrap();
     assert_eq!(again.samples, motion.samples);
@@ -208,7 +208,7 @@ leg1.rod.mz = "3 N m"
     assert_eq!(model.read_load(&file).unwrap().wrenches.len(), 1);
 }
 
-/// A signal whose formula fails reports it with its location, even if it was not evaluated before.
+/// A formula that fails reports its place, including at instants that were not checked in advance.
 #[test]
 fn formulas_that_fail_later_explain_themselves() {
     let model = model("[motions.m]\nduration = 1\nplatform.x = \"1 m/(t - 3)\"\n");
@@ -219,9 +219,9 @@ fn formulas_that_fail_later_explain_themselves() {
     assert_eq!(fault.label, "division by zero");
 }
 
-/// A motion without duration is a single pose, in a file and on the command line.
+/// A motion of zero duration is a single pose, in a file and on a command line.
 #[test]
-fn no_duration_is_a_pose() {
+fn zero_duration_is_a_pose() {
     let model =
         model("[motions.pose]\nstart = \"0.5 s\"\nduration = 0\nplatform.x = \"1 m/s*t\"\n");
     let pose = model.motion("pose").unwrap();

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use std::time::{Duration, Instant};
 use stiction_format::{Diagnostics, ModelFile, Source, gallery, read};
 
-/// Reads a text and renders the messages in all formats, whatever the result.
+/// Reads a text and renders any messages in all formats.
 fn attempt(text: &str) -> Result<ModelFile, Diagnostics> {
     let files = |_: &str| Ok("time, A\n0, 1\n1, 2\n".into());
     let result = read(&Source::new("model.toml", text), &files);
@@ -22,7 +22,7 @@ fn attempt(text: &str) -> Result<ModelFile, Diagnostics> {
     result
 }
 
-/// Processor time of this thread. Where the system reports it (Linux), other programs do not count.
+/// CPU time of this thread, so that other programs do not count (Linux).
 fn busy(since: Instant) -> Duration {
     let own = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
     let nanoseconds = own.and_then(|text| text.split(' ').next()?.parse().ok());
@@ -78,7 +78,7 @@ fn odd_texts() {
     }
 }
 
-/// A byte order mark and the line ends of another system do not change a model.
+/// A byte order mark and other line ends do not change a model.
 #[test]
 fn line_ends_do_not_matter() {
     for name in gallery::names() {
@@ -98,7 +98,7 @@ fn line_ends_do_not_matter() {
     }
 }
 
-/// The time for large texts grows linearly; the limits are a hundred times the expected time.
+/// Time grows in proportion to the size; limits are a hundred times the expected time.
 #[test]
 fn large_texts_are_read_or_refused_quickly() {
     let second = Duration::from_secs(10);
@@ -134,8 +134,8 @@ fn large_texts_are_read_or_refused_quickly() {
     takes_less_than(second, &format!("gravity = [\"{}1\", 0, 0]", "1 + ".repeat(400_000)));
 }
 
-/// Deeply nested expressions are read or refused, on a stack of two megabytes, the default of a
-/// thread.
+/// Deeply nested expressions are read or refused on a stack of two megabytes, the default of
+/// threads.
 #[test]
 fn deep_expressions() {
     let deep = |open: &str, close: &str| {
@@ -177,10 +177,10 @@ fn deep_expressions() {
     }
 }
 
-/// A model cannot give a number of legs, so a short file makes a small robot. Names that refer to
-/// each other many times are computed once.
+/// The number of legs is not a parameter, so that a short file makes a small robot; parameters that
+/// are used many times are evaluated once.
 #[test]
-fn short_texts_stay_small() {
+fn short_texts_make_small_models() {
     let doubling: String =
         (1..200).map(|k| format!("p{k} = \"p{} + p{}\"\n", k - 1, k - 1)).collect();
     takes_less_than(Duration::from_secs(10), &format!("[parameters]\np0 = 1e-30\n{doubling}"));

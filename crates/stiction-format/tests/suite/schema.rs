@@ -1,4 +1,4 @@
-//! The JSON schema accepts the same files as the reader and contains all keys.
+//! The JSON schema accepts the files that the reader accepts, and contains all keys.
 
 use serde_json::{Value, json};
 use stiction_format::{gallery, json_schema};
@@ -58,9 +58,9 @@ fn unknown_keys_and_wrong_types_are_not() {
     assert!(!validator.is_valid(&missing));
 }
 
-/// Every key of the format has a description in the schema.
+/// Every key has a description in the schema.
 #[test]
-fn everything_is_described() {
+fn every_key_is_described() {
     fn walk(schema: &Value, path: &str, silent: &mut Vec<String>) {
         if let Some(properties) = schema.get("properties").and_then(Value::as_object) {
             for (key, property) in properties {

@@ -1,4 +1,4 @@
-//! Recordings read piece by piece equal the same recordings read as a whole.
+//! Recordings read in pieces equal those read as a whole.
 
 use std::fmt::Write;
 use std::sync::{Arc, Mutex};
@@ -23,7 +23,7 @@ axis = "x"
 actuated = true
 "#;
 
-/// A file that returns a few bytes at a time and that the test may change.
+/// A file that returns a few bytes at a time and can be changed by other threads.
 #[derive(Debug)]
 struct Bytes(Mutex<Vec<u8>>);
 
@@ -56,17 +56,18 @@ fn drives(contents: Contents) -> Result<Drives, Diagnostics> {
     robot().parse_drives(&Source::new("--drives", "drives.csv"), &files)
 }
 
-/// Irregular values, so that a skipped sample would be detected.
+/// Rough values, so that a missing sample would show.
 fn rough(k: usize) -> f64 {
     ((k * k) as f64 * 0.618).sin()
 }
 
-/// Steps that differ from their neighbours by a factor of at most three.
+/// Steps between which neighbours differ by at most a factor of three.
 fn uneven(k: usize) -> f64 {
     1e-3 * [1.0, 0.4, 1.2, 0.7][k % 4]
 }
 
-/// A recording of two coordinates, the second in millimetres, with the given number of derivatives.
+/// A recording of two coordinates, the second in millimetres, with the given numbers of
+/// derivatives.
 fn recording(count: usize, [first, second]: [usize; 2], step: fn(usize) -> f64) -> String {
     let name = |name: &str, unit: &str, derivatives: usize| {
         let all = [
@@ -125,9 +126,9 @@ fn assert_same(text: &str) {
     }
 }
 
-/// Too few samples for a spline, for windows, for a second window, and more.
+/// Counts around the minima for a spline, for windows and for further windows.
 #[test]
-fn pieces_are_the_whole_to_the_last_bit() {
+fn pieces_equal_the_whole_to_the_last_bit() {
     for count in [2, 3, 6, 7, 8191, 8192, 8193, 12_287, 12_288, 20_001] {
         assert_same(&recording(count, [0, 1], uneven));
     }
@@ -145,16 +146,15 @@ fn ends_of_lines_comments_and_marks_do_not_matter() {
     assert_same(&format!("{text}\n\n# the end"));
 }
 
-/// If each step is a fifth shorter than the previous one, for the length of a window's margin
-/// behind the first window, the missing data affect the end of the window: the recording is solved
-/// as a whole, and the result says so.
+/// Where steps shrink by a fifth from one to the next over the whole margin of the first window,
+/// samples beyond the margin matter: the spline is computed globally, and the description says so.
 #[test]
-fn what_cannot_be_solved_in_parts_is_solved_at_once() {
+fn very_unequal_steps_are_solved_globally() {
     let steps = |k: usize| 1e-3 * 1.25_f64.powi(-(k as i32 - 4096).clamp(0, 96));
     let text = recording(9000, [0, 1], steps);
     let stored = motion(Contents::Stored(store(&text))).unwrap();
     let words = stored.interpolation.unwrap();
-    assert!(words.contains("solved for all samples at once"), "{words}");
+    assert!(words.contains("computed for all samples at once"), "{words}");
     assert_same(&text);
 }
 
@@ -174,7 +174,7 @@ fn efforts_are_the_same() {
     }
 }
 
-/// Messages are identical, including locations and excerpts.
+/// Messages are equal, including places and excerpts.
 fn assert_same_complaint(text: &str) -> String {
     let whole = motion(text.into()).unwrap_err();
     let stored = motion(Contents::Stored(store(text))).unwrap_err();
@@ -205,17 +205,17 @@ fn defects_have_the_same_places() {
             }
         }
     }
-    // A row at the beginning of a page, whatever the page size: every row is wrong.
+    // With an error in every row, some row begins a page, whatever the size of pages.
     assert_same_complaint(&good.replace(", 0", ", o"));
-    // The wrong unit is reported on the first page, the wrong time on the last.
+    // The wrong unit is reported on the first page, the time on the last.
     let late = with_row(&good, count, "0, 1, 2").replace("[mm]", "[kg]");
     assert!(assert_same_complaint(&late).contains("motion.csv:20001:1"));
     assert_same_complaint(&with_row(&good.replace("[rad]", "[deg]"), 9000, "9, 1000, 1"));
 }
 
-/// A value that is not finite is not also reported as a wrapped angle.
+/// A cell that is not a number is not also reported as a wrapped angle.
 #[test]
-fn what_is_no_number_is_told_once() {
+fn an_invalid_number_is_reported_once() {
     let good = recording(10, [0, 0], |_| 1e-3);
     let whole = |text: String| motion(Contents::from(text));
     assert!(good.starts_with("time") && whole(good.clone()).is_ok(), "{good}");
@@ -231,7 +231,7 @@ fn what_is_no_number_is_told_once() {
 }
 
 #[test]
-fn what_is_no_recording_is_told_as_before() {
+fn invalid_recordings_are_reported() {
     let rows = recording(9000, [0, 0], uneven);
     let (header, samples) = rows.split_once('\n').unwrap();
     for text in ["", "\n\n", "# nothing\n", header, &format!("{header}\n0, 1, 2\n"), samples] {
@@ -240,13 +240,13 @@ fn what_is_no_recording_is_told_as_before() {
     assert_same_complaint(&format!("# {}\n", "x\n# ".repeat(200_000)));
     assert_same_complaint(&format!("{rows}\n1, x, 2\n\0"));
     assert_same_complaint(&rows.replace(',', ";"));
-    // No finite spline interpolates these values.
+    // The spline through these samples is not finite.
     let steep = |k: usize| if k < 5000 { 1e-3 } else { f64::MIN_POSITIVE };
     assert_same_complaint(&recording(9000, [1, 1], steep));
 }
 
 #[test]
-fn what_is_no_text_is_told_with_its_place() {
+fn invalid_text_is_reported_with_its_place() {
     let why = |bytes: &[u8]| {
         let store = Arc::new(Bytes(Mutex::new(bytes.to_vec())));
         motion(Contents::Stored(store)).unwrap_err().to_string()
@@ -261,15 +261,15 @@ fn what_is_no_text_is_told_with_its_place() {
     assert!(why(endless.as_bytes()).contains("line 1 has more than 1048576 bytes"));
 }
 
-/// A file that changed between two reads gives no values.
+/// A file that has changed when it is read again is refused.
 #[test]
 fn a_file_that_changes_is_refused() {
     let text = recording(20_000, [0, 0], uneven);
     let middle = text.match_indices('\n').nth(10_000).unwrap().0;
-    /// Changes bytes around the middle.
+    /// Overwrites bytes around the middle.
     type Change = fn(&mut Vec<u8>, usize);
     let changes: [(&str, Change); 4] = [
-        // Changes a digit of a time in the middle to another digit.
+        // A digit of a time in the middle, which remains a number.
         ("it has changed", |bytes, middle| bytes[middle + 1] ^= 1),
         ("it has changed", |bytes, middle| bytes[middle + 1] = b'x'),
         ("it has changed", |bytes, middle| bytes[middle + 1] = 0xff),
@@ -282,12 +282,12 @@ fn a_file_that_changes_is_refused() {
         let (_, signal) = &motion.coordinates[0];
         assert!(signal.at(start).value.is_finite());
         change(&mut store.0.lock().unwrap(), middle);
-        // The cached piece is that of the original file.
+        // The piece in memory is that of the original file.
         assert!(signal.fault_at(start).is_none());
         let fault = signal.fault_at(middle_time).unwrap();
         assert!(fault.message.contains(why), "{}", fault.message);
         assert_eq!(fault.place.unwrap().source.name, "motion.csv");
-        // From now on there are no values, not even from readable parts.
+        // After the error no value is returned, including those that could be read.
         assert!(signal.at(start).value.is_nan() && signal.at(middle_time).value.is_nan());
         let samples = motion.samples.as_ref().unwrap();
         assert!(samples.at(0).is_nan());
@@ -295,9 +295,9 @@ fn a_file_that_changes_is_refused() {
     }
 }
 
-/// Data appended to the file do not matter: the recording is the part that was read first.
+/// Text appended after the end is ignored.
 #[test]
-fn a_file_that_grows_is_what_it_was() {
+fn appended_text_is_ignored() {
     let text = recording(9000, [0, 0], uneven);
     let store = store(&text);
     let stored = motion(Contents::Stored(Arc::clone(&store) as Arc<dyn Store>)).unwrap();
@@ -308,7 +308,7 @@ fn a_file_that_grows_is_what_it_was() {
     }
 }
 
-/// Threads follow two recordings at different instants; there are more threads than cached pieces.
+/// Threads that use two recordings at different places, more of them than pieces are kept.
 #[test]
 fn threads_do_not_disturb_each_other() {
     let texts = [recording(60_000, [0, 0], uneven), recording(45_000, [1, 0], |_| 1e-3)];
@@ -330,11 +330,11 @@ fn threads_do_not_disturb_each_other() {
     });
 }
 
-/// Only recordings may exceed the size limit of a complete read.
+/// Only recordings can be longer than the limit for whole texts.
 #[test]
-fn a_table_is_read_as_a_whole() {
+fn only_recordings_can_be_long() {
     let files = |_: &str| Ok(Contents::Stored(store("A = 1")));
     let given = Source::new("--motion", "motion.toml");
     let refused = robot().parse_motion(&given, &files).unwrap_err().to_string();
-    assert!(refused.contains("only recordings (CSV) may be this long"), "{refused}");
+    assert!(refused.contains("only recordings (CSV) can be this long"), "{refused}");
 }

@@ -302,7 +302,7 @@ impl Inputs for Acting<'_> {
             .chain(efforts.iter().map(|(_, signal)| signal))
             .chain(whole.map(|(_, signal)| signal))
             .chain(own)
-            .map(|signal| signal.seen_until(time))
+            .map(|signal| signal.resolved_until(time))
             .fold(f64::INFINITY, f64::min)
     }
 

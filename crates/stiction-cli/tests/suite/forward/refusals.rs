@@ -21,7 +21,7 @@ fn wrong_input_is_told_with_a_way_out() {
         (&["forward", "--drives", "times.csv"], &["time does not increase"]),
         (&["forward", "--drives", "names.csv"], &["joint `leg1.R` has no actuator"]),
         (&["forward", "--drives", "units.csv"], &["N, kN"]),
-        (&["forward", "--drives", "nothing.toml"], &["no actuator is given an effort", "leg1.P"]),
+        (&["forward", "--drives", "nothing.toml"], &["no actuator has an effort", "leg1.P"]),
         (&["forward", "--drives", "late.csv"], &["late.csv begin at 0.5 s", "start at 0 s"]),
         (
             &["forward", "--drives", "leg1.P = 3 N", "--hold", "leg1.P"],

@@ -11,7 +11,7 @@ use crate::source::Span;
 impl Parser<'_> {
     pub(super) fn unclosed(&self, open: Span) -> Fault {
         match self.kind() {
-            TokenKind::End => Fault::new(open, "this `(` is never closed", "opened here"),
+            TokenKind::End => Fault::new(open, "this `(` is not closed", "opened here"),
             _ => self.left_over(),
         }
     }
@@ -22,15 +22,13 @@ impl Parser<'_> {
         let word = self.word_at(0);
         match self.kind() {
             TokenKind::Symbol(')') => {
-                Fault::new(span, "this `)` closes nothing", "no `(` before it")
+                Fault::new(span, "this `)` has no matching `(`", "no `(` before it")
             }
-            TokenKind::Symbol(',') => {
-                Fault::new(span, "a comma has no meaning here", "expected an operator")
-                    .help("decimals are written with a point: 0.5")
-            }
+            TokenKind::Symbol(',') => Fault::new(span, "unexpected comma", "expected an operator")
+                .help("write decimals with a point: 0.5"),
             TokenKind::Name if unit::find(word).is_some() => {
-                Fault::new(span, "a unit stands only right behind a number", "expected an operator")
-                    .help(format!("write `* 1 {word}`"))
+                Fault::new(span, "a unit can only follow a number", "expected an operator")
+                    .help(format!("to multiply by the unit, write `* 1 {word}`"))
             }
             TokenKind::Name if reserved(word).is_none() && self.scope.find(word).is_none() => {
                 self.unknown(true)

@@ -81,7 +81,7 @@ pub(crate) fn parse(text: &str, scope: &dyn Scope, time: bool) -> Result<Program
     let tokens = tokens(text)?;
     let mut parser = Parser { text, tokens, at: 0, scope, time, steps: Vec::new(), depth: 0 };
     if parser.kind() == TokenKind::End {
-        return Err(Fault::new(0..text.len(), "the expression is empty", "nothing stands here"));
+        return Err(Fault::new(0..text.len(), "the expression is empty", "expected an expression"));
     }
     parser.sum()?;
     match parser.kind() {
@@ -204,7 +204,7 @@ impl<'a> Parser<'a> {
                 let value = scale.apply_to_digits(digits);
                 let span = span.start..self.before();
                 if !value.is_finite() {
-                    let label = "numbers end at about 1.8e308";
+                    let label = "the greatest number is about 1.8e308";
                     return Err(Fault::new(span, "the number is too large", label));
                 }
                 self.emit(Op::Number(value, dimension), span);
@@ -237,7 +237,7 @@ impl<'a> Parser<'a> {
             TokenKind::End => {
                 return Err(Fault::new(
                     span,
-                    "the expression ends too early",
+                    "the expression is incomplete",
                     "expected a number or a name",
                 ));
             }
@@ -287,13 +287,13 @@ impl<'a> Parser<'a> {
         if count < least || count > most {
             let arguments =
                 |n: usize| if n == 1 { "1 argument".into() } else { format!("{n} arguments") };
-            let wanted = match (least, most) {
+            let expected = match (least, most) {
                 (least, most) if least == most => arguments(least),
                 (least, _) => format!("at least {}", arguments(least)),
             };
             return Err(Fault::new(
                 span.start..self.before(),
-                format!("`{name}` takes {wanted}"),
+                format!("`{name}` takes {expected}"),
                 format!("{} given", arguments(count)),
             )
             .help(format!("write `{}`", function.usage())));
@@ -316,7 +316,7 @@ impl<'a> Parser<'a> {
                 return Err(Fault::new(
                     span,
                     "`t` (the time) has a meaning only in motions and loads",
-                    "this number does not change in time",
+                    "this value cannot depend on time",
                 ));
             }
             self.emit(Op::Time, span);

@@ -65,10 +65,10 @@ impl Parser<'_> {
             if divided {
                 return Err(Fault::new(
                     self.span(),
-                    "it is not clear what this unit is divided by",
-                    "after a `/` in a unit only one unit may follow",
+                    "this quotient of units is ambiguous",
+                    "only one unit can follow a `/`",
                 )
-                .help("use parentheses, as in `N/(m s)`, or put the units above first: `N s/m`"));
+                .help("use parentheses, as in `N/(m s)`, or put the numerator first: `N s/m`"));
             }
             divided |= below;
             self.at += 1;
@@ -77,7 +77,7 @@ impl Parser<'_> {
             let (Some(power), Some(product)) = (power, scale.times(unit.scale, exponent)) else {
                 let span = span.start..self.before();
                 let label = "expected a power such as 2 or -1";
-                return Err(Fault::new(span, "this power of a unit makes no unit", label));
+                return Err(Fault::new(span, "this power of a unit is not a unit", label));
             };
             (scale, dimension) = (product, power);
         }
@@ -94,7 +94,7 @@ impl Parser<'_> {
         let (TokenKind::Number, Ok(power)) = (self.kind(), power) else {
             return Err(Fault::new(
                 self.span(),
-                "the power of a unit is a number",
+                "the power of a unit must be a number",
                 "expected a number such as 2",
             ));
         };

@@ -1,23 +1,22 @@
-//! What drives actuators: efforts, controllers.
+//! Actuator efforts and controllers.
 
 use crate::expression::Measure::{Damping, Force, Frequency, Length, Number, Stiffness, Time};
 use crate::fields::Shape::{Choice, Quantity, Text};
 use crate::fields::{Field, field, required};
 
-/// Efforts of actuators, besides the actuators.
-pub(crate) const DRIVES: &[Field] = &[field("title", Text, "One line that says what they are.")];
+/// Keys of actuator efforts, without the actuators.
+pub(crate) const DRIVES: &[Field] = &[field("title", Text, "One-line description.")];
 
-/// A controller, besides its actuators.
+/// Keys of a controller, without its actuators.
 pub(crate) const CONTROL: &[Field] = &[
-    field("title", Text, "One line that says what it is."),
-    required("type", Choice(CONTROL_TYPES), "How efforts follow from what is measured."),
+    field("title", Text, "One-line description."),
+    required("type", Choice(CONTROL_TYPES), "Control law."),
     field(
         "friction",
         Choice(FEED_MODES),
-        "Whether computed torque contains friction, and for which motion: off (the default), reference, \
-         measured.",
+        "Motion for which computed torque compensates friction: off (the default), reference, measured.",
     ),
-    field("period", Quantity(Time), "Time between two samples of the controller; by default 1 ms."),
+    field("period", Quantity(Time), "Sampling period; by default 1 ms."),
     field(
         "bandwidth",
         Quantity(Frequency),
@@ -27,23 +26,23 @@ pub(crate) const CONTROL: &[Field] = &[
     field(
         "rate",
         Choice(RATE_MODES),
-        "Whether rates are measured, or differences of two measured positions; the default, with a \
-         `resolution`.",
+        "Source of rates: measured, or difference of two measured positions (the default with a \
+         `resolution`).",
     ),
-    field("kp", Quantity(Stiffness), "Effort for an error of position, by `type = \"pd\"`."),
-    field("kd", Quantity(Damping), "Effort for an error of the rate, by `type = \"pd\"`."),
-    field("resolution", Quantity(Length), "Step of the measured position; by default none."),
-    field("limit", Quantity(Force), "Greatest effort; by default none."),
+    field("kp", Quantity(Stiffness), "Position gain of a controller of type pd."),
+    field("kd", Quantity(Damping), "Rate gain of a controller of type pd."),
+    field("resolution", Quantity(Length), "Resolution of the measured position; by default none."),
+    field("limit", Quantity(Force), "Effort limit; by default none."),
 ];
 
-/// What may stand behind the name of an actuator in a controller.
+/// Settings of a controller for one actuator.
 pub(crate) const CHANNEL: &[&str] = &["kp", "kd", "resolution", "limit"];
 
 /// Types of controllers.
 const CONTROL_TYPES: &[&str] = &["pd", "computed-torque"];
 
-/// Where computed torque takes friction from.
+/// Motions for which computed torque compensates friction.
 const FEED_MODES: &[&str] = &["off", "reference", "measured"];
 
-/// How rates are measured.
+/// Kinds of rate measurement.
 const RATE_MODES: &[&str] = &["measured", "difference"];

@@ -10,8 +10,8 @@ const MU: Field = field("mu", Quantity(Number), "Coulomb coefficient, at least 0
 const MU_STATIC: Field = field(
     "mu_static",
     Quantity(Number),
-    "Coefficient at rest, at least `mu`; by default as while sliding. With `stribeck_velocity` that of \
-     the slowest sliding, too.",
+    "Static coefficient, at least `mu`; by default equal to it. With `stribeck_velocity` also the limit \
+     of the sliding coefficient at zero speed.",
 );
 const VISCOUS: Field = field(
     "viscous",
@@ -22,8 +22,8 @@ const VISCOUS: Field = field(
 const STRIBECK_VELOCITY: Field = field(
     "stribeck_velocity",
     Quantity(Speed),
-    "Sliding speed by which the coefficient has come down from `mu_static` to `mu`, but for 1/e of the \
-     difference; greater than 0.",
+    "Sliding speed at which the difference between the coefficient and `mu` is 1/e of `mu_static - mu`; \
+     greater than 0.",
 );
 const STRIBECK_EXPONENT: Field = field(
     "stribeck_exponent",
@@ -33,24 +33,24 @@ const STRIBECK_EXPONENT: Field = field(
 const TABLE: Field = field(
     "table",
     Pairs(Speed, Number),
-    "Coefficients over the sliding speed, instead of `mu`: rows [speed, coefficient] from the speed 0 \
-     upwards, two or more, straight between them, constant beyond the last.",
+    "Coefficient as a function of the sliding speed, instead of `mu`: two or more rows [speed, \
+     coefficient] from the speed 0 upwards; linear between rows, constant beyond the last.",
 );
 const LAW: Field = field(
     "law",
     Choice(FRICTION_LAWS),
-    "The kind of friction; by default what the other keys amount to, coulomb or stribeck. \
-     Inverse dynamics takes laws with a state (dahl, lugre) as in steady sliding.",
+    "Friction law; by default coulomb or stribeck, depending on the other keys. Inverse dynamics \
+     evaluates laws with a state (dahl, lugre) in steady sliding.",
 );
 const SIGMA0: Field = field(
     "sigma0",
     Quantity(PerLength),
-    "Stiffness of the bristles of Dahl's law and of the LuGre model, for each newton of load.",
+    "Bristle stiffness of Dahl's law and of the LuGre model, per newton of normal force.",
 );
 const SIGMA1: Field = field(
     "sigma1",
     Quantity(PerSpeed),
-    "Damping of the bristles of the LuGre model, for each newton of load.",
+    "Bristle damping of the LuGre model, per newton of normal force.",
 );
 const SIGMA2: Field = field(
     "sigma2",
@@ -60,68 +60,68 @@ const SIGMA2: Field = field(
 const REGULARISED: Field = field(
     "regularised",
     Choice(&["tanh"]),
-    "The coefficient is multiplied by tanh(speed / `regularisation_velocity`): nothing sticks, it \
-     creeps.",
+    "Multiplies the coefficient by tanh(speed / `regularisation_velocity`). Such an interface creeps \
+     instead of sticking.",
 );
 const REGULARISATION_VELOCITY: Field = field(
     "regularisation_velocity",
     Quantity(Speed),
-    "The sliding speed of the regularisation, greater than 0; required with it.",
+    "Sliding speed of the regularisation, greater than 0; required with `regularised`.",
 );
 const BACKWARD: Field = field(
     "backward",
     Table(BACKWARD_LAW),
-    "What is different where the contact slides backward; not for a ball or a plate.",
+    "Values that differ for backward sliding; not for a ball or a plate.",
 );
 const RADIUS: Field = field(
     "radius",
     Quantity(Length),
     "Radius of the pin or ball, mean radius of the thread's flanks, effective radius of a plate, \
-     greater than 0; required where a contact turns, refused where it slides straight.",
+     greater than 0; required for interfaces that turn, not allowed for those that translate.",
 );
 const BENDING_SPAN: Field = field(
     "bending_span",
     Quantity(Length),
-    "Distance of the two supports of a pin, guide or nut, or across a plate: bending moments then load \
-     the surface with twice the moment over it. Greater than 0.",
+    "Distance between the two supports of a pin, guide or nut, or across a plate. A bending moment then \
+     adds a normal force of twice the moment over this distance. Greater than 0.",
 );
 const COLLAR_RADIUS: Field = field(
     "collar_radius",
     Quantity(Length),
-    "Radius at which a collar takes the axial force of a pin, at least 0.",
+    "Radius at which a collar carries the axial force of a pin, at least 0.",
 );
 const TORSION_ARM: Field = field(
     "torsion_arm",
     Quantity(Length),
-    "Arm at which a guide takes the moment about its axis, greater than 0.",
+    "Lever arm at which a guide carries the moment about its axis, greater than 0.",
 );
 const PRELOAD: Field = field(
     "preload",
     Quantity(Force),
-    "Constant load on the sliding surface, at least 0; by default 0.",
+    "Constant normal force on the sliding surface, at least 0; by default 0.",
 );
 const COMBINE: Field = field(
     "combine",
     Choice(&["sum", "pads", "root-sum-square"]),
-    "How the parts of the load add: all together (the default), lateral force and bending moment at \
-     each of two pads, or as the root of their squares.",
+    "Combination of the parts of the normal force: their sum (the default), lateral force and bending \
+     moment combined at each of two pads, or the root of the sum of squares.",
 );
 const SUPPORTS: Field = field(
     "supports",
     Choice(&["from", "to"]),
-    "The body on which both supports are, half of `bending_span` before and behind its joint origin; \
-     by default `from`.",
+    "Body with both supports, half of `bending_span` before and behind its joint origin; by default \
+     `from`.",
 );
 const GLAND: Field = field(
     "gland",
     Quantity(Length),
-    "Place of a single support on `from`, along the axis from the joint's origin; with `piston` \
-     instead of `bending_span`.",
+    "Position of a single support on `from`, along the axis from the joint's origin; together with \
+     `piston`, instead of `bending_span`.",
 );
 const PISTON: Field = field(
     "piston",
     Quantity(Length),
-    "Place of a single support on `to`, along the axis from the joint's origin there.",
+    "Position of a single support on `to`, along the axis from the joint's origin there.",
 );
 const FLANK_ANGLE: Field = field(
     "flank_angle",
@@ -132,18 +132,18 @@ const FLANK_ANGLE: Field = field(
 const SMOOTHING: Field = field(
     "smoothing",
     Quantity(Force),
-    "Rounds off the corner of the load where its parts vanish: sqrt(x^2 + smoothing^2) - smoothing. By \
-     default the corner is sharp.",
+    "Smooths each part x of the normal force near zero: sqrt(x^2 + smoothing^2) - smoothing. By default \
+     0, no smoothing.",
 );
 
 /// Friction laws by name.
 const FRICTION_LAWS: &[&str] = &["coulomb", "stribeck", "exponential", "dahl", "lugre"];
 
-/// What may be different while sliding backward.
+/// Values that can differ for backward sliding.
 pub(crate) const BACKWARD_LAW: &[Field] =
     &[MU, MU_STATIC, VISCOUS, STRIBECK_VELOCITY, STRIBECK_EXPONENT, TABLE];
 
-/// One sliding contact.
+/// A friction interface.
 pub(crate) const INTERFACE: &[Field] = &[
     LAW,
     MU,
@@ -171,12 +171,12 @@ pub(crate) const INTERFACE: &[Field] = &[
     SMOOTHING,
 ];
 
-/// Contacts of joints that have two of them.
+/// Interfaces of joints with two of them.
 const PARTS: &[Field] = &[
-    field("first", Table(INTERFACE), "What is different at the first axis of a U joint."),
-    field("second", Table(INTERFACE), "What is different at the second axis of a U joint."),
-    field("angle", Table(INTERFACE), "What is different at the turning contact of a C joint."),
-    field("slide", Table(INTERFACE), "What is different at the sliding contact of a C joint."),
+    field("first", Table(INTERFACE), "Values that differ at the first axis of a U joint."),
+    field("second", Table(INTERFACE), "Values that differ at the second axis of a U joint."),
+    field("angle", Table(INTERFACE), "Values that differ at the turning interface of a C joint."),
+    field("slide", Table(INTERFACE), "Values that differ at the sliding interface of a C joint."),
 ];
 
 /// The friction of a joint.

@@ -33,7 +33,7 @@ const X_AXIS: Field = field(
     "x_axis",
     Axis,
     "Direction x of the joint's frame, in the frame of `from`, at right angles to `axis`. By default \
-     the smallest turn that takes z to the axis takes x to it.",
+     the smallest rotation that takes z to the axis takes x to it.",
 );
 const TURN: Field = field(
     "turn",
@@ -43,12 +43,12 @@ const TURN: Field = field(
 const ACTUATED: Field = field(
     "actuated",
     Actuated,
-    "Whether the joint is driven; or the names of its driven freedoms.",
+    "`true` if the joint has an actuator, or the names of its actuated degrees of freedom; by default false.",
 );
 const START: Field = field(
     "start",
     Start,
-    "First guess of the coordinates, for the assembly: one quantity (R, P, H), a list (C: [angle, \
+    "Initial guess of the coordinates, for the assembly: one quantity (R, P, H), a list (C: [angle, \
      slide], U: [first, second], E: [x, y, angle]), a rotation (S), a pose (free).",
 );
 const PITCH: Field = field(
@@ -57,36 +57,32 @@ const PITCH: Field = field(
     "Advance of an H joint, for example \"5 mm/rev\"; required there.",
 );
 const FRICTION: Field =
-    field("friction", Table(JOINT_FRICTION), "Friction that grows with the joint's own reaction.");
+    field("friction", Table(JOINT_FRICTION), "Friction that depends on the joint's own reaction.");
 const COMPLIANCE: Field = field(
     "compliance",
     Table(JOINT_COMPLIANCE),
-    "How much the joint gives under load: it decides how redundant constraints share a load.",
+    "Compliance of the joint, which determines how redundant constraints share a load.",
 );
 
-/// What a joint gives to.
+/// Compliances of a joint.
 pub(crate) const JOINT_COMPLIANCE: &[Field] = &[
     field(
         "radial",
         Quantity(Compliance),
-        "Displacement across the axis for each unit of force; of an S joint in all directions. At \
-         least 0, as all of these; by default 0, rigid.",
+        "Displacement perpendicular to the axis per unit of force; of an S joint in all directions. All \
+         compliances are at least 0; by default 0, rigid.",
     ),
-    field("axial", Quantity(Compliance), "Displacement along the axis for each unit of force."),
-    field(
-        "bending",
-        Quantity(AngularCompliance),
-        "Angle by which the axis tilts for each unit of moment.",
-    ),
+    field("axial", Quantity(Compliance), "Displacement along the axis per unit of force."),
+    field("bending", Quantity(AngularCompliance), "Tilt angle of the axis per unit of moment."),
     field(
         "torsional",
         Quantity(AngularCompliance),
-        "Angle of twist about the axis for each unit of moment; of a U joint about the common normal \
-         of its axes.",
+        "Angle of twist about the axis per unit of moment; of a U joint about the common normal of \
+         its axes.",
     ),
 ];
 
-/// What a joint is and what it connects.
+/// Type of a joint and the bodies that it connects.
 const ENDS: &[Field] = &[
     required(
         "type",
@@ -94,8 +90,8 @@ const ENDS: &[Field] = &[
         "R revolute, P prismatic, H helical, C cylindrical, U universal, S spherical, E planar, fixed, \
          free.",
     ),
-    required("from", Name, "The predecessor: the reaction is that of this body on `to`."),
-    required("to", Name, "The successor: the body on the other side."),
+    required("from", Name, "The predecessor: joint reactions are those of this body on `to`."),
+    required("to", Name, "The successor."),
 ];
 
 /// A joint.

@@ -9,19 +9,19 @@ use crate::fields::{Field, field, required};
 const FOOT: Field = field(
     "foot",
     Vector(Length),
-    "Origin of the leg's first joint, in the frame of `from` turned by the leg's angle.",
+    "Origin of the leg's first joint, in the frame of `from` rotated by the leg's angle.",
 );
 const TIP: Field = field(
     "tip",
     Vector(Length),
-    "Origin of the leg's last joint, in the frame of `to` turned by the leg's angle.",
+    "Origin of the leg's last joint, in the frame of `to` rotated by the leg's angle.",
 );
 const LEG_JOINTS: Field = field(
     "joints",
     Named(LEG_JOINT),
-    "The joints of the chain by their letter, or letter and number (R1, R2) where one occurs twice.",
+    "Joints of the chain by letter, or by letter and number (R1, R2) if a letter occurs twice.",
 );
-const LEG_BODIES: Field = field("bodies", Named(BODY), "The bodies of the chain by their names.");
+const LEG_BODIES: Field = field("bodies", Named(BODY), "Bodies of the chain by name.");
 
 /// A group of equal legs.
 pub(crate) const LEGS: &[Field] = &[
@@ -29,24 +29,24 @@ pub(crate) const LEGS: &[Field] = &[
         "chain",
         Text,
         "Joints and the bodies between them, from `from` to `to`: \"R cylinder P* rod S\"; * means \
-         actuated. Or the joints alone, \"R P* S\": their bodies are then those of `between`, or are \
-         called link1, link2 and so on.",
+         actuated. Or joints only, \"R P* S\": the names of the bodies are then those of `between`, or \
+         link1, link2 and so on.",
     ),
     field(
         "between",
         Names,
-        "The bodies between the joints of a chain that names joints alone: [\"cylinder\", \"rod\"].",
+        "Bodies between the joints of a chain that lists only joints: [\"cylinder\", \"rod\"].",
     ),
-    field("from", Name, "The body from which the legs start; by default the ground."),
-    required("to", Name, "The body to which they lead."),
-    field("about", Axis, "Axis of the placing turns; by default z."),
+    field("from", Name, "Body from which the legs start; by default the ground."),
+    required("to", Name, "Body to which the legs lead."),
+    field("about", Axis, "Axis of the rotations that place the legs; by default z."),
     FOOT,
     TIP,
     field("angles", Quantities(Angle), "One leg for each of these angles."),
     field(
         "place",
         List(PLACE),
-        "One leg for each entry, with its angle and whatever is different there.",
+        "One leg for each entry, with its angle and its individual values.",
     ),
     LEG_JOINTS,
     LEG_BODIES,

@@ -4,22 +4,22 @@ use crate::expression::Measure::{Force, Length, Moment};
 use crate::fields::Shape::{Choice, Quantity, Text, Vector};
 use crate::fields::{Field, field};
 
-/// A load case, besides its bodies.
-pub(crate) const LOAD: &[Field] = &[field("title", Text, "One line that says what it is.")];
+/// Keys of a load case, without its bodies.
+pub(crate) const LOAD: &[Field] = &[field("title", Text, "One-line description.")];
 
-/// What may stand behind the name of a body in a load.
+/// Keys of the load on a body.
 pub(crate) const BODY_LOAD: &[Field] = &[
-    field("force", Vector(Force), "Force; components may change with the time `t`."),
+    field("force", Vector(Force), "Force; components can be expressions in the time `t`."),
     field("moment", Vector(Moment), "Moment about the point `at`."),
     field(
         "at",
         Vector(Length),
-        "Where the force acts, in the body's frame; by default its origin.",
+        "Point of application in the frame of the body; by default its origin.",
     ),
     field(
         "axes",
         Choice(&["world", "body"]),
-        "Whether the components are along the world's axes (the default) or turn with the body.",
+        "Axes of the components: those of the world (the default) or of the body.",
     ),
     field("fx", Quantity(Force), "x component of the force, instead of `force`."),
     field("fy", Quantity(Force), "y component of the force."),

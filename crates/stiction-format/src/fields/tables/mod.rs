@@ -24,8 +24,8 @@ use crate::expression::Measure::{Acceleration, Damping, Length, Mass, Stiffness}
 /// The whole file.
 pub(crate) const MODEL: &[Field] = &[
     field("name", Text, "Name of the mechanism; by default the name of the file."),
-    field("title", Text, "One line that says what it is."),
-    field("source", Text, "Where the numbers come from."),
+    field("title", Text, "One-line description."),
+    field("source", Text, "Source of the numbers."),
     required(
         "gravity",
         Vector(Acceleration),
@@ -34,26 +34,22 @@ pub(crate) const MODEL: &[Field] = &[
     field(
         "characteristic_length",
         Quantity(Length),
-        "The length by which moments and forces, angles and lengths are compared; by default a mean \
-         distance between the joints and centres of mass of the bodies.",
+        "Length that relates moments to forces and angles to lengths; by default a mean distance between \
+         the joints and centres of mass of the bodies.",
     ),
-    field("base", Table(POSE), "Where the ground's frame is in the world."),
+    field("base", Table(POSE), "Pose of the ground's frame in the world."),
     field(
         "parameters",
         Parameters,
-        "Named quantities, for use in any expression. They may refer to each other.",
+        "Named quantities that expressions can use. They can refer to each other.",
     ),
-    field("bodies", Named(BODY), "The moving bodies. `ground` is there already."),
+    field("bodies", Named(BODY), "Moving bodies. The body `ground` is predefined."),
     field("joints", Named(JOINT), "The joints, each between two bodies."),
     field("springs", Named(SPRING), "Springs and dampers, each between points of two bodies."),
-    field(
-        "legs",
-        OneOrMore(LEGS),
-        "Equal legs around an axis: the short form for symmetric robots.",
-    ),
+    field("legs", OneOrMore(LEGS), "Equal legs around an axis: a short form for symmetric robots."),
     field("motions", Motions(MOTION), "Prescribed motions."),
-    field("loads", Loads(LOAD), "Forces and moments from outside."),
-    field("default", Table(DEFAULT), "What is computed when nothing else is asked for."),
+    field("loads", Loads(LOAD), "External forces and moments."),
+    field("default", Table(DEFAULT), "Choices used by default."),
 ];
 
 /// A pose.
@@ -65,23 +61,19 @@ pub(crate) const POSE: &[Field] = &[
 const HOME: Field = field(
     "home",
     Table(POSE),
-    "First guess of the body's pose in the ground's frame, for the assembly. In legs: in the frame \
-     of `from`, turned by the leg's angle.",
+    "Initial guess of the body's pose in the ground's frame, for the assembly. In legs: in the frame \
+     of `from`, rotated by the leg's angle.",
 );
 
 /// A body.
 pub(crate) const BODY: &[Field] = &[
     field("mass", Quantity(Mass), "Mass; by default 0."),
-    field(
-        "com",
-        Vector(Length),
-        "Centre of mass in the body's frame; required if there is a mass.",
-    ),
+    field("com", Vector(Length), "Centre of mass in the frame of the body; required with a mass."),
     field(
         "inertia",
         Inertia,
         "Inertia about the centre of mass, in the body's axes: the diagonal [xx, yy, zz], or a table \
-         of the tensor's entries {xx, yy, zz, xy, xz, yz}, missing ones 0; required if there is a \
+         of the tensor's entries {xx, yy, zz, xy, xz, yz}, missing ones 0; required with a \
          mass.",
     ),
     HOME,
@@ -101,7 +93,7 @@ pub(crate) const SPRING: &[Field] = &[
     field(
         "free_length",
         Quantity(Length),
-        "The length at which the spring does not pull, at least 0; required with a stiffness.",
+        "Length without spring force, at least 0; required with a stiffness.",
     ),
     field(
         "damping",
@@ -117,7 +109,7 @@ pub(crate) const DEFAULT: &[Field] = &[
     field(
         "friction",
         Choice(FRICTION_MODES),
-        "Whether friction acts: on (converged), off, one-pass.",
+        "Friction mode: on (converged), off, one-pass (decoupled).",
     ),
 ];
 

@@ -4,20 +4,24 @@ use crate::expression::Measure::{Angle, Length, Time};
 use crate::fields::Shape::{Choice, Quantity, Text};
 use crate::fields::{Field, field};
 
-/// A motion, besides its coordinates.
+/// Keys of a motion, without its coordinates.
 pub(crate) const MOTION: &[Field] = &[
-    field("title", Text, "One line that says what it is."),
-    field("start", Quantity(Time), "First instant; by default 0."),
+    field("title", Text, "One-line description."),
+    field("start", Quantity(Time), "Time of the first sample; by default 0."),
     field(
         "duration",
         Quantity(Time),
-        "Length; by default 1 s. With 0 the motion is a single pose.",
+        "Duration; by default 1 s. With 0 the motion is a single pose.",
     ),
     field("step", Quantity(Time), "Time between samples of the result."),
-    field("file", Text, "A CSV file with samples, instead of expressions; relative to the model."),
+    field(
+        "file",
+        Text,
+        "CSV file with samples, instead of expressions; its path is relative to the model file.",
+    ),
 ];
 
-/// What may stand behind the name of a body in a motion.
+/// Coordinates of a body in a motion.
 pub(crate) const BODY_MOTION: &[Field] = &[
     field("x", Quantity(Length), "x of the body's origin in the ground's frame."),
     field("y", Quantity(Length), "y of the body's origin."),

@@ -41,13 +41,14 @@ fn table_in_force<'a>(layers: &Layers<'a>, notes: &mut Notes) -> Option<Given<'a
     let Some(mu) = layers.given("mu") else { return Some(table) };
     if mu.layer == table.layer {
         let help = "delete `mu`, or the table";
-        layers.conflict(mu, "mu", "the table says all coefficients", help, notes);
+        layers.conflict(mu, "mu", "the table defines all coefficients", help, notes);
     }
     (table.layer <= mu.layer).then_some(table)
 }
 
 fn curve_of_table(layers: &Layers<'_>, word: &str, table: Given<'_>, notes: &mut Notes) -> Curve {
-    const WHY: &str = "the table says how friction changes with speed; its first row is rest";
+    const WHY: &str =
+        "the table defines the coefficient at all speeds; its first row is that at rest";
     let nearer = |key| layers.given(key).filter(|given| given.layer <= table.layer);
     for key in ["mu_static", "stribeck_velocity", "stribeck_exponent"] {
         if let Some(given) = nearer(key) {
@@ -72,17 +73,18 @@ fn rows(table: Given<'_>) -> Option<Vec<[f64; 2]>> {
         );
     };
     if rows.len() < 2 {
-        wrong(&table.value.span, "a table of coefficients needs two rows at least", "too short");
+        wrong(&table.value.span, "a table of coefficients needs at least two rows", "too short");
         return None;
     }
     let mut before = None;
     for ([speed, coefficient], span) in &rows {
         let (message, label) = match before {
-            None if *speed != 0.0 => ("a table of coefficients begins at the speed 0", "not 0"),
-            Some(before) if *speed <= before => {
-                ("the speeds in a table of coefficients must increase", "not beyond the row above")
-            }
-            _ if *coefficient < 0.0 => ("a coefficient of friction is at least 0", "negative"),
+            None if *speed != 0.0 => ("a table of coefficients must begin at the speed 0", "not 0"),
+            Some(before) if *speed <= before => (
+                "the speeds in a table of coefficients must increase",
+                "not greater than the speed above",
+            ),
+            _ if *coefficient < 0.0 => ("a friction coefficient must be at least 0", "negative"),
             _ => {
                 before = Some(*speed);
                 continue;
@@ -117,7 +119,7 @@ fn curve_of_numbers(layers: &Layers<'_>, word: &str, law: &Law, notes: &mut Note
             return Curve::Constant;
         }
         "exponential" => {
-            let why = "the exponential law is Stribeck's with the exponent 1";
+            let why = "the exponential law is Stribeck's law with the exponent 1";
             let help = "delete the key, or write `law = \"stribeck\"`";
             refuse(&["stribeck_exponent"], why, help, notes);
         }
@@ -170,7 +172,10 @@ fn bristles(
         if let Some(given) = given(key) {
             let (why, help) = match word {
                 "dahl" => ("Dahl's law has only `sigma0`", "write `law = \"lugre\"`, or `viscous`"),
-                _ => ("it belongs to a law with a state", "write `law = \"lugre\"`, or delete it"),
+                _ => (
+                    "it is a parameter of a law with a state",
+                    "write `law = \"lugre\"`, or delete it",
+                ),
             };
             layers.conflict(given, key, why, help, notes);
         }
@@ -200,30 +205,31 @@ fn bristles(
 }
 
 fn regularisation(layers: &Layers<'_>, law: &Law, notes: &mut Notes) -> Option<f64> {
-    let (wanted, velocity) = (layers.given("regularised"), layers.given("regularisation_velocity"));
-    match (wanted, velocity) {
+    let (regularised, velocity) =
+        (layers.given("regularised"), layers.given("regularisation_velocity"));
+    match (regularised, velocity) {
         (None, None) => return None,
         (None, Some(velocity)) => {
-            let (why, help) = ("nothing is regularised", "add `regularised = \"tanh\"`");
+            let (why, help) = ("the friction is not regularised", "add `regularised = \"tanh\"`");
             layers.conflict(velocity, "regularisation_velocity", why, help, notes);
             return None;
         }
-        (Some(wanted), None) => {
+        (Some(regularised), None) => {
             let why = " beside `regularised`";
-            layers.missing(Some(wanted), "regularisation_velocity", why, notes);
+            layers.missing(Some(regularised), "regularisation_velocity", why, notes);
             return None;
         }
-        (Some(wanted), Some(_)) => {
+        (Some(regularised), Some(_)) => {
             let why = match law.curve {
-                _ if law.bristles.is_some() => "a law with a state sticks by its state",
-                Curve::Breakaway { .. } => "a regularised friction has no coefficient at rest",
+                _ if law.bristles.is_some() => "a law with a state needs no regularisation",
+                Curve::Breakaway { .. } => "regularised friction has no static coefficient",
                 _ => {
                     layers.word("regularised");
                     return layers.number("regularisation_velocity", notes);
                 }
             };
-            let help = "delete `regularised`, or what sticks";
-            layers.conflict(wanted, "regularised", why, help, notes);
+            let help = "delete `regularised`, or the static friction";
+            layers.conflict(regularised, "regularised", why, help, notes);
         }
     }
     None

@@ -8,15 +8,15 @@ use crate::read::context::Record;
 /// Messages and places already reported, as several friction interfaces share tables.
 pub(super) struct Notes {
     pub(super) spans: FrictionSpans,
-    pub(super) told: Vec<(usize, &'static str)>,
+    pub(super) reported: Vec<(usize, &'static str)>,
 }
 
 impl Notes {
     /// Records a message at a place; returns true if it is new.
     fn is_new(&mut self, at: usize, key: &'static str) -> bool {
-        let new = !self.told.contains(&(at, key));
+        let new = !self.reported.contains(&(at, key));
         if new {
-            self.told.push((at, key));
+            self.reported.push((at, key));
         }
         new
     }
@@ -76,7 +76,7 @@ impl<'a> Layers<'a> {
         }
         let context = given.record.context;
         context.push(
-            Diagnostic::error("friction", format!("`{key}` cannot stand here: {why}"))
+            Diagnostic::error("friction", format!("`{key}` is not allowed here: {why}"))
                 .at(context.place(&given.value.span), "in conflict")
                 .help(help),
         );

@@ -47,12 +47,12 @@ fn combine(layers: &Layers<'_>, shape: InterfaceShape, notes: &mut Notes) -> Com
     let why = match (combine, shape) {
         (Combine::Pads, InterfaceShape::Plate) => "a plate has no pads",
         (Combine::RootSumSquare, InterfaceShape::Thread) => {
-            "a thread's friction bears a part of its own load, which such a root does not allow"
+            "the normal force of a thread depends on its own friction, which this combination does not support"
         }
         _ => return combine,
     };
     if let Some(given) = layers.given("combine") {
-        layers.conflict(given, "combine", why, "delete it: the parts then add as a sum", notes);
+        layers.conflict(given, "combine", why, "delete it to use the sum", notes);
     }
     Combine::Sum
 }
@@ -69,7 +69,7 @@ fn supports(layers: &Layers<'_>, notes: &mut Notes) -> Supports<f64> {
         match layers.given(key) {
             Some(other) if other.layer < either.layer => return on_one,
             Some(other) if other.layer == either.layer => {
-                let why = "gland and piston say where the supports are";
+                let why = "`gland` and `piston` define the supports";
                 let help = format!("delete `{key}`, or `gland` and `piston`");
                 layers.conflict(other, key, why, &help, notes);
             }
@@ -102,9 +102,12 @@ fn flank_cosine(
         if let Some(given) = layers.given("flank_angle") {
             let context = given.record.context;
             context.push(
-                Diagnostic::error("range", "half a flank angle is at least 0 and below 90 deg")
-                    .at(context.place(&given.value.span), "out of range")
-                    .help("15 deg for trapezoidal threads, 30 deg for metric ones"),
+                Diagnostic::error(
+                    "range",
+                    "half the flank angle must be at least 0 and below 90 deg",
+                )
+                .at(context.place(&given.value.span), "out of range")
+                .help("it is 15 deg for trapezoidal threads and 30 deg for metric threads"),
             );
         }
         return 1.0;

@@ -66,7 +66,7 @@ pub(crate) fn read(
     let places = interfaces_of(joint_type);
     let shared = Record::new(context, table, JOINT_FRICTION, format!("the friction of {what}"));
     let spans = FrictionSpans { table: table.span.clone(), numbers: Vec::new() };
-    let mut notes = Notes { spans, told: Vec::new() };
+    let mut notes = Notes { spans, reported: Vec::new() };
     let own_name = |name: &str| places.iter().any(|(place, _)| !place.is_empty() && *place == name);
     for (key, _) in &table.entries {
         let is_interface = !INTERFACE.iter().any(|field| field.key == key.name)
@@ -77,9 +77,12 @@ pub(crate) fn read(
             context.push(
                 Diagnostic::error(
                     "unknown-key",
-                    format!("a joint of type {symbol} has no contact {}", quoted(&key.name)),
+                    format!(
+                        "a joint of type {symbol} has no friction interface {}",
+                        quoted(&key.name)
+                    ),
                 )
-                .at(context.place(&key.span), "unknown contact")
+                .at(context.place(&key.span), "unknown friction interface")
                 .maybe_help(did_you_mean(&key.name, "its contacts", names)),
             );
         }
@@ -97,7 +100,7 @@ pub(crate) fn read(
     let mut interfaces = Vec::new();
     for (place, (name, shape)) in places.iter().enumerate() {
         let own = (!name.is_empty()).then(|| shared.table(name)).flatten();
-        let what = format!("contact `{name}` of {what}");
+        let what = format!("friction interface `{name}` of {what}");
         let own = own.map(|table| Record::new(context, table, INTERFACE, what.clone()));
         let own_backward = own.as_ref().and_then(|own| backward(own, &what));
         let own_backward = own_backward
@@ -170,15 +173,17 @@ fn not_applicable(
             _ => "a pin",
         };
         let label = match field.key {
-            "bending_span" | "collar_radius" | "torsion_arm" => "nothing takes this load",
-            _ => "not for this contact",
+            "bending_span" | "collar_radius" | "torsion_arm" => {
+                "this interface does not carry this load"
+            }
+            _ => "not for this friction interface",
         };
         let message =
-            format!("`{}` means nothing at {what} (type {})", field.key, joint_type.symbol());
+            format!("`{}` has no effect at {what} (type {})", field.key, joint_type.symbol());
         context.push(
             Diagnostic::error("unknown-key", message)
                 .at(context.place(&value.span), label)
-                .help(format!("`{}`: {}", field.key, field.doc.trim_end_matches('.'))),
+                .help(format!("`{}`: {}", field.key, field.summary())),
         );
     }
 }

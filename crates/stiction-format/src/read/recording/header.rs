@@ -68,7 +68,7 @@ impl Header {
                 .iter()
                 .any(|known| known.role == column.role && column.role != Role::Unknown);
             if again {
-                let message = format!("the column {} is there twice", quoted(&column.name));
+                let message = format!("the column {} occurs twice", quoted(&column.name));
                 messages.push("duplicate", message, column.span.clone(), "again here");
             }
             columns.push(column);
@@ -81,12 +81,12 @@ impl Header {
     fn check(&self, line: Line, messages: &mut Messages) {
         let unknown = self.columns.iter().any(|column| column.role == Role::Unknown);
         if self.time.is_none() {
-            let help = Some("name the column of instants `time [s]`".to_owned());
-            let message = "there is no column `time`".to_owned();
+            let help = Some("name the time column `time [s]`".to_owned());
+            let message = "the column `time` is missing".to_owned();
             messages.push_help("missing-key", message, line.clone(), "the columns", help);
         } else if self.columns.len() == 1 {
             let help = Some("for example: time [s], platform.x [mm]".to_owned());
-            let message = "there is no column with a coordinate".to_owned();
+            let message = "a column with a coordinate is missing".to_owned();
             messages.push_help("missing-key", message, line, "only the time", help);
         }
         for column in &self.columns {
@@ -95,9 +95,9 @@ impl Header {
             if !unknown && !self.columns.iter().any(|other| other.role == below) {
                 let (name, what) = (&column.name, ["positions", "velocities"]);
                 let what = what.get(usize::from(order - 1)).copied().unwrap_or_default();
-                let wanted = if order == 1 { name.clone() } else { format!("d({name})") };
-                let message = format!("there are no {what} that belong to this column");
-                let help = Some(format!("add a column `{wanted}`"));
+                let expected = if order == 1 { name.clone() } else { format!("d({name})") };
+                let message = format!("the {what} that belong to this column are missing");
+                let help = Some(format!("add a column `{expected}`"));
                 messages.push_help("missing-key", message, column.span.clone(), "alone", help);
             }
         }
@@ -137,10 +137,10 @@ impl Header {
                 // In a result file, any other name without a suffix is not an effort.
                 if actuators.find(name).is_some() {
                     let message = format!(
-                        "the column {} is not asked for beside columns `….drive`",
+                        "the column {} is ambiguous beside columns `….drive`",
                         quoted(name)
                     );
-                    messages.push("duplicate", message, cell, "one or the other");
+                    messages.push("duplicate", message, cell, "delete this column");
                 }
                 columns.push(column);
                 continue;
@@ -159,19 +159,19 @@ impl Header {
             }
             let again = columns.iter().any(|known| known.role == column.role);
             if again {
-                let message = format!("the column {} is there twice", quoted(name));
+                let message = format!("the column {} occurs twice", quoted(name));
                 messages.push("duplicate", message, cell, "again here");
             }
             columns.push(column);
         }
         let header = Self { time: columns.iter().position(|c| c.role == Role::Time), columns };
         if header.time.is_none() {
-            let help = Some("name the column of instants `time [s]`".to_owned());
-            let message = "there is no column `time`".to_owned();
+            let help = Some("name the time column `time [s]`".to_owned());
+            let message = "the column `time` is missing".to_owned();
             messages.push_help("missing-key", message, line, "the columns", help);
         } else if !header.columns.iter().any(|c| matches!(c.role, Role::Effort(_))) {
             let help = Some("for example: time [s], leg1.P [N]".to_owned());
-            let message = "there is no column with an effort".to_owned();
+            let message = "a column with an effort is missing".to_owned();
             messages.push_help("missing-key", message, line, "the columns", help);
         }
         header
@@ -214,7 +214,7 @@ fn read_column(
         let meaning = match resolve(names, name) {
             Ok(Meaning::Body(_, "order")) => {
                 let help = Some(
-                    "say it in the model: `platform.order = \"zyx\"` beside `file`".to_owned(),
+                    "set it in the model, beside `file`: `platform.order = \"zyx\"`".to_owned(),
                 );
                 let message = "the order of angles is not a column".to_owned();
                 messages.push_help("unknown-name", message, name_span, "not a coordinate", help);
@@ -228,9 +228,9 @@ fn read_column(
                 column.is_angle = measure == Measure::Angle && order == 0;
                 measure
             }
-            Err(trouble) => {
+            Err(unresolved) => {
                 let explained =
-                    (!messages.is_full()).then(|| trouble.explain(names, &[], name)).flatten();
+                    (!messages.is_full()).then(|| unresolved.explain(names, &[], name)).flatten();
                 if let Some((message, help, _)) = explained {
                     let label = "unknown column";
                     messages.push_help("unknown-name", message, name_span, label, help);
@@ -266,7 +266,7 @@ fn read_unit(
     messages: &mut Messages,
 ) -> Option<Scale> {
     let Some(inner) = unit.trim_end().strip_suffix(']') else {
-        let message = "this bracket is never closed".to_owned();
+        let message = "this bracket is not closed".to_owned();
         messages.push("syntax", message, at - 1..at, "opened here");
         return None;
     };
@@ -279,8 +279,8 @@ fn read_unit(
         }
     };
     let per_time = Dimension::TIME.power(f64::from(order)).unwrap_or(Dimension::NONE);
-    let wanted = measure.dimension().over(per_time).unwrap_or(Dimension::NONE);
-    if wanted.same(found) && !(found.is_none() && found.is_angle() && !wanted.is_angle()) {
+    let expected = measure.dimension().over(per_time).unwrap_or(Dimension::NONE);
+    if expected.same(found) && !(found.is_none() && found.is_angle() && !expected.is_angle()) {
         return Some(scale);
     }
     let message =

@@ -5,7 +5,7 @@ use crate::source::{Place, Source, Span};
 use std::sync::Arc;
 
 /// Maximum number of messages shown for a file.
-const MOST_MESSAGES: usize = 20;
+const MAX_MESSAGES: usize = 20;
 
 /// The first messages about a file; further ones are counted.
 pub(super) struct Messages {
@@ -32,7 +32,7 @@ impl Messages {
         help: Option<String>,
     ) {
         if self.is_full() {
-            self.out.add_untold_errors(1);
+            self.out.add_omitted_errors(1);
             return;
         }
         let place = Place::new(&self.page, span);
@@ -41,6 +41,6 @@ impl Messages {
 
     /// Tests if further messages are only counted.
     pub(super) fn is_full(&self) -> bool {
-        self.out.len() >= MOST_MESSAGES
+        self.out.len() >= MAX_MESSAGES
     }
 }

@@ -3,48 +3,48 @@
 
 mod gather;
 mod header;
+mod input;
 mod messages;
 mod plan;
 mod rows;
 mod scan;
-mod tape;
 
-pub(crate) use tape::Tape;
+pub(crate) use input::Input;
 
 use super::actuators::Actuators;
 use super::context::Context;
 use super::names::Names;
 use super::path::Orders;
 use crate::model_file::{Drives, Motion};
-use gather::{Gathered, gather};
+use gather::{Recording, gather};
 use header::{Header, Role};
 use messages::Messages;
 
 /// Minimum number of samples of a spline.
-const LEAST_SAMPLES: usize = 2;
+const MIN_SAMPLES: usize = 2;
 
 /// Reads a recorded motion and reports its errors to `context`.
 ///
 /// # Errors
 /// A reason if the file cannot be read.
 pub(crate) fn read(
-    tape: &Tape,
+    input: &Input,
     names: &Names,
     orders: &Orders,
     context: &Context<'_>,
 ) -> Result<Option<Motion>, String> {
-    let (gathered, mut messages) = gather(tape, "platform.x [mm]", &|text, line, messages| {
+    let (recording, mut messages) = gather(input, "platform.x [mm]", &|text, line, messages| {
         Header::read(text, line, names, orders, messages)
     })?;
-    let motion = gathered.and_then(|gathered| motion(gathered, &mut messages));
+    let motion = recording.and_then(|recording| motion(recording, &mut messages));
     let failed = messages.out.has_errors();
     context.out.borrow_mut().append(messages.out);
     Ok(motion.filter(|_| !failed))
 }
 
-fn motion(gathered: Gathered, messages: &mut Messages) -> Option<Motion> {
-    let Gathered { header, samples, curves } = gathered;
-    if samples.count() < LEAST_SAMPLES {
+fn motion(recording: Recording, messages: &mut Messages) -> Option<Motion> {
+    let Recording { header, samples, curves } = recording;
+    if samples.count() < MIN_SAMPLES {
         too_few(samples.count(), messages);
         return None;
     }
@@ -53,10 +53,10 @@ fn motion(gathered: Gathered, messages: &mut Messages) -> Option<Motion> {
     for curve in curves {
         let column = header.columns.get(curve.column)?;
         let Role::Coordinate { coordinate, .. } = column.role else { continue };
-        let mut kind = curve.fill.describe(samples.count());
-        if curve.is_stiff {
-            kind += "; solved for all samples at once, since the steps between them are too unequal to do it \
-                     in parts";
+        let mut kind = curve.interpolation.describe(samples.count());
+        if curve.is_global {
+            kind += "; computed for all samples at once, as the time steps are too unequal to do it in \
+                     parts";
         }
         kinds.add(kind, &column.name);
         coordinates.push((coordinate, curve.signal));
@@ -75,14 +75,14 @@ fn motion(gathered: Gathered, messages: &mut Messages) -> Option<Motion> {
 /// The page is the last.
 fn too_few(count: usize, messages: &mut Messages) {
     let message = format!(
-        "the file has {}; a motion needs at least {LEAST_SAMPLES} samples",
+        "the file has {}, but a motion needs at least {MIN_SAMPLES} samples",
         match count {
             0 => "no sample".to_owned(),
             n => format!("{n} sample"),
         }
     );
     let pose = (count == 1).then(|| {
-        "for a single pose give the motion `duration = 0` and coordinates instead".to_owned()
+        "for a single pose, use a motion with `duration = 0` and coordinates instead".to_owned()
     });
     let end = messages.page.text.len();
     messages.push_help("samples", message, end..end, "the end", pose);
@@ -93,27 +93,27 @@ fn too_few(count: usize, messages: &mut Messages) {
 /// # Errors
 /// A reason if the file cannot be read.
 pub(crate) fn read_drives(
-    tape: &Tape,
+    input: &Input,
     actuators: &Actuators,
     context: &Context<'_>,
 ) -> Result<Option<Drives>, String> {
-    let (gathered, mut messages) = gather(tape, "leg1.P [N]", &|text, line, messages| {
+    let (recording, mut messages) = gather(input, "leg1.P [N]", &|text, line, messages| {
         Header::of_drives(text, line, actuators, messages)
     })?;
-    let drives = gathered.and_then(|gathered| drives(gathered, &mut messages));
+    let drives = recording.and_then(|recording| drives(recording, &mut messages));
     let failed = messages.out.has_errors();
     context.out.borrow_mut().append(messages.out);
     Ok(drives.filter(|_| !failed))
 }
 
-fn drives(gathered: Gathered, messages: &mut Messages) -> Option<Drives> {
-    let Gathered { header, samples, curves } = gathered;
+fn drives(recording: Recording, messages: &mut Messages) -> Option<Drives> {
+    let Recording { header, samples, curves } = recording;
     if samples.count() == 0 {
         let end = messages.page.text.len();
         messages.push("samples", "the file has no sample".to_owned(), end..end, "the end");
         return None;
     }
-    let interpolation = curves.first().map(|curve| curve.fill.describe(samples.count()));
+    let interpolation = curves.first().map(|curve| curve.interpolation.describe(samples.count()));
     let efforts =
         curves.into_iter().filter_map(|curve| match header.columns.get(curve.column)?.role {
             Role::Effort(actuator) => Some((actuator, curve.signal)),

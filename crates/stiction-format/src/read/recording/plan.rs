@@ -3,7 +3,7 @@
 use super::header::{Header, Role};
 use crate::expression::unit::Scale;
 use crate::signal::recorded::Layout;
-use crate::signal::{Fill, Given};
+use crate::signal::{Given, Interpolation};
 
 /// The curves of a recording.
 pub(super) struct Plan {
@@ -16,11 +16,11 @@ impl Plan {
     /// Curves of a valid header.
     pub(super) fn of(header: &Header) -> Self {
         let place = |role: Role| header.columns.iter().position(|column| column.role == role);
-        let (mut fills, mut columns) = (Vec::new(), Vec::new());
-        // Kept columns, in this order.
+        let (mut interpolations, mut columns) = (Vec::new(), Vec::new());
+        // Collector columns, in this order.
         let mut kept: Vec<usize> = header.time.into_iter().collect();
         for (index, column) in header.columns.iter().enumerate() {
-            let (fill, derivatives) = match column.role {
+            let (interpolation, derivatives) = match column.role {
                 Role::Coordinate { coordinate, order: 0 } => {
                     let part = |order| place(Role::Coordinate { coordinate, order });
                     let parts: Vec<usize> = [1, 2].into_iter().map_while(part).collect();
@@ -29,12 +29,12 @@ impl Plan {
                         [_] => Given::Rates,
                         _ => Given::Accelerations,
                     };
-                    (Fill::Spline(given), parts)
+                    (Interpolation::Spline(given), parts)
                 }
-                Role::Effort(_) => (Fill::Monotone, Vec::new()),
+                Role::Effort(_) => (Interpolation::Monotone, Vec::new()),
                 _ => continue,
             };
-            fills.push(fill);
+            interpolations.push(interpolation);
             columns.push(index);
             kept.push(index);
             kept.extend(derivatives);
@@ -42,8 +42,10 @@ impl Plan {
         let scaled = |(index, column): (usize, &super::header::Column)| -> (Option<usize>, Scale) {
             (kept.iter().position(|&known| known == index), column.scale)
         };
-        let layout =
-            Layout { columns: header.columns.iter().enumerate().map(scaled).collect(), fills };
+        let layout = Layout {
+            columns: header.columns.iter().enumerate().map(scaled).collect(),
+            interpolations,
+        };
         Self { layout, columns }
     }
 }

@@ -66,7 +66,7 @@ impl Rows {
             }
             if value.abs() > LARGEST {
                 let message = format!("{} is too large", number(value));
-                messages.push("range", message, cell, "too large to compute with");
+                messages.push("range", message, cell, "too large");
             }
             *last = value;
         }
@@ -89,12 +89,12 @@ fn read_number(text: &str, cell: &Span, messages: &mut Messages) -> Option<f64> 
             None
         }
         Ok(_) => {
-            let message = format!("{} is not a usable number", quoted(content));
+            let message = format!("{} is not a finite number", quoted(content));
             messages.push("not-finite", message, cell.clone(), "expected a finite number");
             None
         }
         Err(_) if content.is_empty() => {
-            let message = "there is no number in this cell".to_owned();
+            let message = "this cell is empty".to_owned();
             messages.push("syntax", message, cell.clone(), "expected a number");
             None
         }
@@ -122,13 +122,13 @@ fn check_turn(
     }
     wrapped.push(name.to_owned());
     let message = format!(
-        "{} changes by {} deg from the sample before",
+        "{} changes by {} deg between two samples",
         quoted(name),
         number(change.to_degrees().round())
     );
-    let help = "count on over full turns: 358, 360, 362 deg; of a rotation vector turn the whole \
-                vector over, r to r (1 - 2 pi/|r|)";
-    let label = "more than half a turn at once";
+    let help = "continue angles beyond a full turn: 358, 360, 362 deg; multiply a rotation vector r by \
+                1 - 2 pi/|r|";
+    let label = "more than half a turn";
     messages.push_help("wrapped", message, cell.clone(), label, Some(help.to_owned()));
 }
 
@@ -137,7 +137,7 @@ fn check_time(time: f64, last: Option<f64>, cell: &Span, messages: &mut Messages
         && time <= last
     {
         let message =
-            format!("time does not increase: {} s after {} s", number(time), number(last));
+            format!("time does not increase: {} s follows {} s", number(time), number(last));
         messages.push("samples", message, cell.clone(), "not later than the row above");
     }
 }

@@ -42,9 +42,15 @@ pub(super) fn scan(
         if open.is_none() {
             let Some(first) = lines.next() else { continue };
             if is_numbers(text, &first) {
-                let help = format!("name the columns above them: time [s], {example}, …");
-                let message = "the columns have no names".to_owned();
-                messages.push_help("syntax", message, first, "numbers already", Some(help));
+                let help = format!("name the columns in the first line: time [s], {example}, …");
+                let message = "the header with the column names is missing".to_owned();
+                messages.push_help(
+                    "syntax",
+                    message,
+                    first,
+                    "numbers instead of names",
+                    Some(help),
+                );
                 return Ok(Scan { header: None, messages });
             }
             open = Some((Rows::new(head(text, first, &mut messages)), Arc::clone(&page)));

@@ -2,35 +2,37 @@
 
 use super::lines::{cells, lines};
 use crate::expression::unit::Scale;
-use crate::signal::Fill;
+use crate::signal::Interpolation;
 use crate::source::{Begin, Source};
 
-/// Kept numbers of each row: the time first, then those of each curve side by side.
+/// Collector numbers of each row: the time first, then those of each curve side by side.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     /// For each column of the file its index among the kept numbers, and its unit.
     pub(crate) columns: Vec<(Option<usize>, Scale)>,
     /// The curves.
-    pub(crate) fills: Vec<Fill>,
+    pub(crate) interpolations: Vec<Interpolation>,
 }
 
 impl Layout {
     /// Number of kept numbers in a row.
     pub(crate) fn width(&self) -> usize {
-        1 + self.fills.iter().map(|fill| fill.columns()).sum::<usize>()
+        1 + self.interpolations.iter().map(|interpolation| interpolation.columns()).sum::<usize>()
     }
 
     /// For each curve its interpolation and the range of its columns.
-    pub(crate) fn curves(&self) -> impl Iterator<Item = (Fill, std::ops::Range<usize>)> + '_ {
+    pub(crate) fn curves(
+        &self,
+    ) -> impl Iterator<Item = (Interpolation, std::ops::Range<usize>)> + '_ {
         let mut next = 1;
-        self.fills.iter().map(move |&fill| {
+        self.interpolations.iter().map(move |&interpolation| {
             let first = next;
-            next += fill.columns();
-            (fill, first..next)
+            next += interpolation.columns();
+            (interpolation, first..next)
         })
     }
 
-    /// Kept numbers of a row of the file.
+    /// Collector numbers of a row of the file.
     pub(crate) fn pick(&self, row: &[f64], kept: &mut [f64]) {
         for ((place, _), value) in self.columns.iter().zip(row) {
             if let Some(kept) = place.and_then(|place| kept.get_mut(place)) {
@@ -39,7 +41,7 @@ impl Layout {
         }
     }
 
-    /// Kept columns of all rows in a text that was read before; `None` if one cannot be read now.
+    /// Collector columns of all rows in a text that was read before; `None` if one cannot be read now.
     pub(crate) fn read(&self, text: String, begin: u64) -> Option<Vec<Vec<f64>>> {
         let source = Source::piece("", text, Begin { bytes: begin, lines: 0 });
         let mut columns = vec![Vec::new(); self.width()];

@@ -1,20 +1,20 @@
 //! Recordings that exceed the memory.
 //!
-//! A recording is read once from beginning to end ([`Survey`]): every row is checked, every window
+//! A recording is read once from beginning to end ([`IndexBuilder`]): every row is checked, every window
 //! solved, and only an index is kept, a few numbers per window. When a window is needed its text is
 //! read and solved again by the same operations, so that results equal those of a recording in
 //! memory to the last bit.
 
-mod held;
+mod index_builder;
 mod layout;
 pub(crate) mod lines;
 mod pages;
 mod piece;
-mod survey;
+mod thread_cache;
 
+pub(crate) use index_builder::{IndexBuilder, Indexed};
 pub(crate) use layout::Layout;
 pub(crate) use pages::Pages;
-pub(crate) use survey::{Found, Survey};
 
 use crate::contents::Store;
 use crate::diagnostic::Diagnostic;
@@ -40,7 +40,7 @@ pub(crate) struct Recorded {
     store: Arc<dyn Store>,
     name: String,
     layout: Layout,
-    marks: Vec<Mark>,
+    entries: Vec<WindowEntry>,
     count: usize,
     /// Time of the last sample, s.
     end: f64,
@@ -53,7 +53,7 @@ pub(crate) struct Recorded {
 
 /// Index entry of a window.
 #[derive(Debug)]
-struct Mark {
+struct WindowEntry {
     /// Time of the first sample of its core, s.
     time: f64,
     /// Knots of all curves there.
@@ -69,7 +69,7 @@ impl Recorded {
         store: Arc<dyn Store>,
         name: &str,
         layout: Layout,
-        marks: Vec<Mark>,
+        entries: Vec<WindowEntry>,
         (count, end): (usize, f64),
     ) -> Self {
         Self {
@@ -77,7 +77,7 @@ impl Recorded {
             store,
             name: name.to_owned(),
             layout,
-            marks,
+            entries,
             count,
             end,
             pieces: Mutex::default(),
@@ -92,14 +92,14 @@ impl Recorded {
 
     /// Times of the first and last sample, s.
     pub(crate) fn ends(&self) -> Option<(f64, f64)> {
-        self.marks.first().map(|mark| (mark.time, self.end))
+        self.entries.first().map(|entry| (entry.time, self.end))
     }
 
     /// Value of a curve at `t`; NaN if the recording cannot be read any more.
     pub(crate) fn at(&self, curve: usize, t: f64) -> Target<f64> {
-        let look = |piece: &Piece| piece.curves.get(curve).map(|curve| curve.at(t));
+        let read = |piece: &Piece| piece.curves.get(curve).map(|curve| curve.at(t));
         let nothing = Target { value: f64::NAN, rate: f64::NAN, acceleration: f64::NAN };
-        self.with(self.window_at(t), look).flatten().unwrap_or(nothing)
+        self.with(self.window_at(t), read).flatten().unwrap_or(nothing)
     }
 
     /// Time of a sample, s; beyond the last sample that of the last; NaN if the recording cannot be
@@ -108,9 +108,9 @@ impl Recorded {
         if sample + 1 >= self.count {
             return self.end;
         }
-        let index = Window::of(sample, self.marks.len());
-        let look = |piece: &Piece| piece.times.get(sample - Window::begin(index)).copied();
-        self.with(index, look).flatten().unwrap_or(f64::NAN)
+        let index = Window::of(sample, self.entries.len());
+        let read = |piece: &Piece| piece.times.get(sample - Window::begin(index)).copied();
+        self.with(index, read).flatten().unwrap_or(f64::NAN)
     }
 
     /// Time of the first sample after `t`, s; `None` after the last.
@@ -126,14 +126,14 @@ impl Recorded {
 
     /// Index of the window that contains an instant.
     fn window_at(&self, t: f64) -> usize {
-        self.marks.partition_point(|mark| mark.time <= t).saturating_sub(1)
+        self.entries.partition_point(|entry| entry.time <= t).saturating_sub(1)
     }
 
-    fn with<T>(&self, index: usize, look: impl Fn(&Piece) -> T) -> Option<T> {
+    fn with<T>(&self, index: usize, read: impl Fn(&Piece) -> T) -> Option<T> {
         if self.fault.get().is_some() {
             return None;
         }
-        held::with(self.id, index, || self.fetch(index), look)
+        thread_cache::with(self.id, index, || self.fetch(index), read)
     }
 
     /// Shared piece, read if necessary. Other threads wait, as they usually need the same piece.
@@ -165,15 +165,15 @@ impl Recorded {
     }
 
     fn explain(&self, index: usize, why: &str) -> Diagnostic {
-        let time = self.marks.get(index).map_or(f64::NAN, |mark| mark.time);
+        let time = self.entries.get(index).map_or(f64::NAN, |entry| entry.time);
         let message = format!(
             "the recording cannot be read again at t = {} s: {why}",
             crate::diagnostic::number(time)
         );
         let place = Place::new(&Arc::new(Source::new(self.name.as_str(), "")), 0..0);
         Diagnostic::error("file", message).at(place, "").help(
-            "a long recording is read piece by piece as it is followed: leave the file as it is \
-             meanwhile, or work with a copy",
+            "a long recording is read again while it is in use: keep the file unchanged, or \
+             use a copy",
         )
     }
 }

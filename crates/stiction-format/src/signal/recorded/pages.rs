@@ -31,8 +31,8 @@ impl<'a> Pages<'a> {
             let known = self.rest.len();
             self.rest.resize(known + PAGE, 0);
             let offset = self.begin.bytes + known as u64;
-            let room = self.rest.get_mut(known..).unwrap_or_default();
-            let count = self.store.read_at(offset, room)?.min(PAGE);
+            let buffer = self.rest.get_mut(known..).unwrap_or_default();
+            let count = self.store.read_at(offset, buffer)?.min(PAGE);
             self.rest.truncate(known + count);
             if count == 0 {
                 self.has_ended = true;

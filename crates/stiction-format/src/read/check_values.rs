@@ -4,7 +4,7 @@ use super::context::Record;
 use crate::fields::{Field, Shape};
 
 /// Reports values that are invalid whatever the table means.
-pub(crate) fn proofread(record: &Record<'_>, fields: &'static [Field]) {
+pub(crate) fn check_values(record: &Record<'_>, fields: &'static [Field]) {
     for field in fields {
         let Some(value) = record.value(field.key) else { continue };
         match field.shape {
@@ -23,7 +23,7 @@ pub(crate) fn proofread(record: &Record<'_>, fields: &'static [Field]) {
             Shape::Table(inner) => {
                 if let Some(table) = record.table(field.key) {
                     let what = format!("`{}`", field.key);
-                    proofread(&Record::new(record.context, table, inner, what), inner);
+                    check_values(&Record::new(record.context, table, inner, what), inner);
                 }
             }
             _ => {}

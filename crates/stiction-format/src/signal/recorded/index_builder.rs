@@ -1,7 +1,7 @@
 //! First pass through a recording, window by window, which builds the index.
 
 use super::piece::fingerprint;
-use super::{Layout, Mark, Recorded};
+use super::{Layout, Recorded, WindowEntry};
 use crate::contents::Store;
 use crate::signal::{Window, agrees, is_long};
 use std::ops::Range;
@@ -9,42 +9,42 @@ use std::sync::Arc;
 use stiction_core::kinematics::Target;
 
 /// Builder of the index from the rows of a recording.
-pub(crate) struct Survey {
+pub(crate) struct IndexBuilder {
     layout: Layout,
-    /// Kept numbers of the rows that the next window contains, and the byte ranges of their lines.
+    /// Collector numbers of the rows that the next window contains, and the byte ranges of their lines.
     columns: Vec<Vec<f64>>,
     lines: Vec<Range<u64>>,
     /// Index of the first of these rows, and of the first core sample of the next window.
     first: usize,
     begin: usize,
-    marks: Vec<Mark>,
+    entries: Vec<WindowEntry>,
     /// Knots of all curves at the last core sample of the previous window.
     last: Vec<Target<f64>>,
     /// For each curve true if all its knots are finite.
     finite: Vec<bool>,
     /// True if a window did not agree with the one before.
-    is_stiff: bool,
+    is_global: bool,
 }
 
 /// Result of the first pass.
-pub(crate) enum Found {
+pub(crate) enum Indexed {
     /// The recording can be read in pieces; for each curve true if all its knots are finite.
     Pieces(Arc<Recorded>, Vec<bool>),
     /// The recording needs one global solution.
-    Stiff,
+    Global,
 }
 
-impl Survey {
+impl IndexBuilder {
     pub(crate) fn new(layout: Layout) -> Self {
         Self {
             columns: vec![Vec::new(); layout.width()],
             lines: Vec::new(),
             first: 0,
             begin: 0,
-            marks: Vec::new(),
+            entries: Vec::new(),
             last: Vec::new(),
-            finite: vec![true; layout.fills.len()],
-            is_stiff: false,
+            finite: vec![true; layout.interpolations.len()],
+            is_global: false,
             layout,
         }
     }
@@ -55,7 +55,7 @@ impl Survey {
 
     /// Takes the kept numbers of a row and the byte range of its line.
     pub(crate) fn push(&mut self, row: &[f64], line: Range<u64>) {
-        if self.is_stiff {
+        if self.is_global {
             return;
         }
         for (column, value) in self.columns.iter_mut().zip(row) {
@@ -68,27 +68,27 @@ impl Survey {
     }
 
     /// Completes the index.
-    pub(crate) fn finish(mut self, store: &Arc<dyn Store>, name: &str) -> Found {
+    pub(crate) fn finish(mut self, store: &Arc<dyn Store>, name: &str) -> Indexed {
         let count = self.count();
         let end = self.columns.first().and_then(|times| times.last()).copied();
-        if self.begin < count && !self.is_stiff {
+        if self.begin < count && !self.is_global {
             self.close(&Window::at(self.begin, count));
         }
-        if self.is_stiff {
-            return Found::Stiff;
+        if self.is_global {
+            return Indexed::Global;
         }
         let ends = (count, end.unwrap_or(f64::NAN));
-        let recorded = Recorded::new(Arc::clone(store), name, self.layout, self.marks, ends);
-        Found::Pieces(Arc::new(recorded), self.finite)
+        let recorded = Recorded::new(Arc::clone(store), name, self.layout, self.entries, ends);
+        Indexed::Pieces(Arc::new(recorded), self.finite)
     }
 
     /// Solves a window, adds it to the index, and drops rows that no later window needs.
     fn close(&mut self, window: &Window) {
-        if self.mark(window).is_none() {
-            self.is_stiff = true;
+        if self.entry(window).is_none() {
+            self.is_global = true;
             return;
         }
-        self.begin = window.asked.end;
+        self.begin = window.core.end;
         let done = Window::at(self.begin, self.count().max(self.begin)).known.start - self.first;
         for column in &mut self.columns {
             column.drain(..done.min(column.len()));
@@ -98,7 +98,7 @@ impl Survey {
     }
 
     /// Knots of a window; `None` if they do not agree with the window before.
-    fn mark(&mut self, window: &Window) -> Option<()> {
+    fn entry(&mut self, window: &Window) -> Option<()> {
         let known = 0..window.known.len();
         let columns: Vec<Vec<f64>> = self
             .columns
@@ -109,16 +109,16 @@ impl Survey {
         let times = columns.first()?;
         let skip = window.skip();
         let (mut first, mut last) = (Vec::new(), Vec::new());
-        for (curve, (fill, places)) in self.layout.curves().enumerate() {
+        for (curve, (interpolation, places)) in self.layout.curves().enumerate() {
             let own = columns.get(places)?;
-            let knots = fill.knots(times, own.to_vec());
+            let knots = interpolation.knots(times, own.to_vec());
             if let Some(before) = self.last.get(curve)
-                && fill.reaches_far()
+                && interpolation.reaches_far()
                 && !agrees(before, &knots, skip, times, own.first()?)
             {
                 return None;
             }
-            let asked = knots.get(skip..skip + window.asked.len())?;
+            let asked = knots.get(skip..skip + window.core.len())?;
             let is_finite = |k: &Target<f64>| (k.value + k.rate + k.acceleration).is_finite();
             if let Some(finite) = self.finite.get_mut(curve) {
                 *finite &= asked.iter().all(is_finite);
@@ -127,7 +127,12 @@ impl Survey {
             last.push(*asked.last()?);
         }
         let bytes = self.lines.first()?.start..self.lines.get(known.end - 1)?.end;
-        self.marks.push(Mark { time: *times.get(skip)?, knots: first, bytes, fingerprint });
+        self.entries.push(WindowEntry {
+            time: *times.get(skip)?,
+            knots: first,
+            bytes,
+            fingerprint,
+        });
         self.last = last;
         Some(())
     }

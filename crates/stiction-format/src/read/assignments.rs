@@ -20,7 +20,7 @@ pub(crate) fn read(context: &Context<'_>) -> Table {
             context.push(
                 Diagnostic::error("syntax", "this is not an assignment")
                     .at(context.place(&part), "expected `name = value`")
-                    .help("write assignments with `;` between them: platform.x = 5 mm*t; duration = 2 s"),
+                    .help("separate assignments by `;`: platform.x = 5 mm*t; duration = 2 s"),
             );
             continue;
         };

@@ -9,7 +9,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 thread_local! {
-    static HELD: RefCell<Option<Arc<Piece>>> = const { RefCell::new(None) };
+    static CACHED: RefCell<Option<Arc<Piece>>> = const { RefCell::new(None) };
 }
 
 /// Calls `f` with a piece, which is fetched if the thread caches another; `None` if it cannot be
@@ -18,20 +18,21 @@ pub(super) fn with<T>(
     owner: u64,
     index: usize,
     fetch: impl FnOnce() -> Option<Arc<Piece>>,
-    look: impl Fn(&Piece) -> T,
+    read: impl Fn(&Piece) -> T,
 ) -> Option<T> {
     // The cache of a thread that ends may be gone already.
-    let held = HELD.try_with(|held| {
-        let held = held.try_borrow().ok()?;
-        let piece = held.as_deref()?;
-        (piece.owner == owner && piece.index == index).then(|| look(piece))
+    let cached = CACHED.try_with(|cached| {
+        let cached = cached.try_borrow().ok()?;
+        let piece = cached.as_deref()?;
+        (piece.owner == owner && piece.index == index).then(|| read(piece))
     });
-    if let Ok(Some(found)) = held {
+    if let Ok(Some(found)) = cached {
         return Some(found);
     }
     let piece = fetch()?;
-    let found = look(&piece);
+    let found = read(&piece);
     // Without a cache the piece is fetched again.
-    let _ = HELD.try_with(|held| held.try_borrow_mut().map(|mut held| *held = Some(piece)));
+    let _ =
+        CACHED.try_with(|cached| cached.try_borrow_mut().map(|mut cached| *cached = Some(piece)));
     Some(found)
 }

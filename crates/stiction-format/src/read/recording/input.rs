@@ -6,12 +6,12 @@ use crate::source::Source;
 use std::sync::Arc;
 
 /// A text in memory, or one that is read in pieces.
-pub(crate) enum Tape {
+pub(crate) enum Input {
     Whole(Arc<Source>),
     Stored { store: Arc<dyn Store>, name: String },
 }
 
-impl Tape {
+impl Input {
     pub(crate) fn new(name: &str, contents: Contents) -> Self {
         match contents {
             Contents::Whole(text) => Self::Whole(Arc::new(Source::new(name, text))),
