@@ -88,6 +88,10 @@ pub struct Motion {
     pub coordinates: Vec<(Coordinate, Signal)>,
     /// Description of the interpolation between samples.
     pub interpolation: Option<String>,
+    /// Peak speeds and accelerations of recorded coordinates, one sentence each.
+    pub notes: Vec<String>,
+    /// Doubtful data of a recording: noise, outliers, columns that contradict each other.
+    pub warnings: Diagnostics,
 }
 
 impl Motion {

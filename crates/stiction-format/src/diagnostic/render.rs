@@ -35,12 +35,12 @@ fn one(renderer: &Renderer, diagnostic: &Diagnostic) -> String {
     };
     let mut elements: Vec<Element<'_>> = Vec::new();
     if let Some(place) = &diagnostic.place {
-        let mut entries =
-            vec![WindowEntry { place, label: &diagnostic.label, kind: AnnotationKind::Primary }];
+        let mut annotations =
+            vec![Annotated { place, label: &diagnostic.label, kind: AnnotationKind::Primary }];
         for (place, label) in &diagnostic.related {
-            entries.push(WindowEntry { place, label, kind: AnnotationKind::Context });
+            annotations.push(Annotated { place, label, kind: AnnotationKind::Context });
         }
-        elements.extend(excerpts(&entries));
+        elements.extend(excerpts(&annotations));
     }
     if let Some(help) = &diagnostic.help {
         elements.push(Level::HELP.message(help.as_str()).into());
@@ -50,7 +50,7 @@ fn one(renderer: &Renderer, diagnostic: &Diagnostic) -> String {
     renderer.render(&[group])
 }
 
-struct WindowEntry<'a> {
+struct Annotated<'a> {
     place: &'a Place,
     label: &'a str,
     kind: AnnotationKind,
@@ -61,7 +61,7 @@ struct WindowEntry<'a> {
 struct Line {
     start: usize,
     end: usize,
-    entry: std::ops::Range<usize>,
+    underline: std::ops::Range<usize>,
 }
 
 fn line_of(place: &Place) -> Line {
@@ -73,23 +73,23 @@ fn line_of(place: &Place) -> Line {
     let end = start + text.get(start..end).unwrap_or_default().trim_end_matches('\r').len();
     let from = from.min(end);
     let to = boundary(text, place.span.end).clamp(from, end);
-    Line { start, end, entry: from..to }
+    Line { start, end, underline: from..to }
 }
 
 /// Groups places of the same text that are close to each other into excerpts.
-fn excerpts<'a>(entries: &[WindowEntry<'a>]) -> Vec<Element<'a>> {
+fn excerpts<'a>(annotations: &[Annotated<'a>]) -> Vec<Element<'a>> {
     let mut elements = Vec::new();
-    let mut done = vec![false; entries.len()];
-    for (i, entry) in entries.iter().enumerate() {
+    let mut done = vec![false; annotations.len()];
+    for (i, underline) in annotations.iter().enumerate() {
         if std::mem::replace(&mut done[i], true) {
             continue;
         }
-        let text = entry.place.source.text.as_str();
-        let first = line_of(entry.place);
+        let text = underline.place.source.text.as_str();
+        let first = line_of(underline.place);
         let (mut from, mut to) = (first.start, first.end);
-        let mut members = vec![(entry, first)];
-        for (k, other) in entries.iter().enumerate().skip(i + 1) {
-            if done[k] || !Arc::ptr_eq(&other.place.source, &entry.place.source) {
+        let mut members = vec![(underline, first)];
+        for (k, other) in annotations.iter().enumerate().skip(i + 1) {
+            if done[k] || !Arc::ptr_eq(&other.place.source, &underline.place.source) {
                 continue;
             }
             let line = line_of(other.place);
@@ -110,30 +110,30 @@ fn excerpt<'a>(
     text: &'a str,
     from: usize,
     to: usize,
-    members: &[(&WindowEntry<'a>, Line)],
+    members: &[(&Annotated<'a>, Line)],
 ) -> Element<'a> {
-    let entry = members[0].0;
-    let name = entry.place.source.name.as_str();
-    let (line, column) = entry.place.line_column();
+    let underline = members[0].0;
+    let name = underline.place.source.name.as_str();
+    let (line, column) = underline.place.line_column();
     let shown = text.get(from..to).unwrap_or_default();
-    if entry.place.is_whole() {
+    if underline.place.is_whole() {
         return Origin::path(name).into();
     }
     if shown.lines().any(|line| line.len() > LONGEST_LINE) {
         return Origin::path(name).line(line).char_column(column).into();
     }
-    // A byte order entry does not count as a character.
+    // A byte order underline does not count as a character.
     let skipped = if shown.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
     let from = from + skipped;
     let shown = shown.get(skipped..).unwrap_or_default();
     let before = text.get(..from).unwrap_or_default();
-    let above = entry.place.source.begin().lines;
+    let above = underline.place.source.begin().lines;
     let line_start = above + before.bytes().filter(|&b| b == b'\n').count() + 1;
-    let annotation = |(entry, line): &(&WindowEntry<'a>, Line)| -> Annotation<'a> {
-        let start = line.entry.start.saturating_sub(from);
-        let end = line.entry.end.saturating_sub(from).max(start);
-        let label = Some(entry.label).filter(|label| !label.is_empty());
-        entry.kind.span(start..end).label(label)
+    let annotation = |(underline, line): &(&Annotated<'a>, Line)| -> Annotation<'a> {
+        let start = line.underline.start.saturating_sub(from);
+        let end = line.underline.end.saturating_sub(from).max(start);
+        let label = Some(underline.label).filter(|label| !label.is_empty());
+        underline.kind.span(start..end).label(label)
     };
     Snippet::source(shown)
         .line_start(line_start)

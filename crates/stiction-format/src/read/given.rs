@@ -72,7 +72,7 @@ impl ModelFile {
         if is_toml(&source.name) {
             return self.motion_table(&source, files);
         }
-        self.recording(&source, &Input::Whole(Arc::clone(&source)), |input, context, names| {
+        self.recording(&source, &Input::of_source(&source), |input, context, names| {
             recording::read(input, names, &Orders::new(), context)
         })
     }

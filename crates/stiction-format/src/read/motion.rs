@@ -5,7 +5,7 @@ use super::names::Names;
 use super::path::{Leaf, Meaning, Orders, Unresolved, coordinate, leaves, resolve};
 use super::recording::{self, Input};
 use crate::contents::Contents;
-use crate::diagnostic::{Diagnostic, number};
+use crate::diagnostic::{Diagnostic, Diagnostics, number};
 use crate::document::{Table, Value};
 use crate::expression::Measure;
 use crate::fields::tables::{MOTION, ORDERS};
@@ -70,8 +70,17 @@ pub(crate) fn read(
         refuse("duration", duration, "not be negative; 0 means a single pose");
         return None;
     }
-    let mut motion =
-        Motion { title, start, duration, step, samples: None, coordinates, interpolation: None };
+    let mut motion = Motion {
+        title,
+        start,
+        duration,
+        step,
+        samples: None,
+        coordinates,
+        interpolation: None,
+        notes: Vec::new(),
+        warnings: Diagnostics::new(),
+    };
     let count = duration / step.unwrap_or(STEP);
     if !(start + duration).is_finite() || count > MAX_SAMPLES {
         let key = if step.is_some() { "step" } else { "duration" };

@@ -4,6 +4,7 @@ mod banded;
 mod curve;
 mod hermite;
 mod monotone;
+pub(crate) mod quality;
 mod quintic;
 pub(crate) mod recorded;
 pub(crate) mod samples;

@@ -6,10 +6,12 @@ use super::messages::Messages;
 use super::plan::Plan;
 use super::scan::{Scan, scan};
 use crate::diagnostic::number;
-use crate::signal::recorded::lines::Line;
+use crate::signal::quality::{Findings, Quality};
+use crate::signal::recorded::lines::{Delimiter, Line};
 use crate::signal::recorded::{IndexBuilder, Indexed, Layout};
 use crate::signal::samples::SampleTimes;
 use crate::signal::{Curve, Interpolation, Signal};
+use crate::source::Source;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -20,6 +22,8 @@ const MAX_GLOBAL_BYTES: u64 = 1 << 30;
 /// A valid recording.
 pub(super) struct Recording {
     pub(super) header: Header,
+    /// The page that contains the header.
+    pub(super) header_page: Arc<Source>,
     pub(super) samples: SampleTimes,
     pub(super) curves: Vec<RecordedCurve>,
 }
@@ -30,16 +34,22 @@ pub(super) struct RecordedCurve {
     pub(super) column: usize,
     pub(super) interpolation: Interpolation,
     pub(super) signal: Signal,
+    /// Findings about its samples; nothing for efforts.
+    pub(super) findings: Option<Findings>,
     is_finite: bool,
     /// True if it is long and nevertheless needed one global solution.
     pub(super) is_global: bool,
 }
 
-/// Collector of the rows while they are read.
+/// Kept of the rows while they are read.
 struct Collector {
     layout: Layout,
-    /// Collector numbers of one row.
+    /// Kept numbers of one row.
     row: Vec<f64>,
+    /// Standard deviations of their rounding.
+    rounding: Vec<f64>,
+    /// Tests of the curves, with the places of their numbers.
+    tests: Vec<Option<(Quality, Range<usize>)>>,
     /// End of its line in the file.
     end: u64,
     sink: Sink,
@@ -57,11 +67,24 @@ impl Collector {
             Input::Whole(_) => Sink::Memory(vec![Vec::new(); layout.width()]),
             Input::Stored { .. } => Sink::Index(IndexBuilder::new(layout.clone())),
         };
-        Self { row: vec![0.0; layout.width()], layout, end: 0, sink }
+        let tests = layout.curves().map(|(interpolation, places)| match interpolation {
+            Interpolation::Spline(given) => Some((Quality::new(given), places)),
+            Interpolation::Monotone => None,
+        });
+        let row = vec![0.0; layout.width()];
+        Self { rounding: row.clone(), row, tests: tests.collect(), layout, end: 0, sink }
     }
 
-    fn push(&mut self, row: &[f64], line: Range<u64>) {
+    fn push(&mut self, row: &[f64], rounding: &[f64], line: Range<u64>) {
         self.layout.pick(row, &mut self.row);
+        self.layout.pick(rounding, &mut self.rounding);
+        let time = self.row.first().copied().zip(self.rounding.first().copied());
+        for (test, places) in self.tests.iter_mut().flatten() {
+            let numbers = self.row.get(places.clone()).zip(self.rounding.get(places.clone()));
+            if let (Some(time), Some((numbers, rounding))) = (time, numbers) {
+                test.push(time, numbers, rounding);
+            }
+        }
         self.end = line.end;
         match &mut self.sink {
             Sink::Index(index_builder) => index_builder.push(&self.row, line),
@@ -78,18 +101,21 @@ impl Collector {
 pub(super) fn gather(
     input: &Input,
     example: &str,
-    head: &dyn Fn(&str, Line, &mut Messages) -> Header,
+    head: &dyn Fn(&str, Line, Delimiter, &mut Messages) -> Header,
 ) -> Result<(Option<Recording>, Messages), String> {
     let mut kept: Option<Collector> = None;
-    let Scan { header, mut messages } = scan(input.pages(), example, head, |header, row, line| {
-        kept.get_or_insert_with(|| Collector::new(header, input)).push(row, line);
-    })?;
+    let Scan { header, mut messages } =
+        scan(input.pages(), example, head, |header, row, rounding, line| {
+            kept.get_or_insert_with(|| Collector::new(header, input)).push(row, rounding, line);
+        })?;
     // Rows that could not be read do not count as missing.
     let Some((header, page)) = header.filter(|_| !messages.out.has_errors()) else {
         return Ok((None, messages));
     };
     let plan = Plan::of(&header);
     let end = kept.as_ref().map_or(0, |kept| kept.end);
+    let tests = kept.as_mut().map(|kept| std::mem::take(&mut kept.tests)).unwrap_or_default();
+    let findings = tests.into_iter().map(|test| test.map(|(test, _)| test.finish()));
     let (samples, curves) = match (kept.map(|kept| kept.sink), input) {
         (Some(Sink::Memory(columns)), _) => at_once(&plan, columns),
         (Some(Sink::Index(index_builder)), Input::Stored { store, name }) => {
@@ -112,17 +138,24 @@ pub(super) fn gather(
         }
         (None | Some(Sink::Index(_)), _) => (SampleTimes::from(Arc::from([])), Vec::new()),
     };
-    let recorded_curve = |((&column, &interpolation), (signal, is_finite, is_global))| {
-        RecordedCurve { column, interpolation, signal, is_finite, is_global }
-    };
+    let recorded_curve =
+        |(((&column, &interpolation), (signal, is_finite, is_global)), findings)| RecordedCurve {
+            column,
+            interpolation,
+            signal,
+            findings,
+            is_finite,
+            is_global,
+        };
     let curves = plan
         .columns
         .iter()
         .zip(&plan.layout.interpolations)
         .zip(curves)
+        .zip(findings)
         .map(recorded_curve)
         .collect();
-    let recording = Recording { header, samples, curves };
+    let recording = Recording { header, header_page: Arc::clone(&page), samples, curves };
     let last = std::mem::replace(&mut messages.page, page);
     recording.check(&mut messages);
     messages.page = last;

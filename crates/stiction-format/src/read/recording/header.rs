@@ -8,7 +8,7 @@ use crate::diagnostic::quoted;
 use crate::expression::Measure;
 use crate::expression::unit::Scale;
 use crate::expression::{Dimension, unit_of};
-use crate::signal::recorded::lines::{Line, cells};
+use crate::signal::recorded::lines::{Cells, Delimiter, Digits, Line};
 use crate::source::Span;
 use stiction_core::kinematics::Coordinate;
 
@@ -36,10 +36,14 @@ pub(super) struct Column {
     /// Name of the coordinate as written.
     pub(super) name: String,
     pub(super) span: Span,
+    /// Digits of its numbers.
+    pub(super) digits: Digits,
 }
 
 /// All columns.
 pub(super) struct Header {
+    /// Separator of the columns.
+    pub(super) delimiter: Delimiter,
     pub(super) columns: Vec<Column>,
     /// Index of the time column.
     pub(super) time: Option<usize>,
@@ -50,19 +54,18 @@ impl Header {
     pub(super) fn read(
         text: &str,
         line: Line,
+        delimiter: Delimiter,
         names: &Names,
         orders: &Orders,
         messages: &mut Messages,
     ) -> Self {
-        let whole = text.get(line.clone()).unwrap_or_default();
-        if whole.contains(';') && !whole.contains(',') {
-            let help = "separate columns with commas, and write decimals with a point".to_owned();
-            let message = "the columns are separated by semicolons".to_owned();
-            messages.push_help("syntax", message, line, "expected commas", Some(help));
-            return Self { columns: Vec::new(), time: None };
+        if let Some(message) = separated_by_blanks(text, &line, delimiter) {
+            let help = "separate columns by commas, semicolons or tabs".to_owned();
+            messages.push_help("syntax", message, line, "blanks between columns", Some(help));
+            return Self { delimiter, columns: Vec::new(), time: None };
         }
         let mut columns: Vec<Column> = Vec::new();
-        for cell in cells(text, line.clone()) {
+        for cell in header_cells(text, &line, delimiter) {
             let column = read_column(text, cell, names, orders, messages);
             let again = columns
                 .iter()
@@ -73,7 +76,8 @@ impl Header {
             }
             columns.push(column);
         }
-        let header = Self { time: columns.iter().position(|c| c.role == Role::Time), columns };
+        let header =
+            Self { delimiter, time: columns.iter().position(|c| c.role == Role::Time), columns };
         header.check(line, messages);
         header
     }
@@ -110,6 +114,7 @@ impl Header {
     pub(super) fn of_drives(
         text: &str,
         line: Line,
+        delimiter: Delimiter,
         actuators: &Actuators,
         messages: &mut Messages,
     ) -> Self {
@@ -117,9 +122,10 @@ impl Header {
             let content = text.get(cell.clone()).unwrap_or_default();
             content.split_once('[').map_or(content, |(label, _)| label).trim_end()
         };
-        let results = cells(text, line.clone()).any(|cell| label(&cell).ends_with(".drive"));
+        let cells = header_cells(text, &line, delimiter);
+        let results = cells.iter().any(|cell| label(cell).ends_with(".drive"));
         let mut columns: Vec<Column> = Vec::new();
-        for cell in cells(text, line.clone()) {
+        for cell in cells {
             let label = label(&cell);
             let drive = label.strip_suffix(".drive");
             let name = if results { drive.unwrap_or(label) } else { label };
@@ -129,6 +135,7 @@ impl Header {
                 is_angle: false,
                 name: name.to_owned(),
                 span: cell.clone(),
+                digits: Digits::default(),
             };
             let measure = if name == "time" || name == "t" {
                 column.role = Role::Time;
@@ -164,7 +171,8 @@ impl Header {
             }
             columns.push(column);
         }
-        let header = Self { time: columns.iter().position(|c| c.role == Role::Time), columns };
+        let header =
+            Self { delimiter, time: columns.iter().position(|c| c.role == Role::Time), columns };
         if header.time.is_none() {
             let help = Some("name the time column `time [s]`".to_owned());
             let message = "the column `time` is missing".to_owned();
@@ -176,6 +184,21 @@ impl Header {
         }
         header
     }
+}
+
+/// The cells of a header.
+fn header_cells(text: &str, line: &Line, delimiter: Delimiter) -> Vec<Span> {
+    let count = Cells::new(delimiter).split(text, line.clone(), usize::MAX).len();
+    // An empty name behind the last separator ends each line of some programs.
+    Cells::new(delimiter).split(text, line.clone(), count.saturating_sub(1).max(1)).to_vec()
+}
+
+/// Complaint about a header with several names and no separator.
+fn separated_by_blanks(text: &str, line: &Line, delimiter: Delimiter) -> Option<String> {
+    let header = text.get(line.clone())?;
+    let is_alone = header_cells(text, line, delimiter).len() == 1;
+    (is_alone && header.matches('[').count() > 1)
+        .then(|| "the columns are separated by blanks".to_owned())
 }
 
 fn read_column(
@@ -201,6 +224,7 @@ fn read_column(
         is_angle: false,
         name: name.to_owned(),
         span: cell.clone(),
+        digits: Digits::default(),
     };
     if name.is_empty() {
         let message = "a column has no name".to_owned();

@@ -2,6 +2,7 @@
 
 use crate::contents::{Contents, Store};
 use crate::signal::recorded::Pages;
+use crate::signal::recorded::lines::unify_line_ends;
 use crate::source::Source;
 use std::sync::Arc;
 
@@ -14,9 +15,16 @@ pub(crate) enum Input {
 impl Input {
     pub(crate) fn new(name: &str, contents: Contents) -> Self {
         match contents {
-            Contents::Whole(text) => Self::Whole(Arc::new(Source::new(name, text))),
+            Contents::Whole(text) => {
+                Self::Whole(Arc::new(Source::new(name, unify_line_ends(text))))
+            }
             Contents::Stored(store) => Self::Stored { store, name: name.to_owned() },
         }
+    }
+
+    /// A text in memory, given on its own.
+    pub(crate) fn of_source(source: &Source) -> Self {
+        Self::new(&source.name, Contents::Whole(source.text.clone()))
     }
 
     /// The text from beginning to end; a text in memory is one page.

@@ -6,6 +6,7 @@ mod header;
 mod input;
 mod messages;
 mod plan;
+mod report;
 mod rows;
 mod scan;
 
@@ -19,6 +20,7 @@ use crate::model_file::{Drives, Motion};
 use gather::{Recording, gather};
 use header::{Header, Role};
 use messages::Messages;
+use report::Report;
 
 /// Minimum number of samples of a spline.
 const MIN_SAMPLES: usize = 2;
@@ -33,9 +35,10 @@ pub(crate) fn read(
     orders: &Orders,
     context: &Context<'_>,
 ) -> Result<Option<Motion>, String> {
-    let (recording, mut messages) = gather(input, "platform.x [mm]", &|text, line, messages| {
-        Header::read(text, line, names, orders, messages)
-    })?;
+    let (recording, mut messages) =
+        gather(input, "platform.x [mm]", &|text, line, delimiter, messages| {
+            Header::read(text, line, delimiter, names, orders, messages)
+        })?;
     let motion = recording.and_then(|recording| motion(recording, &mut messages));
     let failed = messages.out.has_errors();
     context.out.borrow_mut().append(messages.out);
@@ -43,13 +46,14 @@ pub(crate) fn read(
 }
 
 fn motion(recording: Recording, messages: &mut Messages) -> Option<Motion> {
-    let Recording { header, samples, curves } = recording;
+    let Recording { header, header_page, samples, curves } = recording;
     if samples.count() < MIN_SAMPLES {
         too_few(samples.count(), messages);
         return None;
     }
     let (start, end) = samples.ends()?;
     let (mut coordinates, mut kinds) = (Vec::new(), Kinds::default());
+    let mut report = Report::new(&header, header_page);
     for curve in curves {
         let column = header.columns.get(curve.column)?;
         let Role::Coordinate { coordinate, .. } = column.role else { continue };
@@ -59,8 +63,13 @@ fn motion(recording: Recording, messages: &mut Messages) -> Option<Motion> {
                      parts";
         }
         kinds.add(kind, &column.name);
+        if let Some(findings) = &curve.findings {
+            report.add(coordinate, curve.column, findings);
+        }
         coordinates.push((coordinate, curve.signal));
     }
+    let (notes, warnings, errors) = report.finish();
+    messages.out.append(errors);
     Some(Motion {
         title: String::new(),
         start,
@@ -69,6 +78,8 @@ fn motion(recording: Recording, messages: &mut Messages) -> Option<Motion> {
         samples: Some(samples),
         coordinates,
         interpolation: Some(kinds.describe()),
+        notes,
+        warnings,
     })
 }
 
@@ -97,9 +108,10 @@ pub(crate) fn read_drives(
     actuators: &Actuators,
     context: &Context<'_>,
 ) -> Result<Option<Drives>, String> {
-    let (recording, mut messages) = gather(input, "leg1.P [N]", &|text, line, messages| {
-        Header::of_drives(text, line, actuators, messages)
-    })?;
+    let (recording, mut messages) =
+        gather(input, "leg1.P [N]", &|text, line, delimiter, messages| {
+            Header::of_drives(text, line, delimiter, actuators, messages)
+        })?;
     let drives = recording.and_then(|recording| drives(recording, &mut messages));
     let failed = messages.out.has_errors();
     context.out.borrow_mut().append(messages.out);
@@ -107,7 +119,7 @@ pub(crate) fn read_drives(
 }
 
 fn drives(recording: Recording, messages: &mut Messages) -> Option<Drives> {
-    let Recording { header, samples, curves } = recording;
+    let Recording { header, samples, curves, .. } = recording;
     if samples.count() == 0 {
         let end = messages.page.text.len();
         messages.push("samples", "the file has no sample".to_owned(), end..end, "the end");

@@ -17,7 +17,7 @@ impl Plan {
     pub(super) fn of(header: &Header) -> Self {
         let place = |role: Role| header.columns.iter().position(|column| column.role == role);
         let (mut interpolations, mut columns) = (Vec::new(), Vec::new());
-        // Collector columns, in this order.
+        // Kept columns, in this order.
         let mut kept: Vec<usize> = header.time.into_iter().collect();
         for (index, column) in header.columns.iter().enumerate() {
             let (interpolation, derivatives) = match column.role {
@@ -43,6 +43,7 @@ impl Plan {
             (kept.iter().position(|&known| known == index), column.scale)
         };
         let layout = Layout {
+            delimiter: header.delimiter,
             columns: header.columns.iter().enumerate().map(scaled).collect(),
             interpolations,
         };

@@ -4,7 +4,7 @@ use super::super::context::LARGEST;
 use super::header::{Header, Role};
 use super::messages::Messages;
 use crate::diagnostic::{number, quoted};
-use crate::signal::recorded::lines::{Line, cells};
+use crate::signal::recorded::lines::{Cells, Line, parse_number};
 use crate::source::Span;
 
 /// Reads rows one after another and reports their errors.
@@ -12,6 +12,11 @@ pub(super) struct Rows {
     header: Header,
     /// The previous row, in SI units.
     row: Vec<f64>,
+    /// Standard deviations of the rounding of these numbers.
+    rounding: Vec<f64>,
+    cells: Cells,
+    /// Decimal mark of the file, a point or a comma, once a number has one.
+    decimal_mark: Option<char>,
     is_first: bool,
     last_time: Option<f64>,
     /// Columns whose wrapped angles were reported.
@@ -21,7 +26,16 @@ pub(super) struct Rows {
 impl Rows {
     pub(super) fn new(header: Header) -> Self {
         let row = vec![0.0; header.columns.len()];
-        Self { header, row, is_first: true, last_time: None, wrapped: Vec::new() }
+        Self {
+            rounding: row.clone(),
+            cells: Cells::new(header.delimiter),
+            decimal_mark: None,
+            header,
+            row,
+            is_first: true,
+            last_time: None,
+            wrapped: Vec::new(),
+        }
     }
 
     pub(super) fn header(&self) -> &Header {
@@ -37,6 +51,11 @@ impl Rows {
         &self.row
     }
 
+    /// Standard deviations of the rounding of the last row, in SI units.
+    pub(super) fn rounding(&self) -> &[f64] {
+        &self.rounding
+    }
+
     /// Reads a row; returns false unless it has as many numbers as the header.
     pub(super) fn read(&mut self, text: &str, line: Line, messages: &mut Messages) -> bool {
         let width = self.header.columns.len();
@@ -44,29 +63,46 @@ impl Rows {
         if width == 0 {
             return false;
         }
-        let count = cells(text, line.clone()).count();
+        let is_comma = self.header.delimiter.is_comma();
+        let cells = self.cells.split(text, line.clone(), width);
+        let count = cells.len();
         if count != width {
             let message = format!("this row has {}, the header has {width}", numbers(count));
-            messages.push("ragged", message, line, "the row");
+            let content = text.get(line.clone()).unwrap_or_default();
+            let help = if content.matches('"').count() % 2 == 1 {
+                Some("close the quote on the same line")
+            } else if is_comma && count > width {
+                Some("with decimal commas, separate columns by semicolons or quote the numbers")
+            } else {
+                None
+            };
+            messages.push_help("ragged", message, line, "the row", help.map(str::to_owned));
             return false;
         }
-        let places = self.header.columns.iter().zip(&mut self.row);
-        for ((column, last), cell) in places.zip(cells(text, line)) {
+        let places = self.header.columns.iter_mut().zip(&mut self.row).zip(&mut self.rounding);
+        for (((column, last), rounding), cell) in places.zip(cells) {
+            let content = text.get(cell.clone()).unwrap_or_default();
             let value = match column.role {
                 // The column is not used.
                 Role::Unknown => 0.0,
-                _ => read_number(text, &cell, messages).map_or(f64::NAN, |x| column.scale.apply(x)),
+                _ => {
+                    check_mark(content, is_comma, &mut self.decimal_mark, cell, messages);
+                    let written = read_number(content, cell, messages);
+                    column.digits.add(content);
+                    *rounding = column.scale.apply(column.digits.rounding(written.unwrap_or(0.0)));
+                    written.map_or(f64::NAN, |x| column.scale.apply(x))
+                }
             };
             if column.role == Role::Time {
-                check_time(value, self.last_time, &cell, messages);
+                check_time(value, self.last_time, cell, messages);
                 self.last_time = if value.is_nan() { self.last_time } else { Some(value) };
             }
             if column.is_angle && !self.is_first {
-                check_turn(value - *last, &column.name, &cell, &mut self.wrapped, messages);
+                check_turn(value - *last, &column.name, cell, &mut self.wrapped, messages);
             }
             if value.abs() > LARGEST {
                 let message = format!("{} is too large", number(value));
-                messages.push("range", message, cell, "too large");
+                messages.push("range", message, cell.clone(), "too large");
             }
             *last = value;
         }
@@ -79,9 +115,40 @@ fn numbers(count: usize) -> String {
     if count == 1 { "1 column".to_owned() } else { format!("{count} columns") }
 }
 
-fn read_number(text: &str, cell: &Span, messages: &mut Messages) -> Option<f64> {
-    let content = text.get(cell.clone()).unwrap_or_default();
-    match content.parse::<f64>() {
+/// Reports numbers with another decimal mark than those before, and commas that can separate
+/// thousands as well.
+fn check_mark(
+    content: &str,
+    is_comma: bool,
+    known: &mut Option<char>,
+    cell: &Span,
+    messages: &mut Messages,
+) {
+    let Some(mark) = content.chars().find(|c| matches!(c, ',' | '.')) else { return };
+    let (whole, rest) = content.split_once(mark).unwrap_or_default();
+    let whole = whole.trim_start_matches(['+', '-']);
+    let is_ambiguous = mark == ','
+        && is_comma
+        && rest.len() == 3
+        && rest.bytes().all(|b| b.is_ascii_digit())
+        && !whole.starts_with('0')
+        && known.is_none();
+    let (message, label, help) = if is_ambiguous || (mark == ',' && rest.contains([',', '.'])) {
+        let message = format!("{} can have separators of thousands", quoted(content));
+        (message, "which number?", "write numbers without separators of thousands")
+    } else if known.is_some_and(|known| known != mark) {
+        let message =
+            format!("{} has another decimal mark than the numbers above", quoted(content));
+        (message, "point or comma?", "use one decimal mark in the whole file")
+    } else {
+        *known = Some(mark);
+        return;
+    };
+    messages.push_help("syntax", message, cell.clone(), label, Some(help.to_owned()));
+}
+
+fn read_number(content: &str, cell: &Span, messages: &mut Messages) -> Option<f64> {
+    match parse_number(content).ok_or(()) {
         Ok(x) if x.is_finite() => Some(x),
         // Skip the wording of a message that is only counted.
         _ if messages.is_full() => {

@@ -4,7 +4,7 @@ use super::header::Header;
 use super::messages::Messages;
 use super::rows::Rows;
 use crate::diagnostic::Diagnostics;
-use crate::signal::recorded::lines::{Line, cells, lines};
+use crate::signal::recorded::lines::{Cells, Delimiter, Line, lines, parse_number};
 use crate::source::{Begin, Source};
 use std::ops::Range;
 use std::sync::Arc;
@@ -17,13 +17,14 @@ pub(super) struct Scan {
     pub(super) messages: Messages,
 }
 
-/// Reads all pages. `head` reads the header line; `take` receives the rows in SI units, each with
-/// the byte range of its line, until the first error; `example` is a column name for messages.
+/// Reads all pages. `head` reads the header line; `take` receives the rows in SI units, with the
+/// standard deviations of their rounding and the byte range of their line, until the first error;
+/// `example` is a column name for messages.
 pub(super) fn scan(
     pages: impl Iterator<Item = Result<Arc<Source>, String>>,
     example: &str,
-    head: impl Fn(&str, Line, &mut Messages) -> Header,
-    mut take: impl FnMut(&Header, &[f64], Range<u64>),
+    head: impl Fn(&str, Line, Delimiter, &mut Messages) -> Header,
+    mut take: impl FnMut(&Header, &[f64], &[f64], Range<u64>),
 ) -> Result<Scan, String> {
     let mut messages = Messages::new(Arc::new(Source::new("", "")));
     let mut open: Option<(Rows, Arc<Source>)> = None;
@@ -40,8 +41,15 @@ pub(super) fn scan(
         }
         let mut lines = lines(&page);
         if open.is_none() {
-            let Some(first) = lines.next() else { continue };
-            if is_numbers(text, &first) {
+            let Some(mut first) = lines.next() else { continue };
+            let declared = Delimiter::declared(text.get(first.clone()).unwrap_or_default());
+            if declared.is_some() {
+                let Some(next) = lines.next() else { continue };
+                first = next;
+            }
+            let header = text.get(first.clone()).unwrap_or_default();
+            let delimiter = declared.unwrap_or_else(|| Delimiter::of(header));
+            if is_numbers(text, &first, delimiter) {
                 let help = format!("name the columns in the first line: time [s], {example}, …");
                 let message = "the header with the column names is missing".to_owned();
                 messages.push_help(
@@ -53,7 +61,8 @@ pub(super) fn scan(
                 );
                 return Ok(Scan { header: None, messages });
             }
-            open = Some((Rows::new(head(text, first, &mut messages)), Arc::clone(&page)));
+            open =
+                Some((Rows::new(head(text, first, delimiter, &mut messages)), Arc::clone(&page)));
         }
         let Some((rows, _)) = &mut open else { continue };
         for line in lines {
@@ -61,7 +70,7 @@ pub(super) fn scan(
             let place = bytes + line.start as u64..bytes + line.end as u64;
             let was_read = rows.read(text, line, &mut messages);
             if was_read && !messages.out.has_errors() {
-                take(rows.header(), rows.row(), place);
+                take(rows.header(), rows.row(), rows.rounding(), place);
             }
         }
     }
@@ -75,7 +84,8 @@ pub(super) fn scan(
     Ok(Scan { header: open.map(|(rows, page)| (rows.into_header(), page)), messages })
 }
 
-fn is_numbers(text: &str, line: &Line) -> bool {
-    cells(text, line.clone())
-        .all(|cell| text.get(cell).is_some_and(|cell| cell.parse::<f64>().is_ok()))
+fn is_numbers(text: &str, line: &Line, delimiter: Delimiter) -> bool {
+    let mut cells = Cells::new(delimiter);
+    let mut all = cells.split(text, line.clone(), usize::MAX).iter();
+    all.all(|cell| text.get(cell.clone()).is_some_and(|cell| parse_number(cell).is_some()))
 }

@@ -11,7 +11,7 @@ use stiction_core::kinematics::Target;
 /// Builder of the index from the rows of a recording.
 pub(crate) struct IndexBuilder {
     layout: Layout,
-    /// Collector numbers of the rows that the next window contains, and the byte ranges of their lines.
+    /// Kept numbers of the rows that the next window contains, and the byte ranges of their lines.
     columns: Vec<Vec<f64>>,
     lines: Vec<Range<u64>>,
     /// Index of the first of these rows, and of the first core sample of the next window.

@@ -1,13 +1,15 @@
 //! Assignment of file columns to curves.
 
-use super::lines::{cells, lines};
+use super::lines::{Cells, Delimiter, lines, parse_number, unify_line_ends};
 use crate::expression::unit::Scale;
 use crate::signal::Interpolation;
 use crate::source::{Begin, Source};
 
-/// Collector numbers of each row: the time first, then those of each curve side by side.
+/// Kept numbers of each row: the time first, then those of each curve side by side.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
+    /// Separator of the columns.
+    pub(crate) delimiter: Delimiter,
     /// For each column of the file its index among the kept numbers, and its unit.
     pub(crate) columns: Vec<(Option<usize>, Scale)>,
     /// The curves.
@@ -32,7 +34,7 @@ impl Layout {
         })
     }
 
-    /// Collector numbers of a row of the file.
+    /// Kept numbers of a row of the file.
     pub(crate) fn pick(&self, row: &[f64], kept: &mut [f64]) {
         for ((place, _), value) in self.columns.iter().zip(row) {
             if let Some(kept) = place.and_then(|place| kept.get_mut(place)) {
@@ -41,16 +43,17 @@ impl Layout {
         }
     }
 
-    /// Collector columns of all rows in a text that was read before; `None` if one cannot be read now.
+    /// Kept columns of all rows in a text that was read before; `None` if one cannot be read now.
     pub(crate) fn read(&self, text: String, begin: u64) -> Option<Vec<Vec<f64>>> {
-        let source = Source::piece("", text, Begin { bytes: begin, lines: 0 });
+        let source = Source::piece("", unify_line_ends(text), Begin { bytes: begin, lines: 0 });
         let mut columns = vec![Vec::new(); self.width()];
+        let mut cells = Cells::new(self.delimiter);
         for line in lines(&source) {
             let mut known = self.columns.iter();
-            for cell in cells(&source.text, line) {
+            for cell in cells.split(&source.text, line, self.columns.len()) {
                 let (place, scale) = known.next()?;
                 let Some(column) = place.and_then(|place| columns.get_mut(place)) else { continue };
-                column.push(scale.apply(source.text.get(cell)?.parse().ok()?));
+                column.push(scale.apply(parse_number(source.text.get(cell.clone())?)?));
             }
             if known.next().is_some() {
                 return None;

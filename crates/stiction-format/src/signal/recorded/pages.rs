@@ -1,5 +1,6 @@
 //! A stored text as pages of whole lines.
 
+use super::lines::unify_line_ends;
 use crate::contents::{Store, not_text};
 use crate::source::{Begin, Source};
 use std::sync::Arc;
@@ -38,9 +39,15 @@ impl<'a> Pages<'a> {
                 self.has_ended = true;
                 return Ok(std::mem::take(&mut self.rest));
             }
-            let fresh = self.rest.get(known..).unwrap_or_default();
-            if let Some(newline) = fresh.iter().rposition(|byte| *byte == b'\n') {
-                let rest = self.rest.split_off(known + newline + 1);
+            let ends_line = |at: &usize| match self.rest.get(*at) {
+                Some(b'\n') => true,
+                // A carriage return alone, not followed by a line feed.
+                Some(b'\r') => self.rest.get(at + 1).is_some_and(|next| *next != b'\n'),
+                _ => false,
+            };
+            let end = (known.saturating_sub(1)..self.rest.len()).rev().find(ends_line);
+            if let Some(end) = end {
+                let rest = self.rest.split_off(end + 1);
                 return Ok(std::mem::replace(&mut self.rest, rest));
             }
             if self.rest.len() > LONGEST_LINE {
@@ -69,14 +76,13 @@ impl Iterator for Pages<'_> {
                 return Some(Err(why));
             }
         };
-        self.begin = Begin {
-            bytes: begin.bytes + bytes.len() as u64,
-            lines: begin.lines + bytes.iter().filter(|byte| **byte == b'\n').count(),
-        };
-        let page = String::from_utf8(bytes).map_err(|error| {
+        self.begin.bytes += bytes.len() as u64;
+        let page = String::from_utf8(bytes).map(unify_line_ends).map_err(|error| {
             let at = error.utf8_error().valid_up_to();
             not_text(error.as_bytes(), at, (begin.bytes, begin.lines))
         });
+        let lines = page.as_ref().map_or(0, |text| text.bytes().filter(|b| *b == b'\n').count());
+        self.begin.lines += lines;
         self.has_ended |= page.is_err();
         Some(page.map(|text| Arc::new(Source::piece(self.name, text, begin))))
     }

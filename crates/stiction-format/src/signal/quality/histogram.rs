@@ -1,0 +1,45 @@
+//! A histogram of magnitudes with logarithmic bins.
+
+/// Bins per octave.
+const PER_OCTAVE: f64 = 4.0;
+/// Exponents of two from `-RANGE` to `RANGE`.
+const RANGE: f64 = 256.0;
+
+/// Counts of magnitudes, from which quantiles are known within a fifth.
+#[derive(Clone, Debug)]
+pub(super) struct Histogram {
+    bins: Vec<u64>,
+    count: u64,
+}
+
+impl Default for Histogram {
+    fn default() -> Self {
+        Self { bins: vec![0; (2.0 * RANGE * PER_OCTAVE) as usize + 1], count: 0 }
+    }
+}
+
+impl Histogram {
+    /// Counts a magnitude.
+    pub(super) fn add(&mut self, size: f64) {
+        let place = (size.max(f64::MIN_POSITIVE).log2() + RANGE).clamp(0.0, 2.0 * RANGE);
+        let bin = (place * PER_OCTAVE) as usize;
+        self.count += 1;
+        if let Some(count) = self.bins.get_mut(bin) {
+            *count += 1;
+        }
+    }
+
+    /// Upper limit of the bin that contains a quantile; 0 if it is in the lowest bin.
+    pub(super) fn quantile(&self, part: f64) -> f64 {
+        let rank = part * self.count as f64;
+        let mut below = 0;
+        for (bin, count) in self.bins.iter().enumerate() {
+            below += count;
+            if below as f64 >= rank {
+                let limit = ((bin as f64 + 1.0) / PER_OCTAVE - RANGE).exp2();
+                return if bin == 0 { 0.0 } else { limit };
+            }
+        }
+        0.0
+    }
+}

@@ -1,0 +1,420 @@
+//! Quality of recorded signals: noise, outliers, and contradictions between columns.
+//!
+//! Accelerations of a recording come from second differences of its positions, so small errors of
+//! positions become large errors of efforts. The check estimates these errors from the samples and
+//! compares them with the accelerations of the motion and with the rounding of the written numbers.
+//!
+//! - Noise: residuals of interpolation through neighbouring samples ([`stencil`]). A smooth signal
+//!   leaves almost none; steps of the acceleration disturb only the residuals near them, so that
+//!   a low quantile does not see them. Noise that the written digits explain is rounding.
+//! - Outliers: accelerations from differences that lie outside of all predictions from both sides.
+//!   A step of the acceleration lies between the predictions, a wrong sample does not.
+//! - Contradictions: displacements that the recorded rates do not integrate to.
+//!
+//! Samples are analysed in blocks, so that the memory does not grow with the recording.
+
+mod histogram;
+mod outliers;
+mod stencil;
+
+use crate::signal::Given;
+use histogram::Histogram;
+use outliers::excess;
+use stencil::{Stencil, residuals};
+
+/// Samples per block.
+const BLOCK: usize = 256;
+/// Samples needed on either side of an analysed sample.
+pub(crate) const MARGIN: usize = 8;
+/// Blocks that are all tested for noise; of later ones one in [`SPARSE`].
+const DENSE_BLOCKS: usize = 200;
+const SPARSE: usize = 8;
+/// Quantile of the residuals from which noise is estimated, and its value for a normal
+/// distribution of unit variance. It is low, so that disturbed residuals do not count.
+const NOISE_QUANTILE: (f64, f64) = (0.3, 0.385_320_466);
+/// Standard deviation of the acceleration relative to its peak at which noise is reported.
+const NOISE_LIMIT: f64 = 0.012;
+/// Noise up to this multiple of the rounding of the written numbers is rounding.
+const EXPLAINED: f64 = 6.0;
+/// Error of the acceleration relative to its peak at which an outlier is reported.
+const OUTLIER_LIMIT: f64 = 0.02;
+/// Outliers exceed typical prediction errors of the recording by this factor.
+const OUTLIER_FACTOR: f64 = 5.0;
+/// Outliers exceed the standard deviation of noise and rounding by this factor.
+const OUTLIER_SIGMAS: f64 = 8.0;
+/// Contradiction relative to the root mean square of the derivative at which it is reported.
+const CONTRADICTION_LIMIT: f64 = 0.005;
+/// Maximum number of outliers whose times are kept.
+const MAX_OUTLIERS: usize = 64;
+
+/// A size and the time at which it occurs, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Peak {
+    pub(crate) size: f64,
+    pub(crate) time: f64,
+}
+
+impl Peak {
+    fn raise(&mut self, size: f64, time: f64) {
+        // Comparisons with NaN are false.
+        if size > self.size {
+            *self = Self { size, time };
+        }
+    }
+}
+
+/// Noise of a column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Noise {
+    /// Order of the derivative in the column.
+    pub(crate) order: usize,
+    /// Standard deviation, SI units of the column, and the time of the block where its effect is
+    /// largest.
+    pub(crate) deviation: Peak,
+    /// Standard deviation of the acceleration that it causes.
+    pub(crate) acceleration: f64,
+    /// True if the rounding of the written numbers explains it.
+    pub(crate) is_rounding: bool,
+}
+
+/// Contradiction of a column with its derivative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Contradiction {
+    /// Order of the derivative that contradicts the column below it: 1 or 2.
+    pub(crate) order: usize,
+    /// Largest difference, SI units of the derivative.
+    pub(crate) difference: Peak,
+    /// Root mean square of the derivative from differences of the column below.
+    pub(crate) scale: f64,
+}
+
+/// Findings about one coordinate.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Findings {
+    pub(crate) speed: Peak,
+    pub(crate) acceleration: Peak,
+    pub(crate) noise: Option<Noise>,
+    /// Errors of the acceleration at samples that do not fit to their neighbours, in order of time.
+    pub(crate) outliers: Vec<Peak>,
+    pub(crate) contradictions: Vec<Contradiction>,
+}
+
+/// Test of one coordinate, sample by sample.
+pub(crate) struct Quality {
+    orders: usize,
+    times: Vec<f64>,
+    /// Values and given derivatives, each with the standard deviation of its rounding.
+    columns: Vec<Vec<f64>>,
+    rounding: Vec<Vec<f64>>,
+    blocks: usize,
+    /// The first sample of the buffer that has not been analysed.
+    next: usize,
+    speed: Peak,
+    acceleration: Peak,
+    /// Noise with the largest effect on the acceleration, unexplained and explained by rounding.
+    noise: [Option<Noise>; 2],
+    errors: Histogram,
+    outliers: Vec<(Peak, f64)>,
+    contradictions: Vec<Difference>,
+}
+
+/// Differences between a derivative and the column below it.
+#[derive(Clone, Debug, Default)]
+struct Difference {
+    /// The largest at a sample, beyond rounding and integration errors.
+    single: Peak,
+    /// The largest median of a block, and its effect on the acceleration.
+    sustained: Peak,
+    effect: f64,
+    /// Sum of squares of the derivative by differences, and their number.
+    squares: (f64, f64),
+}
+
+impl Quality {
+    /// Begins the test of a coordinate, for which each sample contains the given derivatives.
+    pub(crate) fn new(given: Given) -> Self {
+        let orders = match given {
+            Given::Values => 1,
+            Given::Rates => 2,
+            Given::Accelerations => 3,
+        };
+        Self {
+            orders,
+            times: Vec::new(),
+            columns: vec![Vec::new(); orders],
+            rounding: vec![Vec::new(); orders],
+            blocks: 0,
+            next: 0,
+            speed: Peak::default(),
+            acceleration: Peak::default(),
+            noise: [None; 2],
+            errors: Histogram::default(),
+            outliers: Vec::new(),
+            contradictions: vec![Difference::default(); orders - 1],
+        }
+    }
+
+    /// Takes a sample: its time, s, with the rounding of it, and the numbers in SI units with the
+    /// standard deviations of their rounding.
+    pub(crate) fn push(&mut self, time: (f64, f64), numbers: &[f64], rounding: &[f64]) {
+        let last = self.times.last().zip(self.columns.first().and_then(|c| c.last()));
+        let speed = match (last, numbers.first(), numbers.get(1)) {
+            (_, _, Some(rate)) => *rate,
+            (Some((t, value)), Some(new), None) => (new - value) / (time.0 - t),
+            _ => 0.0,
+        };
+        self.times.push(time.0);
+        for (order, (column, sigmas)) in self.columns.iter_mut().zip(&mut self.rounding).enumerate()
+        {
+            column.push(numbers.get(order).copied().unwrap_or(0.0));
+            let own = rounding.get(order).copied().unwrap_or(0.0);
+            let by_time = if order == 0 { speed * time.1 } else { 0.0 };
+            sigmas.push(own.hypot(by_time));
+        }
+        if self.times.len() >= self.next + BLOCK + MARGIN {
+            self.block(self.next..self.next + BLOCK);
+            let drop = self.next.saturating_sub(MARGIN);
+            self.times.drain(..drop);
+            self.columns.iter_mut().chain(&mut self.rounding).for_each(|c| {
+                c.drain(..drop);
+            });
+            self.next -= drop;
+        }
+    }
+
+    /// Completes the test.
+    pub(crate) fn finish(mut self) -> Findings {
+        if self.next < self.times.len() {
+            self.block(self.next..self.times.len());
+        }
+        let peak = self.acceleration.size;
+        let scale = self.typical(0);
+        let significant = |noise: &Noise| noise.acceleration >= NOISE_LIMIT * peak;
+        let noise = self.noise.into_iter().flatten().find(significant);
+        let typical = self.errors.quantile(0.8);
+        let mut outliers: Vec<Peak> = self
+            .outliers
+            .iter()
+            .filter(|(error, sigma)| {
+                error.size >= OUTLIER_LIMIT * peak
+                    && error.size >= OUTLIER_FACTOR * typical
+                    && error.size >= OUTLIER_SIGMAS * sigma
+            })
+            .map(|(error, _)| *error)
+            .collect();
+        outliers.sort_by(|a, b| a.time.total_cmp(&b.time));
+        let contradictions = self.contradictions.iter().enumerate();
+        let contradictions = contradictions.filter_map(|(below, found)| {
+            let order = below + 1;
+            let scale = self.typical(below).max(if below == 0 { scale } else { 0.0 });
+            let effect = found.effect >= NOISE_LIMIT * peak && found.sustained.size > 0.0;
+            let limit = CONTRADICTION_LIMIT * scale;
+            let largest = match order {
+                1 if found.single.size > limit => found.single,
+                _ if found.sustained.size > 2.0 * limit || effect => found.sustained,
+                _ => return None,
+            };
+            (largest.size > 0.0).then_some(Contradiction { order, difference: largest, scale })
+        });
+        let contradictions = contradictions.collect();
+        Findings {
+            speed: self.speed,
+            acceleration: self.acceleration,
+            noise,
+            outliers,
+            contradictions,
+        }
+    }
+
+    /// Root mean square of the derivative of a column, from its differences.
+    fn typical(&self, below: usize) -> f64 {
+        self.contradictions.get(below).map_or(0.0, |found| {
+            if found.squares.1 > 0.0 { (found.squares.0 / found.squares.1).sqrt() } else { 0.0 }
+        })
+    }
+
+    fn block(&mut self, samples: std::ops::Range<usize>) {
+        let is_dense = self.blocks < DENSE_BLOCKS || self.blocks.is_multiple_of(SPARSE);
+        self.blocks += 1;
+        if is_dense {
+            self.noise(samples.clone());
+        }
+        for order in 0..self.orders {
+            let accelerations = self.accelerations(order);
+            if order + 1 == self.orders {
+                self.peaks(samples.clone(), &accelerations);
+            }
+            self.outliers(samples.clone(), &accelerations);
+        }
+        for below in 0..self.orders - 1 {
+            self.contradiction(samples.clone(), below);
+        }
+        self.next = samples.end;
+    }
+
+    /// Accelerations at all samples of the buffer by differences of the column of an order, each with
+    /// the standard deviation of its rounding.
+    fn accelerations(&self, order: usize) -> Vec<Option<(f64, f64)>> {
+        let t = &self.times;
+        let (y, s) = (&self.columns[order], &self.rounding[order]);
+        let at = |i: usize| {
+            if order == 2 {
+                return Some((y[i], s[i]));
+            }
+            let next = (i + 1 < t.len()).then_some(i + 1)?;
+            let after = (t[next] - t[i], y[next] - y[i]);
+            if order == 1 {
+                return Some((after.1 / after.0, s[i].hypot(s[next]) / after.0));
+            }
+            let before = i.checked_sub(1).map(|last| (t[i] - t[last], y[i] - y[last]))?;
+            let width = 0.5 * (before.0 + after.0);
+            let value = (after.1 / after.0 - before.1 / before.0) / width;
+            let sum = s[i] * (1.0 / after.0 + 1.0 / before.0);
+            let sides = (s[i - 1] / before.0).hypot(s[next] / after.0);
+            Some((value, sum.hypot(sides) / width))
+        };
+        (0..t.len()).map(at).collect()
+    }
+
+    fn peaks(&mut self, samples: std::ops::Range<usize>, accelerations: &[Option<(f64, f64)>]) {
+        for i in samples {
+            let time = self.times[i];
+            if let Some(Some((acceleration, _))) = accelerations.get(i) {
+                self.acceleration.raise(acceleration.abs(), time);
+            }
+            let rate = match self.columns.get(1) {
+                Some(rates) => Some(rates[i]),
+                None => self
+                    .times
+                    .get(i + 1)
+                    .map(|next| (self.columns[0][i + 1] - self.columns[0][i]) / (next - time)),
+            };
+            if let Some(rate) = rate {
+                self.speed.raise(rate.abs(), time);
+            }
+        }
+    }
+
+    /// Estimates the noise of the columns in a block.
+    fn noise(&mut self, samples: std::ops::Range<usize>) {
+        for order in 0..self.orders {
+            // With accelerations given, those of the spline at samples are these.
+            if order + 1 < self.orders && self.orders == 3 {
+                continue;
+            }
+            let estimates = Stencil::ALL.map(|stencil| {
+                let mut found =
+                    residuals(stencil, &self.times, &self.columns[order], samples.clone());
+                (found.len() >= 32).then(|| quantile(&mut found, NOISE_QUANTILE.0))
+            });
+            let Some(least) = estimates.into_iter().flatten().reduce(f64::min) else { continue };
+            let sigma = least / NOISE_QUANTILE.1;
+            let count = samples.len() as f64;
+            let own = samples.clone().map(|i| self.rounding[order][i].powi(2)).sum::<f64>() / count;
+            let steps = self.times[samples.end - 1] - self.times[samples.start];
+            let step = steps / (count - 1.0).max(1.0);
+            // Root mean square of the spline's response to white noise of unit variance.
+            let gain = match (order, self.orders) {
+                (0, 1) => 4.4 / step.powi(2),
+                (0, _) => 8.0 / step.powi(2),
+                (1, _) => 3.0 / step,
+                _ => 1.0,
+            };
+            let is_rounding = sigma <= EXPLAINED * own.sqrt();
+            // Of a slow signal many samples round to the same number, and residuals vanish.
+            let sigma = if is_rounding && self.moves(order, &samples) {
+                sigma.max(own.sqrt())
+            } else {
+                sigma
+            };
+            let deviation = Peak { size: sigma, time: self.times[samples.start] };
+            let new = Noise { order, deviation, acceleration: gain * sigma, is_rounding };
+            let known = &mut self.noise[usize::from(is_rounding)];
+            if known.is_none_or(|known| known.acceleration < new.acceleration) {
+                *known = Some(new);
+            }
+        }
+    }
+
+    /// Tests if a column changes within samples.
+    fn moves(&self, order: usize, samples: &std::ops::Range<usize>) -> bool {
+        let values = &self.columns[order][samples.clone()];
+        values.windows(2).any(|pair| pair[0] != pair[1])
+    }
+
+    /// Collects accelerations that do not fit to their neighbours.
+    fn outliers(&mut self, samples: std::ops::Range<usize>, found: &[Option<(f64, f64)>]) {
+        for i in samples {
+            let Some(error) = excess(&self.times, found, i) else { continue };
+            self.errors.add(error);
+            let sigma = found[i].map_or(0.0, |(_, sigma)| sigma);
+            if error <= OUTLIER_SIGMAS * sigma {
+                continue;
+            }
+            self.outliers.push((Peak { size: error, time: self.times[i] }, sigma));
+            if self.outliers.len() > 2 * MAX_OUTLIERS {
+                self.outliers.sort_by(|a, b| b.0.size.total_cmp(&a.0.size));
+                self.outliers.truncate(MAX_OUTLIERS);
+            }
+        }
+    }
+
+    /// Compares displacements with integrals of the next derivative.
+    fn contradiction(&mut self, samples: std::ops::Range<usize>, below: usize) {
+        let (t, y, v) = (&self.times, &self.columns[below], &self.columns[below + 1]);
+        let (sy, sv) = (&self.rounding[below], &self.rounding[below + 1]);
+        let mut all = Vec::with_capacity(samples.len());
+        let found = &mut self.contradictions[below];
+        let mut step = 0.0;
+        for i in samples.clone() {
+            if i == 0 || i + 2 >= t.len() {
+                continue;
+            }
+            let h = t[i + 1] - t[i];
+            let slope = (y[i + 1] - y[i]) / h;
+            found.squares.0 += slope * slope;
+            found.squares.1 += 1.0;
+            let two = slope - 0.5 * (v[i] + v[i + 1]);
+            let four = slope - mean_of_cubic(&t[i - 1..i + 3], &v[i - 1..i + 3]);
+            let rounding = 6.0 * ((sy[i].hypot(sy[i + 1])) / h).hypot(sv[i].hypot(sv[i + 1]));
+            let rough = f64::EPSILON * (y[i].abs() + y[i + 1].abs()) / h;
+            let integration = 3.0 * (two - four).abs();
+            let excess = two.abs().min(four.abs()) - integration - rounding - 4.0 * rough;
+            found.single.raise(excess, t[i]);
+            all.push(excess);
+            step += h;
+        }
+        if all.len() >= BLOCK / 4 {
+            step /= all.len() as f64;
+            let median = quantile(&mut all, 0.5);
+            if median > 0.0 {
+                found.effect =
+                    found.effect.max(if below == 0 { 3.0 * median / step } else { median });
+            }
+            found.sustained.raise(median, t[samples.start]);
+        }
+    }
+}
+
+/// Mean over the middle interval of the cubic through four points.
+fn mean_of_cubic(t: &[f64], v: &[f64]) -> f64 {
+    let (&[t0, t1, t2, t3], &[v0, v1, v2, v3]) = (t, v) else { return f64::NAN };
+    // Newton's form with nodes t1, t2, t0, t3; integrals of its products over [t1, t2].
+    let h = t2 - t1;
+    let d12 = (v2 - v1) / h;
+    let d02 = ((v2 - v0) / (t2 - t0) - d12) / (t0 - t1);
+    let d32 = ((v3 - v2) / (t3 - t2) - d12) / (t3 - t1);
+    let cubic = (d32 - d02) / (t3 - t0);
+    // The mean of (t - t1)(t - t2) is -h^2/6, that of (t - t1)(t - t2)(t - t0) follows at t1 + h/2.
+    let quadratic = -h * h / 6.0;
+    v1 + 0.5 * d12 * h + d02 * quadratic + cubic * quadratic * (t1 + 0.5 * h - t0)
+}
+
+/// A quantile of a list, which is reordered; 0 of an empty one.
+fn quantile(list: &mut [f64], part: f64) -> f64 {
+    if list.is_empty() {
+        return 0.0;
+    }
+    let at = ((list.len() - 1) as f64 * part).round() as usize;
+    *list.select_nth_unstable_by(at, f64::total_cmp).1
+}

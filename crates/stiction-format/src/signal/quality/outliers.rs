@@ -1,0 +1,52 @@
+//! Accelerations that do not fit to those before and after.
+
+/// Neighbours on either side from which accelerations are predicted. The nearest neighbour on either
+/// side is left out, since a wrong sample disturbs it, too.
+const NEIGHBOURS: usize = 4;
+
+/// Distance of acceleration `i` from all predictions: the interval between the neighbours on both
+/// sides, that between extrapolations from both sides, and interpolations.
+///
+/// A step of the acceleration lies in the intervals, a smooth signal near the extrapolations and
+/// interpolations; a wrong sample is far from all of them. `None` near the ends of the recording.
+pub(super) fn excess(times: &[f64], found: &[Option<(f64, f64)>], i: usize) -> Option<f64> {
+    let own = (*found.get(i)?)?.0;
+    let mut before = [(0.0, 0.0); NEIGHBOURS];
+    let mut after = [(0.0, 0.0); NEIGHBOURS];
+    for k in 0..NEIGHBOURS {
+        let (last, next) = (i.checked_sub(k + 2)?, i + k + 2);
+        before[k] = (times[last] - times[i], (*found.get(last)?)?.0);
+        after[k] = (times.get(next)? - times[i], (*found.get(next)?)?.0);
+    }
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut least = f64::INFINITY;
+    for order in 1..=NEIGHBOURS {
+        let both: Vec<(f64, f64)> =
+            before[..order].iter().chain(&after[..order]).copied().collect();
+        least = least.min((at_zero(&both) - own).abs());
+        for side in [at_zero(&before[..order]), at_zero(&after[..order])] {
+            least = least.min((side - own).abs());
+            if order < NEIGHBOURS {
+                (low, high) = (low.min(side), high.max(side));
+            }
+        }
+    }
+    let outside = (low - own).max(own - high).max(0.0);
+    least = least.min(outside);
+    Some(least)
+}
+
+/// Value at 0 of the polynomial through points, by Neville's scheme.
+fn at_zero(points: &[(f64, f64)]) -> f64 {
+    let mut values = [0.0; 2 * NEIGHBOURS];
+    for (value, point) in values.iter_mut().zip(points) {
+        *value = point.1;
+    }
+    for width in 1..points.len() {
+        for k in 0..points.len() - width {
+            let (a, b) = (points[k].0, points[k + width].0);
+            values[k] = (b * values[k] - a * values[k + 1]) / (b - a);
+        }
+    }
+    values[0]
+}

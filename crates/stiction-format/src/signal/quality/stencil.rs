@@ -1,0 +1,45 @@
+//! Residuals of interpolation: a sample minus the polynomial through its neighbours.
+
+use std::ops::Range;
+
+/// Neighbours through which a sample is interpolated, on either side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Stencil(usize);
+
+impl Stencil {
+    /// Six, eight and ten neighbours. All estimate white noise alike; smooth signals leave the least
+    /// residuals with the most neighbours, signals with corners with the fewest.
+    pub(super) const ALL: [Self; 3] = [Self(3), Self(4), Self(5)];
+}
+
+/// Residuals of samples, divided by their gain for white noise. Samples without enough neighbours
+/// have none.
+pub(super) fn residuals(
+    Stencil(half): Stencil,
+    times: &[f64],
+    values: &[f64],
+    samples: Range<usize>,
+) -> Vec<f64> {
+    let residual = |i: usize| {
+        let first = i.checked_sub(half)?;
+        let t = times.get(first..=i + half)?;
+        let y = values.get(first..=i + half)?;
+        // Barycentric weights of all nodes give the divided difference; relative to that of the
+        // middle node they are the residual.
+        let mut weights = [0.0; 11];
+        let scale = t[half + 1] - t[half];
+        for (j, weight) in weights.iter_mut().enumerate().take(t.len()) {
+            let product: f64 =
+                (0..t.len()).filter(|&k| k != j).map(|k| (t[j] - t[k]) / scale).product();
+            *weight = 1.0 / product;
+        }
+        let middle = weights[half];
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for (weight, value) in weights.iter().zip(y) {
+            sum += weight / middle * (value - y[half]);
+            squares += (weight / middle).powi(2);
+        }
+        Some(sum.abs() / squares.sqrt())
+    };
+    samples.filter_map(residual).collect()
+}
