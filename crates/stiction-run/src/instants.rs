@@ -87,6 +87,8 @@ impl Instants {
             samples: None,
             coordinates: Vec::new(),
             interpolation: None,
+            notes: Vec::new(),
+            warnings: stiction_format::Diagnostics::new(),
         };
         let mut instants = Self::of(&span, Some(step))?;
         if let Kind::Even { span: reached, rest, .. } = &mut instants.kind
@@ -138,6 +140,8 @@ mod tests {
             samples: None,
             coordinates: Vec::new(),
             interpolation: None,
+            notes: Vec::new(),
+            warnings: stiction_format::Diagnostics::new(),
         }
     }
 

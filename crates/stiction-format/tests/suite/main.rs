@@ -4,6 +4,7 @@ mod gallery;
 mod legs;
 mod messages;
 mod motions;
+mod recordings;
 mod robust;
 mod schema;
 mod stored;

@@ -193,6 +193,7 @@ impl Summary {
                 "samples": verdict.samples,
                 "interpolation": job.motion.interpolation,
             },
+            "cautions": job.motion.warnings.iter().map(|doubt| &doubt.message).collect::<Vec<_>>(),
             "units": "SI: s, m, rad, kg, N, N m, J, W",
             "drives": self.drives_json(job),
             "joints": self.joints_json(),

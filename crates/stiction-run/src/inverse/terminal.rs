@@ -51,12 +51,15 @@ pub fn write_summary(
     if let Some(interpolation) = &job.motion.interpolation {
         writeln!(out, "{interpolation}")?;
     }
+    job.motion.notes.iter().try_for_each(|note| writeln!(out, "{note}"))?;
     writeln!(out)?;
     write_drives(out, job, summary)?;
     write_reactions(out, summary, model.mechanism.characteristic_length())?;
     write_friction(out, job, summary, verdict)?;
     write_verdicts(out, job, summary, verdict)?;
-    write_certainty(out, summary, verdict)
+    write_certainty(out, summary, verdict)?;
+    let doubts = job.motion.warnings.iter();
+    doubts.into_iter().try_for_each(|doubt| writeln!(out, "CAUTION: {}", doubt.message))
 }
 
 fn write_drives(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::Result {

@@ -70,7 +70,7 @@ impl Rows {
             let message = format!("this row has {}, the header has {width}", numbers(count));
             let content = text.get(line.clone()).unwrap_or_default();
             let help = if content.matches('"').count() % 2 == 1 {
-                Some("close the quote on the same line")
+                Some("close the quote")
             } else if is_comma && count > width {
                 Some("with decimal commas, separate columns by semicolons or quote the numbers")
             } else {
@@ -133,7 +133,7 @@ fn check_mark(
         && rest.bytes().all(|b| b.is_ascii_digit())
         && !whole.starts_with('0')
         && known.is_none();
-    let (message, label, help) = if is_ambiguous || (mark == ',' && rest.contains([',', '.'])) {
+    let (message, label, help) = if is_ambiguous || rest.contains([',', '.']) {
         let message = format!("{} can have separators of thousands", quoted(content));
         (message, "which number?", "write numbers without separators of thousands")
     } else if known.is_some_and(|known| known != mark) {
@@ -167,7 +167,8 @@ fn read_number(content: &str, cell: &Span, messages: &mut Messages) -> Option<f6
         }
         Err(_) => {
             let message = format!("{} is not a number", quoted(content));
-            messages.push("syntax", message, cell.clone(), "expected a number");
+            let help = content.starts_with('"').then(|| "close the quote".to_owned());
+            messages.push_help("syntax", message, cell.clone(), "expected a number", help);
             None
         }
     }

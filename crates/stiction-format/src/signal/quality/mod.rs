@@ -37,13 +37,14 @@ const NOISE_LIMIT: f64 = 0.012;
 /// Noise up to this multiple of the rounding of the written numbers is rounding.
 const EXPLAINED: f64 = 6.0;
 /// Error of the acceleration relative to its peak at which an outlier is reported.
-const OUTLIER_LIMIT: f64 = 0.02;
+const OUTLIER_LIMIT: f64 = 0.025;
 /// Outliers exceed typical prediction errors of the recording by this factor.
 const OUTLIER_FACTOR: f64 = 5.0;
 /// Outliers exceed the standard deviation of noise and rounding by this factor.
 const OUTLIER_SIGMAS: f64 = 8.0;
-/// Contradiction relative to the root mean square of the derivative at which it is reported.
-const CONTRADICTION_LIMIT: f64 = 0.005;
+/// Contradiction relative to the root mean square of the derivative at which it is reported, at a
+/// single sample and for half of a block.
+const CONTRADICTION_LIMIT: (f64, f64) = (0.02, 0.01);
 /// Maximum number of outliers whose times are kept.
 const MAX_OUTLIERS: usize = 64;
 
@@ -106,6 +107,8 @@ pub(crate) struct Quality {
     /// Values and given derivatives, each with the standard deviation of its rounding.
     columns: Vec<Vec<f64>>,
     rounding: Vec<Vec<f64>>,
+    /// Standard deviation of the rounding of times, s: that of their digits, if steps vary at all.
+    time_rounding: f64,
     blocks: usize,
     /// The first sample of the buffer that has not been analysed.
     next: usize,
@@ -143,6 +146,7 @@ impl Quality {
             times: Vec::new(),
             columns: vec![Vec::new(); orders],
             rounding: vec![Vec::new(); orders],
+            time_rounding: 0.0,
             blocks: 0,
             next: 0,
             speed: Peak::default(),
@@ -164,11 +168,17 @@ impl Quality {
             _ => 0.0,
         };
         self.times.push(time.0);
+        if let [.., a, b, c] = self.times.as_slice() {
+            let change = (c - 2.0 * b + a).abs();
+            // Equal steps are written exactly, but for the last digit of double precision.
+            let change = if change > 4.0 * f64::EPSILON * c.abs() { change } else { 0.0 };
+            self.time_rounding = self.time_rounding.max(change.min(time.1));
+        }
         for (order, (column, sigmas)) in self.columns.iter_mut().zip(&mut self.rounding).enumerate()
         {
             column.push(numbers.get(order).copied().unwrap_or(0.0));
             let own = rounding.get(order).copied().unwrap_or(0.0);
-            let by_time = if order == 0 { speed * time.1 } else { 0.0 };
+            let by_time = if order == 0 { speed * self.time_rounding } else { 0.0 };
             sigmas.push(own.hypot(by_time));
         }
         if self.times.len() >= self.next + BLOCK + MARGIN {
@@ -208,10 +218,10 @@ impl Quality {
             let order = below + 1;
             let scale = self.typical(below).max(if below == 0 { scale } else { 0.0 });
             let effect = found.effect >= NOISE_LIMIT * peak && found.sustained.size > 0.0;
-            let limit = CONTRADICTION_LIMIT * scale;
+            let (single, sustained) = CONTRADICTION_LIMIT;
             let largest = match order {
-                1 if found.single.size > limit => found.single,
-                _ if found.sustained.size > 2.0 * limit || effect => found.sustained,
+                1 if found.single.size > single * scale => found.single,
+                _ if found.sustained.size > sustained * scale || effect => found.sustained,
                 _ => return None,
             };
             (largest.size > 0.0).then_some(Contradiction { order, difference: largest, scale })
