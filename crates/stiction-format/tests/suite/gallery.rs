@@ -202,7 +202,7 @@ mod andrews {
 
         let forces = solver.solve(&[]).unwrap();
         // Residual torque due to the fifteen digits of the given acceleration.
-        assert!((forces.drives[0] - 0.033).abs() <= 1e-16 * 10.0, "{}", forces.drives[0]);
+        assert!((forces.efforts[0] - 0.033).abs() <= 1e-16 * 10.0, "{}", forces.efforts[0]);
         // The multipliers are the forces of K2 on the other bodies at the common pin.
         let expected = [
             ("pin3", [98.5668703962411, -6.12268834425567]),
