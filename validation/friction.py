@@ -69,7 +69,7 @@ def law_errors(mechanism: Mechanism, sample: Sample) -> list[float]:
             speed = sample.speeds[name]
             if abs(speed) <= rest:
                 continue
-            expected = law["coulomb"] * sample.contact_loads[name] * np.sign(speed) + law["viscous"] * speed
+            expected = law["mu"] * sample.contact_loads[name] * np.sign(speed) + law["viscous"] * speed
             errors.append(sample.frictions[name] - expected)
     return errors
 

@@ -31,7 +31,7 @@ fn measure(name: &str) -> Option<()> {
         .flat_map(|k| [Quantity::Value(k), Quantity::Rate(k), Quantity::Acceleration(k)])
         .collect();
     let interfaces = 0..solver.parameters().interfaces.len();
-    let frictions: Vec<Quantity> = interfaces.map(Quantity::Coulomb).collect();
+    let frictions: Vec<Quantity> = interfaces.map(Quantity::Mu).collect();
     let by_motion = DerivativeProgram::record(&solver, &signal, &loads, &motion).ok()?;
     let by_friction = DerivativeProgram::record(&solver, &signal, &loads, &frictions).ok()?;
 

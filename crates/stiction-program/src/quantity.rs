@@ -28,7 +28,7 @@ pub enum Quantity {
     /// Place of a joint in its successor, that of frame K, along x, y or z of the successor's frame, m.
     PlaceInSuccessor(JointId, usize),
     /// Coefficient of friction while sliding, by the place of the contact in [`Parameters::interfaces`].
-    Coulomb(usize),
+    Mu(usize),
     /// Viscous coefficient of a contact at its surface, N s/m.
     Viscous(usize),
     /// Radius of a turning contact, m.
@@ -52,9 +52,7 @@ impl Quantity {
             Self::PlaceInSuccessor(joint, axis) => {
                 component(&mut parameters.frame_k.get_mut(joint.0)?.position, axis)
             }
-            Self::Coulomb(interface) => {
-                Some(&mut parameters.interfaces.get_mut(interface)?.law.coulomb)
-            }
+            Self::Mu(interface) => Some(&mut parameters.interfaces.get_mut(interface)?.law.mu),
             Self::Viscous(interface) => {
                 Some(&mut parameters.interfaces.get_mut(interface)?.law.viscous)
             }

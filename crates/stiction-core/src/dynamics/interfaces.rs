@@ -86,7 +86,7 @@ impl<T: Scalar> InterfaceState<T> {
         self.sense = sense;
         let law = &interface.law;
         if law.is_constant() && interface.backward.is_none() {
-            self.resistance = Resistance::coulomb_viscous(law.coulomb, law.viscous, speed);
+            self.resistance = Resistance::coulomb_viscous(law.mu, law.viscous, speed);
         } else {
             self.resist(interface, speed);
         }

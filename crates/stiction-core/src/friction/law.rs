@@ -14,7 +14,7 @@ use crate::scalar::Scalar;
 pub struct Law<T = f64> {
     /// Coefficient of friction while sliding (fast, where it changes with speed), dimensionless, not
     /// negative. A table has its own.
-    pub coulomb: T,
+    pub mu: T,
     /// Viscous coefficient at the sliding surface, N s/m, not negative.
     pub viscous: T,
     /// How the coefficient changes with speed, and what it is at rest.
@@ -32,17 +32,17 @@ pub enum Curve<T = f64> {
     /// Not at all.
     Constant,
     /// It does not while sliding; at rest it is another.
-    Breakaway {
-        /// Coefficient at rest.
-        coefficient: T,
+    Static {
+        /// Static coefficient.
+        mu_static: T,
     },
-    /// Stribeck's curve, `coulomb + (breakaway - coulomb) exp(-(speed / velocity)^exponent)`; the
+    /// Stribeck's curve, `mu + (mu_static - mu) exp(-(speed / velocity)^exponent)`; the
     /// exponent is two in most of the literature, and one in the exponential law.
     ///
     /// Source: Armstrong-Hélouvry, Dupont, Canudas de Wit 1994.
     Stribeck {
-        /// Coefficient at rest.
-        breakaway: T,
+        /// Static coefficient.
+        mu_static: T,
         /// The speed by which most of the difference is gone, m/s.
         velocity: T,
         /// How it goes.
@@ -77,8 +77,8 @@ pub struct Resistance<T> {
 impl<T: Scalar> Resistance<T> {
     /// Coulomb and viscous friction at a sliding speed of magnitude `speed`, m/s.
     #[inline]
-    pub fn coulomb_viscous(coulomb: T, viscous: T, speed: T) -> Self {
-        Self { coefficient: coulomb, constant: viscous * speed }
+    pub fn coulomb_viscous(mu: T, viscous: T, speed: T) -> Self {
+        Self { coefficient: mu, constant: viscous * speed }
     }
 
     /// The magnitude of the friction force under a load, N.
@@ -90,14 +90,14 @@ impl<T: Scalar> Resistance<T> {
 
 impl<T: Scalar> Law<T> {
     /// Coulomb and viscous friction, nothing else.
-    pub fn coulomb_viscous(coulomb: T, viscous: T) -> Self {
-        Self { coulomb, viscous, curve: Curve::Constant, regularisation: None, bristles: None }
+    pub fn coulomb_viscous(mu: T, viscous: T) -> Self {
+        Self { mu, viscous, curve: Curve::Constant, regularisation: None, bristles: None }
     }
 
     /// What it says at a sliding speed of magnitude `speed`, m/s.
     #[inline]
     pub fn sliding(&self, speed: T) -> Resistance<T> {
-        let mut resistance = Resistance::coulomb_viscous(self.coulomb, self.viscous, speed);
+        let mut resistance = Resistance::coulomb_viscous(self.mu, self.viscous, speed);
         if !self.is_constant() {
             resistance.coefficient = self.coefficient(speed);
         }
@@ -108,10 +108,10 @@ impl<T: Scalar> Law<T> {
     /// numbers grow large.
     pub fn coefficient(&self, speed: T) -> T {
         let coefficient = match &self.curve {
-            Curve::Constant | Curve::Breakaway { .. } => self.coulomb,
-            Curve::Stribeck { breakaway, velocity, exponent } => {
+            Curve::Constant | Curve::Static { .. } => self.mu,
+            Curve::Stribeck { mu_static, velocity, exponent } => {
                 let decay = (-exponent.of(speed / *velocity)).exp();
-                self.coulomb + (*breakaway - self.coulomb) * decay
+                self.mu + (*mu_static - self.mu) * decay
             }
             Curve::Table(rows) => interpolated(rows, speed),
         };
@@ -131,11 +131,9 @@ impl<T: Scalar> Law<T> {
             return T::zero();
         }
         match &self.curve {
-            Curve::Constant => self.coulomb,
-            Curve::Breakaway { coefficient: breakaway } | Curve::Stribeck { breakaway, .. } => {
-                *breakaway
-            }
-            Curve::Table(rows) => rows.first().map_or(self.coulomb, |row| row[1]),
+            Curve::Constant => self.mu,
+            Curve::Static { mu_static } | Curve::Stribeck { mu_static, .. } => *mu_static,
+            Curve::Table(rows) => rows.first().map_or(self.mu, |row| row[1]),
         }
     }
 
@@ -156,15 +154,13 @@ impl Law {
     pub fn lift<T: Scalar>(&self) -> Law<T> {
         let lift = T::from_f64;
         Law {
-            coulomb: lift(self.coulomb),
+            mu: lift(self.mu),
             viscous: lift(self.viscous),
             curve: match &self.curve {
                 Curve::Constant => Curve::Constant,
-                Curve::Breakaway { coefficient } => {
-                    Curve::Breakaway { coefficient: lift(*coefficient) }
-                }
-                Curve::Stribeck { breakaway, velocity, exponent } => Curve::Stribeck {
-                    breakaway: lift(*breakaway),
+                Curve::Static { mu_static } => Curve::Static { mu_static: lift(*mu_static) },
+                Curve::Stribeck { mu_static, velocity, exponent } => Curve::Stribeck {
+                    mu_static: lift(*mu_static),
                     velocity: lift(*velocity),
                     exponent: match exponent {
                         Exponent::One => Exponent::One,
@@ -240,13 +236,13 @@ mod tests {
     /// One of each kind.
     fn laws() -> Vec<Law> {
         let stribeck = |exponent| Curve::Stribeck {
-            breakaway: 0.25,
+            mu_static: 0.25,
             velocity: 0.02,
             exponent: Exponent::new(exponent),
         };
         let table = vec![[0.0, 0.3], [0.01, 0.12], [0.05, 0.1], [0.4, 0.2]];
         let mut laws = vec![law(Curve::Constant, None), law(Curve::Constant, Some(0.003))];
-        laws.push(law(Curve::Breakaway { coefficient: 0.15 }, None));
+        laws.push(law(Curve::Static { mu_static: 0.15 }, None));
         laws.extend([0.7, 1.0, 2.0, 3.5].map(|exponent| law(stribeck(exponent), None)));
         laws.push(law(stribeck(2.0), Some(0.002)));
         laws.push(law(Curve::Table(table), None));
@@ -256,7 +252,7 @@ mod tests {
     #[test]
     fn curves_are_what_their_formulas_say() {
         let found = |curve: Curve, speed: f64| law(curve, None).sliding(speed).coefficient;
-        let stribeck = |exponent, velocity| Curve::Stribeck { breakaway: 0.3, velocity, exponent };
+        let stribeck = |exponent, velocity| Curve::Stribeck { mu_static: 0.3, velocity, exponent };
         // At the Stribeck velocity 1/e of the difference is left, whatever the exponent.
         let one_over_e = 0.1 + 0.2 / std::f64::consts::E;
         for exponent in [1.0, 2.0, 0.5, 7.0] {

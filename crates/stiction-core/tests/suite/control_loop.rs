@@ -139,7 +139,7 @@ fn parameters_are_tuned_at_run_time() {
     let (_, model, mut data) = four_bar(0.15);
     let mut parameters = model.parameters().clone();
     for interface in &mut parameters.interfaces {
-        interface.law.coulomb = 0.3;
+        interface.law.mu = 0.3;
     }
     let status = model.inverse_dynamics_with(&parameters, &mut data, &[1.0], &[2.0], &[0.0], &[]);
     assert_eq!(status, Status::Converged);

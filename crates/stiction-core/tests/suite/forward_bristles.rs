@@ -23,7 +23,7 @@ impl Inputs for SpringForce {
 fn stick_slip() -> Forward {
     let x = along(Vec3::zero(), Vec3::unit(0));
     let law = Law {
-        curve: Curve::Stribeck { breakaway: 1.5, velocity: 0.001, exponent: Exponent::Two },
+        curve: Curve::Stribeck { mu_static: 1.5, velocity: 0.001, exponent: Exponent::Two },
         bristles: Some(Bristles { stiffness: 1e5, damping: 1e5_f64.sqrt() }),
         ..Law::coulomb_viscous(1.0, 0.4)
     };

@@ -136,7 +136,7 @@ fn simulate<'a>(model: &'a Forward, led: &mut Led, every: f64, until: f64) -> Si
 fn law(at_rest: f64, sliding: f64, viscous: f64) -> Law {
     let mut law = Law::coulomb_viscous(sliding, viscous);
     if at_rest != sliding {
-        law.curve = Curve::Breakaway { coefficient: at_rest };
+        law.curve = Curve::Static { mu_static: at_rest };
     }
     law
 }
@@ -172,7 +172,7 @@ fn sliding_begins_where_friction_is_at_its_limit() {
 #[test]
 fn what_lets_go_goes_on_with_the_friction_of_sliding() {
     let mut stribeck = law(0.2, 0.2, 0.0);
-    stribeck.curve = Curve::Stribeck { breakaway: 0.5, velocity: 1e-3, exponent: Exponent::Two };
+    stribeck.curve = Curve::Stribeck { mu_static: 0.5, velocity: 1e-3, exponent: Exponent::Two };
     let weak = law(0.02, 0.01, 0.0);
     let viscous = law(0.2, 0.2, 20.0);
     let fast = [law(0.5, 0.2, 0.0), viscous.clone(), stribeck.clone()];

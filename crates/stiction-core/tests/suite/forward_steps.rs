@@ -85,7 +85,7 @@ fn r6_stops_where_it_must_and_stays() {
 #[test]
 fn friction_at_rest_holds_what_turns_back() {
     let mut interface = friction(0.1, 0.0, None);
-    interface.law.curve = Curve::Breakaway { coefficient: 0.3 };
+    interface.law.curve = Curve::Static { mu_static: 0.3 };
     let model = Forward::new(mass_and_spring(interface), &[]);
     let mut errors = Vec::new();
     for tolerance in [1e-6, 1e-8] {

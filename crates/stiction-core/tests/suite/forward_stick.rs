@@ -103,7 +103,7 @@ impl Inputs for Belt {
 #[test]
 fn r6_stick_slip_on_a_belt() {
     let x = along(Vec3::zero(), Vec3::unit(0));
-    let breakaway = Curve::Breakaway { coefficient: 1.5 / 9.81 };
+    let breakaway = Curve::Static { mu_static: 1.5 / 9.81 };
     let mechanism = MechanismBuilder::new("belt")
         .gravity(v(0.0, -9.81, 0.0))
         .body(BodySpec::new("belt").mass(1.0).inertia(diagonal(0.1, 0.1, 0.1)))

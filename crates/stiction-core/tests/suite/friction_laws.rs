@@ -12,17 +12,17 @@ use stiction_core::parameters::{InterfaceParameters, Parameters};
 
 /// A random law; coefficients up to `mu`.
 fn law(random: &mut Random, mu: f64) -> Law {
-    let coulomb = mu * random.between(0.3, 0.7);
-    let breakaway = mu * random.between(0.7, 1.0);
+    let sliding = mu * random.between(0.3, 0.7);
+    let mu_static = mu * random.between(0.7, 1.0);
     let velocity = random.between(0.002, 0.05);
     let exponent = Exponent::new(random.pick(&[0.7, 1.0, 2.0, 3.0]));
     let curve = match random.below(4) {
         0 => Curve::Constant,
-        1 => Curve::Breakaway { coefficient: breakaway },
-        2 => Curve::Stribeck { breakaway, velocity, exponent },
-        _ => Curve::Table(vec![[0.0, breakaway], [velocity, 0.5 * mu], [4.0 * velocity, mu]]),
+        1 => Curve::Static { mu_static },
+        2 => Curve::Stribeck { mu_static, velocity, exponent },
+        _ => Curve::Table(vec![[0.0, mu_static], [velocity, 0.5 * mu], [4.0 * velocity, mu]]),
     };
-    let mut law = Law { curve, ..Law::coulomb_viscous(coulomb, random.between(0.0, 5.0)) };
+    let mut law = Law { curve, ..Law::coulomb_viscous(sliding, random.between(0.0, 5.0)) };
     match random.below(4) {
         0 => law.regularisation = Some(velocity),
         1 => law.bristles = Some(Bristles { stiffness: 1e5, damping: 100.0 }),
@@ -150,12 +150,12 @@ fn friction_dissipates_and_both_methods_agree() {
 /// Multiplies all coefficients of an interface by a factor.
 fn scale(interface: &mut InterfaceParameters<f64>, factor: f64) {
     for law in [Some(&mut interface.law), interface.backward.as_mut()].into_iter().flatten() {
-        law.coulomb *= factor;
+        law.mu *= factor;
         law.viscous *= factor;
         match &mut law.curve {
             Curve::Constant => {}
-            Curve::Breakaway { coefficient: breakaway } | Curve::Stribeck { breakaway, .. } => {
-                *breakaway *= factor;
+            Curve::Static { mu_static } | Curve::Stribeck { mu_static, .. } => {
+                *mu_static *= factor;
             }
             Curve::Table(rows) => rows.iter_mut().for_each(|row| row[1] *= factor),
         }

@@ -80,7 +80,7 @@ fn vary<T: Scalar>(
         6..9 => targets[direction - 6].acceleration += by,
         9 => load.force.x += by,
         10 => parameters.mass[2] += by,
-        11 => parameters.interfaces[0].law.coulomb += by,
+        11 => parameters.interfaces[0].law.mu += by,
         12 => parameters.interfaces[2].radius += by,
         _ => parameters.frame_j[0].position.y += by,
     }

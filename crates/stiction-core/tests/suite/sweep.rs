@@ -73,7 +73,7 @@ fn surfaces(solver: &InverseDynamics) -> Option<Vec<Surface>> {
             joint,
             shape: interface.shape,
             axis,
-            coefficient: interface.law.coulomb,
+            coefficient: interface.law.mu,
             constant: interface.law.viscous * speed.abs(),
             preload: interface.load.preload,
             unit: [at(s, force, moment), at(p, -force, -moment)],

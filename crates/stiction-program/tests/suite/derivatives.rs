@@ -52,7 +52,7 @@ fn of_mechanism(robot: &Robot) -> Vec<Quantity> {
         quantities.push(Quantity::PlaceInSuccessor(joint, (joint.0 + 1) % 3));
     }
     for (interface, content) in parameters.interfaces.iter().enumerate() {
-        quantities.extend([Quantity::Coulomb(interface), Quantity::Viscous(interface)]);
+        quantities.extend([Quantity::Mu(interface), Quantity::Viscous(interface)]);
         if content.shape.dofs().len() == 1 && content.radius != 1.0 {
             quantities.push(Quantity::Radius(interface));
         }
@@ -81,7 +81,7 @@ fn number(parameters: &mut Parameters<D>, quantity: Quantity) -> Option<&mut D> 
         Quantity::PlaceInSuccessor(joint, axis) => {
             part(&mut parameters.frame_k[joint.0].position, axis)
         }
-        Quantity::Coulomb(interface) => &mut parameters.interfaces[interface].law.coulomb,
+        Quantity::Mu(interface) => &mut parameters.interfaces[interface].law.mu,
         Quantity::Viscous(interface) => &mut parameters.interfaces[interface].law.viscous,
         Quantity::Radius(interface) => &mut parameters.interfaces[interface].radius,
         _ => return None,
@@ -384,7 +384,7 @@ fn derivatives_by_the_mechanism_are_differences() {
         ["mu = 0.12,", "mu = VALUE,"],
         0.12,
         1e-2,
-        of_all((0..interfaces).map(Quantity::Coulomb).collect()),
+        of_all((0..interfaces).map(Quantity::Mu).collect()),
     ));
     cases.push((
         ["viscous = \"0.02 N s/m\"", "viscous = \"VALUE N s/m\""],
@@ -435,7 +435,7 @@ fn what_has_no_derivatives_is_refused() {
         Quantity::Value(3),
         Quantity::Mass(BodyId(8)),
         Quantity::CentreOfMass(BodyId(1), 3),
-        Quantity::Coulomb(9),
+        Quantity::Mu(9),
         Quantity::PlaceInSuccessor(JointId(9), 0),
     ] {
         assert_eq!(record(&[wrong]).map(|_| ()), Err(RecordError::UnknownQuantity(wrong)));

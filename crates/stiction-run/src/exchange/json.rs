@@ -164,12 +164,12 @@ fn interface_json(joint: &Joint, interface: &JointFriction) -> Value {
 fn law_json(law: &Law) -> Value {
     let curve = match &law.curve {
         Curve::Constant => json!({ "kind": "constant" }),
-        Curve::Breakaway { coefficient } => {
-            json!({ "kind": "breakaway", "breakaway": coefficient })
+        Curve::Static { mu_static } => {
+            json!({ "kind": "static", "mu_static": mu_static })
         }
-        Curve::Stribeck { breakaway, velocity, exponent } => json!({
+        Curve::Stribeck { mu_static, velocity, exponent } => json!({
             "kind": "stribeck",
-            "breakaway": breakaway,
+            "mu_static": mu_static,
             "velocity": velocity,
             "exponent": exponent.value(),
         }),
@@ -179,7 +179,7 @@ fn law_json(law: &Law) -> Value {
         .bristles
         .map(|bristles| json!({ "stiffness": bristles.stiffness, "damping": bristles.damping }));
     json!({
-        "coulomb": law.coulomb,
+        "mu": law.mu,
         "viscous": law.viscous,
         "curve": curve,
         "regularisation": law.regularisation,

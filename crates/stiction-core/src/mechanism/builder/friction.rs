@@ -120,16 +120,16 @@ impl Checks<'_> {
 
     fn law(&mut self, law: &Law) {
         const NOT_BELOW: &str = "at least the coefficient while sliding";
-        self.number("coefficient", Some(law.coulomb), NOT_NEGATIVE);
+        self.number("coefficient", Some(law.mu), NOT_NEGATIVE);
         self.number("viscous coefficient", Some(law.viscous), NOT_NEGATIVE);
         let coefficient = "coefficient at rest";
         match &law.curve {
             Curve::Constant => {}
-            Curve::Breakaway { coefficient: breakaway } => {
-                self.require(coefficient, *breakaway, *breakaway >= law.coulomb, NOT_BELOW);
+            Curve::Static { mu_static } => {
+                self.require(coefficient, *mu_static, *mu_static >= law.mu, NOT_BELOW);
             }
-            Curve::Stribeck { breakaway, velocity, exponent } => {
-                self.require(coefficient, *breakaway, *breakaway >= law.coulomb, NOT_BELOW);
+            Curve::Stribeck { mu_static, velocity, exponent } => {
+                self.require(coefficient, *mu_static, *mu_static >= law.mu, NOT_BELOW);
                 self.number("Stribeck velocity", Some(*velocity), POSITIVE);
                 self.number("Stribeck exponent", Some(exponent.value()), POSITIVE);
             }
@@ -144,7 +144,7 @@ impl Checks<'_> {
             }
             let positive = match &law.curve {
                 Curve::Table(rows) => rows.iter().all(|row| row[1] > 0.0),
-                _ => law.coulomb > 0.0,
+                _ => law.mu > 0.0,
             };
             if !positive {
                 self.problem("a law with a state needs coefficients greater than 0");

@@ -21,7 +21,7 @@ pub(super) fn read(layers: &Layers<'_>, notes: &mut Notes) -> Law {
     let mut law = Law::coulomb_viscous(mu.unwrap_or(0.0), viscous.unwrap_or(0.0));
     law.curve = match table {
         Some(table) => {
-            law.coulomb = 0.0;
+            law.mu = 0.0;
             curve_of_table(layers, word, table, notes)
         }
         None => curve_of_numbers(layers, word, &law, notes),
@@ -30,7 +30,7 @@ pub(super) fn read(layers: &Layers<'_>, notes: &mut Notes) -> Law {
     law.regularisation = regularisation(layers, &law, notes);
     if has_state && mu.is_none() && table.is_none() {
         // Already reported; keep the builder from reporting it again.
-        law.coulomb = 1.0;
+        law.mu = 1.0;
     }
     law
 }
@@ -125,23 +125,23 @@ fn curve_of_numbers(layers: &Layers<'_>, word: &str, law: &Law, notes: &mut Note
         }
         _ => {}
     }
-    let breakaway = layers.number("mu_static", notes);
+    let mu_static = layers.number("mu_static", notes);
     let shaped = given("stribeck_velocity").or_else(|| given("stribeck_exponent"));
     let by_word = matches!(word, "stribeck" | "exponential");
     let changes = word != "coulomb"
-        && (by_word || shaped.is_some() || (word == "lugre" && breakaway.is_some()));
-    if breakaway.is_some() && given("mu").is_none() {
+        && (by_word || shaped.is_some() || (word == "lugre" && mu_static.is_some()));
+    if mu_static.is_some() && given("mu").is_none() {
         layers.missing(given("mu_static"), "mu", " beside `mu_static`", notes);
     }
     if !changes {
-        return breakaway.map_or(Curve::Constant, |coefficient| Curve::Breakaway { coefficient });
+        return mu_static.map_or(Curve::Constant, |mu_static| Curve::Static { mu_static });
     }
     let velocity = layers.number("stribeck_velocity", notes);
     let beside = shaped.or_else(|| given("law"));
     if velocity.is_none() {
         layers.missing(beside, "stribeck_velocity", ": the coefficient changes with speed", notes);
     }
-    if breakaway.is_none() {
+    if mu_static.is_none() {
         layers.missing(beside, "mu_static", ": the coefficient changes with speed", notes);
     }
     let exponent = match word {
@@ -149,7 +149,7 @@ fn curve_of_numbers(layers: &Layers<'_>, word: &str, law: &Law, notes: &mut Note
         _ => layers.number("stribeck_exponent", notes).unwrap_or(2.0),
     };
     Curve::Stribeck {
-        breakaway: breakaway.unwrap_or(law.coulomb),
+        mu_static: mu_static.unwrap_or(law.mu),
         velocity: velocity.unwrap_or(1.0),
         exponent: Exponent::new(exponent),
     }
@@ -222,7 +222,7 @@ fn regularisation(layers: &Layers<'_>, law: &Law, notes: &mut Notes) -> Option<f
         (Some(regularised), Some(_)) => {
             let why = match law.curve {
                 _ if law.bristles.is_some() => "a law with a state needs no regularisation",
-                Curve::Breakaway { .. } => "regularised friction has no static coefficient",
+                Curve::Static { .. } => "regularised friction has no static coefficient",
                 _ => {
                     layers.word("regularised");
                     return layers.number("regularisation_velocity", notes);

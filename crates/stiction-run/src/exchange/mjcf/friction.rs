@@ -43,9 +43,9 @@ pub(super) fn is_damping_alone(interface: &JointFriction, can_be_damped: bool) -
 
 fn has_no_coefficient(law: &Law) -> bool {
     match &law.curve {
-        Curve::Constant => law.coulomb == 0.0,
-        Curve::Breakaway { coefficient } => law.coulomb == 0.0 && *coefficient == 0.0,
-        Curve::Stribeck { breakaway, .. } => law.coulomb == 0.0 && *breakaway == 0.0,
+        Curve::Constant => law.mu == 0.0,
+        Curve::Static { mu_static } => law.mu == 0.0 && *mu_static == 0.0,
+        Curve::Stribeck { mu_static, .. } => law.mu == 0.0 && *mu_static == 0.0,
         Curve::Table(rows) => rows.iter().all(|row| row[1] == 0.0),
     }
 }

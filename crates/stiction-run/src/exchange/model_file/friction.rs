@@ -56,16 +56,16 @@ fn law_table(law: &Law) -> Table {
     let mut table = Table::new();
     let mut put = |key: &str, value: Value| table.insert(key.to_owned(), value);
     if !matches!(law.curve, Curve::Table(_)) {
-        put("mu", law.coulomb.into());
+        put("mu", law.mu.into());
     }
     put("viscous", law.viscous.into());
     match &law.curve {
         Curve::Constant => {}
-        Curve::Breakaway { coefficient } => {
-            put("mu_static", (*coefficient).into());
+        Curve::Static { mu_static } => {
+            put("mu_static", (*mu_static).into());
         }
-        Curve::Stribeck { breakaway, velocity, exponent } => {
-            put("mu_static", (*breakaway).into());
+        Curve::Stribeck { mu_static, velocity, exponent } => {
+            put("mu_static", (*mu_static).into());
             put("stribeck_velocity", (*velocity).into());
             put("stribeck_exponent", exponent.value().into());
         }
@@ -97,12 +97,12 @@ fn backward_table(forward: &Law, backward: &Law) -> Option<Table> {
     }
     let mut table = law_table(&Law { bristles: None, regularisation: None, ..backward.clone() });
     // One coefficient for all speeds where forward there are more: those become the same.
-    let mut flat = |key: &str| table.insert(key.to_owned(), backward.coulomb.into());
+    let mut flat = |key: &str| table.insert(key.to_owned(), backward.mu.into());
     match (&forward.curve, &backward.curve) {
-        (Curve::Breakaway { .. } | Curve::Stribeck { .. }, Curve::Constant) => {
+        (Curve::Static { .. } | Curve::Stribeck { .. }, Curve::Constant) => {
             flat("mu_static");
         }
-        (Curve::Stribeck { .. }, Curve::Breakaway { .. }) => return None,
+        (Curve::Stribeck { .. }, Curve::Static { .. }) => return None,
         _ => {}
     }
     Some(table)

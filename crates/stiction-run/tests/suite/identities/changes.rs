@@ -220,7 +220,7 @@ fn scaled_interface(interface: &JointFriction, scale: f64) -> JointFriction {
         let mut law = law.clone();
         law.viscous *= scale;
         match &mut law.curve {
-            Curve::Constant | Curve::Breakaway { .. } => {}
+            Curve::Constant | Curve::Static { .. } => {}
             Curve::Stribeck { velocity, .. } => *velocity *= scale,
             Curve::Table(rows) => rows.iter_mut().for_each(|[speed, _]| *speed *= scale),
         }

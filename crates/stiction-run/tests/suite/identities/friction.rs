@@ -67,12 +67,12 @@ fn small_friction_acts_in_proportion() {
 }
 
 fn weaken(law: &mut Law, factor: f64) {
-    law.coulomb *= factor;
+    law.mu *= factor;
     law.viscous *= factor;
     match &mut law.curve {
         Curve::Constant => {}
-        Curve::Breakaway { coefficient } => *coefficient *= factor,
-        Curve::Stribeck { breakaway, .. } => *breakaway *= factor,
+        Curve::Static { mu_static } => *mu_static *= factor,
+        Curve::Stribeck { mu_static, .. } => *mu_static *= factor,
         Curve::Table(rows) => rows.iter_mut().for_each(|[_, coefficient]| *coefficient *= factor),
     }
 }

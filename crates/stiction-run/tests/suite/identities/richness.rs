@@ -54,25 +54,25 @@ fn load(
 
 fn law(interface: &mut JointFriction, shape: InterfaceShape, random: &mut Random) {
     let law = &mut interface.law;
-    let static_coefficient = law.coulomb * random.between(1.0, 1.5);
+    let static_coefficient = law.mu * random.between(1.0, 1.5);
     law.curve = match random.below(3) {
         0 => Curve::Stribeck {
-            breakaway: static_coefficient,
+            mu_static: static_coefficient,
             velocity: random.between(0.005, 0.1),
             exponent: Exponent::new(random.between(0.7, 2.5)),
         },
-        1 => Curve::Breakaway { coefficient: static_coefficient },
+        1 => Curve::Static { mu_static: static_coefficient },
         _ => Curve::Table(vec![
             [0.0, static_coefficient],
-            [random.between(0.001, 0.05), law.coulomb],
-            [random.between(0.1, 0.5), law.coulomb * random.between(0.8, 1.2)],
+            [random.between(0.001, 0.05), law.mu],
+            [random.between(0.1, 0.5), law.mu * random.between(0.8, 1.2)],
         ]),
     };
     if matches!(law.curve, Curve::Table(_)) {
-        law.coulomb = 0.0;
+        law.mu = 0.0;
     } else if shape.has_one_dof() && random.below(2) == 0 {
         let mut backward = law.clone();
-        backward.coulomb *= random.between(0.5, 1.0);
+        backward.mu *= random.between(0.5, 1.0);
         backward.viscous *= random.between(0.5, 1.0);
         interface.backward = Some(backward);
     }
