@@ -1,161 +1,92 @@
-//! How the program says that it failed.
+//! Failures of the program: their text, their JSON and their exit codes.
 
-use serde_json::{Value, json};
+use serde_json::json;
 use std::io::IsTerminal;
 use std::process::ExitCode;
-use stiction_format::Diagnostics;
+use stiction::{Error, ErrorKind};
 
-/// Why there is no result.
+/// An error, with the form in which the user asked for it.
 #[derive(Debug)]
 pub(crate) struct Failure {
-    kind: Kind,
-    what: Box<What>,
+    error: Error,
     json: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    /// The question has no answer.
-    NoAnswer,
-    /// The input cannot be used.
-    Input,
-    /// The user stopped it.
-    Interrupted,
-}
-
-#[derive(Debug)]
-enum What {
-    /// A message, a way out, and the same for programs.
-    Message { message: String, help: Option<String>, details: Value },
-    /// Messages about places in texts.
-    Diagnostics(Diagnostics),
-}
-
 impl Failure {
-    /// The input cannot be used.
+    /// A failure because the input cannot be used.
     pub(crate) fn input(message: impl Into<String>) -> Self {
-        Self::message(Kind::Input, message.into())
+        Error::input(message).into()
     }
 
-    /// The question has no answer.
+    /// A failure because the question has no answer.
     pub(crate) fn no_answer(message: impl Into<String>) -> Self {
-        Self::message(Kind::NoAnswer, message.into())
+        Error::no_answer(message).into()
     }
 
-    /// The user stopped it.
+    /// A failure because the user stopped the program, without results.
     pub(crate) fn interrupted() -> Self {
-        Self::message(Kind::Interrupted, "interrupted; nothing was written".to_owned())
+        Error::interrupted("interrupted; nothing was written").into()
     }
 
-    /// The user stopped it, and something was kept.
-    pub(crate) fn interrupted_at(message: String) -> Self {
-        Self::message(Kind::Interrupted, message)
+    /// Sets the suggestion.
+    pub(crate) fn help(self, text: impl Into<String>) -> Self {
+        Self { error: self.error.with_help(text), ..self }
     }
 
-    fn message(kind: Kind, message: String) -> Self {
-        let what = Box::new(What::Message { message, help: None, details: Value::Null });
-        Self { kind, what, json: false }
+    /// Sets the numbers behind the message, for programs.
+    pub(crate) fn details(self, value: serde_json::Value) -> Self {
+        Self { error: self.error.with_details(value), ..self }
     }
 
-    /// Adds a way out.
-    pub(crate) fn help(mut self, text: impl Into<String>) -> Self {
-        if let What::Message { help, .. } = &mut *self.what {
-            *help = Some(text.into());
-        }
-        self
+    /// Chooses between JSON on standard output and text on standard error.
+    pub(crate) fn as_json(self, json: bool) -> Self {
+        Self { json, ..self }
     }
 
-    /// Adds what else there is to say.
-    pub(crate) fn note(mut self, text: impl std::fmt::Display) -> Self {
-        if let What::Message { message, .. } = &mut *self.what {
-            *message += &format!("\n  {text}");
-        }
-        self
-    }
-
-    /// Adds numbers for programs.
-    pub(crate) fn details(mut self, value: Value) -> Self {
-        if let What::Message { details, .. } = &mut *self.what {
-            *details = value;
-        }
-        self
-    }
-
-    /// Tells programs rather than people.
-    pub(crate) fn for_programs(mut self, json: bool) -> Self {
-        self.json = json;
-        self
-    }
-
-    /// Says what is wrong: to people on standard error, to programs on standard output.
-    pub(crate) fn tell(&self) {
+    /// Prints the failure: text on standard error, or JSON on standard output.
+    pub(crate) fn print(&self) {
         if self.json {
-            // Where nothing arrives there may be somebody who listens elsewhere.
-            if let Err(failure) = crate::print(&format!("{:#}\n", self.to_json())) {
-                failure.tell();
+            let text = format!("{:#}\n", json!({ "error": self.error.to_json() }));
+            // Where standard output is closed, standard error may still be read.
+            if let Err(failure) = crate::print(&text) {
+                failure.print();
             }
             return;
         }
-        match &*self.what {
-            What::Diagnostics(diagnostics) => {
+        match self.error.diagnostics() {
+            Some(diagnostics) => {
                 let colour =
                     std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-                tell!("{}", diagnostics.render(colour).trim_end_matches('\n'));
+                message!("{}", diagnostics.render(colour).trim_end_matches('\n'));
             }
-            What::Message { message, help, .. } => {
-                tell!("error: {message}");
-                if let Some(help) = help {
-                    tell!("help: {help}");
+            None => {
+                message!("error: {}", self.error.message());
+                match (self.error.help(), self.error.option()) {
+                    (Some(help), Some(option)) => message!("help: {help} (option --{option})"),
+                    (Some(help), None) => message!("help: {help}"),
+                    (None, _) => {}
                 }
             }
         }
     }
 
-    fn to_json(&self) -> Value {
-        let kind = match self.kind {
-            Kind::NoAnswer => "no-answer",
-            Kind::Input => "input",
-            Kind::Interrupted => "interrupted",
-        };
-        match &*self.what {
-            What::Diagnostics(diagnostics) => {
-                json!({ "error": { "kind": kind, "diagnostics": diagnostics.to_json() } })
-            }
-            What::Message { message, help, details } => json!({
-                "error": { "kind": kind, "message": message, "help": help, "details": details }
-            }),
-        }
-    }
-
     pub(crate) fn exit_code(&self) -> ExitCode {
-        match self.kind {
-            Kind::NoAnswer => ExitCode::from(1),
-            Kind::Input => ExitCode::from(2),
-            Kind::Interrupted => ExitCode::from(130),
+        match self.error.kind() {
+            ErrorKind::NoAnswer => ExitCode::from(1),
+            ErrorKind::Interrupted => ExitCode::from(130),
+            _ => ExitCode::from(2),
         }
     }
 }
 
 impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match &*self.what {
-            What::Diagnostics(diagnostics) => f.write_str(&diagnostics.render(false)),
-            What::Message { message, .. } => f.write_str(message),
-        }
+        f.write_str(&self.error.message())
     }
 }
 
-impl From<Diagnostics> for Failure {
-    fn from(diagnostics: Diagnostics) -> Self {
-        Self { kind: Kind::Input, what: Box::new(What::Diagnostics(diagnostics)), json: false }
-    }
-}
-
-/// Why a file cannot be read.
-pub(crate) fn describe(error: &std::io::Error) -> String {
-    match error.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
-        std::io::ErrorKind::PermissionDenied => "you may not read it".to_owned(),
-        _ => error.to_string(),
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Self { error, json: false }
     }
 }

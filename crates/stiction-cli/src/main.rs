@@ -1,12 +1,12 @@
-//! `stiction`: what a robot with closed kinematic chains needs from its actuators when its joints
-//! have friction.
+//! The program `stiction`: inverse and forward dynamics of robots with closed kinematic chains and joint
+//! friction, on the command line.
 //!
-//! Arguments, files, progress and exit codes; nothing else lives here. Data go to standard output,
-//! talk to standard error. Exit codes: 0 done, 1 the question has no answer (a singular position, a
-//! mechanism that jams), 2 the input cannot be used, 130 interrupted.
+//! Holds arguments, output files, progress and exit codes; everything else is in the library `stiction`.
+//! Data go to standard output, messages to standard error. Exit codes: 0 done, 1 the question has no answer
+//! (a singular position, a mechanism that jams), 2 the input cannot be used, 130 interrupted.
 
-/// A line on the standard error; where nobody listens any more it is lost, and that is no error.
-macro_rules! tell {
+/// Prints a line to standard error. A closed standard error is no failure.
+macro_rules! message {
     ($($what:tt)*) => {{
         use std::io::Write as _;
         let _ = writeln!(std::io::stderr(), $($what)*);
@@ -24,7 +24,6 @@ mod models;
 mod outputs;
 mod progress;
 mod sources;
-mod stored;
 mod study;
 
 use arguments::{Arguments, Command};
@@ -49,14 +48,14 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            failure.tell();
+            failure.print();
             failure.exit_code()
         }
     }
 }
 
-/// Says what is wrong with the arguments. A misspelt command is taken for a model, and what follows it
-/// for a command, so this has to be said otherwise.
+/// Prints the defect of the arguments and exits. A misspelt command is taken for a model, and the next
+/// argument for a command, so that this case needs a message of its own.
 fn refuse(error: &clap::Error) -> ! {
     use clap::error::ErrorKind::{ArgumentConflict, DisplayHelp, DisplayVersion};
     let first = std::env::args_os().nth(1).unwrap_or_default().to_string_lossy().into_owned();
@@ -74,11 +73,11 @@ fn refuse(error: &clap::Error) -> ! {
             Failure::input(message).help(usage.trim())
         }
     };
-    failure.for_programs(for_programs).tell();
+    failure.as_json(for_programs).print();
     std::process::exit(2)
 }
 
-/// Writes data to standard output. A reader that has gone away is no failure.
+/// Writes data to standard output. A reader that has closed its end is no failure.
 fn print(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {

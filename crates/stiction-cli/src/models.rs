@@ -1,13 +1,13 @@
-//! `stiction models`: the gallery.
+//! `stiction models`: the built-in models.
 
 use crate::arguments::Models;
 use crate::failure::Failure;
 use crate::print;
 use serde_json::json;
-use stiction_format::{ModelFile, Source, gallery};
+use stiction::{Robot, gallery};
 
 pub(crate) fn run(options: &Models) -> Result<(), Failure> {
-    list(options).map_err(|failure| failure.for_programs(options.json))
+    list(options).map_err(|failure| failure.as_json(options.json))
 }
 
 fn list(options: &Models) -> Result<(), Failure> {
@@ -18,18 +18,18 @@ fn list(options: &Models) -> Result<(), Failure> {
             false => print(text),
         };
     }
-    let models: Vec<(&str, ModelFile)> =
-        gallery::names().map(|name| Ok((name, read(name)?))).collect::<Result<_, Failure>>()?;
+    let models: Vec<(&str, Robot)> = gallery::names()
+        .map(|name| Ok((name, Robot::builtin(name)?)))
+        .collect::<Result<_, Failure>>()?;
     if options.json {
         let list: Vec<_> = models
             .iter()
             .map(|(name, model)| {
-                let names = |list: Vec<&String>| json!(list);
                 json!({
                     "name": name,
-                    "title": model.title,
-                    "motions": names(model.motions.iter().map(|(name, _)| name).collect()),
-                    "loads": names(model.loads.iter().map(|(name, _)| name).collect()),
+                    "title": model.title(),
+                    "motions": model.motions().collect::<Vec<_>>(),
+                    "loads": model.loads().collect::<Vec<_>>(),
                 })
             })
             .collect();
@@ -38,14 +38,8 @@ fn list(options: &Models) -> Result<(), Failure> {
     let wide = models.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
     let mut out = String::new();
     for (name, model) in &models {
-        out += &format!("{name:wide$}  {}\n", model.title);
+        out += &format!("{name:wide$}  {}\n", model.title());
     }
     out += "\n`stiction models NAME` prints a model's file, `stiction inverse NAME` runs it.\n";
     print(&out)
-}
-
-fn read(name: &str) -> Result<ModelFile, Failure> {
-    let text = gallery::get(name).unwrap_or_default();
-    let source = Source::new(format!("{name}.toml"), text);
-    Ok(stiction_format::read(&source, &|_| Err("the gallery has no other files".to_owned()))?)
 }

@@ -1,7 +1,6 @@
-//! Files that appear complete or not at all.
+//! Output files that appear complete or not at all.
 
 use crate::failure::Failure;
-use crate::sources::was_read;
 use std::cell::Cell;
 use std::fmt::Display;
 use std::fs::{self, File};
@@ -9,36 +8,38 @@ use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// Says where an interrupted simulation goes on.
+/// Checkpoint from which an interrupted simulation resumes.
 pub(crate) const CHECKPOINT: &str = "checkpoint.json";
 
-/// Files being written into a folder, each under a name of its own until all are complete. What is
-/// not completed is removed; what stood there before stays until then.
+/// Files of one run in a folder, each under a temporary name until all are complete. Incomplete files are
+/// removed; files of earlier runs stay until then.
 #[derive(Debug)]
 pub(crate) struct Outputs {
     folder: PathBuf,
     pending: Vec<(PathBuf, PathBuf)>,
-    /// The folders that were not there before, the innermost first.
+    /// Folders created for this run, the innermost first.
     made: Vec<PathBuf>,
     begun: SystemTime,
-    /// Whether what is not complete stays, since a file says how to go on from there.
+    /// Full paths of the files read for this run.
+    inputs: Vec<PathBuf>,
+    /// `true` once a checkpoint refers to the incomplete files, which then stay.
     kept: Cell<bool>,
 }
 
 impl Outputs {
-    /// Makes the folder if need be.
-    pub(crate) fn new(folder: &Path) -> Result<Self, Failure> {
-        // What stands where a folder is wanted, itself or above.
+    /// Creates the folder if it does not exist. `inputs` are the full paths of files that must not be replaced.
+    pub(crate) fn new(folder: &Path, inputs: Vec<PathBuf>) -> Result<Self, Failure> {
+        // A file at the folder's place or above it.
         let blocks = |at: &&Path| at.exists() && !at.is_dir();
         if let Some(file) = folder.ancestors().find(blocks) {
             return Err(Failure::input(format!(
-                "-o wants a folder, but {} is a file",
+                "-o needs a folder, but {} is a file",
                 file.display()
             ))
-            .help("give the name of a folder, which may be new"));
+            .help("give the name of a folder; it is created if it does not exist"));
         }
         let trouble = |why: String| {
-            Failure::input(format!("cannot make the folder {}: {why}", folder.display()))
+            Failure::input(format!("cannot create the folder {}: {why}", folder.display()))
                 .help("give another folder with -o")
         };
         let is_missing = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
@@ -48,25 +49,30 @@ impl Outputs {
             pending: Vec::new(),
             made,
             begun: SystemTime::now(),
+            inputs,
             kept: Cell::new(false),
         };
-        // Should only some of them be made, they go with `outputs`.
+        // Dropping `outputs` removes the folders that were created.
         fs::create_dir_all(folder).map_err(|error| trouble(error.to_string()))?;
         Ok(outputs)
     }
 
-    /// Refuses a folder from which an interrupted simulation can go on: other results would spoil that.
-    pub(crate) fn spare_interrupted(&self) -> Result<(), Failure> {
+    /// Refuses a folder that holds a resumable simulation, which other results would spoil.
+    pub(crate) fn refuse_interrupted(&self) -> Result<(), Failure> {
         if !self.folder.join(CHECKPOINT).exists() {
             return Ok(());
         }
         Err(Failure::input(format!(
-            "{} holds an interrupted simulation ({CHECKPOINT}), which could not go on beside other results",
+            "{} holds an interrupted simulation ({CHECKPOINT}); other results would spoil it",
             self.folder.display()
         ))
         .help(format!(
-            "give another folder with -o; end the simulation with --resume; or remove {CHECKPOINT}"
+            "give another folder with -o, finish the simulation with --resume, or remove {CHECKPOINT}"
         )))
+    }
+
+    fn is_input(&self, path: &Path) -> bool {
+        path.canonicalize().is_ok_and(|path| self.inputs.contains(&path))
     }
 
     /// Begins a file.
@@ -74,15 +80,15 @@ impl Outputs {
         let complete = self.folder.join(name);
         let partial = self.folder.join(format!(".{name}.{}.partial", std::process::id()));
         if complete.is_dir() {
-            return Err(self.trouble(name, "there is a folder of that name"));
+            return Err(self.trouble(name, "a folder has that name"));
         }
         if complete.exists() && !complete.is_file() {
-            // A device or a pipe would be gone.
-            return Err(self.trouble(name, "what is there is no file"));
+            // The new file would replace a device or a pipe.
+            return Err(self.trouble(name, "it exists and is not a regular file"));
         }
-        if was_read(&complete) {
+        if self.is_input(&complete) {
             return Err(Failure::input(format!(
-                "{} was read for this run, and its results would take its place",
+                "{} is an input of this run, and its results would replace it",
                 complete.display()
             ))
             .help("give another folder with -o"));
@@ -92,7 +98,7 @@ impl Outputs {
         Ok(BufWriter::new(file))
     }
 
-    /// Begins a file with the first `bytes` of another one of the folder.
+    /// Begins a file with the first `bytes` of another file of the folder.
     pub(crate) fn begin_with(
         &mut self,
         name: &str,
@@ -102,19 +108,19 @@ impl Outputs {
         let mut file = self.begin(name)?;
         let gone = |why: &dyn Display| {
             let other = self.folder.join(other);
-            Failure::input(format!("what was kept in {} cannot be used: {why}", other.display()))
-                .help("begin anew without --resume")
+            Failure::input(format!("the rows kept in {} cannot be used: {why}", other.display()))
+                .help("start again without --resume")
         };
         let from = File::open(self.folder.join(other)).map_err(|error| gone(&error))?;
         let copied =
             io::copy(&mut from.take(bytes), &mut file).map_err(|e| self.trouble(name, e))?;
         if copied != bytes {
-            return Err(gone(&"it is shorter than it was"));
+            return Err(gone(&"the file has become shorter"));
         }
         Ok(file)
     }
 
-    /// The name under which a file is being written, and its present length.
+    /// The temporary name of a file being written, and its present length in bytes.
     pub(crate) fn partial(&self, name: &str) -> Option<(String, u64)> {
         let complete = self.folder.join(name);
         let (partial, _) = self.pending.iter().find(|(_, known)| *known == complete)?;
@@ -122,12 +128,12 @@ impl Outputs {
         Some((partial.file_name()?.to_str()?.to_owned(), length))
     }
 
-    /// Writes a whole file at once, whatever becomes of the others.
+    /// Writes a whole file at once, independently of the others.
     pub(crate) fn write_now(&self, name: &str, content: &[u8]) -> Result<(), Failure> {
         let partial = self.folder.join(format!(".{name}.{}.partial", std::process::id()));
         let written = File::create(&partial).and_then(|mut file| {
             file.write_all(content)?;
-            // Otherwise a power cut may leave the name without the content.
+            // Without it a power cut may leave the name without the content.
             file.sync_all()?;
             fs::rename(&partial, self.folder.join(name))
         });
@@ -137,12 +143,12 @@ impl Outputs {
         })
     }
 
-    /// A file of the folder, if it is there.
+    /// Text of a file of the folder, if the file exists.
     pub(crate) fn read(&self, name: &str) -> Option<String> {
         fs::read_to_string(self.folder.join(name)).ok()
     }
 
-    /// Removes a file of the folder, if it is there.
+    /// Removes a file of the folder, if it exists.
     pub(crate) fn remove(&self, name: &str) {
         let _ = fs::remove_file(self.folder.join(name));
     }
@@ -153,7 +159,7 @@ impl Outputs {
         self.end(name, file, content)
     }
 
-    /// Writes the rest of a file and makes sure that it has arrived.
+    /// Writes the rest of a file and waits until it is on disk.
     pub(crate) fn end(
         &self,
         name: &str,
@@ -168,31 +174,31 @@ impl Outputs {
         arrived(&mut file).map_err(|error| self.trouble(name, error))
     }
 
-    /// Takes back a file that was begun.
+    /// Removes a file that was begun.
     pub(crate) fn abandon(&mut self, name: &str) {
         let complete = self.folder.join(name);
         self.pending.retain(|(partial, known)| {
             let other = *known != complete;
             if !other {
-                // It may be gone already; there is nobody to tell.
+                // A missing file needs no removal.
                 let _ = fs::remove_file(partial);
             }
             other
         });
     }
 
-    /// What is not complete stays where it is from now on, also if it never will be.
+    /// Keeps incomplete files from now on, even if the run never completes.
     pub(crate) fn keep(&self) {
         self.kept.set(true);
     }
 
-    /// Whether what is not complete stays.
+    /// `true` if incomplete files stay.
     pub(crate) fn is_kept(&self) -> bool {
         self.kept.get()
     }
 
-    /// Gives all files their names; returns these. Those of `possible` that were not written this
-    /// time would be taken for results of this run, and are removed.
+    /// Gives all files their final names and returns these. Removes files named in `possible` that this run
+    /// did not write: they would pass for results of this run.
     pub(crate) fn complete(mut self, possible: &[&str]) -> Result<Vec<PathBuf>, Failure> {
         for (partial, complete) in &self.pending {
             fs::rename(partial, complete).map_err(|error| {
@@ -203,15 +209,16 @@ impl Outputs {
         self.tidy();
         for name in possible {
             let stale = self.folder.join(name);
-            if self.pending.iter().all(|(_, complete)| *complete != stale) && !was_read(&stale) {
-                // Mostly there is none.
+            if self.pending.iter().all(|(_, complete)| *complete != stale) && !self.is_input(&stale)
+            {
+                // Mostly it does not exist.
                 let _ = fs::remove_file(stale);
             }
         }
         Ok(std::mem::take(&mut self.pending).into_iter().map(|(_, complete)| complete).collect())
     }
 
-    /// Removes what runs that were killed have left of the same files.
+    /// Removes temporary files of the same names that killed runs have left.
     fn tidy(&self) {
         let is_older = |path: &Path| {
             let changed = fs::metadata(path).and_then(|about| about.modified());
@@ -224,18 +231,18 @@ impl Outputs {
             let is_own =
                 whole == CHECKPOINT || self.pending.iter().any(|(_, own)| own.ends_with(whole));
             if is_own && is_older(&entry.path()) {
-                // Whoever may not do that is not disturbed by it either.
+                // Without permission they stay; they do no harm.
                 let _ = fs::remove_file(entry.path());
             }
         }
     }
 
-    /// A failure about one of the files.
+    /// A failure to write one of the files.
     pub(crate) fn trouble(&self, name: &str, error: impl Display) -> Failure {
         self.trouble_with(&self.folder.join(name).display(), error)
     }
 
-    /// A failure about the tables, whichever of them it was.
+    /// A failure to write the tables, whichever of them it was.
     pub(crate) fn trouble_with_tables(&self, error: impl Display) -> Failure {
         self.trouble_with(&format_args!("the tables in {}", self.folder.display()), error)
     }
@@ -243,8 +250,10 @@ impl Outputs {
     fn trouble_with(&self, what: &dyn Display, error: impl Display) -> Failure {
         let failure = Failure::input(format!("cannot write {what}: {error}"));
         failure.help(match self.is_kept() {
-            true => "what was done until then is kept: the same with --resume goes on from there",
-            false => "nothing was changed in the folder; give another one with -o",
+            true => {
+                "the results so far are kept; the same command with --resume continues from there"
+            }
+            false => "the folder is unchanged; give another one with -o",
         })
     }
 }
@@ -252,17 +261,17 @@ impl Outputs {
 impl Drop for Outputs {
     fn drop(&mut self) {
         for (partial, _) in self.pending.iter().filter(|_| !self.is_kept()) {
-            // It may be gone already; there is nobody to tell.
+            // A missing file needs no removal.
             let _ = fs::remove_file(partial);
         }
         for folder in &self.made {
-            // Only those that are still empty go.
+            // Fails for folders that are no longer empty, which stay.
             let _ = fs::remove_dir(folder);
         }
     }
 }
 
-/// The name of the file of which this is the name while it is not complete, if it is one.
+/// Final name of a temporary file, if `name` is that of one.
 fn of_partial(name: &str) -> Option<&str> {
     let (whole, id) = name.strip_prefix('.')?.strip_suffix(".partial")?.rsplit_once('.')?;
     id.bytes().all(|byte| byte.is_ascii_digit()).then_some(whole)
@@ -273,7 +282,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_what_is_not_complete() {
+    fn temporary_names_are_recognised() {
         assert_eq!(of_partial(".inverse.csv.123.partial"), Some("inverse.csv"));
         for other in ["inverse.csv", ".checkpoint.json.partial", ".a.12.part", "a.12.partial", ""] {
             assert_eq!(of_partial(other), None, "{other}");

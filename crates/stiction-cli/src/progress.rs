@@ -1,4 +1,4 @@
-//! Progress of jobs that take longer than two seconds.
+//! Progress of computations that take longer than two seconds.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
@@ -6,16 +6,16 @@ use std::time::{Duration, Instant};
 use stiction_run::inverse::Phase;
 
 const PATIENCE: Duration = Duration::from_secs(2);
-/// Where nobody watches a terminal, a line so often.
+/// Time between two lines where standard error is no terminal.
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
-/// Tells how far a job is, once it takes long.
+/// Progress bar on a terminal, or a line every ten seconds, once a computation takes long.
 pub(crate) struct Progress {
     begun: Instant,
-    told: Instant,
+    printed: Instant,
     bar: Option<(String, ProgressBar)>,
     watched: bool,
-    /// The step of something that is no motion that was told last.
+    /// Step of a study that was printed last.
     step: Option<usize>,
 }
 
@@ -24,38 +24,38 @@ impl Progress {
         let now = Instant::now();
         Self {
             begun: now,
-            told: now,
+            printed: now,
             bar: None,
             watched: std::io::stderr().is_terminal(),
             step: None,
         }
     }
 
-    /// Called after every sample; looks at the clock now and then.
-    pub(crate) fn tell(&mut self, phase: Phase, done: usize, of: usize) {
-        self.tell_samples(words(phase), done, of);
+    /// Updates the progress after a sample of inverse dynamics.
+    pub(crate) fn update(&mut self, phase: Phase, done: usize, of: usize) {
+        self.update_samples(words(phase), done, of);
     }
 
-    /// The same for what has a name.
-    pub(crate) fn tell_samples(&mut self, phase: &'static str, done: usize, of: usize) {
-        self.tell_amount(phase, (done as u64, of as u64), "samples");
+    /// Updates the progress of a named computation after a sample.
+    pub(crate) fn update_samples(&mut self, phase: &'static str, done: usize, of: usize) {
+        self.update_amount(phase, (done as u64, of as u64), "samples");
     }
 
-    /// How much of a file has been read, bytes.
-    pub(crate) fn tell_bytes(&mut self, file: &str, done: u64, of: u64) {
+    /// Updates the progress of reading a file, bytes.
+    pub(crate) fn update_bytes(&mut self, file: &str, done: u64, of: u64) {
         const MEGA: u64 = 1_000_000;
-        self.tell_amount(&format!("reading {file}"), (done / MEGA, of.div_ceil(MEGA)), "MB");
+        self.update_amount(&format!("reading {file}"), (done / MEGA, of.div_ceil(MEGA)), "MB");
     }
 
-    fn tell_amount(&mut self, phase: &str, (done, of): (u64, u64), unit: &str) {
+    fn update_amount(&mut self, phase: &str, (done, of): (u64, u64), unit: &str) {
         if self.begun.elapsed() < PATIENCE {
             return;
         }
         if self.watched {
             self.draw(phase, (done, of), unit);
-        } else if self.told.elapsed() > LINE_EVERY || self.told == self.begun {
-            self.told = Instant::now();
-            tell!("{phase}: {done} of {of} {unit}");
+        } else if self.printed.elapsed() > LINE_EVERY || self.printed == self.begun {
+            self.printed = Instant::now();
+            message!("{phase}: {done} of {of} {unit}");
         }
     }
 
@@ -79,15 +79,15 @@ impl Progress {
         }
     }
 
-    /// Called now and then during each step of something that is no motion.
-    pub(crate) fn tell_step(&mut self, what: &str, done: usize, of: usize) {
+    /// Updates the progress of a study, once or more often in each step.
+    pub(crate) fn update_step(&mut self, what: &str, done: usize, of: usize) {
         if self.begun.elapsed() > PATIENCE && self.step != Some(done) {
             self.step = Some(done);
-            tell!("{} of {of}: {what}", done + 1);
+            message!("{} of {of}: {what}", done + 1);
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub(crate) fn clear(&mut self) {
         if let Some((_, bar)) = self.bar.take() {
             bar.finish_and_clear();
@@ -95,7 +95,7 @@ impl Progress {
     }
 }
 
-/// Whatever ends a job, its bar goes.
+/// Removes the bar however the computation ends.
 impl Drop for Progress {
     fn drop(&mut self) {
         self.clear();

@@ -1,8 +1,8 @@
-//! `stiction study`: the studies that the program brings with it.
+//! `stiction study`: the studies that ship with the program.
 
 use crate::arguments::Study;
 use crate::failure::Failure;
-use crate::inverse::{failure_of, listen_for_interrupt};
+use crate::inverse::listen_for_interrupt;
 use crate::outputs::Outputs;
 use crate::print;
 use crate::progress::Progress;
@@ -20,31 +20,31 @@ const STUDIES: [(&str, &str); 1] = [(
 )];
 
 pub(crate) fn run(options: &Study) -> Result<(), Failure> {
-    carry_out(options).map_err(|failure| failure.for_programs(options.json))
+    execute(options).map_err(|failure| failure.as_json(options.json))
 }
 
-fn carry_out(options: &Study) -> Result<(), Failure> {
+fn execute(options: &Study) -> Result<(), Failure> {
     let Some(name) = &options.name else { return list(options.json) };
     if STUDIES.iter().all(|(known, _)| known != name) {
         return Err(unknown(name));
     }
     let interrupted = listen_for_interrupt();
-    // A folder that cannot be written is told before anything is computed. Programs that read the
-    // report from standard output get files only if they ask for them.
+    // A folder that cannot be written is refused before the computation. With --json, files are written
+    // only on request.
     let folder = options
         .output
         .clone()
         .or_else(|| (!options.json).then(|| PathBuf::from(format!("study-{name}"))));
-    let mut outputs = folder.as_deref().map(Outputs::new).transpose()?;
+    let mut outputs = folder.as_deref().map(|dir| Outputs::new(dir, Vec::new())).transpose()?;
     let page = outputs.as_mut().map(|outputs| outputs.begin(PAGE)).transpose()?;
     let mut progress = Progress::new();
     let report = zhang2018::study(|what, done, of| {
-        progress.tell_step(what, done, of);
+        progress.update_step(what, done, of);
         !interrupted.load(Ordering::Relaxed)
     });
     progress.clear();
     let report = report.map_err(|error| match error {
-        zhang2018::Error::Run(error) => failure_of(error),
+        zhang2018::Error::Run(error) => stiction::explain::inverse(error).into(),
         error => Failure::no_answer(error.to_string()),
     })?;
     if interrupted.load(Ordering::Relaxed) {
@@ -63,7 +63,7 @@ fn carry_out(options: &Study) -> Result<(), Failure> {
         let count = write(outputs, &report, &earlier_files(&folder))?;
         if !options.json {
             let page = folder.join(PAGE);
-            tell!(
+            message!(
                 "\nwrote {} and {count} more files: the same in Markdown and JSON, pictures, and all numbers as CSV",
                 page.display()
             );
@@ -72,11 +72,11 @@ fn carry_out(options: &Study) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The page of a report.
+/// File name of the report's page.
 const PAGE: &str = "report.html";
 
-/// Writes all files of a report but the page, which is there, and gives their number.
-/// Of `earlier` files those that this report does not have are removed.
+/// Writes all files of a report except the page and returns their number. Removes those of the `earlier`
+/// files that this report does not have.
 fn write(mut outputs: Outputs, report: &Report, earlier: &[String]) -> Result<usize, Failure> {
     outputs.write("report.md", report.markdown().as_bytes())?;
     let files: Vec<(String, String)> =
@@ -91,7 +91,7 @@ fn write(mut outputs: Outputs, report: &Report, earlier: &[String]) -> Result<us
     Ok(outputs.complete(&earlier)?.len() - 1)
 }
 
-/// The files that an earlier report in this folder says are its own; plain names only.
+/// Files listed by an earlier report in this folder; plain names only.
 fn earlier_files(folder: &Path) -> Vec<String> {
     let text = std::fs::read_to_string(folder.join("report.json")).unwrap_or_default();
     let report: Value = serde_json::from_str(&text).unwrap_or_default();
@@ -110,19 +110,19 @@ fn list(for_programs: bool) -> Result<(), Failure> {
     for (name, title) in STUDIES {
         out += &format!("{name}  {title}\n");
     }
-    out += "\n`stiction study NAME` carries one out and writes its report.\n";
+    out += "\n`stiction study NAME` runs one and writes its report.\n";
     print(&out)
 }
 
 fn unknown(name: &str) -> Failure {
     let names = STUDIES.map(|(name, _)| name);
-    let known = format!("there is: {}", names.join(", "));
+    let known = format!("known studies: {}", names.join(", "));
     let failure = Failure::input(format!("there is no study `{name}`"));
     let is_model = gallery::get(name).is_some() || Path::new(name).is_file();
     let near = names.iter().find(|known| strsim::jaro_winkler(known, name) > 0.8);
     let hint = if is_model {
         format!(
-            "a study is a fixed programme, not a model; {known}. `stiction inverse {name}` runs a model"
+            "a study is a fixed sequence of computations, not a model; {known}. `stiction inverse {name}` runs the model"
         )
     } else {
         near.map_or(known, |near| format!("did you mean `{near}`?"))

@@ -8,7 +8,7 @@ use std::fmt;
 use stiction_core::dynamics::FrictionMode;
 use stiction_format::{LoadCase, Motion};
 use stiction_run::check::{Findings, Kind, examine, write_report};
-use stiction_run::inverse::Job;
+use stiction_run::inverse::{Job, Phase};
 
 /// Check of a robot along a motion; see [`Robot::check_along`].
 #[derive(Clone, Debug)]
@@ -63,8 +63,20 @@ impl Check {
     /// # Errors
     /// The mechanism cannot follow the motion.
     pub fn run(&self) -> Result<Report, Error> {
+        self.run_with(|_phase, _done, _of| true)
+    }
+
+    /// Examines the robot along the motion, and reports progress: the phase, the samples done, and all
+    /// samples. Stops when `progress` returns `false`.
+    ///
+    /// # Errors
+    /// The mechanism cannot follow the motion, or `progress` stopped the computation.
+    pub fn run_with(
+        &self,
+        progress: impl FnMut(Phase, usize, usize) -> bool,
+    ) -> Result<Report, Error> {
         let job = self.job()?;
-        let findings = examine(&job, |_phase, _done, _of| true).map_err(explain::inverse)?;
+        let findings = examine(&job, progress).map_err(explain::inverse)?;
         let json = findings.json(&job);
         let mut text = String::new();
         // Writing to a string does not fail.
@@ -155,6 +167,11 @@ impl Report {
     /// All findings in the terms of `stiction_run`.
     pub fn findings(&self) -> &Findings {
         &self.findings
+    }
+
+    /// All findings as plain text, as the command `stiction check` prints them.
+    pub fn as_text(&self) -> &str {
+        &self.text
     }
 
     /// All findings as JSON, with the keys of `stiction check --json`.

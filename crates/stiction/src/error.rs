@@ -17,7 +17,7 @@ struct Content {
 
 enum Message {
     /// A sentence with an optional suggestion and the numbers behind it.
-    Plain { text: String, help: Option<String>, details: Value },
+    Plain { text: String, help: Option<String>, option: Option<&'static str>, details: Value },
     /// Messages that point at places in a model file or in another text.
     Diagnostics(Diagnostics),
 }
@@ -37,7 +37,8 @@ pub enum ErrorKind {
 impl Error {
     /// Creates an error with a message, a sentence without a full stop.
     pub fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
-        let message = Message::Plain { text: message.into(), help: None, details: Value::Null };
+        let message =
+            Message::Plain { text: message.into(), help: None, option: None, details: Value::Null };
         Self(Box::new(Content { kind, message }))
     }
 
@@ -60,6 +61,15 @@ impl Error {
     pub fn with_help(mut self, suggestion: impl Into<String>) -> Self {
         if let Message::Plain { help, .. } = &mut self.0.message {
             *help = Some(suggestion.into());
+        }
+        self
+    }
+
+    /// Names the option of the request that cures the error: a method of the builder, and with dashes an
+    /// option of the command line.
+    pub fn with_option(mut self, name: &'static str) -> Self {
+        if let Message::Plain { option, .. } = &mut self.0.message {
+            *option = Some(name);
         }
         self
     }
@@ -101,6 +111,14 @@ impl Error {
         }
     }
 
+    /// The option of the request that cures the error, if there is one.
+    pub fn option(&self) -> Option<&'static str> {
+        match self.0.message {
+            Message::Plain { option, .. } => option,
+            Message::Diagnostics(_) => None,
+        }
+    }
+
     /// The messages with their places in the text, if the error is about a text.
     pub fn diagnostics(&self) -> Option<&Diagnostics> {
         match &self.0.message {
@@ -109,7 +127,8 @@ impl Error {
         }
     }
 
-    /// The error as a JSON object: `kind`, and either `diagnostics` or `message`, `help` and `details`.
+    /// The error as a JSON object: `kind`, and either `diagnostics` or `message`, `help`, `option` and
+    /// `details`.
     pub fn to_json(&self) -> Value {
         let kind = match self.0.kind {
             ErrorKind::Input => "input",
@@ -117,9 +136,9 @@ impl Error {
             ErrorKind::Interrupted => "interrupted",
         };
         match &self.0.message {
-            Message::Plain { text, help, details } => {
-                json!({ "kind": kind, "message": text, "help": help, "details": details })
-            }
+            Message::Plain { text, help, option, details } => json!({
+                "kind": kind, "message": text, "help": help, "option": option, "details": details,
+            }),
             Message::Diagnostics(diagnostics) => {
                 json!({ "kind": kind, "diagnostics": diagnostics.to_json() })
             }
@@ -130,9 +149,10 @@ impl Error {
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message())?;
-        match self.help() {
-            Some(help) => write!(f, "\nhelp: {help}"),
-            None => Ok(()),
+        match (self.help(), self.option()) {
+            (Some(help), Some(option)) => write!(f, "\nhelp: {help} (option `{option}`)"),
+            (Some(help), None) => write!(f, "\nhelp: {help}"),
+            (None, _) => Ok(()),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! From errors of computations to errors with suggestions.
+//! Conversion of the errors of computations into errors with suggestions.
 
 use crate::error::Error;
 use serde_json::json;
@@ -13,22 +13,23 @@ use stiction_run::inverse::{Error as MotionError, Missing};
 
 /// Explains why inverse dynamics, or the motion alone, has no result.
 pub fn inverse(error: MotionError) -> Error {
-    let without_friction = "`friction off` shows what the mechanism needs without friction";
+    let without_friction = |error: Error| {
+        error.with_help("switch friction off to see the efforts without it").with_option("friction")
+    };
     match error {
         MotionError::NotFinite(diagnostic) => Error::from(Diagnostics::from(*diagnostic)),
         MotionError::CannotCarry(missing) => cannot_carry(&missing),
         MotionError::Interrupted => Error::interrupted("interrupted; nothing was written"),
-        MotionError::Instants(_) => {
-            Error::input(error.to_string()).with_help("give another time between samples: `step`")
-        }
+        MotionError::Instants(_) => Error::input(error.to_string())
+            .with_help("give another time between samples")
+            .with_option("step"),
         MotionError::Forces {
             time,
             error: ref cause @ InverseError::Locked { ref joint, percent },
-        } => Error::no_answer(format!("at t = {time} s: {cause}"))
-            .with_help(without_friction)
+        } => without_friction(Error::no_answer(format!("at t = {time} s: {cause}")))
             .with_details(json!({ "time": time, "joint": joint, "percent": percent })),
         MotionError::Forces { error: InverseError::Unsettled, .. } => {
-            Error::no_answer(error.to_string()).with_help(without_friction)
+            without_friction(Error::no_answer(error.to_string()))
         }
         // Assembled from zero coordinates, a mechanism may be in another assembly mode.
         MotionError::Assembly { error: AssemblyError::Open { .. }, .. } => Error::input(
@@ -87,10 +88,12 @@ pub fn breakaway(error: BreakawayError) -> Error {
                 "at t = {time} s the mechanism is singular, or both its constraints and its actuators are \
                  redundant: static friction is not computed there"
             ))
-            .with_help("choose another position: `at`")
+            .with_help("choose another position")
+            .with_option("at")
         }
         BreakawayError::Job(error) => inverse(error),
-        error => Error::input(error.to_string()).with_help("choose another time: `at`"),
+        error => Error::input(error.to_string()).with_help("choose another time")
+            .with_option("at"),
     }
 }
 
@@ -102,16 +105,19 @@ pub fn forward(error: SimulationError) -> Error {
         SimulationError::Motion(error) => inverse(error),
         SimulationError::NotFinite(diagnostic) => inverse(MotionError::NotFinite(diagnostic)),
         SimulationError::Instants(_) => Error::input(message)
-            .with_help("give another time between samples, `step`, or another end, `until`"),
+            .with_help("give another time between samples, or another end")
+            .with_option("step"),
         SimulationError::Controller(error @ (AssemblyError::Open { .. } | AssemblyError::Gap(_))) => {
             Error::input(format!(
                 "the controller needs actuators that determine the motion, one for each degree of freedom: {error}"
             ))
-            .with_help("use a PD controller with kp and kd for each actuator, or give efforts: `drives`")
+            .with_help("use a controller with `type = pd`, and kp and kd for each actuator, or give efforts instead")
+            .with_option("controller")
         }
         SimulationError::Controller(_) | SimulationError::ControllerForces(_) => {
             Error::input(format!("the controller cannot start: {message}"))
-                .with_help("start elsewhere, `from`, or use another controller")
+                .with_help("start elsewhere, or use another controller")
+            .with_option("from")
         }
         SimulationError::ControllerAt { time, .. } => Error::no_answer(message)
             .with_help("reduce the bandwidth, set a limit, or use a PD controller; the results up to this time show the cause")
@@ -130,9 +136,10 @@ fn simulation(error: &ForwardError, bad_input: bool) -> Error {
             Error::input(message)
         }
         ForwardError::Blocked { .. } => Error::input(message)
-            .with_help("give other rates at the start, `from`, or lock other joints, `hold`"),
+            .with_help("give other rates at the start, or lock other joints")
+            .with_option("from"),
         ForwardError::Impact { time, percent, .. } => Error::no_answer(message)
-            .with_help("prescribe motions without kinks, and keep locks away from dead centres: `check` finds singular positions")
+            .with_help("prescribe motions without kinks, and keep locks away from dead centres; a check finds singular positions")
             .with_details(json!({ "time": time, "percent": percent })),
         ForwardError::NoAcceleration { time, joint, percent } => Error::no_answer(message)
             .with_help("reduce the friction, lengthen the `bending_span` of a guide, or smooth the law with `regularisation_velocity`; at a singular position change drives, locks or the start; see the chapter on forward dynamics")
@@ -141,13 +148,15 @@ fn simulation(error: &ForwardError, bad_input: bool) -> Error {
             .with_help("reduce the friction there, or smooth its law with `regularisation_velocity`")
             .with_details(json!({ "time": time, "joint": joint })),
         ForwardError::Massless { time, body } => Error::no_answer(message)
-            .with_help("give the body a mass and moments of inertia, or lock that motion: `hold`")
+            .with_help("give the body a mass and moments of inertia, or lock that motion")
+            .with_option("hold")
             .with_details(json!({ "time": time, "body": body })),
         ForwardError::Open { time, joint, gap } => Error::no_answer(message)
-            .with_help("keep the prescribed motion within reach and away from singular positions: `check` finds these")
+            .with_help("keep the prescribed motion within reach and away from singular positions; a check finds these")
             .with_details(json!({ "time": time, "joint": joint, "gap": gap })),
         ForwardError::Stiff { time, step, tolerance, .. } => Error::no_answer(message)
-            .with_help("allow a larger `tolerance`, or use a smoother friction law")
+            .with_help("allow a larger tolerance, or use a smoother friction law")
+            .with_option("tolerance")
             .with_details(json!({ "time": time, "step": step, "tolerance": tolerance })),
         ForwardError::Runaway { time, body, speed } => Error::no_answer(message)
             .with_help("reduce the gains or the period of an unstable controller; otherwise check efforts and loads at that time")

@@ -261,8 +261,9 @@ impl Forward {
     /// It is not between 1e-14 and 1e-2.
     pub fn tolerance(mut self, tolerance: f64) -> Result<Self, Error> {
         if !(1e-14..=1e-2).contains(&tolerance) {
-            return Err(Error::input(format!("`tolerance` is {tolerance}"))
-                .with_help("give a relative error between 1e-14 and 1e-2, for example 1e-10"));
+            return Err(Error::input(format!("the tolerance is {tolerance}"))
+                .with_help("give a relative error between 1e-14 and 1e-2, for example 1e-10")
+                .with_option("tolerance"));
         }
         let usual = Settings::default();
         let factor = tolerance / usual.relative;

@@ -239,12 +239,16 @@ impl Robot {
     pub(crate) fn motion_missing(&self) -> Error {
         let error = Error::input("the model has no default motion, and none is given");
         let names: Vec<&str> = self.motions().collect();
-        error.with_help(match names.as_slice() {
-            [] => "give one, for example \"JOINT = 0; duration = 0\" for a single pose, or add \
+        error
+            .with_help(match names.as_slice() {
+                [] => {
+                    "give one, for example \"JOINT = 0; duration = 0\" for a single pose, or add \
                    [motions.NAME] to the model"
-                .to_owned(),
-            names => format!("give one of its motions: {}", names.join(", ")),
-        })
+                        .to_owned()
+                }
+                names => format!("choose one of its motions: {}", names.join(", ")),
+            })
+            .with_option("motion")
     }
 
     /// A load by its name in the model, or assignments; with its label in results.
@@ -287,7 +291,7 @@ impl Robot {
 /// Label of a motion or load in results: its name, or a remark where it was given as assignments.
 fn label(text: &str) -> String {
     let text = text.trim();
-    if text.contains('=') { "from the command line".to_owned() } else { text.to_owned() }
+    if text.contains('=') { "as given".to_owned() } else { text.to_owned() }
 }
 
 /// Describes a robot by code; see [`Robot::builder`].

@@ -1,56 +1,93 @@
-//! `stiction forward`: what a mechanism does.
+//! `stiction forward`: forward dynamics with joints that stick and slip.
 
 mod journal;
-mod setup;
 
-use crate::arguments::Forward;
+use crate::arguments::{Forward, Method as Asked, Switch};
 use crate::failure::Failure;
-use crate::inverse::{DEFAULT_MODEL, failure_of as failure_of_motion, listen_for_interrupt, warn};
+use crate::inverse::{DEFAULT_MODEL, listen_for_interrupt};
 use crate::outputs::{CHECKPOINT, Outputs};
 use crate::print;
 use crate::progress::Progress;
-use crate::sources;
+use crate::sources::{self, note_frictionless, warn};
 use journal::{Journal, Kept, begin, partials};
 use serde_json::json;
-use setup::Setup;
 use std::cell::{Cell, RefCell};
 use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use stiction_core::forward::ForwardError;
-use stiction_core::kinematics::AssemblyError;
+use stiction::{Error, Method, Robot, explain};
 use stiction_run::forward::{
-    Curves, Ending, Error, Layout, Outcome, Rows, Scribe, Summary, Tables, read_rows, write_events,
-    write_summary,
+    Curves, Ending, Error as SimulationError, Layout, Outcome, Rows, Scribe, Summary, Tables,
+    read_rows, write_events, write_summary,
 };
 
 pub(crate) fn run(options: &Forward) -> Result<(), Failure> {
-    carry_out(options).map_err(|failure| failure.for_programs(options.json))
+    execute(options).map_err(|failure| failure.as_json(options.json))
 }
 
-fn carry_out(options: &Forward) -> Result<(), Failure> {
-    let found = sources::find(options.model.as_deref().unwrap_or(DEFAULT_MODEL))?;
+/// Maps the options to a request.
+fn request(robot: &Robot, options: &Forward) -> Result<stiction::Forward, Failure> {
+    let mut request = robot.forward();
+    if let Some(friction) = options.friction {
+        request = request.friction(friction == Switch::On);
+    }
+    for joint in &options.hold {
+        request = request.hold(joint)?;
+    }
+    for joint in &options.prescribe {
+        request = request.prescribe(joint)?;
+    }
+    if let Some(motion) = &options.motion {
+        request = request.motion(motion)?;
+    }
+    if let Some(load) = &options.load {
+        request = request.load(load)?;
+    }
+    if let Some(drives) = &options.drives {
+        request = request.drives(drives)?;
+    }
+    if let Some(controller) = &options.controller {
+        request = request.controller(controller)?;
+    }
+    if let Some(start) = &options.from {
+        request = request.from(start)?;
+    }
+    if let Some(until) = options.until {
+        request = request.until(until);
+    }
+    if let Some(step) = options.step {
+        request = request.step(step);
+    }
+    let method = match options.method {
+        Asked::Automatic => Method::Automatic,
+        Asked::EventDriven => Method::EventDriven,
+        Asked::TimeStepping => Method::TimeStepping,
+    };
+    Ok(request.method(method).tolerance(options.tolerance)?)
+}
+
+fn execute(options: &Forward) -> Result<(), Failure> {
+    let robot = sources::robot(options.model.as_deref().unwrap_or(DEFAULT_MODEL))?;
     if !options.json {
         if options.model.is_none() {
-            tell!(
+            message!(
                 "No model given: running the built-in `{DEFAULT_MODEL}`. A controller that knows the robot, but \
                  not its friction, follows\nthe robot's own motion.\n"
             );
         }
-        warn(&found.model.warnings);
+        warn(robot.warnings());
     }
-    let setup = Setup::new(found, options)?;
-    let job = setup.job(options)?;
-    if !options.json
-        && job.friction
-        && job.model.mechanism.joints().iter().all(|j| j.friction.is_empty())
-    {
-        tell!("note: the model declares no friction in any joint\n");
+    let plan = request(&robot, options)?.plan()?;
+    let job = plan.job();
+    if !options.json && job.friction {
+        note_frictionless(&robot);
     }
-    let count = job.instants().map_err(|error| failure_of(Error::Instants(error)))?.count();
+    let count =
+        job.instants().map_err(|error| explain::forward(SimulationError::Instants(error)))?.count();
     let layout = Layout::new(&job.model.mechanism, job.followers());
     let interrupted = listen_for_interrupt();
-    let mut outputs = options.output.as_deref().map(Outputs::new).transpose()?;
+    let mut outputs =
+        options.output.as_deref().map(|dir| Outputs::new(dir, robot.files_read())).transpose()?;
     let mut journal = Journal::new(&job, options.checkpoint)?;
     let kept = match &outputs {
         Some(outputs) if options.resume => Some(journal.read(outputs)?),
@@ -58,10 +95,10 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
     };
     if let Some(kept) = kept.as_ref().filter(|kept| kept.mark.samples > count) {
         return Err(Failure::input(format!(
-            "{} rows were written before the interruption, but up to --until {} s there are {count}",
+            "the interrupted run has {} rows, but a run until {} s has only {count}",
             kept.mark.samples, job.until
         ))
-        .help("give a later instant, or begin anew without --resume"));
+        .help("give a later --until, or start again without --resume"));
     }
     let mut summary = Summary::new(&layout);
     let mut curves = outputs.is_some().then(|| Curves::new(&job, &layout, count));
@@ -84,7 +121,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
                         }
                     };
                     read_again(outputs, &layout, kept, receive)?;
-                    // What it began with stays until this run has written down where it is itself.
+                    // The files of the interrupted run stay until this run has a checkpoint of its own.
                     journal.write(outputs, &kept.mark, &partials(outputs)?)?;
                     for (at, _) in kept.files.iter().filter(|(at, _)| at.ends_with(".partial")) {
                         outputs.remove(at);
@@ -124,15 +161,15 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
             Ok(())
         },
         &|| {
-            // Asked for at every evaluation: a single row may take long.
-            progress.borrow_mut().tell_samples("simulating", done.get(), count);
+            // Called at every evaluation: a single row may take long.
+            progress.borrow_mut().update_samples("simulating", done.get(), count);
             interrupted.load(Ordering::Relaxed)
         },
         kept.as_ref().map(|kept| &kept.mark),
     );
     progress.borrow_mut().clear();
     let outcome = outcome.map_err(|error| match (error, &outputs) {
-        (Error::Receiver(error), Some(outputs)) => outputs.trouble_with_tables(error),
+        (SimulationError::Receiver(error), Some(outputs)) => outputs.trouble_with_tables(error),
         (error, _) => failure_of(error),
     })?;
 
@@ -154,7 +191,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
             outputs.end(name, file, &[])?;
         }
         if !outcome.invertible && outcome.mark.is_none() {
-            // Inverse dynamics could not be asked for it.
+            // Inverse dynamics has no answer for a motion that the actuators do not determine.
             outputs.abandon("motion.csv");
         }
         let mut events = Vec::new();
@@ -173,7 +210,7 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
         }
         if let Some(mark) = &outcome.mark {
             let mut tables = partials(&outputs)?;
-            // The tables will have their own names in a moment.
+            // The tables are about to receive their final names.
             for ((at, _), name) in tables.iter_mut().zip(FILES) {
                 name.clone_into(at);
             }
@@ -184,27 +221,26 @@ fn carry_out(options: &Forward) -> Result<(), Failure> {
         let names = outputs.complete(&POSSIBLE)?;
         if !options.json {
             let names: Vec<String> = names.iter().map(|name| name.display().to_string()).collect();
-            tell!("\nwrote {}", names.join(", "));
+            message!("\nwrote {}", names.join(", "));
         }
         kept = options.output.as_deref();
     } else if !options.json && std::io::stderr().is_terminal() {
-        tell!("\nTables and plots: add -o DIR");
+        message!("\nTables and plots: add -o DIR");
     }
     let lost = summary.energy_lost(&job.settings, &outcome.events);
     ended(outcome, kept)?;
     match lost {
         None => Ok(()),
         Some(part) => Err(Failure::no_answer(format!(
-            "the account of energy does not close: {:.1e} of what is turned over is lost, so these results are \
-             wrong by more than their tolerance",
-            part
+            "the energy balance does not close: its relative error is {part:.1e}, so these results are wrong by \
+             more than their tolerance"
         ))
-        .help("a smaller --tolerance, another --method; something may change faster than steps see: look at error in energy.csv")
+        .help("give a smaller --tolerance or another --method; the column `error` of energy.csv shows when the energy is lost")
         .details(json!({ "energy_error_relative": part }))),
     }
 }
 
-/// Goes through the rows that an earlier run has written.
+/// Reads the rows that an interrupted run has written.
 fn read_again(
     outputs: &Outputs,
     layout: &Layout,
@@ -222,13 +258,13 @@ fn read_again(
     let (mut a, mut b, mut c, mut d, mut e, mut f) = (a, b, c, d, e, f);
     let files: [&mut dyn std::io::Read; 6] = [&mut a, &mut b, &mut c, &mut d, &mut e, &mut f];
     read_rows(layout, files, kept.mark.samples, receive).map_err(|error| {
-        Failure::input(format!("what was computed before cannot be read: {error}"))
+        Failure::input(format!("the rows of the interrupted run cannot be read: {error}"))
     })
 }
 
 /// The tables.
 const FILES: [&str; 6] = Tables::<Vec<u8>>::FILES;
-/// Files that not every run has.
+/// Files that some runs do not write.
 const POSSIBLE: [&str; 7] = [
     "motion.csv",
     "error.svg",
@@ -239,87 +275,34 @@ const POSSIBLE: [&str; 7] = [
     "friction.png",
 ];
 
-/// Whether it ended as it should.
+/// Turns an early end of the simulation into a failure.
 fn ended(outcome: Outcome, kept: Option<&Path>) -> Result<(), Failure> {
-    let upto = kept.map(|folder| {
-        format!("what was computed up to t = {} s is in {}", outcome.last, folder.display())
+    let results = kept.map(|folder| {
+        format!("the results up to t = {} s are in {}", outcome.last, folder.display())
     });
-    let on = "the same with --resume goes on from there";
-    match (outcome.ending, upto) {
+    match (outcome.ending, results) {
         (Ending::Reached, _) => Ok(()),
-        (Ending::Interrupted, Some(words)) => {
-            Err(Failure::interrupted_at(format!("interrupted; {words}")).help(on))
+        (Ending::Interrupted, Some(results)) => {
+            Err(Error::interrupted(format!("interrupted; {results}"))
+                .with_help("the same command with --resume continues from there")
+                .into())
         }
         (Ending::Interrupted, None) => Err(Failure::interrupted()),
-        (Ending::Failed(error), Some(words)) => Err(failure_of(*error).note(words)),
-        (Ending::Failed(error), None) => Err(failure_of(*error)),
+        (Ending::Failed(error), results) => {
+            let error = explain::forward(*error);
+            Err(match results {
+                Some(results) => error.with_note(results).into(),
+                None => error.into(),
+            })
+        }
     }
 }
 
-pub(crate) fn failure_of(error: Error) -> Failure {
-    let bad_input = error.is_bad_input();
-    let words = error.to_string();
+/// Explains why there is no simulation.
+fn failure_of(error: SimulationError) -> Failure {
     match error {
-        Error::Motion(error) => failure_of_motion(error),
-        Error::NotFinite(diagnostic) => {
-            failure_of_motion(stiction_run::inverse::Error::NotFinite(diagnostic))
-        }
-        Error::Instants(_) => {
-            Failure::input(words).help("give another one with --step, or another end with --until")
-        }
-        Error::Controller(error @ (AssemblyError::Open { .. } | AssemblyError::Gap(_))) => {
-            Failure::input(format!(
-                "the controller needs actuators that determine the motion, as many as there are freedoms: {error}"
-            ))
-            .help("take `--controller` with type = pd, and kp and kd for each actuator; or --drives")
-        }
-        Error::Controller(_) | Error::ControllerForces(_) => {
-            Failure::input(format!("the controller cannot begin: {words}"))
-                .help("start elsewhere with --from, or take another controller")
-        }
-        Error::ControllerAt { time, .. } => Failure::no_answer(words)
-            .help("less bandwidth, a limit, or a PD controller may get through; see where the mechanism has gone with -o")
-            .details(json!({ "time": time })),
-        Error::Forward(error) => failure_of_forward(&error, bad_input),
-        Error::Interrupted => Failure::interrupted(),
-        Error::Mark => Failure::input(format!("{CHECKPOINT} is damaged: {words}")).help("begin anew without --resume"),
-        _ if bad_input => Failure::input(words),
-        _ => Failure::no_answer(words),
-    }
-}
-
-fn failure_of_forward(error: &ForwardError, bad_input: bool) -> Failure {
-    let message = error.to_string();
-    match error {
-        ForwardError::Assembly(_) | ForwardError::Contradiction { .. } if bad_input => {
-            Failure::input(message)
-        }
-        ForwardError::Blocked { .. } => Failure::input(message)
-            .help("give other rates with --from, or hold something else with --hold"),
-        ForwardError::Impact { time, percent, .. } => Failure::no_answer(message)
-            .help("prescribe motions without kinks, and keep locks away from dead centres: `stiction check` shows singular positions")
-            .details(json!({ "time": time, "percent": percent })),
-        ForwardError::NoAcceleration { time, joint, percent } => Failure::no_answer(message)
-            .help("less friction, a longer `bending_span` if it is a guide, or a law smoothed with `regularisation_velocity` lets it go on; at a singular position nothing but other drives, locks or another start does; see the chapter on forward dynamics")
-            .details(json!({ "time": time, "joint": joint, "percent": percent })),
-        ForwardError::NoChoice { time, joint } => Failure::no_answer(message)
-            .help("less friction there, or a law smoothed with `regularisation_velocity`, lets it go on")
-            .details(json!({ "time": time, "joint": joint })),
-        ForwardError::Massless { time, body } => Failure::no_answer(message)
-            .help("give the body a mass and moments of inertia, or hold that motion with --hold")
-            .details(json!({ "time": time, "body": body })),
-        ForwardError::Open { time, joint, gap } => Failure::no_answer(message)
-            .help("keep the motion that is prescribed within reach, and away from singular positions: `stiction check` shows them")
-            .details(json!({ "time": time, "joint": joint, "gap": gap })),
-        ForwardError::Stiff { time, step, tolerance, .. } => Failure::no_answer(message)
-            .help("a larger --tolerance, or a smoother law of friction")
-            .details(json!({ "time": time, "step": step, "tolerance": tolerance })),
-        ForwardError::Runaway { time, body, speed } => Failure::no_answer(message)
-            .help("is a controller unstable? less gain or more samples may help; else look at efforts and loads at that time")
-            .details(json!({ "time": time, "body": body, "speed": speed })),
-        ForwardError::NotFinite { time, .. } => Failure::no_answer(message)
-            .help("look at the efforts and loads at that time")
-            .details(json!({ "time": time })),
-        _ => Failure::no_answer(message),
+        SimulationError::Mark => Failure::input(format!("{CHECKPOINT} is damaged: {error}"))
+            .help("start again without --resume"),
+        error => explain::forward(error).into(),
     }
 }

@@ -32,7 +32,10 @@ fn a_folder_that_cannot_be_is_told() {
     let folder = Folder::new("check-file");
     folder.write("taken", "a file");
     let said = folder.stiction(&["check", "four-bar", "-o", "taken"]);
-    said.fails(2, &["-o wants a folder, but taken is a file", "which may be new"]);
+    said.fails(
+        2,
+        &["-o needs a folder, but taken is a file", "it is created if it does not exist"],
+    );
     assert_eq!(said.out, "");
     assert_eq!((folder.read("taken").as_str(), folder.files().len()), ("a file", 1));
 
@@ -60,6 +63,6 @@ fn a_folder_in_the_way_of_a_file_is_told() {
     let folder = Folder::new("check-in-the-way");
     std::fs::create_dir(folder.0.join("check.html")).unwrap();
     let said = folder.stiction(&["check", "four-bar", "-o", "."]);
-    said.fails(2, &["cannot write", "check.html", "there is a folder of that name"]);
+    said.fails(2, &["cannot write", "check.html", "a folder has that name"]);
     assert_eq!((said.out.as_str(), folder.files().len()), ("", 1));
 }

@@ -143,7 +143,7 @@ fn what_is_there_is_kept() {
     folder.write("own.toml", &model);
     folder
         .stiction(&["convert", "own.toml", "--to", "json", "-o", "own.toml"])
-        .fails(2, &["cannot write own.toml: that is the model itself"]);
+        .fails(2, &["cannot write own.toml: it is an input of this conversion"]);
     assert_eq!(folder.read("own.toml"), model);
 
     folder.write("target.json", "old");

@@ -56,10 +56,10 @@ fn what_comes_to_nothing_leaves_nothing() {
     folder.stiction(&["inverse", "zhang2018", "-o", "new/deeper/deepest"]).fails(1, &["singular"]);
     assert_eq!(folder.files(), Vec::<String>::new());
     folder.write("file", "hello");
-    folder.stiction(&["check", "-o", "file"]).fails(2, &["-o wants a folder, but file is a file"]);
+    folder.stiction(&["check", "-o", "file"]).fails(2, &["-o needs a folder, but file is a file"]);
     folder
         .stiction(&["check", "-o", "file/in"])
-        .fails(2, &["-o wants a folder, but file is a file"]);
+        .fails(2, &["-o needs a folder, but file is a file"]);
     assert_eq!(folder.read("file"), "hello");
 }
 
@@ -69,7 +69,7 @@ fn a_study_looks_first_whether_it_can_write() {
     let folder = Folder::new("hostile-study");
     std::fs::create_dir(folder.0.join("report.html")).unwrap();
     let said = folder.stiction(&["study", "zhang2018", "-o", "."]);
-    said.fails(2, &["report.html", "there is a folder of that name"]);
+    said.fails(2, &["report.html", "a folder has that name"]);
     assert_eq!(said.out, "");
 }
 
@@ -80,7 +80,7 @@ fn a_link_that_leads_nowhere_is_no_file() {
     std::os::unix::fs::symlink("nowhere", folder.0.join("link")).unwrap();
     folder
         .stiction(&["convert", "slider-crank", "--to", "json", "-o", "link"])
-        .fails(2, &["a link that leads nowhere"]);
+        .fails(2, &["a link to a file that does not exist"]);
     assert!(folder.0.join("link").is_symlink());
 }
 
@@ -101,7 +101,7 @@ fn a_full_disk_leaves_what_was_there() {
     folder.write("inverse.csv", "of old");
     let run = ["inverse", "slider-crank", "--step", "0.0001", "-o"];
     with_little_room(&folder, 16, &[&run[..], &["."]].concat())
-        .fails(2, &["cannot write the tables in .: ", "nothing was changed in the folder"]);
+        .fails(2, &["cannot write the tables in .: ", "the folder is unchanged"]);
     with_little_room(&folder, 16, &[&run[..], &["new/deep"]].concat())
         .fails(2, &["cannot write the tables in new/deep"]);
     with_little_room(&folder, 1, &["convert", "gough", "--to", "json", "-o", "x.json"])
@@ -120,8 +120,10 @@ fn after_a_full_disk_a_simulation_goes_on() {
     let whole = Folder::new("hostile-disk-whole");
     whole.stiction(&run).succeeds();
     let parted = Folder::new("hostile-disk-parted");
-    with_little_room(&parted, 200, &run)
-        .fails(2, &["cannot write the tables", "kept: the same with --resume goes on from there"]);
+    with_little_room(&parted, 200, &run).fails(
+        2,
+        &["cannot write the tables", "kept; the same command with --resume continues from there"],
+    );
     // A checkpoint with a changed digit is refused.
     let kept = parted.read("checkpoint.json");
     // The first number is the format; a change of it is reported as another format.

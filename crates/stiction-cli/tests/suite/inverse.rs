@@ -193,7 +193,7 @@ fn wrong_input_is_told_with_a_way_out() {
     folder.write("bytes.toml", "x");
     std::fs::write(folder.0.join("bytes.toml"), [0xff, 0xfe, 0x00]).unwrap();
     let cases: &[(&[&str], &[&str])] = &[
-        (&["inverse", "zhang"], &["there is no built-in model `zhang`"]),
+        (&["inverse", "zhang"], &["there is no built-in model and no file named `zhang`"]),
         (&["inverse", "four-bra"], &["did you mean `four-bar`?"]),
         (&["inverse", "none.toml"], &["cannot read the model none.toml: there is no such file"]),
         (&["inverse", "."], &["."]),
@@ -208,7 +208,7 @@ fn wrong_input_is_told_with_a_way_out() {
         (&["inverse", "--step", "nan"], &["step"]),
         (&["inverse", "--step", "1e-15"], &["--step"]),
         (&["inverse", "--friction", "yes"], &["one-pass"]),
-        (&["inverse", "-o", "out"], &["-o wants a folder, but out is a file"]),
+        (&["inverse", "-o", "out"], &["-o needs a folder, but out is a file"]),
         (&["invert"], &["did you mean `stiction inverse`?"]),
         (&["invers", "lift.toml"], &["no command `invers`", "did you mean `stiction inverse`?"]),
         (&["models", "gouhg"], &["did you mean `gough`?"]),

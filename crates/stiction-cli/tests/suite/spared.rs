@@ -33,10 +33,12 @@ fn inputs_are_not_overwritten() {
     let recording = "time [s],pivot [rad]\n0,0\n0.1,0.1\n0.2,0.3\n";
     folder.write("motion.csv", recording);
     let forward = ["forward", "pendulum.toml", "--motion", "motion.csv", "-o", "."];
-    folder.stiction(&forward).fails(2, &["motion.csv was read for this run"]);
+    folder.stiction(&forward).fails(2, &["motion.csv is an input of this run"]);
     let convert =
         ["convert", "pendulum.toml", "--motion", "motion.csv", "--to", "json", "-o", "motion.csv"];
-    folder.stiction(&convert).fails(2, &["cannot write motion.csv: it was read for this"]);
+    folder
+        .stiction(&convert)
+        .fails(2, &["cannot write motion.csv: it is an input of this conversion"]);
     assert_eq!(folder.read("motion.csv"), recording);
     assert_eq!(folder.files(), ["motion.csv", "pendulum.toml"]);
     // A recording of the model, with the name of a table of results.
@@ -67,7 +69,7 @@ fn interrupted_simulations_are_spared() {
     let mut early = run.clone();
     early[5] = "0.001";
     early.push("--resume");
-    folder.stiction(&early).fails(2, &["rows were written before the interruption"]);
+    folder.stiction(&early).fails(2, &["the interrupted run has"]);
     assert_eq!(Folder(folder.0.join("run")).files(), kept);
 }
 

@@ -82,7 +82,7 @@ fn bad_options_are_told() {
         .fails(2, &["not a model", "stiction inverse mine.toml"]);
     folder
         .stiction(&["study", "zhang2018", "-o", "taken"])
-        .fails(2, &["-o wants a folder, but taken is a file"]);
+        .fails(2, &["-o needs a folder, but taken is a file"]);
     folder.stiction(&["study", "zhang2018", "--step", "1"]).fails(2, &["--step"]);
     folder.stiction(&["study", "-o", "x"]).fails(2, &["<NAME>"]);
     let said = folder.stiction(&["study", "nothing", "--json"]);

@@ -86,7 +86,8 @@ impl Forward {
             true => Err(Error::input(format!(
                 "joint `{joint}` cannot be locked and have a prescribed motion at the same time"
             ))
-            .with_help("use only one of `hold` and `prescribe` for this joint")),
+            .with_help("either lock it or prescribe its motion")
+            .with_option("hold")),
         }
     }
 }
@@ -96,23 +97,24 @@ pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     let mechanism = &job.model.mechanism;
     if let Feed::Given(drives) = job.drives {
         let named: Vec<usize> = drives.efforts.iter().map(|(actuator, _)| *actuator).collect();
-        refuse_unused("drives", &named, mechanism, job)?;
+        refuse_unused(("an effort is given for", "drives"), &named, mechanism, job)?;
     }
     if let Some(control) = job.control {
-        refuse_unused("controller", &control.named, mechanism, job)?;
+        refuse_unused(("the controller names", "controller"), &control.named, mechanism, job)?;
         let is_taken =
             |actuator: &usize| job.locked.contains(actuator) || job.prescribed.contains(actuator);
         if (0..mechanism.actuators().count()).all(|actuator| is_taken(&actuator)) {
             return Err(Error::input(
                 "the controller has no actuator: all are locked or have a prescribed motion",
             )
-            .with_help("leave out `controller`, or free an actuator"));
+            .with_help("leave the controller out, or free an actuator")
+            .with_option("controller"));
         }
     }
     if job.follows() && job.motion.is_none() {
-        return Err(Error::input("there is no motion to follow").with_help(
-            "add one to the model as [motions.NAME], or give one as assignments: `motion`",
-        ));
+        return Err(Error::input("there is no motion to follow")
+            .with_help("add one to the model as [motions.NAME], or give one as assignments")
+            .with_option("motion"));
     }
     check_start(request)?;
     check_until(request, job)?;
@@ -127,7 +129,8 @@ pub(super) fn check(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
                  {MOST_CONTROLLER_SAMPLES:.0e}",
                 control.period, job.until
             ))
-            .with_help("give the controller a longer period, or an earlier end: `until`"));
+            .with_help("give the controller a longer period, or end earlier")
+            .with_option("until"));
         }
     }
     refuse_poles(job)
@@ -150,7 +153,8 @@ fn check_start(request: &Forward) -> Result<(), Error> {
         false => Ok(()),
         true => {
             Err(Error::input("the rate of a rotation vector is given without its three values")
-                .with_help("give all of `rvx`, `rvy` and `rvz` of the body: `at`"))
+                .with_help("give all of `rvx`, `rvy` and `rvz` of the body")
+                .with_option("at"))
         }
     }
 }
@@ -158,47 +162,51 @@ fn check_start(request: &Forward) -> Result<(), Error> {
 fn check_until(request: &Forward, job: &Job<'_>) -> Result<(), Error> {
     let Some(until) = request.until else { return Ok(()) };
     if until.is_nan() || until.is_infinite() {
-        return Err(Error::input(format!("`until` is {until} s"))
-            .with_help("give the time of the last sample, a finite number of seconds"));
+        return Err(Error::input(format!("the end is {until} s, which is no time"))
+            .with_help("give the time of the last sample, a finite number of seconds")
+            .with_option("until"));
     }
     if until < job.from {
         return Err(Error::input(format!(
-            "`until` is {until} s, but the simulation starts at {} s",
+            "the end is {until} s, but the simulation starts at {} s",
             job.from
         ))
-        .with_help("give a later end"));
+        .with_help("give a later end")
+        .with_option("until"));
     }
     let recorded = job.motion.filter(|motion| motion.samples.is_some() && job.follows());
     match recorded.map(|motion| motion.start + motion.duration) {
         Some(end) if until > end => Err(Error::input(format!(
-            "the recorded motion ends at {end} s, before `until`, {until} s"
+            "the recorded motion ends at {end} s, before the end at {until} s"
         ))
-        .with_help(format!("end with the recording, at {end} s, or record a longer motion"))),
+        .with_help(format!("end with the recording, at {end} s, or record a longer motion"))
+        .with_option("until")),
         _ => Ok(()),
     }
 }
 
 /// Refuses efforts for actuators whose effort is a result: locked ones and those with a prescribed motion.
 fn refuse_unused(
-    option: &str,
+    (subject, option): (&str, &'static str),
     named: &[usize],
     mechanism: &Mechanism,
     job: &Job<'_>,
 ) -> Result<(), Error> {
     for &actuator in named {
-        let (state, other) = if job.locked.contains(&actuator) {
-            ("is locked", "hold")
+        let (state, cure) = if job.locked.contains(&actuator) {
+            ("is locked", "do not lock it")
         } else if job.prescribed.contains(&actuator) {
-            ("has a prescribed motion", "prescribe")
+            ("has a prescribed motion", "do not prescribe its motion")
         } else {
             continue;
         };
         let Some((joint, dof)) = mechanism.actuators().nth(actuator) else { continue };
         let name = mechanism.joints()[joint.0].dof_name(dof);
         return Err(Error::input(format!(
-            "`{option}` names `{name}`, which {state}: its effort is a result of the simulation"
+            "{subject} `{name}`, which {state}: its effort is a result of the simulation"
         ))
-        .with_help(format!("leave `{name}` out of `{option}`, or out of `{other}`")));
+        .with_help(format!("leave `{name}` out, or {cure}"))
+        .with_option(option));
     }
     Ok(())
 }
@@ -222,7 +230,8 @@ fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result
         return Err(Error::input(format!(
             "the recorded efforts of {name} end at {last} s, before the end at {until} s"
         ))
-        .with_help(format!("end with them, `until` {last}, or record them for longer")));
+        .with_help(format!("end with them at {last} s, or record them for longer"))
+        .with_option("until"));
     }
     Ok(())
 }
@@ -231,7 +240,8 @@ fn refuse_gaps(drives: &Drives, name: &str, (from, until): (f64, f64)) -> Result
 fn refuse_poles(job: &Job<'_>) -> Result<(), Error> {
     let refuse = |what: String, at: f64| {
         Err(Error::input(format!("{what} has no finite value at t = {at} s"))
-            .with_help("end before that time, or give a formula that stays finite"))
+            .with_help("end before that time, or give a formula that stays finite")
+            .with_option("until"))
     };
     let mechanism = &job.model.mechanism;
     if let Feed::Given(drives) = job.drives

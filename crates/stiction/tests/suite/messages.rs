@@ -52,9 +52,9 @@ fn files_that_cannot_be_read_say_why() {
 fn contradictions_name_both_options() {
     let robot = pendulum();
     let both = robot.forward().hold("pivot").unwrap().prescribe("pivot");
-    assert!(told(both).contains("only one of `hold` and `prescribe`"));
+    assert!(told(both).contains("either lock it or prescribe its motion (option `hold`)"));
     let driven = robot.forward().drives("pivot = 1 N m").unwrap().hold("pivot").unwrap().run();
-    assert!(told(driven).contains("`drives` names `pivot`, which is locked"));
+    assert!(told(driven).contains("an effort is given for `pivot`, which is locked"));
     assert!(told(robot.forward().at("pivot", 1.0).unwrap().until(f64::NAN).run()).contains("NaN"));
     assert!(told(robot.forward().tolerance(1.0)).contains("between 1e-14 and 1e-2"));
 }

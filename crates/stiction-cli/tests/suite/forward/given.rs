@@ -48,7 +48,7 @@ fn drives_do_not_outlast_their_record() {
     folder.write("slope.toml", &slope(0.0));
     folder.write("push.csv", "time [s],slope [N]\n0,10\n1,30\n");
     let run = ["forward", "slope.toml", "--drives", "push.csv", "--from", "rest", "--until", "1.5"];
-    folder.stiction(&run).fails(2, &["push.csv end at 1 s", "1.5 s", "--until 1"]);
+    folder.stiction(&run).fails(2, &["push.csv end at 1 s", "1.5 s", "end with them at 1 s"]);
 }
 
 #[test]

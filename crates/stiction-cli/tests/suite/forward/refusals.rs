@@ -25,18 +25,18 @@ fn wrong_input_is_told_with_a_way_out() {
         (&["forward", "--drives", "late.csv"], &["late.csv begin at 0.5 s", "start at 0 s"]),
         (
             &["forward", "--drives", "leg1.P = 3 N", "--hold", "leg1.P"],
-            &["--drives names `leg1.P`", "locked by --hold", "leave `leg1.P` out"],
+            &["given for `leg1.P`, which is locked", "leave `leg1.P` out", "--drives"],
         ),
         (
             &["forward", "--controller", "type = pd; leg1.P.limit = 3 N", "--prescribe", "leg1.P"],
-            &["--controller names `leg1.P`", "moved as prescribed by --prescribe"],
+            &["the controller names `leg1.P`", "has a prescribed motion"],
         ),
         (
             &["forward", "--controller", "pd", "--hold", "leg1.P,leg2.P,leg3.P"],
-            &["nothing to drive", "leave it out"],
+            &["has no actuator", "leave the controller out"],
         ),
-        (&["forward", "-o", "file"], &["-o wants a folder, but file is a file"]),
-        (&["forward", "-o", "file/deeper"], &["-o wants a folder, but file is a file"]),
+        (&["forward", "-o", "file"], &["-o needs a folder, but file is a file"]),
+        (&["forward", "-o", "file/deeper"], &["-o needs a folder, but file is a file"]),
         (
             &[
                 "forward",
@@ -62,20 +62,23 @@ fn wrong_input_is_told_with_a_way_out() {
         (&["forward", "--controller", "type = pd; leg9.P.limit = 3 N"], &["no actuator `leg9.P`"]),
         (&["forward", "--controller", "type = pd; leg1.P.limt = 3 N"], &["did you mean `limit`?"]),
         (&["forward", "--hold", "leg1.Q"], &["no joint `leg1.Q`", "did you mean"]),
-        (&["forward", "--hold", "leg1.S"], &["no coordinate that could be held"]),
+        (&["forward", "--hold", "leg1.S"], &["no scalar coordinate to lock"]),
         (
             &["forward", "--hold", "leg1.P", "--prescribe", "leg1.P"],
-            &["locked and moved", "either --hold"],
+            &["locked and have a prescribed motion", "either lock it"],
         ),
-        (&["forward", "--until", "inf"], &["--until is inf s", "a number of seconds"]),
+        (
+            &["forward", "--until", "inf"],
+            &["the end is inf s", "a finite number of seconds", "--until"],
+        ),
         (&["forward", "--prescribe", "leg1.R"], &["has no actuator"]),
-        (&["forward", "--until", "-1"], &["--until is -1 s"]),
+        (&["forward", "--until", "-1"], &["the end is -1 s", "--until"]),
         (&["forward", "--until", "nan"], &["--until"]),
         (&["forward", "--step", "0"], &["--step"]),
-        (&["forward", "--tolerance", "1"], &["1e-10 is usual"]),
+        (&["forward", "--tolerance", "1"], &["for example 1e-10"]),
         (&["forward", "--from", "platform.q = 1"], &["platform.q"]),
         (&["forward", "--friction", "one-pass"], &["on", "off"]),
-        (&["forward", "griffis-duffy"], &["as many as there are freedoms", "type = pd"]),
+        (&["forward", "griffis-duffy"], &["one for each degree of freedom", "type = pd"]),
         (&["forward", "nothing"], &["no built-in model"]),
     ];
     for (arguments, texts) in cases {
@@ -116,11 +119,7 @@ fn what_was_computed_before_it_jams_is_kept() {
     let said = folder.stiction(&run);
     said.fails(
         1,
-        &[
-            "has no acceleration",
-            "first in joint `leg",
-            "what was computed up to t = 0.39 s is in .",
-        ],
+        &["has no acceleration", "first in joint `leg", "the results up to t = 0.39 s are in ."],
     );
     assert_eq!(column(&folder.read("forward.csv"), "time [s]").len(), 40);
     let summary = json(&folder.read("summary.json"));

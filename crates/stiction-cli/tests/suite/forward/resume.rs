@@ -32,7 +32,7 @@ fn ctrl_c_keeps_what_is_done() {
     interrupt(&child);
     let output = child.wait_with_output().unwrap();
     let said = Said::from(output);
-    said.fails(130, &["interrupted; what was computed up to t = ", "--resume goes on"]);
+    said.fails(130, &["interrupted; the results up to t = ", "--resume continues"]);
     let mut expected = FILES.to_vec();
     expected.extend(["checkpoint.json"]);
     expected.extend(["drives.svg", "energy.svg", "error.svg", "friction.svg", "motion.svg"]);
