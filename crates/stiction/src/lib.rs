@@ -64,3 +64,8 @@ pub use stiction_core::mechanism::{BodySpec, JointSpec, SpringSpec};
 pub use stiction_format as format;
 pub use stiction_format::{Diagnostic, Diagnostics, gallery};
 pub use stiction_run as run;
+
+/// The examples of the project's front page, compiled as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct FrontPage;

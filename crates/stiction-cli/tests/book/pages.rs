@@ -169,22 +169,6 @@ pub(crate) fn carry_out(path: &Path) -> usize {
     commands
 }
 
-/// True if the block `text` that begins with this word is the output of the program without
-/// arguments, up to rounding errors; ` ...` at the end of a line omits its rest.
-pub(crate) fn shows_output(text: &str, word: &str) -> bool {
-    let shown = blocks(text);
-    let block = shown.iter().find(|block| block.info == "text" && block.lines[0].starts_with(word));
-    let cut = |line: &String| match line.strip_suffix(" ...") {
-        Some(head) => format!("{head}[..]"),
-        None if line.starts_with("loops closed to") => "...".into(),
-        None => line.clone(),
-    };
-    let pattern: Vec<String> = block.expect("a block").lines.iter().map(cut).collect();
-    let said = Folder::new("book-front-page").stiction::<&str>(&[]);
-    let pattern: Vec<&str> = pattern.iter().map(String::as_str).collect();
-    matches(&pattern, &said.out.trim_end().lines().collect::<Vec<_>>())
-}
-
 /// The reader accepts every complete model on a page.
 pub(crate) fn accepted(path: &Path) {
     let name = path.file_name().unwrap().to_str().unwrap();

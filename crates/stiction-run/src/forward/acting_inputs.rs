@@ -1,6 +1,6 @@
 //! Everything that acts on the mechanism from outside.
 
-use super::controller::{Controller, Told, by_actuators};
+use super::controller::{Controller, Told};
 use super::error::Error;
 use super::guide::Guide;
 use super::job::{Feed, Job};
@@ -129,44 +129,37 @@ impl<'a> Acting<'a> {
         self.stretch_end = time;
     }
 
-    /// What it remembers, as numbers.
-    pub(super) fn memory(&self) -> Vec<f64> {
+    /// All that the inputs carry on from one sample to the next, as numbers.
+    pub(super) fn save(&self) -> Vec<f64> {
         let mut numbers = vec![self.samples as f64];
         numbers.extend_from_slice(&self.kept);
-        numbers.extend(self.wanted.memory());
-        numbers.extend(self.controller.iter().flat_map(Controller::memory));
+        self.wanted.save(&mut numbers);
+        if let Some(leader) = &self.leader {
+            leader.save(&mut numbers);
+        }
+        if let Some(controller) = &self.controller {
+            controller.save(&mut numbers);
+        }
         numbers
     }
 
-    /// Remembers again, when the mechanism is like this; nothing if the numbers are not of this.
-    pub(super) fn remember(
-        &mut self,
-        numbers: &[f64],
-        (state, bodies): (&State<f64>, &Bodies<f64>),
-    ) -> Option<()> {
-        let count = self.kept.len();
+    /// Takes what [`Self::save`] wrote; `None` if the numbers are of another simulation.
+    pub(super) fn restore(&mut self, numbers: &[f64]) -> Option<()> {
         let (first, rest) = numbers.split_first()?;
-        let (kept, rest) = rest.split_at_checked(count)?;
-        let rest = self.wanted.remember(rest)?;
+        let (kept, rest) = rest.split_at_checked(self.kept.len())?;
         if !(0.0..=COUNTABLE).contains(first) {
             return None;
         }
         self.samples = *first as usize;
         self.kept.copy_from_slice(kept);
-        if let Some(controller) = &mut self.controller {
-            if !rest.is_empty() && rest.len() != count {
-                return None;
-            }
-            let model = by_actuators(self.job.model, self.forward, (state, bodies)).ok();
-            controller.remember(rest, model);
+        let mut rest = self.wanted.restore(rest)?;
+        if let Some(leader) = &mut self.leader {
+            rest = leader.restore(rest)?;
         }
-        Some(())
-    }
-
-    /// Follows the motion without being asked for anything.
-    pub(super) fn walk(&mut self, time: f64) -> Result<(), Error> {
-        self.wanted.walk(time)?;
-        self.leader.as_mut().map_or(Ok(()), |leader| leader.go_to(time))
+        match &mut self.controller {
+            Some(controller) => controller.restore(rest),
+            None => rest.is_empty().then_some(()),
+        }
     }
 
     /// Where actuators are wanted; zeros for those that follow nothing.

@@ -12,10 +12,23 @@ pub struct Mark {
     pub samples: usize,
     /// The mechanism's state, see [`stiction_core::forward::Checkpoint`].
     pub simulation: Vec<f64>,
-    /// What controllers and other inputs remember.
+    /// State of controllers and other inputs, their own models' assembly states included.
     pub inputs: Vec<f64>,
+    /// Figures of the samples so far.
+    pub figures: Figures,
     /// What happened so far.
     pub events: Vec<Event>,
+}
+
+/// Figures of an outcome that are gathered sample by sample; see [`super::Outcome`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Figures {
+    /// Most redundant constraints of any sample.
+    pub redundant: usize,
+    /// Most undetermined efforts of prescribed or locked actuators of any sample.
+    pub open_drives: usize,
+    /// `true` if the actuators determine the motion at the start.
+    pub invertible: bool,
 }
 
 impl Mark {
@@ -25,6 +38,11 @@ impl Mark {
             "samples": self.samples,
             "simulation": text(&self.simulation),
             "inputs": text(&self.inputs),
+            "figures": {
+                "redundant": self.figures.redundant,
+                "open_drives": self.figures.open_drives,
+                "invertible": self.figures.invertible,
+            },
             "events": self.events.iter().map(event_json).collect::<Vec<_>>(),
         })
     }
@@ -35,6 +53,11 @@ impl Mark {
             samples: usize::try_from(value["samples"].as_u64()?).ok()?,
             simulation: numbers(&value["simulation"])?,
             inputs: numbers(&value["inputs"])?,
+            figures: Figures {
+                redundant: usize::try_from(value["figures"]["redundant"].as_u64()?).ok()?,
+                open_drives: usize::try_from(value["figures"]["open_drives"].as_u64()?).ok()?,
+                invertible: value["figures"]["invertible"].as_bool()?,
+            },
             events: value["events"].as_array()?.iter().map(event).collect::<Option<_>>()?,
         })
     }

@@ -69,19 +69,27 @@ impl<'a> Controller<'a> {
         Ok(controller)
     }
 
-    /// What it remembers, as numbers.
-    pub(super) fn memory(&self) -> Vec<f64> {
-        self.before.iter().flatten().copied().collect()
+    /// Appends the positions measured last, after their number, and the position of its own model.
+    pub(super) fn save(&self, numbers: &mut Vec<f64>) {
+        let before = self.before.as_deref().unwrap_or_default();
+        numbers.push(before.len() as f64);
+        numbers.extend(before);
+        if let Some(model) = &self.model {
+            numbers.extend(model.save());
+        }
     }
 
-    /// Remembers again; `model` is its own model where the mechanism is now.
-    pub(super) fn remember(&mut self, numbers: &[f64], model: Option<InverseDynamics>) {
-        self.before = (numbers.len() == self.gains.len()).then(|| numbers.to_vec());
-        if let (Some(own), Some(mut model)) = (&mut self.model, model) {
-            if self.control.friction == FrictionFeed::Measured {
-                model.settings_mut().friction = FrictionMode::Converged;
-            }
-            *own = model;
+    /// Takes what [`Self::save`] wrote; `None` if the numbers are of another controller.
+    pub(super) fn restore(&mut self, numbers: &[f64]) -> Option<()> {
+        let (&count, rest) = numbers.split_first()?;
+        let (before, position) = rest.split_at_checked(count as usize)?;
+        if !before.is_empty() && before.len() != self.gains.len() {
+            return None;
+        }
+        self.before = (!before.is_empty()).then(|| before.to_vec());
+        match &mut self.model {
+            Some(model) => model.restore(position),
+            None => position.is_empty().then_some(()),
         }
     }
 

@@ -47,6 +47,23 @@ impl<'a> Guide<'a> {
         Ok(())
     }
 
+    /// The time and the solver's position as numbers.
+    pub(super) fn save(&self, numbers: &mut Vec<f64>) {
+        let position = self.solver.save();
+        numbers.extend([self.time, position.len() as f64]);
+        numbers.extend(position);
+    }
+
+    /// Takes what [`Self::save`] wrote from the start of `numbers`, and returns the rest; `None` if they are
+    /// of another motion.
+    pub(super) fn restore<'n>(&mut self, numbers: &'n [f64]) -> Option<&'n [f64]> {
+        let (&[time, length], rest) = numbers.split_first_chunk()?;
+        let (position, rest) = rest.split_at_checked(length as usize)?;
+        self.solver.restore(position)?;
+        self.time = time;
+        Some(rest)
+    }
+
     /// How the actuators move.
     pub(super) fn actuators(&self, forward: &Forward, out: &mut [Target<f64>]) {
         let (state, bodies) = (self.solver.state(), self.solver.bodies());

@@ -19,7 +19,7 @@ mod summary;
 mod tables;
 mod terminal;
 
-pub use checkpoint::{Mark, checksum};
+pub use checkpoint::{Figures, Mark, checksum};
 pub use error::Error;
 pub use figures::Curves;
 pub use job::{Feed, Job, Start, arrange};

@@ -85,27 +85,29 @@ impl<'a> Wanted<'a> {
         self.guide.as_mut()
     }
 
-    /// Follows the motion without being asked for anything.
-    pub(super) fn walk(&mut self, time: f64) -> Result<(), Error> {
-        self.guide.as_mut().map_or(Ok(()), |guide| guide.go_to(time))
-    }
-
-    /// What it remembers, as numbers.
-    pub(super) fn memory(&self) -> impl Iterator<Item = f64> {
-        self.followers.iter().flat_map(|follower| {
+    /// Appends the last references of all actuators, and the position of the whole motion.
+    pub(super) fn save(&self, numbers: &mut Vec<f64>) {
+        for follower in &self.followers {
             let (last, time) = follower.last;
-            [last.value, last.rate, time]
-        })
+            numbers.extend([last.value, last.rate, time]);
+        }
+        if let Some(guide) = &self.guide {
+            guide.save(numbers);
+        }
     }
 
-    /// Remembers again; what is left of the numbers, nothing if they are too few.
-    pub(super) fn remember<'n>(&mut self, mut numbers: &'n [f64]) -> Option<&'n [f64]> {
+    /// Takes what [`Self::save`] wrote from the start of `numbers`, and returns the rest; `None` if they are
+    /// of another motion.
+    pub(super) fn restore<'n>(&mut self, mut numbers: &'n [f64]) -> Option<&'n [f64]> {
         for follower in &mut self.followers {
             let (&[value, rate, time], rest) = numbers.split_first_chunk()?;
             follower.last = (Target { value, rate, acceleration: 0.0 }, time);
             numbers = rest;
         }
-        Some(numbers)
+        match &mut self.guide {
+            Some(guide) => guide.restore(numbers),
+            None => Some(numbers),
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! A simulation carried out.
 
 use super::acting_inputs::{Acting, prescribed};
-use super::checkpoint::Mark;
+use super::checkpoint::{Figures, Mark};
 use super::controller::by_actuators;
 use super::error::Error;
 use super::job::{Feed, Job};
@@ -56,13 +56,7 @@ impl Job<'_> {
                 let point = Checkpoint { numbers, events: Vec::new() };
                 let resumed = forward.resume(&point, self.settings);
                 let simulation = resumed.map_err(|_| Error::Mark)?;
-                // The motion is followed again, in steps as small as before.
-                for time in instants.iter().take(mark.samples) {
-                    acting.walk(time)?;
-                }
-                let now = simulation.instant();
-                let at = (&now.state, &now.bodies);
-                acting.remember(&mark.inputs, at).ok_or(Error::Mark)?;
+                acting.restore(&mark.inputs).ok_or(Error::Mark)?;
                 Ok(simulation)
             }
         };
@@ -76,7 +70,13 @@ impl Job<'_> {
         };
         let now = simulation.instant();
         let rates_changed = simulation.dropped() > CHANGED;
-        let invertible = by_actuators(self.model, &forward, (&now.state, &now.bodies)).is_ok();
+        let mut figures = match mark {
+            Some(mark) => mark.figures,
+            None => Figures {
+                invertible: by_actuators(self.model, &forward, (&now.state, &now.bodies)).is_ok(),
+                ..Figures::default()
+            },
+        };
         let dofs = dofs_of(&self.model.mechanism);
         let mut joints = Vec::with_capacity(dofs.len());
         let mut wanted = Vec::new();
@@ -89,7 +89,6 @@ impl Job<'_> {
         }
         // Without events, and how many of these there were.
         let mut kept: Option<(Mark, usize)> = None;
-        let (mut redundant, mut open_drives) = (0, 0);
         for time in instants.iter().skip(done) {
             acting.go_to(time);
             let advanced = self
@@ -129,15 +128,16 @@ impl Job<'_> {
                 loads: &loads,
                 closure: forward.closure_error(&now.bodies),
             };
-            redundant = redundant.max(now.redundant);
-            open_drives = open_drives.max(now.open_drives);
+            figures.redundant = figures.redundant.max(now.redundant);
+            figures.open_drives = figures.open_drives.max(now.open_drives);
             receive(&sample).map_err(Error::Receiver)?;
             done += 1;
             last = time;
             let bare = || Mark {
                 samples: done,
                 simulation: simulation.checkpoint().numbers,
-                inputs: acting.memory(),
+                inputs: acting.save(),
+                figures,
                 events: Vec::new(),
             };
             let make = || {
@@ -159,10 +159,10 @@ impl Job<'_> {
             events,
             last,
             mark,
-            redundant,
-            open_drives,
+            redundant: figures.redundant,
+            open_drives: figures.open_drives,
             evaluations: simulation.evaluations(),
-            invertible,
+            invertible: figures.invertible,
             rates_changed,
             ending,
         })

@@ -2,6 +2,7 @@
 //!
 //! Equation (F9) of the book's theory.
 
+mod checkpoint;
 mod planning;
 mod solve;
 
@@ -74,6 +75,8 @@ pub struct InverseDynamics {
     shares: Shares<f64>,
     /// How often the balance was planned.
     plans: u64,
+    /// The tree's coordinates at which the balance was compiled.
+    compiled_at: Vec<f64>,
 }
 
 /// The motion of a solver the other way, at position after position: see [`InverseDynamics::reversed`].
@@ -178,6 +181,7 @@ impl InverseDynamics {
             forces_by_kernel: true,
             shares,
             plans: 0,
+            compiled_at: Vec::new(),
         };
         solver.replan();
         Ok(solver)

@@ -11,6 +11,8 @@ impl InverseDynamics {
     /// Compiles the model at the present position.
     pub(super) fn replan(&mut self) {
         self.plans += 1;
+        self.compiled_at.clear();
+        self.compiled_at.extend_from_slice(self.assembly.coordinates());
         self.add_inertia_about_idle_spins();
         let spins = self.spin_responses();
         let bodies = &self.assembly.kinematics().bodies;

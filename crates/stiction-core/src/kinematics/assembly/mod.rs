@@ -3,6 +3,7 @@
 //! Equation (K5) of the book's theory.
 
 mod asked;
+mod checkpoint;
 mod following;
 mod guess;
 mod planning;
@@ -51,6 +52,8 @@ pub(crate) struct Assembly {
     /// The targets of the last position that was found.
     passed: Vec<Target<f64>>,
     row_scales: Vec<f64>,
+    /// The tree's coordinates at which the rate equations were compiled.
+    planned_at: Vec<f64>,
     body_names: Vec<String>,
     joint_names: Vec<String>,
     /// How often it was planned how to solve for rates.
@@ -97,10 +100,12 @@ impl Assembly {
             targets: targets.to_vec(),
             passed: targets.to_vec(),
             row_scales: Vec::new(),
+            planned_at: Vec::new(),
             body_names,
             joint_names,
             plans: 0,
         };
+        assembly.planned_at.clone_from(&assembly.state.coordinates);
         assembly.assemble(parameters)?;
         assembly.differentiate(parameters);
         assembly.agree(parameters)?;

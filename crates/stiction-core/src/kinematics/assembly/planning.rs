@@ -21,9 +21,10 @@ impl Assembly {
         let before =
             (Arc::clone(&self.model.constraints), self.row_scales.clone(), self.kinematics.clone());
         let planned = self.plan_anew(parameters);
-        if planned.is_err() {
+        match planned {
+            Ok(()) => self.planned_at.clone_from(&self.state.coordinates),
             // What was planned for other positions stays good there.
-            (self.model.constraints, self.row_scales, self.kinematics) = before;
+            Err(_) => (self.model.constraints, self.row_scales, self.kinematics) = before,
         }
         planned
     }

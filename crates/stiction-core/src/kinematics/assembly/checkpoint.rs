@@ -1,0 +1,53 @@
+//! The present position as numbers, from which an assembly continues to the last bit.
+
+use super::Assembly;
+use crate::kinematics::coordinate::Target;
+use crate::parameters::Parameters;
+
+impl Assembly {
+    /// Appends the present position to `numbers`: the tree's coordinates, rates and accelerations, the
+    /// targets, and the coordinates at which the rate equations were compiled.
+    pub(crate) fn save(&self, numbers: &mut Vec<f64>) {
+        let Self { state, planned_at, targets, .. } = self;
+        let parts = [&state.coordinates, &state.rates, &state.accelerations, planned_at];
+        parts.into_iter().for_each(|part| numbers.extend(part));
+        numbers.extend(targets.iter().flat_map(|t| [t.value, t.rate, t.acceleration]));
+    }
+
+    /// Takes a position saved by [`Self::save`] from the start of `numbers`, and returns the rest; `None` if
+    /// they are too few, or the rate equations cannot be compiled there.
+    pub(crate) fn restore<'n>(
+        &mut self,
+        parameters: &Parameters<f64>,
+        numbers: &'n [f64],
+    ) -> Option<&'n [f64]> {
+        let (coordinates, rest) = numbers.split_at_checked(self.state.coordinates.len())?;
+        let (rates, rest) = rest.split_at_checked(self.state.rates.len())?;
+        let (accelerations, rest) = rest.split_at_checked(self.state.accelerations.len())?;
+        let (planned_at, rest) = rest.split_at_checked(self.planned_at.len())?;
+        let (targets, rest) = rest.split_at_checked(3 * self.targets.len())?;
+        for (target, numbers) in self.targets.iter_mut().zip(targets.chunks_exact(3)) {
+            let (value, rate, acceleration) = (numbers[0], numbers[1], numbers[2]);
+            *target = Target { value, rate, acceleration };
+        }
+        self.state.coordinates.copy_from_slice(planned_at);
+        self.plan(parameters).ok()?;
+        self.state.coordinates.copy_from_slice(coordinates);
+        self.differentiate(parameters);
+        // Where the position was singular these are not what the equations give.
+        self.state.rates.copy_from_slice(rates);
+        self.state.accelerations.copy_from_slice(accelerations);
+        Some(rest)
+    }
+
+    /// The tree's coordinates at the present position.
+    pub(crate) fn coordinates(&self) -> &[f64] {
+        &self.state.coordinates
+    }
+
+    /// Places all bodies at other coordinates of the tree, at the present targets.
+    pub(crate) fn place_at(&mut self, parameters: &Parameters<f64>, coordinates: &[f64]) {
+        self.state.coordinates.copy_from_slice(coordinates);
+        self.differentiate(parameters);
+    }
+}
