@@ -325,6 +325,9 @@ fn a_defect_at_the_end_of_a_long_recording_has_its_place() {
     let mut bytes = long_recording(9000).into_bytes();
     bytes.extend_from_slice(b"2,\xe9\n");
     std::fs::write(folder.0.join("turn.csv"), bytes).unwrap();
-    let said = folder.stiction(&["inverse", "four-bar", "motion:1:1", "turn.csv"]);
-    said.fails(2, &["motion:1:1", "the file cannot be read: it is not text in UTF-8: in line 18002"]);
+    let said = folder.stiction(&["inverse", "four-bar", "--motion", "turn.csv"]);
+    said.fails(
+        2,
+        &["motion:1:1", "the file cannot be read: it is not text in UTF-8: in line 18002"],
+    );
 }

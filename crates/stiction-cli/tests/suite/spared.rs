@@ -46,7 +46,9 @@ fn inputs_are_not_overwritten() {
     let named =
         PENDULUM.replace("duration = 0.5\npivot = \"20 deg*sin(pi*t)\"", "file = \"inverse.csv\"");
     folder.write("named.toml", &named);
-    folder.stiction(&["inverse", "named.toml", "-o", "."]).fails(2, &["inverse.csv is an input of this run"]);
+    folder
+        .stiction(&["inverse", "named.toml", "-o", "."])
+        .fails(2, &["inverse.csv is an input of this run"]);
     assert_eq!(folder.read("inverse.csv"), recording);
     // Another folder is accepted.
     folder.stiction(&["inverse", "named.toml", "-o", "new"]).succeeds();

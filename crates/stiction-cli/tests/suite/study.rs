@@ -76,7 +76,9 @@ fn bad_options_are_told() {
     folder
         .stiction(&["study", "zhang2081"])
         .fails(2, &["there is no study `zhang2081`", "did you mean `zhang2018`?"]);
-    folder.stiction(&["study", "gough"]).fails(2, &["no study `gough`", "known studies: zhang2018"]);
+    folder
+        .stiction(&["study", "gough"])
+        .fails(2, &["no study `gough`", "known studies: zhang2018"]);
     folder
         .stiction(&["study", "mine.toml"])
         .fails(2, &["not a model", "stiction inverse mine.toml"]);
