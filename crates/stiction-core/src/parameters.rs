@@ -1,4 +1,4 @@
-//! The numbers of a mechanism, in the scalar of the kernels.
+//! Numbers of a mechanism, in the scalar of the kernels.
 
 use crate::friction::{InterfaceShape, Law, NormalLoadMap, Thread, interfaces_of};
 use crate::mechanism::{BodyId, Mechanism, Spring};
@@ -6,15 +6,15 @@ use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Vec3, Wrench};
 use core::ops::Range;
 
-/// All numbers that the kernels read: geometry, inertia, friction, springs, gravity. Indices are those of
-/// the [`Mechanism`]. To differentiate with respect to a number, or to run several parameter sets
-/// side by side, change the fields.
+/// Numbers that the kernels read: geometry, inertia, friction, springs, gravity. Indices are those
+/// of the [`Mechanism`]. Change the fields to tune, to differentiate with respect to a number, or
+/// to run several parameter sets in lanes.
 #[derive(Clone, Debug)]
 pub struct Parameters<T> {
-    /// The kernel origin in the world, m: the point to which twists and wrenches refer. It lies
-    /// amid the ground's joints, so that a robot far from the world's origin loses no digits.
+    /// Kernel origin in the world, m: the point to which twists and wrenches refer. It is the mean
+    /// of the ground's joint origins, so that a robot far from the world's origin loses no digits.
     pub origin: Vec3<f64>,
-    /// The ground's frame in world axes, from the kernel origin.
+    /// Frame of the ground in world axes, relative to the kernel origin.
     pub ground: Pose<T>,
     /// Acceleration of gravity, world axes, m/s^2.
     pub gravity: Vec3<T>,
@@ -24,37 +24,37 @@ pub struct Parameters<T> {
     pub com: Vec<Vec3<T>>,
     /// Inertia of each body about its centre of mass, body axes, kg m^2.
     pub inertia: Vec<Mat3<T>>,
-    /// For each joint the frame J in the predecessor, `X_PJ`.
+    /// Frame J of each joint in the predecessor, `X_PJ`.
     pub frame_j: Vec<Pose<T>>,
-    /// For each joint the frame K in the successor, `X_SK`.
+    /// Frame K of each joint in the successor, `X_SK`.
     pub frame_k: Vec<Pose<T>>,
-    /// For each joint its pitch, m/rad.
+    /// Pitch of each joint, m/rad.
     pub pitch: Vec<T>,
-    /// All sliding contacts with friction, in the order of the joints.
+    /// Friction interfaces, in the order of the joints.
     pub interfaces: Vec<InterfaceParameters<T>>,
-    /// For each joint which of `interfaces` are its own.
+    /// Range of each joint's friction interfaces in `interfaces`.
     pub interfaces_at: Vec<Range<usize>>,
-    /// All springs.
+    /// Springs.
     pub springs: Vec<SpringParameters<T>>,
-    /// The length that makes moments comparable with forces, m.
+    /// Characteristic length, m: makes moments comparable with forces.
     pub length: T,
-    /// For each joint how much it gives, relative to the one that gives most; none if no joint of
-    /// the mechanism declares a compliance.
+    /// Compliance of each joint, relative to the most compliant one; none if no joint declares a
+    /// compliance.
     pub compliance: Option<Vec<Weights<T>>>,
 }
 
-/// Weights of the parts of a joint's wrench along and about the axes of its frame J.
+/// Weights of the components of a joint's wrench along and about the axes of its frame J.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights<T> {
-    /// For forces, without a unit.
+    /// Weights of forces, dimensionless.
     pub force: Vec3<T>,
-    /// For moments about the joint's origin, 1/m^2.
+    /// Weights of moments about the joint's origin, 1/m^2.
     pub moment: Vec3<T>,
 }
 
 impl Weights<f64> {
-    /// Those of all joints, if any joint declares a compliance.
+    /// Weights of all joints, if any joint declares a compliance.
     pub(crate) fn declared(mechanism: &Mechanism) -> Option<Vec<Self>> {
         let length = mechanism.characteristic_length();
         let each = mechanism.joints().iter().map(|joint| {
@@ -76,8 +76,8 @@ impl Weights<f64> {
 }
 
 impl<T: Scalar> Weights<T> {
-    /// The product of two wrenches at the origin of `frame_j`, parts weighed along its axes.
-    // Few mechanisms declare compliances: not worth its weight in every kernel of every scalar.
+    /// Weighted inner product of two wrenches at the origin of `frame_j`, in its axes.
+    // Not inlined: few mechanisms declare compliances, and every kernel of every scalar would grow.
     #[inline(never)]
     pub(crate) fn product(&self, frame_j: &Pose<T>, a: Wrench<T>, b: Wrench<T>) -> T {
         let own = |v: Vec3<T>| frame_j.rotation.transpose_mul(v);
@@ -90,35 +90,36 @@ impl<T: Scalar> Weights<T> {
     }
 }
 
-/// A sliding contact with friction.
+/// Friction interface of a joint.
 #[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct InterfaceParameters<T> {
-    /// The joint's index.
+    /// Index of the joint.
     pub joint: usize,
-    /// Where in the joint it slides.
+    /// Surface in the joint.
     pub shape: InterfaceShape,
-    /// Radius of a turning contact, m; one for a guide, whose speed is that of its freedom.
+    /// Radius of a rotating surface, m; one for a guide, whose sliding speed is the rate of its
+    /// DOF.
     pub radius: T,
-    /// From speed and load to friction.
+    /// Friction law: from sliding speed and normal force to friction.
     pub law: Law<T>,
-    /// The same for sliding backward, if it is different.
+    /// Friction law for sliding backward, if different.
     pub backward: Option<Law<T>>,
-    /// From the joint's reaction to the load.
+    /// Normal force as a function of the joint's reaction.
     pub load: NormalLoadMap<T>,
 }
 
-/// A spring with a damper between points of two bodies.
+/// Spring with a damper between points of two bodies.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug)]
 pub struct SpringParameters<T> {
-    /// The indices of its two bodies.
+    /// Indices of its two bodies.
     pub ends: [usize; 2],
-    /// Where its ends are, each in its body's frame, m.
+    /// Its ends, each in its body's frame, m.
     pub points: [Vec3<T>; 2],
     /// Stiffness, N/m.
     pub stiffness: T,
-    /// The length at which it does not pull, m.
+    /// Length without tension, m.
     pub free_length: T,
     /// Damping, N s/m.
     pub damping: T,
@@ -137,7 +138,8 @@ impl<T: Scalar> SpringParameters<T> {
 }
 
 impl<T: Scalar> InterfaceParameters<T> {
-    /// The way at the surface for a unit of each of its freedoms, m or one; `pitch` is the joint's.
+    /// Sliding distance at the surface per unit of each of its DOFs, m or one; `pitch` is that of
+    /// the joint.
     pub fn arms(&self, pitch: T) -> [T; 3] {
         match self.shape {
             InterfaceShape::Plate => [T::one(), T::one(), self.radius],
@@ -148,7 +150,7 @@ impl<T: Scalar> InterfaceParameters<T> {
 }
 
 impl InterfaceParameters<f64> {
-    /// The law for this sense of sliding: its sign.
+    /// Law for this sense of sliding, given by its sign.
     pub(crate) fn law_towards(&self, sense: f64) -> &Law {
         match &self.backward {
             Some(backward) if sense < 0.0 => backward,
@@ -156,14 +158,14 @@ impl InterfaceParameters<f64> {
         }
     }
 
-    /// The laws for sliding forward and backward.
+    /// Laws for sliding forward and backward.
     pub(crate) fn laws(&self) -> [&Law; 2] {
         [&self.law, self.backward.as_ref().unwrap_or(&self.law)]
     }
 }
 
 impl<T: Scalar> Parameters<T> {
-    /// The numbers of `mechanism`, as constants.
+    /// Numbers of `mechanism`, as constants of the scalar.
     pub fn new(mechanism: &Mechanism) -> Self {
         let bodies = mechanism.bodies();
         let joints = mechanism.joints();
@@ -206,7 +208,7 @@ fn lift<T: Scalar>(weights: &Weights<f64>) -> Weights<T> {
     Weights { force: weights.force.lift(), moment: weights.moment.lift() }
 }
 
-/// The mean of the ground's joint origins, in the world.
+/// Mean of the ground's joint origins, in the world.
 fn amid_ground_joints(mechanism: &Mechanism) -> Vec3<f64> {
     let joints = mechanism.joints().iter();
     let points: Vec<_> = joints

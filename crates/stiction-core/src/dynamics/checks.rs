@@ -5,7 +5,7 @@ use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 
-/// The index of the first load with a number that is not finite.
+/// Index of the first load with a number that is not finite.
 ///
 /// # Panics
 /// If a load is on a body that does not exist: `bodies` is their number, ground included.
@@ -17,7 +17,7 @@ pub(super) fn not_finite_load(loads: &[AppliedLoad<f64>], bodies: usize) -> Opti
     })
 }
 
-/// The index of the first spring whose ends coincide although its force needs a direction.
+/// Index of the first spring whose ends coincide although its force needs a direction.
 pub(super) fn spring_without_direction(
     parameters: &Parameters<f64>,
     bodies: &Bodies<f64>,
@@ -27,7 +27,7 @@ pub(super) fn spring_without_direction(
     })
 }
 
-/// The first friction interface whose two supports have passed each other, and by how much, m.
+/// First friction interface whose two supports have passed each other, and by how much, m.
 pub(super) fn parted_supports(
     parameters: &Parameters<f64>,
     bodies: &Bodies<f64>,

@@ -1,13 +1,13 @@
-//! Which friction causes how much of each driving force.
+//! Friction contributions: the part of each effort that the friction of each interface causes.
 //!
-//! With the friction forces as they were found, the balance is linear in them: each drive is the
-//! frictionless one and a sum over contacts. A contact's part is the drive's response to the
-//! friction at that contact alone, with nothing else to be carried. Where efforts are unique it is
-//! also given by virtual work: friction times the contact's sliding velocity in the motion of one
-//! unit of rate of that actuator while all others stand still.
+//! With the friction forces held constant, the balance is linear in them: each effort is the
+//! frictionless one plus a sum over interfaces. The contribution of an interface is the response of
+//! the effort to its friction alone, with no other load. Where efforts are unique, virtual work
+//! gives the same: friction times sliding velocity in the motion with unit rate of that actuator
+//! and all others at rest.
 //!
-//! What friction a contact has depends on the others', through the reactions; how much of a drive it
-//! causes, once it is there, does not.
+//! The friction force of an interface depends on the others through the reactions; the contribution
+//! of a given friction force does not.
 //!
 //! Equation (E2) of the book's theory.
 
@@ -21,34 +21,36 @@ use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
 use crate::spatial::Wrench;
 
-/// The part of each drive that the friction at each contact causes, N or N m. For each drive they
-/// add up to the difference that friction makes. Contacts at rest have none.
+/// Contribution of the friction at each interface to each effort, N or N m. The contributions to an
+/// effort add up to the difference between the efforts with and without friction. Interfaces at
+/// rest contribute nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shares<T> {
     actuators: usize,
     interfaces: usize,
-    /// All actuators for the first contact, then for the next.
+    /// All actuators for the first interface, then for the next.
     values: Vec<T>,
 }
 
 impl<T: Scalar> Shares<T> {
-    /// No friction at all.
+    /// Contributions of a frictionless mechanism: all zero.
     pub fn new(actuators: usize, interfaces: usize) -> Self {
         Self { actuators, interfaces, values: vec![T::zero(); actuators * interfaces] }
     }
 
-    /// The part of drive `actuator` that contact `interface` causes. Efforts are in the order of
-    /// [`crate::mechanism::Mechanism::actuators`], contacts in that of [`Parameters::interfaces`].
+    /// Contribution of friction interface `interface` to the effort of actuator `actuator`, in the
+    /// orders of [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators) and
+    /// [`Parameters::interfaces`].
     pub fn of(&self, actuator: usize, interface: usize) -> T {
         self.values[interface * self.actuators + actuator]
     }
 
-    /// The parts of one drive, contact by contact.
+    /// Contributions to one effort, interface by interface.
     pub fn of_actuator(&self, actuator: usize) -> impl ExactSizeIterator<Item = T> + '_ {
         (0..self.interfaces).map(move |interface| self.of(actuator, interface))
     }
 
-    /// Sets what one contact causes.
+    /// Sets the contributions of one interface.
     pub(super) fn set_interface(&mut self, interface: usize, efforts: &[T]) {
         self.row(interface).copy_from_slice(efforts);
     }
@@ -58,30 +60,30 @@ impl<T: Scalar> Shares<T> {
     }
 }
 
-/// What one newton of friction at a contact does to a mechanism's forces, everything else as it is.
+/// Change of all forces with one newton of friction at one interface.
 #[derive(Clone, Debug)]
 pub struct Response<T> {
-    /// The change of each joint's complete wrench, predecessor on successor, about the kernel origin.
+    /// Change of each joint's complete wrench, predecessor on successor, about the kernel origin.
     pub wrenches: Vec<Wrench<T>>,
-    /// The change of each drive.
+    /// Change of each effort.
     pub efforts: Vec<T>,
 }
 
-/// Room to find [`Shares`] in, made once. One factorisation serves all contacts.
+/// Buffers to compute [`Shares`], allocated once. One factorisation serves all interfaces.
 #[derive(Clone, Debug)]
 pub struct Sharing<T> {
     balance: Balance<T>,
 }
 
 impl<T: Scalar> Sharing<T> {
-    /// Room for a mechanism.
+    /// Buffers for a compiled model.
     pub fn new(model: &Model) -> Self {
         Self { balance: Balance::new(&model.balance) }
     }
 
-    /// The [`Response`] to each contact, at the motion in `bodies` and with the speeds that `inverse`
-    /// has found. The forces of the mechanism are the frictionless ones and the sum over all contacts
-    /// of friction force times response.
+    /// Computes the [`Response`] to each friction interface at the motion in `bodies`, with the
+    /// sliding directions in `inverse`. All forces are the frictionless ones plus the sum over
+    /// interfaces of friction force times response.
     pub fn responses(
         &mut self,
         model: &Model,
@@ -89,7 +91,7 @@ impl<T: Scalar> Sharing<T> {
         bodies: &Bodies<T>,
         inverse: &Inverse<T>,
     ) -> Vec<Response<T>> {
-        self.balance.rest_like(inverse.balance(), &model.balance, parameters, bodies);
+        self.balance.factor_frictionless(inverse.balance(), &model.balance, parameters, bodies);
         let of = |(interface, state): (&InterfaceParameters<T>, &InterfaceState<T>)| {
             let resistance = Resistance { coefficient: T::zero(), constant: T::one() };
             let unit = InterfaceState { resistance, ..*state };
@@ -107,8 +109,8 @@ impl<T: Scalar> Sharing<T> {
         parameters.interfaces.iter().zip(inverse.interfaces()).map(of).collect()
     }
 
-    /// Finds the shares of the frictions that `inverse` found last, at the motion in `bodies`.
-    /// What is redundant is chosen by the same weighting, so shares add up there, too.
+    /// Computes the contributions of the frictions in `inverse` at the motion in `bodies`.
+    /// Redundant forces follow the same weighting, so contributions add up there, too.
     pub fn run(
         &mut self,
         model: &Model,
@@ -121,7 +123,7 @@ impl<T: Scalar> Sharing<T> {
             shares.values.fill(T::zero());
             return;
         }
-        self.balance.rest_like(inverse.balance(), &model.balance, parameters, bodies);
+        self.balance.factor_frictionless(inverse.balance(), &model.balance, parameters, bodies);
         let interfaces = parameters.interfaces.iter().zip(inverse.interfaces()).enumerate();
         for (index, (interface, state)) in interfaces {
             let efforts = shares.row(index);

@@ -55,7 +55,7 @@ impl CouplingWorkspace {
             return 0.0;
         }
         // One factorisation serves all contacts.
-        balance.rest_like(inverse.balance(), &model.balance, parameters, bodies);
+        balance.factor_frictionless(inverse.balance(), &model.balance, parameters, bodies);
         for (j, &from) in sliding.iter().enumerate() {
             let resistance = Resistance { coefficient: 0.0, constant: 1.0 };
             let unit = InterfaceState { resistance, ..inverse.interfaces()[from] };

@@ -21,7 +21,7 @@ pub struct Data<T> {
     pub inverse: Inverse<T>,
     /// Treatment of friction, tolerances and iteration limits.
     pub settings: Settings,
-    /// The last configuration in which all loops were closed.
+    /// Last configuration with closed loops.
     pub(super) closed: State<T>,
     pub(super) targets: Vec<Target<T>>,
     pub(super) forces: Forces,

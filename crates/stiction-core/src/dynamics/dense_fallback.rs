@@ -21,7 +21,7 @@ const FIXED_POINT_STEPS: usize = 200;
 
 /// All forces, by dense decompositions.
 #[derive(Clone, Debug)]
-pub(super) struct CarefulForces {
+pub(super) struct DenseForces {
     pub(super) efforts: Vec<f64>,
     pub(super) efforts_frictionless: Vec<f64>,
     pub(super) wrenches: Vec<Wrench<f64>>,
@@ -54,7 +54,7 @@ pub(super) fn solve(
     spin_responses: &[Vec<f64>],
     loads: &[AppliedLoad<f64>],
     settings: &Settings,
-) -> Result<CarefulForces, InfeasibleLoad> {
+) -> Result<DenseForces, InfeasibleLoad> {
     let &Position { mechanism, topology, parameters, statics, bodies } = position;
     let system = statics.system();
     let spin = |amounts: &[f64]| {
@@ -171,7 +171,7 @@ pub(super) fn solve(
             shares.set_interface(index, &efforts(statics, &response));
         }
     }
-    Ok(CarefulForces {
+    Ok(DenseForces {
         efforts: efforts(statics, &unknowns),
         efforts_frictionless,
         wrenches,

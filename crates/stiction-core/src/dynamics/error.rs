@@ -1,33 +1,32 @@
-//! Why there are no forces.
+//! Errors of inverse dynamics.
 
 use crate::words::significant;
 use thiserror::Error;
 
-/// A part of the coefficients, percent, below which it would be told as none.
+/// Percentage of the friction coefficients below which the message says "a small part".
 pub(crate) const NO_PART: f64 = 0.05;
 
-/// Why there are no forces to tell.
+/// Reason why inverse dynamics has no solution.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum InverseError {
-    /// No finite driving force carries the load at this position.
+    /// No finite effort balances the load at this position.
     #[error(
         "no finite driving force carries this load here: with all actuators locked, body `{body}` \
          can still move ({motion}), and along that motion {} {unit} are asked for that nothing can give",
         significant(*missing, 6)
     )]
     CannotCarry {
-        /// The body that moves most.
+        /// Body with the largest displacement in the unresisted motion.
         body: String,
-        /// How it moves, in words; places are in the world.
+        /// Description of that motion; positions are in the world.
         motion: String,
-        /// What is missing, N m for a motion that turns, else N.
+        /// Unbalanced part of the load along it: N m for a rotation, else N.
         missing: f64,
-        /// Its unit.
+        /// Unit of `missing`.
         unit: &'static str,
     },
-    /// Friction locks the mechanism: the forces grow without bound before the coefficients reach
-    /// their values.
+    /// Friction locks the mechanism: the forces diverge at a part of the given coefficients.
     #[error(
         "{}",
         if *percent < NO_PART {
@@ -44,49 +43,49 @@ pub enum InverseError {
         }
     )]
     Locked {
-        /// The joint whose load grows most.
+        /// Joint whose normal force grows most.
         joint: String,
-        /// The part of the coefficients at which the solution is lost, percent.
+        /// Part of the coefficients at which the solution is lost, percent.
         percent: f64,
     },
-    /// A spring that pushes or pulls, but on no line.
+    /// The ends of a spring coincide although its force needs a direction.
     #[error(
         "the two ends of spring `{spring}` coincide here, so its force has no direction: only a spring \
          of free length 0 without damping may pass through that point"
     )]
     SpringWithoutDirection {
-        /// The spring.
+        /// Name of the spring.
         spring: String,
     },
-    /// The supports of a guide, one on each body, have passed each other.
+    /// The two supports of a guide have passed each other.
     #[error(
         "the supports of joint `{joint}` do not overlap here: gland and piston have passed each other \
          by {} mm",
         1e3 * .beyond
     )]
     NoOverlap {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
-        /// By how much, m.
+        /// Distance by which they have passed, m.
         beyond: f64,
     },
     /// A load is NaN or infinite.
     #[error("the load on body `{body}` is no finite number")]
     NotFinite {
-        /// The body.
+        /// Name of the body.
         body: String,
     },
-    /// What was computed does not balance: rounding has eaten it.
+    /// The forces do not balance because of round-off.
     #[error(
         "the forces cannot be computed here: rounding errors leave {} of the power unaccounted for; \
          the position is too close to a singular one, or the model's numbers differ too much in size",
         percent_of(*.residual)
     )]
     Inaccurate {
-        /// The power residual as a part of what is turned over; infinite where forces are not finite.
+        /// Relative power residual; infinite where forces are not finite.
         residual: f64,
     },
-    /// At a singular position friction asks for loads that nothing carries.
+    /// Friction at a singular position requires forces that nothing can balance.
     #[error(
         "the position is singular: without friction this load is carried by chance, but friction asks \
          there for loads that neither joints nor actuators can carry"

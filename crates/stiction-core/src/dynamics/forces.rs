@@ -1,73 +1,74 @@
-//! The results of inverse dynamics at one instant.
+//! Results of inverse dynamics at one instant.
 
-use super::dense_fallback::CarefulForces;
+use super::dense_fallback::DenseForces;
 use super::interfaces::InterfaceState;
 use super::inverse::Inverse;
 use super::power::Power;
 use crate::kinematics::Bodies;
 use crate::spatial::{Vec3, Wrench};
 
-/// The largest relative power residual of forces that are given out. Round-off is some 1e-15;
-/// positions near singular ones magnify it.
+/// Largest relative power residual of accepted forces. Round-off is some 1e-15; positions near
+/// singular ones magnify it.
 pub(super) const BALANCED: f64 = 1e-9;
 
-/// Forces at one contact with friction.
+/// Forces at one friction interface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterfaceForce {
-    /// Sliding velocity at the surface, m/s; of a ball its magnitude.
+    /// Sliding velocity at the surface, m/s; of a ball or plate its magnitude.
     pub velocity: f64,
-    /// Whether it slides.
+    /// True if it slides.
     pub slides: bool,
-    /// The load on the surface, N.
+    /// Normal force on the surface, N.
     pub load: f64,
-    /// The friction force, with the sign of the velocity, N; zero at rest, where it is a set.
+    /// Friction force with the sign of the velocity, N; zero at rest, where static friction is a
+    /// set.
     pub friction: f64,
-    /// The greatest friction force that the load allows at this speed, N.
+    /// Largest friction force for this normal force and speed, N.
     pub limit: f64,
     /// Dissipated power, W.
     pub power: f64,
 }
 
-/// What is certain of the interval that static friction leaves a driving force.
+/// Certainty of the interval of an effort under static friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounds {
-    /// Nothing lies beyond what is attained.
+    /// The interval is exact: both ends are attained and nothing lies beyond.
     Exact,
-    /// Nothing lies beyond outer bounds, which may not be attained.
+    /// Outer bounds are guaranteed, but may not be attained.
     Certified,
-    /// Both ends are attained; friction and reactions are coupled too strongly to say what lies
-    /// beyond.
+    /// Both ends are attained; friction and reactions are coupled too strongly for outer bounds.
     Attained,
-    /// They were not looked for.
+    /// Not computed.
     Unknown,
 }
 
 /// All forces at one instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forces {
-    /// Effort of each actuator, N or N m, in the order of [`crate::mechanism::Mechanism::actuators`].
+    /// Effort of each actuator, N or N m, in the order of
+    /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
     pub efforts: Vec<f64>,
-    /// The same without friction.
+    /// Efforts without friction.
     pub efforts_frictionless: Vec<f64>,
-    /// The least effort of each actuator over what static friction in contacts at rest may do, and
-    /// the greatest; equal to `efforts` while everything slides.
+    /// Least and greatest effort of each actuator over the static friction of interfaces at rest;
+    /// equal to `efforts` while all interfaces slide.
     pub effort_bounds: Vec<(f64, f64)>,
-    /// Bounds of the same that nothing exceeds, around `effort_bounds`; infinite where
-    /// [`Bounds::Attained`].
+    /// Guaranteed outer bounds of `effort_bounds`; infinite where [`Bounds::Attained`].
     pub effort_outer_bounds: Vec<(f64, f64)>,
-    /// What is certain of `effort_bounds`.
+    /// Certainty of `effort_bounds`.
     pub bounds: Bounds,
     /// For each joint the force that the predecessor exerts on the successor, N, and its moment
-    /// about the joint's origin, N m; world axes; constraint, drive and friction together.
+    /// about the joint's origin, N m; world axes; constraint, effort and friction together.
     pub reactions: Vec<(Vec3<f64>, Vec3<f64>)>,
-    /// For each contact with friction, in the order of [`crate::parameters::Parameters::interfaces`].
+    /// Friction interfaces, in the order of
+    /// [`Parameters::interfaces`](crate::parameters::Parameters::interfaces).
     pub interfaces: Vec<InterfaceForce>,
-    /// The power balance.
+    /// Power balance.
     pub power: Power,
 }
 
 impl InterfaceForce {
-    /// Nothing.
+    /// All zero.
     const NONE: Self =
         Self { velocity: 0.0, slides: false, load: 0.0, friction: 0.0, limit: 0.0, power: 0.0 };
 
@@ -87,7 +88,7 @@ impl InterfaceForce {
 }
 
 impl Forces {
-    /// Room for the forces of a mechanism.
+    /// Forces of a mechanism, all zero.
     pub(super) fn new(actuators: usize, joints: usize, interfaces: usize) -> Self {
         Self {
             efforts: vec![0.0; actuators],
@@ -101,7 +102,7 @@ impl Forces {
         }
     }
 
-    /// Takes over the kernel's results, but for the power.
+    /// Copies the results of the kernel, except the power.
     pub(super) fn read(&mut self, bodies: &Bodies<f64>, inverse: &Inverse<f64>) {
         self.efforts.copy_from_slice(inverse.efforts());
         self.efforts_frictionless.copy_from_slice(inverse.efforts_frictionless());
@@ -109,8 +110,8 @@ impl Forces {
         self.read_interfaces(inverse.interfaces(), inverse.has_friction());
     }
 
-    /// Takes over the careful path's results, but for the power.
-    pub(super) fn take(&mut self, bodies: &Bodies<f64>, solution: &CarefulForces, friction: bool) {
+    /// Copies the results of the dense fallback, except the power.
+    pub(super) fn take(&mut self, bodies: &Bodies<f64>, solution: &DenseForces, friction: bool) {
         self.efforts.copy_from_slice(&solution.efforts);
         self.efforts_frictionless.copy_from_slice(&solution.efforts_frictionless);
         self.close_bounds();
@@ -122,8 +123,8 @@ impl Forces {
         }
     }
 
-    /// How far the powers are from balance, as a part of what is turned over; infinite where a force
-    /// is not finite. `length` is characteristic.
+    /// Relative power residual: the residual over the turnover; infinite where a force is not
+    /// finite. `length` is characteristic.
     pub fn imbalance(&self, length: f64) -> f64 {
         let numbers = self.efforts.iter().chain(&self.efforts_frictionless).copied();
         let reactions = self.reactions.iter().map(|(force, moment)| {
@@ -139,13 +140,12 @@ impl Forces {
         if !finite {
             return f64::INFINITY;
         }
-        // What is at rest has rates of rounding size, and so powers: those at a hundred thousandth
-        // of a radian a second count as nothing.
+        // Rates at rest are round-off, and so are powers: those at 1e-5 rad/s count as zero.
         let at_rest = 1e-5 * largest * length;
         self.power.residual().abs() / (self.power.turnover + at_rest).max(f64::MIN_POSITIVE)
     }
 
-    /// Nothing rests: the efforts are what they are.
+    /// Sets the intervals to the efforts: nothing is at rest.
     pub(super) fn close_bounds(&mut self) {
         for (bounds, &drive) in self.effort_bounds.iter_mut().zip(&self.efforts) {
             *bounds = (drive, drive);
@@ -154,7 +154,8 @@ impl Forces {
         self.bounds = Bounds::Exact;
     }
 
-    /// Takes over by how much static friction changes the efforts at most, if that is bounded.
+    /// Sets the outer bounds from the largest changes of the efforts by static friction, if these
+    /// are bounded.
     pub(super) fn certify_bounds(&mut self, changes: Option<Vec<(f64, f64)>>) {
         let finite =
             self.effort_bounds.iter().all(|(low, high)| low.is_finite() && high.is_finite());

@@ -1,7 +1,7 @@
-//! Forces: the balance of every body, driving forces, joint reactions, friction, power.
+//! Inverse dynamics: efforts, joint reactions, friction and power for a given motion.
 //!
-//! Signs: a joint's reaction is the complete wrench that its predecessor exerts on its successor,
-//! constraint, drive and friction together.
+//! Sign convention: the reaction of a joint is the complete wrench that its predecessor exerts on
+//! its successor, constraint, effort and friction together.
 
 mod balance;
 mod branches;

@@ -36,8 +36,8 @@ impl Model {
         &self.kinematic.constraints
     }
 
-    /// The nominal numbers of the mechanism. A body that spins about an axis without inertia has some
-    /// inertia about it here; no result depends on it.
+    /// Nominal numbers of the mechanism. A body without inertia about the axis of a local degree of
+    /// freedom has some here; no result depends on it.
     pub fn parameters(&self) -> &Parameters<f64> {
         &self.parameters
     }

@@ -1,4 +1,4 @@
-//! Choosing how a balance is solved: its weighting and its order of elimination.
+//! Choice of the weighting and the elimination order of the balance.
 
 use super::balance::Balance;
 use super::interfaces::{Coupling, Interfaces};
@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// The balance of a mechanism, ready to be solved in any scalar.
+/// Balance of a mechanism, compiled for every scalar.
 #[derive(Clone, Debug)]
 pub(crate) struct BalancePlan {
     pub(super) topology: Arc<Topology>,
@@ -31,16 +31,16 @@ pub enum NotPlanned {
     TwoWeightings,
 }
 
-/// Singular values below this, relative to the largest, count as zero. Matrices here are scaled to
+/// Singular values below this, relative to the largest, count as zero. Matrices are scaled to
 /// entries of order one at positions exact to 1e-13.
 const NEGLIGIBLE: f64 = 1e-9;
-/// Pivots of the scaled balance below this ask for a look at its singular values. One that is small need not
-/// mean a small singular value, but no small one means none.
+/// Pivots of the scaled balance below this require the singular values. A small pivot need not mean
+/// a small singular value, but without a small pivot there is none.
 const SUSPICIOUS_PIVOT: f64 = 1e-3;
 
 impl BalancePlan {
-    /// Plans for the position of `bodies`; `spin_responses` are the accelerations of the tree for
-    /// unit accelerations of the idle spins.
+    /// Compiles the balance at the position of `bodies`; `spin_responses` are the accelerations of
+    /// the tree for unit accelerations of the local degrees of freedom.
     pub(super) fn new(
         topology: &Arc<Topology>,
         parameters: &Parameters<f64>,
@@ -54,8 +54,8 @@ impl BalancePlan {
         let plain = BalanceStructure::new(topology, Weighting::Determined, &spin_bodies);
         let sample = Sample { topology, parameters, bodies, spin_responses };
         let entries = sample.entries(&plain);
-        // As many unknowns as equations, and no pivot that is small: nothing is redundant or singular. That
-        // is known without a decomposition, whose cost grows with the third power of the unknowns.
+        // As many unknowns as equations and no small pivot: nothing is redundant or singular. This
+        // avoids a decomposition, whose cost grows with the cube of the unknowns.
         if plain.passive.len() == plain.unknowns() && spin_bodies.is_empty() {
             let nothing = DMatrix::zeros(0, 0);
             let (rows, columns) = scales(topology, parameters, &plain, &nothing);
@@ -80,25 +80,25 @@ impl BalancePlan {
         Ok(sample.plan(structure, plan.compile()))
     }
 
-    /// What decides among the solutions.
+    /// Weighting that decides among the solutions of a redundant balance.
     pub(crate) fn weighting(&self) -> Weighting {
         self.structure.weighting
     }
 
-    /// Solutions for each factorisation: one, and refinements.
+    /// Solves for each factorisation: the solution and its refinements.
     pub(super) fn passes(&self) -> usize {
-        // Accelerations of idle spins change the wrenches that a weighting weighs.
+        // Accelerations of local degrees of freedom change the wrenches that a weighting weighs.
         let bordered = self.structure.weighting != Weighting::Determined;
         if bordered && !self.structure.spin_nodes.is_empty() { 3 } else { 2 }
     }
 
-    /// Number of multiply-subtract operations of one factorisation.
+    /// Multiply-subtract operations of one factorisation.
     pub(crate) fn operations(&self) -> usize {
         self.program.operations()
     }
 }
 
-/// A position to take numbers from.
+/// Position that supplies the numbers.
 struct Sample<'a> {
     topology: &'a Arc<Topology>,
     parameters: &'a Parameters<f64>,
@@ -111,7 +111,7 @@ impl Sample<'_> {
         BalancePlan { topology: Arc::clone(self.topology), structure, program }
     }
 
-    /// The frictionless entries of the balance.
+    /// Frictionless entries of the balance.
     fn entries(&self, structure: &BalanceStructure) -> Vec<f64> {
         let &Self { parameters, bodies, spin_responses, .. } = self;
         let plan = self.plan(structure.clone(), StaticLu::default());
@@ -145,7 +145,7 @@ fn accelerated_bodies(
     (1..bodies.pose.len()).filter(|&body| size(body) > NEGLIGIBLE).collect()
 }
 
-/// Factors that make the rows and columns of a balance comparable.
+/// Factors that make rows and columns of the balance comparable.
 fn scales(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -169,7 +169,7 @@ fn scales(
         unknowns.push(if dof.translates() { 1.0 } else { length });
     }
     for spin in 0..structure.spin_nodes.len() {
-        // Inertias are compared with nothing: their columns are made of size one.
+        // Inertias have no scale of their own: their columns are normalised to size one.
         let column = matrix.column(structure.wrench_columns + spin);
         let size = column.iter().zip(&equations).map(|(x, s)| (x * s).abs()).fold(0.0, f64::max);
         unknowns.push(if size > 0.0 { 1.0 / size } else { 1.0 });
@@ -185,7 +185,7 @@ fn scales(
     }
 }
 
-/// Which weighting the redundancy at this position asks for.
+/// Weighting for the redundancy at this position.
 fn weighting(
     sample: &Sample<'_>,
     structure: &BalanceStructure,
@@ -221,8 +221,8 @@ fn weighting(
     }
 }
 
-/// What each null vector of the balance does to each drive (efforts of rotary ones over the
-/// length).
+/// Change of each effort with each null vector of the balance; torques divided by the
+/// characteristic length.
 fn effort_response(
     sample: &Sample<'_>,
     structure: &BalanceStructure,

@@ -1,4 +1,4 @@
-//! The power balance: an account that no solver sees.
+//! Power balance: an independent check of the forces.
 //!
 //! Equation (E1) of the book's theory.
 
@@ -8,34 +8,33 @@ use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 use crate::topology::{Actuator, Topology};
 
-/// All powers at one instant, W: `actuators + loads = energy + dissipated`.
+/// Powers at one instant, W: `actuators + loads = energy + dissipated`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Power {
-    /// Of the actuators.
+    /// Power of the actuators.
     pub actuators: f64,
-    /// Of the loads from outside, and of the springs on the bodies between which they are.
+    /// Power of external loads and of springs on the bodies.
     pub loads: f64,
-    /// Rate of change of kinetic and potential energy.
+    /// Rate of change of kinetic and gravitational energy.
     pub energy: f64,
-    /// Dissipated by friction; never negative.
+    /// Power dissipated by friction; never negative.
     pub dissipated: f64,
-    /// What the residual is compared with: the sum over all that enters of force times velocity and
-    /// moment times angular velocity, as magnitudes. A body on a circle turns over the power of its
-    /// centripetal force, although that does no work.
+    /// Scale of the residual: the sum of all forces times velocities and moments times angular
+    /// velocities, as magnitudes. It includes forces that do no work, such as centripetal ones.
     pub turnover: f64,
 }
 
 impl Power {
-    /// Nothing moves.
+    /// All zero: nothing moves.
     pub(super) const NONE: Self =
         Self { actuators: 0.0, loads: 0.0, energy: 0.0, dissipated: 0.0, turnover: 0.0 };
 
-    /// `actuators + loads - energy - dissipated`: zero but for round-off.
+    /// Residual `actuators + loads - energy - dissipated`: zero except for round-off.
     pub fn residual(&self) -> f64 {
         self.actuators + self.loads - self.energy - self.dissipated
     }
 
-    /// The account of one instant; `dissipated` lists the power of each friction.
+    /// Power balance of one instant; `dissipated` lists the power of each friction.
     pub fn new(
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -73,8 +72,8 @@ impl Power {
     }
 }
 
-/// Rate of change of a body's kinetic and potential energy, from its motion alone, and the product of
-/// the sizes of what enters.
+/// Rate of change of a body's kinetic and gravitational energy from its motion alone, and the
+/// magnitude of its terms.
 fn energy_rate(parameters: &Parameters<f64>, bodies: &Bodies<f64>, body: usize) -> (f64, f64) {
     let (pose, twist, acceleration) =
         (bodies.pose[body], bodies.twist[body], bodies.acceleration[body]);
@@ -82,7 +81,7 @@ fn energy_rate(parameters: &Parameters<f64>, bodies: &Bodies<f64>, body: usize) 
     let velocity = twist.velocity_at(com);
     let acceleration_of_com = acceleration.velocity_at(com) + twist.angular.cross(velocity);
     let force = (acceleration_of_com - parameters.gravity) * parameters.mass[body];
-    // d/dt (omega . J omega)/2 = omega . J omega' (the tensor's own turning does no work).
+    // d/dt (omega . J omega)/2 = omega . J omega'; the rotation of the tensor itself does no work.
     let spin = pose.rotation.transpose_mul(twist.angular);
     let change = pose.rotation.transpose_mul(acceleration.angular);
     let moment = parameters.inertia[body] * change;

@@ -1,29 +1,30 @@
-//! What is computed, and how accurately.
+//! Friction mode, tolerances and iteration limits of inverse dynamics.
 
-/// How friction and reactions act on each other.
+/// Coupling of friction and reactions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum FrictionMode {
-    /// Friction loads the joints that make it; solved to round-off.
+    /// Friction and reactions determine each other; solved to round-off.
     #[default]
     Converged,
-    /// Friction from the frictionless reactions, once: the way of Zhang et al. 2018.
+    /// Friction computed once from the frictionless reactions (decoupled, as in Zhang et al. 2018).
     OnePass,
     /// No friction.
     Off,
 }
 
-/// What is computed, and how accurately.
+/// Friction mode, tolerances and iteration limits of inverse dynamics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// How friction is coupled.
+    /// Coupling of friction and reactions.
     pub friction: FrictionMode,
-    /// Contacts that slide no faster than this (m/s, at the surface) rest.
+    /// Speed at the surface, m/s, up to which a friction interface counts as at rest.
     pub rest_speed: f64,
     /// Newton steps for the coupling of friction and reactions, at most.
     pub friction_steps: usize,
-    /// The coupling counts as solved when no load changes by more than this part of the largest.
+    /// Relative tolerance of the coupling: the largest change of a normal force in one step over
+    /// the largest normal force.
     pub friction_tolerance: f64,
-    /// Newton steps for the position, where a kernel finds it by itself.
+    /// Newton steps for the loop closures in [`Model::evaluate`](super::Model::evaluate).
     pub position_steps: usize,
 }
 
@@ -41,8 +42,8 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Whether a change of loads is round-off, given the largest load. Infinite loads are not
-    /// settled.
+    /// True if a change of normal forces is round-off, given the largest one. Infinite normal
+    /// forces are not settled.
     pub(super) fn is_settled(&self, change: f64, largest: f64) -> bool {
         change.is_finite() && change <= self.friction_tolerance * largest
     }

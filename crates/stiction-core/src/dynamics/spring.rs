@@ -1,30 +1,30 @@
-//! What springs do at one instant.
+//! Spring forces at one instant.
 
 use crate::kinematics::Bodies;
 use crate::parameters::SpringParameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 
-/// A spring at one instant.
+/// Length, rate and force of a spring at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpringForce<T> {
-    /// The distance of its ends, m.
+    /// Distance between its ends, m.
     pub length: T,
-    /// The rate of that distance, m/s; zero where the ends coincide.
+    /// Rate of that distance, m/s; zero where the ends coincide.
     pub rate: T,
-    /// The force along the line between the ends, positive where it draws them together, N.
+    /// Force along the line between the ends, N; positive in tension.
     pub tension: T,
-    /// The wrench on the body of the second end, world axes about the kernel origin; on the body of
-    /// the first end acts its negative.
+    /// Wrench on the body of the second end, world axes about the kernel origin; its negative acts
+    /// on the body of the first end.
     pub wrench: Wrench<T>,
 }
 
 impl<T: Scalar> SpringForce<T> {
-    /// From poses and twists of the bodies.
+    /// Spring force from poses and twists of the bodies.
     ///
-    /// Ends that coincide are on no line: then only `stiffness * (vector between the ends)`, which
-    /// is zero, is left of the force. See [`Self::has_direction`].
-    // Few mechanisms have springs: not worth its weight in every kernel of every scalar.
+    /// Where the ends coincide, the direction is undefined and only the linear part `stiffness *
+    /// span` of the force, which is zero, remains; see [`Self::has_direction`].
+    // Not inlined: few mechanisms have springs, and every kernel of every scalar would grow.
     #[inline(never)]
     pub fn of(spring: &SpringParameters<T>, bodies: &Bodies<T>) -> Self {
         let [from, to] = spring.ends;
@@ -36,7 +36,7 @@ impl<T: Scalar> SpringForce<T> {
         let direction = span * over;
         let approach = bodies.twist[to].velocity_at(b) - bodies.twist[from].velocity_at(a);
         let rate = direction.dot(approach);
-        // Of a spring without free length the force is linear in `span`, also through zero.
+        // Without a free length the force is linear in `span`, also through zero.
         let along = spring.damping * rate - spring.stiffness * spring.free_length;
         let force = -(span * spring.stiffness + direction * along);
         let tension = spring.stiffness * length + along;
@@ -45,21 +45,21 @@ impl<T: Scalar> SpringForce<T> {
 }
 
 impl SpringForce<f64> {
-    /// Whether the force's direction is known: the ends are apart, or it needs none. `length` is
+    /// True if the direction of the force is defined, or the force needs none. `length` is
     /// characteristic.
     pub fn has_direction(&self, spring: &SpringParameters<f64>, length: f64) -> bool {
-        // Closer than this the direction is made of the rounding of the bodies' poses.
+        // Closer ends define no direction: it would be round-off of the poses.
         const APART: f64 = 1e-12;
         let needs_none = spring.stiffness * spring.free_length == 0.0 && spring.damping == 0.0;
         needs_none || self.length > APART * length
     }
 
-    /// The power of the spring on its two bodies, W: from its length alone, not from its wrench.
+    /// Power of the spring on its two bodies, W; from its length alone, not from its wrench.
     pub fn power(&self) -> f64 {
         -self.tension * self.rate
     }
 
-    /// The velocities of both ends times the force, as magnitudes, W.
+    /// Speeds of both ends times the force, W: the scale of round-off in the power.
     pub fn turnover(&self, spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> f64 {
         let speed = |(&body, &point): (&usize, &Vec3<f64>)| {
             bodies.twist[body].velocity_at(bodies.pose[body].apply(point)).norm()

@@ -1,14 +1,13 @@
-//! The balance as a sparse system: what its unknowns and equations are, and how it is solved.
+//! Sparse structure of the balance: unknowns, equations and weighting.
 //!
-//! Unknowns are the wrenches at cut joints (constraints and efforts) and the accelerations of idle
-//! spins. Equations are those of the tree's freedoms that no actuator efforts: the wrench that a
-//! joint carries does no work on them but against friction. Everything else follows by recursion:
-//! the wrench at any joint of the tree is what the bodies beyond it demand, less what the cut
-//! joints bring.
+//! Unknowns are the wrenches at cut joints (constraints and efforts) and the accelerations of local
+//! degrees of freedom. Equations are those of the tree's unactuated DOFs: the wrench that a joint
+//! transmits does no work on them, except against friction. All other wrenches follow by recursion:
+//! a tree joint transmits the inverse-dynamics wrench of the bodies beyond it, less the wrenches of
+//! the cut joints on them.
 //!
-//! Where there are more unknowns than equations, constraints or actuators are redundant, and a
-//! declared weighting decides: the system is bordered by the conditions of a minimum,
-//! `[H A^T; A 0]`.
+//! With more unknowns than equations, constraints or actuators are redundant and a declared
+//! weighting decides: the system is bordered by the optimality conditions, `[H A^T; A 0]`.
 //!
 //! Equation (B8) of the book's theory.
 
@@ -16,62 +15,62 @@ use crate::linalg::Entry;
 use crate::topology::{Link, Topology};
 use core::ops::Range;
 
-/// What decides among the solutions of a redundant balance.
+/// Weighting that decides among the solutions of a redundant balance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weighting {
-    /// Nothing to decide: the balance determines everything.
+    /// Nothing is redundant: the balance determines all unknowns.
     Determined,
-    /// Constraints are redundant: the reactions with the least sum, over all joints, of
-    /// `|force|^2 + |moment|^2 / length^2`, moments about the joint's origin; the elastic energy
-    /// of joints that are all equally compliant. It depends neither on units nor on the choice of
-    /// cut joints. Driving forces do not depend on it.
+    /// Constraints are redundant: the reactions with the least sum, over all joints, of `|force|^2
+    /// + |moment|^2 / length^2`, moments about the joint's origin, `length` characteristic. It is
+    /// the elastic energy of equally compliant joints, and depends neither on units nor on the
+    /// choice of cut joints. Efforts do not depend on it.
     LeastReactions,
     /// Constraints are redundant and joints declare compliances: the reactions with the least
     /// elastic energy, moments about the joint's origin. Joints without a declaration are rigid.
     LeastEnergy,
-    /// Actuators are redundant: the efforts with the least sum of `effort^2`, efforts of rotary
-    /// actuators divided by the characteristic length.
+    /// Actuators are redundant: the efforts with the least sum of squares, torques divided by the
+    /// characteristic length.
     LeastEfforts,
 }
 
-/// A wrench that the weighting weighs: which cut wrenches make it.
+/// Wrench in the weighting, as a sum of cut wrenches.
 #[derive(Clone, Debug)]
 pub(super) struct Weighed {
     pub(super) what: WeighedKind,
-    /// Cuts whose wrench is a part of it, with signs.
+    /// Cuts whose wrenches add up to it, with signs.
     pub(super) cuts: Vec<(usize, f64)>,
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(super) enum WeighedKind {
-    /// The wrench at a tree joint.
+    /// Wrench at a tree joint.
     Node(usize),
-    /// The wrench at a cut joint.
+    /// Wrench at a cut joint.
     Cut(usize),
-    /// The effort of an actuator of the tree, at this freedom.
+    /// Effort of an actuator at this DOF of the tree.
     Actuator { tree_dof: usize },
-    /// The effort of an actuator at a cut joint: this column.
+    /// Effort of an actuator at a cut joint, in this column.
     CutActuator { column: usize },
 }
 
-/// The pattern of the balance.
+/// Sparsity pattern of the balance.
 #[derive(Clone, Debug)]
 pub(crate) struct BalanceStructure {
     pub(super) weighting: Weighting,
-    /// Freedoms of the tree that no actuator efforts, in the order of the equations.
+    /// Unactuated DOFs of the tree, in the order of the equations.
     pub(super) passive: Vec<usize>,
     /// For each cut: its columns.
     pub(super) columns_of: Vec<Vec<usize>>,
-    /// Wrenches at cut joints; spins come after them.
+    /// Number of columns for wrenches at cut joints; local degrees of freedom follow.
     pub(super) wrench_columns: usize,
-    /// Nodes whose bodies an idle spin accelerates, with all nodes above them.
+    /// Nodes whose bodies each local degree of freedom accelerates, with all ancestors.
     pub(super) spin_nodes: Vec<Vec<usize>>,
     pub(super) weighed: Vec<Weighed>,
     pub(super) entries: Vec<Entry>,
 }
 
 impl BalanceStructure {
-    /// The pattern under a weighting; `spin_bodies` lists for each idle spin the bodies that it
+    /// Pattern for a weighting; `spin_bodies` lists the bodies that each local degree of freedom
     /// accelerates.
     pub(super) fn new(
         topology: &Topology,
@@ -105,12 +104,12 @@ impl BalanceStructure {
         structure
     }
 
-    /// Number of columns that are unknowns of the mechanism: wrenches and spins.
+    /// Number of columns of the mechanism's own unknowns: wrenches and local degrees of freedom.
     pub(super) fn unknowns(&self) -> usize {
         self.wrench_columns + self.spin_nodes.len()
     }
 
-    /// Number of all columns, multipliers of a minimum included.
+    /// Number of all columns, Lagrange multipliers included.
     pub(super) fn size(&self) -> usize {
         match self.weighting {
             Weighting::Determined => self.unknowns(),
@@ -118,12 +117,12 @@ impl BalanceStructure {
         }
     }
 
-    /// Number of rows: equal to [`Self::size`] for a balance that can be solved.
+    /// Number of rows; equal to [`Self::size`] for a solvable balance.
     pub(super) fn rows(&self) -> usize {
         self.first_balance_row() + self.passive.len()
     }
 
-    /// The row of the first equation of balance; conditions of a minimum come before it.
+    /// First row of the equations of balance; optimality conditions precede them.
     pub(super) fn first_balance_row(&self) -> usize {
         match self.weighting {
             Weighting::Determined => 0,
@@ -131,7 +130,7 @@ impl BalanceStructure {
         }
     }
 
-    /// The columns of the multipliers of a minimum.
+    /// Columns of the Lagrange multipliers.
     pub(super) fn multipliers(&self) -> Range<usize> {
         self.unknowns()..self.size()
     }
@@ -165,7 +164,7 @@ impl BalanceStructure {
         entries
     }
 
-    /// Calls `visit(equation, column)` for each entry of the balance proper.
+    /// Calls `visit(equation, column)` for each entry of the unbordered balance.
     fn visit_balance(&self, topology: &Topology, mut visit: impl FnMut(usize, usize)) {
         let mut equation_of = vec![None; topology.dofs()];
         for (equation, &tree_dof) in self.passive.iter().enumerate() {
@@ -196,7 +195,8 @@ fn weighed(topology: &Topology, weighting: Weighting) -> Vec<Weighed> {
     let mut through = vec![Vec::new(); topology.nodes.len()];
     for (index, cut) in topology.cuts.iter().enumerate() {
         for &(node, sign) in &cut.path {
-            // A cut's wrench on the successor's side is taken off what the tree must carry.
+            // The cut wrench on the successor's side is subtracted from the wrench of the tree
+            // joint.
             through[node].push((index, -sign));
         }
     }

@@ -24,7 +24,7 @@ fn kernels_agree_with_the_dense_system() {
                 match solver.solve(&case.loads) {
                     // Reported by the kernel, and by the dense method at the same coefficients.
                     Err(InverseError::Locked { percent, .. }) => {
-                        let careful = solver.solve_carefully(&case.loads).unwrap_err();
+                        let careful = solver.solve_dense(&case.loads).unwrap_err();
                         let InverseError::Locked { percent: other, .. } = careful else {
                             panic!("{class:?} {seed}: {careful}")
                         };
@@ -47,7 +47,7 @@ fn kernels_agree_with_the_dense_system() {
                 // Near locking, normal loads and their rounding grow; the comparison there uses
                 // half of the digits.
                 let strong = solver.coupling().is_none_or(|coupling| coupling > 0.9);
-                solver.solve_carefully(&case.loads).unwrap();
+                solver.solve_dense(&case.loads).unwrap();
                 let dense = numbers(&solver);
                 if strong && friction == FrictionMode::Converged {
                     let drives = apart(&kernel.0, &dense.0);

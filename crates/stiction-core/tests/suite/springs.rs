@@ -134,7 +134,7 @@ fn a_spring_is_a_pair_of_loads() {
                 assert!((parts[0] - with_loads.loads).abs() <= error, "{what}: {power:?}");
                 assert!((parts[1] - with_loads.actuators).abs() <= error, "{what}: {power:?}");
                 compared += 1;
-                if sprung.solve_carefully(&case.loads).is_ok() {
+                if sprung.solve_dense(&case.loads).is_ok() {
                     // The fixed-point iteration of the dense fallback stops at 1e-13 of the largest
                     // normal load.
                     assert_near(&what, &numbers(&sprung), &numbers(&plain), 1e-9);
@@ -246,7 +246,7 @@ fn ends_that_coincide() {
             let mut solver = pendulum(spring(free_length, damping), angle);
             let expected = InverseError::SpringWithoutDirection { spring: "s".into() };
             assert_eq!(solver.solve(&[]).unwrap_err(), expected);
-            assert_eq!(solver.solve_carefully(&[]).unwrap_err(), expected);
+            assert_eq!(solver.solve_dense(&[]).unwrap_err(), expected);
             // The kernel itself returns finite numbers even there, and finite derivatives.
             let model = solver.model().unwrap();
             let parameters = Parameters::<Dual<f64, 5>>::new(solver.mechanism());

@@ -1,4 +1,4 @@
-//! Rows and columns of the balance, tilted by friction that is linear in the reactions.
+//! Linearised friction in the rows and columns of the balance.
 //!
 //! Equation (F5) of the book's theory.
 
@@ -12,7 +12,8 @@ use crate::spatial::{Twist, Wrench};
 use crate::topology::{Link, Role, Topology};
 
 impl<T: Scalar> Balance<T> {
-    /// Tilts rows and columns by friction. Needs the wrenches that the contacts were pressed with.
+    /// Adds linearised friction to rows and columns. Requires the joint wrenches of the last update
+    /// of normal forces.
     pub(in crate::dynamics) fn apply_friction(
         &mut self,
         plan: &BalancePlan,
@@ -50,8 +51,8 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// A cut joint's wrench is `columns + sum of q (constant + slope.power(wrench))`, with `q` the
-    /// efforts of each contact's friction: solved here for the wrench.
+    /// Solves for the wrench of a cut joint, `columns + sum of q (constant + slope.power(wrench))`,
+    /// with `q` the wrench of each interface per newton of friction.
     fn apply_friction_at_cut(
         &mut self,
         topology: &Topology,
@@ -62,7 +63,7 @@ impl<T: Scalar> Balance<T> {
         cut: usize,
     ) {
         let joint = topology.cuts[cut].joint;
-        // No joint type has more than two contacts.
+        // No joint type has more than two friction interfaces.
         let mut q = [Wrench::zero(); 2];
         let mut n = [Twist::zero(); 2];
         let mut constant = Wrench::zero();
@@ -94,8 +95,8 @@ impl<T: Scalar> Balance<T> {
         self.cut_constants[cut] = absorb(constant);
     }
 
-    /// The balance of [`Self::rest_like`] with nothing but one contact's friction, as it is now;
-    /// writes what the efforts must do against it.
+    /// Solves the balance of [`Self::factor_frictionless`] with the present friction of one interface alone;
+    /// writes the actuator efforts against it.
     pub(in crate::dynamics) fn apply_friction_alone(
         &mut self,
         plan: &BalancePlan,

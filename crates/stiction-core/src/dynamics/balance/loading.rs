@@ -1,4 +1,4 @@
-//! What motion, loads and springs demand of the joints, and what columns of cut joints are.
+//! Wrenches due to motion, loads and springs, and unit wrenches of the cut joints.
 //!
 //! Equation (B4) of the book's theory.
 
@@ -13,7 +13,7 @@ use crate::statics::{AppliedLoad, demand_of_motion};
 use crate::topology::{Link, Topology};
 
 impl<T: Scalar> Balance<T> {
-    /// Takes over the motion, the loads and the pull of springs; nothing of friction.
+    /// Sets motion, loads and spring forces; no friction.
     pub(in crate::dynamics) fn load(
         &mut self,
         plan: &BalancePlan,
@@ -47,8 +47,8 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// What springs take off the demand of the joints. Not inlined: most mechanisms have none, and
-    /// compilers take minutes over what kernels of nested scalars inline.
+    /// Adds the spring forces. Not inlined: few mechanisms have springs, and inlined kernels of
+    /// nested scalars take minutes to compile.
     #[inline(never)]
     fn load_springs(
         &mut self,
@@ -68,7 +68,8 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// What unit accelerations of one idle spin demand: `accelerations` are those of the tree.
+    /// Sets the wrenches per unit acceleration of one local degree of freedom: `accelerations` are
+    /// those of the tree.
     pub(in crate::dynamics) fn load_spin(
         &mut self,
         plan: &BalancePlan,
@@ -78,7 +79,7 @@ impl<T: Scalar> Balance<T> {
         accelerations: &[T],
     ) {
         let BalancePlan { topology, structure, .. } = plan;
-        // Nodes are in the order of the tree: parents before children.
+        // Nodes are in tree order: parents before children.
         let nodes = &structure.spin_nodes[spin];
         for (place, &node) in nodes.iter().enumerate() {
             let twist = spin_twist(topology, bodies, node, accelerations);
@@ -110,7 +111,7 @@ fn accumulate<T: Scalar>(topology: &Topology, wrenches: &mut [Wrench<T>]) {
     }
 }
 
-/// The acceleration of a node's body in the response to a spin.
+/// Acceleration of a node's body in the response to a local degree of freedom.
 fn spin_twist<T: Scalar>(
     topology: &Topology,
     bodies: &Bodies<T>,

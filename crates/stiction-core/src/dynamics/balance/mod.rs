@@ -1,4 +1,4 @@
-//! The kernel that solves the balance for all reactions, given motion and linearised friction.
+//! Kernel of the balance: all reactions for a given motion and linearised friction.
 //!
 //! Equation (B6) of the book's theory.
 
@@ -15,22 +15,22 @@ use crate::scalar::Scalar;
 use crate::spatial::{Twist, Wrench};
 use crate::topology::{Link, Role, Topology};
 
-/// The balance and the scratch to solve it.
+/// Balance of one instant, and the buffers to solve it.
 #[derive(Clone, Debug)]
 pub(crate) struct Balance<T> {
-    /// For each node what its body and all bodies beyond demand of the joints.
+    /// For each node the inverse-dynamics wrench of its body and all bodies beyond it.
     demand: Vec<Wrench<T>>,
-    /// For each spin and each of its nodes: what a unit acceleration of the spin adds to the demand.
+    /// For each local degree of freedom and each of its nodes the wrench per unit acceleration.
     spin_demand: Vec<Vec<Wrench<T>>>,
-    /// Unit wrenches of the columns, plain and tilted by friction.
+    /// Unit wrenches of the columns, without and with linearised friction.
     columns: Vec<Wrench<T>>,
     tilted: Vec<Wrench<T>>,
-    /// For each freedom of the tree its equation: `row.power(wrench) = constant`.
+    /// For each DOF of the tree its equation: `row.power(wrench) = constant`.
     rows: Vec<Twist<T>>,
     constants: Vec<T>,
-    /// For each cut the part of its wrench that friction makes without the columns.
+    /// For each cut the constant part of its wrench, due to friction.
     cut_constants: Vec<Wrench<T>>,
-    /// The wrench at each node's link, parent on child, and at each cut, predecessor on successor.
+    /// Wrench at each node's link, parent on child, and at each cut, predecessor on successor.
     node_wrenches: Vec<Wrench<T>>,
     cut_wrenches: Vec<Wrench<T>>,
     entries: Vec<T>,
@@ -38,7 +38,7 @@ pub(crate) struct Balance<T> {
     right: Vec<T>,
     correction: Vec<T>,
     pub(super) unknowns: Vec<T>,
-    /// The complete wrench at each joint, predecessor on successor.
+    /// Complete wrench at each joint, predecessor on successor.
     pub(super) joint_wrenches: Vec<Wrench<T>>,
 }
 
@@ -66,7 +66,7 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// Whether there is the same room for everything.
+    /// True if all buffers have the same sizes.
     pub(super) fn fits(&self, other: &Self) -> bool {
         self.entries.len() == other.entries.len()
             && self.factors.len() == other.factors.len()
@@ -77,8 +77,8 @@ impl<T: Scalar> Balance<T> {
             && self.spin_demand.iter().zip(&other.spin_demand).all(|(a, b)| a.len() == b.len())
     }
 
-    /// Solves the balance with friction as it was made linear; `passes` beyond the first refine.
-    /// Returns the product of the signs of the pivots.
+    /// Factors and solves the balance with linearised friction. Returns the product of the signs of
+    /// the pivots.
     pub(super) fn solve(
         &mut self,
         plan: &BalancePlan,
@@ -91,12 +91,13 @@ impl<T: Scalar> Balance<T> {
         sign
     }
 
-    /// The reciprocal pivots of the last factorisation.
+    /// Reciprocal pivots of the last factorisation.
     pub(super) fn reciprocal_pivots(&self, program: &StaticLu) -> Vec<T> {
         program.pivots().map(|slot| self.factors[slot]).collect()
     }
 
-    /// What all wrenches follow from, under the same demand: those at the cuts, and accelerations of idle spins.
+    /// Unknowns that determine all wrenches: those at the cuts and accelerations of local degrees
+    /// of freedom.
     pub(super) fn carried(&self, structure: &BalanceStructure) -> (Vec<Wrench<T>>, Vec<T>) {
         (
             self.cut_wrenches.clone(),
@@ -104,7 +105,8 @@ impl<T: Scalar> Balance<T> {
         )
     }
 
-    /// Sets all wrenches to those that follow from the ones at the cuts and from accelerations of idle spins.
+    /// Computes all wrenches from those at the cuts and the accelerations of local degrees of
+    /// freedom.
     pub(super) fn carry(&mut self, plan: &BalancePlan, cuts: &[Wrench<T>], spins: &[T]) {
         let BalancePlan { topology, structure, .. } = plan;
         self.node_wrenches.copy_from_slice(&self.demand);
@@ -121,7 +123,7 @@ impl<T: Scalar> Balance<T> {
         self.collect(topology);
     }
 
-    /// As [`Self::solve`], with the matrix as it was factored last.
+    /// Solves with the last factorisation.
     fn solve_factored(
         &mut self,
         plan: &BalancePlan,
@@ -140,7 +142,7 @@ impl<T: Scalar> Balance<T> {
             self.measure(plan, parameters, bodies);
             program.solve(&self.factors, &mut self.right, &mut self.correction);
             if pass < passes {
-                // Derivatives are those of what is left of the equations at last: (P7) of the book's theory.
+                // Derivatives follow from the residual of the last pass: (P7) of the book's theory.
                 self.correction.iter_mut().for_each(|change| *change = change.held());
             }
             self.correct(topology, structure);
@@ -148,9 +150,8 @@ impl<T: Scalar> Balance<T> {
         self.collect(topology);
     }
 
-    /// Becomes the frictionless balance of the same position as `other`, demanding nothing, and
-    /// factors it.
-    pub(super) fn rest_like(
+    /// Factors the frictionless balance at the position of `other`, without loads.
+    pub(super) fn factor_frictionless(
         &mut self,
         other: &Self,
         plan: &BalancePlan,
@@ -168,7 +169,7 @@ impl<T: Scalar> Balance<T> {
         plan.program.factor(&self.entries, &mut self.factors);
     }
 
-    /// What the actuators must do: the joint's effort on their freedoms, less friction's.
+    /// Computes the actuator efforts: the joint's effort on their DOFs less that of friction.
     pub(super) fn read_efforts(
         &self,
         topology: &Topology,
@@ -191,7 +192,7 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// A wrench more at a cut joint, and what it takes off the joints of the tree.
+    /// Adds a wrench at a cut joint, and its effect on the joints of the tree.
     fn add_at_cut(&mut self, topology: &Topology, cut: usize, wrench: Wrench<T>) {
         self.cut_wrenches[cut] += wrench;
         for &(node, sign) in &topology.cuts[cut].path {
@@ -223,7 +224,7 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// The complete wrench at every joint.
+    /// Collects the complete wrench of every joint.
     fn collect(&mut self, topology: &Topology) {
         for (joint, role) in topology.role.iter().enumerate() {
             self.joint_wrenches[joint] = match *role {
@@ -238,12 +239,12 @@ impl<T: Scalar> Balance<T> {
 }
 
 impl Balance<f64> {
-    /// The entries of the matrix, after [`Self::assemble`].
+    /// Entries of the matrix, after [`Self::assemble`].
     pub(super) fn into_entries(self) -> Vec<f64> {
         self.entries
     }
 
-    /// The efforts that belong to given unknowns and to no demand at all, without friction.
+    /// Efforts for given unknowns without load and friction.
     pub(super) fn efforts_of(
         &mut self,
         plan: &BalancePlan,

@@ -1,5 +1,5 @@
-//! The matrix of the balance and what is left of its equations; where there are more unknowns than equations, with the
-//! weighting that decides.
+//! Matrix and residual of the balance, including the weighting where there are more unknowns than
+//! equations.
 //!
 //! Equations (B5) and (B8) of the book's theory.
 
@@ -14,7 +14,8 @@ use crate::spatial::{Pose, Wrench};
 use crate::topology::{Link, Topology};
 
 impl<T: Scalar> Balance<T> {
-    /// The matrix, in the order of [`BalanceStructure::pattern`].
+    /// Computes the matrix entries in the order of
+    /// [`BalanceStructure::pattern`](crate::dynamics::structure::BalanceStructure).
     pub(in crate::dynamics) fn assemble(
         &mut self,
         plan: &BalancePlan,
@@ -92,7 +93,7 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// The right-hand side: what the present wrenches leave of every equation.
+    /// Computes the right-hand side: the residual of every equation at the present wrenches.
     pub(super) fn measure(
         &mut self,
         plan: &BalancePlan,
@@ -109,7 +110,8 @@ impl<T: Scalar> Balance<T> {
         if structure.weighting == Weighting::Determined {
             return;
         }
-        // Multipliers act through the transposed balance, whose entries follow the balance's own.
+        // Lagrange multipliers act through the transposed balance, whose entries follow those of
+        // the balance.
         for (entry, value) in structure.entries.iter().zip(&self.entries) {
             if structure.multipliers().contains(&entry.column) {
                 self.right[entry.row] -= *value * self.unknowns[entry.column];
@@ -155,9 +157,9 @@ impl<T: Scalar> Balance<T> {
         }
     }
 
-    /// How well the equations of the tree's undriven freedoms hold: the largest residual, the
-    /// largest demand of a body with all beyond, and the largest wrench at a joint; moments divided
-    /// by the characteristic length.
+    /// Largest residual of the equations of unactuated tree DOFs, largest load of a body with all
+    /// bodies beyond it, and largest wrench at a joint; moments divided by the characteristic
+    /// length.
     pub(in crate::dynamics) fn size_of_residual(
         &self,
         plan: &BalancePlan,
@@ -186,7 +188,7 @@ impl<T: Scalar> Balance<T> {
     }
 }
 
-/// Efforts of rotary actuators count divided by the characteristic length.
+/// Weight of an effort: torques are divided by the characteristic length.
 fn effort_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, actuator: usize) -> T {
     let actuator = topology.actuators[actuator];
     let dof = &topology.joint_types[actuator.joint].dofs()[actuator.dof];
@@ -196,8 +198,8 @@ fn effort_weight<T: Scalar>(topology: &Topology, parameters: &Parameters<T>, act
     }
 }
 
-/// The product in which reactions are least, at one joint: see [`Weighting::LeastReactions`] and
-/// [`Weighting::LeastEnergy`].
+/// Inner product whose norm the weighting minimises, at one joint: see
+/// [`Weighting::LeastReactions`] and [`Weighting::LeastEnergy`].
 struct Product<'a, T> {
     frame_j: Pose<T>,
     length: T,

@@ -1,4 +1,4 @@
-//! Inverse dynamics with all reactions and load-dependent friction: the kernel.
+//! Kernel of inverse dynamics: reactions, load-dependent friction and efforts, over any scalar.
 
 mod probing;
 mod settled;
@@ -16,14 +16,14 @@ use crate::spatial::{Vec3, Wrench};
 use crate::statics::AppliedLoad;
 use crate::topology::{Role, Topology};
 
-/// All forces of a mechanism at one instant, and the scratch to compute them.
+/// Forces of a mechanism at one instant, and the buffers to compute them.
 #[derive(Clone, Debug)]
 pub struct Inverse<T> {
     balance: Balance<T>,
     interfaces: Interfaces<T>,
     efforts: Vec<T>,
     efforts_frictionless: Vec<T>,
-    /// For each idle spin the tree's accelerations for its unit acceleration.
+    /// For each local degree of freedom the tree's accelerations for its unit acceleration.
     spin_responses: Vec<Vec<T>>,
     friction_efforts: Vec<T>,
     friction_change: T,
@@ -55,57 +55,58 @@ impl<T: Scalar> Inverse<T> {
     }
 
     /// Effort of each actuator, N or N m, in the order of
-    /// [`crate::mechanism::Mechanism::actuators`].
+    /// [`Mechanism::actuators`](crate::mechanism::Mechanism::actuators).
     pub fn efforts(&self) -> &[T] {
         &self.efforts
     }
 
-    /// The same without friction.
+    /// Efforts without friction.
     pub fn efforts_frictionless(&self) -> &[T] {
         &self.efforts_frictionless
     }
 
-    /// The complete wrench of each joint, predecessor on successor, about the kernel origin in
-    /// world axes: constraint, drive and friction together.
+    /// Complete wrench of each joint, predecessor on successor, about the kernel origin in world
+    /// axes: constraint, effort and friction together.
     pub fn joint_wrenches(&self) -> &[Wrench<T>] {
         &self.balance.joint_wrenches
     }
 
-    /// A joint's force and its moment about the joint's origin (of frame J), world axes.
+    /// Force of a joint and its moment about the joint's origin (of frame J), world axes.
     pub fn reaction(&self, bodies: &Bodies<T>, joint: usize) -> (Vec3<T>, Vec3<T>) {
         let wrench = self.balance.joint_wrenches[joint];
         (wrench.force, wrench.moment_about(bodies.frame_j[joint].position))
     }
 
-    /// The contacts, in the order of [`Parameters::interfaces`].
+    /// Friction interfaces, in the order of [`Parameters::interfaces`].
     pub fn interfaces(&self) -> &[InterfaceState<T>] {
         &self.interfaces.states
     }
 
-    /// For a contact at rest, the direction and the part of its greatest friction with which it
-    /// holds (components along its freedoms, at most of length one). Zero unless set.
-    pub fn set_held(&mut self, interface: usize, held: [T; 3]) {
+    /// Sets the static friction of an interface at rest, as a part of the largest friction:
+    /// components along its DOFs, of length one at most. Zero unless set.
+    pub fn set_static_friction(&mut self, interface: usize, held: [T; 3]) {
         self.interfaces.held[interface] = held;
     }
 
-    /// Whether friction acts at all.
+    /// True if friction acts.
     pub fn has_friction(&self) -> bool {
         self.mode != FrictionMode::Off && !self.interfaces.states.is_empty()
     }
 
-    /// The largest change of a load in the last step of the coupling, N.
+    /// Largest change of a normal force in the last step of the coupling, N.
     pub fn friction_change(&self) -> T {
         self.friction_change
     }
 
-    /// How many steps the coupling took.
+    /// Number of steps of the coupling.
     pub fn friction_steps(&self) -> usize {
         self.friction_steps
     }
 
     /// Solves for all forces at the motion in `kinematics`.
     ///
-    /// Accelerations of idle spins are found on the way and added to those of the bodies.
+    /// Also finds the accelerations of local degrees of freedom and adds them to those of the
+    /// bodies.
     pub fn solve(
         &mut self,
         model: &Model,
@@ -134,7 +135,8 @@ impl<T: Scalar> Inverse<T> {
         self.spin_up(model, kinematics);
     }
 
-    /// The frictionless solution, and the loads and speeds of all contacts in it.
+    /// Solves without friction, then computes sliding velocities and normal forces of all
+    /// interfaces.
     pub(super) fn begin(
         &mut self,
         model: &Model,
@@ -165,7 +167,8 @@ impl<T: Scalar> Inverse<T> {
         self.friction_steps = 0;
     }
 
-    /// One Newton step of the coupling; returns the largest change of a load and the largest load.
+    /// Takes one Newton step of the coupling; returns the largest change of a normal force and the
+    /// largest normal force.
     pub(super) fn step(
         &mut self,
         model: &Model,
@@ -180,16 +183,15 @@ impl<T: Scalar> Inverse<T> {
         (change, largest)
     }
 
-    /// What all joints' wrenches follow from at this motion: those of the cut joints, predecessor on successor,
-    /// and the accelerations of idle spins.
+    /// Unknowns that determine all joint wrenches at this motion: the wrenches of the cut joints,
+    /// predecessor on successor, and the accelerations of local degrees of freedom.
     pub fn carried(&self, model: &Model) -> (Vec<Wrench<T>>, Vec<T>) {
         self.balance.carried(&model.balance.structure)
     }
 
-    /// One Newton step of the coupling, in which friction is made linear where joints carry what follows from
-    /// these wrenches of the cut joints and accelerations of idle spins, see [`Self::carried`].
-    /// [`Self::efforts`], [`Self::joint_wrenches`] and loads are those after it. The motion must have been
-    /// taken over before, by [`Self::solve`] in whatever mode.
+    /// Takes one Newton step of the coupling with friction linearised at these unknowns, see
+    /// [`Self::carried`]. [`Self::efforts`], [`Self::joint_wrenches`] and normal forces are those
+    /// after the step. Requires a [`Self::solve`] at this motion, in any friction mode.
     pub fn step_from(
         &mut self,
         model: &Model,
@@ -203,8 +205,9 @@ impl<T: Scalar> Inverse<T> {
         self.finish_friction(model.topology(), parameters, bodies);
     }
 
-    /// The same where joints carry these wrenches, predecessor on successor about the kernel origin; those of
-    /// joints without contacts do not matter.
+    /// Takes one Newton step of the coupling with friction linearised at these joint wrenches,
+    /// predecessor on successor about the kernel origin. Wrenches of joints without friction have
+    /// no influence.
     pub fn step_at(
         &mut self,
         model: &Model,
@@ -217,12 +220,12 @@ impl<T: Scalar> Inverse<T> {
         self.finish_friction(model.topology(), parameters, bodies);
     }
 
-    /// The reciprocal pivots of the balance as it was solved last, in an order that is always the same.
+    /// Reciprocal pivots of the last factorisation of the balance, in a fixed order.
     pub fn reciprocal_pivots(&self, model: &Model) -> Vec<T> {
         self.balance.reciprocal_pivots(&model.balance.program)
     }
 
-    /// Solves the balance with friction as `coupling` says; returns the determinant's sign.
+    /// Solves the balance with friction as `coupling` says; returns the sign of the determinant.
     fn couple(
         &mut self,
         model: &Model,
@@ -235,7 +238,7 @@ impl<T: Scalar> Inverse<T> {
         self.balance.solve(plan, parameters, bodies)
     }
 
-    /// Efforts with the friction of the present loads.
+    /// Computes the efforts with the friction of the present normal forces.
     pub(super) fn finish_friction(
         &mut self,
         topology: &Topology,
@@ -246,13 +249,13 @@ impl<T: Scalar> Inverse<T> {
         self.read_efforts(topology, bodies);
     }
 
-    /// The accelerations of idle spins in the last solution, rad/s^2.
+    /// Accelerations of local degrees of freedom in the last solution, rad/s^2.
     pub(super) fn spin_accelerations(&self, model: &Model) -> &[T] {
         let first = model.balance.structure.wrench_columns;
         &self.balance.unknowns[first..first + self.spin_responses.len()]
     }
 
-    /// Efforts of friction on the tree's freedoms.
+    /// Computes the generalised friction forces on the DOFs of the tree.
     fn add_friction_efforts(&mut self, topology: &Topology, parameters: &Parameters<T>) {
         self.friction_efforts.fill(T::zero());
         for (interface, state) in parameters.interfaces.iter().zip(&self.interfaces.states) {
@@ -268,17 +271,17 @@ impl<T: Scalar> Inverse<T> {
         self.balance.read_efforts(topology, bodies, &self.friction_efforts, &mut self.efforts);
     }
 
-    /// The balance as it was solved last.
+    /// Last solution of the balance.
     pub(super) fn balance(&self) -> &Balance<T> {
         &self.balance
     }
 
-    /// Adds the accelerations of idle spins to those of the bodies.
+    /// Adds the accelerations of local degrees of freedom to those of the bodies.
     pub(super) fn spin_up(&self, model: &Model, kinematics: &mut Kinematics<T>) {
         let first = model.balance.structure.wrench_columns;
         for (spin, response) in self.spin_responses.iter().enumerate() {
             let amount = self.balance.unknowns[first + spin];
-            // What is not finite would stay in the bodies' motion for good.
+            // A value that is not finite would remain in the motion of the bodies.
             let finite = T::one() + amount * T::zero();
             let amount = finite.if_positive(amount, T::zero());
             kinematics.bodies.accelerate_more(model.topology(), response, amount);

@@ -1,4 +1,4 @@
-//! Other frictions at the same motion: what forces would be with them.
+//! Solutions with other friction forces at the same motion.
 
 use super::Inverse;
 use crate::dynamics::interfaces::Coupling;
@@ -12,7 +12,7 @@ use crate::spatial::Wrench;
 use crate::topology::Topology;
 
 impl<T: Scalar> Inverse<T> {
-    /// Loads as if the joints carried these wrenches: another start of the coupling.
+    /// Computes the normal forces for these joint wrenches: another start of the coupling.
     pub(in crate::dynamics) fn press_with(
         &mut self,
         parameters: &Parameters<T>,
@@ -23,7 +23,7 @@ impl<T: Scalar> Inverse<T> {
         self.interfaces.press(parameters, bodies, wrenches);
     }
 
-    /// Speeds, directions and laws again, with this part of the coefficients.
+    /// Updates slip and laws, with friction coefficients times `part`.
     pub(in crate::dynamics) fn apply_friction_at(
         &mut self,
         topology: &Topology,
@@ -39,9 +39,8 @@ impl<T: Scalar> Inverse<T> {
         }
     }
 
-    /// Solves again with the friction that contacts hold by at rest, everything else as it was, to
-    /// first order in what they hold by.
-    pub(in crate::dynamics) fn hold_again(
+    /// Solves again with changed static friction at the same motion, to first order in the change.
+    pub(in crate::dynamics) fn update_static_friction(
         &mut self,
         model: &Model,
         parameters: &Parameters<T>,
@@ -51,7 +50,7 @@ impl<T: Scalar> Inverse<T> {
         let rest_speed = T::from_f64(settings.rest_speed);
         self.interfaces.slide(model.topology(), parameters, bodies, rest_speed);
         if self.mode == FrictionMode::Converged {
-            // Where no friction holds directly it still changes the loads of what slides.
+            // Static friction also changes the normal forces of sliding interfaces.
             self.couple(model, parameters, bodies, Coupling::Linear);
             self.interfaces.press(parameters, bodies, &self.balance.joint_wrenches);
         } else {
@@ -60,12 +59,12 @@ impl<T: Scalar> Inverse<T> {
         self.finish_friction(model.topology(), parameters, bodies);
     }
 
-    /// Sets what every contact resists with; for probing.
+    /// Sets the friction of all interfaces.
     pub(in crate::dynamics) fn set_resistances(&mut self, resistance: Resistance<T>) {
         self.interfaces.states.iter_mut().for_each(|state| state.resistance = resistance);
     }
 
-    /// Sets what one contact resists with; for probing.
+    /// Sets the friction of one interface.
     pub(in crate::dynamics) fn set_resistance(
         &mut self,
         interface: usize,
@@ -74,9 +73,9 @@ impl<T: Scalar> Inverse<T> {
         self.interfaces.states[interface].resistance = resistance;
     }
 
-    /// All forces with given friction forces, N, one for each contact, whatever its load: solves once more,
-    /// with the matrix of the frictionless balance. [`Self::efforts`] and [`Self::joint_wrenches`] are
-    /// those with these frictions then.
+    /// Solves with given friction forces, N, one for each interface, whatever its normal force,
+    /// with the matrix of the frictionless balance. [`Self::efforts`] and [`Self::joint_wrenches`]
+    /// are those with these frictions then.
     pub fn solve_with(
         &mut self,
         model: &Model,
@@ -91,7 +90,7 @@ impl<T: Scalar> Inverse<T> {
         self.finish_friction(model.topology(), parameters, bodies);
     }
 
-    /// The joints' wrenches with the present frictions, whatever their loads.
+    /// Solves for the joint wrenches with the present friction forces held constant.
     pub(in crate::dynamics) fn frozen_wrenches(
         &mut self,
         model: &Model,

@@ -1,4 +1,4 @@
-//! Whether what was computed is a solution.
+//! Checks of a solution.
 
 use super::Inverse;
 use crate::dynamics::interfaces::InterfaceState;
@@ -7,12 +7,12 @@ use crate::dynamics::settings::{FrictionMode, Settings};
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
 
-/// Changes of loads below this part of the largest are rounding where they do not fall any more.
+/// Relative change of normal forces that counts as round-off once it stops decreasing.
 pub(in crate::dynamics) const STAGNATED: f64 = 1e-9;
 
 impl<T: Scalar> Inverse<T> {
-    /// Whether the coupling of friction and reactions is solved, on the branch that begins at no
-    /// friction as far as the determinant's sign tells.
+    /// True if the coupling of friction and reactions has converged, on the branch connected with
+    /// no friction as far as the sign of the determinant tells.
     pub fn friction_settled(&self, settings: &Settings) -> bool {
         if self.mode != FrictionMode::Converged || self.interfaces.states.is_empty() {
             return true;
@@ -23,8 +23,8 @@ impl<T: Scalar> Inverse<T> {
             && (self.orientation() - T::one()).largest() == 0.0
     }
 
-    /// Whether the coupling is solved as far as rounding lets it be: near locking, where loads grow,
-    /// Newton's method comes to a stand before its change is that of a single solve.
+    /// True if the coupling has converged as far as round-off permits: near locking, where normal
+    /// forces grow, Newton's method stagnates above the change of a single solve.
     pub(in crate::dynamics) fn friction_stagnated(&self) -> bool {
         let loads = self.interfaces.states.iter().map(|c| c.load.value.largest());
         let largest = loads.fold(0.0, f64::max);
@@ -34,14 +34,14 @@ impl<T: Scalar> Inverse<T> {
             && (self.orientation() - T::one()).largest() == 0.0
     }
 
-    /// Whether the balance holds to round-off and its reactions are in proportion to what is
-    /// demanded. If not, the order of elimination does not suit the position.
+    /// True if the balance holds to round-off and its reactions are in proportion to the load.
+    /// Otherwise the elimination order does not suit the position.
     pub fn is_balanced(&self, model: &Model, parameters: &Parameters<T>) -> bool {
-        // Beyond this growth a reaction keeps fewer than eight digits.
+        // With larger growth a reaction keeps fewer than eight digits.
         const GROWTH: f64 = 1e8;
         let (residual, demanded, carried) =
             self.balance.size_of_residual(&model.balance, parameters);
-        // What friction asks for whatever the reactions are.
+        // Friction independent of the reactions.
         let without_load = |(state, interface): (&InterfaceState<T>, &InterfaceParameters<T>)| {
             state.resistance.force(interface.load.preload).largest()
         };
@@ -50,8 +50,8 @@ impl<T: Scalar> Inverse<T> {
         residual.is_finite() && residual <= 1e-9 * carried && carried <= GROWTH * demanded
     }
 
-    /// One where the balance with friction is connected to that without, minus one where its
-    /// determinant changed sign on the way: then friction locks the mechanism.
+    /// Plus one where the determinants with and without friction have the same sign; minus one
+    /// where the sign changed, that is where friction locks the mechanism.
     pub fn orientation(&self) -> T {
         self.sign_without * self.sign_with
     }

@@ -1,4 +1,4 @@
-//! What contacts at rest leave open: the interval of each driving force.
+//! Effort intervals: bounds over the static friction of interfaces at rest.
 //!
 //! Equation (R1) of the book's theory.
 
@@ -13,15 +13,15 @@ use crate::kinematics::Kinematics;
 use crate::parameters::Parameters;
 use crate::statics::AppliedLoad;
 
-/// The part of the greatest static friction by which the change of efforts is probed: so small that
-/// loads hardly change, so large that rounding does not matter.
+/// Part of the largest static friction for the finite differences: small enough that normal forces
+/// hardly change, large enough for round-off.
 const PROBE: f64 = 1e-3;
-/// How often the directions of static friction are looked for again where they were put last.
+/// Rounds in which the directions of static friction are improved.
 const ROUNDS: usize = 4;
-/// Directions that differ by less are the same.
+/// Directions that differ by less are equal.
 const SAME: f64 = 1e-6;
 
-/// A position with everything that is needed to solve it again.
+/// Position with everything needed to solve it again.
 pub(in crate::dynamics) struct Position<'a> {
     pub(in crate::dynamics) model: &'a Model,
     pub(in crate::dynamics) parameters: &'a Parameters<f64>,
@@ -30,32 +30,32 @@ pub(in crate::dynamics) struct Position<'a> {
     pub(in crate::dynamics) settings: &'a Settings,
 }
 
-/// Static friction of one contact at rest: its direction, of length one or zero.
+/// Static friction of one interface at rest: its direction, of length one or zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Held {
+pub(super) struct StaticFriction {
     pub(super) interface: usize,
     pub(super) direction: [f64; 3],
-    /// Whether the direction is given.
+    /// True if the direction is prescribed.
     pub(super) fixed: bool,
 }
 
-impl Held {
+impl StaticFriction {
     fn is_near(&self, other: &Self) -> bool {
         let pairs = self.direction.iter().zip(&other.direction);
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < SAME
     }
 }
 
-/// Bounds each driving force over the static friction of contacts at rest, and leaves
-/// `forces.efforts` as they were.
+/// Computes the interval of each effort over the static friction of interfaces at rest. The efforts
+/// in `forces` stay the same.
 ///
-/// Static friction is any force up to the limit that its own load allows, in any direction. For
-/// each drive the friction of every resting contact is put at its limit in the direction that
-/// raises (lowers) that drive most, there the coupled problem is solved again, and the directions
-/// are looked for again until they stay. So the bounds are attained; that nothing lies beyond them
-/// is certain where a drive changes with each friction alike whatever the others are, as it does
-/// but for strong coupling. Where the forces grow without bound on the way, as in a mechanism that
-/// friction can lock, the bound is infinite.
+/// Static friction is any force up to the limit given by its own normal force, in any direction.
+/// For each effort, the friction of every resting interface is set to its limit in the direction
+/// that raises (lowers) the effort most, the coupled problem is solved again, and the directions
+/// are recomputed until they stay. So the bounds are attained. Nothing lies beyond them where an
+/// effort changes with each friction in the same sense whatever the others are, as it does without
+/// strong coupling. A bound is infinite where the forces diverge on the way, as in a mechanism that
+/// friction can lock.
 pub(in crate::dynamics) fn bound_efforts(
     forces: &mut Forces,
     inverse: &mut Inverse<f64>,
@@ -65,16 +65,16 @@ pub(in crate::dynamics) fn bound_efforts(
     let resting: Vec<usize> = (0..position.parameters.interfaces.len())
         .filter(|&interface| {
             let state = &inverse.interfaces()[interface];
-            // Its load may be zero only while nothing else has friction.
+            // Its normal force may be zero only while no other interface has friction.
             state.sliding == 0.0 && state.resistance.coefficient > 0.0
         })
         .collect();
     if !inverse.has_friction() || resting.is_empty() {
         return;
     }
-    let released: Vec<Held> = resting
+    let released: Vec<StaticFriction> = resting
         .iter()
-        .map(|&interface| Held { interface, direction: [0.0; 3], fixed: false })
+        .map(|&interface| StaticFriction { interface, direction: [0.0; 3], fixed: false })
         .collect();
     let slopes = probe(inverse, &position, &released);
     let Position { model, parameters, settings, .. } = position;
@@ -83,54 +83,54 @@ pub(in crate::dynamics) fn bound_efforts(
     for actuator in 0..forces.efforts.len() {
         for sense in [1.0, -1.0] {
             let before = forces.efforts[actuator];
-            let way = Way { actuator, sense, before };
-            let found = extreme(inverse, &mut position, &released, &slopes, way);
+            let goal = Goal { actuator, sense, before };
+            let found = extreme(inverse, &mut position, &released, &slopes, goal);
             let (low, high) = &mut forces.effort_bounds[actuator];
             (*low, *high) = (low.min(found.least), high.max(found.greatest));
         }
     }
-    hold(inverse, &released);
+    set_static_frictions(inverse, &released);
     resolve(inverse, &mut position);
     forces.certify_bounds(changes);
 }
 
-/// What was found on the way to an extreme of a drive.
+/// Range of an effort on the way to its extreme.
 pub(super) struct Extreme {
     pub(super) least: f64,
     pub(super) greatest: f64,
 }
 
-/// What is to be raised (sense 1) or lowered (-1), and from where.
+/// Extreme to be found: the effort to raise (sense 1) or lower (-1), and its start value.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Way {
+pub(super) struct Goal {
     pub(super) actuator: usize,
     pub(super) sense: f64,
     pub(super) before: f64,
 }
 
-/// Raises (lowers) a drive as far as static friction can, from `start`, where the efforts change with
-/// it by `slopes`. Fixed directions stay.
+/// Raises (lowers) an effort as far as static friction can, from `start`, where efforts change with
+/// it by `slopes`. Prescribed directions stay.
 pub(super) fn extreme(
     inverse: &mut Inverse<f64>,
     position: &mut Position<'_>,
-    start: &[Held],
+    start: &[StaticFriction],
     slopes: &[Vec<Vec<f64>>],
-    way: Way,
+    goal: Goal,
 ) -> Extreme {
-    let Way { actuator, sense, before } = way;
+    let Goal { actuator, sense, before } = goal;
     let mut found = Extreme { least: f64::INFINITY, greatest: f64::NEG_INFINITY };
-    let mut held = start.to_vec();
+    let mut frictions = start.to_vec();
     for round in 0..ROUNDS {
         let next = if round == 0 {
-            steepest(&held, slopes, actuator, sense)
+            steepest(&frictions, slopes, actuator, sense)
         } else {
-            steepest(&held, &probe(inverse, position, &held), actuator, sense)
+            steepest(&frictions, &probe(inverse, position, &frictions), actuator, sense)
         };
-        if next.iter().zip(&held).all(|(next, held)| next.is_near(held)) {
+        if next.iter().zip(&frictions).all(|(next, friction)| next.is_near(friction)) {
             break;
         }
-        held = next;
-        hold(inverse, &held);
+        frictions = next;
+        set_static_frictions(inverse, &frictions);
         let settled = resolve(inverse, position);
         let mut drive = inverse.efforts()[actuator];
         if !settled {
@@ -144,14 +144,14 @@ pub(super) fn extreme(
     found
 }
 
-pub(super) fn hold(inverse: &mut Inverse<f64>, held: &[Held]) {
-    for &Held { interface, direction, .. } in held {
-        inverse.set_held(interface, direction);
+pub(super) fn set_static_frictions(inverse: &mut Inverse<f64>, frictions: &[StaticFriction]) {
+    for &StaticFriction { interface, direction, .. } in frictions {
+        inverse.set_static_friction(interface, direction);
     }
 }
 
-/// Solves with the present static friction; false where friction grows without bound, the forces
-/// then are those on the way there.
+/// Solves with the present static friction. Returns false where forces diverge; they are then those
+/// at the point where the solution is lost.
 pub(super) fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -> bool {
     let Position { model, parameters, kinematics, loads, settings } = position;
     inverse.solve(model, parameters, kinematics, loads, settings);
@@ -166,48 +166,53 @@ pub(super) fn resolve(inverse: &mut Inverse<f64>, position: &mut Position<'_>) -
     outcome.is_ok()
 }
 
-/// The change of each drive with each component of each contact's static friction, about where they
-/// are, as `slopes[held][component][actuator]`.
+/// Derivative of each effort by each component of each interface's static friction, as
+/// `slopes[interface][component][actuator]`.
 pub(super) fn probe(
     inverse: &mut Inverse<f64>,
     position: &Position<'_>,
-    held: &[Held],
+    frictions: &[StaticFriction],
 ) -> Vec<Vec<Vec<f64>>> {
     let Position { model, parameters, kinematics, settings, .. } = position;
-    let mut slopes = Vec::with_capacity(held.len());
-    for &Held { interface, direction, .. } in held {
+    let mut slopes = Vec::with_capacity(frictions.len());
+    for &StaticFriction { interface, direction, .. } in frictions {
         let dofs = parameters.interfaces[interface].shape.dofs().len();
         let of_component = |component: usize| {
             let [ahead, back] = [PROBE, -PROBE].map(|part| {
                 let mut moved = direction;
                 moved[component] += part;
-                inverse.set_held(interface, moved);
-                inverse.hold_again(model, parameters, &kinematics.bodies, settings);
+                inverse.set_static_friction(interface, moved);
+                inverse.update_static_friction(model, parameters, &kinematics.bodies, settings);
                 inverse.efforts().to_vec()
             });
             ahead.iter().zip(&back).map(|(ahead, back)| ahead - back).collect()
         };
         slopes.push((0..dofs).map(of_component).collect());
-        inverse.set_held(interface, direction);
+        inverse.set_static_friction(interface, direction);
     }
-    inverse.hold_again(model, parameters, &kinematics.bodies, settings);
+    inverse.update_static_friction(model, parameters, &kinematics.bodies, settings);
     slopes
 }
 
-/// The directions of static friction in which one drive rises (falls) most.
-fn steepest(held: &[Held], slopes: &[Vec<Vec<f64>>], actuator: usize, sense: f64) -> Vec<Held> {
-    let direction_of = |(held, slopes): (&Held, &Vec<Vec<f64>>)| {
-        if held.fixed {
-            return *held;
+/// Directions of static friction in which one effort rises (falls) most.
+fn steepest(
+    frictions: &[StaticFriction],
+    slopes: &[Vec<Vec<f64>>],
+    actuator: usize,
+    sense: f64,
+) -> Vec<StaticFriction> {
+    let direction_of = |(friction, slopes): (&StaticFriction, &Vec<Vec<f64>>)| {
+        if friction.fixed {
+            return *friction;
         }
         let mut direction = [0.0; 3];
         for (component, slope) in direction.iter_mut().zip(slopes) {
             *component = sense * slope[actuator];
         }
-        // One freedom has but two directions, whatever the size.
+        // With one DOF there are only two directions.
         let size = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
         let over = if size > 0.0 { 1.0 / size } else { 0.0 };
-        Held { direction: direction.map(|d| d * over), ..*held }
+        StaticFriction { direction: direction.map(|d| d * over), ..*friction }
     };
-    held.iter().zip(slopes).map(direction_of).collect()
+    frictions.iter().zip(slopes).map(direction_of).collect()
 }

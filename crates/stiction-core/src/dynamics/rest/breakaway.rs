@@ -1,33 +1,36 @@
-//! The effort at which an actuator begins to move a mechanism.
+//! Breakaway efforts of an actuator.
 //!
 //! Equation (R4) of the book's theory.
 
-use super::bounds::{Held, Position, Way, extreme, hold, probe, resolve};
+use super::bounds::{
+    Goal, Position, StaticFriction, extreme, probe, resolve, set_static_frictions,
+};
 use crate::dynamics::inverse::Inverse;
 use crate::kinematics::{actuator_rate, body_twists};
 use nalgebra::{DMatrix, DVector};
 
-/// The effort of one actuator at which the mechanism begins to move, all other actuators holding
-/// where they are, N or N m.
+/// Efforts of one actuator at which the mechanism begins to move while all other actuators hold, N
+/// or N m.
 ///
-/// The motion that impends is that of a positive (negative) rate of this actuator and none of the
-/// others. Every contact that slides in it has its greatest static friction against it, coupled
-/// with the loads. A contact that does not slide in it may have any static friction; where that
-/// matters, through the loads, the effort is an interval: at the first number it may begin, at the
-/// second it does. Infinite where friction locks the mechanism against that motion.
+/// The impending motion has a positive (negative) rate of this actuator and zero rates of the
+/// others. Every interface that slides in it has its largest static friction against it, coupled
+/// with the normal forces. An interface that does not slide in it may have any static friction;
+/// where that matters through the normal forces, the effort is an interval: motion may begin at the
+/// first number and does begin at the second. Infinite where friction locks the mechanism against
+/// that motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Breakaway {
-    /// Of a motion forward, the efforts in the order in which they are met.
+    /// Efforts for a forward motion, in the order in which they are reached.
     pub forward: (f64, f64),
-    /// Of a motion backward.
+    /// Efforts for a backward motion.
     pub backward: (f64, f64),
 }
 
-/// Slower than this part of the fastest contact does not slide.
+/// Interfaces slower than this part of the fastest do not slide.
 const STILL: f64 = 1e-9;
 
-/// For each actuator the sliding velocities of all contacts for its unit rate, the other actuators
-/// at rest; none where they do not determine the motion, or leave none.
+/// Sliding velocities of all interfaces for a unit rate of each actuator, the others at rest; none
+/// where the actuators do not determine the motion.
 pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>>> {
     let Position { model, parameters, kinematics, .. } = position;
     let topology = model.topology();
@@ -67,8 +70,8 @@ pub(super) fn impending(position: &mut Position<'_>) -> Vec<Option<Vec<[f64; 3]>
     velocities.collect()
 }
 
-/// The breakaway efforts of one actuator, from the velocities of its impending motion. Leaves the
-/// contacts as they come.
+/// Breakaway efforts of one actuator from the velocities of its impending motion. Leaves changed
+/// static friction in `inverse`.
 pub(super) fn break_away(
     inverse: &mut Inverse<f64>,
     position: &mut Position<'_>,
@@ -78,30 +81,30 @@ pub(super) fn break_away(
     let size = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let fastest = velocities.iter().map(size).fold(0.0, f64::max);
     let mut towards = |sense: f64| {
-        let held: Vec<Held> = velocities
+        let frictions: Vec<StaticFriction> = velocities
             .iter()
             .enumerate()
             .map(|(interface, velocity)| {
                 let speed = size(velocity);
                 let fixed = speed > STILL * fastest;
                 let over = if fixed { sense / speed } else { 0.0 };
-                Held { interface, direction: velocity.map(|v| v * over), fixed }
+                StaticFriction { interface, direction: velocity.map(|v| v * over), fixed }
             })
             .collect();
-        hold(inverse, &held);
+        set_static_frictions(inverse, &frictions);
         let settled = resolve(inverse, position);
         let effort = inverse.efforts()[actuator];
         if !settled {
             return (sense * f64::INFINITY, sense * f64::INFINITY);
         }
-        if held.iter().all(|held| held.fixed) {
+        if frictions.iter().all(|friction| friction.fixed) {
             return (effort, effort);
         }
-        let slopes = probe(inverse, position, &held);
+        let slopes = probe(inverse, position, &frictions);
         let (mut least, mut greatest) = (effort, effort);
-        for way in [1.0, -1.0] {
-            let way = Way { actuator, sense: way, before: effort };
-            let found = extreme(inverse, position, &held, &slopes, way);
+        for search in [1.0, -1.0] {
+            let goal = Goal { actuator, sense: search, before: effort };
+            let found = extreme(inverse, position, &frictions, &slopes, goal);
             (least, greatest) = (least.min(found.least), greatest.max(found.greatest));
         }
         if sense > 0.0 { (least, greatest) } else { (greatest, least) }

@@ -1,4 +1,4 @@
-//! Does static friction hold a position while actuators do nothing?
+//! Self-locking: positions that static friction holds without actuator efforts.
 //!
 //! Equation (R5) of the book's theory.
 
@@ -7,63 +7,64 @@ use super::outer::greatest_frictions;
 use crate::linalg::Svd;
 use nalgebra::{DMatrix, DVector};
 
-/// What friction does for a position while some actuators do nothing.
+/// Holding of a position by static friction while some actuators exert no effort.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Holding {
-    /// What is certain.
+    /// Guaranteed verdict.
     pub verdict: Verdict,
-    /// The part of all static coefficients that suffices to hold the position: what is certainly
-    /// not enough, and what certainly is. Infinite where none was found that suffices.
+    /// Part of all static coefficients needed to hold the position: a guaranteed lower bound and a
+    /// guaranteed upper bound. Infinite where no sufficient part was found.
     pub needed: (f64, f64),
-    /// Where it holds: the friction forces that do it, for each contact along its freedoms, with
-    /// the sign of the sliding that they act against, N. Empty where it follows from the interval of
-    /// the driving force, which contains zero.
+    /// Friction forces that hold the position, for each interface along its DOFs, with the sign of
+    /// the sliding that they oppose, N. Empty where the verdict follows from an effort interval
+    /// that contains zero.
     pub frictions: Vec<Vec<f64>>,
 }
 
-/// Whether a position is held.
+/// Verdict on a position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// There are friction forces within all limits that hold it.
+    /// Friction forces within all limits hold it.
     Holds,
-    /// There is a motion in which the load gives more power than friction takes at most.
+    /// In some motion the load delivers more power than friction can dissipate.
     Slips,
     /// Neither was shown.
     Undecided,
 }
 
-/// Loads that follow the friction: steps of the iteration.
+/// Iterations in which normal forces follow the friction.
 const ROUNDS: usize = 60;
-/// Steps of the weighted least squares, and by how much each lessens what rounds off the corners.
+/// Steps of the weighted least squares, and the factor by which each reduces the smoothing.
 const STEPS: usize = 200;
 const SHARPEN: f64 = 0.8;
 const REFINEMENTS: usize = 3;
-/// What is left of the demand is rounding below this part of it.
+/// Relative residual of the required wrench that counts as round-off.
 const MET: f64 = 1e-12;
-/// Halvings on the way to the greatest part of the coefficients that does not suffice.
+/// Bisections for the largest insufficient part of the coefficients.
 const HALVINGS: usize = 40;
-/// The greatest part that is looked at.
+/// Largest part of the coefficients considered.
 const MOST: f64 = 1e6;
-/// What is left of unpowered efforts counts as nothing below this part of the largest drive.
+/// Relative effort of unpowered actuators that counts as zero.
 const NOTHING: f64 = 1e-10;
-/// Bounds that differ by less are one number.
+/// Bounds that differ relatively by less are equal.
 const SAME: f64 = 1e-9;
 
-/// The equations of what must vanish: `slopes * frictions = missing`.
+/// Equations of efforts and accelerations that must vanish: `slopes * frictions = missing`.
 pub(super) struct Demand {
     slopes: DMatrix<f64>,
     missing: DVector<f64>,
 }
 
-/// A distribution of the demand over contacts, and a certificate that there is no better one.
+/// Distribution of friction over interfaces, with a certificate that none is better.
 struct Share {
     frictions: Vec<f64>,
-    /// Every distribution asks some contact for this part of its weight.
+    /// Every distribution needs this part of some interface's weight.
     least: f64,
 }
 
 impl Demand {
-    /// Efforts (with what they are without friction) and idle spins that must vanish.
+    /// Efforts (with their values without friction) and accelerations of local degrees of freedom
+    /// that must vanish.
     pub(super) fn new(
         map: &FrictionMap<'_>,
         efforts: &[(usize, f64, f64)],
@@ -78,7 +79,7 @@ impl Demand {
             missing.push(if demand.abs() <= NOTHING * largest { 0.0 } else { demand });
         }
         for spin in 0..spins {
-            // An acceleration, in units of what friction makes of it.
+            // Acceleration in units of the largest one that friction causes.
             let row = map.spin_slopes(spin);
             let size = row.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
             if size > 0.0 {
@@ -90,11 +91,11 @@ impl Demand {
         Self { slopes, missing: DVector::from_vec(missing) }
     }
 
-    /// The same in independent equations; none where no friction at all meets the demand.
+    /// Equivalent independent equations; none where no friction satisfies them.
     fn independent(&self) -> Option<Self> {
         let svd = Svd::new(&self.slopes.transpose());
         let rank = svd.rank(NOTHING);
-        // Combinations of equations that friction has a part in, and those that it has none in.
+        // Combinations of equations with and without an influence of friction.
         let inside = svd.v.columns(0, rank).transpose();
         let outside = svd.v.columns(rank, svd.v.ncols() - rank).transpose();
         let lost = (outside * &self.missing).norm();
@@ -102,7 +103,7 @@ impl Demand {
             .then(|| Self { slopes: &inside * &self.slopes, missing: inside * &self.missing })
     }
 
-    /// The same by those contacts alone that have a weight; none where they cannot meet the demand.
+    /// Equations for interfaces with a weight alone; none where they cannot be satisfied.
     fn borne_by(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Self> {
         let mut borne = Self { slopes: self.slopes.clone(), missing: self.missing.clone() };
         for (k, owner) in map.owners().enumerate() {
@@ -113,12 +114,13 @@ impl Demand {
         borne.independent()
     }
 
-    /// Shares the demand so that the largest ratio of a contact's friction to its weight is least:
-    /// `min max |f_c| / w_c` under the equations. Its dual is the least power of friction, taken at
-    /// the weights, in a motion in which the demand has the power one: a sum of lengths, made least
-    /// by weighted least squares, each step of which gives a distribution and a motion.
+    /// Distributes friction so that the largest ratio of an interface's friction to its weight is
+    /// least: `min max |f_c| / w_c` under the equations. The dual problem is the least power of
+    /// friction, at the weights, over motions in which the required wrench has unit power: a sum of
+    /// norms, minimised by weighted least squares, each step of which gives a distribution and a
+    /// motion.
     ///
-    /// Weights are given for friction forward and backward.
+    /// Weights are for friction forward and backward.
     fn share(&self, map: &FrictionMap<'_>, weights: &[[f64; 2]]) -> Option<Share> {
         let owners: Vec<usize> = map.owners().collect();
         let mut best: Option<Share> = None;
@@ -139,7 +141,7 @@ impl Demand {
             }
             let rates = self.slopes.tr_mul(&motion);
             let mut frictions = scaled.tr_mul(&motion);
-            // Factors differ by many orders of magnitude in the end: what rounding left is met, too.
+            // Factors finally differ by many orders of magnitude: refinement removes the round-off.
             for _ in 0..REFINEMENTS {
                 let left = &self.missing - &self.slopes * &frictions;
                 if let Some(correction) = gram.solve(&left) {
@@ -151,7 +153,7 @@ impl Demand {
                 break;
             }
             let frictions: Vec<f64> = frictions.iter().copied().collect();
-            // Friction that gives what is missing has the sign of the rate.
+            // Friction has the sign of the rate.
             let own = of_sign(map, rates.as_slice(), weights);
             let speeds = map.sizes(rates.as_slice());
             let spent: f64 = speeds.iter().zip(&own).map(|(speed, weight)| speed * weight).sum();
@@ -176,12 +178,12 @@ impl Demand {
     }
 }
 
-/// For each contact the one of two numbers, for friction forward and backward, which belongs to the
+/// For each interface the number, of those for friction forward and backward, that belongs to the
 /// sign of its friction.
 fn of_sign(map: &FrictionMap<'_>, frictions: &[f64], numbers: &[[f64; 2]]) -> Vec<f64> {
     let mut chosen: Vec<f64> = numbers.iter().map(|[forward, _]| *forward).collect();
     for (owner, friction) in map.owners().zip(frictions) {
-        // Where both are the same, as at balls, the sign does not matter.
+        // Where both are equal, as for balls, the sign does not matter.
         if *friction < 0.0 {
             chosen[owner] = numbers[owner][1];
         }
@@ -189,7 +191,7 @@ fn of_sign(map: &FrictionMap<'_>, frictions: &[f64], numbers: &[[f64; 2]]) -> Ve
     chosen
 }
 
-/// The largest ratio of a size to its weight.
+/// Largest ratio of a size to its weight.
 fn ratio(sizes: &[f64], weights: &[f64]) -> f64 {
     let each = sizes.iter().zip(weights).map(|(&size, &weight)| match size {
         0.0 => 0.0,
@@ -199,13 +201,13 @@ fn ratio(sizes: &[f64], weights: &[f64]) -> f64 {
     each.fold(0.0, f64::max)
 }
 
-/// The limits of frictions under loads, forward and backward.
+/// Limits of frictions under normal forces, forward and backward.
 fn limits(map: &FrictionMap<'_>, loads: &[f64]) -> Vec<[f64; 2]> {
     let limit = |(interface, load): (usize, &f64)| map.coefficients(interface).map(|mu| mu * load);
     loads.iter().enumerate().map(limit).collect()
 }
 
-/// Whether friction meets the demand.
+/// Decides whether friction satisfies the equations.
 pub(super) fn hold(map: &FrictionMap<'_>, demand: &Demand) -> Holding {
     let nothing = vec![0.0; map.len()];
     if demand.missing.norm() == 0.0 {
@@ -228,15 +230,16 @@ pub(super) fn hold(map: &FrictionMap<'_>, demand: &Demand) -> Holding {
         (not_enough, _) if not_enough > 1.0 => (Verdict::Slips, Vec::new()),
         _ => (Verdict::Undecided, Vec::new()),
     };
-    // Parts beyond all reason are those of loads that are nothing but rounding.
+    // Immense parts belong to normal forces that are round-off.
     let enough = if enough > MOST { f64::INFINITY } else { enough };
     let is_same = enough.is_finite() && enough - not_enough <= SAME * enough;
     let not_enough = if is_same { enough } else { not_enough };
     Holding { verdict, needed: (not_enough, enough), frictions }
 }
 
-/// Shares the demand with the loads that it makes itself; the part of the coefficients that the best
-/// of them needs. Every one of them is checked by its own loads, so it is attained.
+/// Iterates distributions with the normal forces that they cause; returns the part of the
+/// coefficients that the best one needs. Each is checked with its own normal forces, so it is
+/// attained.
 fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
     let mut frictions = vec![0.0; map.len()];
     let mut best = (f64::INFINITY, frictions.clone());
@@ -254,7 +257,7 @@ fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
         if settled {
             break;
         }
-        // Half-way: loads that rise and fall in turn settle, too.
+        // Damping by half: alternating normal forces converge, too.
         for (weight, own) in weights.iter_mut().zip(own) {
             *weight = [0, 1].map(|way| 0.5 * (weight[way] + own[way]));
         }
@@ -262,10 +265,11 @@ fn follow_loads(map: &FrictionMap<'_>, demand: &Demand) -> (f64, Vec<f64>) {
     best
 }
 
-/// The greatest part of the coefficients, up to `most`, which certainly does not suffice.
+/// Largest part of the coefficients, up to `most`, that is guaranteed to be insufficient.
 ///
-/// Frictions that meet the demand are one such, `known`, and what has no effect on it. So loads are
-/// bounded about `known` as well as about no friction; only directions without effect change them.
+/// All solutions are one solution, `known`, plus frictions without effect on the equations. So
+/// normal forces are bounded relative to `known` as well as to zero friction; only directions
+/// without effect change them.
 fn greatest_insufficient(map: &FrictionMap<'_>, demand: &Demand, most: f64, known: &[f64]) -> f64 {
     let svd = Svd::new(&demand.slopes);
     let rank = svd.rank(NOTHING);
@@ -304,7 +308,7 @@ fn greatest_insufficient(map: &FrictionMap<'_>, demand: &Demand, most: f64, know
         return if most > MOST { f64::INFINITY } else { most };
     }
     for _ in 0..HALVINGS {
-        // Parts over many orders of magnitude: the geometric mean, once there is one.
+        // Geometric mean, as parts span many orders of magnitude.
         let middle =
             if low > 0.0 && high > 4.0 * low { (low * high).sqrt() } else { 0.5 * (low + high) };
         if falls_short(middle) { low = middle } else { high = middle }
@@ -312,7 +316,7 @@ fn greatest_insufficient(map: &FrictionMap<'_>, demand: &Demand, most: f64, know
     low
 }
 
-/// The friction of each contact.
+/// Friction of each interface.
 fn split(map: &FrictionMap<'_>, frictions: &[f64]) -> Vec<Vec<f64>> {
     let mut each = vec![Vec::new(); map.interfaces()];
     for (owner, friction) in map.owners().zip(frictions) {

@@ -1,4 +1,4 @@
-//! What friction does: joints' wrenches and efforts are affine in the friction forces.
+//! Joint wrenches and efforts as affine functions of the friction forces.
 
 use crate::dynamics::interfaces::load_by;
 use crate::dynamics::inverse::Inverse;
@@ -10,34 +10,34 @@ use crate::parameters::Parameters;
 use crate::spatial::Wrench;
 use nalgebra::DMatrix;
 
-/// One component of the friction at one contact.
+/// One component of the friction at one interface.
 #[derive(Clone, Debug)]
 struct Component {
     interface: usize,
-    /// What a friction of one newton adds to the wrench of each joint.
+    /// Change of each joint wrench per newton.
     wrenches: Vec<Wrench<f64>>,
-    /// What it adds to each drive, and to the acceleration of each idle spin.
+    /// Change of each effort and of the acceleration of each local degree of freedom, per newton.
     efforts: Vec<f64>,
     spins: Vec<f64>,
 }
 
-/// Friction forces and their effects at one position, about a solution in which nothing that rests
-/// has friction. A component has the sign of the sliding velocity that it would act against.
+/// Friction forces and their effects at one position, relative to a solution without static
+/// friction. A component has the sign of the sliding velocity that it opposes.
 ///
-/// A contact at rest has a component for each of its freedoms; one that slides has one, the change
-/// of its friction.
+/// An interface at rest has a component for each of its DOFs; a sliding one has a single component,
+/// the change of its friction.
 #[derive(Clone, Debug)]
 pub(super) struct FrictionMap<'a> {
     parameters: &'a Parameters<f64>,
     bodies: &'a Bodies<f64>,
     inverse: &'a Inverse<f64>,
     components: Vec<Component>,
-    /// Whether friction changes loads.
+    /// True if friction changes normal forces.
     coupled: bool,
 }
 
 impl<'a> FrictionMap<'a> {
-    /// About the solution in `inverse`.
+    /// Linearises about the solution in `inverse`.
     pub(super) fn new(
         inverse: &'a Inverse<f64>,
         model: &Model,
@@ -46,14 +46,14 @@ impl<'a> FrictionMap<'a> {
         settings: &Settings,
     ) -> Self {
         let mut probe = inverse.clone();
-        let mut respond = |interface: usize, held: [f64; 3], force: f64| {
-            probe.set_held(interface, held);
+        let mut respond = |interface: usize, direction: [f64; 3], force: f64| {
+            probe.set_static_friction(interface, direction);
             probe.apply_friction_at(model.topology(), parameters, bodies, settings, 1.0);
             probe.set_resistances(Resistance { coefficient: 0.0, constant: 0.0 });
             probe.set_resistance(interface, Resistance { coefficient: 0.0, constant: force });
             let wrenches = probe.frozen_wrenches(model, parameters, bodies).to_vec();
             probe.finish_friction(model.topology(), parameters, bodies);
-            probe.set_held(interface, [0.0; 3]);
+            probe.set_static_friction(interface, [0.0; 3]);
             (wrenches, probe.efforts().to_vec(), probe.spin_accelerations(model).to_vec())
         };
         let mut components = Vec::new();
@@ -62,9 +62,9 @@ impl<'a> FrictionMap<'a> {
             let without = respond(interface, [0.0; 3], 0.0);
             let dofs = if rests { content.shape.dofs().len() } else { 1 };
             for dof in 0..dofs {
-                let mut held = [0.0; 3];
-                held[dof] = 1.0;
-                let with = respond(interface, held, 1.0);
+                let mut direction = [0.0; 3];
+                direction[dof] = 1.0;
+                let with = respond(interface, direction, 1.0);
                 let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
                 components.push(Component {
                     interface,
@@ -83,17 +83,17 @@ impl<'a> FrictionMap<'a> {
         self.components.len()
     }
 
-    /// Number of contacts.
+    /// Number of friction interfaces.
     pub(super) fn interfaces(&self) -> usize {
         self.parameters.interfaces.len()
     }
 
-    /// The contact of each component.
+    /// Interface of each component.
     pub(super) fn owners(&self) -> impl Iterator<Item = usize> {
         self.components.iter().map(|component| component.interface)
     }
 
-    /// The lengths of the contacts' parts of a vector with an entry for each component.
+    /// Euclidean norms of each interface's part of a vector with an entry for each component.
     pub(super) fn sizes(&self, vector: &[f64]) -> Vec<f64> {
         let mut sizes = vec![0.0; self.interfaces()];
         for (owner, x) in self.owners().zip(vector) {
@@ -102,17 +102,17 @@ impl<'a> FrictionMap<'a> {
         sizes
     }
 
-    /// The change of a drive with each component.
+    /// Derivative of an effort by each component.
     pub(super) fn slopes(&self, actuator: usize) -> Vec<f64> {
         self.components.iter().map(|component| component.efforts[actuator]).collect()
     }
 
-    /// The change of the acceleration of an idle spin with each component.
+    /// Derivative of the acceleration of a local degree of freedom by each component.
     pub(super) fn spin_slopes(&self, spin: usize) -> Vec<f64> {
         self.components.iter().map(|component| component.spins[spin]).collect()
     }
 
-    /// The coefficients of a contact, of its friction forward and backward (positive and negative).
+    /// Coefficients of an interface for friction forward and backward (positive and negative).
     pub(super) fn coefficients(&self, interface: usize) -> [f64; 2] {
         let state = &self.inverse.interfaces()[interface];
         if state.sliding > 0.0 {
@@ -122,17 +122,17 @@ impl<'a> FrictionMap<'a> {
         content.laws().map(|law| law.at_rest())
     }
 
-    /// Whether a contact rests.
+    /// True if an interface is at rest.
     pub(super) fn rests(&self, interface: usize) -> bool {
         self.inverse.interfaces()[interface].sliding == 0.0
     }
 
-    /// The load of a contact where nothing at rest has friction, N.
+    /// Normal force of an interface without static friction, N.
     pub(super) fn load_without(&self, interface: usize) -> f64 {
         self.inverse.interfaces()[interface].load()
     }
 
-    /// The loads of all contacts under frictions, N.
+    /// Normal forces of all interfaces under frictions, N.
     pub(super) fn loads(&self, frictions: &[f64]) -> Vec<f64> {
         (0..self.interfaces())
             .map(|interface| {
@@ -147,8 +147,8 @@ impl<'a> FrictionMap<'a> {
             .collect()
     }
 
-    /// The most by which the load of each contact changes with frictions that change by these,
-    /// whatever they were before: loads are norms of the reaction, up to constants.
+    /// Largest change of each normal force with these changes of friction, whatever the frictions
+    /// were before: normal forces are norms of the reaction, up to constants.
     pub(super) fn most_changes(&self, frictions: &[f64]) -> Vec<f64> {
         (0..self.interfaces())
             .map(|interface| {
@@ -160,12 +160,12 @@ impl<'a> FrictionMap<'a> {
             .collect()
     }
 
-    /// Entry (i, j): the most by which the load of contact i changes with a friction of one newton
-    /// at contact j, in any direction, after `filter` has made of it what may be.
+    /// Entry (i, j): largest change of the normal force at interface i with a friction of one
+    /// newton at interface j, in any direction, after `filter` maps it to its admissible part.
     pub(super) fn couplings(&self, filter: impl Fn(usize) -> Vec<f64>) -> DMatrix<f64> {
         let mut matrix = DMatrix::zeros(self.interfaces(), self.interfaces());
         for (k, owner) in self.owners().enumerate() {
-            // By the triangle inequality and that of Cauchy and Schwarz.
+            // By the triangle and Cauchy-Schwarz inequalities.
             for (i, change) in self.most_changes(&filter(k)).into_iter().enumerate() {
                 matrix[(i, owner)] = f64::hypot(matrix[(i, owner)], change);
             }
@@ -190,7 +190,7 @@ impl<'a> FrictionMap<'a> {
         wrench: Wrench<f64>,
         frictions: &[f64],
     ) -> f64 {
-        // A thread's own friction bears a part of its load; it has one component.
+        // The friction of a thread carries a part of its normal force; it has one component.
         let own = self.owners().position(|owner| owner == interface);
         let constant = own.map_or(0.0, |k| frictions[k]);
         let state = &self.inverse.interfaces()[interface];
@@ -202,7 +202,7 @@ impl<'a> FrictionMap<'a> {
     }
 }
 
-/// A unit vector.
+/// Unit vector.
 pub(super) fn unit(length: usize, place: usize) -> Vec<f64> {
     (0..length).map(|k| if k == place { 1.0 } else { 0.0 }).collect()
 }

@@ -1,10 +1,9 @@
-//! A position at rest: what static friction leaves open, at what efforts motion begins, and whether
-//! friction holds the position by itself.
+//! Static friction at rest: effort intervals, breakaway efforts, and positions that friction holds.
 //!
-//! Joints' wrenches and efforts are affine in the friction forces ([`FrictionMap`]); what is not is
-//! that the limit of each friction grows with a load. So everything is said twice: what is attained,
-//! by friction forces that satisfy all laws at once, and what is certain, from loads that are no
-//! greater than a bound.
+//! Joint wrenches and efforts are affine in the friction forces ([`FrictionMap`]), but the limit of
+//! each friction grows with a normal force. So each result has inner bounds, attained by friction
+//! forces that satisfy all laws at once, and guaranteed bounds, from upper bounds of the normal
+//! forces.
 
 pub(super) mod bounds;
 mod breakaway;
@@ -18,26 +17,26 @@ pub use holding::{Holding, Verdict};
 use super::forces::{Bounds, Forces};
 use super::inverse::Inverse;
 use crate::joint::Motion;
-use bounds::{Held, Position, hold, resolve};
+use bounds::{Position, StaticFriction, resolve, set_static_frictions};
 use holding::Demand;
 use map::FrictionMap;
 
-/// A position at rest under a load.
+/// Static friction at a position under a load.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rest {
-    /// For each actuator the efforts at which it begins to move, the others holding; none where
-    /// actuators are redundant, or fewer than the freedoms.
+    /// For each actuator the breakaway efforts while the others hold; none where actuators are
+    /// redundant, or fewer than the DOFs.
     pub breakaway: Vec<Option<Breakaway>>,
-    /// For each actuator whether friction holds the position while it does nothing, the others
-    /// holding.
+    /// For each actuator the holding by friction while it exerts no effort and the others hold.
     pub alone: Vec<Holding>,
-    /// Whether friction holds the position while no actuator does anything.
+    /// Holding by friction while no actuator exerts an effort.
     pub unpowered: Holding,
 }
 
 impl Rest {
-    /// The intervals of driving forces contain those at which motion begins: every friction is within its limits
-    /// there. Where the coupling is strong an interval may end before, since ways to hold are not all tried.
+    /// Extends effort intervals to the breakaway efforts, at which every friction is within its
+    /// limits. With strong coupling an interval may end before them, since not all static frictions
+    /// are tried.
     pub(super) fn extend_intervals(&self, forces: &mut Forces) {
         if forces.bounds != Bounds::Attained {
             return;
@@ -52,9 +51,9 @@ impl Rest {
         }
     }
 
-    /// What was not decided by itself and follows from the interval of a driving force: solutions
-    /// change continuously where there is only one for each way in which contacts hold, so an interval
-    /// that contains zero has a way in which the drive does nothing.
+    /// Decides undecided holding from the effort intervals. Solutions change continuously where
+    /// each static friction has a single one, so an interval that contains zero contains a static
+    /// friction with zero effort.
     pub(super) fn take_intervals(&mut self, forces: &Forces) {
         if !matches!(forces.bounds, Bounds::Exact | Bounds::Certified) {
             return;
@@ -69,10 +68,10 @@ impl Rest {
     }
 }
 
-/// Looks at the position in `inverse`, where nothing moves.
+/// Analyses static friction at the position in `inverse`, where nothing moves.
 pub(super) fn examine(inverse: &mut Inverse<f64>, mut position: Position<'_>) -> Rest {
-    let released: Vec<Held> = (0..position.parameters.interfaces.len())
-        .map(|interface| Held { interface, direction: [0.0; 3], fixed: false })
+    let released: Vec<StaticFriction> = (0..position.parameters.interfaces.len())
+        .map(|interface| StaticFriction { interface, direction: [0.0; 3], fixed: false })
         .collect();
     let velocities = breakaway::impending(&mut position);
     let breakaway = velocities
@@ -83,7 +82,7 @@ pub(super) fn examine(inverse: &mut Inverse<f64>, mut position: Position<'_>) ->
             Some(breakaway::break_away(inverse, &mut position, actuator, velocities))
         })
         .collect();
-    hold(inverse, &released);
+    set_static_frictions(inverse, &released);
     resolve(inverse, &mut position);
 
     let Position { model, parameters, settings, .. } = position;
@@ -96,7 +95,7 @@ pub(super) fn examine(inverse: &mut Inverse<f64>, mut position: Position<'_>) ->
         .enumerate()
         .map(|(index, (&drive, actuator))| {
             let joint_type = model.topology().joint_types[actuator.joint];
-            // A torque is compared with a force over the characteristic length.
+            // A torque is compared with a force after division by the characteristic length.
             let scale = match joint_type.dofs()[actuator.dof].motion {
                 Motion::Translation => 1.0,
                 Motion::Rotation | Motion::Screw => 1.0 / parameters.length,

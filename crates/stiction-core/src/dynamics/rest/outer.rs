@@ -1,4 +1,4 @@
-//! What no static friction exceeds: certified bounds.
+//! Guaranteed bounds of static friction.
 //!
 //! Equations (R2) and (R3) of the book's theory.
 
@@ -6,11 +6,10 @@ use super::map::{FrictionMap, unit};
 use crate::dynamics::coupling::radius_bound;
 use nalgebra::{DMatrix, DVector};
 
-/// The greatest friction force of each contact, forward and backward (positive and negative), over
-/// everything that satisfies all laws at once, with the coefficients times `part`; of what slides the
-/// greatest change. `loads` and `couplings`
-/// bound the loads: `N <= loads + couplings |friction|`. None where nothing bounds them, since the
-/// coupling is one or more.
+/// Upper bound of the friction force of each interface, forward and backward (positive and
+/// negative), over all solutions of the friction laws with coefficients times `part`; for a sliding
+/// interface, of its change. `loads` and `couplings` bound the normal forces: `N <= loads +
+/// couplings |friction|`. None where the spectral radius of the coupling is one or more.
 ///
 /// With `M = mu couplings` and a spectral radius of M below one, `|f| <= mu loads + M |f|` gives
 /// `|f| <= (I - M)^-1 mu loads`, as that inverse has no negative entries.
@@ -26,7 +25,7 @@ pub(super) fn greatest_frictions(
         part * forward.max(backward)
     };
     let coupled = DMatrix::from_fn(count, count, |i, j| coefficient(i) * couplings[(i, j)]);
-    // Columns for rows: the radius is the same.
+    // The transpose has the same spectral radius.
     if radius_bound(coupled.as_slice(), count, &mut Default::default()) >= 1.0 {
         return None;
     }
@@ -40,15 +39,15 @@ pub(super) fn greatest_frictions(
         let [forward, backward] = map.coefficients(interface);
         let most = forward.max(backward);
         let part = |coefficient: f64| if most > 0.0 { coefficient / most } else { 0.0 };
-        // What slides may change either way.
+        // Sliding friction may change either way.
         let parts = if map.rests(interface) { [part(forward), part(backward)] } else { [1.0; 2] };
         parts.map(|part| part * greatest.max(0.0))
     };
     sound.then(|| greatest.iter().enumerate().map(limit).collect())
 }
 
-/// The least and the greatest change of each drive by static friction, certified: nothing lies
-/// beyond. None where the coupling is too strong.
+/// Guaranteed bounds of the change of each effort by static friction. None where the coupling is
+/// too strong.
 pub(super) fn outer_changes(map: &FrictionMap<'_>, efforts: usize) -> Option<Vec<(f64, f64)>> {
     let loads: Vec<f64> =
         (0..map.interfaces()).map(|interface| map.load_without(interface)).collect();
@@ -64,7 +63,7 @@ pub(super) fn outer_changes(map: &FrictionMap<'_>, efforts: usize) -> Option<Vec
             let slope =
                 owners.iter().position(|owner| *owner == interface).map_or(0.0, |k| slopes[k]);
             let [mut up, mut down] = greatest[interface];
-            // Friction forward is positive; of balls and plates both are the same.
+            // Forward friction is positive; balls and plates have equal limits.
             if single && slope < 0.0 {
                 core::mem::swap(&mut up, &mut down);
             }

@@ -1,4 +1,4 @@
-//! Inverse dynamics in `f64` with every check: the library's front door.
+//! Checked inverse dynamics in `f64` along a motion.
 //!
 //! Equation (F9) of the book's theory.
 
@@ -30,7 +30,8 @@ use crate::topology::{Topology, TreeRule};
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
-/// Moves a mechanism and computes all its forces.
+/// Driver of a mechanism along prescribed coordinates: closes the loops, follows motions, computes
+/// all forces with every check.
 ///
 /// ```
 /// use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -48,7 +49,7 @@ use std::sync::Arc;
 /// let level = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
 /// let mut solver =
 ///     InverseDynamics::new(pendulum, &[], &[angle], &[level], Settings::default())?;
-/// // Held level, it weighs 2 kg * 9.81 m/s^2 at half a metre.
+/// // Held level: 2 kg * 9.81 m/s^2 at half a metre.
 /// assert!((solver.solve(&[])?.efforts[0] - 9.81).abs() < 1e-14);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -65,32 +66,32 @@ pub struct InverseDynamics {
     /// whatever is compiled later.
     first_rates: Arc<StaticLu>,
     forces: Forces,
-    /// The strength of the coupling in the last solution by the kernel.
+    /// Bound on the coupling in the last solution by the kernel.
     strength: f64,
-    room: CouplingWorkspace,
-    /// Made when it is first asked for.
+    coupling_workspace: CouplingWorkspace,
+    /// Allocated on first use.
     sharing: Option<Sharing<f64>>,
-    /// Whether the last forces are those of the kernel, and not of the dense system.
+    /// True if the last forces are those of the kernel, false for the dense fallback.
     forces_by_kernel: bool,
     shares: Shares<f64>,
-    /// How often the balance was planned.
+    /// Number of compilations of the balance.
     plans: u64,
     /// The tree's coordinates at which the balance was compiled.
     compiled_at: Vec<f64>,
 }
 
-/// The motion of a solver the other way, at position after position: see [`InverseDynamics::reversed`].
-/// Most of what a copy consists of stays the same along a motion and is copied once.
+/// Reversed motion of a solver, position after position: see [`InverseDynamics::reversed`]. Buffers
+/// and the compiled model are copied once along a motion.
 #[derive(Clone, Debug, Default)]
 pub struct Mirror {
     copy: Option<InverseDynamics>,
-    /// The plans of the original and of the copy when they were the same.
+    /// Compilation counts of the original and of the copy when they agreed.
     plans: [(u64, u64); 2],
 }
 
 impl Mirror {
-    /// The same as [`InverseDynamics::reversed`] of `solver`, which must be the same one every time, but for
-    /// the forces of the last solution.
+    /// Equals [`InverseDynamics::reversed`] of `solver`, except for the forces of the last
+    /// solution. `solver` must be the same one in every call.
     pub fn of(&mut self, solver: &InverseDynamics) -> &mut InverseDynamics {
         let plans = |solver: &InverseDynamics| (solver.plans, solver.assembly.plans());
         let kept = self.copy.take().filter(|copy| self.plans == [plans(solver), plans(copy)]);
@@ -120,15 +121,15 @@ pub(super) struct Parts<'a> {
 }
 
 impl InverseDynamics {
-    /// Assembles the mechanism at `targets`, one for each of `coordinates`. `initial_poses` are guesses of
-    /// the poses of bodies in the ground's frame. Which of several assembly modes it finds is told by
-    /// [`JointSpec::start`](crate::mechanism::JointSpec::start) and these guesses.
+    /// Assembles the mechanism at `targets`, one for each of `coordinates`.
+    /// [`JointSpec::start`](crate::mechanism::JointSpec::start) and `initial_poses`, guesses of
+    /// body poses in the ground's frame, select the assembly mode.
     ///
     /// # Errors
     /// See [`AssemblyError`].
     ///
     /// # Panics
-    /// Unless there is one target for each coordinate, and all bodies, joints and freedoms that are named exist.
+    /// If the numbers of targets and coordinates differ, or a named body, joint or DOF does not exist.
     pub fn new(
         mechanism: Mechanism,
         initial_poses: &[(BodyId, Pose<f64>)],
@@ -140,7 +141,7 @@ impl InverseDynamics {
         Self::with_tree(mechanism, rule, initial_poses, coordinates, targets, settings)
     }
 
-    /// The same with a tree chosen by `rule`.
+    /// [`Self::new`] with a spanning tree chosen by `rule`.
     ///
     /// # Errors
     /// See [`AssemblyError`].
@@ -176,7 +177,7 @@ impl InverseDynamics {
             first_rates,
             forces,
             strength: 0.0,
-            room: CouplingWorkspace::default(),
+            coupling_workspace: CouplingWorkspace::default(),
             sharing: None,
             forces_by_kernel: true,
             shares,
@@ -187,27 +188,27 @@ impl InverseDynamics {
         Ok(solver)
     }
 
-    /// The mechanism.
+    /// Mechanism.
     pub fn mechanism(&self) -> &Mechanism {
         &self.mechanism
     }
 
-    /// The graph.
+    /// Spanning tree and cut joints.
     pub fn topology(&self) -> &Topology {
         &self.topology
     }
 
-    /// The numbers.
+    /// Numbers of the mechanism.
     pub fn parameters(&self) -> &Parameters<f64> {
         &self.parameters
     }
 
-    /// What is computed, and how accurately.
+    /// Friction mode, tolerances and iteration limits.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// The same, to be changed: it matters from the next [`Self::solve`] on.
+    /// Mutable settings; changes apply from the next [`Self::solve`].
     pub fn settings_mut(&mut self) -> &mut Settings {
         &mut self.settings
     }
@@ -222,28 +223,29 @@ impl InverseDynamics {
         self.assembly.motion_constraints()
     }
 
-    /// Motion of all bodies; accelerations of idle spins are those of the last [`Self::solve`].
+    /// Motion of all bodies; accelerations of local degrees of freedom are those of the last
+    /// [`Self::solve`].
     pub fn bodies(&self) -> &Bodies<f64> {
         &self.assembly.kinematics().bodies
     }
 
-    /// How strongly friction and reactions are coupled where the last [`Self::solve`] was: below one
-    /// there is no other solution than the one it found; above, there may be, and it found the one
-    /// that is connected with no friction. Zero without friction or where it is not coupled. None
-    /// where the position is singular, or constraints and actuators are both redundant.
+    /// Bound on the coupling of friction and reactions in the last [`Self::solve`]. Below one the
+    /// solution is unique. Above one others may exist, and this is the one connected with no
+    /// friction. Zero without friction or where friction is not coupled. None where the position is
+    /// singular, or constraints and actuators are both redundant.
     pub fn coupling(&self) -> Option<f64> {
         if self.settings.friction != FrictionMode::Converged
             || self.parameters.interfaces.is_empty()
         {
             return Some(0.0);
         }
-        // Of the last solution by the kernel; the dense path does not know it.
+        // From the last solution by the kernel; the dense fallback does not compute it.
         let strength = if self.forces_by_kernel { self.strength } else { f64::INFINITY };
         strength.is_finite().then_some(strength)
     }
 
-    /// The kernel's parts at the present position; none where it is singular, or redundant in
-    /// constraints and actuators at once.
+    /// Inputs and results of the kernel at the present position; none where it is singular, or
+    /// constraints and actuators are both redundant.
     pub(super) fn parts(&mut self) -> Option<Parts<'_>> {
         self.share_kinematics();
         let Compiled { model, inverse } = self.compiled.as_ref().ok()?;
@@ -252,10 +254,10 @@ impl InverseDynamics {
         Some(Parts { model, inverse, parameters, kinematics, settings })
     }
 
-    /// On which side of the singular positions of its actuators the mechanism is: the sign of the
-    /// determinant of closures and actuators by the freedoms of the tree, up to a constant. It
-    /// vanishes where something can move while all actuators stand still. None unless there are as
-    /// many actuators as prescribed coordinates.
+    /// Side of the actuation (type 2) singularities: the sign, up to a constant, of the determinant
+    /// of loop closures and actuators by the DOFs of the tree. The determinant vanishes where
+    /// something can move while all actuators are locked. None unless there are as many actuators
+    /// as prescribed coordinates.
     pub fn side(&mut self) -> Option<f64> {
         let topology = &self.topology;
         let dofs = topology.dofs();
@@ -265,7 +267,7 @@ impl InverseDynamics {
         if count == 0 || count != topology.actuators.len() {
             return None;
         }
-        // Where just the actuators are prescribed the matrix is a permutation.
+        // Where exactly the actuators are prescribed the matrix is a permutation.
         if let Some(sign) = order_of_actuators(topology, coordinates) {
             return Some(sign * kinematics.sign_by(&self.first_rates)?.signum());
         }
@@ -279,20 +281,21 @@ impl InverseDynamics {
                 matrix[(row, column)] = actuator_rate(topology, bodies, actuator, &twists);
             }
         }
-        // Closures and actuators by the tree are these times closures and coordinates by the tree.
+        // The determinant of closures and actuators is this one times that of closures and
+        // coordinates.
         let determinant = matrix.determinant() * kinematics.sign_by(&self.first_rates)?;
         determinant.is_finite().then(|| determinant.signum())
     }
 
-    /// Where bodies spin idly: each body's index and the axis of its spin in world axes.
+    /// Local degrees of freedom: each body's index and the axis of its spin in world axes.
     pub fn idle_axes(&self) -> Vec<IdleAxis> {
         let spins = self.assembly.motion_constraints().spins().iter();
         let pose = &self.bodies().pose;
         spins.map(|spin| (spin.body.0, pose[spin.body.0].rotation * spin.axis)).collect()
     }
 
-    /// The scalar coordinates of a joint, m and rad, angles within half a turn; nothing for joints
-    /// that turn in all directions.
+    /// Scalar coordinates of a joint, m and rad, angles within half a turn; empty for joints that
+    /// rotate in all directions.
     pub fn joint_coordinates(&self, joint: JointId) -> Vec<f64> {
         let content = &self.mechanism.joints()[joint.0];
         if !content.joint_type.has_scalar_coordinates() {
@@ -304,22 +307,23 @@ impl InverseDynamics {
         coordinates[..content.joint_type.dofs().len()].to_vec()
     }
 
-    /// The largest loop-closure error at the present position, m; angles times the characteristic
+    /// Largest loop-closure error at the present position, m; angles times the characteristic
     /// length.
     pub fn closure_error(&self) -> f64 {
         let assembly = &self.assembly;
         assembly.kinematics().closure_error(assembly.motion_constraints(), self.parameters.length)
     }
 
-    /// The forces of the last [`Self::solve`] that succeeded, wherever the mechanism was moved since; zeros before the
-    /// first. Take what [`Self::solve`] returns where you can.
+    /// Forces of the last successful [`Self::solve`], also after a move; zeros before the first.
+    /// Prefer the return value of [`Self::solve`].
     pub fn forces(&self) -> &Forces {
         &self.forces
     }
 
-    /// How much of each drive of the last [`Self::solve`] each contact's friction causes. Ask before the mechanism is moved on.
+    /// Friction contributions to each effort of the last [`Self::solve`]. Valid until the mechanism
+    /// is moved.
     pub fn shares(&mut self) -> &Shares<f64> {
-        // Those of the dense system are there already.
+        // The dense fallback computes them itself.
         self.share_kinematics();
         if let (true, Ok(Compiled { model, inverse })) = (self.forces_by_kernel, &self.compiled) {
             let bodies = &self.assembly.kinematics().bodies;
@@ -336,8 +340,8 @@ impl InverseDynamics {
         actuators.map(|actuator| bodies.actuator_rate(topology, *actuator))
     }
 
-    /// A copy that passes the present position the other way: all rates reversed, accelerations
-    /// the same, as when time runs backward. Only friction and dampers tell the difference.
+    /// Copy with reversed motion at the present position: all rates reversed, accelerations the
+    /// same. Only friction and dampers differ.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let mut copy = self.clone();
@@ -345,7 +349,7 @@ impl InverseDynamics {
         copy
     }
 
-    /// Which weighting decides what is redundant; none if the position is singular.
+    /// Weighting that decides redundant forces; none if the position is singular.
     pub fn weighting(&self) -> Option<Weighting> {
         self.compiled.as_ref().ok().map(|compiled| compiled.model.balance.weighting())
     }
@@ -367,7 +371,7 @@ impl InverseDynamics {
     /// See [`AssemblyError`]; it is then where it was before.
     ///
     /// # Panics
-    /// Unless there is one target for each prescribed coordinate.
+    /// If the numbers of targets and prescribed coordinates differ.
     pub fn move_to(&mut self, targets: &[Target<f64>]) -> Result<(), AssemblyError> {
         self.assembly.move_to(&self.parameters, targets)
     }
@@ -392,29 +396,29 @@ impl InverseDynamics {
     /// Returns false, and stays at the present position, if the motion is not smooth enough for that.
     ///
     /// # Panics
-    /// Unless there is one target for each prescribed coordinate.
+    /// If the numbers of targets and prescribed coordinates differ.
     #[must_use = "it may have stayed where it was"]
     pub fn leap(&mut self, step: f64, targets: &[Target<f64>]) -> bool {
         self.assembly.leap(&self.parameters, step, targets)
     }
 
-    /// The balance of all bodies at the present position.
+    /// Newton-Euler equations of all bodies at the present position.
     pub fn balance(&self) -> NewtonEuler {
         NewtonEuler::new(&self.mechanism, &self.parameters, self.bodies())
     }
 
-    /// The balance at the present position, decomposed.
+    /// Newton-Euler equations at the present position, decomposed.
     pub fn statics(&self) -> Statics {
         Statics::new(&self.mechanism, self.balance(), self.bodies().frame_j.clone())
     }
 
-    /// For each contact whether its load, and with it its friction, is determined by the balance
-    /// alone; `statics` is that of the present position.
+    /// For each friction interface true if the balance alone determines its normal force, and with
+    /// it its friction; `statics` is that of the present position.
     pub fn determined_loads(&self, statics: &Statics) -> Vec<bool> {
         let mut determined = vec![true; self.parameters.interfaces.len()];
         for stress in statics.self_stresses() {
             for (flag, interface) in determined.iter_mut().zip(&self.parameters.interfaces) {
-                // The load map of the self-stress alone.
+                // Normal force of the self-stress alone.
                 let map = interface.load.seminorm();
                 let pitch = self.parameters.pitch[interface.joint];
                 let (wrench, none) = (stress[interface.joint], OwnFriction::none());
@@ -426,7 +430,7 @@ impl InverseDynamics {
     }
 }
 
-/// The sign of the permutation by which `coordinates` are the actuators; none if they are not.
+/// Sign of the permutation by which `coordinates` are the actuators; none if they are not.
 fn order_of_actuators(topology: &Topology, coordinates: &[Coordinate]) -> Option<f64> {
     let place = |coordinate: &Coordinate| {
         let &Coordinate::Joint { joint: JointId(joint), dof } = coordinate else { return None };
@@ -434,8 +438,8 @@ fn order_of_actuators(topology: &Topology, coordinates: &[Coordinate]) -> Option
         actuators.binary_search_by_key(&(joint, dof), |a| (a.joint, a.dof)).ok()
     };
     let mut places = coordinates.iter().map(place).collect::<Option<Vec<usize>>>()?;
-    // Each exchange puts one where it belongs, so there are fewer than coordinates; a coordinate that is
-    // prescribed twice never gets there.
+    // Each exchange puts one coordinate in its place, so there are fewer exchanges than
+    // coordinates; a coordinate prescribed twice never finds its place.
     let mut sign = 1.0;
     for here in 0..places.len() {
         while places[here] != here {

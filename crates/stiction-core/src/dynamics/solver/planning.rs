@@ -29,8 +29,8 @@ impl InverseDynamics {
         });
     }
 
-    /// Makes the model use the kinematics of the assembly, which are compiled anew where a position
-    /// asks for it. Other idle spins ask for another balance.
+    /// Shares the compiled kinematics of the assembly, which change where a position requires it. A
+    /// change of local degrees of freedom requires another balance.
     pub(super) fn share_kinematics(&mut self) {
         let Ok(Compiled { model, .. }) = &mut self.compiled else { return };
         let current = self.assembly.model();
@@ -46,9 +46,10 @@ impl InverseDynamics {
         }
     }
 
-    /// Gives inertia to bodies that have none about the axis of their idle spin. By convention nothing
-    /// turns about it, so no result depends on it. Without it the acceleration of the spin would be
-    /// undetermined or, with friction at the body, infinite: this is the limit of small inertia.
+    /// Adds inertia to bodies that have none about the axis of a local degree of freedom. By
+    /// convention nothing rotates about it, so no result depends on it. Without it the acceleration
+    /// about the axis would be undetermined or, with friction at the body, infinite: this is the
+    /// limit of small inertia.
     pub(super) fn add_inertia_about_idle_spins(&mut self) {
         let length = self.parameters.length;
         for spin in self.assembly.motion_constraints().spins() {

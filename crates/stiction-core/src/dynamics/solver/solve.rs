@@ -1,4 +1,5 @@
-//! From a position to forces: by the kernel where its numbers can be trusted, else with care.
+//! Forces at a position: by the kernel, or by the dense fallback where its numbers are not
+//! reliable.
 
 use super::{Compiled, InverseDynamics};
 use crate::dynamics::checks;
@@ -16,10 +17,10 @@ use crate::parameters::{InterfaceParameters, Parameters};
 use crate::statics::{AppliedLoad, InfeasibleLoad};
 
 impl InverseDynamics {
-    /// All forces at the present position under loads.
+    /// Computes all forces at the present position under loads.
     ///
     /// # Errors
-    /// See [`InverseError`]. [`Self::forces`] then are no forces of this position.
+    /// See [`InverseError`]. [`Self::forces`] are then not those of this position.
     ///
     /// # Panics
     /// If a load is on a body that does not exist.
@@ -28,20 +29,20 @@ impl InverseDynamics {
         self.check_springs()?;
         self.check_overlaps()?;
         if !self.by_kernel(loads) {
-            // The order of elimination suits another position, or this one is special.
+            // The elimination order suits another position, or this position is special.
             self.replan();
             if !self.by_kernel(loads) && !self.is_balanced_without_friction(loads) {
-                return self.solve_carefully(loads);
+                return self.solve_dense(loads);
             }
         }
         match self.finish(loads) {
             Ok(()) if self.forces.imbalance(self.parameters.length) <= BALANCED => Ok(&self.forces),
             Err(locked @ InverseError::Locked { .. }) => Err(locked),
-            _ => self.solve_carefully(loads),
+            _ => self.solve_dense(loads),
         }
     }
 
-    /// Loads are finite and on bodies that there are.
+    /// Checks that loads are finite and on existing bodies.
     fn check_loads(&self, loads: &[AppliedLoad<f64>]) -> Result<(), InverseError> {
         let bodies = self.mechanism.bodies();
         match checks::not_finite_load(loads, bodies.len()) {
@@ -53,7 +54,7 @@ impl InverseDynamics {
         }
     }
 
-    /// Springs whose ends coincide have no direction to pull in.
+    /// Checks that the force of every spring has a direction.
     fn check_springs(&self) -> Result<(), InverseError> {
         match checks::spring_without_direction(&self.parameters, self.bodies()) {
             None => Ok(()),
@@ -63,7 +64,7 @@ impl InverseDynamics {
         }
     }
 
-    /// Whether every rod is still in its cylinder.
+    /// Checks that the supports of every guide overlap.
     fn check_overlaps(&self) -> Result<(), InverseError> {
         if self.settings.friction == FrictionMode::Off {
             return Ok(());
@@ -78,7 +79,7 @@ impl InverseDynamics {
         }
     }
 
-    /// Whether it is friction that spoils the balance: it may lock the mechanism just here.
+    /// True if the balance holds without friction: friction may lock the mechanism here.
     fn is_balanced_without_friction(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
         if self.settings.friction != FrictionMode::Converged {
             return false;
@@ -90,7 +91,7 @@ impl InverseDynamics {
         balanced
     }
 
-    /// Solves by the kernel; false where there is no plan or its numbers cannot be trusted.
+    /// Solves by the kernel; false where no model is compiled or its numbers are not reliable.
     fn by_kernel(&mut self, loads: &[AppliedLoad<f64>]) -> bool {
         self.share_kinematics();
         let Ok(Compiled { model, inverse }) = &mut self.compiled else { return false };
@@ -100,7 +101,7 @@ impl InverseDynamics {
         inverse.is_balanced(model, &self.parameters)
     }
 
-    /// Takes over what the kernel found, after the checks of friction.
+    /// Checks friction and copies the results of the kernel.
     fn finish(&mut self, loads: &[AppliedLoad<f64>]) -> Result<(), InverseError> {
         let Ok(Compiled { model, inverse }) = &mut self.compiled else {
             return Err(InverseError::Unsettled);
@@ -111,7 +112,9 @@ impl InverseDynamics {
         let is_coupled = settings.friction == FrictionMode::Converged
             && inverse.interfaces().iter().any(|interface| interface.sliding > 0.0);
         let strength = match is_coupled {
-            true => self.room.strength(inverse, model, parameters, &kinematics.bodies),
+            true => {
+                self.coupling_workspace.strength(inverse, model, parameters, &kinematics.bodies)
+            }
             false => 0.0,
         };
         self.strength = strength;
@@ -119,14 +122,14 @@ impl InverseDynamics {
         let settled =
             inverse.friction_settled(settings) || (is_unique && inverse.friction_stagnated());
         if !settled || !is_unique || !inverse.is_balanced(model, parameters) {
-            // There may be other solutions, or none: follow the one that is connected with no friction.
-            // It is found, or lost where friction locks.
+            // Other solutions may exist, or none: the continuation from zero friction finds the
+            // connected one, or ends where friction locks.
             let followed = continuation::follow_friction(
                 inverse, model, parameters, kinematics, loads, settings, 1.0,
             );
             if let Err(lock) = followed {
-                // Where there certainly is one, what was lost is digits. (A thread's load contains its
-                // own friction, and has no limit where that locks it.)
+                // A solution exists, so only digits were lost. (The normal force of a thread
+                // contains its own friction and has no limit where the thread locks.)
                 let is_thread = |interface: &InterfaceParameters<f64>| {
                     interface.shape == InterfaceShape::Thread
                 };
@@ -148,16 +151,15 @@ impl InverseDynamics {
         Ok(())
     }
 
-    /// The same by dense decompositions, friction by a plain fixed point: slow, for special
-    /// positions, and as an oracle. It leaves the intervals of contacts at rest at zero width, and
-    /// says so in [`Forces::bounds`].
+    /// Computes all forces by dense decompositions: slow, for special positions and as an oracle.
+    /// It leaves the effort intervals of interfaces at rest at zero width; see [`Forces::bounds`].
     ///
     /// # Errors
     /// See [`InverseError`].
     ///
     /// # Panics
     /// If a load is on a body that does not exist.
-    pub fn solve_carefully(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
+    pub fn solve_dense(&mut self, loads: &[AppliedLoad<f64>]) -> Result<&Forces, InverseError> {
         self.check_loads(loads)?;
         self.check_springs()?;
         self.check_overlaps()?;
@@ -205,8 +207,8 @@ impl InverseDynamics {
         }
     }
 
-    /// Stops the mechanism where it is, all rates and accelerations zero, and looks at what static
-    /// friction does there. [`Self::forces`] are then those at rest.
+    /// Stops the mechanism at the present position, all rates and accelerations zero, and analyses
+    /// static friction there. [`Self::forces`] are then those at rest.
     ///
     /// # Errors
     /// See [`InverseError`]; [`InverseError::Unsettled`] where the position is singular, or
@@ -232,7 +234,7 @@ impl InverseDynamics {
         Ok(rest)
     }
 
-    /// An uncarried load with names and places.
+    /// Error for an infeasible load, with names and positions.
     fn in_words(&self, uncarried: &InfeasibleLoad) -> InverseError {
         let (body, motion) = uncarried.motion.in_words(&self.mechanism, self.parameters.origin);
         let unit = if uncarried.motion.turns { "N m" } else { "N" };
@@ -240,7 +242,7 @@ impl InverseDynamics {
     }
 }
 
-/// Where the solution is lost, with the joint's name.
+/// Error for the point at which the solution is lost, with the joint's name.
 fn locked(mechanism: &Mechanism, parameters: &Parameters<f64>, lock: Lock) -> InverseError {
     let joint = parameters.interfaces[lock.interface].joint;
     InverseError::Locked {

@@ -45,7 +45,7 @@ impl Holder {
         let settings = Settings::default();
         let mut data = compiled.data(self.solver.state(), settings);
         for (interface, held) in held.iter().enumerate() {
-            data.inverse.set_held(interface, *held);
+            data.inverse.set_static_friction(interface, *held);
         }
         compiled.evaluate(parameters, &mut data, &self.targets, &self.loads);
         let inverse = &data.inverse;
