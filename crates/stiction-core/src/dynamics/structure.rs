@@ -20,10 +20,10 @@ use core::ops::Range;
 pub enum Weighting {
     /// Nothing is redundant: the balance determines all unknowns.
     Determined,
-    /// Constraints are redundant: the reactions with the least sum, over all joints, of `|force|^2
-    /// + |moment|^2 / length^2`, moments about the joint's origin, `length` characteristic. It is
-    /// the elastic energy of equally compliant joints, and depends neither on units nor on the
-    /// choice of cut joints. Efforts do not depend on it.
+    /// Constraints are redundant: the reactions minimise the sum over all joints of `|force|^2 +
+    /// |moment|^2/length^2`, moments about the joint's origin, `length` characteristic. It is the
+    /// elastic energy of equally compliant joints, and depends neither on units nor on the choice
+    /// of cut joints. Efforts do not depend on it.
     LeastReactions,
     /// Constraints are redundant and joints declare compliances: the reactions with the least
     /// elastic energy, moments about the joint's origin. Joints without a declaration are rigid.
