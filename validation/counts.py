@@ -13,7 +13,7 @@ from program import Program
 
 @dataclass(frozen=True)
 class Count:
-    """Freedoms, and redundant constraints, by the program and by Exudyn."""
+    """Degrees of freedom and redundant constraints, by the program and by Exudyn."""
 
     model: str
     ours: tuple[int, int]

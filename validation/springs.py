@@ -1,4 +1,4 @@
-"""Forces of springs, for engines that have none between bodies."""
+"""Spring forces, for engines without springs between bodies."""
 
 from __future__ import annotations
 
