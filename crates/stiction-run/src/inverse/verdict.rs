@@ -9,6 +9,8 @@ use stiction_core::dynamics::{InverseDynamics, Weighting};
 pub struct Verdict {
     /// Number of samples.
     pub samples: usize,
+    /// Notes on the first configuration against `home` and `start`.
+    pub assembly_notes: Vec<String>,
     /// Freedoms that the constraints leave, the least along the motion, idle spins included.
     pub mobility: usize,
     /// Idle spins: rotations of bodies about their own axes that nothing determines.
