@@ -113,7 +113,7 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
         (error, _) => explain::inverse(error).into(),
     })?;
     for note in &verdict.assembly_notes {
-        tell!("note: {note}\n");
+        message!("note: {note}\n");
     }
     if options.friction_margin && verdict.friction_margin.is_none() {
         let why = match friction {

@@ -70,8 +70,9 @@ fn shares_add_up_and_agree_with_the_dense_system() {
         assert!(miss < 1e-13 / smallest, "{:?} dense: {miss:e}", case.class);
         let drives = solver.forces().efforts.clone();
         // Near jamming the coupling magnifies round-off as it magnifies the efforts.
-        let norm = |efforts: &[f64]| efforts.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let gain = (norm(&drives) / norm(&solver.forces().efforts_frictionless)).max(1.0);
+        let frictionless = solver.forces().efforts_frictionless.iter().map(|x| x.abs());
+        let all = dense.iter().flatten().chain(&drives).map(|x| x.abs()).sum::<f64>();
+        let gain = (all / frictionless.sum::<f64>()).max(1.0);
         for ((kernel, dense), drive) in kernel.iter().zip(&dense).zip(drives) {
             let size = gain * (dense.iter().map(|share| share.abs()).sum::<f64>() + drive.abs());
             for (a, b) in kernel.iter().zip(dense) {
