@@ -223,7 +223,10 @@ fn a_motion_that_leaves_dofs_open_or_out_of_reach_is_told() {
     let folder = Folder::new("reach");
     let said =
         folder.stiction(&["inverse", "five-bar", "--motion", "tool.x = 0 mm; duration = 1 s"]);
-    said.fails(2, &["leaves one degree of freedom open", "prescribe one coordinate more", "`start` values"]);
+    said.fails(
+        2,
+        &["leaves one degree of freedom open", "prescribe one coordinate more", "`start` values"],
+    );
     let motion = "tool.x = 0 mm; tool.y = 400 mm + 200 mm*t; duration = 1 s";
     let said = folder.stiction(&["inverse", "five-bar", "--motion", motion]);
     said.fails(1, &["at t = ", "out of reach"]);

@@ -314,7 +314,12 @@ fn found(
     }
     let mechanism = posture.mechanism(|joint, _| starts[joint].clone());
     let mut homes = Vec::new();
-    let platform = if posture.joints.len() > 5 { 1 } else { posture.poses.len() - 1 };
+    // Of linkages the body that distinguishes their two modes: rocker, near coupler.
+    let platform = match posture.joints.len() {
+        4 => 3,
+        5 => 2,
+        _ => 1,
+    };
     for (body, pose) in posture.poses.iter().enumerate().skip(1) {
         if matches!(hint, Hint::Homes) || (matches!(hint, Hint::Platform) && body == platform) {
             let position = pose.position.to_array().map(|x| rough(x, 1.0, random));
@@ -356,7 +361,11 @@ fn the_generating_mode_is_found() {
                 singular += 1;
                 continue;
             }
-            Err(error) => panic!("{} {seed} {hint:?}: {error}", posture.class),
+            Err(error) => {
+                println!("{} {seed} {hint:?}: {error}", posture.class);
+                lost.push((posture.class, seed));
+                continue;
+            }
         };
         if error < 1e-6 {
             continue;

@@ -14,11 +14,11 @@ use super::super::system::Kinematics;
 use super::report::Conflict;
 use crate::joint::Motion;
 use crate::linalg::StaticLu;
-use crate::mechanism::{BodyId, Mechanism};
+use crate::mechanism::{BodyId, JointId, Mechanism};
 use crate::parameters::Parameters;
 use crate::random::Random;
 use crate::spatial::{Mat3, Pose, Vec3};
-use crate::topology::{Link, Role, Topology};
+use crate::topology::{Cut, Link, Role, Topology};
 use core::cmp::Reverse;
 use core::f64::consts::{PI, TAU};
 use std::collections::BinaryHeap;
@@ -154,7 +154,7 @@ impl<'a> Given<'a> {
                 }
             }
         }
-        let filled = self.fill(&mut state, &mut is_open);
+        let filled = self.fill(&joints, &mut state, &mut is_open);
         let mut bodies = Bodies::new(self.topology);
         bodies.place(self.topology, self.parameters, &state.coordinates);
         let mut known: Vec<Option<Pose<f64>>> =
@@ -323,14 +323,27 @@ impl<'a> Given<'a> {
 
     /// Finds open coordinates from the closure of loops whose other coordinates are known: of floating
     /// bodies on known chains, and of chains between known bodies. Returns for each node whether it was found.
-    fn fill(&self, state: &mut State<f64>, is_open: &mut [bool]) -> Vec<bool> {
+    fn fill(
+        &self,
+        joints: &[JointCoordinates],
+        state: &mut State<f64>,
+        is_open: &mut [bool],
+    ) -> Vec<bool> {
         let topology = self.topology;
         let mut filled = vec![false; topology.nodes.len()];
         if !is_open.iter().any(|open| *open) || topology.cuts.is_empty() {
             return filled;
         }
-        let constraints = MotionConstraints::new(topology, self.coordinates, &[]);
+        let (coordinates, targets) = self.with_starts_of_cuts(joints);
+        let constraints = MotionConstraints::new(topology, &coordinates, &[]);
         let mut kinematics = Kinematics::new(topology, &constraints, &StaticLu::default());
+        // The closure of a cut joint, and its coordinates as far as they are given.
+        let rows_of = |cut: &Cut| -> Vec<usize> {
+            let own = coordinates.iter().enumerate().filter(|(_, coordinate)| {
+                matches!(coordinate, Coordinate::Joint { joint, .. } if joint.0 == cut.joint)
+            });
+            cut.constraints.clone().chain(own.map(|(k, _)| topology.constraints + k)).collect()
+        };
         let is_floating = |node: usize| topology.nodes[node].link == Link::Floating;
         let mut random = Random::new(11);
         loop {
@@ -345,20 +358,15 @@ impl<'a> Given<'a> {
                 let alone = |path: &[(usize, f64)]| open_nodes(path, is_open) == [node];
                 let mut rows: Vec<usize> = Vec::new();
                 for cut in topology.cuts.iter().filter(|cut| alone(&cut.path)) {
-                    rows.extend(cut.constraints.clone());
+                    rows.extend(rows_of(cut));
                 }
                 if rows.len() >= 6 {
                     let own = (topology.constraints..constraints.row_count())
                         .filter(|row| alone(&constraints.rows[*row].path));
                     rows.extend(own.collect::<Vec<_>>());
-                    self.fill_nodes(
-                        &mut kinematics,
-                        &constraints,
-                        state,
-                        &rows,
-                        &[node],
-                        &mut random,
-                    );
+                    let equations = (&constraints, targets.as_slice());
+                    let nodes = [node];
+                    self.fill_nodes(&mut kinematics, equations, state, &rows, &nodes, &mut random);
                     (is_open[node], filled[node], changed) = (false, true, true);
                 }
             }
@@ -367,8 +375,9 @@ impl<'a> Given<'a> {
                 if nodes.is_empty() || nodes.iter().any(|node| is_floating(*node)) {
                     continue;
                 }
-                let rows: Vec<usize> = cut.constraints.clone().collect();
-                self.fill_nodes(&mut kinematics, &constraints, state, &rows, &nodes, &mut random);
+                let rows = rows_of(cut);
+                let equations = (&constraints, targets.as_slice());
+                self.fill_nodes(&mut kinematics, equations, state, &rows, &nodes, &mut random);
                 for node in nodes {
                     (is_open[node], filled[node], changed) = (false, true, true);
                 }
@@ -379,12 +388,34 @@ impl<'a> Given<'a> {
         }
     }
 
+    /// The prescribed coordinates, and the starts of cut joints, which are no coordinates of the tree.
+    fn with_starts_of_cuts(
+        &self,
+        joints: &[JointCoordinates],
+    ) -> (Vec<Coordinate>, Vec<Target<f64>>) {
+        let (mut coordinates, mut targets) = (self.coordinates.to_vec(), self.targets.to_vec());
+        for cut in &self.topology.cuts {
+            let joint_type = self.topology.joint_types[cut.joint];
+            if !joints[cut.joint].are_given || !joint_type.has_scalar_coordinates() {
+                continue;
+            }
+            for (dof, &value) in joints[cut.joint].values.iter().enumerate() {
+                let coordinate = Coordinate::Joint { joint: JointId(cut.joint), dof };
+                if !coordinates.contains(&coordinate) {
+                    coordinates.push(coordinate);
+                    targets.push(Target { value, rate: 0.0, acceleration: 0.0 });
+                }
+            }
+        }
+        (coordinates, targets)
+    }
+
     /// Moves the coordinates of some nodes until the rows are met as well as can be: first from where they
     /// are, then, if that does not close the loops, from random places.
     fn fill_nodes(
         &self,
         kinematics: &mut Kinematics<f64>,
-        constraints: &MotionConstraints,
+        (constraints, targets): (&MotionConstraints, &[Target<f64>]),
         state: &mut State<f64>,
         rows: &[usize],
         nodes: &[usize],
@@ -404,10 +435,9 @@ impl<'a> Given<'a> {
         }
         let mut counts = vec![0.0; constraints.row_count()];
         rows.iter().for_each(|row| counts[*row] = 1.0);
-        let equations =
-            PositionEquations::new(topology, self.parameters, constraints, self.targets)
-                .weighted(|row| counts[row])
-                .moving(|dof| moves[dof]);
+        let equations = PositionEquations::new(topology, self.parameters, constraints, targets)
+            .weighted(|row| counts[row])
+            .moving(|dof| moves[dof]);
         let begin = state.clone();
         let mut best: Option<(f64, State<f64>)> = None;
         for attempt in 0..FILL_STARTS {

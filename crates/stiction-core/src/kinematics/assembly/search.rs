@@ -247,7 +247,9 @@ impl Assembly {
 
     /// Compares the present configuration with the reference.
     fn compare(&mut self, parameters: &Parameters<f64>, reference: &Reference, modes: &[Mode]) {
-        let (bodies, length) = (&self.kinematics.bodies, parameters.length);
+        let mut bodies = self.kinematics.bodies.clone();
+        bodies.place(&self.model.topology, parameters, &self.state.coordinates);
+        let (bodies, length) = (&bodies, parameters.length);
         self.report.distance = reference.distance(bodies, length);
         self.report.farthest = reference
             .farthest(bodies, length)
