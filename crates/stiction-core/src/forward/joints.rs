@@ -29,19 +29,8 @@ impl Forward {
         joint: JointId,
         dof: usize,
     ) -> Target<f64> {
-        let topology = &self.topology;
         let value = self.joint_coordinate(state, bodies, joint, dof);
-        let Some(own) = topology.joint_types[joint.0].dofs().get(dof) else {
-            return Target { value, rate: 0.0, acceleration: 0.0 };
-        };
-        let (predecessor, successor) = topology.ends[joint.0];
-        let bias = bodies.joint_bias(topology, &self.parameters, joint.0);
-        let relative = bodies.acceleration[successor] - bodies.acceleration[predecessor] - bias;
-        Target {
-            value,
-            rate: bodies.joint_rates(topology, joint.0)[dof],
-            acceleration: relative.power(bodies.effort(own, joint.0)),
-        }
+        bodies.joint_motion(&self.topology, &self.parameters, (joint.0, dof), value)
     }
 
     /// The largest loop-closure error where bodies are like this, m; angles times the characteristic length.

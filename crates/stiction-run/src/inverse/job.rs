@@ -1,4 +1,4 @@
-//! A mechanism to be carried along a motion under a load.
+//! Description of a run along a motion.
 
 use super::error::Error;
 use crate::{Instants, InstantsError};
@@ -6,29 +6,29 @@ use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settin
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::{LoadCase, ModelFile, Motion};
 
-/// What is to be computed.
+/// Description of a run of inverse dynamics along a motion.
 #[derive(Clone, Debug)]
 pub struct Job<'a> {
-    /// The model.
+    /// Model of the mechanism.
     pub model: &'a ModelFile,
-    /// Its motion.
+    /// Prescribed motion.
     pub motion: &'a Motion,
-    /// How the motion is called.
+    /// Name of the motion.
     pub motion_name: String,
-    /// The load.
+    /// External loads.
     pub load: &'a LoadCase,
-    /// How the load is called.
+    /// Name of the load case.
     pub load_name: String,
-    /// How friction is coupled.
+    /// Coupling of friction and reactions.
     pub friction: FrictionMode,
-    /// Time between samples, s, if it is not left to the motion.
+    /// Time between samples, s; by default that of the motion.
     pub step: Option<f64>,
-    /// Whether to find out how far friction can grow before it locks the mechanism.
+    /// True to compute the friction margin to jamming.
     pub friction_margin: bool,
 }
 
 impl Job<'_> {
-    /// The instants of the samples.
+    /// Sample times.
     ///
     /// # Errors
     /// See [`InstantsError`].
@@ -60,7 +60,7 @@ impl Job<'_> {
         self.check_motion(to)?;
         let followed = solver.follow(from, to, |t, targets| self.targets_at(t, targets));
         followed.or_else(|error| {
-            // A recording may have failed on the way.
+            // A recording may fail to be read during the step.
             self.check_motion(to)?;
             Err(Error::Assembly { time: to, error })
         })
@@ -72,7 +72,7 @@ impl Job<'_> {
         }
     }
 
-    /// Why the motion has no value at an instant, if it has none.
+    /// Checks that the motion has a finite value at an instant, s.
     pub(crate) fn check_motion(&self, time: f64) -> Result<(), Error> {
         for (_, signal) in &self.motion.coordinates {
             if let Some(fault) = signal.fault_at(time) {

@@ -17,6 +17,7 @@ mod friction;
 mod gallery;
 mod identities;
 mod indeterminate;
+mod joints;
 mod laws;
 #[path = "../../../stiction-core/tests/suite/common/mod.rs"]
 mod mechanisms;

@@ -26,7 +26,7 @@ fn without_arguments_a_controller_follows_the_robots_own_motion() {
     let out = said.succeeds();
     assert!(said.err.contains("knows the robot, but not its friction"), "{}", said.err);
     // Values that differ between machines are omitted.
-    let stable: Vec<&str> = out.lines().filter(|line| !line.starts_with("loops closed")).collect();
+    let stable: Vec<&str> = out.lines().filter(|line| !line.starts_with("loop closure")).collect();
     insta::assert_snapshot!("forward-default", stable.join("\n"));
 }
 
@@ -66,7 +66,7 @@ fn the_files_are_complete() {
     assert_eq!(summary["options"]["controller"], "computed-torque");
     assert!(inner.read("events.csv").starts_with("time [s],event,at,detail\n"));
     let svg = inner.read("friction.svg");
-    assert!(svg.contains("contacts that stick") && !svg.contains("NaN"));
+    assert!(svg.contains("friction interfaces that stick") && !svg.contains("NaN"));
 }
 
 #[test]

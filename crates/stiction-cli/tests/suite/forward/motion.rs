@@ -97,7 +97,7 @@ fn a_delta_robot_is_passed_in_steps_and_says_so() {
     let events = summary["method"]["event_driven"].as_f64().unwrap();
     assert!(steps > 0.0 && (steps + events - 0.02).abs() < 1e-12, "{steps} {events}");
     // Balls slide from here on.
-    assert!(summary["energy"]["contacts"].as_f64().unwrap() > 0.0);
+    assert!(summary["energy"]["interfaces"].as_f64().unwrap() > 0.0);
 }
 
 #[test]

@@ -307,6 +307,13 @@ impl InverseDynamics {
         coordinates[..content.joint_type.dofs().len()].to_vec()
     }
 
+    /// Coordinate (m or rad, angles within half a turn), rate and acceleration of a joint's degree of freedom;
+    /// the coordinate is zero for joints without scalar coordinates.
+    pub fn joint_motion(&self, joint: JointId, dof: usize) -> Target<f64> {
+        let value = self.joint_coordinates(joint).get(dof).copied().unwrap_or(0.0);
+        self.bodies().joint_motion(&self.topology, &self.parameters, (joint.0, dof), value)
+    }
+
     /// Largest loop-closure error at the present position, m; angles times the characteristic
     /// length.
     pub fn closure_error(&self) -> f64 {
