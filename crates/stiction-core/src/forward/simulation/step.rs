@@ -15,6 +15,11 @@ use crate::forward::integrator::Tolerance;
 /// Conditions that are as close to dependent as this: stages of steps are moved onto the loops, too.
 const NEAR_SINGULAR: f64 = 0.2;
 
+/// Relative closure error of the loops after a projection.
+const CLOSURE: f64 = 2e-15;
+/// Coarsest relative tolerance of a step through a singular passage.
+const COARSEST: f64 = 1e-6;
+
 /// Numbers of Hairer's code of this method: what stability allows, so many steps are many, so few others
 /// in a row end it.
 const BOUNDED_BY_STABILITY: f64 = 6.1;
@@ -175,7 +180,18 @@ impl Simulation<'_> {
         });
         self.steps = steps;
         self.scales = scales;
-        result
+        Ok(result? * self.settings.relative / self.attainable_tolerance())
+    }
+
+    /// Relative tolerance that rounding allows at the stages of the last step.
+    ///
+    /// Loops close to [`CLOSURE`]. At the singularity distance `s` this turns the null space of the constraint
+    /// rows, and so the rates, by `CLOSURE / s`; its change over the width `s` of the singular passage amounts
+    /// to `CLOSURE / s^2` of the rates. No shorter step is more accurate.
+    pub(super) fn attainable_tolerance(&self) -> f64 {
+        let nearest = self.room.nearest;
+        let rounding = (CLOSURE / (nearest * nearest)).min(COARSEST);
+        self.settings.relative.max(rounding)
     }
 
     /// Accepts a step up to the first event in it.
@@ -352,6 +368,7 @@ impl Simulation<'_> {
         loads.clear();
         loads.extend(self.now.interfaces.iter().map(|interface| interface.load));
         self.room.margin = f64::INFINITY;
+        self.room.nearest = self.now.distance;
     }
 
     pub(super) fn evaluate(
@@ -412,6 +429,7 @@ impl Simulation<'_> {
         };
         self.derivative_into(&instant, rates);
         self.room.margin = self.room.margin.min(self.least_margin(&instant));
+        self.room.nearest = self.room.nearest.min(instant.distance);
         let Scratch { loads, solved, .. } = &mut *self.room;
         loads.clone_from(&solved.coupled.loads);
         self.room.spare(instant);

@@ -50,22 +50,13 @@ impl Simulation<'_> {
         if self.stepping.is_some() { Method::TimeStepping } else { Method::EventDriven }
     }
 
-    /// Whether an error of the event-driven method is a reason to go on in steps.
+    /// Returns whether time stepping may continue after this error of the event-driven method: no acceleration
+    /// or no set of sticking joints was found, or the steps have become too short. Velocities that satisfy
+    /// all laws at the end of a step may still exist.
     pub(super) fn may_step(&self, error: &ForwardError) -> bool {
-        let holds =
-            |c: &InterfaceMode| matches!(c, InterfaceMode::Sticks | InterfaceMode::AtLimit(_));
         self.settings.method == Method::Automatic
             && self.stepping.is_none()
-            && match error {
-                // Without friction there is nothing that steps of first order do better.
-                ForwardError::NoChoice { .. } | ForwardError::Stiff { .. } => {
-                    self.affine_frictions()
-                }
-                // Where something holds, what lets go may have been chosen badly; where all slide there is
-                // no acceleration at all.
-                ForwardError::NoAcceleration { .. } => self.modes.iter().any(holds),
-                _ => false,
-            }
+            && is_without_acceleration(error)
     }
 
     /// Whether anything rubs.
@@ -356,6 +347,16 @@ impl Simulation<'_> {
         }
         Ok(())
     }
+}
+
+/// Returns whether the event-driven method found no acceleration, or none that a step can follow.
+pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
+    matches!(
+        error,
+        ForwardError::NoChoice { .. }
+            | ForwardError::NoAcceleration { .. }
+            | ForwardError::Stiff { .. }
+    )
 }
 
 /// What was held before stays where it was.
