@@ -26,6 +26,9 @@ const BOUNDED_BY_STABILITY: f64 = 6.1;
 const STIFF: usize = 15;
 const CALM: usize = 6;
 
+/// A shorter step without an acceleration at its stages, s, is left to the time stepper.
+const LOST: f64 = 1e-6;
+
 /// Where the end of a step is off an event by less than this part of it, it is moved there along the derivative: the
 /// square of that is below rounding.
 const NUDGE: f64 = 1e-7;
@@ -78,7 +81,9 @@ impl Simulation<'_> {
             } else if left < 2.0 * step {
                 step = 0.5 * left;
             }
-            match self.try_step(start, first, step, inputs) {
+            let tried = self.try_step(start, first, step, inputs);
+            if std::env::var_os("STDBG").is_some() { eprintln!("t {time:.12} h {step:.2e} {} ev {}", match &tried { Ok(e) => format!("{e:.2e}"), Err(e) => format!("{e}").chars().take(90).collect() }, self.evaluations); }
+            match tried {
                 Ok(error) if error <= 1.0 => {
                     let grow = if error > 0.0 { 0.9 * error.powf(-0.125) } else { 6.0 };
                     let next = step * grow.clamp(0.33, 6.0);
@@ -147,6 +152,13 @@ impl Simulation<'_> {
     ) -> Result<(), ForwardError> {
         self.step = step * factor;
         let shortest = self.settings.shortest_step.max(4.0 * f64::EPSILON * self.now.time.abs());
+        if let Some(error) = &error
+            && self.step < LOST
+            && self.may_step(error)
+        {
+            // Ever shorter steps towards the last acceleration end nowhere.
+            return Err(error.clone());
+        }
         if self.step >= shortest {
             return Ok(());
         }

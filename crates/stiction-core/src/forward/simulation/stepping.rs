@@ -222,6 +222,7 @@ impl Simulation<'_> {
             let shortened = step < stepping.step;
             let half = 0.5 * step;
             let tried = self.two_halves(time, half, &from, (&modes, &bristles), inputs);
+            if std::env::var_os("STDBG").is_some() { eprintln!("TS {time:.12} h {step:.2e} {} ev {}", match &tried { Ok(e) => format!("{:.2e} {:.1e}", self.apart(&e.0.state, &e.2.state, step), self.change(&from,&e.0.state)), Err(e) => format!("{e}").chars().take(90).collect() }, self.evaluations); }
             let (whole, first, second) = match tried {
                 Ok(tried) => tried,
                 Err(error) => {
@@ -240,7 +241,8 @@ impl Simulation<'_> {
             // Slow is what falls freely for a part of the time that its own length takes.
             let Parameters { gravity, length, .. } = &self.model.parameters;
             let slow = self.fastest_rate.max(JUMP * (gravity.norm() / length).sqrt());
-            let jumps = one > 0.75 * all && all > JUMP * slow && all > 0.0;
+            let moves = all > STILL * whole.leap.free_rate;
+            let jumps = moves && one > 0.75 * all && all > JUMP * slow;
             if (error > 1.0 || jumps) && step > SHORTEST_BEFORE_JUMP {
                 let factor = if error > 1.0 { (0.8 / error.sqrt()).clamp(0.1, 0.7) } else { 0.25 };
                 stepping.step = (step * factor).max(0.9 * SHORTEST_BEFORE_JUMP);
