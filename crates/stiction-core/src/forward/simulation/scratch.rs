@@ -20,6 +20,8 @@ pub(super) struct Scratch {
     pub(super) conditions_hold: bool,
     /// The least part of its limit that any contact which sticks had left at the stages of a step.
     pub(super) margin: f64,
+    /// The smallest singularity distance at the stages of a step, see [`Instant::distance`].
+    pub(super) nearest: f64,
     /// Coordinates and rates that are moved onto the loops, and all that goes with them.
     pub(super) y: Vec<f64>,
     /// Where the last step began.
@@ -38,6 +40,7 @@ impl Scratch {
             loads: Vec::new(),
             conditions_hold: false,
             margin: f64::INFINITY,
+            nearest: f64::INFINITY,
             y: Vec::new(),
             before: State::new(&model.topology),
             ranks: Ranks::new(model),

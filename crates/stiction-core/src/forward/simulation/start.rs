@@ -1,7 +1,7 @@
 //! Where a simulation begins.
 
 use super::scratch::Scratch;
-use super::stepping::{FIRST, QUIET};
+use super::stepping::{FIRST, QUIET, is_without_acceleration};
 use super::{Energies, Method, REST, Settings, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, is_smooth, norm};
@@ -127,7 +127,9 @@ impl<'a> Simulation<'a> {
                 (model.instant(situation, &modes, &solved), modes, false)
             }
             // Where no accelerations were found velocities may still have a solution.
-            Some(Err(error)) if !may_leap(&error, settings, resting.is_empty()) => {
+            Some(Err(error))
+                if settings.method != Method::Automatic || !is_without_acceleration(&error) =>
+            {
                 return Err(error);
             }
             failed => {
@@ -170,6 +172,7 @@ impl<'a> Simulation<'a> {
             fastest_rate: 0.0,
             step: 0.0,
             events: Vec::new(),
+            in_passage: false,
             told_of_others: false,
             told_of_shares: 0,
             stalled: 0,
@@ -204,12 +207,4 @@ impl<'a> Simulation<'a> {
         simulation.look_for_others(inputs)?;
         Ok(simulation)
     }
-}
-
-/// Whether the time stepper may begin where accelerations were not found for this reason: where all slide there
-/// are none.
-fn may_leap(error: &ForwardError, settings: Settings, all_slide: bool) -> bool {
-    let friction =
-        matches!(error, ForwardError::NoChoice { .. } | ForwardError::NoAcceleration { .. });
-    settings.method == Method::Automatic && friction && !all_slide
 }

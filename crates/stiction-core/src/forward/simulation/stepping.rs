@@ -50,22 +50,13 @@ impl Simulation<'_> {
         if self.stepping.is_some() { Method::TimeStepping } else { Method::EventDriven }
     }
 
-    /// Whether an error of the event-driven method is a reason to go on in steps.
+    /// Returns whether time stepping may continue after this error of the event-driven method: no acceleration
+    /// or no set of sticking joints was found, or the steps have become too short. Velocities that satisfy
+    /// all laws at the end of a step may still exist.
     pub(super) fn may_step(&self, error: &ForwardError) -> bool {
-        let holds =
-            |c: &InterfaceMode| matches!(c, InterfaceMode::Sticks | InterfaceMode::AtLimit(_));
         self.settings.method == Method::Automatic
             && self.stepping.is_none()
-            && match error {
-                // Without friction there is nothing that steps of first order do better.
-                ForwardError::NoChoice { .. } | ForwardError::Stiff { .. } => {
-                    self.affine_frictions()
-                }
-                // Where something holds, what lets go may have been chosen badly; where all slide there is
-                // no acceleration at all.
-                ForwardError::NoAcceleration { .. } => self.modes.iter().any(holds),
-                _ => false,
-            }
+            && is_without_acceleration(error)
     }
 
     /// Whether anything rubs.
@@ -231,6 +222,7 @@ impl Simulation<'_> {
             let shortened = step < stepping.step;
             let half = 0.5 * step;
             let tried = self.two_halves(time, half, &from, (&modes, &bristles), inputs);
+            if std::env::var_os("STDBG").is_some() { eprintln!("TS {time:.12} h {step:.2e} {} ev {}", match &tried { Ok(e) => format!("{:.2e} {:.1e}", self.apart(&e.0.state, &e.2.state, step), self.change(&from,&e.0.state)), Err(e) => format!("{e}").chars().take(90).collect() }, self.evaluations); }
             let (whole, first, second) = match tried {
                 Ok(tried) => tried,
                 Err(error) => {
@@ -249,7 +241,8 @@ impl Simulation<'_> {
             // Slow is what falls freely for a part of the time that its own length takes.
             let Parameters { gravity, length, .. } = &self.model.parameters;
             let slow = self.fastest_rate.max(JUMP * (gravity.norm() / length).sqrt());
-            let jumps = one > 0.75 * all && all > JUMP * slow && all > 0.0;
+            let moves = all > STILL * whole.leap.free_rate;
+            let jumps = moves && one > 0.75 * all && all > JUMP * slow;
             if (error > 1.0 || jumps) && step > SHORTEST_BEFORE_JUMP {
                 let factor = if error > 1.0 { (0.8 / error.sqrt()).clamp(0.1, 0.7) } else { 0.25 };
                 stepping.step = (step * factor).max(0.9 * SHORTEST_BEFORE_JUMP);
@@ -356,6 +349,16 @@ impl Simulation<'_> {
         }
         Ok(())
     }
+}
+
+/// Returns whether the event-driven method found no acceleration, or none that a step can follow.
+pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
+    matches!(
+        error,
+        ForwardError::NoChoice { .. }
+            | ForwardError::NoAcceleration { .. }
+            | ForwardError::Stiff { .. }
+    )
 }
 
 /// What was held before stays where it was.
