@@ -40,19 +40,17 @@ impl ControlLoop {
             poses.map(|(body, pose)| (BodyId(body), ground * *pose)).collect();
         let friction = robot.model().default_friction.unwrap_or_default();
         let settings = Settings { friction, ..Settings::default() };
-        let solver = InverseDynamics::new(
-            home.mechanism,
-            &initial_poses,
-            &coordinates,
-            &targets,
-            settings,
-        )
-        .map_err(|error| explain::inverse(MotionError::Assembly { time: job.motion.start, error }))?;
+        let solver =
+            InverseDynamics::new(home.mechanism, &initial_poses, &coordinates, &targets, settings)
+                .map_err(|error| {
+                    explain::inverse(MotionError::Assembly { time: job.motion.start, error })
+                })?;
         let model = solver.model().map_err(|reason| {
-            Error::no_answer(format!("no control loop for `{}`: {reason}", robot.name()))
-                .with_help("give the default motion another first position, away from singular ones")
+            Error::no_answer(format!("no control loop for `{}`: {reason}", robot.name())).with_help(
+                "give the default motion another first position, away from singular ones",
+            )
         })?;
-        let data = model.data(solver.assembly().state(), settings);
+        let data = model.data(solver.state(), settings);
         Ok(Self { model, data, position: targets.iter().map(|target| target.value).collect() })
     }
 }

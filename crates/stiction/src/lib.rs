@@ -21,7 +21,7 @@
 //! | motion under efforts, controllers, loads and locks | [`Robot::forward`] |
 //! | mobility, redundant constraints, singularities | [`Robot::check`] |
 //! | efforts at which a robot at rest begins to move | [`Robot::breakaway`] |
-| efforts in a control loop, without allocation | [`Robot::control_loop`] |
+//! | efforts in a control loop, without allocation | [`Robot::control_loop`] |
 //!
 //! Every failure is one type, [`Error`]: it names the place, the value and the limit, and suggests a cure.
 //! Nothing here panics on bad input, and an unknown name is answered by the nearest known one:
