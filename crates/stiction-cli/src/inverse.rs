@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use crate::outputs::Outputs;
 use crate::print;
 use crate::progress::Progress;
-use crate::sources::{self, note_frictionless, warn};
+use crate::sources::{self, DEFAULT_MODEL, note_frictionless, warn};
 use std::fs::File;
 use std::io::{BufWriter, IsTerminal};
 use std::sync::Arc;
@@ -14,15 +14,12 @@ use stiction::{FrictionMode, explain};
 use stiction_run::Sink;
 use stiction_run::inverse::{Curves, Error, Summary, Tables, write_summary};
 
-/// Name of the built-in robot that runs without a model.
-pub(crate) const DEFAULT_MODEL: &str = "zhang2018-regular";
-
 pub(crate) fn run(options: &Inverse) -> Result<(), Failure> {
     execute(options).map_err(|failure| failure.as_json(options.json))
 }
 
 fn execute(options: &Inverse) -> Result<(), Failure> {
-    let robot = sources::robot(options.model.as_deref().unwrap_or(DEFAULT_MODEL))?;
+    let robot = sources::robot_or_default(options.model.as_deref())?;
     if options.model.is_none() {
         message!(
             "No model given: running the built-in `{DEFAULT_MODEL}`, the regular twin of a published \

@@ -125,6 +125,7 @@ mod fields;
 pub mod gallery;
 mod model_file;
 mod parameters;
+mod quantity;
 mod read;
 mod signal;
 mod source;
@@ -136,6 +137,7 @@ pub use model_file::{
     AppliedWrench, Channel, Control, ControlType, Drives, FrictionFeed, Leg, LoadCase, ModelFile,
     Motion,
 };
+pub use quantity::seconds;
 pub use read::read;
 pub use signal::Signal;
 pub use signal::samples::SampleTimes;

@@ -316,6 +316,35 @@ fn a_long_recording_is_the_same_in_pieces() {
     assert!(folder.read("inverse.csv") == pieces, "tables differ");
 }
 
+/// Times take units on the command line, and a wrong unit is named.
+#[test]
+fn times_take_units() {
+    let folder = Folder::new("inverse-units");
+    let samples = |step: &str| {
+        let said = folder.stiction(&["inverse", "four-bar", "--step", step, "--json"]);
+        said.succeeds();
+        json(&said.out)["samples"].clone()
+    };
+    assert_eq!(samples("50 ms"), samples("0.05"));
+    folder
+        .stiction(&["inverse", "four-bar", "--step", "3 mm"])
+        .fails(2, &["'3 mm'", "--step", "expected a time, found a length"]);
+}
+
+/// The name of a model file may be any that the system allows.
+#[cfg(unix)]
+#[test]
+fn names_of_files_need_not_be_utf_8() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = Folder::new("inverse-bytes");
+    let text = stiction_format::gallery::get("four-bar").unwrap();
+    let name = std::ffi::OsStr::from_bytes(b"four-b\xe4r.toml");
+    // Some file systems accept only UTF-8.
+    if std::fs::write(folder.0.join(name), text).is_ok() {
+        assert!(folder.command(&["inverse"]).arg(name).output().unwrap().status.success());
+    }
+}
+
 #[test]
 fn a_defect_at_the_end_of_a_long_recording_has_its_place() {
     let folder = Folder::new("long-defect");

@@ -92,11 +92,13 @@ fn what_cannot_go_on_is_told() {
     folder.stiction(&["forward", "--resume", "-o", "."]).fails(2, &["no checkpoint.json"]);
     folder.write("checkpoint.json", "{");
     let resume = ["forward", "--resume", "-o", "."];
-    folder.stiction(&resume).fails(2, &["is damaged: it is no JSON any more (line 1)"]);
+    folder.stiction(&resume).fails(2, &["is damaged: line 1 is not valid JSON"]);
     folder.write("checkpoint.json", "{}");
-    folder.stiction(&resume).fails(2, &["is damaged: it does not say of which simulation it is"]);
+    folder.stiction(&resume).fails(2, &["is damaged: it does not name its simulation"]);
     folder.write("checkpoint.json", "{\"fingerprint\": \"12\"}");
-    folder.stiction(&["forward", "--resume", "-o", "."]).fails(2, &["of another simulation"]);
+    folder
+        .stiction(&["forward", "--resume", "-o", "."])
+        .fails(2, &["belongs to another simulation"]);
     folder
         .stiction(&["forward", "--checkpoint", "-1", "-o", "."])
         .fails(2, &["--checkpoint is -1 s"]);
