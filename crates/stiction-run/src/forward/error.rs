@@ -34,6 +34,19 @@ pub enum Error {
         /// Why.
         error: Box<Error>,
     },
+    /// A part is picked up or placed during the simulation, which is an impact.
+    #[error(
+        "the payload of `{body}` is picked up or placed between t = {from} s and t = {until} s; a \
+         simulation needs payloads that are carried all the time"
+    )]
+    Payload {
+        /// The body that carries it.
+        body: String,
+        /// First instant of the simulation, s.
+        from: f64,
+        /// Last instant, s.
+        until: f64,
+    },
     /// The mechanism cannot go on.
     #[error(transparent)]
     Forward(ForwardError),

@@ -44,6 +44,12 @@ pub enum Error {
         /// Why.
         error: AssemblyError,
     },
+    /// A part is carried by a body with a local degree of freedom, such as a rod between two balls.
+    #[error("`{body}` carries a payload, but can spin freely about its own axis")]
+    Payload {
+        /// The body.
+        body: String,
+    },
     /// There are no forces.
     #[error("at t = {time} s: {error}")]
     Forces {
