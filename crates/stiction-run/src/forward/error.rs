@@ -68,7 +68,7 @@ impl Error {
             matches!(error, AssemblyError::Open { .. } | AssemblyError::AngleRange { .. })
         };
         match self {
-            Self::Instants(_) | Self::NotFinite(_) | Self::Mark => true,
+            Self::Instants(_) | Self::NotFinite(_) | Self::Payload { .. } | Self::Mark => true,
             Self::Motion(error) => error.is_bad_input(),
             Self::Controller(_) | Self::ControllerForces(_) => true,
             Self::Forward(ForwardError::Assembly(error)) => incomplete(error),

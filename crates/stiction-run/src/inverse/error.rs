@@ -76,6 +76,7 @@ impl Error {
             self,
             Self::Instants(_)
                 | Self::NotFinite(_)
+                | Self::Payload { .. }
                 | Self::Assembly {
                     error: AssemblyError::Open { .. } | AssemblyError::AngleRange { .. },
                     ..
