@@ -135,7 +135,7 @@ pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use fields::json_schema;
 pub use model_file::{
     AppliedWrench, Channel, Control, ControlType, Drives, FrictionFeed, Leg, LoadCase, ModelFile,
-    Motion,
+    Motion, Payload, Side,
 };
 pub use quantity::seconds;
 pub use read::read;

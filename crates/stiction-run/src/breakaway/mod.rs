@@ -68,7 +68,7 @@ pub fn look(job: &Job<'_>, time: Option<f64>) -> Result<Findings, BreakawayError
     }
     *solver.settings_mut() = Settings { friction: FrictionMode::Converged, ..Settings::default() };
     let mut loads = Vec::new();
-    job.loads_at(time, &mut loads)?;
+    job.loads_at_rest(time, &mut loads)?;
     let rest = solver.rest(&loads).map_err(|error| Error::Forces { time, error })?;
     Ok(findings(&solver, time, rest))
 }

@@ -34,6 +34,19 @@ pub enum Error {
         /// Cause.
         error: Box<Error>,
     },
+    /// A part is picked up or placed during the simulation, which is an impact.
+    #[error(
+        "the payload of `{body}` is picked up or placed between t = {from} s and t = {until} s; a \
+         simulation needs payloads that are carried all the time"
+    )]
+    Payload {
+        /// The body that carries it.
+        body: String,
+        /// First instant of the simulation, s.
+        from: f64,
+        /// Last instant, s.
+        until: f64,
+    },
     /// The mechanics has no answer.
     #[error(transparent)]
     Forward(ForwardError),
@@ -55,7 +68,7 @@ impl Error {
             matches!(error, AssemblyError::Open { .. } | AssemblyError::AngleRange { .. })
         };
         match self {
-            Self::Instants(_) | Self::NotFinite(_) | Self::Mark => true,
+            Self::Instants(_) | Self::NotFinite(_) | Self::Payload { .. } | Self::Mark => true,
             Self::Motion(error) => error.is_bad_input(),
             Self::Controller(_) | Self::ControllerForces(_) => true,
             Self::Forward(ForwardError::Assembly(error)) => incomplete(error),

@@ -6,6 +6,7 @@ use crate::inverse;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction_core::forward::Forward;
 use stiction_core::kinematics::Target;
+use stiction_format::Side;
 
 /// Follows the motion of a job with an inverse-dynamics solver.
 #[derive(Clone, Debug)]
@@ -74,7 +75,8 @@ impl<'a> Guide<'a> {
 
     /// Efforts of the motion, with and without friction.
     pub(super) fn drives(&mut self) -> Result<(&[f64], &[f64]), Error> {
-        self.job.loads_at(self.time, &mut self.loads).map_err(Error::Motion)?;
+        let at = (self.time, Side::After);
+        self.job.loads_of(&self.solver, at, &mut self.loads).map_err(Error::Motion)?;
         let time = self.time;
         match self.solver.solve(&self.loads) {
             Ok(forces) => Ok((&forces.efforts, &forces.efforts_frictionless)),

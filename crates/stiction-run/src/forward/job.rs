@@ -1,5 +1,6 @@
 //! Description of a simulation.
 
+use super::error::Error;
 use stiction_core::forward::{Known, Settings};
 use stiction_core::mechanism::JointId;
 use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion};
@@ -74,6 +75,20 @@ impl Job<'_> {
     pub fn follows(&self) -> bool {
         let feeds = matches!(self.drives, Feed::Inverse);
         self.control.is_some() || feeds || !self.prescribed.is_empty()
+    }
+
+    /// The model whose bodies carry the payloads of the load, and the load without them.
+    pub(super) fn with_payloads(&self) -> Result<(ModelFile, LoadCase), Error> {
+        let mut model = self.model.clone();
+        let time = (self.from, self.until);
+        let attached = self.load.attached(&model.mechanism, time);
+        let (mechanism, load) = attached.map_err(|payload| Error::Payload {
+            body: model.mechanism.bodies()[payload.body.0].name.clone(),
+            from: self.from,
+            until: self.until,
+        })?;
+        model.mechanism = mechanism;
+        Ok((model, load))
     }
 
     /// For each actuator true if it follows the motion.

@@ -40,6 +40,11 @@ impl Job<'_> {
         stopped: &dyn Fn() -> bool,
         mark: Option<&Mark>,
     ) -> Result<Outcome, Error> {
+        if !self.load.payloads.is_empty() {
+            let (model, load) = self.with_payloads()?;
+            let job = Job { model: &model, load: &load, ..self.clone() };
+            return job.run(receive, progress, stopped, mark);
+        }
         let instants = self.instants()?;
         let count = instants.count();
         let forward = Forward::new(self.model.mechanism.clone(), &prescribed(self));

@@ -44,6 +44,12 @@ pub enum Error {
         /// Cause.
         error: AssemblyError,
     },
+    /// A part is carried by a body with a local degree of freedom, such as a rod between two balls.
+    #[error("`{body}` carries a payload, but can spin freely about its own axis")]
+    Payload {
+        /// The body.
+        body: String,
+    },
     /// The forces have no solution.
     #[error("at t = {time} s: {error}")]
     Forces {
@@ -70,6 +76,7 @@ impl Error {
             self,
             Self::Instants(_)
                 | Self::NotFinite(_)
+                | Self::Payload { .. }
                 | Self::Assembly {
                     error: AssemblyError::Open { .. } | AssemblyError::AngleRange { .. },
                     ..

@@ -4,7 +4,7 @@ use super::error::Error;
 use crate::{Instants, InstantsError};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction_core::kinematics::{Coordinate, Target};
-use stiction_format::{LoadCase, ModelFile, Motion};
+use stiction_format::{LoadCase, ModelFile, Motion, Side};
 
 /// Description of a run of inverse dynamics along a motion.
 #[derive(Clone, Debug)]
@@ -82,7 +82,46 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Replaces `loads` by the external wrenches at an instant, s.
+    /// Replaces `loads` by the external wrenches at the instant, s, at which the solver stands, and
+    /// by weight and inertia forces of the parts that are carried on one side of it.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] if a load has no value; [`Error::Payload`] for a part on a body that can
+    /// spin freely, whose acceleration is not known before the forces.
+    pub fn loads_of(
+        &self,
+        solver: &InverseDynamics,
+        (time, side): (f64, Side),
+        loads: &mut Vec<AppliedLoad<f64>>,
+    ) -> Result<(), Error> {
+        self.loads_at(time, loads)?;
+        let gravity = self.model.mechanism.gravity();
+        let carried = self.load.payloads.iter().filter(|load| load.is_carried(time, side));
+        for payload in carried {
+            let body = payload.body;
+            if solver.idle_axes().iter().any(|(spinning, _)| *spinning == body.0) {
+                let body = self.model.mechanism.bodies()[body.0].name.clone();
+                return Err(Error::Payload { body });
+            }
+            loads.push(AppliedLoad::of_payload(body, &payload.part, gravity, solver.bodies()));
+        }
+        Ok(())
+    }
+
+    /// Replaces `loads` by the external wrenches at an instant, s, and by the weights of the parts
+    /// that are carried after it, for a mechanism at rest.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] if a load has no value.
+    pub fn loads_at_rest(&self, time: f64, loads: &mut Vec<AppliedLoad<f64>>) -> Result<(), Error> {
+        self.loads_at(time, loads)?;
+        let gravity = self.model.mechanism.gravity();
+        let carried = self.load.payloads.iter().filter(|load| load.is_carried(time, Side::After));
+        loads.extend(carried.map(|load| AppliedLoad::of_weight(load.body, &load.part, gravity)));
+        Ok(())
+    }
+
+    /// Replaces `loads` by the external wrenches at an instant, s, without payloads.
     ///
     /// # Errors
     /// [`Error::NotFinite`] if a load has no value.

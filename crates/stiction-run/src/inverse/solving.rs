@@ -15,6 +15,7 @@ use stiction_core::dynamics::{
 use stiction_core::kinematics::{Bodies, Target};
 use stiction_core::spatial::Vec3;
 use stiction_core::statics::Distances;
+use stiction_format::Side;
 
 /// Computes forces and verdicts at each sample.
 pub(super) struct Solving<'a> {
@@ -101,18 +102,23 @@ impl Work for Solving<'_> {
         _sample: usize,
         time: f64,
     ) -> Result<(), Error> {
-        let mut loads = Vec::new();
-        self.job.loads_at(time, &mut loads)?;
-        match solver.solve(&loads) {
-            Err(error) => {
-                piece.has_failed = true;
-                piece.looks.push(Look { time, found: Err(error) });
-            }
-            // After a failure the other samples are not needed.
-            Ok(_) if piece.has_failed => {}
-            Ok(_) => {
-                let found = self.find(piece, solver, loads, time);
-                piece.looks.push(Look { time, found: Ok(Box::new(found)) });
+        // Where a part is picked up or placed, forces jump: both values are results.
+        let sides = [Side::Before, Side::After];
+        let jumps = self.job.load.jumps_at(time);
+        for side in sides.into_iter().skip(usize::from(!jumps)) {
+            let mut loads = Vec::new();
+            self.job.loads_of(solver, (time, side), &mut loads)?;
+            match solver.solve(&loads) {
+                Err(error) => {
+                    piece.has_failed = true;
+                    piece.looks.push(Look { time, found: Err(error) });
+                }
+                // After a failure the other samples are not needed.
+                Ok(_) if piece.has_failed => {}
+                Ok(_) => {
+                    let found = self.find(piece, solver, loads, time);
+                    piece.looks.push(Look { time, found: Ok(Box::new(found)) });
+                }
             }
         }
         Ok(())

@@ -24,6 +24,7 @@ mod mechanisms;
 mod mjcf;
 mod mobility;
 mod motion;
+mod payload;
 mod pose;
 mod references;
 mod shares;

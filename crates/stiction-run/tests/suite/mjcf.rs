@@ -27,7 +27,8 @@ fn home(model: &ModelFile) -> Home<'_> {
 
 /// The first motion without a load.
 fn without_load(model: &ModelFile) -> Job<'_> {
-    static NONE: LoadCase = LoadCase { title: String::new(), wrenches: Vec::new() };
+    static NONE: LoadCase =
+        LoadCase { title: String::new(), wrenches: Vec::new(), payloads: Vec::new() };
     Job {
         model,
         motion: &model.motions[0].1,

@@ -208,7 +208,8 @@ fn across_the_plane(slope: f64, rho: f64) -> String {
     )
 }
 
-static NO_LOAD: LoadCase = LoadCase { title: String::new(), wrenches: Vec::new() };
+static NO_LOAD: LoadCase =
+    LoadCase { title: String::new(), wrenches: Vec::new(), payloads: Vec::new() };
 
 /// A motion under gravity alone.
 fn none_loaded<'a>(model: &'a ModelFile, motion: &str) -> Job<'a> {
