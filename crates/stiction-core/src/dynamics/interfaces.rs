@@ -10,24 +10,24 @@ use crate::scalar::Scalar;
 use crate::spatial::{Pose, Twist, Wrench};
 use crate::topology::Topology;
 
-/// A contact at one instant.
+/// State of a friction interface at one instant.
 ///
-/// The effort of its friction on freedom `f` of its joint is
-/// `against[f] * (resistance.constant + resistance.coefficient * load)`.
+/// The generalised friction force on DOF `f` of its joint is `against[f] * (resistance.constant +
+/// resistance.coefficient * load)`, `load` the normal force.
 #[derive(Clone, Copy, Debug)]
 pub struct InterfaceState<T> {
-    /// Sliding velocity at the surface, m/s; of a ball its magnitude.
+    /// Sliding velocity at the surface, m/s; of a ball or plate its magnitude.
     pub velocity: T,
-    /// One where the contact slides, zero where it rests.
+    /// One where the interface slides, zero at rest.
     pub sliding: T,
-    /// For each freedom of the contact, the effort of a friction force of one newton: against the
-    /// motion, with the arm of the surface's radius.
+    /// For each DOF of the interface, the generalised force of one newton of friction: against the
+    /// motion, with the lever arm of the surface.
     pub(crate) against: [T; 3],
-    /// Of a contact with one freedom 1 where it slides forward, -1 backward; at rest the part of its
-    /// greatest friction by which it holds, with its sign.
+    /// With one DOF: 1 where it slides forward, -1 backward; at rest the static friction as a part
+    /// of the largest, with its sign.
     pub(crate) sense: T,
     pub(crate) resistance: Resistance<T>,
-    /// The load with its gradient, at the reaction it was last computed from.
+    /// Normal force with its gradient, at the reaction of the last update.
     pub(crate) load: Load<T>,
 }
 
@@ -43,18 +43,19 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// The load on the surface, N.
+    /// Normal force on the surface, N.
     pub fn load(&self) -> T {
         self.load.value
     }
 
-    /// The magnitude of the friction force, N; of a contact at rest the greatest that it can have.
+    /// Magnitude of the friction force, N; at rest the largest static friction.
     pub fn friction(&self) -> T {
         self.resistance.force(self.load.value)
     }
 
-    /// Speeds and directions from the motion of the bodies. A contact that slides no faster than
-    /// `rest_speed` rests; its friction then acts along `held`, in units of the greatest it can be.
+    /// Updates sliding velocity and direction from the motion of the bodies. An interface that
+    /// slides no faster than `rest_speed` is at rest; its friction is then `held`, in units of the
+    /// largest static friction.
     pub(crate) fn slide(
         &mut self,
         topology: &Topology,
@@ -92,8 +93,8 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// What laws say that change with speed, with its sense, or at rest. Not inlined: kernels of
-    /// dual numbers grow large.
+    /// Evaluates laws that depend on the speed or its sense, or differ at rest. Not inlined:
+    /// kernels of dual numbers grow large.
     fn resist(&mut self, interface: &InterfaceParameters<T>, speed: T) {
         let (sliding, sense) = (self.sliding, self.sense);
         let of = |law: &Law<T>| {
@@ -105,7 +106,8 @@ impl<T: Scalar> InterfaceState<T> {
         self.resistance = forward;
         if let Some(law) = &interface.backward {
             let backward = of(law);
-            // At rest, with nothing held, either may come: the greater is the limit.
+            // At rest without static friction, either sense may follow: the greater coefficient is
+            // the limit.
             let greater = backward.coefficient - forward.coefficient;
             let pick = |backward: T, forward: T| {
                 let open = greater.if_positive(backward, forward);
@@ -247,19 +249,19 @@ fn load_between<T: Scalar>(
 /// How friction enters the linear system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Coupling {
-    /// Not at all.
+    /// No friction.
     None,
-    /// As it is now.
+    /// Constant friction forces, as they are.
     Frozen,
-    /// With its change by the reactions.
+    /// Friction linearised in the reactions.
     Linear,
 }
 
-/// All contacts, and which are at which joint.
+/// States of all friction interfaces.
 #[derive(Clone, Debug)]
 pub(crate) struct Interfaces<T> {
     pub(crate) states: Vec<InterfaceState<T>>,
-    /// For each contact the direction in which it holds while it rests; zero by default.
+    /// Static friction of each interface at rest, as a part of the largest; zero by default.
     pub(crate) held: Vec<[T; 3]>,
 }
 
