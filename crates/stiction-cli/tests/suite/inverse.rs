@@ -108,7 +108,7 @@ fn a_recording_can_be_the_motion() {
 
 /// An encoder that counts within one turn would otherwise give a very fast motion.
 #[test]
-fn a_recording_that_wraps_is_told() {
+fn wrapped_recordings_are_reported() {
     let folder = Folder::new("wrapped");
     let mut rows = String::from("time [s],A [deg]\n");
     for k in 0..=100 {
@@ -165,7 +165,7 @@ fn programs_get_one_json_text() {
 }
 
 #[test]
-fn what_stood_in_the_folder_stays_until_all_is_there() {
+fn old_files_stay_until_all_new_ones_are_complete() {
     let folder = Folder::new("kept");
     folder.write("inverse.csv", "mine");
     folder.write("notes.txt", "mine too");
@@ -186,7 +186,7 @@ fn what_stood_in_the_folder_stays_until_all_is_there() {
 }
 
 #[test]
-fn wrong_input_is_told_with_a_way_out() {
+fn wrong_input_is_reported_with_a_suggestion() {
     let folder = Folder::new("wrong");
     folder.write("broken.toml", "gravity = [0, 0\n");
     folder.write("out", "a file");

@@ -59,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_and_points_are_told() {
+    fn lines_and_points_are_reported() {
         assert_eq!(hull(vec![[1.0, 2.0]; 5]), [[1.0, 2.0]]);
         let line: Vec<Point> = (0..7).map(|k| [f64::from(k) * 10.0, f64::from(k) * 5.0]).collect();
         assert_eq!(hull(line), [[0.0, 0.0], [60.0, 30.0]]);

@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn what_friction_takes_whole_is_not_driven_back() {
+    fn fully_dissipated_power_is_not_back_driven() {
         let mut back = BackDriving::default();
         back.add(0.0, Backward::Driven { given: 2.0, left: 1.0 });
         back.add(1.0, Backward::Driven { given: 2.0, left: -1.0 });

@@ -467,7 +467,7 @@ A = "50 deg + 2 rad/s*t"
 "#;
 
 #[test]
-fn bodies_without_mass_are_told() {
+fn bodies_without_mass_are_reported() {
     let model = model_of("massless", MASSLESS);
     let error = mjcf(&home(&model)).unwrap_err();
     assert_eq!(error, Unfit::Massless { body: "rod".into() });

@@ -84,7 +84,7 @@ fn programs_get_one_json_text() {
 
 /// The last row is at the requested instant, whether or not the step divides the duration.
 #[test]
-fn it_ends_when_it_was_asked_to() {
+fn signals_end_a_run() {
     let folder = Folder::new("forward-last");
     for (until, rows) in [("0.025", 4), ("0.03", 4), ("0.004", 2)] {
         let run = ["forward", "four-bar", "--until", until, "--step", "0.01", "-o", "."];
