@@ -1,8 +1,8 @@
-"""Speed from Python: closed-loop inverse dynamics with all joint reactions through the engines' Python interfaces.
+"""What a Python user gets: closed-loop inverse dynamics with all joint reactions through the engines' Python interfaces.
 
-The methods are those of the C++ harnesses, with numpy between the engines' calls. None of them has a call for many states
-at once, so a batch is a loop. Stiction has no Python package yet; the program is measured instead, per sample, with
-everything written to files.
+The same ways as in the C++ harnesses, with numpy between the engines' calls. None of them has a call for many states at
+once, so a batch is a loop. Stiction has no Python package yet; what stands in is what the program takes for each
+sample, everything written to files.
 """
 
 from __future__ import annotations
@@ -39,19 +39,19 @@ from spatial import Array  # noqa: E402
 from tables import Sample, read_samples  # noqa: E402
 
 ROUNDS = 40
-#: largest relative difference of actuator forces for which times are comparable
+#: relative differences of driving forces above which times mean nothing
 LIMIT = 1e-10
-#: time steps of the two runs of the program whose difference is taken, s
+#: times between samples of the two runs of the program whose difference is taken, s
 STEPS = {"3rps": (0.01, 0.0002)}
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Cross product; numpy's own takes ten times as long for two vectors."""
+    """numpy's own takes ten times as long for two vectors."""
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 class Peer:
-    """An engine whose loops this module closes: q, v, a of each sample, and the actuated rows."""
+    """An engine whose loops are closed here: q, v, a of each sample, and which rows are driven."""
 
     def __init__(self, tree, mechanism: Mechanism, samples: list[Sample]) -> None:
         self.tree = tree
@@ -73,7 +73,7 @@ class Peer:
         self.prepare()
 
     def close(self, needed: Array, rows: Array) -> tuple[Array, Array]:
-        """Loop-closure forces from the rows without an actuator, actuator forces from the others."""
+        """Closing forces from the rows without a drive, drives from the others."""
         forces = np.linalg.solve(rows[:, self.undriven].T, needed[self.undriven])
         return needed[self.driven] - rows[:, self.driven].T @ forces, forces
 
@@ -83,7 +83,7 @@ class Peer:
     def prepare(self) -> None: ...
 
     def solve(self, q: Array, v: Array, a: Array, loads: list[Array]) -> Array:
-        """Actuator forces; the reactions stay in the engine's data."""
+        """Drives; the reactions are left in the engine's data."""
         raise NotImplementedError
 
 
@@ -186,7 +186,7 @@ class Pinocchio(Peer):
             external[joint_a] += pin.Force(force, cross(at_a.translation, force))
             on_b = data.oMi[joint_b].rotation.T @ (data.oMi[joint_a].rotation @ -force)
             external[joint_b] += pin.Force(on_b, cross(at_b.translation, on_b))
-        # Both passes include all loads now: the remainder is due to the actuators.
+        # Both passes have all loads now: what is left is what the drives do.
         return pin.rnea(model, data, q, v, a, external)[self.driven]
 
 
@@ -254,7 +254,7 @@ def difference(peer: Peer, samples: list[Sample]) -> float:
 
 
 def program_times(program: Path, model: str, friction: str, folder: str) -> tuple[float, float]:
-    """Time of one run along the default motion, and of each further sample, s."""
+    """Of one run along the default motion, and of each further sample, s."""
     taken, samples = [], []
     for step in STEPS[model]:
         command = [str(program), "inverse", model, "--friction", friction, "--step", repr(step), "-o", folder]

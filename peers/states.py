@@ -1,8 +1,8 @@
-"""Writes the inputs of the harnesses: models for the engines, and states along a model's default motion.
+"""Writes what the harnesses are fed with: engines' models, and states along a model's default motion.
 
-`stiction` computes the motion of all bodies and the forces. For each engine, the coordinates of its own tree follow from
-the motion of the bodies, by the code that also serves the validation (`validation/closed_loop.py`). `README.md` describes
-the files; all numbers are in SI units.
+`stiction` gives the motion of all bodies and what it says about the forces. For each engine the coordinates of its own
+tree are found from the motion of the bodies, by the code that also validates (`validation/closed_loop.py`). Files, all of
+numbers in SI units, are described in `README.md`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from program import Program  # noqa: E402
 from spatial import Array, moved_wrench  # noqa: E402
 from tables import Sample, read_samples  # noqa: E402
 
-#: largest difference of an engine's body positions and motions from ours, m and relative; it is rounding
+#: an engine's own places and motions of the bodies must be ours to this, m and relative; it is rounding
 STATE_LIMIT = 1e-11
 
 
@@ -79,7 +79,7 @@ def row(*numbers) -> str:
 
 
 def ours(mechanism: Mechanism, samples: dict[str, list[Sample]]) -> str:
-    """Instants, and actuator forces and reactions without and with friction."""
+    """Instants, and drives and reactions without friction and with it."""
     first = samples["off"][0]
     text = row("samples", len(samples["off"]), len(first.drives), len(first.reactions))
     text += row(*first.reactions)
@@ -177,7 +177,7 @@ def single(composite: pin.JointModelComposite, outer: pin.SE3) -> list[tuple[str
 
 
 def states(tree: MujocoTree | PinocchioTree, loop: ClosedLoop, samples: list[Sample]) -> str:
-    """Structure of the tree, then for each sample its state, loads, and expected forces."""
+    """Structure of the tree, then for each sample its state, loads, and forces that are to be found."""
     engine, mechanism = tree.engine, loop.mechanism
     driven = [tree.drive(joint.name) for joint, _ in mechanism.actuated()]
     loaded = [name for name in engine.parents if name in mechanism.moving() and any(np.any(s.loads[name]) for s in samples)]

@@ -1,12 +1,12 @@
-"""Loop closure for engines that support open trees only.
+"""Loops for engines that know open trees.
 
-The engine provides kinematics, open-tree inverse dynamics and Jacobians. The balance of the closed mechanism is then
-linear in the actuator forces and in the forces at the points where loops are closed:
+From an engine come its kinematics, its open-tree inverse dynamics and its Jacobians. The balance of the closed
+mechanism is then linear in the drives and in the forces at the points where loops are closed:
 
     open tree(q, v, a) = loads + springs + friction + drives + closures
 
-There is one row for each DOF of the tree, and at least as many rows as unknowns unless constraints are redundant. The
-solution has to satisfy all of them.
+There is a row for each freedom of the tree, no fewer than unknowns unless constraints are redundant, and the solution
+has to satisfy all of them.
 """
 
 from __future__ import annotations
@@ -40,28 +40,28 @@ class State:
     motion: float
 
     def generalised(self, loads: dict[str, Array]) -> Array:
-        """Generalised forces of loads about the origins of bodies."""
+        """Of loads about the origins of bodies."""
         return sum((self.jacobians[body].T @ wrench for body, wrench in loads.items()), np.zeros_like(self.v))
 
 
 class ClosedLoop:
-    """An engine with a mechanism whose loops this module closes.
+    """An engine with a mechanism whose loops are closed here.
 
-    If a joint closes a loop, the exported file may split a body into several parts, welded together by equalities:
-    `B@J` is the part of the body B at the joint J. Each part moves like its body.
+    The exported file may hold a body in several parts, welded together by equalities, where a joint closes a loop:
+    `B@J` is the part of the body B that hangs by the joint J. Each part moves as its body does.
     """
 
     def __init__(self, engine: TreeEngine, mechanism: Mechanism) -> None:
         self.engine = engine
         self.mechanism = mechanism
         self.q = engine.neutral()
-        #: our body of each body of the engine
+        #: our body for each of the engine's
         self.owner = {name: name.split("@")[0] for name in engine.parents}
         joints = [joint for joint in mechanism.joints.values() if joint.kind != "free"]
-        #: the engine's body at each joint of its tree; all other joints are cut
+        #: the engine's body that hangs by a joint of its tree; all other joints are cut
         self.child = {j.name: child for j in joints if (child := tree_child(j, engine.parents, engine.closures))}
         self.cut = {joint.name for joint in joints} - set(self.child)
-        #: joints whose reaction the engine does not provide
+        #: joints of which the engine says no reaction
         self.silent = {name for name, child in self.child.items() if child in engine.merged}
         closed = {closure.joint for closure in engine.closures}
         lost = (self.cut - closed) | (closed - set(mechanism.joints))
@@ -70,7 +70,7 @@ class ClosedLoop:
             raise RuntimeError(f"{engine.name} has not what the mechanism has: {lost}")
 
     def solve(self, sample: Sample, friction: dict[str, Array]) -> Solution:
-        """Solves one instant; `friction` has, for each joint, the efforts on its DOFs in their order."""
+        """`friction` has for each joint the efforts on its freedoms, in their order."""
         engine, mechanism = self.engine, self.mechanism
         state = self.reproduce(sample)
         efforts = {name: [*friction.get(name, [0.0] * len(j.freedoms))] for name, j in mechanism.joints.items()}
@@ -141,23 +141,23 @@ class ClosedLoop:
         return error
 
     def rates(self, jacobians: dict[str, Array], motions: dict[str, Array]) -> tuple[Array, float]:
-        """Velocities (or accelerations) of the engine's coordinates from those of its bodies, and the residual."""
+        """Velocities (or accelerations) of the engine's coordinates from those of its bodies, and what is left."""
         weights = np.repeat([1.0, self.mechanism.length], 3)
         matrix = np.vstack([weights[:, None] * jacobians[name] for name in self.owner])
         target = np.concatenate([weights * motions[name] for name in self.owner])
         rates = np.linalg.lstsq(matrix, target, rcond=None)[0]
-        # At rest the error is relative to 0.1 m/s, or to a hundredth of gravity.
+        # At rest there is nothing to be relative to: 0.1 m/s, or a hundredth of gravity, stands in.
         size = max(float(np.max(np.abs(target))), 0.1)
         return rates, float(np.max(np.abs(matrix @ rates - target))) / size
 
     def loads(self, sample: Sample) -> dict[str, Array]:
-        """Loads on the engine's bodies; a load on a split body acts on its first part, which has the body's name."""
+        """Loads on the engine's bodies: of a body in parts all is on its first, which has the body's name."""
         return {
             name: sample.loads[body].copy() if name == body else np.zeros(6) for name, body in self.owner.items()
         }
 
     def freedom_pairs(self, joint: Joint, poses: dict[str, Pose]) -> list[Pair]:
-        """Unit efforts on the DOFs as wrenches on `to` and `from`, or on the part at the joint."""
+        """Unit efforts on the freedoms as wrenches on `to` and `from`, or on the part that hangs by the joint."""
         ends = {joint.successor: joint.successor, joint.predecessor: joint.predecessor}
         if joint.name in self.child:
             child = self.child[joint.name]
@@ -169,7 +169,7 @@ class ClosedLoop:
         ]
 
     def drive_column(self, joint: Joint, k: int, pair: Pair, state: State) -> Array:
-        """Generalised forces of a unit actuator force, by the engine's own actuator if it reads those of the file."""
+        """Generalised forces of a unit drive: by the engine's own actuator, if it reads those of the file."""
         own = self.engine.drive(state.q, (f"{joint.name}.{joint.freedoms[k].name}", joint.name))
         return own if own is not None else pair.column(state.poses, state.jacobians)
 
@@ -183,7 +183,7 @@ class ClosedLoop:
     ) -> dict[str, Array]:
         """The engine's reactions in the tree under all forces, and the forces at the cuts.
 
-        Actuator and friction efforts at cuts are loads for the engine.
+        Of efforts of drives and friction, those at cuts are loads for the engine.
         """
         loads = {name: wrench.copy() for name, wrench in loads.items()}
         tau = np.zeros(self.engine.nv)
@@ -213,7 +213,7 @@ class ClosedLoop:
 
 
 def tree_child(joint: Joint, parents: dict[str, str], closures: list[Closure]) -> str | None:
-    """The body, or part of a body, at a joint of the exported tree; None if the joint is cut."""
+    """The body, or part of a body, that hangs by a joint in the exported tree; none if the joint is cut."""
     ends = ((joint.successor, joint.predecessor), (joint.predecessor, joint.successor))
     for child, parent in ends:
         if parents.get(f"{child}@{joint.name}") == parent:

@@ -1,4 +1,4 @@
-"""Comparison of one engine with the program along a motion."""
+"""One engine's answers against the program's, over a motion."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from spatial import Array
 from statics import SelfStress
 from tables import Sample
 
-#: largest relative difference that counts as agreement
+#: the relative difference above which there is no agreement
 LIMIT = 1e-8
-#: largest relative residual of an engine's balance, and largest error of the bodies' positions, m; the engine
-#: reproduces a given state, so both are rounding errors
+#: what an engine may leave of its own balance, relative, and of the places of the bodies, m; it reproduces the
+#: state that it is given, and both are rounding
 BALANCE_LIMIT, PLACE_LIMIT = 1e-10, 1e-10
 
 
 class Solver(Protocol):
     """An engine with a mechanism."""
 
-    #: joints whose reaction the engine does not provide
+    #: joints of which the engine says no reaction
     silent: set[str]
 
     def solve(self, sample: Sample, friction: dict[str, Array]) -> Solution: ...
@@ -40,7 +40,7 @@ class Difference:
 
     def add(self, ours: float | Array, error: float | Array) -> None:
         error = float(np.max(np.abs(error), initial=0.0))
-        # NaN must not pass as small.
+        # A number that is none must not pass as small.
         self.error = max(self.error, error) if np.isfinite(error) else np.inf
         self.size = max(self.size, float(np.max(np.abs(ours), initial=0.0)))
 
@@ -52,7 +52,7 @@ class Difference:
 
 @dataclass
 class Agreement:
-    """Differences of one engine in one run, separately for forces and moments, each relative to the largest."""
+    """The differences of one engine and one run: forces and moments apart, each relative to its largest."""
 
     samples: int = 0
     drive_forces: Difference = field(default_factory=Difference)
@@ -63,7 +63,7 @@ class Agreement:
     frictions: Difference = field(default_factory=Difference)
     place: float = 0.0
     balance: float = 0.0
-    #: joints whose reactions could not be compared, although the engine should provide them
+    #: joints whose reactions could not be compared, though the engine should say them
     missing: set[str] = field(default_factory=set)
 
     def drives(self) -> float:
@@ -73,7 +73,7 @@ class Agreement:
         return max(self.forces.relative(), self.moments.relative())
 
     def contact_loads(self) -> float:
-        """Differences of normal loads, and of the friction that follows from them."""
+        """Of loads, and of what the laws make of them."""
         return max(self.loads.relative(), self.frictions.relative())
 
     def agrees(self) -> bool:
@@ -101,7 +101,7 @@ def compare(solver: Solver, case: Case, with_friction: bool) -> Agreement:
         stress = add_reactions(result, mechanism, sample, solution)
         result.missing -= solver.silent
         if with_friction:
-            # Normal loads include the self-stress that the program chose, because statics does not determine it.
+            # Loads are compared with the self-stress that the program chose: statics does not determine it.
             reactions = {name: w + stress[name] for name, w in solution.reactions.items()}
             for name, load in contact_loads(mechanism, reactions, sample.poses).items():
                 result.loads.add(sample.contact_loads[name], sample.contact_loads[name] - load)
@@ -116,9 +116,9 @@ def is_force(joint: Joint, freedom: int) -> bool:
 def add_reactions(
     result: Agreement, mechanism: Mechanism, sample: Sample, solution: Solution
 ) -> dict[str, Array]:
-    """Compares the reactions up to self-stresses, and returns the self-stress between the two.
+    """Compares the reactions but for self-stresses, and returns the self-stress between the two.
 
-    It must vanish for reactions that the program marks as determined.
+    Where the program says that statics determines a reaction there must be none.
     """
     differences = {
         name: ours - solution.reactions[name]

@@ -13,7 +13,7 @@ from program import Program
 
 @dataclass(frozen=True)
 class Count:
-    """Degrees of freedom and redundant constraints, by the program and by Exudyn."""
+    """Freedoms, and redundant constraints, by the program and by Exudyn."""
 
     model: str
     ours: tuple[int, int]

@@ -1,8 +1,8 @@
-"""A crank under a torque below its static friction limit: it stays at rest in Stiction and creeps in MuJoCo.
+"""A crank under a torque that its static friction can bear: it stands still here, and creeps in MuJoCo.
 
-MuJoCo's `frictionloss` is a soft constraint, a spring and damper towards zero speed, bounded by a constant. Below its
-bound, a joint moves in proportion to the effort. MuJoCo receives the same mechanism, the same torque, and the limits
-that Stiction computes for each friction interface.
+MuJoCo's `frictionloss` is a soft constraint, a spring and damper towards no speed, bounded by a constant. Below its
+bound it lets a joint move in proportion to the effort. It gets the same mechanism, the same torque, and the limits
+that the program has found for each contact.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from program import Program
 from spatial import Array
 from tables import read_states, read_table
 
-#: fraction of the distance from the middle of the holding interval to its end
+#: part of the way from the middle of the interval within which friction holds to its end
 PART = 0.31
-#: simulated seconds in Stiction and in MuJoCo, whose rate is a mean over the second half
+#: seconds that the program simulates, and MuJoCo; its rate is a mean over the second half
 OURS, THEIRS = 1000.0, 1.0
 #: a brake of 1 N m in the crank's pin: friction of 0.1 under a preload of 1 kN at 10 mm
 BRAKE = '{ mu = 0.1, radius = "10 mm", preload = "1 kN" }'
 
-#: a uniform link of 1 kg and 100 mm with a brake as its only load; its axis is vertical
+#: a uniform link of 1 kg and 100 mm, with nothing but the brake; its axis is vertical
 ALONE = f"""
 title = "A crank with a brake"
 gravity = [0, 0, "-9.81 m/s^2"]
@@ -53,7 +53,7 @@ A = "60 deg"
 
 @dataclass(frozen=True)
 class Creep:
-    """Total change of the angle in Stiction, rad, and creep rates in MuJoCo with default and stiffest parameters, rad/s."""
+    """What the program's angle changed in all, rad, and rates in MuJoCo as it is and as hard as can be, rad/s."""
 
     model: str
     version: str
@@ -67,7 +67,7 @@ class Creep:
         found = []
         if self.moved != 0.0:
             found.append(f"crank {self.model}: at {PART:.0%} of its limit moves by {self.moved:.1e} rad")
-        # These must be as described, or the comparison would have another meaning.
+        # Were these not as described, the comparison would say something else.
         if not (abs(self.mujoco) > 1e-3 and abs(self.mujoco_hard) > 1e-9):
             found.append(f"crank {self.model}: MuJoCo does not creep: {self.mujoco:.1e}, {self.mujoco_hard:.1e} rad/s")
         return found
@@ -115,7 +115,7 @@ def one(program: Program, name: str, text: str, folder: Path) -> Creep:
 def mujoco_rate(
     mjcf: Path, mechanism: Mechanism, q: Array, torque: float, limits: dict[str, float], hard: bool
 ) -> float:
-    """Mean creep rate of the crank below its friction limit, rad/s."""
+    """Mean rate of the crank while its friction could hold it, rad/s."""
     model = mujoco.MjModel.from_xml_path(str(mjcf))
     for joint in mechanism.joints.values():
         dof = model.joint(joint.name).dofadr[0]
@@ -136,5 +136,5 @@ def mujoco_rate(
 
 
 def greatest_effort(joint: Joint, limits: dict[str, float]) -> float:
-    """Static friction limit of a joint with one DOF, N or N m."""
+    """The friction before sliding of a joint with one freedom, N or N m."""
     return sum(limits[contact_name(joint, c)] * (c["radius"] or 1.0) for c in joint.contacts)

@@ -1,8 +1,8 @@
-"""Forward dynamics: `stiction forward` against time integration by Exudyn and accelerations by Pinocchio.
+"""Forward dynamics: `stiction forward` against Exudyn's integration in time and Pinocchio's accelerations.
 
-Exudyn's trapezoidal rule runs with three step sizes, each half the previous one. Extrapolation of two runs eliminates
-the second-order error, and the difference of two extrapolations estimates Exudyn's own error. The program must not be
-farther from the better extrapolation than this estimate.
+Exudyn's trapezoidal rule runs with three steps, each half the one before. From two runs follows a solution without
+the error of second order; how far two such solutions are apart is what Exudyn itself leaves open. The program must not
+be farther from the better of them.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from selftest import with_wrong_mass
 from spatial import Array, skew
 from tables import Sample, read_states
 
-#: tolerance of our steps, and the error it may cause at the end of an unstable motion
+#: tolerance of our steps, and what of it may be left at the end of a motion that is not stable
 TOLERANCE, FLOOR = 1e-12, 1e-11
-#: largest relative difference of accelerations: for given states it is rounding
+#: largest relative difference of accelerations: of states that are given all is rounding
 ACCELERATION_LIMIT = 1e-9
-#: largest relative difference of positions and velocities, and of Exudyn's own error, for a meaningful agreement
+#: largest relative difference of positions and velocities, and Exudyn's own, so that agreement means something
 LIMIT = 1e-6
-#: number of compared instants, without the start
+#: instants that are compared, besides the beginning
 INSTANTS = 10
 
 
 @dataclass(frozen=True)
 class Setting:
-    """Efforts on a model, duration, and number of Exudyn's coarsest steps."""
+    """What drives a model, for how long, and the coarsest of Exudyn's steps, as their number."""
 
     efforts: dict[str, float]
     until: float
@@ -47,7 +47,7 @@ def legs(count: int, force: float) -> dict[str, float]:
     return {f"leg{k}.P": force for k in range(1, count + 1)}
 
 
-#: efforts that nearly carry the platforms
+#: efforts are some that nearly carry the platforms
 SETTINGS = {
     "3rps": Setting(legs(3, 45.0), 0.5, 500),
     "gough": Setting(legs(6, 135.0), 0.5, 100),
@@ -58,7 +58,7 @@ SETTINGS = {
 
 @dataclass(frozen=True)
 class Run:
-    """A motion by the program; `viscous`: all joints have viscous friction, otherwise none has friction."""
+    """A motion by the program: `viscous` says whether all joints have viscous friction, or none any."""
 
     model: str
     variant: int
@@ -72,8 +72,8 @@ class Run:
 class Agreement:
     """Positions relative to the characteristic length, velocities to the largest one of the motion.
 
-    `step_*` is the difference between Exudyn's finest run and its better extrapolation, `own_*` the difference between
-    its two extrapolations, and `*` the difference between the program and the better extrapolation.
+    `step_*` is the difference of Exudyn with its finest step and of its extrapolated solution, `own_*` how far its
+    two extrapolated solutions are apart, `*` how far the program is from the better of them.
     """
 
     position: float
@@ -92,7 +92,7 @@ class Agreement:
         )
 
     def follows(self) -> bool:
-        """True if the program's difference from Exudyn does not exceed Exudyn's own error."""
+        """Whether the program is no farther from Exudyn than Exudyn is from itself."""
         return self.position <= self.own_position + FLOOR and self.velocity <= self.own_velocity + FLOOR
 
     def in_words(self) -> str:
@@ -103,7 +103,7 @@ class Agreement:
 
 
 def only_viscous(text: str) -> str:
-    """The model's text with all friction replaced by viscous friction."""
+    """The model's text with viscous friction in place of all others."""
 
     def changed(match: re.Match) -> str:
         radius = re.search(r'radius = ("[^"]*"|[\d.]+)', match[0])
@@ -151,7 +151,7 @@ def compare(case: Run) -> Agreement:
 
 
 def in_time(case: Run) -> tuple[Array, Array]:
-    """For positions and velocities: the program's difference, Exudyn's own error, and the error of its finest step."""
+    """Of positions and of velocities: the program's difference, Exudyn's own, that of its finest step."""
     setting, mechanism = SETTINGS[case.model], case.mechanism
     exudyn = ExudynMotion(mechanism, setting.efforts, case.viscous, case.states)
     first = case.states[0]
@@ -159,7 +159,7 @@ def in_time(case: Run) -> tuple[Array, Array]:
         exudyn.integrate(first.poses, first.motions, setting.until, factor * setting.steps, INSTANTS)
         for factor in (1, 2, 4)
     )
-    # These have no second-order error.
+    # The error of second order is gone from these.
     better, best = (4.0 * middle - coarse) / 3.0, (4.0 * fine - middle) / 3.0
     positions, velocities, speed = np.zeros(3), np.zeros(3), 0.0
     for k, state in enumerate(case.states):
@@ -205,7 +205,7 @@ def efforts_at(case: Run, state: Sample) -> dict[str, Array]:
 
 
 def rates(case: Run, name: str, state: Sample) -> Array:
-    """Rates of a joint's DOFs from the motions of its two bodies."""
+    """Rates of a joint's freedoms from the motions of its two bodies."""
     joint = case.mechanism.joints[name]
     origin = joint.frames(state.poses)[0].position
     moved = []
@@ -217,7 +217,7 @@ def rates(case: Run, name: str, state: Sample) -> Array:
 
 
 def unnoticed(case: Run) -> list[str]:
-    """Messages for engines that do not detect a mass error of one millionth."""
+    """What each of the two engines did not notice of a mass that is wrong by a millionth, in words."""
     name = f"{case.model}, forward"
     if not compare(case).agrees():
         return [f"{name}: does not agree to begin with"]

@@ -22,7 +22,7 @@ NUMBERS = (
 COLUMNS = ("model", "friction", "exudyn", "pinocchio", "instants", "variants", *NUMBERS)
 CREEP_COLUMNS = ("model", "version", "torque", "limit", "moved", "mujoco", "mujoco_hard")
 
-#: creep rates differ between machines by rounding only; the committed numbers have two digits
+#: creep is the same on all machines but for rounding; the committed numbers have two digits
 CREEP_TOLERANCE = 0.06
 
 BEGIN, END = "<!-- forward.csv -->", "<!-- end of forward.csv -->"
@@ -80,7 +80,7 @@ def write_table(path: Path, columns: tuple[str, ...], rows: list[list[str]], pro
 
 
 def forward_beyond(lines: list[ForwardLine], bounds: list[dict[str, str]]) -> list[str]:
-    """Messages for values that exceed the committed bounds, Exudyn's own errors included."""
+    """What is worse than the committed bounds allow, in words; Exudyn's own errors among it."""
     committed = {(row["model"], row["friction"]): row for row in bounds}
     complaints = []
     for line in lines:
@@ -101,7 +101,7 @@ def forward_beyond(lines: list[ForwardLine], bounds: list[dict[str, str]]) -> li
 
 
 def creep_differs(found: list[Creep], rows: list[dict[str, str]]) -> list[str]:
-    """Messages where MuJoCo's creep rates differ from the committed table."""
+    """Where MuJoCo creeps otherwise than the committed table says."""
     committed = {row["model"]: row for row in rows}
     complaints = []
     for one in found:
@@ -135,7 +135,7 @@ def creep_page(rows: list[dict[str, str]]) -> str:
 
 
 def sections(forward: Path, creep: Path) -> list[tuple[str, str, str]]:
-    """Contents of the page, by the marks that enclose them."""
+    """What the page has between which marks."""
     return [
         (BEGIN, forward_page(read_bounds(forward)), END),
         (CREEP_BEGIN, creep_page(read_bounds(creep)), CREEP_END),

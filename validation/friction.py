@@ -1,4 +1,4 @@
-"""Normal loads from reactions, and friction from normal loads for Coulomb and viscous laws (docs/src/friction.md)."""
+"""Loads of contacts from reactions, and the friction that plain laws make of them (docs/src/friction.md)."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from tables import Sample
 
 
 def contact_name(joint: Joint, contact: dict) -> str:
-    """Names as in friction.csv: with the name of the interface if the joint has several."""
+    """As in friction.csv: with the contact's name if the joint has several."""
     return joint.name if len(joint.contacts) == 1 else f"{joint.name}.{contact['place']}"
 
 
 def contact_load(joint: Joint, contact: dict, reaction: Array, poses: dict[str, Pose]) -> float:
-    """Normal load on a pin, a guide or a ball, N, from the reaction [f, m] about the origin of J, world axes."""
+    """Load on a pin, a guide or a ball, N, from the reaction [f, m] about the origin of J, world axes."""
     load = contact["load"]
     force = reaction[:3]
     if contact["shape"] == "ball":
@@ -28,7 +28,7 @@ def contact_load(joint: Joint, contact: dict, reaction: Array, poses: dict[str, 
         reaction = moved_wrench(reaction, frame_j.position - frame_k.position)
     elif supports != "from":
         raise NotImplementedError(f"{joint.name}: this program does not know such supports")
-    # The pin of a U joint's second DOF is about the x axis of K, all others are about the z axis of J.
+    # The pin of a U joint's second freedom is about the x axis of K, all others are about the z axis of J.
     second = joint.kind == "U" and contact["freedoms"] == [joint.freedoms[1].name]
     axis = frame_k.rotation[:, 0] if second else frame_j.rotation[:, 2]
     moment = reaction[3:]
@@ -44,7 +44,7 @@ def contact_load(joint: Joint, contact: dict, reaction: Array, poses: dict[str, 
 
 
 def contact_loads(mechanism: Mechanism, reactions: dict[str, Array], poses: dict[str, Pose]) -> dict[str, float]:
-    """Normal loads of all interfaces at the joints that have a reaction here."""
+    """Of all contacts at the joints that have a reaction here."""
     return {
         contact_name(joint, contact): contact_load(joint, contact, reactions[joint.name], poses)
         for joint in mechanism.joints.values()
@@ -54,9 +54,9 @@ def contact_loads(mechanism: Mechanism, reactions: dict[str, Array], poses: dict
 
 
 def law_errors(mechanism: Mechanism, sample: Sample) -> list[float]:
-    """For each interface with Coulomb and viscous friction: friction in the table minus that of the law, N.
+    """For each contact with Coulomb and viscous friction: friction in the table less the law's, both in N.
 
-    An interface slower than a billionth of the fastest is at rest: its friction is not determined, and the table has 0.
+    What is slower than a billionth of the fastest contact rests: there friction is no number, and the table has 0.
     """
     errors = []
     rest = 1e-9 * max(map(abs, sample.speeds.values()), default=0.0)
@@ -75,7 +75,7 @@ def law_errors(mechanism: Mechanism, sample: Sample) -> list[float]:
 
 
 def friction_efforts(mechanism: Mechanism, sample: Sample) -> dict[str, Array]:
-    """Friction efforts on the DOFs of every joint: the reaction's component along them minus the actuator effort."""
+    """Efforts of friction on the freedoms of every joint: the reaction's part along them, less the drive's."""
     efforts = {}
     for name, reaction in sample.reactions.items():
         joint = mechanism.joints[name]

@@ -72,7 +72,7 @@ class Joint:
         )
 
     def twists(self, poses: dict[str, Pose]) -> Array:
-        """Unit motions of the DOFs, 6 x f, [v, w] at the origin of J, world axes (docs/src/notation.md)."""
+        """Unit motions of the freedoms, 6 x f, [v, w] at the origin of J, world axes (docs/src/notation.md)."""
         frame_j, frame_k = self.frames(poses)
         xj, yj, zj = frame_j.rotation.T
         xk, yk, zk = frame_k.rotation.T
@@ -101,14 +101,14 @@ class Joint:
         return np.array(columns).reshape(-1, 6).T
 
     def efforts(self, poses: dict[str, Pose]) -> Array:
-        """Wrenches of unit efforts on the DOFs, 6 x f, [f, m] about the origin of J.
+        """Wrenches of unit efforts on the freedoms, 6 x f, [f, m] about the origin of J.
 
-        Any wrenches with twists.T @ efforts = 1 are valid: they differ by constraint wrenches.
+        Any wrenches with twists.T @ efforts = 1 will do: they differ by what the constraint carries.
         """
         return np.linalg.pinv(self.twists(poses)).T
 
     def constraints(self, poses: dict[str, Pose], length: float) -> Array:
-        """Orthonormal constraint wrenches of the joint, 6 x (6 - f), [f, m / length] about the origin of J."""
+        """Orthonormal wrenches that the joint carries, 6 x (6 - f), [f, m / length] about the origin of J."""
         twists = self.twists(poses)
         scaled = np.vstack([twists[:3], length * twists[3:]])
         basis = np.linalg.svd(scaled, full_matrices=True)[0] if scaled.size else np.eye(6)
@@ -140,7 +140,7 @@ class Mechanism:
         return [name for name in self.bodies if name != GROUND]
 
     def actuated(self) -> list[tuple[Joint, int]]:
-        """All actuated DOFs: the joint and the index of the DOF."""
+        """All driven freedoms: the joint, and which of its freedoms."""
         return [
             (joint, k)
             for joint in self.joints.values()

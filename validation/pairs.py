@@ -44,7 +44,7 @@ def closure_pairs(closure: Closure, poses: dict[str, Pose]) -> list[Pair]:
 
 
 def closure_gap(closure: Closure, poses: dict[str, Pose]) -> float:
-    """Distance of the two points of a closure, m, or rotation error of a weld, rad."""
+    """How far apart the two points are that the closure holds together, m, or what a weld is turned, rad."""
     a, b = poses[closure.body_a], poses[closure.body_b]
     gap = float(np.linalg.norm(a.point(closure.point_a) - b.point(closure.point_b)))
     if closure.rotation is None:

@@ -11,12 +11,12 @@ from tables import Sample, read_samples
 
 
 class Refused(Exception):
-    """The program reports that a model has no answer (exit code 1) or cannot be used (2)."""
+    """The program says that a model has no answer (exit code 1) or cannot be used (2)."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A model with the program's results, frictionless and with friction."""
+    """A model with what the program says about it, frictionless and with friction."""
 
     model: str
     variant: int
@@ -47,7 +47,7 @@ class Program:
         return path
 
     def case(self, model: str, variant: int, text: str, step: float, folder: Path) -> Case:
-        """Results of the program for a model text; `step` is the time between samples in s."""
+        """Everything that the program says about a text; `step` is the time between samples in s."""
         folder.mkdir(parents=True, exist_ok=True)
         path = folder / f"{model}.toml"
         path.write_text(text, encoding="utf-8")

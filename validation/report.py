@@ -25,7 +25,7 @@ NUMBERS = COLUMNS[5:]
 
 #: a measured value may exceed its committed bound by this factor: rounding differs between machines
 FACTOR = 30.0
-#: smallest bound: a few units in the last place
+#: the bound of what is exactly equal, or nearly so: a few units in the last place
 LEAST = 1e-15
 
 BEGIN, END = "<!-- agreement.csv -->", "<!-- end of agreement.csv -->"
@@ -78,7 +78,7 @@ def write_bounds(path: Path, lines: list[Line], provenance: str) -> None:
 
 
 def beyond_bounds(lines: list[Line], bounds: list[dict[str, str]]) -> list[str]:
-    """Messages for values that exceed the committed bounds."""
+    """What is worse than the committed bounds allow, in words."""
     committed = {(row["model"], row["engine"]): row for row in bounds}
     complaints = []
     for line in lines:

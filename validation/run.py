@@ -1,4 +1,4 @@
-"""Compares Stiction with MuJoCo, Pinocchio, Drake and Exudyn. See `python run.py --help`."""
+"""Compares Stiction with MuJoCo, Pinocchio, Drake and Exudyn. `python run.py --help` says how."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import time
 from dataclasses import asdict
 from pathlib import Path
 
-# Small dense systems are faster without threads.
+# Small dense systems: threads only get in each other's way.
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
@@ -183,7 +183,7 @@ def arguments() -> argparse.Namespace:
 
 
 def is_standard(options: argparse.Namespace) -> bool:
-    """True if the options are those of the bounds in agreement.csv."""
+    """Whether the numbers are those for which agreement.csv has bounds."""
     return (options.seed, options.variants) == (SEED, VARIANTS)
 
 
@@ -195,7 +195,7 @@ def provenance(options: argparse.Namespace) -> str:
 
 
 def draw(program: Program, model: str, wanted: int, seed: int, folder: Path) -> tuple[list[Case], int]:
-    """The model itself and its variations, and the number of variations that the program refused."""
+    """The model as it is and its variations, and how many variations the program refused."""
     original = program.text(model)
     text = variants.physical(original)
     cases = [program.case(model, 0, original, STEPS[model], folder / model / "0")]
@@ -213,7 +213,7 @@ def draw(program: Program, model: str, wanted: int, seed: int, folder: Path) -> 
 
 
 def over_variants(model: str, engine: str, maker: Maker, cases: list[Case]) -> tuple[Line, list[str]]:
-    """Largest differences of an engine over a model's variations, and the disagreements."""
+    """The largest differences of an engine over a model's variations, and where it does not agree."""
     worst = [0.0] * 5
     samples, trouble = 0, []
     for case in cases:
@@ -240,7 +240,7 @@ def over_variants(model: str, engine: str, maker: Maker, cases: list[Case]) -> t
 def over_runs(
     program: Program, model: str, options: argparse.Namespace, folder: Path
 ) -> tuple[list[ForwardLine], list[str]]:
-    """Largest differences of a model's forward dynamics, and the disagreements."""
+    """The largest differences of a model's forward dynamics, and where it does not agree."""
     found: dict[bool, list[forward.Agreement]] = {False: [], True: []}
     trouble = []
     for case in forward.draw(program, model, options.variants, options.seed, folder):

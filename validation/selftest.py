@@ -1,4 +1,4 @@
-"""Verifies that the comparisons can fail: every engine must detect errors of one millionth."""
+"""Shows that the comparisons can fail: what is wrong by a millionth is noticed, by every engine."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Maker = Callable[[Case], Solver]
 
 
 def mutations(case: Case) -> Iterator[tuple[str, Case, bool]]:
-    """Cases with an error: description, case, and a flag for errors that appear with friction only."""
+    """Cases with something wrong: in words, the case, and whether it shows with friction only."""
     middle = len(case.frictionless) // 2
 
     def with_sample(samples: list[Sample], change: Callable[[Sample], Sample]) -> list[Sample]:
@@ -69,7 +69,7 @@ def with_wrong_mass(case: Case) -> Case:
 
 
 def with_wrong_place(case: Case) -> Case:
-    """Moves the last joint in the description, and a point of the last equality in the exported file."""
+    """Where the last joint sits, in the description; a point of the last equality, in the exported file."""
     joints = dict(case.mechanism.joints)
     last = list(joints.values())[-1]
     place = replace(last.frame_to, position=last.frame_to.position + np.array([0.0, WRONG, 0.0]))
@@ -88,7 +88,7 @@ def copy(root: xml.Element, beside: Path) -> Path:
 
 
 def unnoticed(case: Case, makers: dict[str, Maker]) -> list[str]:
-    """Messages for errors that an engine did not detect, and for false alarms."""
+    """Whatever an engine did not notice, or finds wrong where nothing is, in words."""
     complaints = []
     for name, maker in makers.items():
         for with_friction in (False, True):

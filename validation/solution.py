@@ -1,4 +1,4 @@
-"""Result of an engine."""
+"""What an engine says."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from spatial import Array
 
 @dataclass(frozen=True)
 class Solution:
-    """Actuator forces and reactions at one instant.
+    """Drives and reactions at one instant.
 
-    `drives` in the order of `Mechanism.actuated`; `reactions` of `from` on `to` about J, world axes. `place` is the
-    largest position error of bodies and closures relative to the motion, m; `motion` is the same for rates and
-    accelerations, relative to the largest; `balance` is the residual of the engine's balance, relative to its largest term.
+    `drives` in the order of `Mechanism.actuated`; `reactions` of `from` on `to` about J, world axes. `place` says how
+    well the engine's own places of bodies and closures agree with the motion, m; `motion` the same for rates and
+    accelerations, relative to the largest; `balance` what the engine's balance leaves, relative to its largest term.
     """
 
     drives: Array

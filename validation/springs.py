@@ -1,4 +1,4 @@
-"""Spring forces, for engines without springs between bodies."""
+"""Forces of springs, for engines that have none between bodies."""
 
 from __future__ import annotations
 

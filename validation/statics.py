@@ -1,7 +1,8 @@
-"""Reaction components that statics determines.
+"""What of the reactions statics determines.
 
-Planar linkages modelled in space have redundant constraints: reactions are unique up to self-stresses, sets of
-constraint wrenches in equilibrium on every body. Two solutions of the balance differ by a self-stress only.
+Planar linkages modelled in space have redundant constraints: reactions are unique but for self-stresses, sets of
+constraint wrenches that are in balance on every body. Two solutions of the balance differ by a self-stress, and by
+nothing else.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class SelfStress:
                         column[6 * bodies.index(body) :][:6] += sign * at_body
                 columns.append(column)
         balance = np.array(columns).T
-        # One null direction per singular value of zero; those of the gallery are far from the limit.
+        # As many null directions as singular values that are zero; those of the gallery are far from the limit.
         _, values, right = np.linalg.svd(balance)
         rank = int(np.sum(values > 1e-9 * values[0]))
         null = right[rank:].T
@@ -56,9 +57,9 @@ class SelfStress:
         return {joint.name: scale * vector[6 * i : 6 * i + 6] for i, joint in enumerate(self.joints)}
 
     def beyond(self, difference: dict[str, Array]) -> tuple[dict[str, Array], dict[str, Array]]:
-        """Splits a difference of reactions into a self-stress and a remainder.
+        """Splits a difference of reactions into what is no self-stress, and the self-stress.
 
-        Joints that are missing in `difference` are ignored: the self-stress follows from the others.
+        Joints that are missing in `difference` do not count: the self-stress is found from the others.
         """
         stacked = self.stack(difference)
         known = np.repeat([joint.name in difference for joint in self.joints], 6)

@@ -1,4 +1,4 @@
-"""Tables of `stiction inverse -o DIR`, sample by sample, as named numbers."""
+"""What `stiction inverse -o DIR` wrote, sample by sample, as numbers with names."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Sample:
     """One instant.
 
     Motions, accelerations [v, w] and loads [f, m] of bodies are about the origin of the body's frame; reactions
-    are those of `from` on `to` about the origin of J; all in world axes. Friction interfaces are keyed by their names.
+    are those of `from` on `to` about the origin of J; all in world axes. Contacts are keyed by their names.
     """
 
     time: float
@@ -52,7 +52,7 @@ class Row:
 
 
 def drive_names(mechanism: Mechanism) -> list[str]:
-    """Names of the actuators as in inverse.csv: with the name of the DOF if the joint has several actuators."""
+    """Names of the drives as in inverse.csv: with the freedom's name if the joint has several drives."""
     driven = mechanism.actuated()
     joints = [joint.name for joint, _ in driven]
     return [
@@ -102,7 +102,7 @@ def read_bodies(bodies: Row, mechanism: Mechanism) -> tuple[dict, dict, dict, di
 def read_sample(rows: dict[str, Row], mechanism: Mechanism) -> Sample:
     bodies, reactions, friction = rows["bodies"], rows["reactions"], rows["friction"]
     poses, motions, accelerations, loads = read_bodies(bodies, mechanism)
-    # Free joints have no reactions and no columns.
+    # Free joints carry nothing and have no columns.
     joints = [name for name in mechanism.joints if f"{name}.fx" in reactions.values]
     contacts = [key[: -len(".load")] for key in friction.values if key.endswith(".load")]
     return Sample(

@@ -1,7 +1,7 @@
 """Seeded random variations of a model's text: geometry, inertia, motion, load, friction, gravity and base.
 
-The variation changes the text, not the numbers behind it, so the program reads it like a user's model. Planar linkages
-keep their planar geometry, since they could not move otherwise; their masses need not be planar.
+The text is changed, not the numbers behind it, so that everything goes through the program as a user's model does.
+Planar linkages stay planar in their geometry, since they would be stuck otherwise; their masses need not be.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ LOADED = {
     "bricard": ("link3", "link5"),
 }
 
-#: models that can move for any arrangement of their joints
+#: models that move whatever the arrangement of their joints
 FREE_GEOMETRY = ("3rps", "zhang2018-regular", "gough")
 
 NUMBER = r"(?<![\w.^*/])(\d+(?:\.\d+)?(?:e-?\d+)?)"
 
 
 def physical(text: str) -> str:
-    """Completes the inertia of a planar model, which gives only the moment that matters in its plane.
+    """Completes moments of inertia of which a planar model gives only those that matter in its plane.
 
     Engines refuse inertias that no distribution of mass has. The others have no influence on a planar motion.
     """
@@ -100,7 +100,7 @@ def vary(name: str, text: str, seed: int) -> str:
 
 
 def split_comment(line: str) -> tuple[str, str]:
-    """Removes a comment; no text of the gallery has a # within quotes."""
+    """No text of the gallery has a # within quotes."""
     code, sign, comment = line.partition("#")
     return code, sign + comment
 
@@ -121,19 +121,19 @@ def times(code: str, key: str, by: float) -> str:
 
 
 def shifted(code: str, key: str, random: np.random.Generator) -> str:
-    """A position moved by some millimetres in all directions."""
+    """A place moved by some millimetres in all directions."""
     moved = [f'"({entry}) + {random.uniform(-8.0, 8.0)!r} mm"' for entry in entries(code)]
     return f"{key} = [{', '.join(m.replace('(0) + ', '') for m in moved)}] "
 
 
 def tilted(code: str, random: np.random.Generator) -> str:
-    """An axis like "y", tilted by a few degrees."""
+    """An axis like "y", a few degrees off."""
     axis = np.eye(3)["xyz".index(bare(code.split("=", 1)[1].strip()))] + random.uniform(-0.05, 0.05, 3)
     return f"axis = {axis.tolist()!r} "
 
 
 def enlarged(code: str, key: str, by: float, random: np.random.Generator) -> str:
-    """An inertia times a factor plus two small point masses, so that it stays physically possible."""
+    """An inertia times a factor, and two small masses beside the centre of mass, so that it stays one that exists."""
     added = np.zeros((3, 3))
     for _ in range(2):
         place = random.uniform(-0.06, 0.06, 3)
@@ -156,7 +156,7 @@ def base(random: np.random.Generator) -> str:
 
 
 def load(name: str, random: np.random.Generator) -> str:
-    """A load on the moving platform, and one that rotates with a body of a leg."""
+    """A load on the moving platform, and one that turns with a body of a leg."""
     platform, leg = LOADED[name]
     force, moment, small = ([float(x) for x in random.uniform(-s, s, 3)] for s in (30.0, 1.5, 3.0))
     at = [float(x) for x in random.uniform(-0.05, 0.05, 3)]

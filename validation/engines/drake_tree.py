@@ -1,7 +1,7 @@
 """Drake: `CalcInverseDynamics` with the contribution of its force elements, and the port `reaction_forces`.
 
 A plant in continuous time has no constraints, and one in discrete time solves its own step instead of the equations
-of motion at an instant. So the file for Drake omits the loops, and their forces are applied as loads. The
+of motion at an instant. So the loops are left out of the file that Drake reads, and their forces are applied. The
 reaction port follows from forward dynamics with all forces given: reactions are right only if Drake finds the
 accelerations of the motion.
 """
@@ -60,7 +60,7 @@ class Drake(TreeEngine):
         return self.plant.GetPositions(self.plant.CreateDefaultContext()).copy()
 
     def integrate(self, q: Array, dv: Array) -> Array:
-        """Takes a step along the rates that Drake maps, and normalises quaternions."""
+        """Drake maps rates; a step along them is made, and quaternions are normalised."""
         self.plant.SetPositions(self.context, q)
         moved = q + self.plant.MapVelocityToQDot(self.context, dv)
         for joint in self.joints:
@@ -103,7 +103,7 @@ class Drake(TreeEngine):
         return result
 
     def _inverse(self, q: Array, v: Array, a: Array) -> Array:
-        """Generalised forces of the open tree with gravity and springs."""
+        """Of the open tree with gravity and springs."""
         self.plant.SetPositions(self.context, q)
         self.plant.SetVelocities(self.context, v)
         forces = MultibodyForces(self.plant)
@@ -115,7 +115,7 @@ class Drake(TreeEngine):
         return self._inverse(q, v, a) + (0.0 if springs is None else springs)
 
     def springs(self, q: Array, v: Array) -> Array | None:
-        """Generalised forces of all force elements except gravity, from a difference."""
+        """Force elements that are not gravity, from the difference that they make."""
         if self.plant.num_force_elements() == 1:
             return None
         self.plant.SetPositions(self.context, q)
@@ -130,7 +130,7 @@ class Drake(TreeEngine):
     def reactions(
         self, q: Array, v: Array, a: Array, tau: Array, loads: dict[str, Array]
     ) -> dict[str, Array]:
-        """The port gives the wrench on the child at the joint's frame there, in axes of that frame."""
+        """The port says the wrench on the child at the joint's frame there, in axes of that frame."""
         plant, context = self.plant, self.context
         plant.SetPositions(context, q)
         plant.SetVelocities(context, v)
@@ -163,13 +163,13 @@ class Drake(TreeEngine):
 
 
 def open_tree(mjcf: Path) -> str:
-    """The file without its loops, tendons, actuators and damping, which this module applies."""
+    """The file without its loops, tendons, drives and damping, all of which are applied from here."""
     root = xml.parse(mjcf).getroot()
     for tag in ("equality", "tendon", "actuator", "keyframe"):
         for element in root.findall(tag):
             root.remove(element)
     for inertial in root.iterfind("worldbody/body/inertial[@mass='0']"):
-        # The ground's body, which does not move: Drake refuses bodies without mass.
+        # The ground's, which stands still: Drake takes none without mass.
         inertial.set("mass", "1")
         inertial.set("diaginertia", "1 1 1")
     for body in root.iter("body"):
@@ -180,10 +180,10 @@ def open_tree(mjcf: Path) -> str:
 
 
 def restate_joints(body: xml.Element) -> None:
-    """If a body has several joints, Drake interprets all but the last in the parent's frame.
+    """Where a body has several joints, Drake takes all but the last as if given in the parent's frame.
 
-    MuJoCo, whose format it is, interprets them in the body's frame. So they are converted for Drake; the comparison of
-    positions verifies the conversion.
+    MuJoCo, whose format it is, takes them in the body's. So they are restated for Drake; that its bodies then move
+    as they should shows in the places that are compared.
     """
     pose = read_pose(body)
     for joint in body.findall("joint")[:-1]:

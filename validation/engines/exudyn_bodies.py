@@ -1,6 +1,6 @@
 """Exudyn: rigid bodies with Euler parameters, joints by its own items, from our description of the mechanism.
 
-Its coordinates are those of all bodies, so its equations include the loops:
+Its coordinates are those of all bodies, so its equations hold for loops as they are:
 
     M(q) q'' + Cq^T lambda = f(q, q') + drives + friction
 
@@ -66,7 +66,7 @@ class Exudyn:
         self.settings = exu.SimulationSettings()
         self.settings.solutionSettings.writeSolutionToFile = False
         self.settings.timeIntegration.verboseMode = 0
-        # Only parts of the solver are used; it need not compute initial accelerations.
+        # The solver is only asked for its pieces; it need not find accelerations to begin with.
         self.settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
         self.solver = exu.MainSolverImplicitSecondOrder()
         self.solver.InitializeSolver(self.mbs, self.settings)
@@ -125,7 +125,7 @@ class Exudyn:
         return list(AXES[joint.kind])
 
     def _more(self) -> None:
-        """Hook for additions to bodies and joints before the assembly."""
+        """What others add to the bodies and joints before they are assembled."""
 
     def count(self) -> tuple[int, int]:
         """Degrees of freedom and redundant constraints at home, by Exudyn's own call."""
@@ -167,7 +167,7 @@ class Exudyn:
         return maps
 
     def solve(self, sample: Sample, friction: dict[str, Array]) -> Solution:
-        """Actuator forces and reactions; `friction` has, for each joint, the efforts on its DOFs."""
+        """Drives and reactions; `friction` has for each joint the efforts on its freedoms."""
         mechanism, poses = self.mechanism, sample.poses
         parameters = self._place(poses, sample.motions)
         rates, accelerations = [], []
@@ -239,7 +239,7 @@ class Exudyn:
         return float(np.max(np.abs(residual))) if residual.size else 0.0
 
     def _pairs(self, joint: Joint, poses: dict[str, Pose]) -> list[dict[str, Array]]:
-        """Unit efforts on the DOFs as wrenches on the two bodies, about their origins."""
+        """Unit efforts on the freedoms as wrenches on the two bodies, about their origins."""
         origin = joint.frames(poses)[0].position
         result = []
         for effort in joint.efforts(poses).T:

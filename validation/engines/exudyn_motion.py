@@ -1,6 +1,6 @@
-"""Time integration by Exudyn: its implicit trapezoidal rule from a given state, under constant efforts and viscous friction.
+"""Exudyn in time: its implicit trapezoidal rule from a given state, under constant efforts and viscous friction.
 
-The rule is of second order without adaptive steps, so its error follows from runs with halved steps.
+The rule is of second order and knows no adaptive steps, so its error follows from runs with halved steps.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Released = dict[str, list[int]]
 
 
 class Thinned(Exudyn):
-    """Exudyn without redundant constraints, which make the matrix of its implicit steps singular."""
+    """Exudyn without some constraints: redundant ones make the matrix of its implicit steps singular."""
 
     def __init__(self, mechanism: Mechanism, released: Released) -> None:
         self.released = released
@@ -33,7 +33,7 @@ class Thinned(Exudyn):
         ]
 
     def singular_values(self, states: list[Sample]) -> tuple[int, list[Array]]:
-        """Number of constraints, and singular values of their Jacobian at each state."""
+        """How many constraints there are, and the singular values of their Jacobian at each state."""
         values, count = [], 0
         for state in states:
             self._place(state.poses, state.motions)
@@ -41,7 +41,7 @@ class Thinned(Exudyn):
             self.solver.ComputeJacobianODE2RHS(self.mbs, scalarFactor_ODE2=0.0)
             self.solver.ComputeJacobianAE(self.mbs)
             rows = np.array(self.solver.GetSystemJacobian())[self.size :, : self.size]
-            # An axis without constraint has a zero row.
+            # An axis that is not constrained has a row, too, but nothing in it.
             rows = rows[rows.any(axis=1)]
             count = len(rows)
             values.append(np.linalg.svd(rows, compute_uv=False))
@@ -49,7 +49,7 @@ class Thinned(Exudyn):
 
 
 def redundant(mechanism: Mechanism, states: list[Sample]) -> Released:
-    """Constraints to omit along a motion, such that the remaining ones are as far from singular as possible."""
+    """Constraints that can be left out along a motion, so that what is left is as far from singular as can be."""
     released: Released = {}
     count, values = Thinned(mechanism, released).singular_values(states)
     rank = min(int(np.sum(v > 1e-8 * v[0])) for v in values)
@@ -69,9 +69,9 @@ def redundant(mechanism: Mechanism, states: list[Sample]) -> Released:
 
 
 class ExudynMotion(Thinned):
-    """`efforts` by joint, N or N m, on the joint's first DOF; `viscous` applies the joints' own viscous friction.
+    """`efforts` by joint, N or N m, on the joint's first freedom; `viscous` takes the joints' own viscous friction.
 
-    `states` are of the expected motion and serve to find redundant constraints.
+    `states` are of the motion that is expected, by which redundant constraints are found.
     """
 
     def __init__(self, mechanism: Mechanism, efforts: dict[str, float], viscous: bool, states: list[Sample]) -> None:
@@ -160,7 +160,7 @@ class ExudynMotion(Thinned):
 
 
 def viscous_damping(joint: Joint) -> Array:
-    """Effort against a unit rate of each DOF: viscous coefficient times the square of the radius."""
+    """Effort against a unit rate of each freedom: force per speed of the surfaces, times radius twice."""
     result = np.zeros(len(joint.freedoms))
     names = [freedom.name for freedom in joint.freedoms]
     for contact in joint.contacts:

@@ -1,7 +1,7 @@
 """MuJoCo: `mj_inverse` without equalities, `mj_rnePostConstraint` for the reactions.
 
-With equalities, `mj_inverse` still returns the torques of the open tree, because the soft constraints of a consistent
-motion have no force. So they are switched off here, and only their positions are used.
+With equalities `mj_inverse` returns the torques of the open tree all the same: the soft constraints of a motion
+that is consistent have no force. So they are switched off here, and only their places are read.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ class PinocchioForward:
     def acceleration_error(self, sample: Sample, efforts: dict[str, Array]) -> float:
         """Largest difference of accelerations of the tree's coordinates, relative to the largest of them.
 
-        `efforts` has, for each joint, the efforts on its DOFs.
+        `efforts` has for each joint the efforts on its freedoms.
         """
         state = self.closed.reproduce(sample)
         tau = np.zeros(self.engine.nv)

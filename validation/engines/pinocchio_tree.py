@@ -1,6 +1,6 @@
 """Pinocchio: `rnea` for the open tree, `data.f` of a second `rnea` with all loads for the reactions.
 
-Pinocchio merges bodies without a joint between them; the wrench between them is not available.
+Pinocchio joins bodies without a joint between them to one; it does not say what passes between those.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ ALIGNED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
 
 def read(mjcf: Path) -> pin.Model:
-    """Pinocchio reads only the first body of the world, and ignores its pose if it has no joint.
+    """Pinocchio reads only the first body that the world has, and not its pose if it has no joint.
 
-    So this function wraps that body in another one.
+    So that body is put into another one.
     """
     root = xml.parse(mjcf).getroot()
     world = root.find("worldbody")

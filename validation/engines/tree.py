@@ -1,7 +1,8 @@
-"""Interface to an engine for open trees of bodies: MuJoCo, Pinocchio, Drake.
+"""What is asked of an engine that knows open trees of bodies: MuJoCo, Pinocchio, Drake.
 
-None of them has a function for the inverse dynamics of closed loops with all reactions. Each reads the exported MJCF
-file and provides kinematics, open-tree inverse dynamics and joint reactions; `closed_loop.py` closes the loops.
+None of them has a call for the inverse dynamics of closed loops with all reactions. Each reads the exported MJCF
+file, and is asked for its kinematics, its open-tree inverse dynamics and its joint reactions; `closed_loop.py`
+puts the loops together.
 """
 
 from __future__ import annotations
@@ -38,12 +39,12 @@ class TreeEngine(ABC):
     #: tree parent of each body by the exported file, the ground among them
     parents: dict[str, str]
     closures: list[Closure]
-    #: bodies that the engine has merged with their parents
+    #: bodies that the engine has made one with their parents
     merged: frozenset[str] = frozenset()
 
     @abstractmethod
     def neutral(self) -> Array:
-        """Position in the file."""
+        """The file's position."""
 
     @abstractmethod
     def integrate(self, q: Array, dv: Array) -> Array:
@@ -62,11 +63,11 @@ class TreeEngine(ABC):
         """Forces that the open tree needs under its own weight, without loads, springs and loops."""
 
     def drive(self, q: Array, names: tuple[str, ...]) -> Array | None:
-        """Generalised forces of a unit of the file's actuator with the first of these names, if the engine reads them."""
+        """Generalised forces of a unit of the file's drive with the first of these names, if the engine reads them."""
         return None
 
     def springs(self, q: Array, v: Array) -> Array | None:
-        """Generalised forces of the springs, if the engine supports them; its reactions then include them."""
+        """Generalised forces of the springs, if the engine has such springs; it then has them in its reactions."""
         return None
 
     @abstractmethod
@@ -75,9 +76,9 @@ class TreeEngine(ABC):
     ) -> dict[str, Array]:
         """Wrench [f, m] of each body's tree parent on it, about its origin, world axes.
 
-        `loads` are about the origins of bodies, world axes; `tau` acts in the joints of the tree. The
-        loads exclude springs of the engine itself.
-        Bodies without an available wrench are omitted.
+        `loads` are about the origins of bodies, world axes; `tau` acts in the joints of the tree. Springs that the
+        engine has itself are not among them.
+        Bodies are missing for which the engine does not say it.
         """
 
 

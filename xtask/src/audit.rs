@@ -1,9 +1,8 @@
-//! `cargo xtask audit`: what does not change from day to day and takes longer than one likes to wait: licences and
-//! known defects of dependencies, their oldest versions, the oldest compiler, builds without optional features, memory,
-//! other processors.
+//! `cargo xtask audit`: slow checks to run now and then: licences and known defects of dependencies, their oldest
+//! versions, the oldest compiler, builds without optional features, memory errors, other processors.
 //!
-//! Every step needs something that not everybody has. A step that cannot be done is told as such, and fails nothing:
-//! what was done is counted at the end.
+//! Most steps need an additional tool. A step whose tool is missing is skipped and does not fail; a table of
+//! all results ends the output.
 
 use crate::{cargo, succeeds};
 use serde_json::Value;
@@ -12,59 +11,55 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
-/// How a step ended.
+/// Result of a step.
 enum Ended {
     Passed,
     Failed,
-    /// With what is missing.
-    Left(String),
+    /// The step was skipped, for this reason.
+    Skipped(String),
 }
 
 type Step = (&'static str, &'static str, fn() -> Ended);
 
 const STEPS: [Step; 10] = [
     ("features", "builds with and without optional features", features),
-    ("oldest-compiler", "the oldest compiler that is promised", oldest_compiler),
-    ("oldest-versions", "the oldest versions of dependencies that are promised", oldest_versions),
+    ("oldest-compiler", "the oldest supported compiler", oldest_compiler),
+    ("oldest-versions", "the oldest supported versions of dependencies", oldest_versions),
     ("dependencies", "licences and sources of dependencies (cargo-deny)", dependencies),
     ("advisories", "known defects of dependencies (cargo-deny)", advisories),
-    (
-        "memory",
-        "the unsafe code under Valgrind: it sees what recorded machine code touches",
-        memory,
-    ),
+    ("memory", "the unsafe code and its machine code under Valgrind", memory),
     ("sanitizer", "the unsafe code under the address sanitizer", sanitizer),
-    ("miri", "what is around the unsafe code under Miri, which runs no machine code", miri),
-    ("arm", "programs in machine code of AArch64, emulated (QEMU)", arm),
-    ("fuzz", "every fuzz target for a minute (cargo-fuzz)", fuzz),
+    ("miri", "the unsafe code under Miri, with the interpreter in place of machine code", miri),
+    ("arm", "AArch64 machine code in an emulator (QEMU)", arm),
+    ("fuzz", "one minute of every fuzz target (cargo-fuzz)", fuzz),
 ];
 
 pub(crate) fn audit(arguments: impl Iterator<Item = String>) -> ExitCode {
     let names: Vec<String> = arguments.collect();
-    if let Some(odd) = names.iter().find(|name| STEPS.iter().all(|(known, ..)| known != name)) {
-        eprintln!("unknown step `{odd}`; there are:");
+    if let Some(unknown) = names.iter().find(|name| STEPS.iter().all(|(known, ..)| known != name)) {
+        eprintln!("unknown step `{unknown}`; the steps are:");
         STEPS.iter().for_each(|(name, what, _)| eprintln!("  {name:<16} {what}"));
         return ExitCode::from(2);
     }
-    let asked =
+    let selected =
         STEPS.iter().filter(|(name, ..)| names.is_empty() || names.iter().any(|n| n == name));
-    let mut told = Vec::new();
+    let mut results = Vec::new();
     let mut good = true;
-    for (name, what, step) in asked {
+    for (name, what, step) in selected {
         eprintln!("\n== {name}: {what}");
         let word = match step() {
             Ended::Passed => "passed".to_owned(),
-            Ended::Left(why) => format!("not done: {why}"),
+            Ended::Skipped(why) => format!("skipped: {why}"),
             Ended::Failed => {
                 good = false;
                 "FAILED".to_owned()
             }
         };
         eprintln!("== {name}: {word}");
-        told.push((name, word));
+        results.push((name, word));
     }
     println!();
-    told.iter().for_each(|(name, word)| println!("{name:<16} {word}"));
+    results.iter().for_each(|(name, word)| println!("{name:<16} {word}"));
     if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
@@ -72,13 +67,13 @@ fn ended(good: bool) -> Ended {
     if good { Ended::Passed } else { Ended::Failed }
 }
 
-/// Whether a program starts.
-fn is_there(command: &mut Command) -> bool {
+/// Returns whether a program starts and exits with success.
+fn runs(command: &mut Command) -> bool {
     let status = command.stdout(Stdio::null()).stderr(Stdio::null()).status();
     status.is_ok_and(|status| status.success())
 }
 
-/// Cargo of another toolchain. The one that runs this would be taken for that otherwise.
+/// Cargo of another toolchain. Removes the variables by which cargo passes its own toolchain on.
 fn cargo_of(toolchain: &str, arguments: &[&str]) -> Command {
     let mut command = Command::new("cargo");
     command.arg(format!("+{toolchain}")).args(arguments);
@@ -89,10 +84,10 @@ fn cargo_of(toolchain: &str, arguments: &[&str]) -> Command {
 }
 
 fn has_toolchain(toolchain: &str) -> bool {
-    is_there(&mut cargo_of(toolchain, &["--version"]))
+    runs(&mut cargo_of(toolchain, &["--version"]))
 }
 
-/// The packages of this workspace, or of it and all that it needs.
+/// Packages of this workspace; with `all` also its dependencies.
 fn packages(all: bool) -> Option<Vec<Value>> {
     let scope: &[&str] = if all { &[] } else { &["--no-deps"] };
     let output =
@@ -101,7 +96,7 @@ fn packages(all: bool) -> Option<Vec<Value>> {
     value["packages"].as_array().cloned()
 }
 
-/// Every package on its own: others turn features on.
+/// Checks every package alone, because other packages enable features of shared dependencies.
 fn features() -> Ended {
     let Some(packages) = packages(false) else { return Ended::Failed };
     let good = packages.iter().filter_map(|package| package["name"].as_str()).all(|name| {
@@ -113,14 +108,14 @@ fn features() -> Ended {
     ended(good)
 }
 
-/// A version as numbers; 1.89 is 1.89.0.
+/// Version as three numbers; 1.89 gives 1.89.0.
 fn number(version: &str) -> [u32; 3] {
     let mut parts = version.split('.').map(|part| part.parse().unwrap_or(0));
     [(); 3].map(|()| parts.next().unwrap_or(0))
 }
 
-/// Dependencies say from which compiler on they can be built; of our own code, with that compiler if it is
-/// there, and with the lint that knows since when the functions of the standard library exist.
+/// Checks the oldest supported compiler: against the versions that dependencies declare, and with our own code,
+/// compiled by it where it is installed, else by clippy's lint for newer library functions.
 fn oldest_compiler() -> Ended {
     let Some(packages) = packages(true) else { return Ended::Failed };
     let of = |package: &Value| package["rust_version"].as_str().map(str::to_owned);
@@ -132,7 +127,10 @@ fn oldest_compiler() -> Ended {
         .map(|package| format!("{} {}", package["name"], package["version"]))
         .collect();
     if !newer.is_empty() {
-        eprintln!("   promised is {ours}, but these need more: {}", newer.join(", "));
+        eprintln!(
+            "   the oldest supported compiler is {ours}, but these packages need a newer one: {}",
+            newer.join(", ")
+        );
         return Ended::Failed;
     }
     if has_toolchain(&ours) {
@@ -144,27 +142,27 @@ fn oldest_compiler() -> Ended {
     if !succeeds(&mut cargo(&lint)) {
         return Ended::Failed;
     }
-    Ended::Left(format!(
-        "there is no toolchain {ours}; all dependencies say that it is enough for them, and clippy knows of no newer \
-         function"
+    Ended::Skipped(format!(
+        "toolchain {ours} is not installed; all dependencies declare support for it, and clippy finds no newer \
+         library function"
     ))
 }
 
-/// In a copy, since the versions are written into `Cargo.lock`.
+/// Checks the oldest versions in a copy of the sources, because they change `Cargo.lock`.
 fn oldest_versions() -> Ended {
     if !has_toolchain("nightly") {
-        return Ended::Left("only a nightly compiler's cargo chooses them".to_owned());
+        return Ended::Skipped("it needs the cargo of a nightly toolchain".to_owned());
     }
     let copy = Path::new("target/audit/oldest-versions");
     let _ = fs::remove_dir_all(copy);
     let listed = Command::new("git")
         .args(["ls-files", "--cached", "--others", "--exclude-standard"])
         .output();
-    let Ok(listed) = listed else { return Ended::Left("there is no git".to_owned()) };
+    let Ok(listed) = listed else { return Ended::Skipped("git is not installed".to_owned()) };
     for name in String::from_utf8_lossy(&listed.stdout).lines() {
         let (from, to) = (Path::new(name), copy.join(name));
         let folder = to.parent().unwrap_or(copy);
-        // What was deleted and not yet committed is listed, too.
+        // Git also lists deleted files that are not committed yet.
         if from.is_file() && (fs::create_dir_all(folder).is_err() || fs::copy(from, &to).is_err()) {
             eprintln!("   cannot copy {name}");
             return Ended::Failed;
@@ -183,10 +181,10 @@ fn oldest_versions() -> Ended {
     )
 }
 
-/// What is missing where cargo-deny is.
+/// Returns the reason to skip a step if cargo-deny is not installed.
 fn without_deny() -> Option<Ended> {
-    let there = is_there(&mut cargo(&["deny", "--version"]));
-    (!there).then(|| Ended::Left("cargo install cargo-deny --locked".to_owned()))
+    let installed = runs(&mut cargo(&["deny", "--version"]));
+    (!installed).then(|| Ended::Skipped("cargo install cargo-deny --locked".to_owned()))
 }
 
 fn dependencies() -> Ended {
@@ -195,15 +193,15 @@ fn dependencies() -> Ended {
     })
 }
 
-/// A list that cannot be had says nothing of the dependencies.
+/// Checks dependencies against the advisory database; skipped if that cannot be fetched.
 fn advisories() -> Ended {
-    without_deny().unwrap_or_else(|| match is_there(&mut cargo(&["deny", "fetch", "db"])) {
+    without_deny().unwrap_or_else(|| match runs(&mut cargo(&["deny", "fetch", "db"])) {
         true => ended(succeeds(&mut cargo(&["deny", "check", "advisories"]))),
-        false => Ended::Left("the list of known defects cannot be fetched".to_owned()),
+        false => Ended::Skipped("cannot fetch the advisory database".to_owned()),
     })
 }
 
-/// The unit tests of the crate that has the unsafe code, built by `command`.
+/// Builds the unit tests of the crate with the unsafe code by `command`; returns their path.
 fn unit_tests(command: &mut Command) -> Option<PathBuf> {
     let output = command.stderr(Stdio::inherit()).output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;
@@ -213,8 +211,8 @@ fn unit_tests(command: &mut Command) -> Option<PathBuf> {
 }
 
 fn memory() -> Ended {
-    if !is_there(Command::new("valgrind").arg("--version")) {
-        return Ended::Left("there is no valgrind".to_owned());
+    if !runs(Command::new("valgrind").arg("--version")) {
+        return Ended::Skipped("valgrind is not installed".to_owned());
     }
     let build = ["test", "-p", "stiction-program", "--lib", "--no-run", "--message-format=json"];
     let Some(tests) = unit_tests(&mut cargo(&build)) else { return Ended::Failed };
@@ -228,7 +226,7 @@ fn memory() -> Ended {
 
 fn sanitizer() -> Ended {
     if !has_toolchain("nightly") {
-        return Ended::Left("only a nightly compiler has it".to_owned());
+        return Ended::Skipped("it needs a nightly toolchain".to_owned());
     }
     let host = Command::new("rustc").arg("-vV").output().ok();
     let host = host.and_then(|output| {
@@ -242,29 +240,28 @@ fn sanitizer() -> Ended {
     ended(succeeds(&mut test))
 }
 
-/// Programs are interpreted there.
+/// Runs the unit tests under Miri, where recorded programs are interpreted.
 fn miri() -> Ended {
-    if !has_toolchain("nightly") || !is_there(&mut cargo_of("nightly", &["miri", "--version"])) {
-        return Ended::Left("rustup component add --toolchain nightly miri".to_owned());
+    if !has_toolchain("nightly") || !runs(&mut cargo_of("nightly", &["miri", "--version"])) {
+        return Ended::Skipped("rustup component add --toolchain nightly miri".to_owned());
     }
     let test =
         ["miri", "test", "-p", "stiction-program", "--lib", "--target-dir", "target/audit/miri"];
     ended(succeeds(&mut cargo_of("nightly", &test)))
 }
 
-/// The tests of recorded programs on another processor, as Rust's own linker makes them.
+/// Tests recorded programs on AArch64, linked by `rust-lld` and run in an emulator.
 fn arm() -> Ended {
     const TARGET: &str = "aarch64-unknown-linux-musl";
     let library =
         Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]).output();
     let library = library.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned());
     if !library.is_ok_and(|library| Path::new(&library).is_dir()) {
-        return Ended::Left(format!("rustup target add {TARGET}"));
+        return Ended::Skipped(format!("rustup target add {TARGET}"));
     }
     let mut emulators = ["qemu-aarch64", "qemu-aarch64-static"].into_iter();
-    let Some(emulator) = emulators.find(|name| is_there(Command::new(name).arg("--version")))
-    else {
-        return Ended::Left("there is no qemu-aarch64".to_owned());
+    let Some(emulator) = emulators.find(|name| runs(Command::new(name).arg("--version"))) else {
+        return Ended::Skipped("qemu-aarch64 is not installed".to_owned());
     };
     let mut test =
         cargo(&["test", "--release", "-p", "stiction-program", "--tests", "--target", TARGET]);
@@ -274,8 +271,8 @@ fn arm() -> Ended {
 }
 
 fn fuzz() -> Ended {
-    if !has_toolchain("nightly") || !is_there(&mut cargo_of("nightly", &["fuzz", "--version"])) {
-        return Ended::Left(
+    if !has_toolchain("nightly") || !runs(&mut cargo_of("nightly", &["fuzz", "--version"])) {
+        return Ended::Skipped(
             "rustup toolchain install nightly; cargo install cargo-fuzz".to_owned(),
         );
     }

@@ -1,16 +1,16 @@
-//! `cargo xtask counts`: how many instructions the kernels take.
+//! `cargo xtask counts`: instruction counts of the kernels.
 //!
-//! Unlike times, counts are the same from run to run, whatever else the machine does: they tell of a kernel
-//! that became slower by a few parts in a hundred. Callgrind counts what one call does, after others that
-//! made it ready. Counts depend on the compiler and on the processor's library functions; where the compiler
-//! is another one than that of the numbers written down, they are information.
+//! Unlike times, counts do not vary between runs or with the load of the machine, so they show a loss of a few
+//! percent. Callgrind counts the instructions of one call after some calls for warm-up. Counts depend on the
+//! compiler and on the library functions of the processor. If the compiler differs from that of the stored
+//! counts, the comparison gives no verdict.
 
 use crate::cargo;
 use serde_json::{Map, Value, json};
 use std::process::{Command, ExitCode, Stdio};
 
 const FILE: &str = "crates/stiction-run/benches/counts.json";
-/// More than this, relative, is a loss that was meant or is not.
+/// Relative increase that fails the comparison.
 const TOLERANCE: f64 = 0.03;
 
 pub(crate) fn counts(mut arguments: impl Iterator<Item = String>) -> ExitCode {
@@ -24,7 +24,7 @@ pub(crate) fn counts(mut arguments: impl Iterator<Item = String>) -> ExitCode {
     };
     let version = Command::new("valgrind").arg("--version").stdout(Stdio::null()).status();
     if !version.is_ok_and(|status| status.success()) {
-        eprintln!("counts: skipped, there is no valgrind");
+        eprintln!("counts: skipped: valgrind is not installed");
         return ExitCode::SUCCESS;
     }
     match count(write) {
@@ -37,7 +37,7 @@ pub(crate) fn counts(mut arguments: impl Iterator<Item = String>) -> ExitCode {
     }
 }
 
-/// Counts everything; whether nothing has become slower.
+/// Counts all kernels and compares with the stored counts; returns whether none is slower.
 fn count(write: bool) -> Result<bool, String> {
     let program = build()?;
     let compiler = output(Command::new("rustc").arg("--version"))?.trim().to_owned();
@@ -53,8 +53,9 @@ fn count(write: bool) -> Result<bool, String> {
         let count = instructions(&program, name)?;
         let before = known["instructions"][name].as_u64();
         let change = before.map(|before| count as f64 / before as f64 - 1.0);
-        let word = change.map_or("new".to_owned(), |change| format!("{:+.1} %", 100.0 * change));
-        println!("{name:<32} {count:>12} {word:>9}");
+        let change_text =
+            change.map_or("new".to_owned(), |change| format!("{:+.1} %", 100.0 * change));
+        println!("{name:<32} {count:>12} {change_text:>9}");
         good &= !change.is_some_and(|change| change > TOLERANCE);
         found.insert(name.to_owned(), json!(count));
     }
@@ -64,12 +65,12 @@ fn count(write: bool) -> Result<bool, String> {
         return Ok(true);
     }
     if !good && !is_comparable {
-        println!("the counts written down are those of {}: no verdict", known["compiler"]);
+        println!("no verdict: the stored counts are those of {}", known["compiler"]);
     }
     Ok(good || !is_comparable)
 }
 
-/// Builds what is counted; the program's path.
+/// Builds the benchmark program and returns its path.
 fn build() -> Result<String, String> {
     let mut command = cargo(&["bench", "-p", "stiction-run", "--bench", "counts", "--no-run"]);
     let messages = output(command.arg("--message-format=json"))?;
@@ -77,7 +78,7 @@ fn build() -> Result<String, String> {
     artifacts
         .filter(|message| message["target"]["name"] == "counts")
         .find_map(|message| message["executable"].as_str().map(str::to_owned))
-        .ok_or_else(|| "cargo built no program".to_owned())
+        .ok_or_else(|| "cargo built no program `counts`".to_owned())
 }
 
 fn instructions(program: &str, name: &str) -> Result<u64, String> {
@@ -88,7 +89,7 @@ fn instructions(program: &str, name: &str) -> Result<u64, String> {
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     let line = text.lines().find_map(|line| line.split_once("Collected :"));
     let count = line.and_then(|(_, count)| count.trim().parse().ok()).filter(|count| *count > 0);
-    count.ok_or_else(|| format!("{name}: nothing was counted\n{text}"))
+    count.ok_or_else(|| format!("{name}: Callgrind counted no instructions\n{text}"))
 }
 
 fn output(command: &mut Command) -> Result<String, String> {

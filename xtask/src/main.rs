@@ -9,30 +9,31 @@ mod validate;
 
 use std::env;
 use std::process::{Command, ExitCode};
-use std::time::Instant;
-use validate::{Outcome, validate};
+use std::time::{Duration, Instant};
+use validate::{Outcome, Program, validate};
 
 const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
-  test       formatting, lints, documentation, all tests and validation, as the continuous
-             integration runs them
-  validate   forces, reactions and motions against other engines, see validation/README.md
-  book       what of the book is generated: the reference of the model file and pictures
-  peers      speed beside other engines, see peers/README.md
-             --json FILE     all numbers
-             --samples N     rounds of batches, by default 300
-             --write         the tables of docs/src/speed.md
-  counts     instructions of the kernels, by Callgrind, against those that are written down
-             --write         write them down
-  audit      dependencies, oldest compiler and versions, features, memory, fuzzing: now and then
-             STEP...         only these
+  test       formatting, lints, documentation, all tests and validation: the steps of the
+             continuous integration, with the time of each
+  validate   compare forces, reactions and motions with other engines, see validation/README.md
+  book       write the generated parts of the book: model file reference and pictures
+  peers      compare speed with other engines, see peers/README.md
+             --json FILE     write all numbers
+             --samples N     number of batches, 300 by default
+             --write         write the tables of docs/src/speed.md
+  counts     compare instruction counts of the kernels (Callgrind) with the stored ones
+             --write         store the counts
+  audit      checks to run now and then: dependencies, oldest compiler and versions, features,
+             memory, fuzzing
+             STEP...         run only these steps
 ";
 
 fn main() -> ExitCode {
     match env::args().nth(1).as_deref() {
         Some("test") => test(),
-        Some("validate") => match validate() {
+        Some("validate") => match validate(Program::ToBuild) {
             Outcome::Passed | Outcome::Skipped => ExitCode::SUCCESS,
             Outcome::Failed => ExitCode::FAILURE,
         },
@@ -54,20 +55,21 @@ fn main() -> ExitCode {
     }
 }
 
-/// Writes what of the book is generated; the same tests compare it when they are run without a word.
+/// Writes the generated parts of the book. The tests of the book compare them with the files.
 fn book() -> ExitCode {
     let mut command = cargo(&["test", "--package", "stiction-cli", "--test", "book"]);
     command.env("STICTION_BOOK", "renew");
     if succeeds(&mut command) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// A command of the suite: what it is for, its arguments to cargo, and environment variables.
+/// A cargo command of the test suite: arguments and additional environment variables.
 struct Step {
     name: &'static str,
     arguments: &'static [&'static str],
     environment: &'static [(&'static str, &'static str)],
 }
 
+/// Clippy and rustdoc share the type-checked dependencies, tests and validation the compiled ones.
 const STEPS: &[Step] = &[
     Step { name: "formatting", arguments: &["fmt", "--all", "--check"], environment: &[] },
     Step {
@@ -80,6 +82,11 @@ const STEPS: &[Step] = &[
         arguments: &["doc", "--workspace", "--no-deps"],
         environment: &[("RUSTDOCFLAGS", "-D warnings")],
     },
+    Step {
+        name: "compilation of tests",
+        arguments: &["test", "--workspace", "--no-run"],
+        environment: &[],
+    },
     Step { name: "tests", arguments: &["test", "--workspace"], environment: &[] },
 ];
 
@@ -87,30 +94,49 @@ fn test() -> ExitCode {
     if !has_components() {
         return ExitCode::from(2);
     }
+    let mut durations = Vec::new();
+    let outcome = test_timed(&mut durations);
+    print_durations(&durations);
+    if outcome == Outcome::Failed { ExitCode::FAILURE } else { ExitCode::SUCCESS }
+}
+
+/// Runs all steps up to the first failure; appends name and duration of each to `durations`.
+fn test_timed(durations: &mut Vec<(&'static str, Duration)>) -> Outcome {
     for step in STEPS {
         eprintln!("\n== {}: cargo {}", step.name, step.arguments.join(" "));
-        let begun = Instant::now();
+        let start = Instant::now();
         let mut command = cargo(step.arguments);
         command.envs(step.environment.iter().copied());
-        if !succeeds(&mut command) {
+        let passed = succeeds(&mut command);
+        durations.push((step.name, start.elapsed()));
+        if !passed {
             eprintln!("\n== {} failed", step.name);
-            return ExitCode::FAILURE;
+            return Outcome::Failed;
         }
-        eprintln!("== {}: passed in {} s", step.name, begun.elapsed().as_secs());
     }
     eprintln!("\n== validation: cargo xtask validate");
-    let begun = Instant::now();
-    match validate() {
-        Outcome::Passed => {
-            eprintln!("== validation: passed in {} s", begun.elapsed().as_secs());
-            ExitCode::SUCCESS
-        }
-        Outcome::Skipped => ExitCode::SUCCESS,
-        Outcome::Failed => {
-            eprintln!("\n== validation failed");
-            ExitCode::FAILURE
-        }
+    let start = Instant::now();
+    // The tests of `stiction-cli` have built the program. Building that package alone would compile
+    // most dependencies again, with fewer features.
+    let outcome = validate(Program::Built);
+    durations.push(("validation", start.elapsed()));
+    if outcome == Outcome::Failed {
+        eprintln!("\n== validation failed");
     }
+    outcome
+}
+
+/// Prints the duration of every step and its share of the total, the slowest step first.
+fn print_durations(durations: &[(&'static str, Duration)]) {
+    let total: Duration = durations.iter().map(|(_, duration)| *duration).sum();
+    let mut slowest_first = durations.to_vec();
+    slowest_first.sort_by_key(|(_, duration)| std::cmp::Reverse(*duration));
+    eprintln!("\n== duration of each step, slowest first");
+    for (name, duration) in slowest_first {
+        let percent = 100.0 * duration.as_secs_f64() / total.as_secs_f64().max(f64::MIN_POSITIVE);
+        eprintln!("   {name:<24} {:>6} s {percent:>5.0} %", duration.as_secs());
+    }
+    eprintln!("   {:<24} {:>6} s", "total", total.as_secs());
 }
 
 fn cargo(arguments: &[&str]) -> Command {
@@ -129,21 +155,19 @@ fn succeeds(command: &mut Command) -> bool {
     }
 }
 
-/// Makes sure that rustfmt and clippy are there; a minimal toolchain comes without them.
+/// Installs rustfmt and clippy where a minimal toolchain lacks them; returns `false` if that fails.
 fn has_components() -> bool {
-    let is_there =
+    let is_installed =
         |name: &str| cargo(&[name, "--version"]).output().is_ok_and(|o| o.status.success());
-    if is_there("fmt") && is_there("clippy") {
+    if is_installed("fmt") && is_installed("clippy") {
         return true;
     }
-    eprintln!("== rustfmt and clippy are missing: rustup component add rustfmt clippy");
+    eprintln!("== installing rustfmt and clippy: rustup component add rustfmt clippy");
     let mut install = Command::new("rustup");
     install.args(["component", "add", "rustfmt", "clippy"]);
-    if succeeds(&mut install) && is_there("fmt") && is_there("clippy") {
+    if succeeds(&mut install) && is_installed("fmt") && is_installed("clippy") {
         return true;
     }
-    eprintln!(
-        "rustfmt and clippy are needed for this; install them as components of your toolchain"
-    );
+    eprintln!("== rustfmt or clippy is missing: install both as components of your toolchain");
     false
 }

@@ -1,7 +1,7 @@
-//! `cargo xtask validate`: other engines as second opinions, see `validation/README.md`.
+//! `cargo xtask validate`: compares the program with other engines, see `validation/README.md`.
 //!
-//! They are Python packages, installed into an environment of the project's own. Whoever has no Python or no network
-//! can work without them, and is told so; the continuous integration cannot.
+//! The engines are Python packages in a virtual environment of the project. Without Python or network the
+//! comparison is skipped with a message; in the continuous integration it fails.
 
 use crate::python::environment;
 use crate::{cargo, succeeds};
@@ -9,28 +9,38 @@ use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// How it went.
+/// Result of the comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     Passed,
     Failed,
-    /// Something is missing on this machine; it has been said what.
+    /// This machine lacks something; a message has named it.
     Skipped,
 }
 
-/// Builds the program, makes the environment and compares.
-pub(crate) fn validate() -> Outcome {
+/// Origin of the program to compare.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Program {
+    /// Build it first.
+    ToBuild,
+    /// The tests have just built it.
+    Built,
+}
+
+/// Builds the program where needed, creates the Python environment and compares.
+pub(crate) fn validate(program: Program) -> Outcome {
     let xtask = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = xtask.parent().unwrap_or(xtask).join("validation");
     let python = match environment(&folder) {
         Ok(python) => python,
         Err(what) => return missing(&what),
     };
-    if !succeeds(&mut cargo(&["build", "--package", "stiction-cli", "--bin", "stiction"])) {
+    let build = &["build", "--package", "stiction-cli", "--bin", "stiction"];
+    if program == Program::ToBuild && !succeeds(&mut cargo(build)) {
         return Outcome::Failed;
     }
     let Some(program) = built_program() else {
-        eprintln!("the program that was built is not beside this one");
+        eprintln!("== validation: the folder of this program does not contain `stiction`");
         return Outcome::Failed;
     };
     let mut run = Command::new(python);
@@ -38,17 +48,17 @@ pub(crate) fn validate() -> Outcome {
     if succeeds(&mut run) { Outcome::Passed } else { Outcome::Failed }
 }
 
-/// Where something is missing: a failure in the continuous integration, else a line that says so.
+/// Reports a missing prerequisite: failure in the continuous integration, skipped elsewhere.
 fn missing(what: &str) -> Outcome {
     if env::var_os("CI").is_some_and(|value| value == "true") {
         eprintln!("== validation failed: {what}");
         return Outcome::Failed;
     }
-    eprintln!("== validation with other engines is skipped: {what}");
+    eprintln!("== validation skipped: {what}");
     Outcome::Skipped
 }
 
-/// The program, which cargo puts where it has put this one.
+/// Path of the program; cargo puts all programs of a profile into one folder.
 fn built_program() -> Option<PathBuf> {
     let own = env::current_exe().ok()?;
     let program = own.with_file_name(format!("stiction{}", env::consts::EXE_SUFFIX));

@@ -1,10 +1,10 @@
-//! The modules of every crate lie in layers: none uses another that uses it, by whatever way round.
+//! Tests that the modules of every crate form layers: no module uses itself through others.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// For each module those that it uses, with a file that does.
+/// Used modules of each module, each with an example of a file that uses it.
 type Uses = BTreeMap<String, BTreeMap<String, PathBuf>>;
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
@@ -20,14 +20,14 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Code without comments and without the tests at its end.
+/// Reads code; removes comments and the tests at its end.
 fn code(path: &Path) -> String {
     let text = fs::read_to_string(path).unwrap();
     let text = text.split("\n#[cfg(test)]\nmod tests {").next().unwrap_or("");
     text.lines().map(|line| line.split("//").next().unwrap_or("").to_owned() + "\n").collect()
 }
 
-/// The names behind each occurrence of `prefix`, those in braces one by one.
+/// Names that follow each occurrence of `prefix`; a list in braces gives each of its names.
 fn named(code: &str, prefix: &str) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
     let is_letter = |c: char| c.is_alphanumeric() || c == '_';
@@ -48,7 +48,7 @@ fn named(code: &str, prefix: &str) -> BTreeSet<String> {
     names
 }
 
-/// The items of a list in braces whose opening one is gone.
+/// Splits a list after its opening brace into items.
 fn top_level(text: &str) -> Vec<&str> {
     let (mut depth, mut start, mut items) = (0, 0, Vec::new());
     for (at, letter) in text.char_indices() {
@@ -69,7 +69,7 @@ fn top_level(text: &str) -> Vec<&str> {
     items
 }
 
-/// What a file can call the root of its crate: `crate` or as many `super` as it is deep.
+/// Paths to the root of the crate from a file: `crate` or a `super` for each level.
 fn roots(inside: &Path) -> [String; 2] {
     let is_folder = inside.file_name().is_some_and(|name| name == "mod.rs");
     let depth = inside.components().count() - usize::from(is_folder);
@@ -91,13 +91,13 @@ fn uses_of(source: &Path) -> Uses {
         .filter(|inside| !is_root(inside))
         .map(|inside| (module(inside), BTreeMap::new()))
         .collect();
-    // What the root hands on stands for the module that it comes from.
-    let mut handed_on = BTreeMap::new();
+    // A name that the root re-exports stands for its module.
+    let mut re_exports = BTreeMap::new();
     for (path, inside) in paths.iter().zip(&insides).filter(|(_, inside)| is_root(inside)) {
         let code = code(path);
         for name in uses.keys() {
             for prefix in [format!("{name}::"), format!("self::{name}::")] {
-                handed_on
+                re_exports
                     .extend(named(&code, &prefix).into_iter().map(|what| (what, name.clone())));
             }
         }
@@ -112,7 +112,7 @@ fn uses_of(source: &Path) -> Uses {
         }
         let (code, own) = (code(path), module(inside));
         for name in roots(inside).iter().flat_map(|root| named(&code, root)) {
-            let target = if uses.contains_key(&name) { Some(&name) } else { handed_on.get(&name) };
+            let target = if uses.contains_key(&name) { Some(&name) } else { re_exports.get(&name) };
             if let Some(target) = target.filter(|target| **target != own).cloned() {
                 uses.get_mut(&own).unwrap().entry(target).or_insert_with(|| inside.clone());
             }
@@ -121,9 +121,9 @@ fn uses_of(source: &Path) -> Uses {
     uses
 }
 
-/// A way from a module back to itself.
-fn circle(uses: &Uses) -> Option<Vec<String>> {
-    // Whatever uses nothing that is left is taken away, again and again.
+/// Returns a cycle of modules, if there is one.
+fn cycle(uses: &Uses) -> Option<Vec<String>> {
+    // Removes modules without remaining uses until none is left.
     let mut left: BTreeSet<&String> = uses.keys().collect();
     loop {
         let free: Vec<&String> = left
@@ -138,18 +138,18 @@ fn circle(uses: &Uses) -> Option<Vec<String>> {
             left.remove(name);
         });
     }
-    let mut way = vec![(*left.first()?).clone()];
+    let mut path = vec![(*left.first()?).clone()];
     loop {
-        let next = uses[way.last()?].keys().find(|used| left.contains(used))?.clone();
-        if let Some(begin) = way.iter().position(|name| *name == next) {
-            return Some(way.split_off(begin));
+        let next = uses[path.last()?].keys().find(|used| left.contains(used))?.clone();
+        if let Some(begin) = path.iter().position(|name| *name == next) {
+            return Some(path.split_off(begin));
         }
-        way.push(next);
+        path.push(next);
     }
 }
 
 #[test]
-fn modules_lie_in_layers() {
+fn modules_form_layers() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let folders = ["crates", "studies"].map(|folder| fs::read_dir(root.join(folder)).unwrap());
     let entries = folders.into_iter().flatten();
@@ -159,27 +159,27 @@ fn modules_lie_in_layers() {
     for source in entries {
         let uses = uses_of(&source);
         edges += uses.values().map(BTreeMap::len).sum::<usize>();
-        let Some(circle) = circle(&uses) else { continue };
-        let mut told = String::new();
-        for (from, to) in circle.iter().zip(circle.iter().cycle().skip(1)) {
-            told += &format!("\n  {from} uses {to}, for example in {}", uses[from][to].display());
+        let Some(cycle) = cycle(&uses) else { continue };
+        let mut description = String::new();
+        for (from, to) in cycle.iter().zip(cycle.iter().cycle().skip(1)) {
+            description +=
+                &format!("\n  {from} uses {to}, for example in {}", uses[from][to].display());
         }
-        panic!("modules of {} use each other in a circle:{told}", source.display());
+        panic!("modules of {} use each other in a cycle:{description}", source.display());
     }
-    assert!(edges > 100, "only {edges} uses were seen");
+    assert!(edges > 100, "found only {edges} uses");
 }
 
-/// A circle that is there is found.
 #[test]
-fn circles_are_found() {
+fn finds_cycles() {
     let uses = |list: &[(&str, &[&str])]| -> Uses {
         let used = |to: &&str| ((*to).to_owned(), PathBuf::new());
         list.iter().map(|(from, to)| ((*from).to_owned(), to.iter().map(used).collect())).collect()
     };
     let layered = uses(&[("a", &["b", "c"]), ("b", &["c"]), ("c", &[])]);
-    assert_eq!(circle(&layered), None);
+    assert_eq!(cycle(&layered), None);
     let round = uses(&[("a", &["b"]), ("b", &["c"]), ("c", &["b"]), ("d", &["a"])]);
-    assert_eq!(circle(&round).unwrap(), ["b", "c"]);
+    assert_eq!(cycle(&round).unwrap(), ["b", "c"]);
 
     let code =
         "use crate::one::Two;\nuse crate::{three::{self, four}, five};\nlet x = super::six();";

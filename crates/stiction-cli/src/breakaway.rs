@@ -2,7 +2,6 @@
 
 use crate::arguments::Breakaway;
 use crate::failure::Failure;
-use crate::inverse::DEFAULT_MODEL;
 use crate::print;
 use crate::sources::{self, note_frictionless, warn};
 
@@ -11,7 +10,7 @@ pub(crate) fn run(options: &Breakaway) -> Result<(), Failure> {
 }
 
 fn execute(options: &Breakaway) -> Result<(), Failure> {
-    let robot = sources::robot(options.model.as_deref().unwrap_or(DEFAULT_MODEL))?;
+    let robot = sources::robot_or_default(options.model.as_deref())?;
     if !options.json {
         warn(robot.warnings());
         note_frictionless(&robot);

@@ -2,7 +2,7 @@
 
 use crate::arguments::Check;
 use crate::failure::Failure;
-use crate::inverse::{DEFAULT_MODEL, listen_for_interrupt};
+use crate::inverse::listen_for_interrupt;
 use crate::outputs::Outputs;
 use crate::print;
 use crate::progress::Progress;
@@ -16,7 +16,7 @@ pub(crate) fn run(options: &Check) -> Result<(), Failure> {
 }
 
 fn execute(options: &Check) -> Result<(), Failure> {
-    let robot = sources::robot(options.model.as_deref().unwrap_or(DEFAULT_MODEL))?;
+    let robot = sources::robot_or_default(options.model.as_deref())?;
     if !options.json {
         warn(robot.warnings());
     }

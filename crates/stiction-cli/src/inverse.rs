@@ -5,22 +5,21 @@ use crate::failure::Failure;
 use crate::outputs::Outputs;
 use crate::print;
 use crate::progress::Progress;
-use crate::sources::{self, note_frictionless, warn};
-use std::io::IsTerminal;
+use crate::sources::{self, DEFAULT_MODEL, note_frictionless, warn};
+use std::fs::File;
+use std::io::{BufWriter, IsTerminal};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use stiction::{FrictionMode, explain};
-use stiction_run::inverse::{BodyTable, Curves, Error, ShareTable, Summary, Tables, write_summary};
-
-/// Name of the built-in robot that runs without a model.
-pub(crate) const DEFAULT_MODEL: &str = "zhang2018-regular";
+use stiction_run::Sink;
+use stiction_run::inverse::{Curves, Error, Summary, Tables, write_summary};
 
 pub(crate) fn run(options: &Inverse) -> Result<(), Failure> {
     execute(options).map_err(|failure| failure.as_json(options.json))
 }
 
 fn execute(options: &Inverse) -> Result<(), Failure> {
-    let robot = sources::robot(options.model.as_deref().unwrap_or(DEFAULT_MODEL))?;
+    let robot = sources::robot_or_default(options.model.as_deref())?;
     if options.model.is_none() {
         message!(
             "No model given: running the built-in `{DEFAULT_MODEL}`, the regular twin of a published \
@@ -56,28 +55,12 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     let mut tables = match &mut outputs {
         None => None,
         Some(outputs) => {
-            let files = [
-                outputs.begin("inverse.csv")?,
-                outputs.begin("reactions.csv")?,
-                outputs.begin("friction.csv")?,
-            ];
-            let tables = Tables::new(&job.model.mechanism, files);
+            let names = Tables::<BufWriter<File>>::files(&job);
+            let files =
+                names.into_iter().map(|name| outputs.begin(name)).collect::<Result<_, _>>()?;
+            let tables = Tables::new(&job, files);
             Some(tables.map_err(|error| outputs.trouble_with_tables(error))?)
         }
-    };
-    let mut bodies = match &mut outputs {
-        None => None,
-        Some(outputs) => {
-            let table = BodyTable::new(&job.model.mechanism, outputs.begin("bodies.csv")?);
-            Some(table.map_err(|error| outputs.trouble("bodies.csv", error))?)
-        }
-    };
-    let mut shares = match &mut outputs {
-        Some(outputs) if job.has_shares() => {
-            let table = ShareTable::new(&job, outputs.begin("shares.csv")?);
-            Some(table.map_err(|error| outputs.trouble("shares.csv", error))?)
-        }
-        _ => None,
     };
     let mut summary = Summary::new(&job);
     let mut curves = outputs.is_some().then(|| Curves::new(&job, count));
@@ -86,22 +69,7 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
     let threads = options.threads.or_else(|| std::thread::available_parallelism().ok());
     let outcome = job.run_on(
         threads.map_or(1, std::num::NonZeroUsize::get),
-        |sample| {
-            summary.add(sample);
-            if let Some(curves) = &mut curves {
-                curves.add(sample);
-            }
-            if let Some(bodies) = &mut bodies {
-                bodies.add(sample).map_err(|error| error.to_string())?;
-            }
-            if let Some(shares) = &mut shares {
-                shares.add(sample).map_err(|error| error.to_string())?;
-            }
-            match &mut tables {
-                Some(tables) => tables.add(sample).map_err(|error| error.to_string()),
-                None => Ok(()),
-            }
-        },
+        |sample| (&mut summary, &mut curves, &mut tables).add(sample),
         |phase, done, of| {
             progress.update(phase, done, of);
             !interrupted.load(Ordering::Relaxed)
@@ -133,22 +101,9 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
         print(&text)?;
     }
     if let (Some(mut outputs), Some(tables), Some(curves)) = (outputs, tables, curves) {
-        let finished = [
-            ("inverse.csv", tables.inverse.finish()),
-            ("reactions.csv", tables.reactions.finish()),
-            ("friction.csv", tables.friction.finish()),
-        ];
-        for (name, file) in finished {
-            let file = file.map_err(|error| outputs.trouble(name, error))?;
+        let files = tables.finish().map_err(|error| outputs.trouble_with_tables(error))?;
+        for (name, file) in Tables::<BufWriter<File>>::files(&job).into_iter().zip(files) {
             outputs.end(name, file, &[])?;
-        }
-        if let Some(bodies) = bodies {
-            let file = bodies.finish().map_err(|error| outputs.trouble("bodies.csv", error))?;
-            outputs.end("bodies.csv", file, &[])?;
-        }
-        if let Some(shares) = shares {
-            let file = shares.finish().map_err(|error| outputs.trouble("shares.csv", error))?;
-            outputs.end("shares.csv", file, &[])?;
         }
         outputs.write("summary.json", format!("{json:#}\n").as_bytes())?;
         for (name, figure) in curves.figures() {

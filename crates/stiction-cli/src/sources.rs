@@ -2,17 +2,22 @@
 
 use crate::failure::Failure;
 use crate::progress::Progress;
+use std::ffi::OsStr;
 use std::io::IsTerminal;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use stiction::{Diagnostics, ReadProgress, Robot, gallery};
 
 /// The robot of a model file, of standard input (`-`), or of the gallery.
-pub(crate) fn robot(name: &str) -> Result<Robot, Failure> {
+pub(crate) fn robot(name: &OsStr) -> Result<Robot, Failure> {
+    let path = Path::new(name);
+    // Names of files need not be valid UTF-8; those of built-in models are.
+    let Some(name) = name.to_str() else {
+        return Ok(Robot::load_with(path, Some(read_progress()))?);
+    };
     if name == "-" {
         return Ok(Robot::from_standard_input(Some(read_progress()))?);
     }
-    let path = Path::new(name);
     let looks_like_file = path.extension().is_some() || path.components().count() > 1;
     if !looks_like_file && gallery::get(name).is_some() {
         return Ok(Robot::builtin(name)?);
@@ -22,6 +27,14 @@ pub(crate) fn robot(name: &str) -> Result<Robot, Failure> {
     }
     Ok(Robot::load_with(path, Some(read_progress()))?)
 }
+
+/// The robot of an option, or the default one.
+pub(crate) fn robot_or_default(name: Option<&OsStr>) -> Result<Robot, Failure> {
+    robot(name.unwrap_or(OsStr::new(DEFAULT_MODEL)))
+}
+
+/// Name of the built-in robot that runs without a model.
+pub(crate) const DEFAULT_MODEL: &str = "zhang2018-regular";
 
 /// A progress bar for each long file that is read.
 fn read_progress() -> Arc<ReadProgress> {

@@ -11,19 +11,17 @@
 //! A five-bar linkage with friction in its joints and actuators at both bases:
 //!
 //! ```
-//! use stiction_core::dynamics::{InverseDynamics, Settings};
-//! use stiction_core::friction::{JointFriction, Law};
-//! use stiction_core::joint::JointType::Revolute;
-//! use stiction_core::kinematics::{Coordinate, Target};
-//! use stiction_core::mechanism::{BodySpec, JointSpec, MechanismBuilder};
-//! use stiction_core::spatial::{Pose, Vec3};
+//! use stiction_core::{
+//!     BodySpec, Coordinate, InverseDynamics, JointFriction, JointSpec, JointType, Law, MechanismBuilder, Pose,
+//!     Settings, Target, Vec3,
+//! };
 //!
 //! // Bars extend along x of their frames; joints rotate about z.
 //! let bar = |name: &str, length| BodySpec::new(name).mass(1.0).com(Vec3::new(length / 2.0, 0.0, 0.0));
 //! let at = |x| Pose::at(Vec3::new(x, 0.0, 0.0));
 //! // A pin of 10 mm radius with Coulomb friction, proportional to the radial force.
 //! let dry = JointFriction::round(0.01, Law::coulomb_viscous(0.1, 0.0));
-//! let pin = |name: &str, from: &str, to: &str| JointSpec::new(name, Revolute, from, to).friction(dry.clone());
+//! let pin = |name: &str, from: &str, to: &str| JointSpec::new(name, JointType::Revolute, from, to).friction(dry.clone());
 //! let linkage = MechanismBuilder::new("five-bar")
 //!     .gravity(Vec3::new(0.0, -9.81, 0.0))
 //!     .body(bar("crank1", 0.2))
@@ -71,6 +69,7 @@
 pub mod dynamics;
 pub mod forward;
 pub mod friction;
+mod friction_problem;
 pub mod joint;
 pub mod kinematics;
 #[doc(hidden)]

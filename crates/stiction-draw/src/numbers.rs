@@ -1,10 +1,10 @@
-//! Numbers as people and as programs read them.
+//! Numbers as text, for people and for programs.
 
 pub use stiction_core::words::significant;
 
-/// Beyond this a number with digits after the point has more of them than it is known to.
+/// Magnitude above which fixed decimals show more digits than a double has.
 const LONGEST: f64 = 1e15;
-/// A double has no more digits than these.
+/// Largest number of significant decimal digits of a double.
 const MOST_DIGITS: usize = 17;
 
 /// Four significant digits.
@@ -12,12 +12,12 @@ pub fn number(x: f64) -> String {
     significant(x, 4)
 }
 
-/// The order of magnitude of what should be zero.
+/// Order of magnitude of a number that should be zero.
 pub fn order(x: f64) -> String {
     if x == 0.0 { "0".to_owned() } else { format!("{x:.0e}") }
 }
 
-/// A ratio in percent; a dash where there is none.
+/// Ratio in percent; a dash without a ratio.
 pub fn percent(ratio: Option<f64>) -> String {
     ratio.map_or("-".to_owned(), |ratio| match 100.0 * ratio {
         percent if percent.abs() < 1e5 => format!("{percent:.1} %"),
@@ -25,7 +25,7 @@ pub fn percent(ratio: Option<f64>) -> String {
     })
 }
 
-/// A number with so many digits after the point, without a sign of zero.
+/// Number with a fixed count of decimals; zero has no sign.
 pub fn fixed(x: f64, decimals: usize) -> String {
     let decimals = decimals.min(MOST_DIGITS);
     if x.abs() >= LONGEST {
@@ -38,15 +38,15 @@ pub fn fixed(x: f64, decimals: usize) -> String {
     }
 }
 
-/// Appends a number with all its digits, in the shortest way that reads back as the same number: plain
-/// between 1e-5 and 1e16, else with a power of ten.
+/// Appends a number with all its digits in the shortest form that reads back as the same number:
+/// plain between 1e-5 and 1e16, else with a power of ten.
 pub fn exact(out: &mut String, x: f64) {
     let mut buffer = ryu::Buffer::new();
     let text = buffer.format(x);
     out.push_str(text.strip_suffix(".0").unwrap_or(text));
 }
 
-/// What is said for a number that is none.
+/// Text for NaN and infinities; `None` for a finite number.
 pub fn not_finite(x: f64) -> Option<&'static str> {
     match x {
         x if x.is_nan() => Some("none"),

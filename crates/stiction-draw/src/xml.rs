@@ -1,6 +1,7 @@
 //! Text in XML and HTML.
 
-/// Text for element content and for attributes in double quotes. What XML cannot hold is left out.
+/// Escapes text for element content and for attributes in double quotes; characters that XML does
+/// not allow are omitted.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -17,7 +18,7 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
-/// Whether XML can hold a character.
+/// True if XML allows a character.
 pub(crate) fn is_of_xml(c: char) -> bool {
     match c {
         '\t' | '\n' | '\r' => true,

@@ -125,6 +125,7 @@ mod fields;
 pub mod gallery;
 mod model_file;
 mod parameters;
+mod quantity;
 mod read;
 mod signal;
 mod source;
@@ -134,8 +135,9 @@ pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use fields::json_schema;
 pub use model_file::{
     AppliedWrench, Channel, Control, ControlType, Drives, FrictionFeed, Leg, LoadCase, ModelFile,
-    Motion,
+    Motion, Payload, Side,
 };
+pub use quantity::seconds;
 pub use read::read;
 pub use signal::Signal;
 pub use signal::samples::SampleTimes;

@@ -6,7 +6,7 @@ use crate::signal::Signal;
 use crate::signal::samples::SampleTimes;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, LoadAxes};
 use stiction_core::kinematics::{Coordinate, Target};
-use stiction_core::mechanism::{BodyId, JointId, Mechanism};
+use stiction_core::mechanism::{Body, BodyId, JointId, Mechanism};
 use stiction_core::spatial::{Pose, Vec3};
 
 /// Contents of a model file: a mechanism, its motions and its loads.
@@ -193,10 +193,82 @@ pub struct LoadCase {
     pub title: String,
     /// Loads, at most one per body.
     pub wrenches: Vec<AppliedWrench>,
+    /// Parts that bodies carry.
+    pub payloads: Vec<Payload>,
+}
+
+/// A part that a body carries for a time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Payload {
+    /// The body that carries it.
+    pub body: BodyId,
+    /// Mass, centre of mass and inertia of the part, in the frame of the body that carries it.
+    pub part: Body,
+    /// Time at which it is picked up, s; -infinity without one.
+    pub from: f64,
+    /// Time at which it is placed, s; infinity without one.
+    pub until: f64,
+}
+
+/// Sides of an instant, at which a load can jump.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Just before.
+    Before,
+    /// Just after.
+    After,
+}
+
+/// Times closer than this, s, are the same instant.
+const SAME_TIME: f64 = 1e-9;
+
+impl Payload {
+    /// Tests if the part is carried on one side of an instant, s.
+    pub fn is_carried(&self, time: f64, side: Side) -> bool {
+        let time = match side {
+            Side::Before => time - SAME_TIME,
+            Side::After => time + SAME_TIME,
+        };
+        (self.from..self.until).contains(&time)
+    }
+
+    /// Tests if the part is picked up or placed at an instant, s.
+    pub fn changes_at(&self, time: f64) -> bool {
+        self.is_carried(time, Side::Before) != self.is_carried(time, Side::After)
+    }
 }
 
 impl LoadCase {
-    /// Loads at time `t` (s).
+    /// The mechanism with all payloads fixed to their bodies, and this load without them, for a time
+    /// from `start` to `end`, s.
+    ///
+    /// # Errors
+    /// The payload that is picked up or placed within this time.
+    pub fn attached(
+        &self,
+        mechanism: &Mechanism,
+        (start, end): (f64, f64),
+    ) -> Result<(Mechanism, Self), &Payload> {
+        let mut loaded = mechanism.clone();
+        for payload in &self.payloads {
+            let at_start = payload.is_carried(start, Side::After);
+            let changes = [payload.from, payload.until];
+            if changes.iter().any(|time| (start + SAME_TIME..end - SAME_TIME).contains(time)) {
+                return Err(payload);
+            }
+            if at_start {
+                loaded = loaded.with_payload(payload.body, &payload.part);
+            }
+        }
+        Ok((loaded, Self { payloads: Vec::new(), ..self.clone() }))
+    }
+
+    /// Tests if a payload is picked up or placed at an instant, s.
+    pub fn jumps_at(&self, time: f64) -> bool {
+        self.payloads.iter().any(|payload| payload.changes_at(time))
+    }
+
+    /// Forces and moments at time `t` (s), without payloads.
     pub fn at(&self, t: f64) -> impl Iterator<Item = AppliedLoad<f64>> + '_ {
         self.wrenches.iter().map(move |wrench| wrench.at(t))
     }

@@ -1,11 +1,11 @@
-//! Curves of contacts: those of one leg share a panel, those of no leg share one as well.
+//! Curves of friction interfaces: one panel for each leg, and one for all joints outside the legs.
 
 use crate::names::Names;
 use stiction_core::mechanism::JointId;
 use stiction_draw::figure::{Panel, Trace};
 use stiction_format::ModelFile;
 
-/// A curve for each contact.
+/// One curve for each friction interface.
 #[derive(Clone, Debug)]
 pub(crate) struct ByLeg {
     panel_names: Vec<String>,
@@ -14,7 +14,7 @@ pub(crate) struct ByLeg {
 }
 
 impl ByLeg {
-    /// No points yet; `count` will come.
+    /// Empty curves for `count` points.
     pub(crate) fn new(model: &ModelFile, names: &Names, count: usize) -> Self {
         let mut panel_names: Vec<String> = Vec::new();
         let panel_of_interface = names
@@ -41,12 +41,12 @@ impl ByLeg {
         self.traces.iter_mut().zip(values).for_each(|(trace, value)| trace.push(time, value));
     }
 
-    /// Whether there is no contact.
+    /// True if there is no friction interface.
     pub(crate) fn is_empty(&self) -> bool {
         self.traces.is_empty()
     }
 
-    /// The panels; the curves are in `unit`.
+    /// Panels of the curves, whose unit is `unit`.
     pub(crate) fn panels(self, names: &Names, unit: &str) -> Vec<Panel> {
         let panel =
             |name: &String| Panel { y_label: format!("{name} [{unit}]"), lines: Vec::new() };

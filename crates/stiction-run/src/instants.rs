@@ -1,14 +1,14 @@
-//! The instants at which a motion is sampled.
+//! Sample times of a motion.
 
 use stiction_format::{Motion, SampleTimes};
 use thiserror::Error;
 
-/// Time between samples where neither the motion nor the user says another, s.
+/// Default time between samples, s.
 const USUAL_STEP: f64 = 0.01;
-/// More samples than this are a mistake in the step.
+/// Largest number of samples; more are taken for a mistake in the step.
 const MOST: f64 = 1e9;
 
-/// The instants of a motion, in order.
+/// Sample times of a motion, in order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instants {
     kind: Kind,
@@ -16,13 +16,14 @@ pub struct Instants {
 
 #[derive(Clone, Debug, PartialEq)]
 enum Kind {
-    /// `count` instants from `start`; the last is `start + span`; and one more after these, if `rest` says so.
+    /// `count` instants from `start`, the last at `start + span`, followed by the instant `rest` if
+    /// there is one.
     Even { start: f64, span: f64, count: usize, rest: Option<f64> },
-    /// Those of a recording.
+    /// Sample times of a recording.
     Recorded(SampleTimes),
 }
 
-/// Why there are no instants.
+/// Error of a choice of sample times.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum InstantsError {
@@ -32,7 +33,7 @@ pub enum InstantsError {
         /// The step, s.
         f64,
     ),
-    /// The step is so small that nobody can mean it.
+    /// The step gives too many samples.
     #[error(
         "a step of {step:?} s makes {count} samples of this motion; the most is {MOST:.0e}",
         count = if count.is_finite() { format!("{count:.1e}") } else { "countless".to_owned() }
@@ -40,15 +41,15 @@ pub enum InstantsError {
     TooMany {
         /// The step, s.
         step: f64,
-        /// How many samples that makes.
+        /// Number of samples.
         count: f64,
     },
 }
 
 impl Instants {
-    /// Samples a motion every `step` seconds; without a step, as it says itself, or at the samples it
-    /// was made from, or every 0.01 s. If the step does not divide the duration, the motion's last
-    /// piece is not sampled.
+    /// Samples a motion every `step` seconds. Without a step the motion's own step, the samples of
+    /// its recording or 0.01 s apply. If the step does not divide the duration, the last part of
+    /// the motion is not sampled.
     ///
     /// # Errors
     /// See [`InstantsError`].
@@ -61,7 +62,7 @@ impl Instants {
         if !(step > 0.0 && step.is_finite()) {
             return Err(InstantsError::Step(step));
         }
-        // A step that divides the duration but for rounding does divide it.
+        // A step that divides the duration up to rounding divides it.
         let steps = motion.duration / step;
         let divides = (steps - steps.round()).abs() < 1e-9 * steps.max(1.0);
         let whole = if divides { steps.round() } else { steps.floor() };
@@ -73,8 +74,8 @@ impl Instants {
         Ok(Self { kind: Kind::Even { start: motion.start, span, count, rest: None } })
     }
 
-    /// Every `step` seconds from `start`, and `end` itself, also where the step does not divide the time between:
-    /// the last piece is then shorter.
+    /// Samples every `step` seconds from `start` to `end`, both included; the last step may be
+    /// shorter.
     ///
     /// # Errors
     /// See [`InstantsError`].
@@ -99,7 +100,7 @@ impl Instants {
         Ok(instants)
     }
 
-    /// How many there are.
+    /// Number of instants.
     pub fn count(&self) -> usize {
         match &self.kind {
             Kind::Even { count, rest, .. } => *count + usize::from(rest.is_some()),
@@ -107,8 +108,8 @@ impl Instants {
         }
     }
 
-    /// Instant `k`, s; the last for any `k` beyond. It is NaN if the motion is a recording that cannot be read
-    /// any more; whoever evaluates the motion there is told why.
+    /// Instant `k`, s; the last one for any greater `k`. NaN if the recording can no longer be
+    /// read; evaluating the motion then returns the error.
     pub fn at(&self, k: usize) -> f64 {
         match &self.kind {
             Kind::Even { rest: Some(end), count, .. } if k >= *count => *end,
@@ -121,7 +122,7 @@ impl Instants {
         }
     }
 
-    /// All of them.
+    /// All instants.
     pub fn iter(&self) -> impl Iterator<Item = f64> + '_ {
         (0..self.count()).map(|k| self.at(k))
     }

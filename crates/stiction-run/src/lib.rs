@@ -1,6 +1,7 @@
-//! Studies: a mechanism carried along a motion, with tables, a summary and plots of what it needs.
+//! Runs of a mechanism along a motion or through time: records of their samples, and tables,
+//! summaries and plots made from them.
 //!
-//! Nothing here opens files or talks to a terminal; results go to whoever asks.
+//! The crate opens no files and prints nothing; results go to the caller's receivers.
 //!
 //! ```
 //! use stiction_core::dynamics::FrictionMode;
@@ -39,7 +40,7 @@
 //! };
 //! let mut drives = Vec::new();
 //! let receive = |sample: &stiction_run::inverse::Sample<'_>| {
-//!     drives.push(sample.forces.drives[0]);
+//!     drives.push(sample.forces.efforts[0]);
 //!     Ok(())
 //! };
 //! let verdict = job.run(receive, |_phase, _done, _of| true)?;
@@ -49,18 +50,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod bodies;
 pub mod breakaway;
 mod by_leg;
 pub mod check;
+mod dofs;
 pub mod exchange;
 pub mod forward;
 mod instants;
 pub mod inverse;
 mod names;
 mod portrait;
+mod sink;
 mod statistics;
 mod table;
 mod undetermined;
 
 pub use instants::{Instants, InstantsError};
 pub use portrait::Portrait;
+pub use sink::Sink;

@@ -1,18 +1,18 @@
-//! Names of what a mechanism has, in columns and messages.
+//! Names of actuators, joints and friction interfaces in columns and messages.
 
 use stiction_core::friction::interfaces_of;
 use stiction_core::mechanism::Mechanism;
 
-/// Names of actuators and contacts in columns and messages.
+/// Names of actuators, joints and friction interfaces in columns and messages.
 #[derive(Clone, Debug)]
 pub(crate) struct Names {
     /// For each actuator its name and the unit of its effort.
     pub(crate) drives: Vec<(String, &'static str)>,
     /// For each joint its name.
     pub(crate) joints: Vec<String>,
-    /// For each contact its name and its joint's index.
+    /// For each friction interface its name and the index of its joint.
     pub(crate) interfaces: Vec<(String, usize)>,
-    /// Contacts whose law has a state, of which only steady sliding is computed.
+    /// Friction interfaces whose law has a state; only its steady sliding is computed.
     pub(crate) steady: Vec<String>,
 }
 
@@ -49,7 +49,7 @@ impl Names {
     }
 }
 
-/// The width of a column of names, at least this.
+/// Width of a column of names, not less than `least`.
 pub(crate) fn width<'a>(names: impl Iterator<Item = &'a str>, least: usize) -> usize {
     names.map(str::len).fold(least, usize::max)
 }

@@ -4,9 +4,10 @@ use crate::inverse::{Error, Job};
 use stiction_core::dynamics::InverseDynamics;
 use stiction_draw::drawing::{Detail, Drawing, Surface, Trail, View};
 
-/// Thinner than this a mechanism looks like a line: another instant is shown, if it is better.
+/// Relative thickness below which a mechanism looks like a line, so that another instant may be
+/// shown.
 const THIN: f64 = 0.1;
-/// How many instants are looked at for that.
+/// Number of instants compared.
 const LOOKS: usize = 12;
 
 /// Pictures of a mechanism at the most legible instant of its motion, with the paths of its bodies.
@@ -54,13 +55,13 @@ impl Portrait {
         Drawing::new(&self.shown).with_trail(&self.trail)
     }
 
-    /// The picture in its best view.
+    /// Picture in the best view.
     pub fn svg(&self, surface: Surface) -> String {
         let drawing = self.drawing();
         drawing.svg(&drawing.best_view(), Detail::Full, surface)
     }
 
-    /// Further views with their names; none of a planar mechanism, which is shown face-on.
+    /// Further views with their names; none for a planar mechanism, which is drawn face-on.
     pub fn more_views(&self) -> Vec<(&'static str, String)> {
         let drawing = self.drawing();
         if drawing.is_planar() {

@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-/// The peak (largest magnitude, with its sign), the root mean square and the mean magnitude of a
-/// series of samples at equal weights.
+/// Peak (largest magnitude, with its sign), root mean square and mean magnitude of a series of
+/// equally weighted samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Size {
     pub(crate) peak: f64,
@@ -13,7 +13,8 @@ pub(crate) struct Size {
     magnitudes: f64,
 }
 
-/// What exceeds the peak by less is rounding, and does not move the peak to a later instant.
+/// Relative difference below which a greater value is rounding and does not move the peak to a
+/// later instant.
 const ROUNDING: f64 = 1e-12;
 
 impl Size {
@@ -44,13 +45,13 @@ impl Size {
     }
 }
 
-/// A series with friction against the same without.
+/// Series with friction beside the same series without.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Comparison {
     pub(crate) with: Size,
     pub(crate) without: Size,
     pub(crate) difference: Size,
-    /// The largest ratio of difference to value at one and the same instant, and that instant.
+    /// Largest ratio of difference to value at one instant, and that instant.
     greatest: Option<(f64, f64)>,
 }
 
@@ -60,14 +61,14 @@ impl Comparison {
         self.without.add(time, without);
         self.difference.add(time, with - without);
         let ratio = ((with - without) / without).abs();
-        // Where the frictionless force passes zero the ratio says nothing.
+        // The ratio is meaningless where the frictionless value passes zero.
         if ratio.is_finite() && self.greatest.is_none_or(|(greatest, _)| ratio > greatest) {
             self.greatest = Some((ratio, time));
         }
     }
 
-    /// Difference over frictionless value by four metrics; none where the latter is zero but for
-    /// rounding.
+    /// Ratios of the difference to the frictionless value by four metrics; `None` if the latter is
+    /// zero up to rounding.
     pub(crate) fn metrics(&self) -> Metrics {
         let nothing = self.without.peak.abs() <= 1e-9 * self.with.peak.abs();
         let ratio = |a: f64, b: f64| Some(a / b).filter(|r| r.is_finite() && !nothing);
@@ -80,7 +81,7 @@ impl Comparison {
     }
 }
 
-/// How much friction changes a series, relative to the series without friction, by four metrics.
+/// Relative effect of friction on a series by four metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Metrics {
     pub(crate) max_over_max: Option<f64>,
@@ -101,7 +102,22 @@ impl Metrics {
     }
 }
 
-/// The integral over time of a sampled series, by the trapezoidal rule.
+/// Least and greatest value of a series.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Range(Option<(f64, f64)>);
+
+impl Range {
+    pub(crate) fn add(&mut self, value: f64) {
+        let (least, greatest) = self.0.unwrap_or((value, value));
+        self.0 = Some((least.min(value), greatest.max(value)));
+    }
+
+    pub(crate) fn json(&self) -> Value {
+        json!({ "least": self.0.map(|(least, _)| least), "greatest": self.0.map(|(_, greatest)| greatest) })
+    }
+}
+
+/// Integral of a sampled series over time by the trapezoidal rule.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Integral {
     last: Option<(f64, f64)>,
@@ -116,13 +132,13 @@ impl Integral {
         self.last = Some((time, value));
     }
 
-    /// The value of the series at the last instant.
+    /// Value of the series at the last instant.
     pub(crate) fn last(&self) -> f64 {
         self.last.map_or(0.0, |(_, value)| value)
     }
 }
 
-/// The least of a series and when.
+/// Least value of a series and its instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Least {
     pub(crate) value: f64,

@@ -1,57 +1,81 @@
-//! A table of numbers as CSV.
+//! Tables of numbers as CSV, one row for each record of a run.
 
 use std::io;
 use stiction_draw::numbers::exact;
 
-/// One table as CSV.
-pub struct Table<W: io::Write> {
-    writer: csv::Writer<W>,
+/// Columns of a joint reaction.
+pub(crate) const REACTION: [&str; 7] =
+    ["fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]", "determined"];
+
+/// A table's header: the time, then a column for each name.
+pub(crate) fn header(columns: impl IntoIterator<Item = String>) -> Vec<String> {
+    std::iter::once("time [s]".to_owned()).chain(columns).collect()
+}
+
+/// Columns of all `objects`, each with the same quantities: `object.quantity`.
+pub(crate) fn columns<'a>(
+    objects: impl IntoIterator<Item = &'a str>,
+    quantities: &[&str],
+) -> Vec<String> {
+    let of =
+        |object: &'a str| quantities.iter().map(move |quantity| format!("{object}.{quantity}"));
+    objects.into_iter().flat_map(of).collect()
+}
+
+/// Tables of a run: to each record belongs one row in every table.
+pub(crate) struct Tables<W: io::Write> {
+    tables: Vec<csv::Writer<W>>,
     cell: String,
 }
 
-impl<W: io::Write> Table<W> {
-    pub(crate) fn new(into: W, header: &[String]) -> io::Result<Self> {
-        let mut writer = csv::Writer::from_writer(into);
-        writer.write_record(header)?;
-        Ok(Self { writer, cell: String::new() })
+impl<W: io::Write> Tables<W> {
+    /// Begins tables with these headers.
+    pub(crate) fn new(
+        headers: impl IntoIterator<Item = Vec<String>>,
+        files: impl IntoIterator<Item = W>,
+    ) -> io::Result<Self> {
+        let mut tables = Self::continued(files);
+        for (table, header) in tables.tables.iter_mut().zip(headers) {
+            table.write_record(header)?;
+        }
+        Ok(tables)
     }
 
-    /// Goes on with a table that has its header, and maybe rows.
-    pub(crate) fn onward(into: W) -> Self {
-        Self { writer: csv::Writer::from_writer(into), cell: String::new() }
+    /// Continues tables that have their headers and rows.
+    pub(crate) fn continued(files: impl IntoIterator<Item = W>) -> Self {
+        let tables = files.into_iter().map(csv::Writer::from_writer).collect();
+        Self { tables, cell: String::new() }
     }
 
-    /// Hands on what is buffered.
+    /// Writes a row into each table: the time, s, then the table's numbers with all their digits.
+    pub(crate) fn add<'r>(
+        &mut self,
+        time: f64,
+        rows: impl IntoIterator<Item = &'r [f64]>,
+    ) -> io::Result<()> {
+        for (table, row) in self.tables.iter_mut().zip(rows) {
+            for value in std::iter::once(&time).chain(row) {
+                self.cell.clear();
+                exact(&mut self.cell, *value);
+                table.write_field(&self.cell)?;
+            }
+            table.write_record(None::<&[u8]>)?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is buffered.
     pub(crate) fn flush(&mut self) -> io::Result<()> {
-        self.writer.flush()
+        self.tables.iter_mut().try_for_each(csv::Writer::flush)
     }
 
-    /// A number with all its digits, in the shortest way that reads back as the same number.
-    pub(crate) fn number(&mut self, value: f64) -> io::Result<()> {
-        self.cell.clear();
-        exact(&mut self.cell, value);
-        self.writer.write_field(&self.cell)?;
-        Ok(())
-    }
-
-    /// Whether something is so, as 1 or 0.
-    pub(crate) fn flag(&mut self, value: bool) -> io::Result<()> {
-        self.writer.write_field(if value { "1" } else { "0" })?;
-        Ok(())
-    }
-
-    pub(crate) fn end_row(&mut self) -> io::Result<()> {
-        self.writer.write_record(None::<&[u8]>)?;
-        Ok(())
-    }
-
-    /// Writes what is buffered and gives the receiver back.
-    ///
-    /// # Errors
-    /// What the receiver says.
-    pub fn finish(self) -> io::Result<W> {
-        self.writer
-            .into_inner()
-            .map_err(|error| io::Error::new(error.error().kind(), error.to_string()))
+    /// Writes what is buffered and returns the files in their order.
+    pub(crate) fn finish(self) -> io::Result<Vec<W>> {
+        let finish = |table: csv::Writer<W>| {
+            table
+                .into_inner()
+                .map_err(|error| io::Error::new(error.error().kind(), error.to_string()))
+        };
+        self.tables.into_iter().map(finish).collect()
     }
 }

@@ -1,16 +1,16 @@
 //! Components of reactions that statics does not determine, in words.
 
-/// Groups and joints listed at most.
+/// Largest number of groups and of joints listed.
 const LISTED: usize = 6;
 const COMPONENTS: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
-/// The components of a reaction that are not determined.
+/// Names of the undetermined components of a reaction.
 pub(crate) fn open_components(flags: &[bool; 6]) -> Vec<&'static str> {
     let open = COMPONENTS.iter().zip(flags).filter(|(_, determined)| !**determined);
     open.map(|(component, _)| *component).collect()
 }
 
-/// Components with the joints that have them, most joints first: `fz mx my of A, B, C`.
+/// Lists components with their joints, the largest group first: `fz mx my of A, B, C`.
 pub(crate) fn by_components(undetermined: &[(&str, Vec<&'static str>)]) -> String {
     let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
     for (name, components) in undetermined {

@@ -21,6 +21,7 @@
 //! | motion under efforts, controllers, loads and locks | [`Robot::forward`] |
 //! | mobility, redundant constraints, singularities | [`Robot::check`] |
 //! | efforts at which a robot at rest begins to move | [`Robot::breakaway`] |
+//! | efforts in a control loop, without allocation | [`Robot::control_loop`] |
 //!
 //! Every failure is one type, [`Error`]: it names the place, the value and the limit, and suggests a cure.
 //! Nothing here panics on bad input, and an unknown name is answered by the nearest known one:
@@ -40,6 +41,7 @@
 
 mod breakaway;
 mod check;
+mod control_loop;
 mod error;
 pub mod explain;
 mod files;
@@ -51,6 +53,7 @@ mod stream;
 
 pub use breakaway::{Breakaway, Rest};
 pub use check::{Check, Mobility, Report, Singularity};
+pub use control_loop::ControlLoop;
 pub use error::{Error, ErrorKind};
 pub use files::ReadProgress;
 pub use forward::{Forward, Plan, Run};
@@ -58,7 +61,7 @@ pub use inverse::{BodyPose, Inverse, JointFriction, Reaction, Sample, Samples};
 pub use robot::{Robot, RobotBuilder};
 
 pub use stiction_core as core;
-pub use stiction_core::dynamics::FrictionMode;
+pub use stiction_core::dynamics::{Data, FrictionMode, Model, Status};
 pub use stiction_core::forward::{EventKind, Method};
 pub use stiction_core::mechanism::{BodySpec, JointSpec, SpringSpec};
 pub use stiction_format as format;

@@ -2,6 +2,7 @@
 
 use crate::breakaway::Breakaway;
 use crate::check::{Check, Report};
+use crate::control_loop::ControlLoop;
 use crate::error::Error;
 use crate::files::{Files, ReadProgress, standard_input};
 use crate::forward::Forward;
@@ -183,6 +184,27 @@ impl Robot {
     /// effort, and the efforts at which motion begins.
     pub fn breakaway(&self) -> Breakaway {
         Breakaway::new(self.clone())
+    }
+
+    /// Inverse dynamics for a control loop: a model compiled at the first instant of the default motion, with
+    /// the actuators as independent coordinates, and its data, allocated once.
+    ///
+    /// ```
+    /// let robot = stiction::Robot::builtin("five-bar")?;
+    /// let stiction::ControlLoop { model, mut data, position } = robot.control_loop()?;
+    /// // In each cycle: positions, rates and accelerations of the actuators in, efforts out.
+    /// let (rate, acceleration) = ([0.1, 0.1], [0.0, 0.0]);
+    /// let status = model.inverse_dynamics(&mut data, &position, &rate, &acceleration, &[]);
+    /// assert!(status.is_converged());
+    /// println!("{:?} N m", data.efforts());
+    /// # Ok::<(), stiction::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The model has no default motion, the actuators do not determine the motion, or the position is
+    /// singular.
+    pub fn control_loop(&self) -> Result<ControlLoop, Error> {
+        ControlLoop::new(self)
     }
 
     /// The model behind the names, for use with `stiction_core`, `stiction_format` and `stiction_run`.

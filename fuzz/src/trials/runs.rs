@@ -96,20 +96,13 @@ fn converted(job: &inverse::Job<'_>) {
 }
 
 fn inverse(job: &inverse::Job<'_>) {
-    let mechanism = &job.model.mechanism;
-    let mut tables = inverse::Tables::new(mechanism, [vec![], vec![], vec![]]).expect("memory");
-    let mut bodies = inverse::BodyTable::new(mechanism, vec![]).expect("memory");
-    let mut shares =
-        job.has_shares().then(|| inverse::ShareTable::new(job, vec![]).expect("memory"));
+    let names = inverse::Tables::<Vec<u8>>::files(job);
+    let mut tables = inverse::Tables::new(job, vec![vec![]; names.len()]).expect("memory");
     let mut summary = inverse::Summary::new(job);
     let mut curves = inverse::Curves::new(job, 4);
     let outcome = job.run(
         |sample| {
             tables.add(sample).map_err(|error| error.to_string())?;
-            bodies.add(sample).map_err(|error| error.to_string())?;
-            if let Some(shares) = &mut shares {
-                shares.add(sample).map_err(|error| error.to_string())?;
-            }
             summary.add(sample);
             curves.add(sample);
             Ok(())
@@ -120,16 +113,8 @@ fn inverse(job: &inverse::Job<'_>) {
         Ok(verdict) => verdict,
         Err(error) => return finite::text("a reason", &error.to_string()),
     };
-    for (name, table) in [
-        ("inverse.csv", tables.inverse.finish()),
-        ("reactions.csv", tables.reactions.finish()),
-        ("friction.csv", tables.friction.finish()),
-        ("bodies.csv", bodies.finish()),
-    ] {
-        finite::table(name, &table.expect("memory"));
-    }
-    if let Some(shares) = shares {
-        finite::table("shares.csv", &shares.finish().expect("memory"));
+    for (name, table) in names.into_iter().zip(tables.finish().expect("memory")) {
+        finite::table(name, &table);
     }
     finite::json("summary", &summary.json(job, &verdict), SUMMARY_EMPTY);
     let mut text = String::new();

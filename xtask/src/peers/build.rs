@@ -1,5 +1,5 @@
-//! What is needed: the environment of Python packages, a compiler, the harnesses, our own programs,
-//! and the files of states.
+//! Prerequisites of the comparison: Python packages, a C++ compiler, harnesses, our own programs and files of
+//! states.
 
 use super::Trouble;
 use super::machine::last_core;
@@ -11,27 +11,27 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Everything that is built and found.
+/// Paths of the tools and programs of a comparison.
 pub(crate) struct Tools {
-    /// The Python of the environment.
+    /// Python interpreter of the environment.
     pub(crate) python: PathBuf,
-    /// The folder `peers` of the repository.
+    /// Folder `peers` of the repository.
     pub(crate) sources: PathBuf,
     /// The program `stiction`.
     pub(crate) program: PathBuf,
-    /// The compiler, and what it says about its version.
+    /// C++ compiler and its version line.
     pub(crate) compiler: (String, String),
-    /// Where harnesses and files of states are put.
+    /// Folder of the harnesses and the files of states.
     place: PathBuf,
     ours: PathBuf,
-    /// The core on which everything that is timed runs, if it can be kept there.
+    /// Core on which all timed programs run; `None` if they cannot be pinned.
     pub(crate) core: Option<usize>,
 }
 
-/// Flags for all harnesses: what a user who cares for speed sets.
+/// Compiler flags of all harnesses, as for a fast build.
 pub(crate) const FLAGS: [&str; 4] = ["-std=c++17", "-O3", "-march=native", "-DNDEBUG"];
 
-/// What the headers of Pinocchio are to be read with, from the CMake file of its wheel.
+/// Flags that the headers of Pinocchio need, from the CMake file of its wheel.
 const PINOCCHIO: [&str; 4] = [
     "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
     "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
@@ -42,12 +42,12 @@ const PINOCCHIO: [&str; 4] = [
 impl Tools {
     pub(crate) fn find() -> Result<Self, Trouble> {
         if cfg!(windows) {
-            return Err(Trouble::Missing("the harnesses are for Linux and macOS".into()));
+            return Err(Trouble::Missing("the harnesses need Linux or macOS".into()));
         }
         let compiler = compiler().ok_or_else(|| {
             Trouble::Missing(
-                "it needs a C++ compiler, as `c++`, `g++` or `clang++` on the path or in the \
-                 variable CXX"
+                "a C++ compiler is missing; install `c++`, `g++` or `clang++`, or name one in \
+                 the variable CXX"
                     .into(),
             )
         })?;
@@ -55,11 +55,12 @@ impl Tools {
         let python = environment(&root.join("validation")).map_err(Trouble::Missing)?;
         let packages = ["--package", "stiction-cli", "--package", "stiction-peers"];
         if !succeeds(cargo(&["build", "--release"]).args(packages)) {
-            return Err(Trouble::Failed("our side could not be built".into()));
+            return Err(Trouble::Failed("cargo cannot build our programs".into()));
         }
-        // Cargo puts release builds beside the folder of this program's build.
+        // The folder of release builds lies beside that of this program.
         let built = env::current_exe().ok().and_then(|own| Some(own.parent()?.parent()?.into()));
-        let built: PathBuf = built.ok_or_else(|| Trouble::Failed("no folder of builds".into()))?;
+        let built: PathBuf =
+            built.ok_or_else(|| Trouble::Failed("the folder of builds is unknown".into()))?;
         let tools = Self {
             python,
             sources: root.join("peers"),
@@ -71,7 +72,7 @@ impl Tools {
         };
         for program in [&tools.program, &tools.ours] {
             if !program.is_file() {
-                return Err(Trouble::Failed(format!("{} was not built", program.display())));
+                return Err(Trouble::Failed(format!("cargo has not built {}", program.display())));
             }
         }
         tools.build_harnesses()?;
@@ -88,7 +89,7 @@ impl Tools {
         let mujoco = site.join("mujoco");
         let eigen = system(&headers.join("eigen3"));
         let library = shared_library(&mujoco)
-            .ok_or_else(|| Trouble::Missing("MuJoCo's library is not in its wheel".into()))?;
+            .ok_or_else(|| Trouble::Missing("the wheel of MuJoCo lacks its library".into()))?;
         self.build("dense", &eigen)?;
         let mut flags = [eigen.clone(), system(&mujoco.join("include"))].concat();
         flags.push(library.display().to_string());
@@ -99,7 +100,7 @@ impl Tools {
         self.build("pinocchio", &flags)
     }
 
-    /// Builds a harness, unless it has been built from the same text with the same flags.
+    /// Builds a harness if its source, flags or compiler have changed.
     fn build(&self, name: &str, flags: &[String]) -> Result<(), Trouble> {
         let source = self.sources.join(format!("{name}.cpp"));
         let read = |path: &Path| {
@@ -107,23 +108,23 @@ impl Tools {
                 .map_err(|error| Trouble::Failed(format!("{}: {error}", path.display())))
         };
         let texts = read(&source)? + &read(&self.sources.join("harness.hpp"))?;
-        let wanted = format!("{:?} {FLAGS:?} {flags:?}\n{texts}", self.compiler);
+        let expected = format!("{:?} {FLAGS:?} {flags:?}\n{texts}", self.compiler);
         let (program, stamp) = (self.place.join(name), self.place.join(format!("{name}.stamp")));
-        if program.is_file() && fs::read_to_string(&stamp).is_ok_and(|built| built == wanted) {
+        if program.is_file() && fs::read_to_string(&stamp).is_ok_and(|built| built == expected) {
             return Ok(());
         }
-        eprintln!("== building the harness of {name}; this may take some minutes");
+        eprintln!("== building the harness of {name}; this may take minutes");
         let mut command = Command::new(&self.compiler.0);
-        // Warnings would be about the engines' headers.
+        // Warnings would come from the headers of the engines.
         command.args(FLAGS).arg("-w").arg(&source).args(flags).arg("-o").arg(&program);
         if !succeeds(&mut command) {
-            return Err(Trouble::Failed(format!("{} could not be built", source.display())));
+            return Err(Trouble::Failed(format!("the compiler cannot build {}", source.display())));
         }
-        fs::write(&stamp, wanted)
+        fs::write(&stamp, expected)
             .map_err(|error| Trouble::Failed(format!("{}: {error}", stamp.display())))
     }
 
-    /// The engines' models and files of states.
+    /// Writes the models and files of states of the engines; returns their folder.
     pub(crate) fn states(&self, models: &[&str]) -> Result<PathBuf, Trouble> {
         let folder = self.place.join("states");
         let mut command = Command::new(&self.python);
@@ -147,7 +148,7 @@ impl Tools {
         Runs(command)
     }
 
-    /// Versions of what is compared, and of what it is built with.
+    /// Versions of the engines, libraries and compilers.
     pub(crate) fn versions(&self) -> Result<Value, Trouble> {
         let question = "\
 import json, platform

@@ -1,4 +1,4 @@
-//! The machine, in words that do not name it.
+//! Description of the machine without its name.
 
 use super::build::Tools;
 use serde_json::{Value, json};
@@ -6,7 +6,7 @@ use std::fs;
 use std::process::{Command, Stdio};
 use std::thread::available_parallelism;
 
-/// The last core that there is, if programs can be kept on it.
+/// Index of the last core, if programs can be pinned to it.
 pub(crate) fn last_core() -> Option<usize> {
     let core = available_parallelism().ok()?.get() - 1;
     let mut command = Command::new("taskset");
@@ -26,7 +26,7 @@ pub(crate) fn machine(tools: &Tools) -> Value {
     })
 }
 
-/// Model of the processor, as Linux or macOS says it.
+/// Model of the processor as reported by Linux or macOS.
 fn cpu() -> String {
     if let Ok(text) = fs::read_to_string("/proc/cpuinfo") {
         let field = |name: &str| {
@@ -44,7 +44,7 @@ fn cpu() -> String {
     answer.map_or_else(|_| "unknown".into(), |a| String::from_utf8_lossy(&a.stdout).trim().into())
 }
 
-/// Caches of a core, as Linux says it.
+/// Caches of a core as reported by Linux.
 fn caches() -> String {
     let folder = "/sys/devices/system/cpu/cpu0/cache";
     let read = |i: usize, name: &str| fs::read_to_string(format!("{folder}/index{i}/{name}"));
@@ -60,7 +60,7 @@ fn caches() -> String {
     (0..8).map_while(cache).collect::<Vec<_>>().join(", ")
 }
 
-/// Processes that want to run, over the last minute; one is this comparison.
+/// Load average over the last minute; this comparison counts as one.
 fn load() -> Value {
     let text = fs::read_to_string("/proc/loadavg").unwrap_or_default();
     text.split(' ').next().and_then(|word| word.parse::<f64>().ok()).into()

@@ -1,8 +1,7 @@
-//! `cargo xtask peers`: speed beside other engines, see `peers/README.md`.
+//! `cargo xtask peers`: compares speed with other engines, see `peers/README.md`.
 //!
-//! Builds a harness for each engine, lets each check its own forces against ours, and runs all of
-//! them and our own side in turn, a batch of a millisecond each, so that a slow spell of the machine
-//! meets all of them.
+//! Builds a harness for each engine and checks its forces against ours. Then runs batches of a millisecond of
+//! all engines in turn, so that a slow spell of the machine affects all of them.
 
 mod build;
 mod machine;
@@ -18,31 +17,31 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-/// Why there is no comparison.
+/// Reason why a comparison is not possible.
 pub(crate) enum Trouble {
-    /// Something that this machine does not have.
+    /// This machine lacks a prerequisite.
     Missing(String),
-    /// Something that should have worked.
+    /// A step has failed.
     Failed(String),
 }
 
 struct Options {
     json: Option<PathBuf>,
     rounds: usize,
-    /// Whether the tables of the book's page are written anew.
+    /// Write the tables of the book.
     write: bool,
 }
 
-/// The model of the ratios, and another.
+/// Compared models; the ratios are those of the first.
 const MODELS: [&str; 2] = ["3rps", "gough"];
 
-/// Exit codes: 0 done, 1 something does not work or agree, 2 something is missing.
+/// Runs the comparison. Exit codes: 0 success, 1 failure or disagreement, 2 missing prerequisite.
 pub(crate) fn peers(arguments: impl Iterator<Item = String>) -> ExitCode {
     let outcome = options(arguments).map_err(Trouble::Missing).and_then(|options| run(&options));
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(Trouble::Missing(what)) => {
-            eprintln!("== no comparison with peers: {what}");
+            eprintln!("== comparison with peers not possible: {what}");
             ExitCode::from(2)
         }
         Err(Trouble::Failed(what)) => {
@@ -64,7 +63,7 @@ fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options, Strin
             "--json" => options.json = Some(value.into()),
             "--samples" => match value.parse() {
                 Ok(rounds) if rounds > 0 => options.rounds = rounds,
-                _ => return Err(format!("--samples needs a number above zero, not `{value}`")),
+                _ => return Err(format!("--samples needs a positive integer, not `{value}`")),
             },
             _ => return Err(format!("unknown option `{option}`")),
         }
@@ -98,7 +97,7 @@ fn run(options: &Options) -> Result<(), Trouble> {
     Ok(())
 }
 
-/// Our side and the peers of a model.
+/// Starts our program and the harnesses of a model.
 fn processes(tools: &Tools, states: &Path, model: &str) -> Result<Vec<Process>, Trouble> {
     let file = |what: &str| states.join(format!("{model}.{what}"));
     let mut commands = vec![
@@ -107,7 +106,7 @@ fn processes(tools: &Tools, states: &Path, model: &str) -> Result<Vec<Process>, 
         ("pinocchio", tools.harness("pinocchio").arg(file("pinocchio.txt"))),
     ];
     if model == MODELS[0] {
-        // 42 equations are those of this model.
+        // The dense harness holds the 42 equations of this model.
         commands.push(("dense", tools.harness("dense")));
     }
     let start = |(name, runs): (_, build::Runs)| {
@@ -116,16 +115,16 @@ fn processes(tools: &Tools, states: &Path, model: &str) -> Result<Vec<Process>, 
     commands.into_iter().map(start).collect()
 }
 
-/// Everyone must have the same forces, or times mean nothing. Soft constraints never have them.
+/// Checks that all engines compute the same forces; engines with soft constraints are exempt.
 fn check(processes: &[Process]) -> Result<(), Trouble> {
-    // Solutions of the same equations, by other ways in double precision, differ by some 1e-14.
+    // Rounding makes differences of about 1e-14.
     const LIMIT: f64 = 1e-10;
     for process in processes {
         for subject in &process.subjects {
             let is_exact = !subject.name.ends_with("_soft");
             if !subject.difference.is_finite() || (is_exact && subject.difference > LIMIT) {
                 return Err(Trouble::Failed(format!(
-                    "{} {} differs by {:.1e} from what it should find",
+                    "{} {} differs by {:.1e} (relative) from the expected forces",
                     process.name, subject.name, subject.difference
                 )));
             }
@@ -134,7 +133,7 @@ fn check(processes: &[Process]) -> Result<(), Trouble> {
     Ok(())
 }
 
-/// What a Python user gets.
+/// Times of calls from Python.
 fn python_level(tools: &Tools, states: &Path) -> Result<Value, Trouble> {
     eprintln!("== from Python");
     let mut command = Command::new(&tools.python);
@@ -157,7 +156,7 @@ mod tests {
     #[test]
     fn options_are_read_or_refused() {
         let Ok(options) = read("--json a.json --samples 7 --write") else {
-            panic!("these are options");
+            panic!("the options are valid");
         };
         assert_eq!((options.rounds, options.write), (7, true));
         assert_eq!(options.json, Some("a.json".into()));

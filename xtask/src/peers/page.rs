@@ -1,4 +1,4 @@
-//! The tables of the book's page, between two marks.
+//! Tables of the book, between two marks in the page.
 
 use super::build::Tools;
 use serde_json::Value;
@@ -8,12 +8,13 @@ use std::fs;
 const BEGIN: &str = "<!-- cargo xtask peers -->";
 const END: &str = "<!-- end of cargo xtask peers -->";
 
-/// Writes everything between the marks anew.
+/// Replaces the text between the marks.
 pub(crate) fn write(tools: &Tools, data: &Value) -> Result<(), String> {
     let path = tools.sources.join("../docs/src/speed.md");
     let fault = |error: std::io::Error| format!("{}: {error}", path.display());
     let page = fs::read_to_string(&path).map_err(fault)?;
-    let page = replaced(&page, &tables(data)).ok_or("the page has no place for the tables")?;
+    let page =
+        replaced(&page, &tables(data)).ok_or("docs/src/speed.md lacks the marks for the tables")?;
     fs::write(&path, page).map_err(fault)
 }
 
@@ -23,7 +24,7 @@ fn replaced(page: &str, tables: &str) -> Option<String> {
     Some(format!("{before}{BEGIN}\n\n{tables}\n{END}{after}"))
 }
 
-/// A time with three digits, the unit of which is that of all its column.
+/// Time in microseconds with three digits.
 fn microseconds(nanoseconds: &Value) -> String {
     let time = nanoseconds.as_f64().unwrap_or(f64::NAN) / 1e3;
     let decimals = (2 - (time.log10().floor() as i32)).clamp(0, 3) as usize;
@@ -107,10 +108,10 @@ mod tests {
     use super::{BEGIN, END, microseconds, replaced};
 
     #[test]
-    fn only_what_is_between_the_marks_changes() {
+    fn replaces_the_text_between_the_marks() {
         let page = format!("a\n{BEGIN}\nold\n{END}\nb\n");
         assert_eq!(replaced(&page, "new"), Some(format!("a\n{BEGIN}\n\nnew\n{END}\nb\n")));
-        assert_eq!(replaced("a page without them", "new"), None);
+        assert_eq!(replaced("a page without marks", "new"), None);
     }
 
     #[test]

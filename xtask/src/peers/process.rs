@@ -1,9 +1,9 @@
-//! A harness that runs, and the protocol by which it is asked; see `peers/harness.hpp`.
+//! Protocol between this program and a running harness, see `peers/harness.hpp`.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
-/// Something that a harness can time.
+/// Computation that a harness can time.
 pub(crate) struct Subject {
     pub(crate) name: String,
     /// Largest difference from the expected forces, relative.
@@ -35,22 +35,22 @@ impl Process {
             match words.as_slice() {
                 ["ready"] => return Ok(process),
                 ["subject", subject, difference] => {
-                    let difference = difference.parse().map_err(|_| process.strange(&line))?;
+                    let difference = difference.parse().map_err(|_| process.unexpected(&line))?;
                     process.subjects.push(Subject { name: subject.to_string(), difference });
                 }
-                _ => return Err(process.strange(&line)),
+                _ => return Err(process.unexpected(&line)),
             }
         }
     }
 
-    /// Nanoseconds for each of `count` evaluations of a subject.
+    /// Runs `count` evaluations of a subject; returns the time of one, ns.
     pub(crate) fn batch(&mut self, subject: usize, count: usize) -> Result<f64, String> {
         let request = format!("{} {count}\n", self.subjects[subject].name);
         let stdin = self.requests.as_mut().ok_or("no input")?;
         stdin.write_all(request.as_bytes()).map_err(|error| format!("{}: {error}", self.name))?;
         let line = self.line()?;
-        let time: f64 = line.trim().parse().map_err(|_| self.strange(&line))?;
-        if time.is_finite() && time > 0.0 { Ok(time) } else { Err(self.strange(&line)) }
+        let time: f64 = line.trim().parse().map_err(|_| self.unexpected(&line))?;
+        if time.is_finite() && time > 0.0 { Ok(time) } else { Err(self.unexpected(&line)) }
     }
 
     fn line(&mut self) -> Result<String, String> {
@@ -62,16 +62,16 @@ impl Process {
         }
     }
 
-    fn strange(&self, line: &str) -> String {
-        format!("{} said `{}`", self.name, line.trim())
+    fn unexpected(&self, line: &str) -> String {
+        format!("{} sent the unexpected line `{}`", self.name, line.trim())
     }
 }
 
 impl Drop for Process {
-    /// Without requests a harness ends by itself.
+    /// Closes the standard input of the harness, which ends it.
     fn drop(&mut self) {
         self.requests = None;
-        // Nothing depends on how it ends.
+        // The exit status has no meaning here.
         let _ = self.child.wait();
     }
 }

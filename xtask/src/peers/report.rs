@@ -1,4 +1,4 @@
-//! The table and the file of numbers.
+//! Results as a table and as JSON.
 
 use super::rounds::Timing;
 use serde_json::{Map, Value, json};
@@ -11,7 +11,7 @@ pub(crate) struct ModelResult {
 
 const OURS: &str = "stiction";
 
-/// Whether a subject goes from forces to accelerations.
+/// Returns whether a subject computes accelerations from forces.
 fn is_forward(subject: &str) -> bool {
     subject.starts_with("forward")
 }
@@ -23,7 +23,7 @@ fn ratio_name(ours: &Timing, theirs: &Timing) -> String {
     format!("{}_vs_{}{what}", ours.subject, theirs.engine)
 }
 
-/// Ratios of times, ours over theirs, of the same task.
+/// Ratios of our time to that of each peer, for the same task.
 fn ratios(result: &ModelResult) -> Vec<(String, f64)> {
     let (ours, theirs): (Vec<_>, Vec<_>) = result.timings.iter().partition(|t| t.engine == OURS);
     let mut ratios = Vec::new();
@@ -116,7 +116,7 @@ mod tests {
     use crate::peers::rounds::Timing;
 
     #[test]
-    fn ratios_are_of_the_same_task() {
+    fn ratios_compare_the_same_task() {
         let timing = |engine, subject: &str, time: f64| {
             let (subject, batches) = (subject.to_string(), vec![time]);
             Timing { engine, subject, difference: 0.0, batches, size: 1 }

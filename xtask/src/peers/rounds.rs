@@ -1,18 +1,18 @@
-//! Batches of everyone in turn.
+//! Timed batches of all engines in turn.
 
 use super::process::Process;
 
-/// Time of a batch, ns: far more than a request takes, and less than a slice of the scheduler, so
-/// that most batches are not interrupted.
+/// Duration of a batch, ns: much longer than a request and shorter than a time slice of the scheduler, so
+/// that most batches run without interruption.
 const BATCH: f64 = 1e6;
 
-/// All batches of one subject, ns for each evaluation, round by round.
+/// Times of one subject: ns per evaluation, one entry per round.
 pub(crate) struct Timing {
     pub(crate) engine: &'static str,
     pub(crate) subject: String,
     pub(crate) difference: f64,
     pub(crate) batches: Vec<f64>,
-    /// Evaluations in each batch.
+    /// Number of evaluations in each batch.
     pub(crate) size: usize,
 }
 
@@ -25,8 +25,7 @@ impl Timing {
         self.batches.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// Median over the rounds of the ratio within a round: what slows both by the same
-    /// factor has no effect.
+    /// Median over the rounds of the ratio within a round. A slowdown of the whole round cancels.
     pub(crate) fn ratio_to(&self, other: &Self) -> f64 {
         median(
             self.batches.iter().zip(&other.batches).map(|(ours, theirs)| ours / theirs).collect(),
@@ -45,7 +44,7 @@ pub(crate) fn run(processes: &mut [Process], rounds: usize) -> Result<Vec<Timing
     let mut places = Vec::new();
     for (at, process) in processes.iter_mut().enumerate() {
         for subject in 0..process.subjects.len() {
-            // The second time code and data are in the caches.
+            // The first batch warms the caches.
             process.batch(subject, 100)?;
             let each = process.batch(subject, 100)?;
             let size = ((BATCH / each) as usize).max(1);
@@ -59,7 +58,7 @@ pub(crate) fn run(processes: &mut [Process], rounds: usize) -> Result<Vec<Timing
     }
     for round in 0..rounds {
         for k in 0..timings.len() {
-            // Another one begins each time, so that no one always follows the same.
+            // The order rotates, so that no subject always follows the same one.
             let k = (k + round) % timings.len();
             let (at, subject) = places[k];
             let time = processes[at].batch(subject, timings[k].size)?;
@@ -79,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn what_slows_both_alike_does_not_change_a_ratio() {
+    fn common_slowdowns_do_not_change_a_ratio() {
         let (ours, theirs) = (timing(&[2.0, 20.0, 2.0, 20.0]), timing(&[4.0, 40.0, 4.0, 40.0]));
         assert_eq!(ours.ratio_to(&theirs), 0.5);
         assert_eq!((ours.median(), ours.minimum()), (11.0, 2.0));

@@ -1,4 +1,4 @@
-//! Where a simulation is, written down now and then, so that it can go on after an interruption.
+//! Checkpoints of a simulation, from which it resumes after an interruption.
 
 use super::FILES;
 use crate::failure::Failure;
@@ -9,17 +9,17 @@ use std::io::BufWriter;
 use std::time::{Duration, Instant};
 use stiction_run::forward::{Job, Mark, checksum};
 
-/// Says when it is time to write.
+/// Writes a checkpoint at regular intervals of wall-clock time.
 pub(super) struct Journal {
     every: Duration,
     last: Instant,
     fingerprint: u64,
 }
 
-/// What an earlier run has left.
+/// A checkpoint of an interrupted run.
 pub(super) struct Kept {
     pub(super) mark: Mark,
-    /// For each table where its rows are, and how many bytes of them count.
+    /// For each table the file with its rows, and the bytes of it that count.
     pub(super) files: Vec<(String, u64)>,
 }
 
@@ -27,9 +27,9 @@ impl Journal {
     pub(super) fn new(job: &Job<'_>, every: f64) -> Result<Self, Failure> {
         if every.is_nan() || every < 0.0 {
             return Err(Failure::input(format!("--checkpoint is {every} s"))
-                .help("give a time that is not negative"));
+                .help("give a time of at least 0 s"));
         }
-        // What is too long for a clock is never.
+        // A time too long for the clock means never.
         let every = Duration::try_from_secs_f64(every).unwrap_or(Duration::MAX);
         Ok(Self { every, last: Instant::now(), fingerprint: job.fingerprint() })
     }
@@ -38,7 +38,7 @@ impl Journal {
         self.last.elapsed() >= self.every
     }
 
-    /// Writes down where it is; tables must have been flushed.
+    /// Writes a checkpoint; tables must have been flushed.
     pub(super) fn write(
         &mut self,
         outputs: &Outputs,
@@ -64,33 +64,33 @@ impl Journal {
         Ok(())
     }
 
-    /// What an earlier run of the same has left in the folder.
+    /// Reads the checkpoint that an interrupted run of the same simulation has left in the folder.
     pub(super) fn read(&self, outputs: &Outputs) -> Result<Kept, Failure> {
         let text = outputs.read(CHECKPOINT).ok_or_else(|| {
-            Failure::input(format!("there is no {CHECKPOINT} to go on from"))
-                .help("begin anew without --resume; long runs with -o write it now and then, see --checkpoint")
+            Failure::input(format!("there is no {CHECKPOINT} to resume from"))
+                .help("start again without --resume; runs with -o write a checkpoint every minute, see --checkpoint")
         })?;
         let wrong = |what: &str| {
-            Failure::input(format!("{CHECKPOINT} {what}")).help("begin anew without --resume")
+            Failure::input(format!("{CHECKPOINT} {what}")).help("start again without --resume")
         };
         let value: Value = serde_json::from_str(&text).map_err(|error| {
-            wrong(&format!("is damaged: it is no JSON any more (line {})", error.line()))
+            wrong(&format!("is damaged: line {} is not valid JSON", error.line()))
         })?;
         if !value["fingerprint"].is_string() {
-            return Err(wrong("is damaged: it does not say of which simulation it is"));
+            return Err(wrong("is damaged: it does not name its simulation"));
         }
         if value["fingerprint"] != json!(format!("{:016x}", self.fingerprint)) {
             return Err(Failure::input(format!(
-                "{CHECKPOINT} is of another simulation: the model, or an option other than --until, has changed"
+                "{CHECKPOINT} belongs to another simulation: the model or an option other than --until differs"
             ))
-            .help("give the same options, or begin anew without --resume"));
+            .help("give the same options, or start again without --resume"));
         }
-        // A digit that is another one would be a simulation that is another one.
+        // A changed digit would make it another simulation.
         if value["checksum"] != json!(checksum_of(&value["tables"], &value["mark"])) {
             return Err(wrong("is damaged"));
         }
         let mark = Mark::from_json(&value["mark"]).ok_or_else(|| {
-            wrong("is damaged: its `mark`, the state of the simulation, is not complete")
+            wrong("is damaged: its `mark`, the state of the simulation, is incomplete")
         })?;
         let tables = value["tables"].as_array().map_or(&[][..], Vec::as_slice);
         let table = |table: &Value| {
@@ -99,9 +99,10 @@ impl Journal {
         };
         let files: Option<Vec<_>> = tables.iter().map(table).collect();
         let files = files.filter(|files| files.len() == FILES.len());
-        Ok(Kept { mark, files: files.ok_or_else(|| {
-            wrong("is damaged: its `tables`, which say what of each file counts, are not complete")
-        })? })
+        Ok(Kept {
+            mark,
+            files: files.ok_or_else(|| wrong("is damaged: its list of `tables` is incomplete"))?,
+        })
     }
 }
 
@@ -109,20 +110,20 @@ fn checksum_of(tables: &Value, mark: &Value) -> String {
     format!("{:016x}", checksum(&format!("{tables}{mark}")))
 }
 
-/// Where the tables are that are being written, and how long.
+/// Temporary names and lengths of the tables being written.
 ///
 /// # Errors
-/// One of them is gone: a checkpoint without it would be worth nothing.
+/// One of them is gone, so that a checkpoint could not be resumed.
 pub(super) fn partials(outputs: &Outputs) -> Result<[(String, u64); FILES.len()], Failure> {
     for_each_file(|_, name| {
         outputs.partial(name).ok_or_else(|| {
-            Failure::no_answer(format!("{name} is gone from the folder while it is written"))
-                .help("begin anew, and leave files named *.partial alone until it ends")
+            Failure::no_answer(format!("{name} disappeared from the folder while it was written"))
+                .help("start again, and keep files named *.partial until the run ends")
         })
     })
 }
 
-/// Begins the tables anew or with what is kept.
+/// Begins the tables, empty or with the rows of an interrupted run.
 pub(super) fn begin(
     outputs: &mut Outputs,
     kept: Option<&Kept>,
@@ -133,7 +134,7 @@ pub(super) fn begin(
     })
 }
 
-/// What is made of each table by its place and its name; the first failure is the last.
+/// Calls `make` with the index and name of each table, and stops at the first failure.
 fn for_each_file<T>(
     mut make: impl FnMut(usize, &'static str) -> Result<T, Failure>,
 ) -> Result<[T; FILES.len()], Failure> {

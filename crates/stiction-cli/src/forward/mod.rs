@@ -4,11 +4,11 @@ mod journal;
 
 use crate::arguments::{Forward, Method as Asked, Switch};
 use crate::failure::Failure;
-use crate::inverse::{DEFAULT_MODEL, listen_for_interrupt};
+use crate::inverse::listen_for_interrupt;
 use crate::outputs::{CHECKPOINT, Outputs};
 use crate::print;
 use crate::progress::Progress;
-use crate::sources::{self, note_frictionless, warn};
+use crate::sources::{self, DEFAULT_MODEL, note_frictionless, warn};
 use journal::{Journal, Kept, begin, partials};
 use serde_json::json;
 use std::cell::{Cell, RefCell};
@@ -67,7 +67,7 @@ fn request(robot: &Robot, options: &Forward) -> Result<stiction::Forward, Failur
 }
 
 fn execute(options: &Forward) -> Result<(), Failure> {
-    let robot = sources::robot(options.model.as_deref().unwrap_or(DEFAULT_MODEL))?;
+    let robot = sources::robot_or_default(options.model.as_deref())?;
     if !options.json {
         if options.model.is_none() {
             message!(

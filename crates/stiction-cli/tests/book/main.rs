@@ -45,7 +45,7 @@ fn renewed() -> bool {
 }
 
 #[test]
-fn every_page_is_true() {
+fn pages_show_the_output_of_their_commands() {
     let pages = pages();
     let (next, commands) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let wrong = Mutex::new(Vec::new());
@@ -73,7 +73,7 @@ fn every_page_is_true() {
 
 /// The commands of the README print the output that it shows.
 #[test]
-fn the_front_page_is_true() {
+fn the_readme_shows_the_output_of_its_commands() {
     let readme = book().join("../../README.md");
     assert!(pages::carry_out(&readme) >= 3);
     pages::accepted(&readme);

@@ -187,7 +187,7 @@ pub(crate) fn accepted(path: &Path) {
 }
 
 #[test]
-fn patterns_match_what_they_should() {
+fn patterns_match_lines() {
     assert!(matches(&["a", "...", "d"], &["a", "b", "c", "d"]));
     assert!(!matches(&["a", "...", "d"], &["a", "b"]));
     assert!(line_matches("to [..] m; to [..] of", "to 3e-16 m; to 0 of"));

@@ -74,7 +74,7 @@ fn parts(text: &str) -> Vec<&str> {
 }
 
 #[test]
-fn pictures_are_told_apart() {
+fn pictures_are_compared() {
     assert!(same("<g x='1.04'/>", "<g x='1.0'/>"));
     assert!(!same("<g x='1.04'/>", "<g x='1.4'/>"));
     assert!(!same("<g x='1'/>", "<g y='1'/>"));

@@ -41,6 +41,7 @@ const SECTIONS: &[(&str, &str)] = &[
     ("Motion", "/properties/motions/additionalProperties"),
     ("Load", "/properties/loads/additionalProperties"),
     ("Load on a body", "/$defs/load"),
+    ("Payload", "/properties/loads/additionalProperties/properties/payload/items"),
     ("Default", "/properties/default"),
 ];
 

@@ -147,7 +147,7 @@ fn citations_have_equations() {
 }
 
 #[test]
-fn marks_are_told_apart() {
+fn labels_are_recognised() {
     assert_eq!(marks("(K3), (B12) and (22), (K), (Kx), (k3)"), ["K3", "B12"]);
     assert_eq!(quoted("`a.rs` `b`"), ["a.rs", "b"]);
 }

@@ -5,7 +5,7 @@ use crate::program::models::slope;
 use serde_json::Value;
 
 #[test]
-fn people_and_programs_are_told_the_same() {
+fn terminal_and_json_agree() {
     let folder = Folder::new("breakaway-slope");
     folder.write("slope.toml", &slope(0.7));
     let said = folder.stiction(&["breakaway", "slope.toml", "--at", "1.5"]);
@@ -31,7 +31,7 @@ fn people_and_programs_are_told_the_same() {
 }
 
 #[test]
-fn what_cannot_be_is_told() {
+fn infeasible_inputs_are_reported() {
     let folder = Folder::new("breakaway-wrong");
     folder.write("slope.toml", &slope(0.7));
     for time in ["2.5", "-1", "nan"] {

@@ -19,7 +19,7 @@ fn the_report_is_written() {
 }
 
 #[test]
-fn the_json_is_what_programs_are_told() {
+fn the_json_has_all_verdicts() {
     let folder = Folder::new("check-json");
     let said = folder.stiction(&["check", "3rps", "--json", "-o", "."]);
     assert_eq!((said.succeeds(), said.err.as_str()), (folder.read("check.json").as_str(), ""));
@@ -28,7 +28,7 @@ fn the_json_is_what_programs_are_told() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_is_told() {
+fn impossible_folders_are_reported() {
     let folder = Folder::new("check-file");
     folder.write("taken", "a file");
     let said = folder.stiction(&["check", "four-bar", "-o", "taken"]);
@@ -44,7 +44,7 @@ fn a_folder_that_cannot_be_is_told() {
 }
 
 #[test]
-fn what_stood_there_stays_when_there_is_no_answer() {
+fn files_stay_when_there_is_no_answer() {
     let folder = Folder::new("check-kept");
     folder.write("check.html", "mine");
     let motion = "A = 60 deg + 100*t; duration = 1 s; step = 0 s";
@@ -59,7 +59,7 @@ fn what_stood_there_stays_when_there_is_no_answer() {
 }
 
 #[test]
-fn a_folder_in_the_way_of_a_file_is_told() {
+fn a_folder_in_place_of_a_file_is_reported() {
     let folder = Folder::new("check-in-the-way");
     std::fs::create_dir(folder.0.join("check.html")).unwrap();
     let said = folder.stiction(&["check", "four-bar", "-o", "."]);

@@ -30,7 +30,11 @@ fn a_linkage_in_both_formats() {
     assert_eq!(json.err, "");
     insta::assert_snapshot!("four-bar-json", stable(json.succeeds()));
     let mjcf = folder.stiction(&["convert", "four-bar", "--to", "mjcf"]);
-    assert!(mjcf.err.starts_with("note: friction is left out at 4 of 4 contacts"), "{}", mjcf.err);
+    assert!(
+        mjcf.err.starts_with("note: friction is left out at 4 of 4 friction interfaces"),
+        "{}",
+        mjcf.err
+    );
     assert_eq!(mjcf.err.lines().count(), 1);
     insta::assert_snapshot!("four-bar-mjcf", stable(mjcf.succeeds()));
 }
@@ -94,7 +98,7 @@ fn a_motion_says_where() {
 }
 
 #[test]
-fn wrong_use_is_told() {
+fn wrong_use_is_reported() {
     let folder = Folder::new("convert-wrong");
     let convert = |rest: &[&str]| folder.stiction(&[&["convert"], rest].concat());
     convert(&["four-bar"]).fails(2, &["--to <FORMAT>"]);
@@ -118,7 +122,7 @@ fn wrong_use_is_told() {
 
 /// A mechanism that MuJoCo does not support is an error with a suggestion.
 #[test]
-fn a_body_without_mass_is_told() {
+fn a_body_without_mass_is_reported() {
     let folder = Folder::new("convert-massless");
     let text = folder.stiction(&["models", "four-bar"]).out;
     let from = text.find("[bodies.coupler]").unwrap();

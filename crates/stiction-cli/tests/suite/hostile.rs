@@ -5,7 +5,7 @@ use crate::program::{Folder, Said};
 use std::process::{Command, Stdio};
 
 #[test]
-fn encodings_are_told_with_a_way_out() {
+fn wrong_encodings_are_reported_with_a_suggestion() {
     let folder = Folder::new("hostile-encodings");
     let said = |bytes: &[u8]| {
         std::fs::write(folder.0.join("m.toml"), bytes).unwrap();
@@ -31,7 +31,7 @@ fn a_model_may_come_through_a_pipe() {
 /// A device that accepts no data does not cause a panic in any command.
 #[cfg(target_os = "linux")]
 #[test]
-fn nobody_takes_what_is_said() {
+fn closed_outputs_do_not_panic() {
     let folder = Folder::new("hostile-full");
     folder.write("wrong.toml", "masss = 1");
     let full = || std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
@@ -96,7 +96,7 @@ fn with_little_room(folder: &Folder, blocks: usize, arguments: &[&str]) -> Said 
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_leaves_what_was_there() {
+fn a_full_disk_keeps_old_files() {
     let folder = Folder::new("hostile-disk");
     folder.write("inverse.csv", "of old");
     let run = ["inverse", "slider-crank", "--step", "0.0001", "-o"];
@@ -113,7 +113,7 @@ fn a_full_disk_leaves_what_was_there() {
 /// A full disk does not lose the simulation up to that instant.
 #[cfg(target_os = "linux")]
 #[test]
-fn after_a_full_disk_a_simulation_goes_on() {
+fn a_simulation_resumes_after_a_full_disk() {
     let run = ["forward", "four-bar", "--drives", "A = 2 N m*sin(9*t)", "--from", "rest"];
     let more = ["--step", "0.002", "--until", "1", "--checkpoint", "0", "-o", "."];
     let run = [&run[..], &more].concat();

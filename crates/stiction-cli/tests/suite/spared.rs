@@ -56,7 +56,7 @@ fn inputs_are_not_overwritten() {
 
 /// Other results in the folder would damage a simulation that can be resumed.
 #[test]
-fn interrupted_simulations_are_spared() {
+fn interrupted_simulations_are_kept() {
     let folder = folder("interrupted");
     let run = ["forward", "pendulum.toml", "--drives", "none", "--until", "1000", "--step", "1e-3"];
     let run: Vec<&str> = run.into_iter().chain(["--checkpoint", "0.05", "-o", "run"]).collect();
@@ -91,7 +91,7 @@ fn poles_are_refused() {
 
 /// Jumps and zeros are not poles, whatever their number and wherever the samples fall.
 #[test]
-fn jumps_are_no_poles() {
+fn jumps_are_not_poles() {
     let folder = folder("jumps");
     for drive in [
         "0.05 N m*atan2(sin(2*pi*50*t), cos(2*pi*50*t) + 1e-9)",
@@ -106,7 +106,7 @@ fn jumps_are_no_poles() {
 
 /// A parameter may be arbitrarily small, because it can be a factor.
 #[test]
-fn small_parameters_are_what_they_are() {
+fn small_parameters_are_valid() {
     let folder = folder("small");
     let peak = |text: &str| {
         folder.write("small.toml", text);
@@ -126,7 +126,7 @@ fn small_parameters_are_what_they_are() {
 
 /// With `--json`, every error is JSON.
 #[test]
-fn wrong_options_are_told_in_json() {
+fn wrong_options_are_reported_as_json() {
     let folder = folder("options");
     for wrong in [&["inverse", "--step="][..], &["inverse", "--nonsense"], &["models", "nope"]] {
         let arguments: Vec<&str> = wrong.iter().copied().chain(["--json"]).collect();
@@ -141,7 +141,7 @@ fn wrong_options_are_told_in_json() {
 
 /// Two DOFs with the same name would share a column.
 #[test]
-fn names_of_dofs_are_taken() {
+fn names_of_dofs_are_reserved() {
     let folder = folder("names");
     let second = r#"
 [bodies.arm]

@@ -69,7 +69,7 @@ fn studies_are_listed() {
 }
 
 #[test]
-fn bad_options_are_told() {
+fn bad_options_are_reported() {
     let folder = Folder::new("study-bad");
     folder.write("taken", "a file");
     folder.write("mine.toml", "");

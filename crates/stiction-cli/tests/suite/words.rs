@@ -30,7 +30,7 @@ p1 = "0.1 m/s*t"
 
 /// A loop that is open by an angle is named, although another loop has a smaller gap.
 #[test]
-fn a_loop_that_is_open_by_an_angle_is_named() {
+fn loops_open_by_an_angle_are_named() {
     let folder = Folder::new("twisted");
     folder.write("model.toml", TWISTED);
     let said = folder.stiction(&["inverse", "model.toml"]);
@@ -40,7 +40,7 @@ fn a_loop_that_is_open_by_an_angle_is_named() {
 /// Nothing carries the weight of a pendulum of 1 ug without an actuator: a moment of 1e-13 N m is
 /// significant here.
 #[test]
-fn what_is_small_is_told() {
+fn small_amounts_are_reported() {
     let folder = Folder::new("small");
     let model = r#"
         gravity = [0, -10, 0]

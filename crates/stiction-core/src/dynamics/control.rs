@@ -10,7 +10,6 @@ use crate::kinematics::Target;
 use crate::parameters::Parameters;
 use crate::spatial::Vec3;
 use crate::statics::AppliedLoad;
-use core::fmt;
 
 /// Newton steps for the loop closures, at most.
 const CLOSURE_STEPS: usize = 12;
@@ -64,47 +63,6 @@ pub enum Status {
         /// The relative power residual; infinite where forces are not finite or grow without bound.
         residual: f64,
     },
-}
-
-impl fmt::Display for Status {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Converged => write!(f, "converged"),
-            Self::InputNotFinite => {
-                write!(f, "a coordinate, rate, acceleration or load is NaN or infinite")
-            }
-            Self::LoopsOpen { error } => write!(
-                f,
-                "the loops do not close from the last configuration (relative error {error:.1e}): the \
-                 position is out of reach, or too far from the last one"
-            ),
-            Self::MotionInconsistent => {
-                write!(f, "the prescribed rates or accelerations would open a loop")
-            }
-            Self::Singular => write!(
-                f,
-                "the position is singular: the prescribed coordinates do not determine the motion"
-            ),
-            Self::SpringWithoutDirection { spring } => {
-                write!(f, "the ends of spring {spring} coincide, so its force has no direction")
-            }
-            Self::NoOverlap { interface } => write!(
-                f,
-                "the two supports of friction interface {interface} have passed each other"
-            ),
-            Self::FrictionNotConverged { change } => write!(
-                f,
-                "friction did not converge: normal forces still change by {change:.1e} N per step; \
-                 allow more `friction_steps`"
-            ),
-            Self::FrictionLocks => write!(f, "friction locks the mechanism (self-locking)"),
-            Self::Unbalanced { residual } => write!(
-                f,
-                "the forces do not balance (relative power residual {residual:.1e}): compile a model \
-                 at this position"
-            ),
-        }
-    }
 }
 
 impl Status {

@@ -4,7 +4,7 @@ use super::forces::Forces;
 use super::inverse::Inverse;
 use super::model::Model;
 use super::settings::Settings;
-use crate::kinematics::{Bodies, Kinematics, State, Target};
+use crate::kinematics::{Kinematics, State, Target};
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::statics::AppliedLoad;
@@ -16,10 +16,8 @@ pub struct Data<T> {
     /// next computation.
     pub state: State<T>,
     /// Motion of all bodies.
-    #[doc(hidden)]
     pub kinematics: Kinematics<T>,
     /// Efforts, reactions and friction.
-    #[doc(hidden)]
     pub inverse: Inverse<T>,
     /// Treatment of friction, tolerances and iteration limits.
     pub settings: Settings,
@@ -74,12 +72,5 @@ impl Model {
         }
         kinematics.differentiate(&self.kinematic, parameters, state, targets);
         inverse.solve(self, parameters, kinematics, loads, settings);
-    }
-}
-
-impl<T> Data<T> {
-    /// Poses, twists and accelerations of all bodies, in world axes about the kernel origin.
-    pub fn bodies(&self) -> &Bodies<T> {
-        &self.kinematics.bodies
     }
 }

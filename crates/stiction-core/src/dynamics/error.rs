@@ -13,7 +13,7 @@ pub enum InverseError {
     /// No finite effort balances the load at this position.
     #[error(
         "no finite driving force carries this load here: with all actuators locked, body `{body}` \
-         can still move ({motion}), and nothing balances {} {unit} of the load along that motion",
+         can still move ({motion}), and along that motion {} {unit} are asked for that nothing can give",
         significant(*missing, 6)
     )]
     CannotCarry {
@@ -70,14 +70,14 @@ pub enum InverseError {
         beyond: f64,
     },
     /// A load is NaN or infinite.
-    #[error("the load on body `{body}` is NaN or infinite")]
+    #[error("the load on body `{body}` is no finite number")]
     NotFinite {
         /// Name of the body.
         body: String,
     },
     /// The forces do not balance because of round-off.
     #[error(
-        "the forces cannot be computed here: round-off leaves {} of the power unbalanced; \
+        "the forces cannot be computed here: rounding errors leave {} of the power unaccounted for; \
          the position is too close to a singular one, or the model's numbers differ too much in size",
         percent_of(*.residual)
     )]
@@ -87,8 +87,8 @@ pub enum InverseError {
     },
     /// Friction at a singular position requires forces that nothing can balance.
     #[error(
-        "the position is singular: without friction the load happens to be balanced, but friction \
-         requires forces that neither joints nor actuators can exert"
+        "the position is singular: without friction this load is carried by chance, but friction asks \
+         there for loads that neither joints nor actuators can carry"
     )]
     Unsettled,
 }

@@ -2,32 +2,32 @@
 //!
 //! Equations (F2), (F4) and (F5) of the book's theory.
 
-use crate::friction::{InterfaceShape, Law, Load, NormalLoadMap, OwnFriction, Resistance, Thread};
-use crate::joint::Carrier;
+use crate::friction::{Law, Load, OwnFriction, Resistance};
+use crate::friction_problem::normal_load::{normal_load, normal_load_between};
 use crate::kinematics::Bodies;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
 use crate::spatial::{Pose, Twist, Wrench};
 use crate::topology::Topology;
 
-/// A contact at one instant.
+/// State of a friction interface at one instant.
 ///
-/// The effort of its friction on freedom `f` of its joint is
-/// `against[f] * (resistance.constant + resistance.coefficient * load)`.
+/// The generalised friction force on DOF `f` of its joint is `against[f] * (resistance.constant +
+/// resistance.coefficient * load)`, `load` the normal force.
 #[derive(Clone, Copy, Debug)]
 pub struct InterfaceState<T> {
-    /// Sliding velocity at the surface, m/s; of a ball its magnitude.
+    /// Sliding velocity at the surface, m/s; of a ball or plate its magnitude.
     pub velocity: T,
-    /// One where the contact slides, zero where it rests.
+    /// One where the interface slides, zero at rest.
     pub sliding: T,
-    /// For each freedom of the contact, the effort of a friction force of one newton: against the
-    /// motion, with the arm of the surface's radius.
+    /// For each DOF of the interface, the generalised force of one newton of friction: against the
+    /// motion, with the lever arm of the surface.
     pub(crate) against: [T; 3],
-    /// Of a contact with one freedom 1 where it slides forward, -1 backward; at rest the part of its
-    /// greatest friction by which it holds, with its sign.
+    /// With one DOF: 1 where it slides forward, -1 backward; at rest the static friction as a part
+    /// of the largest, with its sign.
     pub(crate) sense: T,
     pub(crate) resistance: Resistance<T>,
-    /// The load with its gradient, at the reaction it was last computed from.
+    /// Normal force with its gradient, at the reaction of the last update.
     pub(crate) load: Load<T>,
 }
 
@@ -43,18 +43,19 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// The load on the surface, N.
+    /// Normal force on the surface, N.
     pub fn load(&self) -> T {
         self.load.value
     }
 
-    /// The magnitude of the friction force, N; of a contact at rest the greatest that it can have.
+    /// Magnitude of the friction force, N; at rest the largest static friction.
     pub fn friction(&self) -> T {
         self.resistance.force(self.load.value)
     }
 
-    /// Speeds and directions from the motion of the bodies. A contact that slides no faster than
-    /// `rest_speed` rests; its friction then acts along `held`, in units of the greatest it can be.
+    /// Updates sliding velocity and direction from the motion of the bodies. An interface that
+    /// slides no faster than `rest_speed` is at rest; its friction is then `held`, in units of the
+    /// largest static friction.
     pub(crate) fn slide(
         &mut self,
         topology: &Topology,
@@ -92,8 +93,8 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// What laws say that change with speed, with its sense, or at rest. Not inlined: kernels of
-    /// dual numbers grow large.
+    /// Evaluates laws that depend on the speed or its sense, or differ at rest. Not inlined:
+    /// kernels of dual numbers grow large.
     fn resist(&mut self, interface: &InterfaceParameters<T>, speed: T) {
         let (sliding, sense) = (self.sliding, self.sense);
         let of = |law: &Law<T>| {
@@ -105,7 +106,8 @@ impl<T: Scalar> InterfaceState<T> {
         self.resistance = forward;
         if let Some(law) = &interface.backward {
             let backward = of(law);
-            // At rest, with nothing held, either may come: the greater is the limit.
+            // At rest without static friction, either sense may follow: the greater coefficient is
+            // the limit.
             let greater = backward.coefficient - forward.coefficient;
             let pick = |backward: T, forward: T| {
                 let open = greater.if_positive(backward, forward);
@@ -124,9 +126,13 @@ impl<T: Scalar> InterfaceState<T> {
         bodies: &Bodies<T>,
         wrench: Wrench<T>,
     ) {
+        self.press_with(interface, pitch, bodies, wrench, self.own_friction());
+    }
+
+    /// Its friction, as the normal load of a thread contains it.
+    pub(crate) fn own_friction(&self) -> OwnFriction<T> {
         let Resistance { coefficient, constant } = self.resistance;
-        let own = OwnFriction { coefficient, constant, direction: self.sense };
-        self.press_with(interface, pitch, bodies, wrench, own);
+        OwnFriction { coefficient, constant, direction: self.sense }
     }
 
     /// The load under a joint's complete wrench, and with this friction of its own where it contains
@@ -139,7 +145,7 @@ impl<T: Scalar> InterfaceState<T> {
         wrench: Wrench<T>,
         own: OwnFriction<T>,
     ) {
-        self.load = load_by(&interface.load, interface, pitch, bodies, wrench, own);
+        self.load = normal_load(&interface.load, interface, pitch, bodies, wrench, own);
     }
 
     /// The coefficient and the constant part of the friction force at this speed:
@@ -158,9 +164,8 @@ impl<T: Scalar> InterfaceState<T> {
         k: &Pose<T>,
         wrench: Wrench<T>,
     ) -> Load<T> {
-        let Resistance { coefficient, constant } = self.resistance;
-        let own = OwnFriction { coefficient, constant, direction: self.sense };
-        load_between(&interface.load, interface, pitch, j, k, wrench, own)
+        let own = self.own_friction();
+        normal_load_between(&interface.load, interface, pitch, j, k, wrench, own)
     }
 
     /// The part of the friction force that does not change with the reaction, in the linear form of
@@ -180,86 +185,22 @@ impl<T: Scalar> InterfaceState<T> {
     }
 }
 
-/// The load that a map, the contact's own or what is made of it, says of a contact under its joint's complete wrench,
-/// and with this friction of its own where it contains that.
-pub(crate) fn load_by<T: Scalar>(
-    map: &NormalLoadMap<T>,
-    interface: &InterfaceParameters<T>,
-    pitch: T,
-    bodies: &Bodies<T>,
-    wrench: Wrench<T>,
-    own: OwnFriction<T>,
-) -> Load<T> {
-    let (j, k) = (&bodies.frame_j[interface.joint], &bodies.frame_k[interface.joint]);
-    load_between(map, interface, pitch, j, k, wrench, own)
-}
-
-/// The most by which the load of a contact may change where its joint's wrench changes by `wrench`, whatever it is: the
-/// load of that change alone, with neither preload nor smoothing. Where a load contains the contact's own friction,
-/// that is the worse of both directions, for this coefficient.
-pub(crate) fn most_change_of_load<T: Scalar>(
-    interface: &InterfaceParameters<T>,
-    pitch: T,
-    bodies: &Bodies<T>,
-    wrench: Wrench<T>,
-    coefficient: T,
-) -> T {
-    let map = interface.load.seminorm();
-    let most = |direction: T| {
-        let own = OwnFriction { coefficient, constant: T::zero(), direction };
-        load_by(&map, interface, pitch, bodies, wrench, own).value
-    };
-    let ahead = most(T::one());
-    if interface.shape != InterfaceShape::Thread {
-        // No other load contains its own friction.
-        return ahead;
-    }
-    let back = most(-T::one());
-    (ahead - back).if_positive(ahead, back)
-}
-
-/// The load of a contact between the frames of its joint.
-fn load_between<T: Scalar>(
-    map: &NormalLoadMap<T>,
-    interface: &InterfaceParameters<T>,
-    pitch: T,
-    j: &Pose<T>,
-    k: &Pose<T>,
-    wrench: Wrench<T>,
-    own: OwnFriction<T>,
-) -> Load<T> {
-    let axis = match interface.shape {
-        InterfaceShape::Pin { axis, carrier: Carrier::Successor, .. } => k.rotation.columns[axis],
-        InterfaceShape::Pin { axis, .. } => j.rotation.columns[axis],
-        _ => j.rotation.columns[2],
-    };
-    let load = match interface.shape {
-        InterfaceShape::Ball => map.at_point(wrench, j.position),
-        InterfaceShape::Plate => map.on_plane(wrench, k.position, axis),
-        _ => map.between(wrench, j.position, k.position, axis),
-    };
-    if interface.shape == InterfaceShape::Thread {
-        return Thread { radius: interface.radius, pitch }.load(map, load, wrench, axis, own);
-    }
-    load
-}
-
-/// How friction enters the linear system.
+/// Treatment of friction in the linear system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Coupling {
-    /// Not at all.
+    /// No friction.
     None,
-    /// As it is now.
+    /// Constant friction forces, as they are.
     Frozen,
-    /// With its change by the reactions.
+    /// Friction linearised in the reactions.
     Linear,
 }
 
-/// All contacts, and which are at which joint.
+/// States of all friction interfaces.
 #[derive(Clone, Debug)]
 pub(crate) struct Interfaces<T> {
     pub(crate) states: Vec<InterfaceState<T>>,
-    /// For each contact the direction in which it holds while it rests; zero by default.
+    /// Static friction of each interface at rest, as a part of the largest; zero by default.
     pub(crate) held: Vec<[T; 3]>,
 }
 

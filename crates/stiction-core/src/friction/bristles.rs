@@ -67,7 +67,7 @@ mod tests {
     use crate::scalar::{Dual, Lanes};
 
     #[test]
-    fn steady_bristles_carry_what_the_curve_says() {
+    fn steady_bristles_agree_with_the_curve() {
         for damping in [0.0, 30.0] {
             let bristles = Bristles { stiffness: 2e5, damping };
             for (velocity, mu) in [(0.3, 0.1), (-0.02, 0.25), (1e-9, 0.4)] {

@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn curves_are_what_their_formulas_say() {
+    fn curves_agree_with_their_formulas() {
         let found = |curve: Curve, speed: f64| law(curve, None).sliding(speed).coefficient;
         let stribeck = |exponent, velocity| Curve::Stribeck { mu_static: 0.3, velocity, exponent };
         // At the Stribeck velocity 1/e of the difference is left, whatever the exponent.

@@ -2,6 +2,7 @@
 //!
 //! Equations (K1) and (K2) of the book's theory.
 
+use super::Target;
 use crate::joint::{Carrier, Dof, MOST_DOFS};
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
@@ -315,6 +316,27 @@ impl<T: Scalar> Bodies<T> {
     /// The wrench of a unit effort on a joint's degree of freedom.
     pub(crate) fn effort(&self, dof: &Dof, joint: usize) -> Wrench<T> {
         dof.effort(&self.frame_j[joint], &self.frame_k[joint])
+    }
+
+    /// Rate and acceleration of a joint's degree of freedom beside its coordinate, which is given.
+    pub(crate) fn joint_motion(
+        &self,
+        topology: &Topology,
+        parameters: &Parameters<T>,
+        (joint, dof): (usize, usize),
+        value: T,
+    ) -> Target<T> {
+        let Some(own) = topology.joint_types[joint].dofs().get(dof) else {
+            return Target { value, rate: T::zero(), acceleration: T::zero() };
+        };
+        let (predecessor, successor) = topology.ends[joint];
+        let bias = self.joint_bias(topology, parameters, joint);
+        let relative = self.acceleration[successor] - self.acceleration[predecessor] - bias;
+        Target {
+            value,
+            rate: self.joint_rates(topology, joint)[dof],
+            acceleration: relative.power(self.effort(own, joint)),
+        }
     }
 
     /// The acceleration of a joint's successor against its predecessor that its rates alone cause.

@@ -212,7 +212,7 @@ mod tests {
     proptest! {
         /// Five rows in seven dimensions, the last two made of the first three.
         #[test]
-        fn dependent_rows_are_told(
+        fn dependent_rows_are_reported(
             numbers in prop::collection::vec(-1.0..1.0_f64, 21),
             mix in prop::collection::vec(-1.0..1.0_f64, 6),
         ) {

@@ -201,6 +201,29 @@ impl Mechanism {
         other
     }
 
+    /// Returns the mechanism with a part fixed to a body, whose centre of mass and inertia are given in the frame of that
+    /// body. The characteristic length stays.
+    pub fn with_payload(&self, body: BodyId, part: &Body) -> Self {
+        let mut other = self.clone();
+        if let Some(body) = other.bodies.get_mut(body.0)
+            && part.mass > 0.0
+        {
+            let mass = body.mass + part.mass;
+            let com = (body.com * body.mass + part.com * part.mass) * (1.0 / mass);
+            // The parallel axis theorem, for both about the common centre of mass.
+            let about = |part: &Body| {
+                let d = part.com - com;
+                let outer = Mat3::from_columns(d * d.x, d * d.y, d * d.z);
+                let square = d.dot(d);
+                let diagonal = Mat3::diagonal(Vec3::new(square, square, square));
+                part.inertia + (diagonal + outer * -1.0) * part.mass
+            };
+            body.inertia = about(body) + about(part);
+            (body.mass, body.com) = (mass, com);
+        }
+        other
+    }
+
     /// Returns the mechanism with the start coordinates of these joint poses, frame K seen from frame J, in the order of
     /// the joints ([`crate::kinematics::Bodies::joint_poses`]): assembly finds this configuration again.
     pub fn starting_at(&self, joint_poses: impl IntoIterator<Item = Pose<f64>>) -> Self {

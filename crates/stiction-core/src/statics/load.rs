@@ -1,7 +1,7 @@
 //! External loads.
 
 use crate::kinematics::Bodies;
-use crate::mechanism::BodyId;
+use crate::mechanism::{Body, BodyId};
 use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
@@ -40,6 +40,34 @@ impl AppliedLoad<f64> {
             force: self.force.lift(),
             moment: self.moment.lift(),
         }
+    }
+}
+
+impl AppliedLoad<f64> {
+    /// Weight and inertia force of a part that moves with a body, on that body, by d'Alembert's principle. Centre of
+    /// mass and inertia of the part are given in the frame of the body; `gravity`, m/s^2, in world axes.
+    pub fn of_payload(body: BodyId, part: &Body, gravity: Vec3<f64>, bodies: &Bodies<f64>) -> Self {
+        let (pose, twist) = (bodies.pose[body.0], bodies.twist[body.0]);
+        let acceleration = bodies.acceleration[body.0];
+        let com = pose.apply(part.com);
+        let omega = twist.angular;
+        let of_com = acceleration.velocity_at(com) + omega.cross(twist.velocity_at(com));
+        let spin = pose.rotation.transpose_mul(omega);
+        let change = pose.rotation.transpose_mul(acceleration.angular);
+        let moment = pose.rotation * (part.inertia * change + spin.cross(part.inertia * spin));
+        Self {
+            body,
+            point: part.com,
+            axes: LoadAxes::World,
+            force: (gravity - of_com) * part.mass,
+            moment: moment * -1.0,
+        }
+    }
+
+    /// Weight of a part that is fixed to a body.
+    pub fn of_weight(body: BodyId, part: &Body, gravity: Vec3<f64>) -> Self {
+        let force = gravity * part.mass;
+        Self { body, point: part.com, axes: LoadAxes::World, force, moment: Vec3::zero() }
     }
 }
 

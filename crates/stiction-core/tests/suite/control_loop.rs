@@ -162,7 +162,6 @@ fn says_why_there_are_no_forces() {
     parameters.frame_j[1].position = v(0.5, 0.0, 0.0);
     let status = model.inverse_dynamics_with(&parameters, &mut data, &[3.1], &[1.0], &[0.0], &[]);
     assert!(matches!(status, Status::LoopsOpen { .. }), "{status:?}");
-    assert!(status.to_string().contains("out of reach"), "{status}");
     let status = model.inverse_dynamics(&mut data, &[1.02], &[1.0], &[0.0], &[]);
     assert_eq!(status, Status::Converged, "the warm start is the last closed configuration");
 

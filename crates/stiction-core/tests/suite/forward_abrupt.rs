@@ -66,7 +66,7 @@ fn a_lock_at_a_dead_centre_refuses_the_crank_that_passes() {
 
 /// A jump of a prescribed rate is reported as an impact, not as a row with forces of 1e11 N.
 #[test]
-fn a_prescribed_rate_that_jumps_is_told_as_an_impact() {
+fn a_jump_of_a_prescribed_rate_is_an_impact() {
     let mechanism = slider_crank().mechanism;
     let model = Forward::new(mechanism, &[0]);
     let kink = 0.31_f64;

@@ -62,7 +62,7 @@ fn a_rod_without_inertia_spins_as_it_did() {
 /// Friction that acts on the spin has no inertia to accelerate: the acceleration is undefined, and
 /// the error names the body.
 #[test]
-fn friction_that_spins_a_rod_without_inertia_is_told() {
+fn friction_on_a_rod_without_inertia_is_reported() {
     let model = pendulum(0.2);
     let mut state = State::new(model.topology());
     (state.rates[0], state.rates[3]) = (3.0, -3.0);

@@ -40,7 +40,7 @@ fn block() -> Forward {
 /// A prescribed slide that starts from rest, at once or later, smoothly or not, forward or
 /// backward: as soon as it moves, the actuator force includes inertia and friction.
 #[test]
-fn a_slide_that_is_led_from_rest_rubs_at_once() {
+fn a_prescribed_slide_has_friction_from_its_start() {
     let model = block();
     let even = |t: f64| Target { value: 0.1 * t * t, rate: 0.2 * t, acceleration: 0.2 };
     let smooth = |t: f64| {

@@ -170,7 +170,7 @@ fn sliding_begins_where_friction_is_at_its_limit() {
 /// From the first instant of sliding on, friction follows the sliding law, whether it is lower than
 /// at rest or grows with speed.
 #[test]
-fn what_lets_go_goes_on_with_the_friction_of_sliding() {
+fn slip_continues_with_sliding_friction() {
     let mut stribeck = law(0.2, 0.2, 0.0);
     stribeck.curve = Curve::Stribeck { mu_static: 0.5, velocity: 1e-3, exponent: Exponent::Two };
     let weak = law(0.02, 0.01, 0.0);

@@ -87,7 +87,7 @@ fn a_crank_with_friction_everywhere_sticks_within_its_interval_and_slides_beyond
 
 /// A crank swings down with friction, and everything in the loop comes to rest at once.
 #[test]
-fn inverse_of_forward_is_what_drove_it() {
+fn inverse_dynamics_returns_the_simulated_effort() {
     let robot = slider_crank();
     let model = Forward::new(robot.mechanism.clone(), &[]);
     let start = [at(1.0, 4.0, 0.0)];

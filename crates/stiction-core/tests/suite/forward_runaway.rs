@@ -18,7 +18,7 @@ impl Inputs for Growing {
 /// From rest, `I omega = (exp(k t) - 1) / k`: at `1 m`, the speed of light is exceeded at
 /// `t = ln(1 + k I c / L) / k`.
 #[test]
-fn what_spins_up_without_bound_ends_before_light() {
+fn unbounded_speed_ends_the_run() {
     let mechanism = MechanismBuilder::new("spin")
         .gravity(v(0.0, 0.0, 0.0))
         .characteristic_length(1.0)

@@ -158,7 +158,7 @@ impl Inputs for Lock {
 /// The rod's pin is locked, so nothing can move. The simulation drops the requested rate and
 /// reports this; a rate of rounding size counts as rest.
 #[test]
-fn a_forbidden_rate_is_told_and_leaves_all_at_rest() {
+fn a_forbidden_rate_is_reported_and_dropped() {
     let mechanism = slider_crank().mechanism;
     let pin = mechanism.joint_id("B").unwrap();
     let mechanism = mechanism.with_actuator(pin, 0);

@@ -83,7 +83,7 @@ fn r6_stops_where_it_must_and_stays() {
 /// spring pulls with 2.15 N, more than the sliding friction and less than the static limit of 2.94
 /// N. It stays there.
 #[test]
-fn friction_at_rest_holds_what_turns_back() {
+fn static_friction_holds_at_a_reversal() {
     let mut interface = friction(0.1, 0.0, None);
     interface.law.curve = Curve::Static { mu_static: 0.3 };
     let model = Forward::new(mass_and_spring(interface), &[]);

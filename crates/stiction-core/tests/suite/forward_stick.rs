@@ -273,7 +273,7 @@ fn a_block_sticks_just_below_the_friction_angle_and_slides_just_above() {
 }
 
 #[test]
-fn what_is_held_at_95_percent_of_its_bound_does_not_drift() {
+fn no_drift_at_95_percent_of_the_friction_limit() {
     let model = Forward::new(mass_and_spring(coulomb(0.2, Curve::Constant, None), 0.0), &[]);
     for part in [0.31, 0.95] {
         let mut inputs = ConstantEfforts(vec![0.2 * 9.81 * part]);

@@ -48,7 +48,7 @@ fn all_defects_are_one_error() {
 /// An unreachable position leaves the solver in its previous state, with the same forces to the
 /// last digits.
 #[test]
-fn failing_to_move_leaves_everything_where_it_was() {
+fn a_failed_move_keeps_the_state() {
     let mut solver = four_bar().unwrap();
     let state = solver.state().clone();
     let drive = solver.solve(&[]).unwrap().efforts[0];
@@ -63,7 +63,7 @@ fn failing_to_move_leaves_everything_where_it_was() {
 
 /// Values that are not finite are reported as such.
 #[test]
-fn what_is_not_finite_is_told() {
+fn values_that_are_not_finite_are_reported() {
     let mut solver = four_bar().unwrap();
     let target = Target { rate: f64::NAN, ..at(2.0) };
     assert_eq!(solver.move_to(&[target]), Err(AssemblyError::NotFinite { index: 0 }));
@@ -77,7 +77,7 @@ fn what_is_not_finite_is_told() {
 
 /// A motion needs finite start and end times.
 #[test]
-fn times_that_are_none_are_told() {
+fn times_that_are_not_finite_are_reported() {
     let mut solver = four_bar().unwrap();
     for (from, to) in [(0.0, f64::NAN), (f64::NAN, 1.0), (0.0, f64::INFINITY), (-1e308, 1e308)] {
         let told = solver.follow(from, to, |_, targets| targets[0] = at(2.0)).unwrap_err();
@@ -99,13 +99,13 @@ fn times_that_are_none_are_told() {
 
 #[test]
 #[should_panic(expected = "2 targets for 1 prescribed coordinates")]
-fn a_target_too_many_is_told() {
+fn excess_targets_are_reported() {
     let _ = four_bar().unwrap().move_to(&[at(2.0), at(2.0)]);
 }
 
 #[test]
 #[should_panic(expected = "a load on BodyId(9) of a mechanism of 4 bodies")]
-fn a_body_that_does_not_exist_is_told() {
+fn an_unknown_body_is_reported() {
     let zero = Vec3::new(0.0, 0.0, 0.0);
     let (body, axes) = (BodyId(9), LoadAxes::Body);
     let load = AppliedLoad { body, point: zero, axes, force: zero, moment: zero };
@@ -120,7 +120,7 @@ fn pendulum() -> Forward {
 }
 
 #[test]
-fn a_start_that_is_no_number_is_told() {
+fn a_start_that_is_not_finite_is_reported() {
     let model = pendulum();
     let start =
         |state| model.start(0.0, state, forward::Settings::default(), &mut ConstantEfforts(vec![]));
@@ -137,7 +137,7 @@ fn a_start_that_is_no_number_is_told() {
 #[should_panic(
     expected = "[0, 0, 0] coordinates, rates and accelerations for a tree that has [1, 1, 1]"
 )]
-fn the_start_of_another_mechanism_is_told() {
+fn a_state_of_another_mechanism_is_reported() {
     let nothing = State { coordinates: vec![], rates: vec![], accelerations: vec![] };
     let settings = forward::Settings::default();
     let _ = pendulum().start(0.0, nothing, settings, &mut ConstantEfforts(vec![]));

@@ -7,7 +7,7 @@ use stiction_core::statics::{Distances, SingularityDistances, Statics};
 /// Random mechanisms of all classes without redundant constraints: both indices agree with those of
 /// the decomposed matrix, up to the digits that the products keep.
 #[test]
-fn products_find_what_decompositions_find() {
+fn products_agree_with_decompositions() {
     let mut looked_at = 0;
     for class in CLASSES {
         for seed in 0..6 {

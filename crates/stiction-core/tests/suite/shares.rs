@@ -87,7 +87,7 @@ fn shares_add_up_and_agree_with_the_dense_system() {
 /// A contribution is the friction times the sliding velocity in the motion with unit rate of one
 /// actuator and all others at rest; the rates are those of the mechanism itself in this motion.
 #[test]
-fn shares_are_those_of_virtual_work() {
+fn contributions_are_those_of_virtual_work() {
     let mut compared = 0;
     solved(|case, solver, smallest| {
         let spins = solver.constraints().spins().len();
@@ -152,7 +152,7 @@ fn shares_are_those_of_virtual_work() {
 
 /// The dissipated power is the contributions' part of the actuator powers.
 #[test]
-fn shares_dissipate_what_friction_dissipates() {
+fn contributions_dissipate_the_friction_power() {
     let mut compared = 0;
     solved(|case, solver, smallest| {
         if !solver.constraints().spins().is_empty() {

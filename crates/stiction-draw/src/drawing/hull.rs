@@ -2,9 +2,9 @@
 
 use super::svg::Point;
 
-/// Points nearer to each other than this are one, px.
+/// Distance below which two points count as one, px.
 const NEAR: f64 = 0.5;
-/// Corners that stand out of a straight line by less are none, px^2 (twice the triangle's area).
+/// Twice the area below which three corners count as collinear, px^2.
 const FLAT: f64 = 1.0;
 
 /// The corners of the convex hull: one where all points coincide, two where they lie on a line.
@@ -35,7 +35,7 @@ pub(super) fn hull(mut points: Vec<Point>) -> Vec<Point> {
     outline
 }
 
-/// Whether a point is within corners in their order, as [`hull`] gives them.
+/// True if a point is within a hull, whose corners are ordered as by [`hull`].
 pub(super) fn is_within(outline: &[Point], point: Point) -> bool {
     let side = |k: usize| {
         let (a, b) = (outline[k], outline[(k + 1) % outline.len()]);
@@ -59,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_and_points_are_told() {
+    fn lines_and_points_are_reported() {
         assert_eq!(hull(vec![[1.0, 2.0]; 5]), [[1.0, 2.0]]);
         let line: Vec<Point> = (0..7).map(|k| [f64::from(k) * 10.0, f64::from(k) * 5.0]).collect();
         assert_eq!(hull(line), [[0.0, 0.0], [60.0, 30.0]]);

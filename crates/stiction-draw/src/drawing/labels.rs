@@ -40,7 +40,7 @@ impl Area {
         along(0) * along(1)
     }
 
-    /// Whether a point is in it, or nearer to it than a margin.
+    /// True if a point is in the box or within a margin of it.
     fn holds(&self, point: Point, margin: f64) -> bool {
         (0..2).all(|k| self.least[k] - margin <= point[k] && point[k] <= self.greatest[k] + margin)
     }
@@ -49,17 +49,17 @@ impl Area {
 /// A label to be placed.
 #[derive(Clone, Debug)]
 pub(super) struct Label {
-    /// What it belongs to.
+    /// Point that it labels.
     pub(super) at: Point,
-    /// How much of a distance that needs.
+    /// Required fraction of the usual distance.
     pub(super) radius: f64,
     pub(super) class: String,
     pub(super) content: String,
-    /// Whether it may lie upon the very point.
+    /// True if the label may cover its point.
     pub(super) inside: bool,
 }
 
-/// What labels should not cover.
+/// Obstacles for labels.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Obstacles {
     /// Symbols and labels.
@@ -147,7 +147,7 @@ fn cost(label: &Label, centre: Point, half: Point, obstacles: &Obstacles, middle
     4.0 * covered + 12.0 * crossed + 1.2 * far - 6.0 * outward
 }
 
-/// The smallest box around points, with a margin.
+/// Smallest box around points, with a margin.
 pub(super) fn area_of(points: impl Iterator<Item = Point>, margin: f64) -> Area {
     let mut area = Area::empty();
     for point in points {

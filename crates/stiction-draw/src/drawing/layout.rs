@@ -1,25 +1,25 @@
-//! Where in space the parts of a mechanism are drawn, and which bodies make a leg.
+//! Layout of a mechanism: places of its joints in space, and bodies grouped into legs.
 
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Mechanism};
 use stiction_core::spatial::Vec3;
 
-/// A body with so many joints is where legs end.
+/// Number of joints from which on a body counts as a hub, where legs end.
 const HUB: usize = 3;
 
-/// What is drawn where. Points are in world axes, from the kernel origin, m.
+/// Layout of a mechanism. Points are in world axes, from the kernel's origin, m.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
-    /// For each joint where its symbol is.
+    /// For each joint the place of its symbol.
     pub(super) places: Vec<Vec3<f64>>,
     /// For each body its joints.
     pub(super) joints: Vec<Vec<usize>>,
-    /// For each body whether legs end there; the ground always is such a body.
+    /// For each body true if it is a hub; the ground always is one.
     pub(super) hubs: Vec<bool>,
-    /// For each body the branch it is in; none for hubs.
+    /// For each body its branch; `None` for hubs.
     pub(super) branch: Vec<Option<usize>>,
-    /// For each branch what it is called.
+    /// For each branch its name.
     pub(super) branches: Vec<String>,
 }
 
@@ -39,7 +39,7 @@ impl Layout {
         self.branch[s].or(self.branch[p])
     }
 
-    /// The mean of the places of a body's joints; none without joints.
+    /// Mean of the places of a body's joints; `None` without joints.
     pub(super) fn middle(&self, body: usize) -> Option<Vec3<f64>> {
         mean(self.joints[body].iter().map(|&joint| self.places[joint]))
     }

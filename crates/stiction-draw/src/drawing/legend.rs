@@ -1,4 +1,4 @@
-//! What stands under a picture: the meaning of symbols, the scale, the axes of the world.
+//! Legend under a picture: meaning of the symbols, scale, and world axes.
 
 use super::labels::Area;
 use super::svg::{Anchor, Point, line, px, text, width_of};

@@ -23,16 +23,16 @@ use sheet::Sheet;
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::spatial::Vec3;
 
-/// How much a picture says.
+/// Level of detail of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detail {
     /// With labels, legend, scale and axes.
     Full,
-    /// A small one beside others: with scale and axes alone.
+    /// Small, with scale and axes only.
     Small,
 }
 
-/// A mechanism to be drawn, as it stands.
+/// Drawing of a mechanism at its present pose.
 #[derive(Clone, Debug)]
 pub struct Drawing<'a> {
     solver: &'a InverseDynamics,
@@ -42,25 +42,25 @@ pub struct Drawing<'a> {
 }
 
 impl<'a> Drawing<'a> {
-    /// The mechanism at the solver's present position.
+    /// Draws the mechanism at the solver's present pose.
     pub fn new(solver: &'a InverseDynamics) -> Self {
         let layout = Layout::new(solver);
         let normal = view::plane_normal(solver, &layout);
         Self { solver, layout, trail: None, normal }
     }
 
-    /// With what a motion of the same mechanism left.
+    /// Adds the paths of a motion of the same mechanism.
     pub fn with_trail(self, trail: &'a Trail) -> Self {
         Self { trail: Some(trail), ..self }
     }
 
-    /// Whether all bodies move in planes that are parallel, by the joints.
+    /// True if all bodies move in parallel planes.
     pub fn is_planar(&self) -> bool {
         self.normal.is_some()
     }
 
-    /// From where it is seen best: a planar mechanism face-on, others from above at the right in
-    /// front, turned so that joints hide each other as little as possible.
+    /// Best view: a planar mechanism face-on; others from above at the right in front, rotated so
+    /// that joints hide each other as little as possible.
     pub fn best_view(&self) -> View {
         match self.normal {
             Some(normal) => view::face_on(self.solver, normal),
@@ -68,13 +68,13 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    /// How thick the mechanism appears in its best view, as a part of how long it is: zero where all
-    /// joints lie on a line, as those of a slider-crank do at its dead centres.
+    /// Apparent thickness in the best view relative to the length: zero if all joints lie on a
+    /// line, as for a slider-crank at its dead centres.
     pub fn thickness(&self) -> f64 {
         view::thickness(&self.best_view(), &self.layout)
     }
 
-    /// The picture as one element `svg`.
+    /// Picture as one `svg` element.
     pub fn svg(&self, view: &View, detail: Detail, surface: Surface) -> String {
         Sheet::new(self, view, detail).finish(surface)
     }

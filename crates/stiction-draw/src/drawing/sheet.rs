@@ -1,4 +1,4 @@
-//! A picture being put together: from back to front, labels last.
+//! Composition of a picture from back to front, with labels last.
 
 use super::hull::hull;
 use super::labels::{Area, Label, Obstacles, area_of, place, view_box};
@@ -14,21 +14,22 @@ use stiction_core::joint::JointType;
 use stiction_core::mechanism::{BodyId, Joint};
 use stiction_core::spatial::Vec3;
 
-/// Room for the mechanism itself, px.
+/// Size of the area for the mechanism, px.
 const ROOM: [f64; 2] = [540.0, 420.0];
 const SMALL_ROOM: [f64; 2] = [230.0, 200.0];
-/// Of joints or legs that are more than this none has a label; browsers show names under the pointer.
+/// Number of joints or legs above which none has a label; browsers show their names under the
+/// pointer.
 const LABELLED: usize = 48;
 
 pub(super) struct Sheet<'a> {
     drawing: &'a Drawing<'a>,
     pen: Pen,
     detail: Detail,
-    /// px per m.
+    /// Scale, px per m.
     scale: f64,
-    /// What is in the middle of the picture, m.
+    /// Point at the centre of the picture, m.
     centre: Point,
-    /// For each body its centre of mass; from the kernel origin, in world axes.
+    /// For each body its centre of mass, from the kernel's origin in world axes, m.
     coms: Vec<Vec3<f64>>,
     /// Drawn parts, each with its nearness to the viewer.
     parts: Vec<(f64, String)>,
@@ -125,7 +126,7 @@ impl<'a> Sheet<'a> {
         self.drawing.solver.mechanism().joints()
     }
 
-    /// Where a point is in the picture.
+    /// Position of a point in the picture.
     fn at(&self, point: Vec3<f64>) -> Point {
         let [x, y] = self.pen.view.project(point);
         [(x - self.centre[0]) * self.scale, (y - self.centre[1]) * self.scale]

@@ -1,4 +1,4 @@
-//! Colours of pictures, for light and for dark surroundings.
+//! Colours of pictures for light and dark backgrounds.
 //!
 //! Plain colours and not variables of CSS, which programs other than browsers do not know; these
 //! take the light ones.
@@ -14,12 +14,12 @@ const DARK: [&str; 7] =
 /// The number of colours.
 pub(super) const COLOURS: usize = LIGHT.len();
 
-/// Where the picture stands.
+/// Background of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surface {
-    /// On whatever is behind it, which is light or dark as the reader prefers.
+    /// Transparent, in light or dark colours by the reader's preference.
     Inline,
-    /// On a white sheet of its own.
+    /// White sheet.
     Paper,
 }
 

@@ -6,8 +6,8 @@ use std::fmt::Write;
 /// A point of the picture, px.
 pub(super) type Point = [f64; 2];
 
-/// A length in px: to a tenth, without a sign of zero. What is not finite, which nothing here
-/// makes, would still be a number.
+/// Length in px with one decimal; zero has no sign, and a value that is not finite is written as
+/// zero.
 pub(super) fn px(x: f64) -> String {
     let tenths = if x.is_finite() { (x * 10.0).round() + 0.0 } else { 0.0 };
     let text = format!("{:.1}", tenths / 10.0);
@@ -52,7 +52,7 @@ pub(super) fn path(class: &str, outline: &str) -> String {
     format!(r#"<path class="{class}" d="{outline}"/>"#)
 }
 
-/// How text stands at its point.
+/// Alignment of text at its point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
@@ -73,8 +73,7 @@ pub(super) fn text(class: &str, at: Point, anchor: Anchor, content: &str) -> Str
     )
 }
 
-/// About how wide a text is at a size of letters, px: sans-serif letters are a little over half as
-/// wide as high, and those beyond Latin may be square.
+/// Approximate width of a text at a font size, px.
 pub(super) fn width_of(content: &str, size: f64) -> f64 {
     let letter = |c: char| match c {
         'i' | 'j' | 'l' | 'I' | '.' | ',' | ':' | '\'' | '|' | ' ' => 0.32,

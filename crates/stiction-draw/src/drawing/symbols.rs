@@ -238,7 +238,7 @@ pub(super) fn sample_frame(view: &View, kind: JointType, planar: bool) -> Pose<f
     Pose { rotation: Mat3::from_columns(x, axis.cross(x), axis), position: Vec3::zero() }
 }
 
-/// The word for a type of joint.
+/// Name of a joint type.
 pub(super) fn word(kind: JointType) -> &'static str {
     match kind {
         JointType::Revolute => "revolute",

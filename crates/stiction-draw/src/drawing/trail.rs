@@ -1,16 +1,16 @@
-//! What a motion leaves in a picture: paths of bodies, strokes of slides.
+//! Traces of a motion: paths of bodies and strokes of slides.
 
 use super::layout::Layout;
 use stiction_core::dynamics::InverseDynamics;
 use stiction_core::mechanism::JointId;
 use stiction_core::spatial::Vec3;
 
-/// Points of a path that are kept at most.
+/// Largest number of points of a path.
 const KEPT: usize = 600;
-/// More bodies than this are not traced.
+/// Largest number of traced bodies.
 const TRACED: usize = 4;
 
-/// Where the bodies that matter have been, and how far slides have moved.
+/// Paths of the hubs, or of coupler bodies, and strokes of slides.
 #[derive(Clone, Debug)]
 pub struct Trail {
     bodies: Vec<Path>,
@@ -36,8 +36,8 @@ struct Slide {
 }
 
 impl Trail {
-    /// Begins at the solver's present position: traced are the bodies where legs end, or those that
-    /// do not hang on the ground, as a coupler does.
+    /// Begins at the solver's present pose; traced are the hubs, or without hubs the bodies not
+    /// connected to the ground.
     pub fn new(solver: &InverseDynamics) -> Self {
         let layout = Layout::new(solver);
         let bodies = layout.joints.len();
@@ -62,7 +62,7 @@ impl Trail {
         trail
     }
 
-    /// Adds the solver's present position.
+    /// Adds the solver's present pose.
     pub fn add(&mut self, solver: &InverseDynamics) {
         for slide in &mut self.slides {
             let value = solver.joint_coordinates(JointId(slide.joint))[slide.dof];
@@ -73,7 +73,7 @@ impl Trail {
             for path in &mut self.bodies {
                 path.points.push(solver.bodies().pose[path.body].apply(path.point));
             }
-            // When it is full, every second point will do.
+            // A full path keeps every second point.
             if self.samples / self.stride >= KEPT {
                 self.stride *= 2;
                 for path in &mut self.bodies {
@@ -88,12 +88,12 @@ impl Trail {
         self.samples += 1;
     }
 
-    /// The paths, in world axes from the kernel origin.
+    /// Paths in world axes from the kernel's origin.
     pub(super) fn paths(&self) -> impl Iterator<Item = &[Vec3<f64>]> {
         self.bodies.iter().map(|path| path.points.as_slice())
     }
 
-    /// How far back and how far forth a joint slides from where the solver is now, m.
+    /// Backward and forward stroke of a slide from its present position, m.
     pub(super) fn stroke(&self, solver: &InverseDynamics, joint: usize) -> Option<(f64, f64)> {
         let slide = self.slides.iter().find(|slide| slide.joint == joint)?;
         let now = *solver.joint_coordinates(JointId(joint)).get(slide.dof)?;

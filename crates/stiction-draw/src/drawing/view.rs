@@ -1,4 +1,4 @@
-//! From where a mechanism is looked at.
+//! Directions of view.
 
 use super::hull::{hull, is_within};
 use super::layout::Layout;
@@ -18,7 +18,7 @@ pub struct View {
 }
 
 impl View {
-    /// From the direction `toward` (not zero), with `up` upwards as far as possible.
+    /// Direction towards the viewer (not zero), with `up` as far upwards as possible.
     pub fn from(toward: Vec3<f64>, up: Vec3<f64>) -> Self {
         let toward = toward.direction().unwrap_or(Vec3::unit(2));
         let up = up.across(toward);
@@ -43,18 +43,18 @@ impl View {
         Self::from(Vec3::unit(2), Vec3::unit(1))
     }
 
-    /// Where a point appears, m: to the right, and downwards as on a screen.
+    /// Projection of a point, m: to the right, and downwards as on a screen.
     pub(super) fn project(&self, point: Vec3<f64>) -> [f64; 2] {
         [self.right.dot(point), -self.up.dot(point)]
     }
 
-    /// How near to the viewer a point is.
+    /// Depth of a point towards the viewer, m.
     pub(super) fn depth(&self, point: Vec3<f64>) -> f64 {
         self.toward.dot(point)
     }
 }
 
-/// Parts of unit vectors below this are none.
+/// Components of unit vectors below this are zero.
 const NONE: f64 = 1e-6;
 
 /// The normal of the plane in which a mechanism moves, if its joints say that it does: axes of
@@ -134,7 +134,7 @@ pub(super) fn axonometric(solver: &InverseDynamics, layout: &Layout) -> View {
     best.map_or_else(View::front, |(_, view)| view)
 }
 
-/// How many joints stand behind or before a platform that is not theirs.
+/// Number of joints that lie behind or in front of a platform they do not belong to.
 fn hidden(view: &View, layout: &Layout) -> f64 {
     // In units in which coinciding corners are told from others.
     let seen: Vec<[f64; 2]> = layout.places.iter().map(|place| view.project(*place)).collect();
@@ -153,7 +153,7 @@ fn hidden(view: &View, layout: &Layout) -> f64 {
     platforms.map(count).sum::<usize>() as f64
 }
 
-/// How thick a mechanism appears, as a part of how long: zero where all joints lie on a line.
+/// Apparent thickness relative to the length: zero if all joints lie on a line.
 pub(super) fn thickness(view: &View, layout: &Layout) -> f64 {
     let points: Vec<[f64; 2]> = layout.places.iter().map(|place| view.project(*place)).collect();
     let count = points.len().max(1) as f64;
@@ -168,7 +168,7 @@ pub(super) fn thickness(view: &View, layout: &Layout) -> f64 {
     if large > 0.0 { (small.max(0.0) / large).sqrt() } else { 0.0 }
 }
 
-/// How far apart joints appear that are apart, the worst pairs counting most.
+/// Separation of joints in the picture, with most weight on the closest pairs.
 fn clearance(view: &View, places: &[Vec3<f64>]) -> f64 {
     let mut sum = 0.0;
     let mut count = 0.0;

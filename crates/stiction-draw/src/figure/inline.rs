@@ -1,4 +1,4 @@
-//! A figure as a part of a page: in the page's colours, with a legend that finds room on a phone.
+//! Figure inside a page, in the page's colours, with a legend that fits narrow screens.
 
 use super::{COLOURS, Figure, Form, Line};
 use crate::xml::escape;
@@ -6,8 +6,8 @@ use kuva::prelude::*;
 use std::collections::HashSet;
 
 impl Figure {
-    /// Markup of the title, the legend and the plot. `name` tells inner names from those of other
-    /// figures, `label` is what readers who do not see it are told.
+    /// Markup of the title, the legend and the plot. `name` makes inner names unique in the page,
+    /// `label` is the accessible description.
     pub fn inline(&self, name: &str, label: &str) -> String {
         let mut inner = String::new();
         if !self.title.is_empty() {
@@ -28,7 +28,7 @@ impl Figure {
             )
     }
 
-    /// Whether a colour, solid or dashed, means the same in all panels.
+    /// True if a colour, solid or dashed, means the same in all panels.
     fn has_one_legend(&self) -> bool {
         let all = || self.panels.iter().flat_map(|panel| &panel.lines);
         let looks: HashSet<_> = all().map(Line::look).collect();
@@ -70,7 +70,7 @@ impl Line {
     }
 }
 
-/// What the lines are, each look with the same name once; `title` may say which lines.
+/// Legend of the lines, each style with the same name once; `title` may name the panel.
 fn legend<'a>(title: &str, lines: impl IntoIterator<Item = &'a Line>) -> String {
     let mut seen = HashSet::new();
     let mut items = String::new();

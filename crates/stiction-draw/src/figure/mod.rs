@@ -9,52 +9,53 @@ use crate::xml::is_of_xml;
 use kuva::prelude::*;
 use kuva::render::figure::Figure as Sheet;
 
-/// Panels one above the other over a common horizontal axis.
+/// Panels above each other with a common horizontal axis.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// Above all panels.
+    /// Title above all panels.
     pub title: String,
     /// Name and unit of the horizontal axis.
     pub x_label: String,
-    /// From top to bottom.
+    /// Panels from top to bottom.
     pub panels: Vec<Panel>,
 }
 
-/// One set of axes.
+/// Panel with its own vertical axis.
 #[derive(Clone, Debug)]
 pub struct Panel {
     /// Name and unit of the vertical axis.
     pub y_label: String,
-    /// The curves, in the order of the legend.
+    /// Curves, in the order of the legend.
     pub lines: Vec<Line>,
 }
 
-/// One curve.
+/// Curve.
 #[derive(Clone, Debug)]
 pub struct Line {
-    /// Its name in the legend.
+    /// Name in the legend.
     pub label: String,
-    /// Its points.
+    /// Points, x and y.
     pub points: Vec<(f64, f64)>,
-    /// Which of the colours.
+    /// Index of the colour.
     pub colour: usize,
-    /// Dashed rather than solid.
+    /// True for a dashed line.
     pub dashed: bool,
 }
 
-/// What a figure is drawn for.
+/// Medium of a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
-    /// A picture on its own, with its title and legends.
+    /// Separate picture with its title and legends.
     Paper,
-    /// A part of a page, which has the title and the legend.
+    /// Part of a page, which has the title and the legend.
     Page,
 }
 
-/// Colours that are told apart on paper, on screen and by most eyes (after Okabe and Ito).
+/// Colours distinguishable on paper, on screen and with most colour vision deficiencies (after
+/// Okabe and Ito).
 pub const COLOURS: [&str; 8] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c6d00", "#2c8fc9", "#666666", "#a0522d"];
-/// The same upon a dark ground.
+/// The same colours for a dark background.
 pub const COLOURS_ON_DARK: [&str; 8] =
     ["#5ab4e8", "#f08a5d", "#3fc79d", "#e29ac7", "#c9b458", "#93d0f3", "#b0b0b0", "#b5835a"];
 
@@ -73,12 +74,12 @@ const LEGEND_FRAME: f64 = 48.0;
 const LETTER: f64 = 6.6;
 
 impl Figure {
-    /// The figure as SVG.
+    /// Figure as SVG.
     pub fn svg(&self) -> String {
         SvgBackend.render_scene(&self.sheet(Form::Paper).render())
     }
 
-    /// Whether there is nothing to draw.
+    /// True if no point can be drawn.
     pub fn is_empty(&self) -> bool {
         let mut points = self.panels.iter().flat_map(|panel| &panel.lines).flat_map(|l| &l.points);
         !points.any(|(x, y)| x.is_finite() && y.is_finite())
@@ -129,17 +130,17 @@ fn groups(panels: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
     (0..count).map(move |k| k * panels / count..(k + 1) * panels / count)
 }
 
-/// The renderer escapes what has a meaning in SVG, but writes what cannot be in it.
+/// The renderer escapes SVG's special characters but writes characters that SVG does not allow.
 fn clean(text: &str) -> String {
     text.chars().filter(|c| is_of_xml(*c)).collect()
 }
 
 #[cfg(feature = "png")]
 impl Figure {
-    /// The figure as PNG.
+    /// Figure as PNG.
     ///
     /// # Errors
-    /// What the renderer says.
+    /// The renderer fails.
     pub fn png(&self) -> Result<Vec<u8>, String> {
         PngBackend::default()
             .render_scene(&self.sheet(Form::Paper).render())

@@ -1,22 +1,22 @@
-//! Long series, thinned.
+//! Long series, thinned for drawing.
 
 use super::Line;
 
-/// A long series of points thinned for drawing: of each stretch the lowest and the highest.
+/// Long series of points, thinned for drawing to the least and the greatest value of each interval.
 #[derive(Clone, Debug)]
 pub struct Trace {
     stretch: usize,
-    /// Points of the present stretch, the lowest and the highest of them.
+    /// Number of points of the present interval, with the least and the greatest.
     taken: usize,
     extremes: Option<[(f64, f64); 2]>,
     points: Vec<(f64, f64)>,
 }
 
-/// As many points as are drawn at most.
+/// Largest number of points drawn.
 const DRAWN: usize = 4000;
 
 impl Trace {
-    /// Room for a series of `count` points.
+    /// Empty series for `count` points.
     pub fn new(count: usize) -> Self {
         // Two points are kept of each stretch.
         let stretch = if count <= DRAWN { 1 } else { (2 * count).div_ceil(DRAWN) };
@@ -50,7 +50,8 @@ impl Trace {
         }
     }
 
-    /// The curve of these points: its name in the legend, which of the colours, and whether it is dashed.
+    /// Curve of the series with its name in the legend, the index of its colour, and dashed or
+    /// solid.
     pub fn line(self, label: &str, colour: usize, dashed: bool) -> Line {
         Line { label: label.to_owned(), points: self.into_points(), colour, dashed }
     }

@@ -1,12 +1,12 @@
-//! The frame of all pages: one file that needs nothing else, light or dark as the reader prefers,
-//! dark on white on paper.
+//! Frame of all pages: self-contained, light or dark by the reader's preference, black on white in
+//! print.
 
 use crate::figure::{COLOURS, COLOURS_ON_DARK};
 use crate::xml::escape;
 
 const STYLE: &str = include_str!("style.css");
 
-/// Names of colours with their values on a light and on a dark ground.
+/// Names of colours with their values on light and dark backgrounds.
 const PALETTE: [(&str, &str, &str); 13] = [
     ("paper", "#ffffff", "#1c1f24"),
     ("ink", "#222222", "#e8e8e8"),
@@ -23,7 +23,7 @@ const PALETTE: [(&str, &str, &str); 13] = [
     ("grid", "#cccccc", "#4a525c"),
 ];
 
-/// Declarations of the palette's colours and of those of lines.
+/// Declarations of the colours of the palette and of lines.
 fn variables(is_dark: bool) -> String {
     let colours = PALETTE.iter().map(|(name, light, dark)| {
         let value = if is_dark { dark } else { light };
@@ -34,12 +34,12 @@ fn variables(is_dark: bool) -> String {
     colours.chain(lines).collect::<Vec<_>>().join(";")
 }
 
-/// The colours of a light page, as a rule.
+/// Colours of a light page as a rule.
 pub fn light() -> String {
     format!(":root{{{}}}", variables(false))
 }
 
-/// A whole page; `inner` is markup, `style` comes after what all pages share.
+/// Whole page; `inner` is markup, `style` follows the common style sheet.
 pub fn page(title: &str, style: &str, inner: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
@@ -62,7 +62,7 @@ pub enum Column {
     Number,
 }
 
-/// A table; names and cells are markup.
+/// Table; names and cells are markup.
 pub fn table(head: &[(String, Column)], rows: &[Vec<String>]) -> String {
     let cell = |element: &str, column: Column, inner: &str| {
         let class = if column == Column::Number { " class=\"number\"" } else { "" };

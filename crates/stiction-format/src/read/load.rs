@@ -4,14 +4,14 @@ use super::context::{Context, Record};
 use super::names::Names;
 use super::path::{Leaf, leaves};
 use crate::diagnostic::{Diagnostic, did_you_mean, quoted};
-use crate::document::{Key, Table};
+use crate::document::{Key, Table, Value};
 use crate::expression::Measure;
-use crate::fields::tables::{BODY_LOAD, LOAD};
-use crate::model_file::{AppliedWrench, LoadCase};
+use crate::fields::tables::{BODY_LOAD, LOAD, PAYLOAD};
+use crate::model_file::{AppliedWrench, LoadCase, Payload};
 use crate::signal::Signal;
 use stiction_core::dynamics::LoadAxes;
-use stiction_core::mechanism::{BodyId, GROUND_NAME};
-use stiction_core::spatial::Vec3;
+use stiction_core::mechanism::{Body, BodyId, GROUND_NAME};
+use stiction_core::spatial::{Mat3, Vec3};
 
 /// Reads a load case.
 pub(crate) fn read(context: &Context<'_>, names: &Names, table: &Table) -> LoadCase {
@@ -19,7 +19,10 @@ pub(crate) fn read(context: &Context<'_>, names: &Names, table: &Table) -> LoadC
     let title = record.line("title");
     // Keys by body, in the order of the text.
     let mut bodies: Vec<(BodyId, Table)> = Vec::new();
-    let found = leaves(table, LOAD);
+    // A body can have the name `payload`: its load is a table, payloads are a list.
+    let list = table.get("payload").and_then(Value::as_list);
+    let own = if list.is_some() { LOAD } else { LOAD.get(..1).unwrap_or_default() };
+    let found = leaves(table, own);
     for leaf in &found {
         if context.is_full() {
             break;
@@ -37,7 +40,66 @@ pub(crate) fn read(context: &Context<'_>, names: &Names, table: &Table) -> LoadC
     }
     let wrenches =
         bodies.iter().filter_map(|(body, table)| wrench(context, *body, table)).collect();
-    LoadCase { title, wrenches }
+    let payloads = list.unwrap_or_default().iter();
+    let payloads = payloads.filter_map(|entry| payload(context, names, entry)).collect();
+    LoadCase { title, wrenches, payloads }
+}
+
+/// Reads a part that a body carries.
+fn payload(context: &Context<'_>, names: &Names, entry: &Value) -> Option<Payload> {
+    let Some(table) = entry.as_table() else {
+        context.wrong(entry, "a table such as [[loads.NAME.payload]]");
+        return None;
+    };
+    let record = Record::new(context, table, PAYLOAD, "a payload");
+    let name = record.text("body");
+    let mass = record.quantity("mass");
+    let com = match record.value("com") {
+        Some(_) => record.vector("com"),
+        None => Some(Vec3::zero()),
+    };
+    let inertia = match record.value("inertia") {
+        Some(value) => context.inertia(value),
+        None => Some(Mat3::zero()),
+    };
+    let time = |key: &str, default: f64| match record.value(key) {
+        Some(_) => record.quantity(key),
+        None => Some(default),
+    };
+    let (from, until) = (time("from", f64::NEG_INFINITY), time("until", f64::INFINITY));
+    let refuse = |key: &str, message: String, label: &str| {
+        context
+            .push(Diagnostic::error("range", message).at(context.place(&record.span(key)), label));
+    };
+    if let Some(mass) = mass.filter(|mass| *mass <= 0.0) {
+        refuse("mass", format!("`mass` is {mass} kg, but must be greater than 0"), "out of range");
+        return None;
+    }
+    let (from, until) = (from?, until?);
+    if until <= from {
+        let message = format!("the part is placed at {until} s, but picked up at {from} s");
+        refuse("until", message, "expected a later time");
+        return None;
+    }
+    let name = name?;
+    let body = match names.body(name) {
+        Some(BodyId::GROUND) | None => {
+            if names.body(name).is_some() || !names.may_be_lost(name) {
+                let near = did_you_mean(name, "bodies", names.body_names());
+                let message = format!("no moving body has the name {}", quoted(name));
+                context.push_missing(
+                    Diagnostic::error("unknown-name", message)
+                        .at(context.place(&record.span("body")), "unknown body")
+                        .maybe_help(near),
+                );
+            }
+            return None;
+        }
+        Some(body) => body,
+    };
+    let part =
+        Body { name: format!("payload of {name}"), mass: mass?, com: com?, inertia: inertia? };
+    Some(Payload { body, part, from, until })
 }
 
 /// Splits a path into a body and a key of its load.

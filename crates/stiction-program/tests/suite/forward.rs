@@ -129,7 +129,7 @@ fn anyhow(signal: &[Target<f64>], random: &mut Random, length: f64) -> Vec<Targe
 /// The efforts from inverse dynamics cause the accelerations for which they were computed, with the
 /// same reactions, whichever coordinates are independent, interpreted and compiled.
 #[test]
-fn what_inverse_dynamics_asks_for_comes() {
+fn efforts_of_inverse_dynamics_cause_the_accelerations() {
     for (name, load) in ROBOTS {
         let given = Robot::new(name, load);
         // With its actuators as coordinates, the elimination of 4ups-upu lets the bounds on
@@ -219,7 +219,7 @@ impl Inputs for Given {
 /// Under any efforts, programs agree with the general solver of forward dynamics, which shares
 /// neither unknowns nor elimination with them; and lanes agree with single states.
 #[test]
-fn programs_are_what_forward_dynamics_says() {
+fn programs_agree_with_forward_dynamics() {
     for (name, load) in ROBOTS {
         let mut robot = Robot::new(name, load);
         let length = robot.solver.mechanism().characteristic_length();
@@ -296,7 +296,7 @@ fn programs_are_what_forward_dynamics_says() {
 
 /// Mechanisms without unique accelerations, or with more actuators than coordinates, are refused.
 #[test]
-fn what_has_no_program_is_refused() {
+fn mechanisms_without_a_program_are_refused() {
     for (name, why) in [
         ("four-bar", RecordError::Redundant),
         ("delta", RecordError::IdleSpins),
@@ -311,7 +311,7 @@ fn what_has_no_program_is_refused() {
 /// Accelerations and reactions of a robot with three legs take about three thousand operations
 /// without friction.
 #[test]
-fn what_means_the_same_is_computed_once() {
+fn equal_values_are_computed_once() {
     let robot = Robot::new("3rps", None);
     let program = record(&robot, true);
     let [ideal, first, newton, chord, last] = program.operations();

@@ -71,7 +71,7 @@ const ROBOTS: [(&str, Option<&str>); 12] = [
 /// Actuator forces, reactions, normal loads and frictions agree with the solver, interpreted and
 /// compiled.
 #[test]
-fn programs_are_their_solvers() {
+fn programs_agree_with_their_solvers() {
     for (name, load) in ROBOTS {
         let mut robot = Robot::new(name, load);
         for machine in [false, true] {
@@ -134,7 +134,7 @@ fn lanes_are_states_of_their_own() {
 
 /// Many states at once: states at which the program is invalid are left to the solver and counted.
 #[test]
-fn what_does_not_hold_is_redone() {
+fn invalid_states_are_solved_again() {
     let mut robot = Robot::new("3rps", None);
     let program = InverseProgram::record(&robot.solver, &robot.signal, &robot.loads).unwrap();
     let mut solver = robot.solver.clone();
@@ -179,7 +179,7 @@ fn what_does_not_hold_is_redone() {
 
 /// A motion that cannot be followed, or an empty one, gives no program.
 #[test]
-fn what_has_no_program_is_refused() {
+fn mechanisms_without_a_program_are_refused() {
     let robot = Robot::new("3rps", None);
     let mut signal = robot.signal.clone();
     signal[3][0].value = 1e3;
@@ -193,7 +193,7 @@ fn what_has_no_program_is_refused() {
 /// Programs are small: the equations of motion of a robot with three legs and all its reactions
 /// take less than a thousand operations.
 #[test]
-fn what_means_the_same_is_computed_once() {
+fn equal_values_are_computed_once() {
     let robot = Robot::new("3rps", None);
     let program = InverseProgram::record(&robot.solver, &robot.signal, &robot.loads).unwrap();
     let [ideal, first, step, last] = program.operations();
@@ -202,7 +202,7 @@ fn what_means_the_same_is_computed_once() {
 
 /// The inputs are one list: with one too few, the next would be taken for it.
 #[test]
-fn what_is_given_must_be_what_was_recorded() {
+fn inputs_must_match_the_recording() {
     let robot = Robot::new("3rps", None);
     let (solver, signal, loads) = (&robot.solver, &robot.signal, &robot.loads);
     let program = InverseProgram::record(solver, signal, loads).unwrap();

@@ -18,7 +18,7 @@ const BALL: &str = "friction = { mu = 0.1, radius = \"15 mm\" }";
 /// Actuator forces from the platform's motion agree with the solver, which starts from the legs'
 /// coordinates.
 #[test]
-fn programs_know_where_the_legs_are() {
+fn legs_follow_in_closed_form() {
     let pus = format!(
         "[legs.joints.P]\naxis = \"z\"\nstart = \"300 mm\"\n\
          [legs.joints.U]\naxis = \"x\"\nsecond_axis = \"y\"\nfriction = {{ mu = 0.05, radius = \"12 mm\" }}\n\

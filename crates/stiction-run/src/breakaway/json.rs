@@ -1,4 +1,4 @@
-//! Findings for programs.
+//! Breakaway results as JSON.
 
 use super::Findings;
 use crate::inverse::Job;
@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use stiction_core::dynamics::{Bounds, Breakaway, Holding, Verdict};
 
 impl Findings {
-    /// All of it; infinite numbers are `null`.
+    /// All results; infinite numbers are `null`.
     pub fn json(&self, job: &Job<'_>) -> Value {
         let names = Names::new(&job.model.mechanism);
         let mut drives = Map::new();

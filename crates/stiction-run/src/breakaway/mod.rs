@@ -1,5 +1,5 @@
-//! A position at rest: what static friction leaves open, at what efforts motion begins, and whether
-//! the position holds without drives.
+//! Mechanism at rest: intervals of efforts under static friction, breakaway efforts, and
+//! self-locking.
 
 mod json;
 mod terminal;
@@ -10,42 +10,42 @@ use thiserror::Error;
 
 pub use terminal::write_report;
 
-/// What was found at a position.
+/// Results at a pose at rest.
 #[derive(Clone, Debug)]
 pub struct Findings {
-    /// The instant of the motion, s.
+    /// Instant of the motion, s.
     pub time: f64,
-    /// All forces at rest.
+    /// Forces at rest.
     pub forces: Forces,
-    /// Breakaway and holding.
+    /// Breakaway efforts and holding.
     pub rest: Rest,
-    /// Contacts whose load the balance does not determine, by index.
+    /// Indices of the friction interfaces whose normal load is undetermined.
     pub undetermined_loads: Vec<usize>,
-    /// Whether there are more actuators than the balance determines.
+    /// True if more actuators are present than statics determines.
     pub redundant_actuators: bool,
 }
 
-/// Why there are no findings.
+/// Error of a breakaway computation.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum BreakawayError {
-    /// The motion does not go there.
+    /// The instant is outside the motion.
     #[error("the motion lasts from {start} s to {end} s: there is no position at t = {time:?} s")]
     NoSuchTime {
-        /// What was asked for, s.
+        /// Instant requested, s.
         time: f64,
-        /// The first instant, s.
+        /// First instant of the motion, s.
         start: f64,
-        /// The last, s.
+        /// Last instant of the motion, s.
         end: f64,
     },
-    /// As everywhere.
+    /// Error of the run itself.
     #[error(transparent)]
     Job(#[from] Error),
 }
 
-/// Stops the mechanism at an instant of its motion (by default the first) and looks at it. The job's
-/// mode of friction is not asked for: without friction there is nothing to look at.
+/// Stops the mechanism at an instant of its motion, by default the first, and computes its results
+/// at rest. Friction always acts, whatever the job's friction mode.
 ///
 /// # Errors
 /// See [`BreakawayError`].
@@ -53,7 +53,7 @@ pub fn look(job: &Job<'_>, time: Option<f64>) -> Result<Findings, BreakawayError
     let motion = job.motion;
     let (start, end) = (motion.start, motion.start + motion.duration);
     let time = time.unwrap_or(start);
-    // The last instant may be off by rounding.
+    // The last instant may differ by rounding.
     let slack = 1e-9 * motion.duration;
     if !(start - slack..=end + slack).contains(&time) {
         return Err(BreakawayError::NoSuchTime { time, start, end });
@@ -68,7 +68,7 @@ pub fn look(job: &Job<'_>, time: Option<f64>) -> Result<Findings, BreakawayError
     }
     *solver.settings_mut() = Settings { friction: FrictionMode::Converged, ..Settings::default() };
     let mut loads = Vec::new();
-    job.loads_at(time, &mut loads)?;
+    job.loads_at_rest(time, &mut loads)?;
     let rest = solver.rest(&loads).map_err(|error| Error::Forces { time, error })?;
     Ok(findings(&solver, time, rest))
 }

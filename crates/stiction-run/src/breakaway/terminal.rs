@@ -1,4 +1,4 @@
-//! Findings for people.
+//! Breakaway results for the terminal.
 
 use super::Findings;
 use crate::inverse::Job;
@@ -7,17 +7,17 @@ use std::fmt::{self, Write};
 use stiction_core::dynamics::{Bounds, Holding, Verdict};
 use stiction_draw::numbers::number;
 
-/// Contacts listed at most.
+/// Largest number of friction interfaces listed.
 const LISTED: usize = 6;
-/// Numbers closer than this are told as one.
+/// Relative difference below which two numbers are written as one.
 const SAME: f64 = 1e-6;
-/// Nobody asks what more than so many times the friction would do, and beyond it bounds are rounding.
+/// Largest factor on friction that is written; beyond it bounds are dominated by rounding.
 const BEYOND: f64 = 1e6;
 
-/// Writes the findings as plain text.
+/// Writes the results as plain text.
 ///
 /// # Errors
-/// What the receiver says.
+/// The receiver fails.
 pub fn write_report(out: &mut impl Write, job: &Job<'_>, found: &Findings) -> fmt::Result {
     let (model, names) = (job.model, Names::new(&job.model.mechanism));
     match model.title.as_str() {
@@ -31,7 +31,7 @@ pub fn write_report(out: &mut impl Write, job: &Job<'_>, found: &Findings) -> fm
         job.motion_name, job.load_name
     )?;
     if names.drives.is_empty() {
-        return writeln!(out, "no joint is actuated: there are no driving forces");
+        return writeln!(out, "no joint is actuated: there are no efforts");
     }
     write_drives(out, &names, found)?;
     write_certainty(out, &names, found)?;
@@ -48,7 +48,7 @@ fn write_drives(out: &mut impl Write, names: &Names, found: &Findings) -> fmt::R
     writeln!(
         out,
         "{:wide$}  {:>11}  {:>11} {:>11}  {:>11} {:>11}  others held",
-        "driving force", "no friction", "from", "to", "backward", "forward",
+        "effort", "no friction", "from", "to", "backward", "forward",
     )?;
     for (k, (name, unit)) in names.drives.iter().enumerate() {
         let without = found.forces.efforts_frictionless[k];
@@ -84,7 +84,7 @@ fn write_certainty(out: &mut impl Write, names: &Names, found: &Findings) -> fmt
             if let Some((beyond, (name, unit))) = beyond {
                 writeln!(
                     out,
-                    "the intervals are attained; certainly nothing lies more than {} {unit} beyond \
+                    "the intervals are inner bounds; guaranteed bounds lie at most {} {unit} beyond \
                      ({name})",
                     number(beyond),
                 )?;
@@ -92,8 +92,7 @@ fn write_certainty(out: &mut impl Write, names: &Names, found: &Findings) -> fmt
         }
         Bounds::Attained | Bounds::Unknown => writeln!(
             out,
-            "the intervals are attained; friction and reactions are coupled too strongly to say that \
-             nothing lies beyond"
+            "the intervals are inner bounds; friction and reactions are coupled too strongly for guaranteed ones"
         )?,
     }
     if found.redundant_actuators {
@@ -121,7 +120,7 @@ fn write_unpowered(out: &mut impl Write, holding: &Holding) -> fmt::Result {
     let (not_enough, enough) = holding.needed;
     match holding.verdict {
         Verdict::Holds if enough == 0.0 => {
-            writeln!(out, "in balance without drives and without friction")
+            writeln!(out, "in equilibrium without actuators and friction")
         }
         Verdict::Holds => {
             let factor = 1.0 / enough;

@@ -1,4 +1,4 @@
-//! How near a motion comes to singular positions, between samples, too.
+//! Closest approaches of a motion to singular poses, located between samples.
 
 use crate::inverse::{Error, Job, SINGULAR};
 use std::fmt::Write as _;
@@ -6,22 +6,22 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::mobility::{Mobility, blocked_motions};
 use stiction_core::statics::{Constraints, GainedTwist, Statics};
 
-/// A kind of singularity.
+/// Kind of singularity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Something can move while all actuators stand still (type 2).
+    /// Actuation (type 2): a body can move while all actuators are locked.
     Actuation,
-    /// The constraints leave a motion more.
+    /// Constraint: the mechanism gains a degree of freedom.
     Constraint,
-    /// Bodies of a leg can move while the bodies where legs end stand still (type 1).
+    /// Leg (type 1): bodies of a leg can move while the bodies at its ends are fixed.
     Leg,
 }
 
 impl Kind {
-    /// In this order everywhere.
+    /// All kinds in their order of output.
     pub const ALL: [Self; 3] = [Self::Actuation, Self::Constraint, Self::Leg];
 
-    /// As in outputs.
+    /// Name in outputs.
     pub fn word(self) -> &'static str {
         match self {
             Self::Actuation => "actuation",
@@ -31,73 +31,74 @@ impl Kind {
     }
 }
 
-/// A motion in words, and the load that does work on it.
+/// Motion gained at a singular pose in words, with the load that does work on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weakness {
-    /// The body that tells it.
+    /// Name of the moving body.
     pub body: String,
-    /// Its motion: what is gained at the singular position.
+    /// Motion of that body.
     pub motion: String,
-    /// What cannot be carried there.
+    /// Load that cannot be carried.
     pub load: String,
-    /// For legs: what the hub on which most legs end can still do.
+    /// For legs: remaining motions of the body at which most legs end.
     pub left: Option<String>,
 }
 
-/// How near a motion comes to singular positions of a kind.
+/// Closest approach of a motion to singular poses of one kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nearness {
-    /// The least distance and when, s; located between samples.
+    /// Least singularity index, located between samples.
     pub least: f64,
-    /// See `least`.
+    /// Time of the least index, s.
     pub time: f64,
-    /// The motion that is resisted least then.
+    /// Least-constrained motion at that time.
     pub weakness: Option<Weakness>,
-    /// At how many samples the position is singular.
+    /// Number of samples with a singular pose.
     pub singular_samples: usize,
-    /// Instants, s, at which the motion passes through or touches a singular position, each with
-    /// what is gained there; not while it stays singular over several samples.
+    /// Times, s, at which the motion passes through or touches a singular pose, with the motion
+    /// gained there. Times within a run of singular samples are not included.
     pub crossings: Vec<(f64, Weakness)>,
-    /// Near approaches that were not looked into, since there are so many.
+    /// Number of close approaches not examined because of their number.
     pub not_searched: usize,
 }
 
-/// So many near approaches of one kind are looked into; each takes some fifty decompositions.
+/// Largest number of close approaches of one kind that are examined; each takes some fifty
+/// decompositions.
 const REFINED: usize = 100;
-/// A local minimum above this, and above the least found so far, is not looked into.
+/// Index above which a local minimum is not examined, unless it is the least so far.
 const NEAR: f64 = 0.05;
-/// Where the search ends nearer than this to a singular position, the motion passes it: at the
-/// position itself the motion may not be determined, and the search stops before it.
+/// Index below which the end of the search counts as a passage: at the singular pose itself the
+/// motion may be undetermined, so the search stops before it.
 const CROSSED: f64 = 1e-7;
-/// Steps of the search; each shortens the interval by the golden section.
+/// Number of steps of the search; each shortens the interval by the golden section.
 const STEPS: usize = 60;
 
-/// What the motion was like at a sample.
+/// State of the motion at a sample.
 struct Sample {
     time: f64,
     solver: InverseDynamics,
     distances: [Option<f64>; 3],
 }
 
-/// Where a distance is least.
+/// Location of a least index.
 struct Found {
     time: f64,
     solver: InverseDynamics,
     distance: f64,
-    /// If the distance vanishes there: when, s.
+    /// Time at which the index vanishes, s.
     passage: f64,
 }
 
-/// Watches a motion go by.
+/// Tracks the singularity indices along a motion.
 pub(super) struct Watch<'a> {
     job: &'a Job<'a>,
-    /// Finite motions that the constraints are meant to leave, idle spins included.
+    /// Finite mobility intended by the design, local rotations included.
     mobility: usize,
     spins: usize,
     last: Option<Sample>,
     before_last: Option<Sample>,
     found: [Option<Nearness>; 3],
-    /// The mechanism where it is nearest, for each kind.
+    /// For each kind the mechanism at its closest approach.
     nearest: [Option<InverseDynamics>; 3],
     refined: [usize; 3],
 }
@@ -116,8 +117,8 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Looks at the next sample; `passed` if it lies on another side of the singular positions of
-    /// actuation than the last one; whether it is so beyond rounding.
+    /// Adds a sample; `passed` is true if the determinant of the actuation changed its sign since
+    /// the last sample. Returns true if the change exceeds rounding.
     pub(super) fn look(&mut self, solver: &InverseDynamics, time: f64, passed: bool) -> bool {
         let statics = solver.statics();
         let distances = Kind::ALL.map(|kind| self.distance(&statics, kind));
@@ -131,7 +132,7 @@ impl<'a> Watch<'a> {
             self.look_back(kind, &now);
         }
         let is_regular = |sample: &Sample| sample.distances[0].is_some_and(|d| d >= SINGULAR);
-        // In singular positions the side is that of rounding.
+        // At singular poses the sign of the determinant is rounding.
         let passed = passed && is_regular(&now) && self.last.as_ref().is_some_and(is_regular);
         if passed {
             self.pass(&now);
@@ -140,7 +141,7 @@ impl<'a> Watch<'a> {
         passed
     }
 
-    /// What was found of each kind; legs where there are some.
+    /// Closest approach of each kind; of legs if the mechanism has any.
     pub(super) fn finish(mut self) -> [Option<Nearness>; 3] {
         for kind in Kind::ALL {
             let solver = self.nearest[kind as usize].take();
@@ -153,7 +154,7 @@ impl<'a> Watch<'a> {
         self.found
     }
 
-    /// Whether a minimum lies between the last samples, and where.
+    /// Examines a minimum between the last samples, if there is one.
     fn look_back(&mut self, kind: Kind, now: &Sample) {
         let k = kind as usize;
         let (Some(before), Some(last)) = (&self.before_last, &self.last) else { return };
@@ -163,7 +164,7 @@ impl<'a> Watch<'a> {
             return;
         }
         if least < SINGULAR {
-            // At the sample itself; alone it is a passage, in a row the motion stays singular.
+            // A single singular sample is a passage; in a run of them the motion stays singular.
             if before_it >= SINGULAR {
                 let (time, weakness) = (last.time, self.weakness(&last.solver, kind));
                 self.cross(kind, time, 0.0, weakness);
@@ -185,15 +186,15 @@ impl<'a> Watch<'a> {
         let Some(found) = self.search(kind, before, now.time) else { return };
         let Found { time, solver, distance, passage } = found;
         self.add(kind, time, distance, &solver);
-        // Where all positions are nearly singular, a least one is no passage.
+        // If all poses are nearly singular, a minimum is no passage.
         if distance < CROSSED && distance < 1e-3 * before_it.max(after_it) {
             let weakness = self.weakness(&solver, kind);
             self.cross(kind, passage, apart, weakness);
         }
     }
 
-    /// A passage between the last sample and this one, by bisection of the side on which the
-    /// mechanism is: certain, whether or not the distance can be followed to zero.
+    /// Locates a passage between the last two samples by bisection of the sign of the determinant,
+    /// which is reliable even if the index cannot be followed to zero.
     fn pass(&mut self, now: &Sample) {
         let Some(last) = &self.last else { return };
         let mut at_last = last.solver.clone();
@@ -206,7 +207,7 @@ impl<'a> Watch<'a> {
             if middle <= low || middle >= high {
                 break;
             }
-            // At the singular position itself the motion may not be determined.
+            // At the singular pose the motion may be undetermined.
             let Ok(()) = self.job.follow(&mut solver, last.time, middle) else { break };
             match solver.side() {
                 Some(here) if here == side => low = middle,
@@ -233,14 +234,14 @@ impl<'a> Watch<'a> {
             crossings: Vec::new(),
             not_searched: 0,
         });
-        // Rounding does not move the least to a later instant.
+        // Rounding does not move the least value to a later instant.
         if distance < found.least * (1.0 - 1e-9) - 1e-12 {
             (found.least, found.time) = (distance, time);
             self.nearest[kind as usize] = Some(solver.clone());
         }
     }
 
-    /// Notes a passage, unless the last one is less than `apart`, s, away: then it is the same.
+    /// Records a passage, unless the last one is less than `apart`, s, away and therefore the same.
     fn cross(&mut self, kind: Kind, time: f64, apart: f64, weakness: Option<Weakness>) {
         if let (Some(found), Some(weakness)) = (&mut self.found[kind as usize], weakness)
             && found.crossings.iter().rev().take(2).all(|(known, _)| (time - known).abs() > apart)
@@ -249,7 +250,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// The instant of the least distance between a sample and `to`, s, by golden section.
+    /// Time of the least index between a sample and `to`, s, by golden section search.
     fn search(&self, kind: Kind, from: &Sample, to: f64) -> Option<Found> {
         let at = |time: f64| -> Option<(f64, InverseDynamics, f64)> {
             let mut solver = from.solver.clone();
@@ -262,7 +263,7 @@ impl<'a> Watch<'a> {
         let mut left = at(high - golden * (high - low))?;
         let mut right = at(low + golden * (high - low))?;
         for _ in 0..STEPS {
-            // At the singular position itself the motion may not be determined: near it, then.
+            // At the singular pose the motion may be undetermined: continue close to it.
             let lower_half = left.2 < right.2;
             let next = match lower_half {
                 true => at(right.0 - golden * (right.0 - low)),
@@ -276,13 +277,13 @@ impl<'a> Watch<'a> {
                 low = left.0;
                 left = core::mem::replace(&mut right, next);
             }
-            // Smooth minima are found to the root of rounding only.
+            // Smooth minima are located to the root of rounding.
             let flat = (left.2 - right.2).abs() <= 1e-13 && left.2 > 1e-6;
             if flat || high - low <= 1e-14 * high.abs().max(low.abs()) {
                 break;
             }
         }
-        // Of a passage, where distances are like a V, the tip is between both ends.
+        // At a passage the index is V-shaped, and its tip lies between both ends.
         let both = left.2 + right.2;
         let passage =
             if both > 0.0 { (left.0 * right.2 + right.0 * left.2) / both } else { left.0 };
@@ -320,8 +321,8 @@ impl<'a> Watch<'a> {
         Some(Weakness { body, motion, load, left: None })
     }
 
-    /// What a singular position of constraint adds to the motions of finite size: what is blocked to
-    /// second order; or, where branches of motion meet, nothing can be called the added one.
+    /// Motion that a constraint singularity adds to the finite motions: motions blocked at second
+    /// order. If branches of motion meet there, none of them can be called the added one.
     fn constraint_weakness(&self, solver: &InverseDynamics) -> Option<Weakness> {
         let mechanism = solver.mechanism();
         let length = mechanism.characteristic_length();
@@ -346,8 +347,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// What the body with most joints can do at an instant: what is left of its motions where a leg is
-/// singular.
+/// Remaining motions of the body with most joints while a leg is singular.
 pub(super) fn left_at(
     job: &Job<'_>,
     start: &InverseDynamics,

@@ -1,15 +1,15 @@
-//! Findings for programs.
+//! Results of a check as JSON.
 
 use super::{Findings, Kind, Nearness, Range, Weakness};
 use crate::inverse::Job;
 use serde_json::{Value, json};
 use stiction_core::mobility::GenericRank;
 
-/// The clearance for which play is told, m.
+/// Clearance for which the play is reported, m.
 pub(super) const CLEARANCE: f64 = 1e-5;
 
 impl Findings {
-    /// Everything, as an object.
+    /// All results as an object.
     pub fn json(&self, job: &Job<'_>) -> Value {
         let joint_name = |joint: usize| job.model.mechanism.joints()[joint].name.as_str();
         let bodies = self.mobility.bodies.iter().map(|body| {

@@ -1,4 +1,4 @@
-//! Verdicts on a mechanism: what it can do, what is redundant, unique, singular.
+//! Check of a mechanism: mobility, redundancy, uniqueness and singularities.
 
 mod along;
 mod json;
@@ -23,56 +23,57 @@ use sizes::Measuring;
 use stiction_core::mobility::{Architecture, Mobility, Play, governance};
 use stiction_core::statics::{Constraints, JointLoad};
 
-/// What was found.
+/// Results of a check.
 #[derive(Clone, Debug)]
 pub struct Findings {
-    /// Degrees of freedom at the beginning of the motion.
+    /// Degrees of freedom at the first pose of the motion.
     pub mobility: Mobility,
-    /// Bodies that may spin about an axis of their own without any influence.
+    /// Bodies with a passive rotation about their own axis.
     pub idle_spins: Vec<String>,
-    /// How many freedoms actuators drive.
+    /// Number of actuated degrees of freedom.
     pub drives: usize,
-    /// What holds in positions taken at random.
+    /// Ranks and singularity at random poses.
     pub architecture: Architecture,
-    /// For each self-stress of the constraints at the beginning what the joints that take part
-    /// carry, without a scale.
+    /// For each self-stress of the constraints at the first pose the reactions of the participating
+    /// joints, in arbitrary scale.
     pub self_stresses: Vec<Vec<JointLoad>>,
-    /// For each joint the components of its reaction that the balance does not determine, anywhere
+    /// For each joint the components of its reaction that statics does not determine somewhere
     /// along the motion.
     pub undetermined: Vec<(String, Vec<&'static str>)>,
-    /// Whether driving forces without friction are determined along the whole motion.
+    /// True if frictionless efforts are determined along the whole motion.
     pub drives_unique: bool,
-    /// How near the motion comes to singularities of actuation.
+    /// Closest approach to singularities of actuation.
     pub actuation: Nearness,
-    /// To those of constraint.
+    /// Closest approach to singularities of constraint.
     pub constraint: Nearness,
-    /// To those of legs, where there are some.
+    /// Closest approach to singularities of legs, if the mechanism has any.
     pub leg: Option<Nearness>,
-    /// Where some motions are free to first order only: how well the actuators govern the others,
-    /// the least along the motion, the greatest, and the time, s, of the least.
+    /// With motions that are only instantaneous: least and greatest index of the actuation of the
+    /// finite motions, and the time of the least, s.
     pub governance: Option<(f64, f64, f64)>,
-    /// Neighbouring samples, s, between which a singularity of actuation is passed.
+    /// Pairs of neighbouring samples, s, between which an actuation singularity is passed.
     pub passed: Vec<(f64, f64)>,
     /// Number of samples.
     pub samples: usize,
     /// First instant, s.
     pub start: f64,
-    /// Masses, ranges, reach.
+    /// Masses, joint ranges and reach.
     pub sizes: Sizes,
-    /// What a colleague would point at.
+    /// Warnings in words.
     pub warnings: Vec<String>,
 }
 
 impl Findings {
-    /// The three kinds of singularities in their order; legs where there are some.
+    /// The kinds of singularities with their closest approaches; legs only if the mechanism has
+    /// any.
     pub fn singularities(&self) -> impl Iterator<Item = (Kind, &Nearness)> {
         let all = [Some(&self.actuation), Some(&self.constraint), self.leg.as_ref()];
         Kind::ALL.into_iter().zip(all).filter_map(|(kind, nearness)| Some((kind, nearness?)))
     }
 
-    /// Whether a singularity of this kind is in every position, as far as positions taken at random
-    /// say. None where they do not decide: as singular values or the count of finite motions are not
-    /// clear, or as nothing moves to other positions; or where nobody asked: for legs.
+    /// True if every pose has a singularity of this kind, judged by random poses. `None` if they do
+    /// not decide (unclear singular values, undecided finite mobility, or no motion to other
+    /// poses), and for legs, which are not examined.
     pub fn everywhere(&self, kind: Kind) -> Option<bool> {
         let Architecture { constraints, actuated, reach, .. } = &self.architecture;
         if *reach == 0.0 {
@@ -88,31 +89,31 @@ impl Findings {
         }
     }
 
-    /// Whether the motion meets singular positions of this kind.
+    /// True if the motion meets singular poses of this kind.
     pub fn is_singular(&self, kind: Kind) -> bool {
         let met = |n: &Nearness| n.singular_samples > 0 || !n.crossings.is_empty();
         self.singularities().any(|(known, nearness)| known == kind && met(nearness))
     }
 
-    /// How many motions the actuators are to govern: idle spins are none.
+    /// Number of motions that the actuators have to control; local rotations do not count.
     pub fn to_be_driven(&self) -> usize {
         meant(&self.mobility, &self.architecture).saturating_sub(self.idle_spins.len())
     }
 
-    /// What clearance does to motions that are blocked to second order only.
+    /// Play that a clearance gives to motions blocked only at second order.
     pub fn play(&self) -> &[Play] {
         &self.mobility.play
     }
 }
 
-/// How many motions the constraints are meant to leave: those of finite size, or, where these are in
-/// doubt, what they leave in general.
+/// Mobility intended by the design: the finite mobility, or the generic instantaneous one if the
+/// former is undecided.
 fn meant(mobility: &Mobility, architecture: &Architecture) -> usize {
     mobility.finite.decided().unwrap_or(architecture.constraints.open)
 }
 
-/// Examines the job's mechanism along its motion; loads and friction play no part. `progress` is
-/// told the phase, the samples done and all, and answers whether to go on.
+/// Examines the job's mechanism along its motion; loads and friction do not matter. `progress`
+/// receives the phase, the samples done and their total, and stops the check by returning false.
 ///
 /// # Errors
 /// The motion cannot be followed.
@@ -167,7 +168,7 @@ fn examine_motion(
             all.iter_mut().zip(now).for_each(|(all, now)| *all &= now);
         }
         drives_unique &= statics.determined_drives().iter().all(|determined| *determined);
-        // Where branches meet, motions of finite size are not those that the second order leaves.
+        // At a branch point the finite motions differ from those left by second-order conditions.
         let governable = partly_blocked && !mobility.branches_meet;
         if let Some(value) = governable.then(|| governance(&solver)).flatten() {
             let (least, greatest) = governed.get_or_insert((Least::default(), value));
@@ -180,7 +181,7 @@ fn examine_motion(
             return Err(Error::Interrupted);
         }
     }
-    // Where singular positions were looked for between samples, a recording may have failed.
+    // A recording may fail to be read during the search between samples.
     job.check_motion(before)?;
     let undetermined = determined
         .iter()
@@ -194,7 +195,7 @@ fn examine_motion(
             weakness.left = along::left_at(job, &first, start, *time)?;
         }
     }
-    // There is at least one sample.
+    // A motion has at least one sample.
     let never = Nearness {
         least: f64::INFINITY,
         time: start,
@@ -204,7 +205,7 @@ fn examine_motion(
         not_searched: 0,
     };
     let actuation = actuation.unwrap_or_else(|| never.clone());
-    // A position that is singular leaves them open even where nothing is redundant.
+    // A singular pose leaves them undetermined even without redundancy.
     drives_unique &= actuation.singular_samples == 0;
     let mut findings = Findings {
         mobility,

@@ -1,4 +1,4 @@
-//! Findings that a person reads.
+//! Results of a check for the terminal.
 
 use super::{Findings, Kind, Nearness, Range, words};
 use crate::inverse::Job;
@@ -8,13 +8,13 @@ use stiction_core::spatial::Vec3;
 use stiction_core::statics::JointLoad;
 use stiction_draw::numbers::number;
 
-/// Bodies, joints and ranges listed at most.
+/// Largest number of bodies, joints and ranges listed.
 const LISTED: usize = 12;
 
-/// Writes the findings as plain text.
+/// Writes the results as plain text.
 ///
 /// # Errors
-/// What the receiver says.
+/// The receiver fails.
 pub fn write_report(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> fmt::Result {
     match job.model.title.as_str() {
         "" => writeln!(out, "{}", job.model.name)?,
@@ -68,7 +68,7 @@ fn write_mobility(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> f
     if findings.mobility.branches_meet {
         writeln!(out, "  not all of them at once: branches of motion meet at this position")?;
     }
-    // Hubs first: what a robot carries its tool with has the most freedoms.
+    // Bodies with most joints first: the tool is usually on one of them.
     let mut bodies: Vec<_> = mobility.bodies.iter().collect();
     bodies.sort_by_key(|body| std::cmp::Reverse(body.motions.len() + body.first_order_only.len()));
     for body in bodies.iter().take(LISTED) {
@@ -173,7 +173,7 @@ fn write_nearness(
             writeln!(out, "    there {}", words::gained(kind, gained))
         }
         Some(weakest) if crossings.is_empty() => {
-            writeln!(out, "    held least: {}, {}", weakest.body, weakest.motion)
+            writeln!(out, "    least constrained: {}, {}", weakest.body, weakest.motion)
         }
         _ => Ok(()),
     }

@@ -7,19 +7,19 @@ use stiction_core::mechanism::{BodyId, JointId, Mechanism};
 use stiction_core::spatial::Vec3;
 use stiction_draw::numbers::{fixed, number};
 
-/// Positions are known to this, mm or deg.
+/// Accuracy of positions, mm or deg.
 const ROUNDING: f64 = 1e-9;
 
-/// A range of a quantity along a motion.
+/// Range of a quantity along a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Range {
-    /// What it is of.
+    /// Name of the quantity.
     pub name: String,
-    /// rad or m.
+    /// Unit in SI: rad or m.
     pub unit: &'static str,
-    /// The least and the greatest value.
+    /// Least value.
     pub least: f64,
-    /// See `least`.
+    /// Greatest value.
     pub greatest: f64,
 }
 
@@ -30,31 +30,31 @@ pub struct BodyMass {
     pub name: String,
     /// Mass, kg.
     pub mass: f64,
-    /// Centre of mass at the beginning, in the world, m.
+    /// Centre of mass at the first pose, in the world, m.
     pub centre: Vec3<f64>,
     /// Principal moments of inertia, kg m^2, smallest first.
     pub moments: [f64; 3],
 }
 
-/// How large a mechanism is, and how far it moves.
+/// Size of a mechanism and ranges of its motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sizes {
     /// All moving bodies.
     pub bodies: Vec<BodyMass>,
-    /// Their mass, kg, and common centre at the beginning, in the world, m.
+    /// Total mass, kg.
     pub mass: f64,
-    /// See `mass`.
+    /// Common centre of mass at the first pose, in the world, m.
     pub centre: Vec3<f64>,
-    /// For each scalar freedom of a joint its range; angles over several turns.
+    /// For each scalar degree of freedom of a joint its range; angles count full turns.
     pub joints: Vec<Range>,
     /// For each leg the distance between the origins of its first and its last joint.
     pub legs: Vec<Range>,
-    /// For each body where legs end, and for other bodies if there is none, the box in which its
-    /// centre of mass stays, in the world, m: least and greatest corner.
+    /// For each body at which legs end, or each body if there are no legs, the box that contains
+    /// its centre of mass along the motion, in the world, m: least and greatest corner.
     pub reach: Vec<(String, Vec3<f64>, Vec3<f64>)>,
 }
 
-/// Collects them.
+/// Collects sizes and ranges along a motion.
 pub(super) struct Measuring {
     sizes: Sizes,
     joints: Vec<(usize, usize, f64)>,
@@ -107,7 +107,7 @@ impl Measuring {
         Self { sizes, joints, legs, bodies }
     }
 
-    /// Looks at a sample.
+    /// Adds a sample.
     pub(super) fn look(&mut self, solver: &InverseDynamics) {
         for ((joint, dof, last), range) in self.joints.iter_mut().zip(&mut self.sizes.joints) {
             let value = solver.joint_coordinates(JointId(*joint))[*dof];
@@ -136,7 +136,7 @@ impl Measuring {
     }
 }
 
-/// Thousandths, or four digits where these say little.
+/// Three decimals, or four significant digits if three decimals show too few.
 fn told(x: f64) -> String {
     if x.abs() > ROUNDING && x.abs() < 0.1 { number(x) } else { fixed(x, 3) }
 }
@@ -146,7 +146,7 @@ impl Range {
         (self.least, self.greatest) = (self.least.min(value), self.greatest.max(value));
     }
 
-    /// The least and the greatest value and what is between them, for people, with their unit.
+    /// Least value, greatest value and their difference in words, with their unit.
     pub(super) fn in_words(&self) -> ([String; 3], &'static str) {
         let (scale, unit) = match self.unit {
             "rad" => (1f64.to_degrees(), "deg"),
@@ -191,7 +191,7 @@ impl Sizes {
     }
 }
 
-/// All bodies with mass or without, their mass and their common centre.
+/// All bodies, their total mass and their common centre of mass.
 fn masses(solver: &InverseDynamics) -> (Vec<BodyMass>, f64, Vec3<f64>) {
     let origin = solver.parameters().origin;
     let bodies = solver.mechanism().bodies().iter().zip(&solver.bodies().pose).skip(1);
@@ -240,8 +240,8 @@ fn legs(mechanism: &Mechanism) -> Vec<(usize, usize)> {
     legs
 }
 
-/// What the names of a leg's first and last joint have in common, `leg1` of `leg1.R` and `leg1.S`; or
-/// both.
+/// Common part of the names of a leg's first and last joint, `leg1` for `leg1.R` and `leg1.S`; both
+/// names if they have none.
 fn leg_name(first: &str, last: &str) -> String {
     match (first.rsplit_once('.'), last.rsplit_once('.')) {
         (Some((a, _)), Some((b, _))) if a == b => a.to_owned(),

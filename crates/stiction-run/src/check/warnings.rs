@@ -1,15 +1,15 @@
-//! What a colleague would point at.
+//! Warnings of a check.
 
 use super::{Findings, Kind};
 use crate::inverse::Job;
 use stiction_draw::numbers::number;
 
-/// Nearer than this to a singular position forces are some hundred times the load.
+/// Singularity index below which forces are some hundred times the load.
 const NEAR: f64 = 0.01;
-/// Singular values of the loops, relative to the largest, below this hardly decide.
+/// Relative singular value of the loops below which a rank decision is doubtful.
 const DOUBTFUL: f64 = 1e-6;
 
-/// Everything suspicious about what was found.
+/// All warnings.
 pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     let mut warnings = Vec::new();
     let drives = findings.drives;
@@ -109,7 +109,7 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
     warnings
 }
 
-/// `one actuator`, `3 actuators`; degrees are those of freedom.
+/// Count with its noun: `one actuator`, `3 actuators`.
 fn several(count: usize, what: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };
     let of = if what == "degree" { " of freedom" } else { "" };

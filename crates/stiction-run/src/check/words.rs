@@ -1,4 +1,4 @@
-//! Findings in sentences, the same on the terminal and on the page.
+//! Results of a check in sentences, for the terminal and the page.
 
 use super::json::CLEARANCE;
 use super::{Findings, Kind, Weakness};
@@ -6,7 +6,7 @@ use crate::inverse::Job;
 use stiction_core::mobility::{Architecture, GenericRank};
 use stiction_draw::numbers::number;
 
-/// What a singular position brings.
+/// Effect of a singular pose.
 pub(super) fn gained(kind: Kind, weakness: &Weakness) -> String {
     let Weakness { body, motion, load, left } = weakness;
     let but = match kind {
@@ -18,7 +18,7 @@ pub(super) fn gained(kind: Kind, weakness: &Weakness) -> String {
     format!("{body} gains, {but}, {motion}; nothing carries {load} there{left}")
 }
 
-/// Whether what is singular is so in every position.
+/// Says if every pose is singular.
 pub(super) fn in_general(findings: &Findings) -> Vec<String> {
     let Architecture { positions, constraints, actuated, .. } = &findings.architecture;
     let values = |rank: &GenericRank| {
@@ -59,12 +59,12 @@ pub(super) fn undecided(findings: &Findings) -> &'static str {
     }
 }
 
-/// The axes about which so many bodies spin idly.
+/// Axes of the passive rotations, in words.
 pub(super) fn own_axes(count: usize) -> &'static str {
     if count == 1 { "an axis of its own" } else { "axes of their own" }
 }
 
-/// How actuators govern motions of finite size where others are free to first order.
+/// Says how well the actuators control the finite motions if other motions are only instantaneous.
 pub(super) fn governance(findings: &Findings) -> Option<String> {
     let (least, greatest, time) = findings.governance?;
     let zero = |x: f64| number(if x < 1e-9 { 0.0 } else { x });
@@ -84,7 +84,7 @@ pub(super) fn governance(findings: &Findings) -> Option<String> {
     })
 }
 
-/// What clearance makes of motions that are blocked to second order.
+/// Says how much play clearance gives to motions blocked at second order.
 pub(super) fn play(job: &Job<'_>, findings: &Findings) -> Vec<String> {
     let mechanism = &job.model.mechanism;
     let each = findings.play().iter().map(|play| {
@@ -102,7 +102,7 @@ pub(super) fn play(job: &Job<'_>, findings: &Findings) -> Vec<String> {
     each.collect()
 }
 
-/// The order of magnitude of what may be zero.
+/// Order of magnitude of a number that may be zero.
 pub(super) fn power_of_ten(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { format!("{value:.0e}") }
 }

@@ -1,4 +1,4 @@
-//! The neutral description: everything as numbers in SI units, for programs that build the mechanism
+//! Neutral description of a mechanism in SI units, for programs that build the mechanism
 //! themselves.
 
 use super::Home;
@@ -11,7 +11,7 @@ use stiction_core::joint::Motion;
 use stiction_core::mechanism::{Body, BodyId, Compliance, Joint, Spring};
 use stiction_core::spatial::{Mat3, Pose};
 
-/// What is written when the meaning of what is there changes.
+/// Version of the format, increased when the meaning of a key changes.
 const VERSION: u32 = 1;
 
 /// The assembled mechanism as an object. Poses are those of the second frame in the first;
@@ -62,7 +62,7 @@ pub fn json(home: &Home<'_>) -> Value {
     })
 }
 
-/// The text of the object: vectors and matrices on one line, everything else on lines of its own.
+/// Text of the object with vectors and matrices on one line.
 pub fn json_text(home: &Home<'_>) -> String {
     let mut text = String::new();
     // Writing to a string does not fail.

@@ -1,4 +1,4 @@
-//! A mechanism for other programs: assembled, as plain numbers.
+//! Export of an assembled mechanism to other programs.
 
 mod json;
 mod mjcf;
@@ -15,29 +15,29 @@ use stiction_core::mechanism::{JointId, Mechanism};
 use stiction_core::spatial::Pose;
 use stiction_format::ModelFile;
 
-/// A model with its mechanism put together.
+/// Model with its assembled mechanism.
 #[derive(Clone, Debug)]
 pub struct Home<'a> {
     /// The model.
     pub model: &'a ModelFile,
-    /// For each body its frame in the world, loops closed.
+    /// For each body its frame in the world, with closed loops.
     pub poses: Vec<Pose<f64>>,
     /// For each joint `X_JK`.
     pub across: Vec<Pose<f64>>,
-    /// For each joint and each of its freedoms the coordinate, rad or m, angles within half a turn;
-    /// none where it has none, as turning in all directions.
+    /// For each joint and each of its degrees of freedom the coordinate, m or rad, angles within
+    /// half a turn; `None` for joints without scalar coordinates.
     pub coordinates: Vec<Vec<Option<f64>>>,
-    /// The mechanism, whose joints start from where they are.
+    /// The mechanism, with its joints starting at these coordinates.
     pub mechanism: Mechanism,
-    /// What the motion prescribes at its first instant.
+    /// Prescribed coordinates at the first instant of the motion.
     pub motion: Vec<(Coordinate, Target<f64>)>,
 }
 
 impl<'a> Home<'a> {
-    /// The mechanism at the first instant of a motion.
+    /// Assembles the mechanism at the first instant of a motion.
     ///
     /// # Errors
-    /// Where the motion begins the loops cannot be closed, or its formulas have no values.
+    /// The loops cannot be closed there, or the motion has no value.
     pub fn of(job: &Job<'a>) -> Result<Self, Error> {
         let solver = job.assemble(job.motion.start)?;
         let origin = solver.parameters().origin;

@@ -1,4 +1,4 @@
-//! Everything that acts on the mechanism from outside.
+//! Inputs of a simulation: loads, actuator efforts, controllers and prescribed motions.
 
 use super::controller::{Controller, Told};
 use super::error::Error;
@@ -10,59 +10,59 @@ use stiction_core::forward::{Forward, Inputs, View};
 use stiction_core::kinematics::{Bodies, State, Target};
 use stiction_format::Signal;
 
-/// Time between updates of the drives of inverse dynamics where there is no controller, s.
+/// Update interval of the inverse-dynamics efforts where there is no controller, s.
 const UPDATE: f64 = 1e-3;
 
-/// Instants that are apart by less than this part of a period are the same.
+/// Instants closer than this fraction of a period count as equal.
 const SAME: f64 = 1e-6;
 
-/// How a prescribed actuator is told where to be.
+/// Source of a prescribed actuator's motion.
 #[derive(Clone, Debug)]
 enum Way<'a> {
-    /// The motion says so itself.
+    /// A signal of the motion itself.
     Signal(&'a Signal),
-    /// By way of the whole motion; the actuator's index.
+    /// The motion of the whole mechanism; index of the actuator.
     Guide(usize),
-    /// It stays where it is.
+    /// Locked at this position.
     Stays(f64),
 }
 
-/// More samples than this have not been taken: the number is none of ours.
+/// Largest plausible number of samples; a greater number is not from a valid checkpoint.
 const COUNTABLE: f64 = 1e15;
 
-/// The inputs of a simulation.
+/// Inputs of a simulation.
 pub(super) struct Acting<'a> {
     forward: &'a Forward,
     job: &'a Job<'a>,
     ways: Vec<Way<'a>>,
-    /// Where prescribed actuators are.
+    /// Sources of the prescribed actuators' motions.
     leader: Option<Guide<'a>>,
-    /// Where actuators that follow the motion are to be.
+    /// Reference motion of the actuators that follow the motion.
     wanted: Wanted<'a>,
     controller: Option<Controller<'a>>,
-    /// Efforts between two samples.
+    /// Efforts held between two samples.
     kept: Vec<f64>,
-    /// Samples taken so far.
+    /// Number of samples taken so far.
     samples: usize,
-    /// Where the simulation stops next, s.
+    /// Next stopping time of the simulation, s.
     stretch_end: f64,
     period: Option<f64>,
-    /// Whether the user wants it to stop.
+    /// Asks if the user wants the simulation to stop.
     stopped: &'a dyn Fn() -> bool,
-    /// Whether it was found so.
+    /// True once the user has asked to stop.
     pub(super) is_stopped: bool,
-    /// Why inputs could not be computed.
+    /// Error met while inputs were computed.
     pub(super) failed: Option<Error>,
 }
 
-/// The actuators whose motion is given, in the order of [`Acting`]'s targets.
+/// Actuators with a prescribed motion, in the order of [`Acting`]'s targets.
 pub(super) fn prescribed(job: &Job<'_>) -> Vec<usize> {
     let moved = job.prescribed.iter().filter(|a| !job.locked.contains(a));
     moved.chain(&job.locked).copied().collect()
 }
 
 impl<'a> Acting<'a> {
-    /// The mechanism starts at `state`.
+    /// Inputs at the start; the mechanism starts at `state`.
     pub(super) fn new(
         job: &'a Job<'a>,
         forward: &'a Forward,
@@ -116,7 +116,7 @@ impl<'a> Acting<'a> {
         })
     }
 
-    /// When the next sample is due; at the end of the present stretch if rounding alone tells them apart.
+    /// Time of the next sample; the end of the present interval if both differ by rounding only.
     fn next_sample(&self) -> Option<f64> {
         let period = self.period?;
         let time = self.job.from + self.samples as f64 * period;
@@ -124,7 +124,7 @@ impl<'a> Acting<'a> {
         Some(if same { self.stretch_end } else { time })
     }
 
-    /// Says up to where the simulation goes on next.
+    /// Sets the time up to which the simulation goes next.
     pub(super) fn go_to(&mut self, time: f64) {
         self.stretch_end = time;
     }
@@ -162,7 +162,7 @@ impl<'a> Acting<'a> {
         }
     }
 
-    /// Where actuators are wanted; zeros for those that follow nothing.
+    /// Reference motions of the actuators; zeros for those that follow none.
     pub(super) fn wanted_at(&mut self, time: f64) -> Result<&[Target<f64>], Error> {
         self.wanted.at(self.forward, time)
     }
@@ -220,7 +220,7 @@ impl Inputs for Acting<'_> {
         }
         self.is_stopped |= (self.stopped)();
         if self.failed.is_some() || self.is_stopped {
-            // Whoever asks goes no further.
+            // The simulation then stops at its next step.
             efforts.fill(f64::NAN);
         }
     }
@@ -253,7 +253,7 @@ impl Inputs for Acting<'_> {
     fn next_change(&self, time: f64) -> Option<f64> {
         let sample = self.next_sample().filter(|next| *next > time);
         let recorded = match (self.job.drives, self.period) {
-            // A controller takes them at its own samples.
+            // A controller reads the reference at its own samples.
             (Feed::Given(drives), None) => {
                 drives.samples.as_ref().and_then(|samples| samples.after(time))
             }
@@ -267,7 +267,7 @@ impl Inputs for Acting<'_> {
         let wrenches = &self.job.load.wrenches;
         let loads = wrenches.iter().all(|w| w.force.iter().chain(&w.moment).all(constant));
         let efforts = match (self.job.drives, self.period) {
-            // They are kept between the samples of a controller, at which a stretch ends.
+            // Held between the samples of a controller, where an interval ends.
             (_, Some(_)) => true,
             (Feed::Given(drives), None) => {
                 drives.efforts.iter().all(|(_, signal)| constant(signal))
@@ -282,7 +282,7 @@ impl Inputs for Acting<'_> {
         let loads = wrenches.iter().flat_map(|w| w.force.iter().chain(&w.moment));
         let efforts: &[(usize, Signal)] = match (self.job.drives, self.period) {
             (Feed::Given(drives), None) => &drives.efforts,
-            // They are kept between samples.
+            // Held between samples.
             _ => &[],
         };
         let own = self.ways.iter().filter_map(|way| match way {

@@ -1,14 +1,15 @@
-//! A simulation that was stopped, as text.
+//! Checkpoints of a simulation as JSON.
 
 use super::job::{Feed, Job};
 use serde_json::{Value, json};
 use stiction_core::forward::{Competitor, Event, EventKind, Method};
 use stiction_core::mechanism::{JointId, Mechanism};
 
-/// A simulation at one of its samples, as numbers: from there it can go on.
+/// State of a simulation after one of its samples, as numbers, from which the simulation can be
+/// resumed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mark {
-    /// Samples done.
+    /// Number of samples completed.
     pub samples: usize,
     /// The mechanism's state, see [`stiction_core::forward::Checkpoint`].
     pub simulation: Vec<f64>,
@@ -16,7 +17,7 @@ pub struct Mark {
     pub inputs: Vec<f64>,
     /// Figures of the samples so far.
     pub figures: Figures,
-    /// What happened so far.
+    /// Events up to this sample.
     pub events: Vec<Event>,
 }
 
@@ -32,7 +33,7 @@ pub struct Figures {
 }
 
 impl Mark {
-    /// As JSON; numbers as text, to the last bit.
+    /// The checkpoint as JSON; numbers are text with all digits.
     pub fn json(&self) -> Value {
         json!({
             "samples": self.samples,
@@ -47,7 +48,7 @@ impl Mark {
         })
     }
 
-    /// From JSON; nothing if it is not of a mark.
+    /// Reads a checkpoint from JSON; `None` if the JSON is none.
     pub fn from_json(value: &Value) -> Option<Self> {
         Some(Self {
             samples: usize::try_from(value["samples"].as_u64()?).ok()?,
@@ -62,7 +63,7 @@ impl Mark {
         })
     }
 
-    /// Whether all that it speaks of is there in a mechanism, and all its numbers are such.
+    /// Checks that all interfaces and joints exist in a mechanism and all numbers are finite.
     pub(super) fn fits(&self, mechanism: &Mechanism) -> bool {
         let joints = mechanism.joints();
         let interfaces: usize = joints.iter().map(|joint| joint.friction.len()).sum();
@@ -87,8 +88,8 @@ impl Mark {
 }
 
 impl Job<'_> {
-    /// A number that is another one for another mechanism, motion, load, controller, start or accuracy; the
-    /// end does not matter.
+    /// Fingerprint of everything that determines the simulation, except its end: mechanism, motion,
+    /// load, controller, start, accuracy.
     pub fn fingerprint(&self) -> u64 {
         let drives = match self.drives {
             Feed::Given(drives) => Some(drives),
@@ -112,14 +113,14 @@ impl Job<'_> {
     }
 }
 
-/// A number that tells texts apart that differ by accident: FNV-1a, 64 bits.
+/// Checksum against accidental changes of a text: FNV-1a, 64 bits.
 pub fn checksum(text: &str) -> u64 {
     text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
     })
 }
 
-/// Numbers between spaces, in the shortest way that reads back as the same.
+/// Numbers separated by spaces, in the shortest form that reads back as the same number.
 fn text(numbers: &[f64]) -> String {
     let each: Vec<String> = numbers.iter().map(|x| format!("{x:?}")).collect();
     each.join(" ")
@@ -174,7 +175,7 @@ fn event(value: &Value) -> Option<Event> {
     } else {
         let loads = value["others"].as_array()?.iter().map(numbers);
         let others = loads.map(|loads| {
-            // Nobody asks for more of them later.
+            // Not needed after a restart.
             Some(Competitor { loads: loads?, accelerations: Vec::new(), interfaces: Vec::new() })
         });
         let others = others.collect::<Option<_>>()?;

@@ -1,4 +1,4 @@
-//! Controllers that sample.
+//! Sampled controllers.
 
 use super::error::Error;
 use super::job::Job;
@@ -7,35 +7,35 @@ use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Bodies, Coordinate, State, Target};
 use stiction_format::{Control, ControlType, FrictionFeed, ModelFile};
 
-/// A controller at work.
+/// A sampled controller with its state.
 #[derive(Clone, Debug)]
 pub(super) struct Controller<'a> {
     control: &'a Control,
-    /// For each actuator the efforts for errors of position and rate.
+    /// For each actuator the gains for the errors of position and rate.
     gains: Vec<(f64, f64)>,
-    /// Inverse dynamics by the actuators' coordinates.
+    /// Inverse dynamics prescribed by the actuators' coordinates, for computed torque.
     model: Option<InverseDynamics>,
-    /// The positions that were measured last.
+    /// Positions measured at the last sample.
     before: Option<Vec<f64>>,
 }
 
-/// What a controller is told at a sample.
+/// Inputs of a controller at a sample.
 pub(super) struct Told<'a> {
     pub(super) time: f64,
-    /// Positions and rates of all actuators as they are, angles counted on over full turns.
+    /// Positions and rates of all actuators; angles count full turns.
     pub(super) actual: &'a [(f64, f64)],
-    /// Where they should be.
+    /// Reference motions.
     pub(super) wanted: &'a [Target<f64>],
-    /// Efforts that are added.
+    /// Feed-forward efforts.
     pub(super) feed: &'a [f64],
-    /// What friction makes of the efforts for the wanted motion.
+    /// Friction contributions to the efforts of the reference motion.
     pub(super) friction: &'a [f64],
-    /// The loads that act.
+    /// External loads.
     pub(super) loads: &'a [AppliedLoad<f64>],
 }
 
 impl<'a> Controller<'a> {
-    /// At rest; the mechanism starts at `state`.
+    /// Controller before its first sample; the mechanism starts at `state`.
     pub(super) fn new(
         job: &Job<'a>,
         control: &'a Control,
@@ -93,7 +93,8 @@ impl<'a> Controller<'a> {
         }
     }
 
-    /// For each actuator the effort for a unit acceleration while the others stand.
+    /// For each actuator the effort of a unit acceleration while the other actuators do not
+    /// accelerate.
     fn masses(&mut self) -> Result<Vec<f64>, Error> {
         let Some(model) = &mut self.model else {
             return Ok(vec![0.0; self.control.channels.len()]);
@@ -122,7 +123,7 @@ impl<'a> Controller<'a> {
         Ok(masses)
     }
 
-    /// The efforts from now on.
+    /// Efforts from this sample on.
     pub(super) fn sample(&mut self, told: &Told<'_>) -> Result<Vec<f64>, Error> {
         let control = self.control;
         let Told { time, actual, wanted, feed, friction, loads } = told;
@@ -173,8 +174,8 @@ impl<'a> Controller<'a> {
     }
 }
 
-/// Inverse dynamics of the mechanism where it is now, prescribed by its actuators; without friction, unless
-/// that is changed.
+/// Inverse dynamics of the mechanism at its present pose, prescribed by its actuators; without
+/// friction unless the settings change.
 pub(super) fn by_actuators(
     model: &ModelFile,
     forward: &Forward,

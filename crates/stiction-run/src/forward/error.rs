@@ -1,4 +1,4 @@
-//! Why there is no simulation, or no more of it.
+//! Error of a simulation.
 
 use crate::{InstantsError, inverse};
 use stiction_core::dynamics::InverseError;
@@ -7,11 +7,11 @@ use stiction_core::kinematics::AssemblyError;
 use stiction_format::Diagnostic;
 use thiserror::Error;
 
-/// Why there is no simulation, or no more of it.
+/// Error of a simulation.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// There are no instants.
+    /// The sample times are not valid.
     #[error(transparent)]
     Instants(#[from] InstantsError),
     /// The motion cannot be followed, or its efforts cannot be computed.
@@ -20,42 +20,55 @@ pub enum Error {
     /// A formula has no finite value.
     #[error("{}", .0.message)]
     NotFinite(Box<Diagnostic>),
-    /// The controller's own model cannot be in the position that was measured.
+    /// The controller's model cannot be assembled at the measured position.
     #[error("{0}")]
     Controller(AssemblyError),
-    /// The controller's own model has no efforts.
+    /// The controller's model has no finite efforts.
     #[error("{0}")]
     ControllerForces(InverseError),
-    /// The controller had no answer at this time.
+    /// The controller failed during the simulation.
     #[error("at t = {time} s the controller has no efforts: {error}")]
     ControllerAt {
-        /// s.
+        /// Time, s.
         time: f64,
-        /// Why.
+        /// Cause.
         error: Box<Error>,
     },
-    /// The mechanism cannot go on.
+    /// A part is picked up or placed during the simulation, which is an impact.
+    #[error(
+        "the payload of `{body}` is picked up or placed between t = {from} s and t = {until} s; a \
+         simulation needs payloads that are carried all the time"
+    )]
+    Payload {
+        /// The body that carries it.
+        body: String,
+        /// First instant of the simulation, s.
+        from: f64,
+        /// Last instant, s.
+        until: f64,
+    },
+    /// The mechanics has no answer.
     #[error(transparent)]
     Forward(ForwardError),
-    /// The samples could not be received.
+    /// A receiver of the samples failed.
     #[error("{0}")]
     Receiver(String),
-    /// The mark is of another simulation.
+    /// The checkpoint belongs to another simulation.
     #[error("its numbers are not those of a simulation of this mechanism")]
     Mark,
-    /// It was stopped before its first sample.
+    /// The user stopped the simulation before its first sample.
     #[error("interrupted")]
     Interrupted,
 }
 
 impl Error {
-    /// Whether the input cannot be used (rather than that the question has no answer).
+    /// True for input that cannot be used, false for a question without an answer.
     pub fn is_bad_input(&self) -> bool {
         let incomplete = |error: &AssemblyError| {
             matches!(error, AssemblyError::Open { .. } | AssemblyError::AngleRange { .. })
         };
         match self {
-            Self::Instants(_) | Self::NotFinite(_) | Self::Mark => true,
+            Self::Instants(_) | Self::NotFinite(_) | Self::Payload { .. } | Self::Mark => true,
             Self::Motion(error) => error.is_bad_input(),
             Self::Controller(_) | Self::ControllerForces(_) => true,
             Self::Forward(ForwardError::Assembly(error)) => incomplete(error),

@@ -1,24 +1,24 @@
-//! What happened, in words.
+//! Events in words.
 
 use super::rows::Layout;
 use stiction_core::forward::{Event, EventKind, Method};
 use stiction_core::mechanism::JointId;
 use stiction_draw::numbers::number;
 
-/// An event in words.
+/// Event in words.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Told {
-    /// s.
+    /// Time, s.
     pub(crate) time: f64,
-    /// A word for programs.
+    /// Kind of event: a keyword.
     pub(crate) what: &'static str,
-    /// The contact or the joint; may be empty.
+    /// Name of the friction interface or the joint; may be empty.
     pub(crate) at: String,
-    /// More; may be empty.
+    /// Further details; may be empty.
     pub(crate) detail: String,
 }
 
-/// Says what happened; `at_rest` says which contacts stick at the start.
+/// Describes all events; `at_rest` tells which friction interfaces stick at the start.
 pub(crate) fn tell_all(layout: &Layout, mut at_rest: Vec<bool>, events: &[Event]) -> Vec<Told> {
     at_rest.resize(layout.names.interfaces.len(), false);
     events.iter().map(|event| tell(layout, &mut at_rest, event)).collect()
@@ -58,7 +58,8 @@ fn tell(layout: &Layout, at_rest: &mut [bool], event: &Event) -> Told {
     Told { time: event.time, what, at, detail }
 }
 
-/// Seconds passed event by event and in steps, between the first sample and the last.
+/// Durations of event-driven integration and of time stepping between the first and the last
+/// sample, s.
 pub(crate) fn methods(events: &[Event], (first, last): (f64, f64)) -> [f64; 2] {
     let (mut passed, mut since, mut now) = ([0.0; 2], first, 0);
     for event in events {
@@ -72,7 +73,7 @@ pub(crate) fn methods(events: &[Event], (first, last): (f64, f64)) -> [f64; 2] {
     passed
 }
 
-/// How time is passed.
+/// Keyword of an integration method.
 pub(crate) fn method_name(method: Method) -> &'static str {
     match method {
         Method::Automatic => "automatic",
@@ -81,12 +82,12 @@ pub(crate) fn method_name(method: Method) -> &'static str {
     }
 }
 
-/// A direction of sliding.
+/// Direction of sliding in words.
 fn way(direction: [f64; 3], signed: bool) -> String {
     match (signed, direction[0] < 0.0) {
         (true, true) => "backward".to_owned(),
         (true, false) => "forward".to_owned(),
-        // A unit vector: what is rounding is zero.
+        // Components of a unit vector below rounding are zero.
         _ => direction.map(|x| number(if x.abs() < 1e-12 { 0.0 } else { x })).join(" "),
     }
 }

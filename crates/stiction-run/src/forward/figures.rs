@@ -1,4 +1,4 @@
-//! The plots of a simulation.
+//! Plots of a simulation.
 
 use super::job::Job;
 use super::rows::{Layout, Rows};
@@ -7,12 +7,12 @@ use crate::by_leg::ByLeg;
 use stiction_core::forward::{Event, EventKind};
 use stiction_draw::figure::{Figure, Panel, Trace};
 
-/// Gathers a simulation's curves row by row.
+/// Collects the curves of a simulation, sample by sample.
 #[derive(Clone, Debug)]
 pub struct Curves {
     layout: Layout,
     title: String,
-    /// The freedoms that are drawn.
+    /// Plotted degrees of freedom.
     drawn: Vec<usize>,
     positions: Vec<Trace>,
     wanted: Vec<Trace>,
@@ -24,11 +24,11 @@ pub struct Curves {
     first: Option<(f64, f64)>,
 }
 
-/// Panels of one figure at most.
+/// Largest number of panels in a figure.
 const PANELS: usize = 9;
 
 impl Curves {
-    /// No points yet; `count` samples will come.
+    /// Empty curves for `count` samples.
     pub fn new(job: &Job<'_>, layout: &Layout, count: usize) -> Self {
         let trace = Trace::new(count);
         let driven = layout.dof_of_actuator.clone();
@@ -79,7 +79,7 @@ impl Curves {
         self.lost.push(time, energy[energy.len() - 2]);
     }
 
-    /// The figures, each with the name of its file.
+    /// Figures with the names of their files.
     pub fn figures(self, summary: &Summary, events: &[Event]) -> Vec<(&'static str, Figure)> {
         let x_label = "time [s]".to_owned();
         let layout = &self.layout;
@@ -108,7 +108,7 @@ impl Curves {
                 let y_label = format!("{} [m{}]", dof.name, dof.units()[0]);
                 Panel { y_label, lines: vec![trace.line("error", 1, false)] }
             });
-            let title = format!("Off the motion by: {}", self.title);
+            let title = format!("Tracking error: {}", self.title);
             let panels = panels.collect();
             figures.push(("error", Figure { title, x_label: x_label.clone(), panels }));
         }
@@ -120,13 +120,13 @@ impl Curves {
             })
             .collect();
         if !panels.is_empty() {
-            let title = format!("Driving forces: {}", self.title);
+            let title = format!("Actuator efforts: {}", self.title);
             figures.push(("drives", Figure { title, x_label: x_label.clone(), panels }));
         }
         if !self.friction.is_empty() {
             let mut panels = self.friction.panels(&layout.names, "N");
             panels.push(Panel {
-                y_label: "contacts that stick".to_owned(),
+                y_label: "friction interfaces that stick".to_owned(),
                 lines: vec![sticking(summary, events).line("sticking", 6, false)],
             });
             let title = format!("Friction: {}", self.title);
@@ -142,13 +142,13 @@ impl Curves {
                 lines: vec![self.lost.line("error", 6, false)],
             },
         ];
-        let title = format!("Account of energy: {}", self.title);
+        let title = format!("Energy balance: {}", self.title);
         figures.push(("energy", Figure { title, x_label, panels }));
         figures
     }
 }
 
-/// How many contacts stick, event by event.
+/// Number of sticking friction interfaces over time, from the events.
 fn sticking(summary: &Summary, events: &[Event]) -> Trace {
     let mut at_rest = summary.at_rest_first();
     let mut trace = Trace::new(2 * events.len() + 2);
@@ -171,7 +171,7 @@ fn sticking(summary: &Summary, events: &[Event]) -> Trace {
     trace
 }
 
-/// What drives it, in a few words.
+/// Short description of the drive: motion and controller, or efforts.
 fn doing(job: &Job<'_>) -> String {
     match job.control {
         Some(_) => format!("motion {}, controller {}", job.motion_name, job.control_name),

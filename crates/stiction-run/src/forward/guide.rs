@@ -1,4 +1,4 @@
-//! The motion that is to be followed, as actuators see it, and the efforts that it takes.
+//! Reference motion of the actuators and the efforts it needs.
 
 use super::error::Error;
 use super::job::Job;
@@ -6,19 +6,20 @@ use crate::inverse;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction_core::forward::Forward;
 use stiction_core::kinematics::Target;
+use stiction_format::Side;
 
-/// Follows the motion of a job.
+/// Follows the motion of a job with an inverse-dynamics solver.
 #[derive(Clone, Debug)]
 pub(super) struct Guide<'a> {
     job: inverse::Job<'a>,
     solver: InverseDynamics,
-    /// s.
+    /// Present time, s.
     time: f64,
     loads: Vec<AppliedLoad<f64>>,
 }
 
 impl<'a> Guide<'a> {
-    /// The motion at the job's first instant; none if the job has no motion.
+    /// The motion at the job's first instant; `None` if the job has no motion.
     pub(super) fn new(job: &Job<'a>) -> Result<Option<Self>, Error> {
         let Some(motion) = job.motion else { return Ok(None) };
         let friction = if job.friction { FrictionMode::Converged } else { FrictionMode::Off };
@@ -38,7 +39,7 @@ impl<'a> Guide<'a> {
         Ok(Some(Self { job, solver, time, loads: Vec::new() }))
     }
 
-    /// Goes to another instant.
+    /// Moves to another instant.
     pub(super) fn go_to(&mut self, time: f64) -> Result<(), Error> {
         if time != self.time {
             self.job.follow(&mut self.solver, self.time, time).map_err(Error::Motion)?;
@@ -64,7 +65,7 @@ impl<'a> Guide<'a> {
         Some(rest)
     }
 
-    /// How the actuators move.
+    /// Motions of the actuators.
     pub(super) fn actuators(&self, forward: &Forward, out: &mut [Target<f64>]) {
         let (state, bodies) = (self.solver.state(), self.solver.bodies());
         for (target, (joint, dof)) in out.iter_mut().zip(forward.mechanism().actuators()) {
@@ -72,9 +73,10 @@ impl<'a> Guide<'a> {
         }
     }
 
-    /// The efforts that the motion takes, and those without friction.
+    /// Efforts of the motion, with and without friction.
     pub(super) fn drives(&mut self) -> Result<(&[f64], &[f64]), Error> {
-        self.job.loads_at(self.time, &mut self.loads).map_err(Error::Motion)?;
+        let at = (self.time, Side::After);
+        self.job.loads_of(&self.solver, at, &mut self.loads).map_err(Error::Motion)?;
         let time = self.time;
         match self.solver.solve(&self.loads) {
             Ok(forces) => Ok((&forces.efforts, &forces.efforts_frictionless)),

@@ -1,82 +1,97 @@
-//! What is to be simulated.
+//! Description of a simulation.
 
+use super::error::Error;
 use stiction_core::forward::{Known, Settings};
 use stiction_core::mechanism::JointId;
 use stiction_format::{Control, Drives, LoadCase, ModelFile, Motion};
 
-/// What is to be simulated.
+/// Description of a simulation.
 #[derive(Clone, Debug)]
 pub struct Job<'a> {
-    /// The model as it is simulated, see [`arrange`].
+    /// Model to simulate, see [`arrange`].
     pub model: &'a ModelFile,
-    /// The motion at whose first instant it starts, and which controllers follow.
+    /// Motion that gives the start and the reference of controllers.
     pub motion: Option<&'a Motion>,
-    /// How the motion is called.
+    /// Name of the motion.
     pub motion_name: String,
-    /// The load.
+    /// External loads.
     pub load: &'a LoadCase,
-    /// How the load is called.
+    /// Name of the load case.
     pub load_name: String,
-    /// Efforts that do not depend on what happens.
+    /// Efforts that do not depend on the state.
     pub drives: Feed<'a>,
-    /// How they are called.
+    /// Name of the feed-forward efforts.
     pub drives_name: String,
-    /// A controller, whose efforts are added.
+    /// Controller, whose efforts are added to the feed-forward efforts.
     pub control: Option<&'a Control>,
-    /// How the controller is called.
+    /// Name of the controller.
     pub control_name: String,
-    /// Actuators that move as the motion says, whatever effort that takes.
+    /// Actuators that follow the motion exactly, with whatever effort it takes.
     pub prescribed: Vec<usize>,
-    /// Actuators that stand where they start.
+    /// Actuators locked at their start positions.
     pub locked: Vec<usize>,
-    /// Where it starts.
+    /// Initial state.
     pub start: Start<'a>,
-    /// The time at which it starts, s.
+    /// Start time, s.
     pub from: f64,
-    /// The last instant, s.
+    /// End time, s.
     pub until: f64,
     /// Time between samples, s.
     pub step: f64,
-    /// How accurately.
+    /// Method and tolerances.
     pub settings: Settings,
-    /// Whether friction acts.
+    /// True if friction acts.
     pub friction: bool,
 }
 
-/// Efforts that do not depend on what happens.
+/// Efforts that do not depend on the state.
 #[derive(Clone, Copy, Debug)]
 pub enum Feed<'a> {
-    /// As given.
+    /// Given signals.
     Given(&'a Drives),
-    /// What inverse dynamics says for the motion, with friction if it acts, updated at each sample of the
+    /// Inverse dynamics of the motion, with friction if it acts, updated at each sample of the
     /// controller or every millisecond.
     Inverse,
 }
 
-/// Where a simulation starts.
+/// Initial state of a simulation.
 #[derive(Clone, Copy, Debug)]
 pub enum Start<'a> {
-    /// As the motion does, with its rates.
+    /// First instant of the motion, with its rates.
     Moving,
-    /// At the motion's first position, at rest.
+    /// First pose of the motion, at rest.
     AtRest,
-    /// At the first instant of this motion, which need not determine everything: the other freedoms are
-    /// where the model puts them, at rest.
+    /// First instant of this motion, which need not determine every coordinate: the others start at
+    /// the home pose, at rest.
     Given(&'a Motion),
     /// At these coordinates and rates; all others follow from the loops and the home position.
     Known(&'a [Known]),
-    /// Where the model puts it, at rest.
+    /// Home pose of the model, at rest.
     Home,
 }
 
 impl Job<'_> {
-    /// Whether something follows the motion.
+    /// True if a controller, feed-forward or prescribed actuator follows the motion.
     pub fn follows(&self) -> bool {
         let feeds = matches!(self.drives, Feed::Inverse);
         self.control.is_some() || feeds || !self.prescribed.is_empty()
     }
 
-    /// For each actuator whether something has it follow the motion.
+    /// The model whose bodies carry the payloads of the load, and the load without them.
+    pub(super) fn with_payloads(&self) -> Result<(ModelFile, LoadCase), Error> {
+        let mut model = self.model.clone();
+        let time = (self.from, self.until);
+        let attached = self.load.attached(&model.mechanism, time);
+        let (mechanism, load) = attached.map_err(|payload| Error::Payload {
+            body: model.mechanism.bodies()[payload.body.0].name.clone(),
+            from: self.from,
+            until: self.until,
+        })?;
+        model.mechanism = mechanism;
+        Ok((model, load))
+    }
+
+    /// For each actuator true if it follows the motion.
     pub fn followers(&self) -> Vec<bool> {
         let all = self.control.is_some() || matches!(self.drives, Feed::Inverse);
         let count = self.model.mechanism.actuators().count();
@@ -84,8 +99,8 @@ impl Job<'_> {
     }
 }
 
-/// The model as it is simulated: with or without friction, and with locks, which are actuators, on these
-/// freedoms as well.
+/// Prepares a model for simulation: with or without friction, and with locks, which are actuators,
+/// on these degrees of freedom.
 pub fn arrange(model: &ModelFile, friction: bool, locks: &[(JointId, usize)]) -> ModelFile {
     let mut model = model.clone();
     if !friction {

@@ -1,4 +1,4 @@
-//! Forward dynamics: what a mechanism does, from a start on.
+//! Forward dynamics: motion of a mechanism from an initial state.
 
 mod acting_inputs;
 mod checkpoint;

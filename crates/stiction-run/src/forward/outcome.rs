@@ -1,42 +1,42 @@
-//! What is told of the whole simulation.
+//! Result of a whole simulation.
 
 use super::checkpoint::Mark;
 use super::error::Error;
 use stiction_core::forward::Event;
 
-/// How a simulation ended.
+/// End of a simulation.
 #[derive(Debug)]
 pub enum Ending {
-    /// It reached its last instant.
+    /// The simulation reached its end time.
     Reached,
-    /// The user stopped it.
+    /// The user stopped the simulation.
     Interrupted,
-    /// It cannot go on.
+    /// The simulation failed.
     Failed(Box<Error>),
 }
 
-/// What holds of the whole.
+/// Result of a whole simulation.
 #[derive(Debug)]
 pub struct Outcome {
-    /// How it ended.
+    /// End of the simulation.
     pub ending: Ending,
     /// Number of samples.
     pub samples: usize,
-    /// What happened.
+    /// Events in the order of time.
     pub events: Vec<Event>,
-    /// The instant of the last sample, s.
+    /// Time of the last sample, s.
     pub last: f64,
-    /// Redundant constraints, those of contacts that stick among them, the most at any sample.
+    /// Greatest number of redundant constraints at any sample, sticking friction interfaces
+    /// included.
     pub redundant: usize,
-    /// Efforts of what is prescribed or locked that are open, the most at any sample.
+    /// Greatest number of undetermined efforts of prescribed or locked actuators at any sample.
     pub open_drives: usize,
-    /// How often accelerations were computed.
+    /// Number of evaluations of the accelerations.
     pub evaluations: usize,
-    /// The state at the last sample, if the user stopped it.
+    /// Checkpoint at the last sample, if the user stopped the simulation.
     pub mark: Option<Mark>,
-    /// Whether the actuators determine the motion, so that inverse dynamics can be asked for it.
+    /// True if the actuators determine the motion, so that inverse dynamics can recompute it.
     pub invertible: bool,
-    /// Whether the rates at the start are others than was asked for, since what is prescribed or locked does
-    /// not allow those.
+    /// True if prescribed or locked actuators changed the rates at the start.
     pub rates_changed: bool,
 }

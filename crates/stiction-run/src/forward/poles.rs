@@ -1,17 +1,18 @@
-//! Forces that pass through infinity.
+//! Poles of signals.
 
 use stiction_format::Signal;
 
-/// Instants that are looked at: a prime number, so that none is a simple part of the whole, as poles often are.
+/// Number of instants examined: a prime, since poles often lie at simple fractions of the interval.
 const LOOKS: usize = 4099;
-/// Growth over the last halvings towards a change of sign from which it is no zero and no jump: a pole grows by some
-/// million.
+/// Growth over the last bisections that distinguishes a pole from a zero and a jump: values at a
+/// pole grow by some million.
 const GROWTH: f64 = 1e3;
-/// From here on growth counts, as a multiple of the distance of neighbouring numbers: nothing else changes by much in it.
+/// Width, in units of the spacing of neighbouring numbers, below which growth counts: other signals
+/// hardly change in it.
 const NEAR: f64 = 1048576.0;
 
-/// The instant at which a course changes its sign by way of infinity, between these instants; the first of several. A pole
-/// without a change of sign makes whatever it drives too fast, which is told by itself.
+/// First instant between `from` and `until` at which a signal changes its sign through infinity, s.
+/// Poles without a change of sign are not found.
 pub fn pole(signal: &Signal, from: f64, until: f64) -> Option<f64> {
     if signal.is_constant() {
         return None;
@@ -31,7 +32,7 @@ pub fn pole(signal: &Signal, from: f64, until: f64) -> Option<f64> {
     None
 }
 
-/// Bisects towards the change of sign: at a zero values vanish, at a jump they stay, at a pole they grow.
+/// Bisects towards the change of sign: values vanish at a zero, stay at a jump and grow at a pole.
 fn between(value: &dyn Fn(f64) -> f64, left: (f64, f64), right: (f64, f64)) -> Option<f64> {
     let least = |low: (f64, f64), high: (f64, f64)| low.1.abs().min(high.1.abs());
     let (mut low, mut high) = (left, right);
@@ -46,7 +47,7 @@ fn between(value: &dyn Fn(f64) -> f64, left: (f64, f64), right: (f64, f64)) -> O
         }
         let found = value(middle);
         match found {
-            // Zero over zero: a sign that is written as a quotient.
+            // Zero divided by zero: a sign function written as a quotient.
             found if found.is_nan() => break,
             found if found.is_infinite() => return Some(middle),
             0.0 => return None,

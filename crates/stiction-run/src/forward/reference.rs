@@ -1,4 +1,5 @@
-//! Where actuators are to be: as the motion says of them, else as it moves the whole mechanism.
+//! Reference motions of actuators: given by the motion itself, or by the motion of the whole
+//! mechanism.
 
 use super::error::Error;
 use super::guide::Guide;
@@ -8,7 +9,7 @@ use stiction_core::forward::Forward;
 use stiction_core::kinematics::{Coordinate, Target};
 use stiction_format::{FrictionFeed, Signal};
 
-/// Where actuators are wanted that follow the motion.
+/// Reference motion of the actuators that follow the motion.
 #[derive(Clone, Debug)]
 pub(super) struct Wanted<'a> {
     followers: Vec<Follower<'a>>,
@@ -20,13 +21,13 @@ pub(super) struct Wanted<'a> {
 struct Follower<'a> {
     actuator: usize,
     turns: bool,
-    /// What the motion says of it itself.
+    /// Signals of the motion for the actuator itself.
     signal: Option<&'a Signal>,
-    /// Where it was wanted last, angles counted on from where it started, and when that was, s.
+    /// Last reference, with angles counted over full turns, and its time, s.
     last: (Target<f64>, f64),
 }
 
-/// What the motion says itself of where an actuator is.
+/// Signal of the motion for an actuator, if it has one.
 pub(super) fn own_course<'a>(
     job: &Job<'a>,
     forward: &Forward,
@@ -39,8 +40,8 @@ pub(super) fn own_course<'a>(
 }
 
 impl<'a> Wanted<'a> {
-    /// `starts` is where each actuator starts. The whole motion is followed only where something asks for
-    /// more than it says of single actuators: it need not determine everything.
+    /// References before the first sample; `starts` are the actuators' start positions. The motion
+    /// of the whole mechanism is followed only if an actuator without a signal of its own needs it.
     pub(super) fn new(job: &Job<'a>, forward: &Forward, starts: &[f64]) -> Result<Self, Error> {
         let mechanism = forward.mechanism();
         let mut followers = Vec::new();
@@ -65,7 +66,7 @@ impl<'a> Wanted<'a> {
         Ok(Self { followers, guide, now: vec![zero; starts.len()] })
     }
 
-    /// Where all actuators are wanted; zeros for those that follow nothing.
+    /// Reference motions of all actuators at an instant; zeros for those that follow none.
     pub(super) fn at(&mut self, forward: &Forward, time: f64) -> Result<&[Target<f64>], Error> {
         let own: Vec<Option<Target<f64>>> =
             self.followers.iter().map(|follower| follower.own(time)).collect::<Result<_, _>>()?;
@@ -80,7 +81,7 @@ impl<'a> Wanted<'a> {
         Ok(&self.now)
     }
 
-    /// Who follows the whole motion, if something asks for that; up to the last instant that was asked for.
+    /// Solver that follows the whole motion, if one is needed, at the last instant asked for.
     pub(super) fn guide(&mut self) -> Option<&mut Guide<'a>> {
         self.guide.as_mut()
     }
@@ -120,8 +121,8 @@ impl Follower<'_> {
         }
     }
 
-    /// An angle as it follows from the last: of those that look the same the one nearest to where the mean rate
-    /// leads.
+    /// Angle closest to the extrapolation of the last one with the mean rate, among those equal up
+    /// to full turns.
     fn count_on(&mut self, mut now: Target<f64>, time: f64) -> Target<f64> {
         let (last, before) = self.last;
         if self.turns {

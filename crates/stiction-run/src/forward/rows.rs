@@ -1,71 +1,32 @@
-//! The numbers of a sample, table by table.
+//! Rows of the tables of a simulation.
 
 use super::sample::Sample;
-use crate::inverse::bodies::BodyRow;
+use crate::bodies::BodyRow;
+use crate::dofs::{Dof, actuated, dofs_of};
 use crate::names::Names;
+use crate::table::{REACTION, columns, header};
 use stiction_core::forward::{InterfaceMode, InterfaceSample};
-use stiction_core::mechanism::{JointId, Mechanism};
+use stiction_core::mechanism::Mechanism;
 
-/// A scalar freedom of a joint.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Dof {
-    /// The joint's name, with that of the freedom where the joint has several.
-    pub(crate) name: String,
-    pub(crate) joint: JointId,
-    pub(crate) index: usize,
-    pub(crate) translates: bool,
-    /// The actuator that drives it.
-    pub(crate) actuator: Option<usize>,
-}
-
-/// All scalar freedoms of a mechanism's joints.
-pub(crate) fn dofs_of(mechanism: &Mechanism) -> Vec<Dof> {
-    let actuators: Vec<_> = mechanism.actuators().collect();
-    let mut all = Vec::new();
-    for (id, joint) in mechanism.joints().iter().enumerate() {
-        if !joint.joint_type.has_scalar_coordinates() {
-            continue;
-        }
-        let dofs = joint.joint_type.dofs();
-        for (index, dof) in dofs.iter().enumerate() {
-            let joint_id = JointId(id);
-            all.push(Dof {
-                name: joint.dof_name(index),
-                joint: joint_id,
-                index,
-                translates: dof.translates(),
-                actuator: actuators.iter().position(|a| *a == (joint_id, index)),
-            });
-        }
-    }
-    all
-}
-
-impl Dof {
-    /// Units of the coordinate, its rate and its acceleration.
-    pub(crate) fn units(&self) -> [&'static str; 3] {
-        if self.translates { ["m", "m/s", "m/s^2"] } else { ["rad", "rad/s", "rad/s^2"] }
-    }
-}
-
-/// What is in which column.
+/// Columns of the tables of a simulation.
 #[derive(Clone, Debug)]
 pub struct Layout {
     pub(crate) names: Names,
     pub(crate) dofs: Vec<Dof>,
-    /// For each actuator whether it follows a motion.
+    /// For each actuator true if it follows a motion.
     pub(crate) wanted: Vec<bool>,
-    /// For each contact whether its sliding has one direction, and so a sign.
+    /// For each friction interface true if it slides along one direction, so that speed and
+    /// friction have a sign.
     pub(crate) signed: Vec<bool>,
-    /// For each actuator its freedom.
+    /// For each actuator the index of its degree of freedom.
     pub(crate) dof_of_actuator: Vec<usize>,
     bodies: Vec<String>,
 }
 
-/// The numbers of a sample, each table's row without the time.
+/// Rows of one sample, without the time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rows {
-    /// s.
+    /// Time, s.
     pub time: f64,
     /// `forward.csv`.
     pub forward: Vec<f64>,
@@ -79,25 +40,20 @@ pub struct Rows {
     pub energy: Vec<f64>,
 }
 
-/// Columns of a reaction.
-const REACTION: [&str; 7] =
-    ["fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]", "determined"];
-/// Columns of a contact.
+/// Columns of a friction interface.
 const INTERFACE: [&str; 6] =
     ["speed [m/s]", "load [N]", "friction [N]", "limit [N]", "power [W]", "sticks"];
 
 impl Layout {
-    /// The columns of a mechanism; `wanted` says of each actuator whether it follows a motion.
+    /// Columns of a mechanism; `wanted` is true for each actuator that follows a motion.
     pub fn new(mechanism: &Mechanism, wanted: Vec<bool>) -> Self {
         let dofs = dofs_of(mechanism);
-        let place = |actuator: usize| dofs.iter().position(|f| f.actuator == Some(actuator));
-        let dof_of_actuator: Vec<usize> =
-            (0..mechanism.actuators().count()).filter_map(place).collect();
+        let dof_of_actuator = actuated(&dofs);
         let signed = mechanism.joints().iter().flat_map(|joint| {
             let interfaces = stiction_core::friction::interfaces_of(joint.joint_type);
             joint.friction.iter().map(|f| interfaces[f.place].1.has_one_dof())
         });
-        // One of several freedoms is told which, as in all other columns here.
+        // Names include the degree of freedom where the joint has several, as in all other columns.
         let mut names = Names::new(mechanism);
         for ((name, _), &dof) in names.drives.iter_mut().zip(&dof_of_actuator) {
             let own: &Dof = &dofs[dof];
@@ -113,96 +69,63 @@ impl Layout {
         }
     }
 
-    /// Header of `forward.csv`.
-    pub(crate) fn forward(&self) -> Vec<String> {
-        let mut header = time();
+    /// Headers of the tables, in the order of [`Tables::FILES`](super::Tables::FILES).
+    pub(crate) fn headers(&self) -> [Vec<String>; 6] {
+        let mut forward = Vec::new();
         for dof in &self.dofs {
-            let units = dof.units();
-            for (what, unit) in ["position", "rate", "acceleration"].iter().zip(units) {
-                header.push(format!("{}.{what} [{unit}]", dof.name));
-            }
+            forward.extend(dof.columns());
             if let Some(actuator) = dof.actuator {
                 let (name, unit) = &self.names.drives[actuator];
-                header.push(format!("{name}.drive [{unit}]"));
+                forward.push(format!("{name}.drive [{unit}]"));
                 if self.wanted[actuator] {
-                    header.push(format!("{}.wanted [{}]", dof.name, units[0]));
+                    forward.push(format!("{}.wanted [{}]", dof.name, dof.units()[0]));
                 }
             }
         }
-        header.push("closure [m]".to_owned());
-        header
-    }
-
-    /// Header of `reactions.csv`.
-    pub(crate) fn reactions(&self) -> Vec<String> {
-        let joints = self.names.joints.iter();
-        time()
-            .into_iter()
-            .chain(joints.flat_map(|name| REACTION.map(|c| format!("{name}.{c}"))))
-            .collect()
-    }
-
-    /// Header of `friction.csv`.
-    pub(crate) fn friction(&self) -> Vec<String> {
-        let interfaces = self.names.interfaces.iter();
-        let columns = interfaces.flat_map(|(name, _)| INTERFACE.map(|c| format!("{name}.{c}")));
-        time().into_iter().chain(columns).collect()
-    }
-
-    /// Header of `bodies.csv`.
-    pub(crate) fn bodies(&self) -> Vec<String> {
-        time().into_iter().chain(self.bodies.iter().cloned()).collect()
-    }
-
-    /// Header of `energy.csv`.
-    pub(crate) fn energy(&self) -> Vec<String> {
-        let mut header = time();
-        header.extend(["kinetic [J]", "potential [J]"].map(str::to_owned));
-        header.extend(self.names.drives.iter().map(|(name, _)| format!("{name}.work [J]")));
-        header.extend(["loads.work [J]", "dampers.dissipated [J]"].map(str::to_owned));
-        let interfaces = self.names.interfaces.iter();
-        header.extend(interfaces.map(|(name, _)| format!("{name}.dissipated [J]")));
-        header.extend(["error [J]", "turnover [J]"].map(str::to_owned));
-        header
-    }
-
-    /// Header of `motion.csv`, which other verbs read.
-    pub(crate) fn motion(&self) -> Vec<String> {
-        let mut header = time();
+        forward.push("closure [m]".to_owned());
+        let reactions = columns(self.names.joints.iter().map(String::as_str), &REACTION);
+        let interfaces = || self.names.interfaces.iter().map(|(name, _)| name.as_str());
+        let friction = columns(interfaces(), &INTERFACE);
+        let mut energy = ["kinetic [J]", "potential [J]"].map(str::to_owned).to_vec();
+        energy.extend(columns(
+            self.names.drives.iter().map(|(name, _)| name.as_str()),
+            &["work [J]"],
+        ));
+        energy.extend(["loads.work [J]", "dampers.dissipated [J]"].map(str::to_owned));
+        energy.extend(columns(interfaces(), &["dissipated [J]"]));
+        energy.extend(["error [J]", "turnover [J]"].map(str::to_owned));
+        // The motion table is an input of other commands.
+        let mut motion = Vec::new();
         for &dof in &self.dof_of_actuator {
             let dof = &self.dofs[dof];
             let (name, [unit, rate, acceleration]) = (&dof.name, dof.units());
-            header.push(format!("{name} [{unit}]"));
-            header.push(format!("d({name}) [{rate}]"));
-            header.push(format!("dd({name}) [{acceleration}]"));
+            motion.push(format!("{name} [{unit}]"));
+            motion.push(format!("d({name}) [{rate}]"));
+            motion.push(format!("dd({name}) [{acceleration}]"));
         }
-        header
+        [forward, reactions, friction, self.bodies.clone(), energy, motion].map(header)
     }
 
-    /// Where in a row of `forward.csv` a freedom's numbers begin.
+    /// Index in a row of `forward.csv` at which the columns of a degree of freedom begin.
     fn place(&self, dof: usize) -> usize {
         let width = |f: &Dof| 3 + f.actuator.map_or(0, |a| 1 + usize::from(self.wanted[a]));
         self.dofs[..dof].iter().map(width).sum()
     }
 
-    /// Position, rate and acceleration of a freedom.
+    /// Position, rate and acceleration of a degree of freedom in a row of `forward.csv`.
     pub(crate) fn motion_in<'r>(&self, row: &'r [f64], dof: usize) -> &'r [f64] {
         let at = self.place(dof);
         &row[at..at + 3]
     }
 
-    /// The effort of an actuator, and where it is wanted.
+    /// Effort of an actuator and its reference position in a row of `forward.csv`.
     pub(crate) fn drive_in(&self, row: &[f64], actuator: usize) -> (f64, Option<f64>) {
         let at = self.place(self.dof_of_actuator[actuator]) + 3;
         (row[at], self.wanted[actuator].then(|| row[at + 1]))
     }
 }
 
-fn time() -> Vec<String> {
-    vec!["time [s]".to_owned()]
-}
-
-/// Speed and friction of a contact: with a sign where there is one direction.
+/// Speed and friction of an interface: signed if it slides along one direction, else magnitudes.
 fn along(moment: &InterfaceSample, signed: bool) -> (f64, f64) {
     let size = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     match signed {
@@ -211,7 +134,7 @@ fn along(moment: &InterfaceSample, signed: bool) -> (f64, f64) {
     }
 }
 
-/// Makes rows of samples, which must come in order.
+/// Writer of the rows; samples come in the order of time.
 #[derive(Clone, Debug)]
 pub struct Scribe {
     bodies: BodyRow,
@@ -223,12 +146,12 @@ impl Scribe {
         Self { bodies: BodyRow::new(mechanism) }
     }
 
-    /// Goes on after these rows.
+    /// Continues after these rows.
     pub fn follow(&mut self, rows: &Rows) {
         self.bodies.follow(&rows.bodies);
     }
 
-    /// The rows of a sample.
+    /// Writes the rows of a sample.
     pub fn write(&mut self, layout: &Layout, sample: &Sample<'_>, rows: &mut Rows) {
         let now = sample.instant;
         rows.time = now.time;

@@ -1,4 +1,4 @@
-//! A simulation carried out.
+//! Run of a simulation.
 
 use super::acting_inputs::{Acting, prescribed};
 use super::checkpoint::{Figures, Mark};
@@ -6,19 +6,19 @@ use super::controller::by_actuators;
 use super::error::Error;
 use super::job::{Feed, Job};
 use super::outcome::{Ending, Outcome};
-use super::rows::dofs_of;
 use super::sample::Sample;
 use super::start;
+use crate::dofs::dofs_of;
 use crate::{Instants, InstantsError};
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Checkpoint, Event, Forward};
 use stiction_format::Signal;
 
-/// Rates at the start may differ by this part: projection and rounding.
+/// Relative change of the rates at the start that projection and rounding explain.
 const CHANGED: f64 = 1e-6;
 
 impl Job<'_> {
-    /// The instants of the samples; the last is [`Self::until`], whether the step divides the time or not.
+    /// Sample times; the last is [`Self::until`], even if the step does not divide the duration.
     ///
     /// # Errors
     /// See [`InstantsError`].
@@ -26,12 +26,13 @@ impl Job<'_> {
         Instants::up_to(self.from, self.until, self.step)
     }
 
-    /// Carries it out; hands each sample to `receive`, and says how far it is to `progress` (samples done,
-    /// samples in all, and what makes a mark). `stopped` is asked again and again whether the user wants it
-    /// to stop. From `mark` it goes on after the samples that were done then.
+    /// Runs the simulation. Hands each sample to `receive` and reports to `progress` the number of
+    /// samples completed, their total and a function that makes a checkpoint. `stopped` is polled
+    /// for the user's wish to stop. With `mark` the simulation resumes after the samples of that
+    /// checkpoint.
     ///
     /// # Errors
-    /// Where there is not even a first sample. What happens later is in [`Outcome::ending`].
+    /// The simulation fails before its first sample. Later failures are in [`Outcome::ending`].
     pub fn run(
         &self,
         mut receive: impl FnMut(&Sample<'_>) -> Result<(), String>,
@@ -39,6 +40,11 @@ impl Job<'_> {
         stopped: &dyn Fn() -> bool,
         mark: Option<&Mark>,
     ) -> Result<Outcome, Error> {
+        if !self.load.payloads.is_empty() {
+            let (model, load) = self.with_payloads()?;
+            let job = Job { model: &model, load: &load, ..self.clone() };
+            return job.run(receive, progress, stopped, mark);
+        }
         let instants = self.instants()?;
         let count = instants.count();
         let forward = Forward::new(self.model.mechanism.clone(), &prescribed(self));
@@ -51,7 +57,7 @@ impl Job<'_> {
                 if !mark.fits(&self.model.mechanism) {
                     return Err(Error::Mark);
                 }
-                // Events before it are the mark's.
+                // Earlier events are those of the checkpoint.
                 let numbers = mark.simulation.clone();
                 let point = Checkpoint { numbers, events: Vec::new() };
                 let resumed = forward.resume(&point, self.settings);
@@ -87,7 +93,7 @@ impl Job<'_> {
             (done, last) = (mark.samples, simulation.instant().time);
             before.clone_from(&mark.events);
         }
-        // Without events, and how many of these there were.
+        // The last checkpoint without its events, and their number.
         let mut kept: Option<(Mark, usize)> = None;
         for time in instants.iter().skip(done) {
             acting.go_to(time);
@@ -150,7 +156,7 @@ impl Job<'_> {
         let mut events: Vec<Event> = before.iter().chain(simulation.events()).cloned().collect();
         let stopped = matches!(ending, Ending::Interrupted);
         let mark = kept.filter(|_| stopped).map(|(mark, count)| {
-            // Those after the last sample come again.
+            // Events after the last sample recur after a restart.
             events.truncate(count);
             Mark { events: events.clone(), ..mark }
         });
@@ -168,7 +174,7 @@ impl Job<'_> {
         })
     }
 
-    /// Whether all formulas have finite values.
+    /// Checks that all signals have finite values at an instant, s.
     fn check(&self, time: f64) -> Result<(), Error> {
         let drives: &[(usize, Signal)] = match self.drives {
             Feed::Given(drives) => &drives.efforts,
@@ -183,8 +189,8 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// What is behind an error on the way to an instant: a recording that could not be read any more, or a
-    /// motion without a value. Else the error itself.
+    /// Finds the cause of an error: an unreadable recording or a signal without a value; else
+    /// returns the error.
     fn explain(&self, error: Error, time: f64) -> Error {
         let mut signals = self.motion.iter().flat_map(|motion| &motion.coordinates);
         let fault = signals.find_map(|(_, signal)| signal.fault_at(time));

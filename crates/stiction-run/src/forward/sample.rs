@@ -1,26 +1,26 @@
-//! What is told of one instant.
+//! Record of one sample of a simulation.
 
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::forward::{Energies, Forward, Instant};
 use stiction_core::kinematics::Target;
 
-/// Everything about one instant.
+/// Record of one sample, borrowed from the simulation.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<'a> {
-    /// The mechanism.
+    /// The mechanism's model for forward dynamics.
     pub forward: &'a Forward,
-    /// Everything that is computed at the instant.
+    /// State, accelerations, reactions and frictions at the instant.
     pub instant: &'a Instant,
-    /// Work since the start.
+    /// Work since the start, J.
     pub energies: &'a Energies,
-    /// What the account of energy has lost since the start, J.
+    /// Error of the energy balance since the start, J.
     pub energy_error: f64,
-    /// How all scalar freedoms of joints move; angles counted on over full turns.
+    /// Motions of all scalar degrees of freedom of joints; angles count full turns.
     pub joints: &'a [Target<f64>],
-    /// Where actuators are wanted; zeros for those that follow nothing.
+    /// Reference motions of the actuators; zeros for those that follow none.
     pub wanted: &'a [Target<f64>],
-    /// The loads from outside.
+    /// External loads.
     pub loads: &'a [AppliedLoad<f64>],
-    /// The largest loop-closure error, m (angles times the characteristic length).
+    /// Largest loop-closure error, m (angles times the characteristic length).
     pub closure: f64,
 }

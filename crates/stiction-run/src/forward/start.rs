@@ -1,4 +1,4 @@
-//! Where a simulation starts.
+//! Initial states of simulations.
 
 use super::error::Error;
 use super::job::{Job, Start};
@@ -8,7 +8,7 @@ use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Vec3;
 use stiction_format::Motion;
 
-/// The tree's coordinates and rates at the start.
+/// Coordinates and rates of the spanning tree at the start.
 pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Error> {
     let (motion, moves) = match job.start {
         Start::Moving => (job.motion, true),
@@ -30,7 +30,7 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Erro
             targets.push(Target { rate, ..target });
         }
         match forward.assemble(initial_poses, &coordinates, &targets) {
-            // Not everything is given, or not where the mechanism is singular.
+            // An incomplete start, or a singular one.
             Err(ForwardError::Assembly(error))
                 if !matches!(error, AssemblyError::AngleRange { .. }) => {}
             other => return other.map_err(Error::Forward),
@@ -47,8 +47,8 @@ pub(super) fn state(job: &Job<'_>, forward: &Forward) -> Result<State<f64>, Erro
     forward.assemble_from(initial_poses, &known).map_err(Error::Forward)
 }
 
-/// Rates of whole rotation vectors become angular velocities, which is what is known of a body:
-/// `omega = (1 + (1 - cos a)/a^2 [v] + (a - sin a)/a^3 [v]^2) dv/dt` with `a = |v|`.
+/// Converts rates of a rotation vector `v` to the angular velocity `omega = (1 + (1 - cos a)/a^2
+/// [v] + (a - sin a)/a^3 [v]^2) dv/dt` with `a = |v|`.
 fn angular(mut known: Vec<Known>) -> Vec<Known> {
     let place = |known: &[Known], of: BodyId, axis: usize| {
         let is = |k: &Known| k.coordinate == Coordinate::RotationVector { body: of, axis };
@@ -69,7 +69,7 @@ fn angular(mut known: Vec<Known>) -> Vec<Known> {
         let (turned, rate) = (vector(|k| k.value), vector(|k| k.rate));
         let angle = turned.norm();
         let across = turned.cross(rate);
-        // Half the angle keeps digits where it is small.
+        // Half the angle keeps its digits where it is small.
         let half = (0.5 * angle).sin();
         let (once, twice) = if angle < 1e-4 {
             (0.5, 1.0 / 6.0)
@@ -84,7 +84,7 @@ fn angular(mut known: Vec<Known>) -> Vec<Known> {
     known
 }
 
-/// A formula without a finite value starts nothing.
+/// A signal without a finite value cannot define a start.
 fn check(motion: &Motion) -> Result<(), Error> {
     for (_, signal) in &motion.coordinates {
         if let Some(fault) = signal.fault_at(motion.start) {

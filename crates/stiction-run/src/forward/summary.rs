@@ -1,4 +1,4 @@
-//! What a simulation comes to.
+//! Summary of a simulation.
 
 use super::events::{method_name, methods, tell_all};
 use super::job::Job;
@@ -8,7 +8,7 @@ use crate::statistics::Size;
 use serde_json::{Map, Value, json};
 use stiction_core::forward::{Event, EventKind, Settings};
 
-/// Gathers a simulation's figures row by row.
+/// Collects the summary of a simulation, row by row.
 #[derive(Clone, Debug)]
 pub struct Summary {
     pub(super) layout: Layout,
@@ -16,34 +16,34 @@ pub struct Summary {
     pub(super) last: Rows,
     pub(super) samples: usize,
     pub(super) drives: Vec<Size>,
-    /// Where actuators are less where they are wanted.
+    /// Tracking errors of the actuators.
     pub(super) errors: Vec<Size>,
-    /// Magnitudes of force and moment of each joint's reaction.
+    /// Magnitudes of force and moment of each joint reaction.
     pub(super) reactions: Vec<(Size, Size)>,
     pub(super) loads: Vec<Size>,
     pub(super) closure: Size,
     pub(super) energy_error: Size,
-    /// Magnitudes of the energies of which it is a difference.
+    /// Magnitudes of the energies whose difference is the error.
     energies: Size,
 }
 
-/// The account of energy may be off by so many times the tolerance of steps, as a part of what is turned over: event
-/// by event errors of steps add up, some thousands of them, and singular positions magnify rounding; the time
-/// stepper is of first order, its errors are as the root of its tolerance.
+/// Limits of the relative energy error as multiples of the step tolerance. With event-driven
+/// integration the errors of some thousand events add up, and singular poses magnify rounding. Time
+/// stepping is of first order; its error grows with the root of its tolerance.
 const LOST: f64 = 1e5;
 const LOST_IN_STEPS: f64 = 3e4;
 
-/// How long a contact sticks.
+/// Sticking of a friction interface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Sticking {
-    /// s.
+    /// Total time, s.
     pub(super) time: f64,
-    /// How often it came to rest.
+    /// Number of stick onsets.
     pub(super) stops: usize,
 }
 
 impl Summary {
-    /// Nothing yet.
+    /// Empty summary.
     pub fn new(layout: &Layout) -> Self {
         let (drives, joints, interfaces) =
             (layout.names.drives.len(), layout.names.joints.len(), layout.names.interfaces.len());
@@ -91,7 +91,7 @@ impl Summary {
         self.energies.add(time, rows.energy[0] + rows.energy[1].abs());
     }
 
-    /// For each contact how long it sticks up to the last sample.
+    /// For each friction interface its sticking up to the last sample.
     pub(super) fn sticking(&self, events: &[Event]) -> Vec<Sticking> {
         let Some(first) = &self.first else { return Vec::new() };
         let mut since: Vec<Option<f64>> = first
@@ -120,18 +120,18 @@ impl Summary {
         all
     }
 
-    /// The instants of the first and the last sample, s.
+    /// Times of the first and the last sample, s.
     pub(super) fn span(&self) -> (f64, f64) {
         (self.first.as_ref().map_or(0.0, |first| first.time), self.last.time)
     }
 
-    /// For each contact whether it sticks at the first sample.
+    /// For each friction interface true if it sticks at the first sample.
     pub fn at_rest_first(&self) -> Vec<bool> {
         let first = self.first.iter().flat_map(|rows| rows.friction.chunks_exact(6));
         first.map(|row| row[5] == 1.0).collect()
     }
 
-    /// The parts of the account of energy at the end.
+    /// Terms of the energy balance at the end.
     pub(super) fn account(&self) -> Account<'_> {
         let (drives, interfaces) = (self.drives.len(), self.loads.len());
         let last = self.last.energy.as_slice();
@@ -148,7 +148,7 @@ impl Summary {
         }
     }
 
-    /// The content of `summary.json`.
+    /// Content of `summary.json`.
     pub fn json(&self, job: &Job<'_>, outcome: &Outcome) -> Value {
         let names = &self.layout.names;
         let account = self.account();
@@ -229,7 +229,7 @@ impl Summary {
                 "drives": account.drives.iter().sum::<f64>(),
                 "loads": account.loads,
                 "dampers": account.dampers,
-                "contacts": account.interfaces.iter().sum::<f64>(),
+                "interfaces": account.interfaces.iter().sum::<f64>(),
                 "error": error,
                 "turnover": turnover,
                 "error_relative": self.energy_error_relative(),
@@ -256,31 +256,31 @@ impl Summary {
         })
     }
 
-    /// Amounts of energy below this are rounding, J.
+    /// Energies below this are rounding errors, J.
     pub(super) fn rounding(&self) -> f64 {
         1e-13 * self.energies.peak.abs()
     }
 
-    /// What the account of energy loses as a part of what is turned over; none if nothing is.
+    /// Relative error of the energy balance; `None` if no energy is exchanged.
     pub(super) fn energy_error_relative(&self) -> Option<f64> {
         let turnover = self.account().turnover;
         (turnover > self.rounding()).then(|| self.energy_error.peak.abs() / turnover)
     }
 
-    /// What the account of energy loses as a part of what is turned over, where that is more than the method's
-    /// errors explain: then something is wrong with the results, and nobody knows what.
+    /// Relative error of the energy balance if it exceeds what the method's tolerance explains; the
+    /// results are then not reliable.
     pub fn energy_lost(&self, settings: &Settings, events: &[Event]) -> Option<f64> {
         let [_, in_steps] = methods(events, self.span());
         let most = match in_steps > 0.0 {
             true => LOST_IN_STEPS * settings.time_step_tolerance,
             false => LOST * settings.relative,
         };
-        // A run that hardly moves turns over rounding.
+        // A run that hardly moves exchanges energies of the size of rounding errors.
         let matters = self.energy_error.peak.abs() > 1e3 * self.rounding();
         self.energy_error_relative().filter(|part| *part > most && matters)
     }
 
-    /// The motions that were possible as well, if an event tells of some.
+    /// Other possible motions of a non-unique event, as JSON.
     fn others(&self, event: &Event) -> Option<Value> {
         let EventKind::NotUnique { joint, coupling, others } = &event.kind else { return None };
         let names = &self.layout.names;
@@ -298,7 +298,7 @@ impl Summary {
         }))
     }
 
-    /// How many events there are of each kind.
+    /// Number of events of each kind.
     fn count_events(&self, events: &[Event]) -> Value {
         let told = tell_all(&self.layout, self.at_rest_first(), events);
         let kinds = [
@@ -316,7 +316,7 @@ impl Summary {
     }
 }
 
-/// The account of energy, J: values at the start and at the end, and work.
+/// Energy balance, J: energies at the start and at the end, and work.
 pub(super) struct Account<'a> {
     pub(super) kinetic: (f64, f64),
     pub(super) potential: (f64, f64),

@@ -1,93 +1,70 @@
-//! The tables of a simulation.
+//! Tables of a simulation.
 
 use super::events::{Told, tell_all};
 use super::rows::{Layout, Rows};
 use super::summary::Summary;
-use crate::table::Table;
+use crate::table;
 use std::io;
 use stiction_core::forward::Event;
 
-/// The tables of a simulation, row by row.
+/// Writes the tables of a simulation, one row for each sample.
 pub struct Tables<W: io::Write> {
-    tables: Vec<Table<W>>,
+    tables: table::Tables<W>,
 }
 
 impl<W: io::Write> Tables<W> {
-    /// The names of the files, in the order in which they are handed to [`Self::new`].
+    /// Names of the tables, in the order in which [`Self::new`] takes their files.
     pub const FILES: [&'static str; 6] =
         ["forward.csv", "reactions.csv", "friction.csv", "bodies.csv", "energy.csv", "motion.csv"];
 
     /// Begins the tables.
     ///
     /// # Errors
-    /// What the receivers say.
+    /// A header cannot be written.
     pub fn new(layout: &Layout, files: [W; 6]) -> io::Result<Self> {
-        let tables =
-            files.into_iter().zip(headers(layout)).map(|(file, header)| Table::new(file, &header));
-        Ok(Self { tables: tables.collect::<io::Result<_>>()? })
+        Ok(Self { tables: table::Tables::new(layout.headers(), files)? })
     }
 
-    /// Goes on with tables that have their headers and rows.
+    /// Continues tables that have their headers and rows.
     pub fn onward(files: [W; 6]) -> Self {
-        Self { tables: files.into_iter().map(Table::onward).collect() }
+        Self { tables: table::Tables::continued(files) }
     }
 
-    /// Hands on what is buffered.
+    /// Writes what is buffered.
     ///
     /// # Errors
-    /// What the receivers say.
+    /// A file cannot be written.
     pub fn flush(&mut self) -> io::Result<()> {
-        self.tables.iter_mut().try_for_each(Table::flush)
+        self.tables.flush()
     }
 
-    /// Adds a row to each.
+    /// Adds a row to each table.
     ///
     /// # Errors
-    /// What the receivers say.
+    /// A file cannot be written.
     pub fn add(&mut self, layout: &Layout, rows: &Rows) -> io::Result<()> {
-        let motion: Vec<f64> = layout
-            .dof_of_actuator
-            .iter()
-            .flat_map(|&dof| layout.motion_in(&rows.forward, dof))
-            .copied()
-            .collect();
+        let actuated = layout.dof_of_actuator.iter();
+        let motion = actuated.flat_map(|&dof| layout.motion_in(&rows.forward, dof)).copied();
+        let motion: Vec<f64> = motion.collect();
         let all =
             [&rows.forward, &rows.reactions, &rows.friction, &rows.bodies, &rows.energy, &motion];
-        for (table, row) in self.tables.iter_mut().zip(all) {
-            table.number(rows.time)?;
-            for value in row {
-                table.number(*value)?;
-            }
-            table.end_row()?;
-        }
-        Ok(())
+        self.tables.add(rows.time, all.map(Vec::as_slice))
     }
 
-    /// Writes what is buffered and gives the receivers back, in their order.
+    /// Writes what is buffered and returns the files in their order.
     ///
     /// # Errors
-    /// What the receivers say.
+    /// A file cannot be written.
     pub fn finish(self) -> io::Result<Vec<W>> {
-        self.tables.into_iter().map(Table::finish).collect()
+        self.tables.finish()
     }
 }
 
-/// The columns of the tables, in the order of [`Tables::FILES`].
-fn headers(layout: &Layout) -> [Vec<String>; 6] {
-    [
-        layout.forward(),
-        layout.reactions(),
-        layout.friction(),
-        layout.bodies(),
-        layout.energy(),
-        layout.motion(),
-    ]
-}
-
-/// Reads the rows of tables that were written before, in the order of [`Tables::FILES`], and hands them on.
+/// Reads rows of tables written before, in the order of [`Tables::FILES`], and hands them to
+/// `receive`.
 ///
 /// # Errors
-/// In words, where these are not `count` rows of this layout.
+/// A message if these are not `count` rows of this layout.
 pub fn read_rows(
     layout: &Layout,
     files: [&mut dyn io::Read; 6],
@@ -95,7 +72,7 @@ pub fn read_rows(
     mut receive: impl FnMut(&Rows),
 ) -> Result<(), String> {
     let mut readers = Vec::new();
-    for (file, header) in files.into_iter().zip(headers(layout)) {
+    for (file, header) in files.into_iter().zip(layout.headers()) {
         let mut reader = csv::Reader::from_reader(file);
         let known = reader.headers().map_err(|error| error.to_string())?;
         if known.iter().ne(header.iter().map(String::as_str)) {
@@ -127,10 +104,10 @@ pub fn read_rows(
     Ok(())
 }
 
-/// Writes `events.csv`: a row for each event.
+/// Writes `events.csv`, one row for each event.
 ///
 /// # Errors
-/// What the receiver says.
+/// The file cannot be written.
 pub fn write_events(into: impl io::Write, summary: &Summary, events: &[Event]) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(into);
     writer.write_record(["time [s]", "event", "at", "detail"])?;

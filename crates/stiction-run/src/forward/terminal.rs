@@ -1,4 +1,4 @@
-//! The summary that a person reads.
+//! Summary of a simulation for the terminal.
 
 use super::events::{Told, methods, tell_all};
 use super::job::{Job, Start};
@@ -8,13 +8,13 @@ use crate::names::width;
 use std::fmt::{self, Write};
 use stiction_draw::numbers::{number, order, percent};
 
-/// Contacts and events listed at most.
+/// Largest number of friction interfaces and events listed.
 const LISTED: usize = 6;
 
 /// Writes the summary as plain text.
 ///
 /// # Errors
-/// What the receiver says.
+/// The receiver fails.
 pub fn write_summary(
     out: &mut impl Write,
     job: &Job<'_>,
@@ -40,7 +40,7 @@ pub fn write_summary(
     writeln!(out, "load {}, friction {friction}", job.load_name)?;
     writeln!(out, "drives {}; controller {}", job.drives_name, job.control_name)?;
     for (actuators, what) in
-        [(&job.prescribed, "moved as the motion says"), (&job.locked, "locked")]
+        [(&job.prescribed, "prescribed by the motion"), (&job.locked, "locked")]
     {
         let dof = |actuator: &usize| summary.layout.dof_of_actuator[*actuator];
         let name = |actuator: &usize| summary.layout.dofs[dof(actuator)].name.as_str();
@@ -63,8 +63,7 @@ pub fn write_summary(
     if let Some(part) = summary.energy_lost(&job.settings, &outcome.events) {
         writeln!(
             out,
-            "CAUTION: the account of energy does not close: {} of what is turned over is lost; these results \
-             are not to be trusted",
+            "CAUTION: the energy balance does not close: relative error {}; do not trust these results",
             number(part)
         )?;
     }
@@ -84,7 +83,7 @@ fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     writeln!(
         out,
         "{}",
-        if follows { format!("  {:>25}", "off the motion by") } else { String::new() }
+        if follows { format!("  {:>25}", "tracking error") } else { String::new() }
     )?;
     write!(
         out,
@@ -123,7 +122,7 @@ fn write_drives(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     writeln!(out)
 }
 
-/// A position or a rate, in SI units; what is zero but for rounding of a metre or a radian is told as zero.
+/// Position or rate in SI units; rounding errors relative to 1 m or 1 rad are zero.
 fn settled(x: f64) -> String {
     if x.abs() < 1e-14 { "0".to_owned() } else { number(x) }
 }
@@ -207,33 +206,29 @@ fn write_energy(out: &mut impl Write, summary: &Summary) -> fmt::Result {
     let amount = |x: f64| number(if x.abs() < rounding { 0.0 } else { x });
     writeln!(
         out,
-        "energy: drives give {} J, loads {} J; kinetic energy changes by {} J, potential by {} J; {} J are \
-         dissipated",
+        "energy: work of actuators {} J, of loads {} J; change of kinetic energy {} J, of potential energy {} J; \
+         dissipated {} J",
         amount(account.drives.iter().sum()),
         amount(account.loads),
         amount(account.kinetic.1 - account.kinetic.0),
         amount(account.potential.1 - account.potential.0),
         amount(dissipated),
     )?;
-    write!(out, "loops closed to {} m; ", order(summary.closure.peak))?;
+    write!(out, "loop closure error {} m; ", order(summary.closure.peak))?;
     match summary.energy_error_relative() {
-        Some(relative) => writeln!(
-            out,
-            "the account of energy closes to {} of what is turned over",
-            order(relative)
-        ),
-        None => writeln!(out, "no energy is turned over"),
+        Some(relative) => writeln!(out, "relative energy error {}", order(relative)),
+        None => writeln!(out, "no energy is exchanged"),
     }
 }
 
-/// How time was passed.
+/// Writes the integration methods used.
 fn write_method(out: &mut impl Write, summary: &Summary, outcome: &Outcome) -> fmt::Result {
     match methods(&outcome.events, summary.span()) {
         [_, 0.0] => writeln!(out, "method: event-driven"),
-        [0.0, _] => writeln!(out, "method: time-stepping; reactions are means of steps"),
+        [0.0, _] => writeln!(out, "method: time-stepping; reactions are averages over steps"),
         [by_events, in_steps] => writeln!(
             out,
-            "method: event-driven for {} s, time-stepping for {} s, where reactions are means of steps",
+            "method: event-driven for {} s, time-stepping for {} s, where reactions are averages over steps",
             number(by_events),
             number(in_steps)
         ),
@@ -261,7 +256,7 @@ fn write_verdicts(
     if stops + slides + reversals > 0 {
         writeln!(
             out,
-            "contacts came to rest {}, let go {}, and reversed without rest {}",
+            "friction interfaces: stick onset {}, slip onset {}, reversal without sticking {}",
             times(stops),
             times(slides),
             times(reversals),
@@ -270,16 +265,16 @@ fn write_verdicts(
     if let Some(event) = told.iter().find(|event| event.what == "shares-not-unique") {
         writeln!(
             out,
-            "shares of static friction are not unique from t = {} s on: more contacts stick than it \
-             takes; they share in proportion to what they can bear",
+            "the distribution of static friction is not unique from t = {} s on: more friction interfaces \
+             stick than necessary; each gets a part in proportion to its limit",
             number(event.time)
         )?;
     }
     if outcome.open_drives > 0 {
         writeln!(
             out,
-            "CAUTION: drives are not unique: {} more prescribed or locked than it takes; those with the least sum of \
-             squares are told",
+            "CAUTION: drives are not unique: {} more prescribed or locked than it takes; those with the least \
+             sum of squares are reported",
             match outcome.open_drives {
                 1 => "one joint is".to_owned(),
                 n => format!("{n} joints are"),
@@ -290,8 +285,8 @@ fn write_verdicts(
     if let Some(event) = told.iter().find(|event| event.what == "singular") {
         writeln!(
             out,
-            "it passes singular positions {}, first at t = {} s: two ways of moving meet there, and it goes on \
-             smoothly",
+            "it passes singular positions {}, first at t = {} s: branches of motion meet there, and the motion \
+             continues smoothly",
             times(singular),
             number(event.time)
         )?;
@@ -310,8 +305,8 @@ fn write_verdicts(
     for Told { time, at, detail, .. } in others.take(LISTED) {
         writeln!(
             out,
-            "CAUTION: from t = {} s on other motions satisfy all laws as well ({detail}; the load of {at} \
-             differs most); this one is connected with no friction",
+            "CAUTION: from t = {} s on other motions satisfy all laws as well ({detail}; the normal load of {at} \
+             differs most); this one is continued from zero friction",
             number(*time)
         )?;
     }

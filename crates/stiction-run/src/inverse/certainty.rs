@@ -1,47 +1,46 @@
-//! How sure the solution of friction and reactions is: whether there are others, and how far it goes on
-//! as coefficients grow.
+//! Uniqueness of the solution with friction, and the friction margin to jamming.
 
 use stiction_core::dynamics::{AppliedLoad, FrictionMargin, InverseDynamics};
 use stiction_core::mechanism::Mechanism;
 
-/// Coefficients are grown to so many times the given ones at most.
+/// Largest factor by which coefficients are increased in search of jamming.
 pub const MOST_MARGIN: f64 = 100.0;
 
-/// Other solutions that were found.
+/// Other solutions found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OtherSolutions {
-    /// At how many samples.
+    /// Number of samples with other solutions.
     pub samples: usize,
-    /// The first of them, s.
+    /// Time of the first such sample, s.
     pub time: f64,
-    /// The drives of each other solution there.
+    /// Efforts of each other solution at that sample.
     pub drives: Vec<Vec<f64>>,
 }
 
-/// The least margin along a motion.
+/// Least friction margin along a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Margin {
-    /// The factor by which all coefficients can grow before friction locks the mechanism; none if
-    /// they can grow [`MOST_MARGIN`] times.
+    /// Factor on all friction coefficients at which the mechanism jams; `None` if it does not up to
+    /// [`MOST_MARGIN`].
     pub factor: Option<f64>,
-    /// When, s.
+    /// Time of the least margin, s.
     pub time: f64,
-    /// The joint that locks.
+    /// Name of the jammed joint.
     pub joint: Option<String>,
 }
 
-/// How sure the solution at one sample is.
+/// Uniqueness and friction margin at one sample.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Asked {
     pub(super) coupling: Option<f64>,
-    /// The drives of other solutions.
+    /// Efforts of other solutions.
     others: Vec<Vec<f64>>,
-    /// None if nobody asked, or nothing is known.
+    /// `None` if not requested or not known.
     margin: Option<FrictionMargin>,
 }
 
 impl Asked {
-    /// Looks at a solved sample; at the margin only if that is asked for.
+    /// Examines a solved sample; computes the margin on request.
     pub(super) fn of(
         solver: &mut InverseDynamics,
         loads: &[AppliedLoad<f64>],
@@ -54,13 +53,13 @@ impl Asked {
         Self { coupling, others, margin }
     }
 
-    /// The factor by which coefficients can grow; infinite if friction locks nowhere.
+    /// Factor on all coefficients at which the mechanism jams; infinite if it does not.
     pub(super) fn locks_at(&self) -> Option<f64> {
         self.margin.map(|margin| margin.locks_at.unwrap_or(f64::INFINITY))
     }
 }
 
-/// What is known along the motion so far.
+/// Uniqueness and margin along the motion so far.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Certainty {
     pub(super) others: Option<OtherSolutions>,

@@ -1,10 +1,10 @@
-//! A motion in pieces, carried out on several threads at once.
+//! Parallel evaluation of a motion in chunks.
 //!
-//! Positions follow one another, so each piece needs one to begin with. It is found by leaps along the
-//! motion, many samples at a time, and checked: the piece before must arrive at it. Pieces have the same
-//! number of samples whatever the number of threads, and what is made of them is put together in their
-//! order; so results are the same to the last bit. Where leaps fail, or lead elsewhere, the rest of the
-//! motion is followed sample by sample.
+//! Each pose is found from the one before, so each chunk needs a start pose. A scout finds it with
+//! large steps along the motion; the preceding chunk must arrive at the same pose. Chunks have the
+//! same number of samples for any number of threads, and their results are combined in their order,
+//! so results are bitwise independent of the number of threads. If the scout fails or arrives at
+//! another pose, the rest of the motion is followed sample by sample.
 
 use super::error::Error;
 use super::job::Job;
@@ -17,23 +17,24 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::kinematics::Target;
 use stiction_core::spatial::Pose;
 
-/// Samples of a piece of a small mechanism at most, and of a large one at least.
+/// Most samples of a chunk of a small mechanism, and fewest of a large one.
 const CHUNK: (usize, usize) = (16, 256);
-/// Bodies and joints of all samples of a piece together, but for that: a piece waits in memory.
+/// Bodies and joints in all samples of a chunk, within these limits: results of a chunk wait in
+/// memory.
 const WEIGHT: usize = 8192;
-/// Samples of a leap at most: longer ones save nothing any more.
+/// Most samples of a step of the scout; longer steps save no time.
 const LEAP: usize = 16;
-/// Positions are the same if no entry of a pose differs by more, m or one: Newton's method ends at 1e-14,
-/// other ways of assembly are far apart.
+/// Tolerance of equal poses, m or 1: Newton's method converges to 1e-14, and other assembly modes
+/// are far away.
 const SAME: f64 = 1e-8;
 
-/// What becomes of the samples of one piece.
+/// Computation at the samples of a chunk.
 pub(super) trait Work: Sync {
-    /// What a piece leaves.
+    /// Result of a chunk.
     type Piece: Send;
-    /// Where it is gathered while it is carried out.
+    /// Empty result of a chunk.
     fn begin(&self) -> Self::Piece;
-    /// Looks at a sample, at which the solver is.
+    /// Evaluates the sample at the solver's pose.
     fn look(
         &self,
         piece: &mut Self::Piece,
@@ -43,18 +44,18 @@ pub(super) trait Work: Sync {
     ) -> Result<(), Error>;
 }
 
-/// A piece that was carried out.
+/// A completed chunk.
 struct Done<P> {
     piece: P,
-    /// Poses at its begin.
+    /// Poses at its start.
     begin: Vec<Pose<f64>>,
-    /// At the first sample of the next piece; none at the motion's end.
+    /// Poses at the first sample of the next chunk; `None` at the end of the motion.
     end: Option<InverseDynamics>,
-    /// What stopped it.
+    /// Error that stopped it.
     error: Option<Error>,
 }
 
-/// Carries out all pieces on so many threads, and hands them to `receive` in their order.
+/// Evaluates all chunks on this number of threads and hands their results to `receive` in order.
 pub(super) fn carry_out<W: Work>(
     job: &Job<'_>,
     start: &InverseDynamics,
@@ -67,7 +68,7 @@ pub(super) fn carry_out<W: Work>(
     let size = mechanism.bodies().len() + mechanism.joints().len();
     let chunk = (WEIGHT / size.max(1)).clamp(CHUNK.0, CHUNK.1);
     let walk = Walk { job, instants: &instants, work, chunk };
-    // More threads than pieces have nothing to do.
+    // More threads than chunks would idle.
     let threads = threads.min(instants.count().div_ceil(chunk));
     let mut collector = Collector { walk, last: None, receive: &mut receive };
     if threads <= 1 {
@@ -84,7 +85,7 @@ pub(super) fn carry_out<W: Work>(
         std::thread::scope(|scope| {
             for _ in 0..threads {
                 scope.spawn(|| {
-                    // Whoever waits must know if this thread ends before its time.
+                    // A waiting thread must learn of an early end of this one.
                     let _leaving = Leaving(&board);
                     while board.has_room() {
                         let next = lock(&seeds).next();
@@ -93,7 +94,7 @@ pub(super) fn carry_out<W: Work>(
                     }
                 });
             }
-            // However this ends, nobody is left waiting.
+            // No thread is left waiting, however this ends.
             let _closing = Closing(&board);
             let mut chunk = 0;
             while let Some(done) = board.take(chunk) {
@@ -108,12 +109,12 @@ pub(super) fn carry_out<W: Work>(
     collector.finish()
 }
 
-/// What is needed to carry out a piece.
+/// Inputs of the evaluation of a chunk.
 struct Walk<'a, W> {
     job: &'a Job<'a>,
     instants: &'a Instants,
     work: &'a W,
-    /// Samples of a piece.
+    /// Number of samples of a chunk.
     chunk: usize,
 }
 
@@ -131,7 +132,7 @@ impl<W: Work> Walk<'_, W> {
         (chunk * self.chunk).min(count)..((chunk + 1) * self.chunk).min(count)
     }
 
-    /// A piece, from the position of its first sample.
+    /// Evaluates a chunk from the pose of its first sample.
     fn carry(&self, chunk: usize, mut solver: InverseDynamics) -> Done<W::Piece> {
         let range = self.range(chunk);
         let begin = solver.bodies().pose.clone();
@@ -145,8 +146,8 @@ impl<W: Work> Walk<'_, W> {
         Done { piece, begin, end, error }
     }
 
-    /// Looks at all samples of a range, at whose first the solver is, and goes on to the first behind;
-    /// false if there is none.
+    /// Evaluates all samples of a range, with the solver at the first, then moves to the first
+    /// sample after it; false if that does not exist.
     fn walk(
         &self,
         range: Range<usize>,
@@ -169,10 +170,10 @@ impl<W: Work> Walk<'_, W> {
     }
 }
 
-/// Puts pieces together.
+/// Combines chunks in their order.
 struct Collector<'a, 'b, W: Work, R> {
     walk: Walk<'a, W>,
-    /// Behind the last piece, if there is a sample left: its number and the solver there.
+    /// Index of the first sample after the last chunk, with the solver there.
     last: Option<(usize, InverseDynamics)>,
     receive: &'b mut R,
 }
@@ -181,7 +182,7 @@ impl<W: Work, R> Collector<'_, '_, W, R>
 where
     R: FnMut(Range<usize>, W::Piece) -> Result<(), Error>,
 {
-    /// Takes the next piece; false if it does not begin where the one before has arrived.
+    /// Takes the next chunk; false if it does not begin where the previous one ends.
     fn take(&mut self, chunk: usize, done: Done<W::Piece>) -> Result<bool, Error> {
         if let Some((_, arrived)) = &self.last
             && !is_same(&arrived.bodies().pose, &done.begin)
@@ -197,7 +198,7 @@ where
         Ok(true)
     }
 
-    /// What is left, sample by sample.
+    /// Evaluates the remaining samples one by one.
     fn finish(mut self) -> Result<(), Error> {
         while let Some((first, mut solver)) = self.last.take() {
             let range = first..(first + self.walk.chunk).min(self.walk.instants.count());
@@ -221,14 +222,14 @@ fn is_same(a: &[Pose<f64>], b: &[Pose<f64>]) -> bool {
     a.iter().zip(b).all(|(a, b)| entries(a).iter().zip(&entries(b)).all(near))
 }
 
-/// Finds where pieces begin.
+/// Finds the start poses of chunks with large steps.
 struct Seeds<'a> {
     job: &'a Job<'a>,
     instants: &'a Instants,
-    /// Where the motion was followed to; nothing where that failed.
+    /// Present sample and solver; `None` after a failure.
     solver: Option<InverseDynamics>,
     at: usize,
-    /// The next piece, and the samples of each.
+    /// Index of the next chunk, and samples of each.
     next: usize,
     chunk: usize,
     leap: usize,
@@ -245,7 +246,7 @@ impl<'a> Seeds<'a> {
         Self { job, instants, solver, at: 0, next: 0, chunk, leap: LEAP }
     }
 
-    /// The next piece and the solver at its first sample.
+    /// Next chunk and the solver at its first sample.
     fn next(&mut self) -> Option<(usize, InverseDynamics)> {
         let first = self.next * self.chunk;
         if first >= self.instants.count() {
@@ -261,7 +262,8 @@ impl<'a> Seeds<'a> {
         Some((next, solver))
     }
 
-    /// One leap, or none if it was too long; nothing if the motion cannot be followed.
+    /// One step of the scout; `None` for a step that was too long, an error if the motion cannot be
+    /// followed.
     fn advance(&mut self, solver: &mut InverseDynamics, first: usize) -> Option<()> {
         let samples = self.leap.min(first - self.at);
         let [from, to] = [self.at, self.at + samples].map(|sample| self.instants.at(sample));
@@ -280,7 +282,7 @@ impl<'a> Seeds<'a> {
     }
 }
 
-/// Pieces between those who carry them out and the one who puts them together.
+/// Completed chunks on their way from the worker threads to the combining thread.
 struct Board<P> {
     state: Mutex<State<P>>,
     changed: Condvar,
@@ -290,12 +292,12 @@ struct Board<P> {
 
 struct State<P> {
     done: BTreeMap<usize, Done<P>>,
-    /// Pieces that are being carried out or wait.
+    /// Number of chunks in progress or waiting.
     under_way: usize,
     workers: usize,
 }
 
-/// A thread that panicked has nothing half done that others would see.
+/// A thread that panicked leaves no partial state that other threads see.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -306,12 +308,12 @@ impl<P> Board<P> {
             state: Mutex::new(State { done: BTreeMap::new(), under_way: 0, workers }),
             changed: Condvar::new(),
             is_closed: AtomicBool::new(false),
-            // Each thread has one piece, and one waits for it: memory stays bounded.
+            // Each thread has one chunk in progress and one waiting, so memory stays bounded.
             most: 2 * workers + 1,
         }
     }
 
-    /// Waits until another piece may be begun; false if nobody wants one any more.
+    /// Waits until another chunk may begin; false if none is needed any more.
     fn has_room(&self) -> bool {
         let mut state = lock(&self.state);
         while state.under_way >= self.most && !self.is_closed.load(Ordering::Relaxed) {
@@ -326,7 +328,7 @@ impl<P> Board<P> {
         self.changed.notify_all();
     }
 
-    /// Waits for a piece; none if it will not come.
+    /// Waits for a chunk; `None` if it will not come.
     fn take(&self, chunk: usize) -> Option<Done<P>> {
         let mut state = lock(&self.state);
         loop {
@@ -343,7 +345,7 @@ impl<P> Board<P> {
     }
 }
 
-/// Says that a thread has left.
+/// Reports that a thread has ended.
 struct Leaving<'a, P>(&'a Board<P>);
 
 impl<P> Drop for Leaving<'_, P> {
@@ -353,12 +355,12 @@ impl<P> Drop for Leaving<'_, P> {
     }
 }
 
-/// Sends all threads home.
+/// Stops all threads.
 struct Closing<'a, P>(&'a Board<P>);
 
 impl<P> Drop for Closing<'_, P> {
     fn drop(&mut self) {
-        // Under the lock, so that nobody begins to wait in between.
+        // Holds the lock, so that no thread starts to wait in between.
         let _state = lock(&self.0.state);
         self.0.is_closed.store(true, Ordering::Relaxed);
         self.0.changed.notify_all();

@@ -1,27 +1,24 @@
-//! How much of each driving force each joint's friction causes: table, ranking, plot.
+//! Friction contributions to the actuator efforts: ranking and plot.
 
 use super::job::Job;
-use super::sample::Sample;
 use crate::names::Names;
 use crate::statistics::Size;
-use crate::table::Table;
 use serde_json::{Value, json};
 use std::fmt::{self, Write};
-use std::io;
 use stiction_core::dynamics::{FrictionMode, Shares};
 use stiction_draw::figure::{Figure, Panel, Trace};
 use stiction_draw::numbers::number;
 
-/// Drives and contacts told at most.
+/// Largest numbers of actuators and friction interfaces listed.
 const DRIVES_TOLD: usize = 3;
 const INTERFACES_TOLD: usize = 4;
-/// Shares below this part of the largest are rounding, and not told.
+/// Contributions below this fraction of the largest are rounding errors and not listed.
 const ROUNDING: f64 = 1e-9;
-/// The colour of what all friction makes.
+/// Colour of the total friction contribution.
 const ALL: usize = 6;
 
 impl Job<'_> {
-    /// Whether there are shares to tell: there is friction, and something is driven.
+    /// True if there are friction contributions: friction acts and a joint is actuated.
     pub fn has_shares(&self) -> bool {
         let mechanism = &self.model.mechanism;
         self.friction != FrictionMode::Off
@@ -30,50 +27,7 @@ impl Job<'_> {
     }
 }
 
-/// `shares.csv`: for each drive and each contact with friction what the one causes of the other.
-pub struct ShareTable<W: io::Write>(Table<W>);
-
-impl<W: io::Write> ShareTable<W> {
-    /// Begins the table.
-    ///
-    /// # Errors
-    /// What the receiver says.
-    pub fn new(job: &Job<'_>, into: W) -> io::Result<Self> {
-        let names = Names::new(&job.model.mechanism);
-        let mut header = vec!["time [s]".to_owned()];
-        for (drive, unit) in &names.drives {
-            for (interface, _) in &names.interfaces {
-                header.push(format!("{drive}.from.{interface} [{unit}]"));
-            }
-        }
-        Table::new(into, &header).map(Self)
-    }
-
-    /// Adds a row.
-    ///
-    /// # Errors
-    /// What the receiver says.
-    pub fn add(&mut self, sample: &Sample<'_>) -> io::Result<()> {
-        let Self(table) = self;
-        table.number(sample.time)?;
-        for drive in 0..sample.forces.efforts.len() {
-            for share in sample.shares.of_actuator(drive) {
-                table.number(share)?;
-            }
-        }
-        table.end_row()
-    }
-
-    /// Writes what is buffered and gives the receiver back.
-    ///
-    /// # Errors
-    /// What the receiver says.
-    pub fn finish(self) -> io::Result<W> {
-        self.0.finish()
-    }
-}
-
-/// For each drive the sizes of all contacts' shares.
+/// For each actuator the sizes of the contributions of all friction interfaces.
 #[derive(Clone, Debug)]
 pub(super) struct Ranking(Vec<Vec<Size>>);
 
@@ -90,7 +44,8 @@ impl Ranking {
         }
     }
 
-    /// The contacts that have a share in a drive, that with the largest root mean square first.
+    /// Friction interfaces that contribute to an actuator's effort, the largest root mean square
+    /// first.
     fn ranked(&self, drive: usize) -> Vec<usize> {
         let sizes = &self.0[drive];
         let largest = sizes.iter().map(Size::rms).fold(0.0, f64::max);
@@ -103,21 +58,21 @@ impl Ranking {
     pub(super) fn json(&self, names: &Names, drive: usize) -> Value {
         let interfaces = self.ranked(drive).into_iter().map(|interface| {
             let mut value = self.0[drive][interface].json();
-            value["contact"] = json!(names.interfaces[interface].0);
+            value["interface"] = json!(names.interfaces[interface].0);
             value
         });
         interfaces.collect()
     }
 
-    /// One line for each drive, of which `changes` are the root mean squares of what friction makes
-    /// of them and of the drives themselves; those that it changes most.
+    /// Writes a line for each of the actuators with the largest relative change; `changes` are the
+    /// root mean squares of the friction contribution and of the effort.
     pub(super) fn write(
         &self,
         out: &mut impl Write,
         names: &Names,
         changes: &[(f64, f64)],
     ) -> fmt::Result {
-        // Forces are not compared with moments, but relative to the drive itself.
+        // Relative to the effort, since forces do not compare with torques.
         let relative = |drive: &usize| changes[*drive].0 / changes[*drive].1;
         let mut drives: Vec<usize> =
             (0..changes.len()).filter(|&drive| changes[drive].0 > 0.0).collect();
@@ -150,7 +105,7 @@ impl Ranking {
     }
 }
 
-/// The curves of all shares.
+/// Curves of all contributions.
 #[derive(Clone, Debug)]
 pub(super) struct ShareCurves {
     ranking: Ranking,
@@ -159,7 +114,7 @@ pub(super) struct ShareCurves {
 }
 
 impl ShareCurves {
-    /// No points yet; `count` samples will come.
+    /// Empty curves for `count` samples.
     pub(super) fn new(names: &Names, count: usize) -> Self {
         let (drives, interfaces) = (names.drives.len(), names.interfaces.len());
         let trace = Trace::new(count);
@@ -180,7 +135,7 @@ impl ShareCurves {
         }
     }
 
-    /// A panel for each drive with its largest shares.
+    /// Figure with a panel for each actuator and its largest contributions.
     pub(super) fn figure(self, names: &Names, title: String, x_label: String) -> Figure {
         let mut panels = Vec::new();
         for (drive, (all, traces)) in self.all.into_iter().zip(self.traces).enumerate() {

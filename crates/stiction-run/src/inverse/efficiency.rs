@@ -1,4 +1,5 @@
-//! What arrives of the work that is put in: by the drives, or by the load that drives them back.
+//! Efficiency: fraction of the work that arrives, with the actuators driving or with the load
+//! driving them back.
 //!
 //! Equation (E3) of the book's theory.
 
@@ -9,33 +10,33 @@ use std::fmt::{self, Write};
 use stiction_core::dynamics::{AppliedLoad, Forces, InverseDynamics, InverseError, Mirror};
 use stiction_draw::numbers::{number, percent};
 
-/// Powers below this part of what is turned over are rounding.
+/// Powers below this fraction of the exchanged power are rounding errors.
 const ROUNDING: f64 = 1e-9;
-/// Actuators named at most.
+/// Largest number of actuators listed.
 const NAMED: usize = 3;
 
-/// What friction leaves of the power by which the load drives an actuator back, at one position in
-/// the direction in which it does.
+/// Power left by friction when the load drives an actuator back, at one pose and in the direction
+/// in which the load does so.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backward {
     /// The load drives the actuator in neither direction.
     Undriven,
-    /// Friction takes a part.
+    /// Friction dissipates a part of the power.
     Driven {
         /// Power at the actuator without friction, W, positive.
         given: f64,
-        /// Power at the actuator with friction, W. Where it is not positive the actuator must push,
+        /// Power at the actuator with friction, W. If it is not positive, the actuator must push
         /// and cannot be back-driven.
         left: f64,
     },
-    /// Friction locks the mechanism in that direction, whatever the actuators do.
+    /// Friction jams the mechanism in that direction, whatever the efforts.
     Locked,
-    /// The forces in that direction could not be computed.
+    /// The forces in that direction cannot be computed.
     Unknown,
 }
 
-/// Looks at the present position of a solved mechanism, both the way that it moves and the other:
-/// rates reversed, loads and accelerations the same.
+/// Evaluates back-driving at the pose of a solved mechanism, in the direction of motion and in the
+/// opposite one: with reversed rates and the same loads and accelerations.
 pub(super) fn look_back(
     solver: &InverseDynamics,
     mirror: &mut Mirror,
@@ -45,7 +46,7 @@ pub(super) fn look_back(
     let powers = |solver: &InverseDynamics, forces: &Forces| -> Vec<(f64, f64)> {
         let drives = forces.efforts_frictionless.iter().zip(&forces.efforts);
         let at_rates = drives.zip(solver.actuator_rates());
-        // What the actuator takes in.
+        // Power that the actuator absorbs.
         at_rates.map(|((without, with), rate)| (-without * rate, -with * rate)).collect()
     };
     let forces = solver.forces();
@@ -56,7 +57,7 @@ pub(super) fn look_back(
     let ahead = powers(solver, forces);
     backward.clear();
     backward.extend(ahead.iter().copied().map(driven));
-    // What a drive works against as the mechanism moves would drive it the other way.
+    // An effort that opposes the motion assists the reversed motion.
     let works = |(given, _): &(f64, f64)| *given < -rounding;
     if !ahead.iter().any(works) {
         return;
@@ -75,14 +76,14 @@ pub(super) fn look_back(
     }
 }
 
-/// How well one actuator can be driven back along a motion.
+/// Back-drivability of one actuator along a motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct BackDriving {
-    /// Samples at which the load drives it in one direction or the other.
+    /// Number of samples at which the load drives it in some direction.
     samples: usize,
-    /// Those at which friction takes all.
+    /// Number of samples at which friction dissipates all of the power.
     stopped: usize,
-    /// Those of which nothing is known.
+    /// Number of samples without a result.
     unknown: usize,
     least: Least,
     given: f64,
@@ -127,7 +128,7 @@ impl BackDriving {
 pub(super) struct Efficiency {
     last: Option<Powers>,
     samples: usize,
-    /// Work while the drives in sum deliver: theirs, and what is dissipated of it, J.
+    /// Work while the actuators together deliver power: their work and the part dissipated, J.
     delivered: f64,
     dissipated: f64,
     turnover: f64,
@@ -167,11 +168,11 @@ impl Efficiency {
         self.samples += 1;
     }
 
-    /// The trapezoidal rule over that part of the step in which the drives deliver.
+    /// Trapezoidal rule over the part of the step in which the actuators deliver power.
     fn integrate(&mut self, a: &Powers, b: &Powers) {
         let step = b.time - a.time;
         self.turnover += 0.5 * (a.turnover + b.turnover) * step;
-        // Where the straight line between the samples passes zero.
+        // Zero of the linear interpolation between the samples.
         let zero = || a.drives / (a.drives - b.drives);
         let (from, to) = match (a.drives > 0.0, b.drives > 0.0) {
             (true, true) => (0.0, 1.0),
@@ -185,14 +186,14 @@ impl Efficiency {
         self.dissipated += (a.dissipated + (b.dissipated - a.dissipated) * amid) * duration;
     }
 
-    /// The part of the drives' work that is not dissipated; none where they deliver none. At a
-    /// single instant that of their power.
+    /// Fraction of the actuators' work that is not dissipated; `None` if they deliver none. At a
+    /// single instant the fraction of their power.
     pub(super) fn forward(&self) -> Option<f64> {
         let (delivered, dissipated, turnover) = match (self.samples, self.last) {
             (1, Some(only)) => (only.drives, only.dissipated, only.turnover),
             _ => (self.delivered, self.dissipated, self.turnover),
         };
-        // If the load helps and friction takes it all, nothing arrives.
+        // If the load assists and friction dissipates everything, no work arrives.
         (delivered > ROUNDING * turnover).then(|| (1.0 - dissipated / delivered).max(0.0))
     }
 
@@ -203,7 +204,7 @@ impl Efficiency {
         json!({ "forward": self.forward(), "backward": backward })
     }
 
-    /// One line, or none if there is nothing to say.
+    /// Writes one line, or nothing without a result.
     pub(super) fn write(&self, out: &mut impl Write, names: &Names) -> fmt::Result {
         let forward = self.forward().map(|part| format!("forward {}", percent(Some(part))));
         let pairs = || names.drives.iter().map(|(name, _)| name).zip(&self.backward);
@@ -216,7 +217,7 @@ impl Efficiency {
                 format!("backward at least {part} ({name} at t = {time} s)")
             })
         } else {
-            // Worst first.
+            // Least efficiency first.
             stopped.sort_by_key(|(_, back)| std::cmp::Reverse(back.stopped));
             let words = stopped.iter().take(NAMED).enumerate().map(|(k, (name, back))| {
                 let unit = if k == 0 { " samples" } else { "" };
@@ -238,12 +239,13 @@ impl Efficiency {
 mod tests {
     use super::*;
 
-    /// Drives that deliver `2 - t` watts for two seconds and then take; a tenth of a watt is lost.
+    /// Actuators that deliver `2 - t` watts for two seconds and then absorb power; 0.1 W is
+    /// dissipated.
     #[test]
     fn only_work_that_is_delivered_counts() {
         let mut efficiency = Efficiency::new(0);
         let at = |time: f64| Powers { time, drives: 2.0 - time, dissipated: 0.1, turnover: 1.0 };
-        // The sign changes amid a step.
+        // The sign changes within a step.
         for (a, b) in [(0.0, 1.5), (1.5, 3.0), (3.0, 4.0)] {
             efficiency.integrate(&at(a), &at(b));
         }
@@ -261,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn what_friction_takes_whole_is_not_driven_back() {
+    fn fully_dissipated_power_is_not_back_driven() {
         let mut back = BackDriving::default();
         back.add(0.0, Backward::Driven { given: 2.0, left: 1.0 });
         back.add(1.0, Backward::Driven { given: 2.0, left: -1.0 });

@@ -1,4 +1,4 @@
-//! Why a job has no result.
+//! Error of a run along a motion.
 
 use crate::InstantsError;
 use stiction_core::dynamics::InverseError;
@@ -6,70 +6,77 @@ use stiction_core::kinematics::AssemblyError;
 use stiction_format::Diagnostic;
 use thiserror::Error;
 
-/// What is missing where loads cannot be carried.
+/// Load that cannot be carried at singular poses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Missing {
-    /// Where it was found first, and what.
+    /// Error at the first such sample.
     pub first: InverseError,
-    /// The first instant, s.
+    /// Time of the first such sample, s.
     pub time: f64,
-    /// The least and the greatest missing force or moment along the motion, and its unit.
+    /// Least and greatest missing force or moment along the motion.
     pub range: (f64, f64),
-    /// N or N m.
+    /// Its unit, N or N m.
     pub unit: &'static str,
-    /// At how many samples.
+    /// Number of such samples.
     pub samples: usize,
-    /// Of how many.
+    /// Number of all samples.
     pub of: usize,
 }
 
-/// Why a job has no result.
+/// Error of a run along a motion.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// There are no instants.
+    /// The sample times are not valid.
     #[error(transparent)]
     Instants(#[from] InstantsError),
     /// A formula of the motion or of the load has no finite value.
     #[error("{}", .0.message)]
     NotFinite(
-        /// Which, when, and why.
+        /// Signal, time and cause.
         Box<Diagnostic>,
     ),
-    /// The mechanism cannot be brought into a position.
+    /// The mechanism cannot be assembled at a pose of the motion.
     #[error("at t = {time} s: {error}")]
     Assembly {
         /// Time, s.
         time: f64,
-        /// Why.
+        /// Cause.
         error: AssemblyError,
     },
-    /// There are no forces.
+    /// A part is carried by a body with a local degree of freedom, such as a rod between two balls.
+    #[error("`{body}` carries a payload, but can spin freely about its own axis")]
+    Payload {
+        /// The body.
+        body: String,
+    },
+    /// The forces have no solution.
     #[error("at t = {time} s: {error}")]
     Forces {
         /// Time, s.
         time: f64,
-        /// Why.
+        /// Cause.
         error: InverseError,
     },
     /// The load cannot be carried.
     #[error("at t = {} s: {}", .0.time, .0.first)]
     CannotCarry(Box<Missing>),
-    /// The samples could not be received.
+    /// A receiver of the samples failed.
     #[error("{0}")]
     Receiver(String),
-    /// The job was stopped.
+    /// The user stopped the run.
     #[error("interrupted")]
     Interrupted,
 }
 
 impl Error {
-    /// Whether the input cannot be used (rather than that the question has no answer).
+    /// True for input that cannot be used, false for a question without an answer.
     pub fn is_bad_input(&self) -> bool {
         matches!(
             self,
             Self::Instants(_)
                 | Self::NotFinite(_)
+                | Self::Payload { .. }
                 | Self::Assembly {
                     error: AssemblyError::Open { .. } | AssemblyError::AngleRange { .. },
                     ..

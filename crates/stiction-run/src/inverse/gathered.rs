@@ -1,7 +1,9 @@
-//! What the samples say together, taken in their order.
+//! Combination of the samples in the order of time.
 
 use super::certainty::Certainty;
 use super::error::{Error, Missing};
+use super::job::Job;
+use super::joints::Turns;
 use super::sample::Sample;
 use super::sides::Sides;
 use super::solving::Look;
@@ -10,25 +12,28 @@ use stiction_core::dynamics::InverseError;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::Vec3;
 
-/// Everything along the motion so far.
-pub(super) struct Gathered {
+/// Results along the motion so far.
+pub(super) struct Gathered<'a> {
     verdict: Verdict,
     origin: Vec3<f64>,
     sides: Sides,
-    /// From the actuators' singular positions, at the last sample.
+    turns: Turns<'a>,
+    /// Singularity index of actuation at the last sample.
     last_distance: f64,
     certainty: Certainty,
     missing: Option<Missing>,
     failed: Option<(f64, InverseError)>,
 }
 
-impl Gathered {
-    /// Nothing yet, with what is known of the whole motion; `origin` is the kernel's in the world, m.
-    pub(super) fn new(verdict: Verdict, origin: Vec3<f64>) -> Self {
+impl<'a> Gathered<'a> {
+    /// Nothing yet; `verdict` holds what the scan of the motion found, `origin` is the kernel's
+    /// origin in the world, m.
+    pub(super) fn new(job: &Job<'a>, verdict: Verdict, origin: Vec3<f64>) -> Self {
         Self {
             verdict,
             origin,
             sides: Sides::default(),
+            turns: Turns::new(job),
             last_distance: 1.0,
             certainty: Certainty::default(),
             missing: None,
@@ -36,7 +41,7 @@ impl Gathered {
         }
     }
 
-    /// Adds a sample, and hands it on where there are forces so far.
+    /// Adds a sample, and hands it to `receive` while all samples have forces.
     pub(super) fn take(
         &mut self,
         mechanism: &Mechanism,
@@ -45,7 +50,7 @@ impl Gathered {
     ) -> Result<(), Error> {
         let Look { time, found } = look;
         let verdict = &mut self.verdict;
-        let found = match found {
+        let mut found = match found {
             Ok(found) if self.missing.is_none() && self.failed.is_none() => found,
             Ok(_) => return Ok(()),
             Err(error) => {
@@ -54,7 +59,7 @@ impl Gathered {
                     InverseError::CannotCarry { .. } => {
                         add_missing(&mut self.missing, time, error, verdict.samples);
                     }
-                    // What cannot be carried elsewhere says more about why.
+                    // Continues: a load that cannot be carried at a later sample explains more.
                     _ => {
                         self.failed.get_or_insert((time, error));
                     }
@@ -62,8 +67,9 @@ impl Gathered {
                 return Ok(());
             }
         };
+        self.turns.add(time, &mut found.joints);
         let passage = self.sides.see(found.side, time);
-        // In singular positions the side is that of rounding.
+        // At singular poses the sign of the determinant is rounding.
         if self.last_distance != 0.0 && found.distances.actuation > 0.0 {
             verdict.passed_singularities.extend(passage);
         }
@@ -80,10 +86,10 @@ impl Gathered {
         receive(&found.sample(time, self.origin)).map_err(Error::Receiver)
     }
 
-    /// What holds along the whole motion.
+    /// Verdict along the whole motion.
     ///
     /// # Errors
-    /// Where there are no forces.
+    /// A sample has no forces.
     pub(super) fn finish(self) -> Result<Verdict, Error> {
         let Self { mut verdict, certainty, missing, failed, .. } = self;
         match (missing, failed) {
@@ -93,7 +99,7 @@ impl Gathered {
                 Ok(verdict)
             }
             (Some(missing), None) => Err(Error::CannotCarry(Box::new(missing))),
-            // A mechanism that locks before says more than one that is singular later.
+            // Jamming before a singular pose explains more than the singular pose.
             (Some(missing), Some((time, error @ InverseError::Locked { .. })))
                 if missing.time > time =>
             {

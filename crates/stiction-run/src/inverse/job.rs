@@ -1,35 +1,35 @@
-//! A mechanism to be carried along a motion under a load.
+//! Description of a run along a motion.
 
 use super::error::Error;
 use crate::{Instants, InstantsError};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
 use stiction_core::kinematics::{AssemblyError, Coordinate, Target, locks};
 use stiction_core::mechanism::BodyId;
-use stiction_format::{LoadCase, ModelFile, Motion, Signal};
+use stiction_format::{LoadCase, ModelFile, Motion, Side, Signal};
 
-/// What is to be computed.
+/// Description of a run of inverse dynamics along a motion.
 #[derive(Clone, Debug)]
 pub struct Job<'a> {
-    /// The model.
+    /// Model of the mechanism.
     pub model: &'a ModelFile,
-    /// Its motion.
+    /// Prescribed motion.
     pub motion: &'a Motion,
-    /// How the motion is called.
+    /// Name of the motion.
     pub motion_name: String,
-    /// The load.
+    /// External loads.
     pub load: &'a LoadCase,
-    /// How the load is called.
+    /// Name of the load case.
     pub load_name: String,
-    /// How friction is coupled.
+    /// Coupling of friction and reactions.
     pub friction: FrictionMode,
-    /// Time between samples, s, if it is not left to the motion.
+    /// Time between samples, s; by default that of the motion.
     pub step: Option<f64>,
-    /// Whether to find out how far friction can grow before it locks the mechanism.
+    /// True to compute the friction margin to jamming.
     pub friction_margin: bool,
 }
 
 impl Job<'_> {
-    /// The instants of the samples.
+    /// Sample times.
     ///
     /// # Errors
     /// See [`InstantsError`].
@@ -100,7 +100,7 @@ impl Job<'_> {
         self.check_motion(to)?;
         let followed = solver.follow(from, to, |t, targets| self.targets_at(t, targets));
         followed.or_else(|error| {
-            // A recording may have failed on the way.
+            // A recording may fail to be read during the step.
             self.check_motion(to)?;
             Err(Error::Assembly { time: to, error })
         })
@@ -112,7 +112,7 @@ impl Job<'_> {
         }
     }
 
-    /// Why the motion has no value at an instant, if it has none.
+    /// Checks that the motion has a finite value at an instant, s.
     pub(crate) fn check_motion(&self, time: f64) -> Result<(), Error> {
         for (_, signal) in &self.motion.coordinates {
             if let Some(fault) = signal.fault_at(time) {
@@ -122,7 +122,46 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Replaces `loads` by the external wrenches at an instant, s.
+    /// Replaces `loads` by the external wrenches at the instant, s, at which the solver stands, and
+    /// by weight and inertia forces of the parts that are carried on one side of it.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] if a load has no value; [`Error::Payload`] for a part on a body that can
+    /// spin freely, whose acceleration is not known before the forces.
+    pub fn loads_of(
+        &self,
+        solver: &InverseDynamics,
+        (time, side): (f64, Side),
+        loads: &mut Vec<AppliedLoad<f64>>,
+    ) -> Result<(), Error> {
+        self.loads_at(time, loads)?;
+        let gravity = self.model.mechanism.gravity();
+        let carried = self.load.payloads.iter().filter(|load| load.is_carried(time, side));
+        for payload in carried {
+            let body = payload.body;
+            if solver.idle_axes().iter().any(|(spinning, _)| *spinning == body.0) {
+                let body = self.model.mechanism.bodies()[body.0].name.clone();
+                return Err(Error::Payload { body });
+            }
+            loads.push(AppliedLoad::of_payload(body, &payload.part, gravity, solver.bodies()));
+        }
+        Ok(())
+    }
+
+    /// Replaces `loads` by the external wrenches at an instant, s, and by the weights of the parts
+    /// that are carried after it, for a mechanism at rest.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`] if a load has no value.
+    pub fn loads_at_rest(&self, time: f64, loads: &mut Vec<AppliedLoad<f64>>) -> Result<(), Error> {
+        self.loads_at(time, loads)?;
+        let gravity = self.model.mechanism.gravity();
+        let carried = self.load.payloads.iter().filter(|load| load.is_carried(time, Side::After));
+        loads.extend(carried.map(|load| AppliedLoad::of_weight(load.body, &load.part, gravity)));
+        Ok(())
+    }
+
+    /// Replaces `loads` by the external wrenches at an instant, s, without payloads.
     ///
     /// # Errors
     /// [`Error::NotFinite`] if a load has no value.

@@ -1,6 +1,5 @@
 //! Inverse dynamics along a motion: the main job.
 
-pub(crate) mod bodies;
 mod certainty;
 mod chunks;
 mod contributions;
@@ -9,6 +8,7 @@ mod error;
 mod figures;
 mod gathered;
 mod job;
+mod joints;
 mod motion_scan;
 mod run;
 mod sample;
@@ -20,10 +20,7 @@ mod terminal;
 mod uniqueness;
 pub(crate) mod verdict;
 
-pub use crate::table::Table;
-pub use bodies::BodyTable;
 pub use certainty::{MOST_MARGIN, Margin, OtherSolutions};
-pub use contributions::ShareTable;
 pub use efficiency::Backward;
 pub use error::{Error, Missing};
 pub use figures::Curves;

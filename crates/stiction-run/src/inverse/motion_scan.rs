@@ -1,4 +1,4 @@
-//! The motion alone: whether it can be followed, how fast contacts slide, what constraints leave.
+//! Scan of the motion without forces: feasibility, sliding speeds and mobility.
 
 use super::chunks::Work;
 use super::error::Error;
@@ -7,26 +7,26 @@ use stiction_core::dynamics::InverseDynamics;
 use stiction_core::parameters::InterfaceParameters;
 use stiction_core::statics::{Constraints, SingularityDistances};
 
-/// Follows the motion alone.
+/// Follows the motion without computing forces.
 pub(super) struct Following {
-    /// Samples at which freedoms are counted.
+    /// Samples at which the mobility is counted.
     pub(super) mobility_at: [usize; 3],
 }
 
-/// How fast contacts slide, and how many freedoms the constraints leave.
+/// Fastest sliding and least mobility along the motion.
 pub(super) struct Pace {
-    /// m/s.
+    /// Fastest sliding speed, m/s.
     pub(super) fastest: f64,
     pub(super) mobility: usize,
 }
 
 impl Pace {
-    /// Of no sample.
+    /// Result for no samples.
     pub(super) fn none() -> Self {
         Self { fastest: 0.0, mobility: usize::MAX }
     }
 
-    /// Of these samples and others.
+    /// Combines the results of two sets of samples.
     pub(super) fn add(&mut self, other: Self) {
         self.fastest = self.fastest.max(other.fastest);
         self.mobility = self.mobility.min(other.mobility);
@@ -56,11 +56,11 @@ impl Work for Following {
     }
 }
 
-/// Constraints further than this from being dependent are independent, whatever a rank is decided by.
+/// Constraints farther from linear dependence than this are independent by any rank decision.
 const INDEPENDENT: f64 = 1e-8;
 
-/// How many freedoms the constraints leave at the present position. Where they are independent, which products of
-/// sparse matrices can tell, these are the driven ones.
+/// Mobility at the present pose. If sparse products show the constraints to be independent, it is
+/// the number of prescribed coordinates.
 fn mobility(solver: &InverseDynamics) -> usize {
     let mechanism = solver.mechanism();
     if is_determined(solver)
@@ -73,7 +73,7 @@ fn mobility(solver: &InverseDynamics) -> usize {
     Constraints::new(&solver.statics()).mobility()
 }
 
-/// The fastest sliding speed of any contact at the present motion, m/s.
+/// Fastest sliding speed of all friction interfaces at the present state, m/s.
 fn fastest_interface(solver: &InverseDynamics) -> f64 {
     let (topology, bodies) = (solver.topology(), solver.bodies());
     let speed = |interface: &InterfaceParameters<f64>| {

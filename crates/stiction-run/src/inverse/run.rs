@@ -1,4 +1,4 @@
-//! A job carried out: first the motion alone, then all forces.
+//! Run along a motion: a scan of the motion, then all forces.
 
 use super::chunks;
 use super::error::Error;
@@ -9,27 +9,28 @@ use super::sample::Sample;
 use super::solving::{Looks, Solving};
 use super::uniqueness::Uniqueness;
 use super::verdict::{Verdict, idle_spins};
+use crate::dofs::dofs_of;
 use stiction_core::dynamics::Settings;
 
-/// What the job is busy with.
+/// Phase of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
-    /// Following the motion.
+    /// Scan of the motion.
     Motion,
-    /// Computing forces.
+    /// Computation of forces.
     Forces,
 }
 
-/// Slower than this part of the fastest sliding speed of the motion is rest: reversals come out of
-/// the arithmetic as 1e-16 of it, not as zero.
+/// Fraction of the fastest sliding speed below which an interface rests: at reversals rounding
+/// leaves 1e-16 of it, not zero.
 const REST: f64 = 1e-9;
-/// Slower than this is rest whatever the motion, m/s: an atom's width in minutes. It tells where all
-/// samples are reversals, as a single pose may be, and nothing in the motion is fast.
+/// Sliding speed below which an interface rests in any motion, m/s. It decides where all samples
+/// are reversals or single poses.
 const STANDSTILL: f64 = 1e-12;
 
 impl Job<'_> {
-    /// Carries out the job; hands each sample to `receive`, and says how far it is to `progress`
-    /// (phase, samples done, samples in all), which answers whether to go on.
+    /// Runs on one thread. Hands each sample to `receive` and reports to `progress` the phase, the
+    /// samples done and their total; the run stops when `progress` returns false.
     ///
     /// # Errors
     /// See [`enum@Error`].
@@ -41,8 +42,8 @@ impl Job<'_> {
         self.run_on(1, receive, progress)
     }
 
-    /// The same on so many threads; `receive` and `progress` are called on this one. What comes out does
-    /// not depend on their number.
+    /// Runs on this number of threads; `receive` and `progress` are called on the caller's. Results
+    /// do not depend on the number of threads.
     ///
     /// # Errors
     /// See [`enum@Error`].
@@ -56,7 +57,7 @@ impl Job<'_> {
         let count = instants.count();
         let mut start = self.assemble(instants.at(0))?;
 
-        // First the motion alone: can it be followed, how fast does it slide.
+        // First the scan of the motion.
         let mut pace = Pace::none();
         let following = Following { mobility_at: [0, count / 3, 2 * count / 3] };
         chunks::carry_out(self, &start, &following, threads, |range, piece: Pace| {
@@ -69,7 +70,7 @@ impl Job<'_> {
             Settings { friction: self.friction, rest_speed, ..Settings::default() };
         let spins = start.constraints().spins().len();
         let actuators = start.mechanism().actuators().count();
-        // What the mechanism is meant to leave: what its actuators can govern.
+        // Mobility intended by the design: as much as the actuators control.
         let meant = pace.mobility.min(actuators + spins);
         let verdict = Verdict {
             samples: count,
@@ -85,8 +86,9 @@ impl Job<'_> {
             friction_margin: None,
             singular: None,
         };
-        let solving = Solving { job: self, uniqueness: Uniqueness::new(&start, meant) };
-        let mut gathered = Gathered::new(verdict, start.parameters().origin);
+        let dofs = dofs_of(&self.model.mechanism);
+        let solving = Solving { job: self, uniqueness: Uniqueness::new(&start, meant), dofs };
+        let mut gathered = Gathered::new(self, verdict, start.parameters().origin);
         chunks::carry_out(self, &start, &solving, threads, |range, piece: Looks| {
             for look in piece.looks {
                 gathered.take(start.mechanism(), look, &mut receive)?;

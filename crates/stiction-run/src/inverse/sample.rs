@@ -1,43 +1,45 @@
-//! What is told of one instant.
+//! Record of one sample of inverse dynamics.
 
 use super::efficiency::Backward;
 use stiction_core::dynamics::{AppliedLoad, Forces, Shares};
-use stiction_core::kinematics::Bodies;
+use stiction_core::kinematics::{Bodies, Target};
 use stiction_core::spatial::Vec3;
 use stiction_core::statics::Distances;
 
-/// Everything about one instant.
+/// Record of one sample, borrowed from the run.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<'a> {
     /// Time, s.
     pub time: f64,
-    /// All forces.
+    /// Efforts, reactions, frictions and powers.
     pub forces: &'a Forces,
-    /// Poses, twists and accelerations of all bodies, in world axes about the kernel origin.
+    /// Poses, twists and accelerations of all bodies, in world axes about the kernel's origin.
     pub bodies: &'a Bodies<f64>,
-    /// The kernel origin in the world, m.
+    /// Kernel's origin in the world, m.
     pub origin: Vec3<f64>,
-    /// The loads from outside.
+    /// Coordinates, rates and accelerations of all scalar degrees of freedom of joints, in the order of the
+    /// joints, m and rad; angles count full turns.
+    pub joints: &'a [Target<f64>],
+    /// External loads.
     pub loads: &'a [AppliedLoad<f64>],
-    /// The largest loop-closure error, m (angles times the characteristic length).
+    /// Largest loop-closure error, m (angles times the characteristic length).
     pub closure: f64,
-    /// Distances to singular positions.
+    /// Singularity indices.
     pub distances: Distances,
-    /// For each joint and each component of its reaction (force, then moment) whether the balance
-    /// alone determines it.
+    /// For each joint and each component of its reaction (force, then moment) true if statics
+    /// determines it.
     pub determined_reactions: &'a [[bool; 6]],
-    /// For each contact whether its load is determined.
+    /// For each friction interface true if its normal load is determined.
     pub determined_loads: &'a [bool],
-    /// For each drive whether it is determined.
+    /// For each actuator true if its effort is determined.
     pub determined_drives: &'a [bool],
-    /// How strongly friction and reactions are coupled: below one there is no other solution. None
-    /// where it is not known.
+    /// Coupling of friction and reactions: below one the solution is unique. `None` if unknown.
     pub coupling: Option<f64>,
-    /// The factor by which all coefficients can grow before friction locks the mechanism, infinite if
-    /// it does not; if that was asked for.
+    /// Factor on all friction coefficients at which the mechanism jams, infinite if it does not;
+    /// `None` unless requested.
     pub friction_margin: Option<f64>,
-    /// What each contact's friction causes of each drive.
+    /// Contribution of each friction interface to each actuator effort.
     pub shares: &'a Shares<f64>,
-    /// For each drive how the load drives it back; nothing without friction.
+    /// For each actuator the power with which the load drives it back; empty without friction.
     pub backward: &'a [Backward],
 }

@@ -1,27 +1,32 @@
-//! Everything that is found at the samples of a piece of the motion.
+//! Evaluation of all forces at the samples of a chunk.
 
 use super::certainty::Asked;
 use super::chunks::Work;
 use super::efficiency::{Backward, look_back};
 use super::error::Error;
 use super::job::Job;
+use super::joints::joint_motions;
 use super::sample::Sample;
 use super::uniqueness::{Singular, Uniqueness};
+use crate::dofs::Dof;
 use stiction_core::dynamics::{
     AppliedLoad, Forces, FrictionMode, InverseDynamics, InverseError, Mirror, Shares,
 };
-use stiction_core::kinematics::Bodies;
+use stiction_core::kinematics::{Bodies, Target};
 use stiction_core::spatial::Vec3;
 use stiction_core::statics::Distances;
+use stiction_format::Side;
 
-/// Computes everything at each sample.
+/// Computes forces and verdicts at each sample.
 pub(super) struct Solving<'a> {
     pub(super) job: &'a Job<'a>,
-    /// Room to begin with.
+    /// Initial buffers.
     pub(super) uniqueness: Uniqueness,
+    /// The degrees of freedom of [`Sample::joints`].
+    pub(super) dofs: Vec<Dof>,
 }
 
-/// What was found in a piece of the motion.
+/// Results of a chunk.
 pub(super) struct Looks {
     pub(super) looks: Vec<Look>,
     uniqueness: Uniqueness,
@@ -29,16 +34,17 @@ pub(super) struct Looks {
     has_failed: bool,
 }
 
-/// What was found at one sample.
+/// Result of one sample.
 pub(super) struct Look {
     pub(super) time: f64,
     pub(super) found: Result<Box<Found>, InverseError>,
 }
 
-/// Everything about a sample at which there are forces.
+/// Complete result of a sample with forces.
 pub(super) struct Found {
     forces: Forces,
     bodies: Bodies<f64>,
+    pub(super) joints: Vec<Target<f64>>,
     loads: Vec<AppliedLoad<f64>>,
     closure: f64,
     pub(super) distances: Distances,
@@ -55,13 +61,14 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// What is told of it.
+    /// Record for the receivers.
     pub(super) fn sample(&self, time: f64, origin: Vec3<f64>) -> Sample<'_> {
         Sample {
             time,
             forces: &self.forces,
             bodies: &self.bodies,
             origin,
+            joints: &self.joints,
             loads: &self.loads,
             closure: self.closure,
             distances: self.distances,
@@ -95,18 +102,23 @@ impl Work for Solving<'_> {
         _sample: usize,
         time: f64,
     ) -> Result<(), Error> {
-        let mut loads = Vec::new();
-        self.job.loads_at(time, &mut loads)?;
-        match solver.solve(&loads) {
-            Err(error) => {
-                piece.has_failed = true;
-                piece.looks.push(Look { time, found: Err(error) });
-            }
-            // Where something failed nobody asks for the rest.
-            Ok(_) if piece.has_failed => {}
-            Ok(_) => {
-                let found = self.find(piece, solver, loads, time);
-                piece.looks.push(Look { time, found: Ok(Box::new(found)) });
+        // Where a part is picked up or placed, forces jump: both values are results.
+        let sides = [Side::Before, Side::After];
+        let jumps = self.job.load.jumps_at(time);
+        for side in sides.into_iter().skip(usize::from(!jumps)) {
+            let mut loads = Vec::new();
+            self.job.loads_of(solver, (time, side), &mut loads)?;
+            match solver.solve(&loads) {
+                Err(error) => {
+                    piece.has_failed = true;
+                    piece.looks.push(Look { time, found: Err(error) });
+                }
+                // After a failure the other samples are not needed.
+                Ok(_) if piece.has_failed => {}
+                Ok(_) => {
+                    let found = self.find(piece, solver, loads, time);
+                    piece.looks.push(Look { time, found: Ok(Box::new(found)) });
+                }
             }
         }
         Ok(())
@@ -114,7 +126,7 @@ impl Work for Solving<'_> {
 }
 
 impl Solving<'_> {
-    /// Everything that is told of a solved sample.
+    /// Collects the results of a solved sample.
     fn find(
         &self,
         piece: &mut Looks,
@@ -134,6 +146,7 @@ impl Solving<'_> {
         Found {
             forces: solver.forces().clone(),
             bodies: solver.bodies().clone(),
+            joints: joint_motions(solver, &self.dofs),
             loads,
             closure: solver.closure_error(),
             distances: uniqueness.distances,

@@ -1,4 +1,4 @@
-//! What a run comes to.
+//! Summary of a run.
 
 use super::certainty::MOST_MARGIN;
 use super::contributions::Ranking;
@@ -7,27 +7,35 @@ use super::job::Job;
 use super::sample::Sample;
 use super::uniqueness::Singular;
 use super::verdict::Verdict;
+use crate::dofs::{actuated, dofs_of};
 use crate::names::Names;
-use crate::statistics::{Comparison, Integral, Least, Size};
+use crate::sink::Sink;
+use crate::statistics::{Comparison, Integral, Least, Range, Size};
 use crate::undetermined::open_components;
 use serde_json::{Map, Value, json};
 use stiction_core::dynamics::{Bounds, FrictionMode, Weighting};
 
-/// Gathers a run's figures sample by sample.
+/// Collects the summary of a run, sample by sample.
 #[derive(Clone, Debug)]
 pub struct Summary {
     pub(super) names: Names,
     pub(super) drives: Vec<Comparison>,
-    /// For each drive: bounds at instants where contacts rest.
+    /// For each actuator its degree of freedom among those of [`Sample::joints`].
+    actuated: Vec<usize>,
+    /// For each actuator its coordinate, m or rad, its speed, m/s or rad/s, and its power, W.
+    motions: Vec<(Range, Size, Size)>,
+    /// For each actuator the width of its effort's interval at rest.
     pub(super) widest: Vec<Size>,
-    /// The same where nothing certainly exceeds them, at the same instants.
+    /// The widest interval of each actuator's effort.
+    pub(super) widest_bounds: Vec<(f64, f64)>,
+    /// Guaranteed bounds of the effort at the instant of the widest interval.
     widest_outer: Vec<(f64, f64)>,
-    /// For each drive by how much more the certified bounds are apart at most, and at how many
-    /// samples with contacts at rest what is certain.
+    /// For each actuator the greatest distance of guaranteed bounds beyond the interval, and the
+    /// numbers of samples at rest by their certainty.
     pub(super) certified_within: Vec<f64>,
     pub(super) certainty: Certainty,
     pub(super) resting_samples: usize,
-    /// Samples with contacts at rest for which the intervals of drives are not known.
+    /// Number of samples at rest whose intervals are unknown.
     pub(super) unbounded_samples: usize,
     pub(super) reactions: Vec<(Size, Size)>,
     pub(super) dissipated: Vec<Integral>,
@@ -37,18 +45,18 @@ pub struct Summary {
     pub(super) efficiency: Efficiency,
     pub(super) power_residual: Size,
     pub(super) power_residual_relative: Size,
-    /// The characteristic length, m.
+    /// Characteristic length, m.
     length: f64,
     pub(super) closure: Size,
     pub(super) actuation: Least,
     pub(super) constraint: Least,
-    /// For each joint and component whether it is determined at all samples.
+    /// For each joint and component true if it is determined at all samples.
     pub(super) determined_reactions: Vec<[bool; 6]>,
     pub(super) determined_loads: Vec<bool>,
     pub(super) determined_drives: Vec<bool>,
 }
 
-/// At how many samples what is certain of the intervals of drives.
+/// Numbers of samples by the certainty of their intervals.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Certainty {
     pub(super) exact: usize,
@@ -65,7 +73,7 @@ pub(super) struct Work {
 }
 
 impl Summary {
-    /// Nothing yet.
+    /// Empty summary.
     pub fn new(job: &Job<'_>) -> Self {
         let names = Names::new(&job.model.mechanism);
         let (drives, joints, interfaces) =
@@ -73,7 +81,10 @@ impl Summary {
         Self {
             names,
             drives: vec![Comparison::default(); drives],
+            actuated: actuated(&dofs_of(&job.model.mechanism)),
+            motions: vec![Default::default(); drives],
             widest: vec![Size::default(); drives],
+            widest_bounds: vec![(0.0, 0.0); drives],
             widest_outer: vec![(0.0, 0.0); drives],
             certified_within: vec![0.0; drives],
             certainty: Certainty::default(),
@@ -106,8 +117,14 @@ impl Summary {
             let outer = forces.effort_outer_bounds[k];
             self.widest[k].add(time, high - low);
             if self.widest[k].peak_time == time {
+                self.widest_bounds[k] = (low, high);
                 self.widest_outer[k] = outer;
             }
+            let motion = &sample.joints[self.actuated[k]];
+            let (position, speed, power) = &mut self.motions[k];
+            position.add(motion.value);
+            speed.add(time, motion.rate);
+            power.add(time, forces.efforts[k] * motion.rate);
             if forces.bounds == Bounds::Certified {
                 let beyond = (low - outer.0).max(outer.1 - high);
                 self.certified_within[k] = self.certified_within[k].max(beyond);
@@ -155,7 +172,7 @@ impl Summary {
         }
     }
 
-    /// Components of reactions that the balance alone does not determine, by joint.
+    /// Components of reactions that statics does not determine, by joint.
     pub(super) fn undetermined(&self) -> Vec<(&str, Vec<&'static str>)> {
         self.names
             .joints
@@ -166,20 +183,20 @@ impl Summary {
             .collect()
     }
 
-    /// Whether driving forces are unique: no actuator is redundant, and no friction depends on a
-    /// reaction that is not unique.
+    /// True if efforts are unique: no actuator is redundant, and no friction depends on an
+    /// undetermined reaction.
     pub(super) fn drives_are_unique(&self, friction: FrictionMode) -> bool {
         let frictions = friction == FrictionMode::Off || !self.determined_loads.contains(&false);
         frictions && !self.determined_drives.contains(&false)
     }
 
-    /// Contacts whose load, and so friction, is not unique.
+    /// Friction interfaces whose normal load, and so friction, is not unique.
     pub(super) fn frictions_that_are_not_unique(&self) -> impl Iterator<Item = &str> {
         let interfaces = self.names.interfaces.iter().zip(&self.determined_loads);
         interfaces.filter(|(_, determined)| !**determined).map(|((name, _), _)| name.as_str())
     }
 
-    /// The content of `summary.json`.
+    /// Content of `summary.json`.
     pub fn json(&self, job: &Job<'_>, verdict: &Verdict) -> Value {
         json!({
             "program": { "name": "stiction", "version": env!("CARGO_PKG_VERSION") },
@@ -208,7 +225,7 @@ impl Summary {
         })
     }
 
-    /// Whether there is friction to tell of.
+    /// True if friction acts in some joint.
     pub(super) fn has_friction(&self, job: &Job<'_>) -> bool {
         job.friction != FrictionMode::Off && !self.names.interfaces.is_empty()
     }
@@ -228,6 +245,9 @@ impl Summary {
                 "drive_outer_high": self.widest_outer[k].1,
                 "interval_certified_within": self.certified_within[k],
                 "determined": self.determined_drives[k],
+                "position": self.motions[k].0.json(),
+                "speed": self.motions[k].1.json(),
+                "power": self.motions[k].2.json(),
             });
             if self.has_friction(job) {
                 value["friction_shares"] = self.shares.json(&self.names, k);
@@ -256,7 +276,7 @@ impl Summary {
                 "dissipated_part": (total > 0.0).then(|| self.dissipated[k].value / total),
                 "determined": self.determined_loads[k],
             });
-            // Said only where there is something to say.
+            // Present only for laws with a state.
             if self.names.steady.contains(name) {
                 value["law"] = json!("steady state of a law with a state");
             }
@@ -278,7 +298,7 @@ impl Summary {
             "redundancy": verdict.redundancy,
             "undetermined_reactions": undetermined,
             "weighting": weighting_words(job, verdict),
-            "samples_with_contacts_at_rest": self.resting_samples,
+            "samples_at_rest": self.resting_samples,
             "samples_without_intervals": self.unbounded_samples,
             "intervals": {
                 "exact": self.certainty.exact,
@@ -341,7 +361,14 @@ impl Summary {
     }
 }
 
-/// The word for a mode, as on the command line.
+impl Sink<Sample<'_>> for Summary {
+    fn add(&mut self, sample: &Sample<'_>) -> Result<(), String> {
+        self.add(sample);
+        Ok(())
+    }
+}
+
+/// Keyword of a friction mode, as on the command line.
 pub(super) fn friction_word(mode: FrictionMode) -> &'static str {
     match mode {
         FrictionMode::Converged => "on",
@@ -350,7 +377,7 @@ pub(super) fn friction_word(mode: FrictionMode) -> &'static str {
     }
 }
 
-/// Under which declared weighting what is not unique was chosen; nothing if all is unique.
+/// Declared weighting that selects the undetermined parts; `None` if everything is unique.
 pub(super) fn weighting_words(job: &Job<'_>, verdict: &Verdict) -> Option<String> {
     let mechanism = &job.model.mechanism;
     let length = mechanism.characteristic_length();

@@ -1,122 +1,157 @@
-//! The tables of a run: columns and rows.
+//! The tables of a run of inverse dynamics: columns and rows.
 
+use super::job::Job;
 use super::sample::Sample;
+use crate::bodies::BodyRow;
+use crate::dofs::{Dof, actuated, dofs_of};
 use crate::names::Names;
-use crate::table::Table;
+use crate::sink::Sink;
+use crate::table::{self, REACTION, columns, header};
 use std::io;
-use stiction_core::mechanism::Mechanism;
 
-/// The three tables of a run.
+/// Names of the tables of every run, in the order of their files.
+const FILES: [&str; 5] =
+    ["inverse.csv", "reactions.csv", "friction.csv", "bodies.csv", "joints.csv"];
+/// Name of the table of friction contributions, for runs with friction and actuators.
+const CONTRIBUTIONS: &str = "shares.csv";
+
+/// Writes the tables of a run, one row for each sample.
+///
+/// `inverse.csv` has the actuators, the power balance, the closure error and the singularity indices;
+/// `joints.csv` the motion of every scalar joint coordinate and the lengths of legs; `reactions.csv` the
+/// complete wrench of every joint; `friction.csv` every friction interface; `bodies.csv` the motion of every
+/// body; `shares.csv` the contribution of every friction interface to every actuator's effort.
 pub struct Tables<W: io::Write> {
-    /// `inverse.csv`: drives, power balance, closure, distances.
-    pub inverse: Table<W>,
-    /// `reactions.csv`: the complete wrench of every joint.
-    pub reactions: Table<W>,
-    /// `friction.csv`: speed, load, friction and power of every contact.
-    pub friction: Table<W>,
+    tables: table::Tables<W>,
+    /// For each actuator its degree of freedom among those of [`Sample::joints`].
+    actuated: Vec<usize>,
+    /// For each leg its first and its last joint.
+    legs: Vec<(usize, usize)>,
+    bodies: BodyRow,
+    rows: [Vec<f64>; 6],
 }
 
 impl<W: io::Write> Tables<W> {
-    /// Begins the tables of a mechanism.
+    /// Names of the job's tables, in the order in which [`Self::new`] takes their files.
+    pub fn files(job: &Job<'_>) -> Vec<&'static str> {
+        FILES.into_iter().chain(job.has_shares().then_some(CONTRIBUTIONS)).collect()
+    }
+
+    /// Begins the tables.
     ///
     /// # Errors
-    /// What the receivers say.
-    pub fn new(mechanism: &Mechanism, [inverse, reactions, friction]: [W; 3]) -> io::Result<Self> {
+    /// A header cannot be written.
+    pub fn new(job: &Job<'_>, files: Vec<W>) -> io::Result<Self> {
+        let mechanism = &job.model.mechanism;
         let names = Names::new(mechanism);
-        let begin = || vec!["time [s]".to_owned()];
+        let dofs = dofs_of(mechanism);
+        let actuated = actuated(&dofs);
+        let legs = job.model.legs.iter();
+        let ends =
+            legs.clone().filter_map(|leg| Some((leg.joints.first()?.0, leg.joints.last()?.0)));
 
-        let mut header = begin();
+        let mut inverse = Vec::new();
         for (name, unit) in &names.drives {
-            for what in ["drive", "drive_frictionless", "drive_low", "drive_high"] {
-                header.push(format!("{name}.{what} [{unit}]"));
-            }
+            let quantities = ["drive", "drive_frictionless", "drive_low", "drive_high"];
+            inverse.extend(quantities.map(|quantity| format!("{name}.{quantity} [{unit}]")));
         }
-        for column in [
-            "power.residual [W]",
-            "closure [m]",
-            "distance.actuation [-]",
-            "distance.constraint [-]",
-        ] {
-            header.push(column.to_owned());
+        let whole = ["power.residual [W]", "closure [m]", "distance.actuation [-]"];
+        inverse.extend(whole.into_iter().chain(["distance.constraint [-]"]).map(str::to_owned));
+        for ((name, _), &dof) in names.drives.iter().zip(&actuated) {
+            let [position, speed, _] = dofs[dof].units();
+            inverse.extend([
+                format!("{name}.position [{position}]"),
+                format!("{name}.speed [{speed}]"),
+            ]);
+            inverse.push(format!("{name}.power [W]"));
         }
-        let inverse = Table::new(inverse, &header)?;
-
-        let mut header = begin();
-        for name in &names.joints {
-            for component in ["fx [N]", "fy [N]", "fz [N]", "mx [N m]", "my [N m]", "mz [N m]"] {
-                header.push(format!("{name}.{component}"));
-            }
-            header.push(format!("{name}.determined"));
+        let mut joints: Vec<String> = dofs.iter().flat_map(Dof::columns).collect();
+        joints.extend(legs.map(|leg| format!("{}.length [m]", leg.name)));
+        let reactions = columns(names.joints.iter().map(String::as_str), &REACTION);
+        let interfaces = || names.interfaces.iter().map(|(name, _)| name.as_str());
+        let quantities = ["speed [m/s]", "load [N]", "friction [N]", "power [W]", "determined"];
+        let mut friction = columns(interfaces(), &quantities);
+        friction.extend(interfaces().next().map(|_| "coupling [-]".to_owned()));
+        let mut contributions = Vec::new();
+        for (drive, unit) in &names.drives {
+            contributions.extend(interfaces().map(|name| format!("{drive}.from.{name} [{unit}]")));
         }
-        let reactions = Table::new(reactions, &header)?;
-
-        let mut header = begin();
-        for (name, _) in &names.interfaces {
-            for column in ["speed [m/s]", "load [N]", "friction [N]", "power [W]", "determined"] {
-                header.push(format!("{name}.{column}"));
-            }
-        }
-        if !names.interfaces.is_empty() {
-            header.push("coupling [-]".to_owned());
-        }
-        let friction = Table::new(friction, &header)?;
-        Ok(Self { inverse, reactions, friction })
+        let bodies = BodyRow::header(mechanism).collect();
+        let headers = [inverse, reactions, friction, bodies, joints, contributions].map(header);
+        Ok(Self {
+            tables: table::Tables::new(headers, files)?,
+            legs: ends.collect(),
+            actuated,
+            bodies: BodyRow::new(mechanism),
+            rows: Default::default(),
+        })
     }
 
     /// Adds a row to each table.
     ///
     /// # Errors
-    /// What the receivers say.
+    /// A file cannot be written.
     pub fn add(&mut self, sample: &Sample<'_>) -> io::Result<()> {
-        let forces = sample.forces;
-        let table = &mut self.inverse;
-        table.number(sample.time)?;
-        for (drive, &(low, high)) in forces
-            .efforts
-            .iter()
-            .zip(&forces.effort_bounds)
-            .enumerate()
-            .map(|(k, (drive, bounds))| ((k, *drive), bounds))
-        {
-            let (k, drive) = drive;
-            for value in [drive, forces.efforts_frictionless[k], low, high] {
-                table.number(value)?;
-            }
-        }
-        for value in [
-            forces.power.residual(),
-            sample.closure,
-            sample.distances.actuation,
-            sample.distances.constraint,
-        ] {
-            table.number(value)?;
-        }
-        table.end_row()?;
+        self.fill(sample);
+        self.tables.add(sample.time, self.rows.iter().map(Vec::as_slice))
+    }
 
-        let table = &mut self.reactions;
-        table.number(sample.time)?;
+    /// Writes what is buffered and returns the files in their order.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn finish(self) -> io::Result<Vec<W>> {
+        self.tables.finish()
+    }
+
+    fn fill(&mut self, sample: &Sample<'_>) {
+        let forces = sample.forces;
+        self.rows.iter_mut().for_each(Vec::clear);
+        let [inverse, reactions, friction, bodies, joints, contributions] = &mut self.rows;
+        for (k, &(low, high)) in forces.effort_bounds.iter().enumerate() {
+            inverse.extend([forces.efforts[k], forces.efforts_frictionless[k], low, high]);
+        }
+        let distances = sample.distances;
+        inverse.extend([forces.power.residual(), sample.closure]);
+        inverse.extend([distances.actuation, distances.constraint]);
+        for (&dof, drive) in self.actuated.iter().zip(&forces.efforts) {
+            let motion = &sample.joints[dof];
+            inverse.extend([motion.value, motion.rate, drive * motion.rate]);
+        }
+        for motion in sample.joints {
+            joints.extend([motion.value, motion.rate, motion.acceleration]);
+        }
+        let (first, last) = (&sample.bodies.frame_j, &sample.bodies.frame_k);
+        let length =
+            |&(from, to): &(usize, usize)| (last[to].position - first[from].position).norm();
+        joints.extend(self.legs.iter().map(length));
         for ((force, moment), determined) in
             forces.reactions.iter().zip(sample.determined_reactions)
         {
-            for component in force.to_array().into_iter().chain(moment.to_array()) {
-                table.number(component)?;
-            }
-            table.flag(determined.iter().all(|d| *d))?;
+            reactions.extend(force.to_array().into_iter().chain(moment.to_array()));
+            reactions.push(flag(determined.iter().all(|component| *component)));
         }
-        table.end_row()?;
-
-        let table = &mut self.friction;
-        table.number(sample.time)?;
         for (interface, &determined) in forces.interfaces.iter().zip(sample.determined_loads) {
-            for value in [interface.velocity, interface.load, interface.friction, interface.power] {
-                table.number(value)?;
-            }
-            table.flag(determined)?;
+            friction.extend([interface.velocity, interface.load, interface.friction]);
+            friction.extend([interface.power, flag(determined)]);
         }
         if !forces.interfaces.is_empty() {
-            // Where it is not known it has no bound.
-            table.number(sample.coupling.unwrap_or(f64::INFINITY))?;
+            // An unknown coupling has no bound.
+            friction.push(sample.coupling.unwrap_or(f64::INFINITY));
         }
-        table.end_row()
+        bodies.extend_from_slice(self.bodies.of(sample.bodies, sample.origin, sample.loads));
+        for drive in 0..forces.efforts.len() {
+            contributions.extend(sample.shares.of_actuator(drive));
+        }
     }
+}
+
+impl<W: io::Write> Sink<Sample<'_>> for Tables<W> {
+    fn add(&mut self, sample: &Sample<'_>) -> Result<(), String> {
+        self.add(sample).map_err(|error| error.to_string())
+    }
+}
+
+fn flag(value: bool) -> f64 {
+    f64::from(u8::from(value))
 }

@@ -1,4 +1,4 @@
-//! The summary that a person reads.
+//! Summary of a run for the terminal.
 
 use super::certainty::{MOST_MARGIN, Margin};
 use super::job::Job;
@@ -12,17 +12,17 @@ use std::fmt::{self, Write};
 use stiction_core::dynamics::FrictionMode;
 use stiction_draw::numbers::{number, order, percent};
 
-/// Where velocities at a singular position are finite it is known to the root of rounding only.
+/// Accuracy of singularity indices where rates at a singular pose are finite: the root of rounding.
 const ROOT_OF_ROUNDING: f64 = 1e-6;
-/// Closer to a singular position than this deserves a word.
+/// Singularity index below which the summary has a caution.
 const NEAR_SINGULAR: f64 = 1e-3;
-/// Joints and contacts listed at most.
+/// Largest number of joints and friction interfaces listed.
 const LISTED: usize = 6;
 
 /// Writes the summary as plain text.
 ///
 /// # Errors
-/// What the receiver says.
+/// The receiver fails.
 pub fn write_summary(
     out: &mut impl Write,
     job: &Job<'_>,
@@ -54,6 +54,7 @@ pub fn write_summary(
     job.motion.notes.iter().try_for_each(|note| writeln!(out, "{note}"))?;
     writeln!(out)?;
     write_drives(out, job, summary)?;
+    write_rest(out, summary)?;
     write_reactions(out, summary, model.mechanism.characteristic_length())?;
     write_friction(out, job, summary, verdict)?;
     write_verdicts(out, job, summary, verdict)?;
@@ -64,7 +65,7 @@ pub fn write_summary(
 
 fn write_drives(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::Result {
     if summary.drives.is_empty() {
-        return writeln!(out, "no joint is actuated: there are no driving forces\n");
+        return writeln!(out, "no joint is actuated: there are no efforts\n");
     }
     let wide = width(summary.names.drives.iter().map(|(name, _)| name.as_str()), 13);
     let has_friction = job.friction != FrictionMode::Off && !summary.names.interfaces.is_empty();
@@ -77,14 +78,10 @@ fn write_drives(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::
         writeln!(
             out,
             "{:wide$}  {:>11} {:>11}  {:>11} {:>11}  {:>9} {:>9}",
-            "driving force", "peak", "rms", "peak", "rms", "max/max", "rms/rms"
+            "effort", "peak", "rms", "peak", "rms", "max/max", "rms/rms"
         )?;
     } else {
-        writeln!(
-            out,
-            "{:wide$}  {:>11} {:>11}  {:>11}",
-            "driving force", "peak", "rms", "peak at"
-        )?;
+        writeln!(out, "{:wide$}  {:>11} {:>11}  {:>11}", "effort", "peak", "rms", "peak at")?;
     }
     for ((name, unit), comparison) in summary.names.drives.iter().zip(&summary.drives) {
         let (with, without) = (&comparison.with, &comparison.without);
@@ -106,6 +103,62 @@ fn write_drives(out: &mut impl Write, job: &Job<'_>, summary: &Summary) -> fmt::
     writeln!(out)
 }
 
+/// Intervals of the efforts where joints rest, and how certain they are.
+fn write_rest(out: &mut impl Write, summary: &Summary) -> fmt::Result {
+    if summary.resting_samples == 0 {
+        return Ok(());
+    }
+    let names = &summary.names.drives;
+    let wide = width(names.iter().map(|(name, _)| name.as_str()), 13);
+    writeln!(
+        out,
+        "joints at rest at {} sample{}; widest intervals of the efforts under static friction:",
+        summary.resting_samples,
+        if summary.resting_samples == 1 { "" } else { "s" },
+    )?;
+    for (k, (name, unit)) in names.iter().enumerate() {
+        let (size, (low, high)) = (&summary.widest[k], summary.widest_bounds[k]);
+        let time = number(size.peak_time);
+        if size.peak.is_infinite() {
+            writeln!(out, "{name:wide$}  without limit where friction locks, at t = {time} s")?;
+        } else if size.peak > 0.0 {
+            let (low, high) = (number(low), number(high));
+            writeln!(out, "{name:wide$}  {low:>11} to {high:>11} {unit} at t = {time} s")?;
+        }
+    }
+    let certainty = &summary.certainty;
+    if certainty.attained > 0 {
+        writeln!(
+            out,
+            "at {} of these samples the interval is an inner bound; friction and reactions are coupled too \
+             strongly for a guaranteed one",
+            certainty.attained,
+        )?;
+    }
+    if certainty.certified > 0 {
+        let beyond = summary.certified_within.iter().zip(&summary.names.drives);
+        let beyond = beyond.max_by(|a, b| a.0.total_cmp(b.0));
+        if let Some((beyond, (name, unit))) = beyond {
+            writeln!(
+                out,
+                "at {} of these samples the interval is an inner bound; guaranteed bounds lie at most {} {unit} \
+                 beyond ({name})",
+                certainty.certified,
+                number(*beyond),
+            )?;
+        }
+    }
+    if summary.unbounded_samples > 0 {
+        writeln!(
+            out,
+            "at {} of these samples the interval is not known, and drive_low and drive_high are just \
+             the drive: the position is singular, or constraints and actuators are both redundant",
+            summary.unbounded_samples,
+        )?;
+    }
+    writeln!(out)
+}
+
 fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt::Result {
     let mut joints: Vec<usize> = (0..summary.reactions.len()).collect();
     joints.sort_by(|&a, &b| summary.reactions[b].0.peak.total_cmp(&summary.reactions[a].0.peak));
@@ -118,7 +171,7 @@ fn write_reactions(out: &mut impl Write, summary: &Summary, length: f64) -> fmt:
     )?;
     for &k in listed {
         let (force, moment) = &summary.reactions[k];
-        // What is zero but for rounding is told as zero.
+        // Values of the size of rounding errors are zero.
         let noise = 1e-12 * force.peak * length;
         write!(
             out,
@@ -145,7 +198,7 @@ fn write_friction(
     if !summary.has_friction(job) {
         return Ok(());
     }
-    // At a single instant there is power, but no work.
+    // At a single instant there is power but no work.
     let is_pose = verdict.samples == 1;
     let amount = |integral: &Integral| if is_pose { integral.last() } else { integral.value };
     let total = amount(&summary.work.dissipated);
@@ -158,7 +211,7 @@ fn write_friction(
     interfaces.sort_by(|a, b| b.0.total_cmp(&a.0));
     let unit = if is_pose { "W" } else { "J" };
     write!(out, "friction dissipates {} {unit}", number(total))?;
-    // Nothing has no shares.
+    // Zero has no fractions.
     if total != 0.0 {
         let shares = interfaces.iter().take(LISTED);
         let shares = shares.map(|(part, name)| format!("{name} {}", percent(Some(part / total))));
@@ -180,55 +233,6 @@ fn write_friction(
             if steady.len() > LISTED { ", ..." } else { "" },
         )?;
     }
-    if summary.resting_samples > 0 {
-        let widest = summary.widest.iter().zip(&summary.names.drives);
-        let widest = widest.max_by(|a, b| a.0.peak.total_cmp(&b.0.peak));
-        if let Some((size, (name, unit))) = widest {
-            write!(
-                out,
-                "contacts rest at {} sample{}: there static friction leaves driving forces an \
-                 interval, ",
-                summary.resting_samples,
-                if summary.resting_samples == 1 { "" } else { "s" },
-            )?;
-            let place = format!("{name} at t = {} s", number(size.peak_time));
-            if size.peak.is_finite() {
-                writeln!(out, "at most {} {unit} wide ({place})", number(size.peak))?;
-            } else {
-                writeln!(out, "without limit where friction locks ({place})")?;
-            }
-        }
-    }
-    let certainty = &summary.certainty;
-    if certainty.attained > 0 {
-        writeln!(
-            out,
-            "at {} of these samples the interval is what was attained; friction and reactions are \
-             coupled too strongly to say that nothing lies beyond",
-            certainty.attained,
-        )?;
-    }
-    if certainty.certified > 0 {
-        let beyond = summary.certified_within.iter().zip(&summary.names.drives);
-        let beyond = beyond.max_by(|a, b| a.0.total_cmp(b.0));
-        if let Some((beyond, (name, unit))) = beyond {
-            writeln!(
-                out,
-                "at {} of these samples the interval is what was attained, and certainly nothing lies \
-                 more than {} {unit} beyond ({name})",
-                certainty.certified,
-                number(*beyond),
-            )?;
-        }
-    }
-    if summary.unbounded_samples > 0 {
-        writeln!(
-            out,
-            "at {} of these samples the interval is not known, and drive_low and drive_high are just \
-             the drive: the position is singular, or constraints and actuators are both redundant",
-            summary.unbounded_samples,
-        )?;
-    }
     writeln!(out)
 }
 
@@ -240,7 +244,7 @@ fn write_verdicts(
 ) -> fmt::Result {
     writeln!(
         out,
-        "loops closed to {} m; power balance to {} of what is turned over",
+        "loop closure error {} m; relative power residual {}",
         order(summary.closure.peak),
         order(summary.power_residual_relative.peak.abs()),
     )?;
@@ -269,8 +273,7 @@ fn write_verdicts(
     } else if summary.actuation.value < ROOT_OF_ROUNDING {
         writeln!(
             out,
-            "CAUTION: at t = {} s the position cannot be told from a singular one: forces there are \
-             made of rounding",
+            "CAUTION: at t = {} s the position is singular to rounding: forces there consist of rounding errors",
             number(summary.actuation.time),
         )?;
     } else if summary.actuation.value < NEAR_SINGULAR {
@@ -283,7 +286,7 @@ fn write_verdicts(
     if !verdict.idle_spins.is_empty() {
         writeln!(
             out,
-            "free to spin about {} own ax{}: {}; rates of such spins are taken as zero",
+            "passive rotation about {} own ax{}: {}; rate set to zero",
             if verdict.idle_spins.len() == 1 { "its" } else { "their" },
             if verdict.idle_spins.len() == 1 { "is" } else { "es" },
             verdict.idle_spins.join(", "),
@@ -296,7 +299,7 @@ fn write_verdicts(
     let unique = summary.drives_are_unique(job.friction);
     writeln!(
         out,
-        "{} redundan{}: the balance does not determine {}",
+        "{} redundan{}: statics does not determine {}",
         verdict.redundancy,
         if verdict.redundancy == 1 { "cy" } else { "cies" },
         by_components(&undetermined),
@@ -321,7 +324,7 @@ fn write_verdicts(
     }
 }
 
-/// Singular positions in which the load is carried by chance.
+/// Writes the singular poses at which the load happens to be carried.
 fn write_singular(
     out: &mut impl Write,
     summary: &Summary,
@@ -359,7 +362,7 @@ fn write_singular(
     Ok(())
 }
 
-/// That something is unique, as far as friction lets it be.
+/// Writes to what extent the solution is unique with friction.
 fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Result {
     if let Some(coupling) = verdict.coupling.filter(|coupling| *coupling < 1.0) {
         return match coupling > 1e-9 {
@@ -375,8 +378,8 @@ fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Res
     match verdict.coupling {
         Some(coupling) => writeln!(
             out,
-            "with friction there may be other solutions (coupling {}, unique below 1): given is the \
-             one that is connected with no friction",
+            "with friction there may be other solutions (coupling {}, unique below 1): reported is the one \
+             continued from zero friction",
             number(coupling),
         ),
         None => writeln!(
@@ -386,14 +389,14 @@ fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Res
     }
 }
 
-/// Other solutions that were found, and how far friction can grow.
+/// Writes other solutions and the friction margin.
 fn write_certainty(out: &mut impl Write, summary: &Summary, verdict: &Verdict) -> fmt::Result {
     if let Some(others) = &verdict.other_solutions {
         let count = others.drives.len();
         writeln!(
             out,
             "CAUTION: friction has other solutions at {} of {} samples, found by Newton's method from \
-             many starts; given is the one that is connected with no friction. At t = {} s {}:",
+             many starts; reported is the one continued from zero friction. At t = {} s {}:",
             others.samples,
             verdict.samples,
             number(others.time),

@@ -1,52 +1,52 @@
-//! What is unique at a sample, and how far it is from a singular position.
+//! Uniqueness and singularity indices at a sample.
 
 use stiction_core::dynamics::{InverseDynamics, Weighting};
 use stiction_core::joint::JointType;
 use stiction_core::statics::{Distances, NullDirection, SingularityDistances, Statics};
 
-/// Closer to a singular position than this is in it: distances are zero where ranks do not count.
+/// Index below which a pose counts as singular and the index as zero.
 pub(crate) const SINGULAR: f64 = f64::MIN_POSITIVE;
 
-/// The look at one sample, and room for the next.
+/// Verdicts at one sample, with buffers for the next.
 #[derive(Clone, Debug)]
 pub(super) struct Uniqueness {
-    /// Freedoms that the constraints are meant to leave, idle spins included.
+    /// Mobility intended by the design, local rotations included.
     mobility: usize,
     joint_types: Vec<JointType>,
-    /// Where the balance has as many unknowns as equations.
+    /// True if statics has as many unknowns as equations.
     proximity: Option<SingularityDistances>,
     pub(super) distances: Distances,
     pub(super) redundancy: usize,
     pub(super) reactions: Vec<[bool; 6]>,
     pub(super) loads: Vec<bool>,
     pub(super) drives: Vec<bool>,
-    /// Whether the position is singular, although the load could be carried.
+    /// True if the pose is singular although the load is carried.
     pub(super) is_singular: bool,
-    /// The first of those that were looked at, when it is looked at.
+    /// Details of the first singular pose.
     pub(super) singular: Option<Singular>,
     told: bool,
 }
 
-/// Singular positions in which forces are finite, since the load happens to be carried, but not
+/// Singular poses with finite forces: the load happens to be carried, and the solution is not
 /// unique.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Singular {
-    /// At how many samples.
+    /// Number of such samples.
     pub samples: usize,
-    /// The first of them, s.
+    /// Time of the first, s.
     pub time: f64,
-    /// The body that can move there while all actuators stand still, and how.
+    /// Body that can move there with all actuators locked.
     pub body: String,
-    /// See `body`.
+    /// Its motion in words.
     pub motion: String,
-    /// What could not be carried there.
+    /// Load that could not be carried there.
     pub load: String,
-    /// What may be added to the forces there.
+    /// Self-stresses that may be added to the forces there.
     pub null_directions: Vec<NullDirection>,
 }
 
 impl Uniqueness {
-    /// Everything unique until looked at.
+    /// Everything unique; buffers are empty.
     pub(super) fn new(solver: &InverseDynamics, mobility: usize) -> Self {
         let mechanism = solver.mechanism();
         Self {
@@ -64,11 +64,11 @@ impl Uniqueness {
         }
     }
 
-    /// Looks at the present position.
+    /// Examines the present pose.
     pub(super) fn look(&mut self, solver: &InverseDynamics, time: f64) {
         (self.is_singular, self.singular) = (false, None);
         if is_determined(solver) {
-            // Only the distances are asked for.
+            // Only the distances are needed.
             self.redundancy = 0;
             self.reactions.fill([true; 6]);
             self.loads.fill(true);
@@ -96,13 +96,13 @@ impl Uniqueness {
     }
 }
 
-/// Whether the balance leaves nothing open: no redundancy, and no body that spins idly.
+/// True if statics determines everything: no redundancy, and no local rotation of a body.
 pub(super) fn is_determined(solver: &InverseDynamics) -> bool {
     let has_spins = !solver.constraints().spins().is_empty();
     solver.weighting() == Some(Weighting::Determined) && !has_spins
 }
 
-/// What a singular position is like.
+/// Describes a singular pose.
 fn singular(solver: &InverseDynamics, statics: &Statics, time: f64) -> Option<Singular> {
     let told = statics.weakest_motion(&solver.idle_axes())?;
     let mechanism = solver.mechanism();

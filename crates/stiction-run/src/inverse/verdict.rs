@@ -1,42 +1,41 @@
-//! What is told of the whole motion.
+//! Verdict on a whole motion.
 
 use super::certainty::{Margin, OtherSolutions};
 use super::uniqueness::Singular;
 use stiction_core::dynamics::{InverseDynamics, Weighting};
 
-/// What holds along the whole motion.
+/// Verdict on a whole motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// Number of samples.
     pub samples: usize,
     /// Notes on the first configuration against `home` and `start`.
     pub assembly_notes: Vec<String>,
-    /// Freedoms that the constraints leave, the least along the motion, idle spins included.
+    /// Mobility left by the constraints, the least along the motion, local rotations included.
     pub mobility: usize,
-    /// Idle spins: rotations of bodies about their own axes that nothing determines.
+    /// Bodies with a passive rotation about their own axis.
     pub idle_spins: Vec<String>,
-    /// Redundant constraints and actuators.
+    /// Number of redundant constraints and actuators.
     pub redundancy: usize,
-    /// What decides among the solutions; none where the careful path did.
+    /// Weighting that selects among the solutions; `None` for the dense fallback.
     pub weighting: Option<Weighting>,
-    /// Contacts that slide no faster than this count as resting, m/s.
+    /// Sliding speed below which friction interfaces rest, m/s.
     pub rest_speed: f64,
-    /// How strongly friction and reactions are coupled, the most along the motion: below one there
-    /// is no other solution than the one given. None where it is not known.
+    /// Greatest coupling of friction and reactions along the motion: below one the solution is
+    /// unique. `None` if unknown.
     pub coupling: Option<f64>,
-    /// Pairs of neighbouring samples, s, between which the mechanism passes a singular position,
-    /// where no finite driving force exists.
+    /// Pairs of neighbouring samples, s, between which the mechanism passes a singular pose without
+    /// a finite effort.
     pub passed_singularities: Vec<(f64, f64)>,
-    /// Other solutions of friction and reactions that were found. Given is the one that is connected
-    /// with no friction.
+    /// Other solutions found; the one reported is continued from zero friction.
     pub other_solutions: Option<OtherSolutions>,
-    /// How far friction can grow before it locks the mechanism, if that was asked for.
+    /// Least friction margin to jamming, if requested.
     pub friction_margin: Option<Margin>,
-    /// Singular positions at samples, where the load could be carried nevertheless.
+    /// Singular poses at samples whose load happens to be carried.
     pub singular: Option<Singular>,
 }
 
-/// Bodies that turn about their own axes and nothing determines it, by their names.
+/// Names of the bodies with a passive rotation about their own axis.
 pub(crate) fn idle_spins(solver: &InverseDynamics) -> Vec<String> {
     let bodies = solver.mechanism().bodies();
     let spins = solver.constraints().spins();

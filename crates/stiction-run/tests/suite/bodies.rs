@@ -1,28 +1,20 @@
 //! `bodies.csv`, read like another program would: positions, velocities and accelerations are
 //! consistent, and with the reactions they satisfy the balance of every body.
 
-use crate::common::{Csv, default_job, job, model, model_of, regular};
+use crate::common::{Csv, default_job, files, job, model, model_of, regular, tables};
 use stiction_core::dynamics::FrictionMode;
 use stiction_core::mechanism::{BodyId, Mechanism};
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 use stiction_format::gallery;
-use stiction_run::inverse::{BodyTable, Job, Tables};
+use stiction_run::inverse::Job;
 
 /// `bodies.csv` and `reactions.csv` of a run.
-fn tables(job: &Job<'_>) -> (Csv, Csv) {
-    let mechanism = &job.model.mechanism;
-    let mut bodies = BodyTable::new(mechanism, Vec::new()).unwrap();
-    let mut others = Tables::new(mechanism, [Vec::new(), Vec::new(), Vec::new()]).unwrap();
-    job.run(
-        |sample| {
-            bodies.add(sample).map_err(|error| error.to_string())?;
-            others.add(sample).map_err(|error| error.to_string())
-        },
-        |_, _, _| true,
-    )
-    .unwrap();
-    let parse = |text: Vec<u8>| Csv::parse(&text);
-    (parse(bodies.finish().unwrap()), parse(others.reactions.finish().unwrap()))
+fn bodies_and_reactions(job: &Job<'_>) -> (Csv, Csv) {
+    let mut tables = tables(job);
+    job.run(|sample| tables.add(sample).map_err(|error| error.to_string()), |_, _, _| true)
+        .unwrap();
+    let files = files(job, tables);
+    (Csv::parse(&files["bodies.csv"]), Csv::parse(&files["reactions.csv"]))
 }
 
 fn vector(csv: &Csv, of: &str, columns: [&str; 3], row: usize) -> Vec3<f64> {
@@ -52,7 +44,7 @@ fn pose(csv: &Csv, of: &str, row: usize) -> Pose<f64> {
 fn errors_of_differences(name: &str, step: f64) -> [f64; 4] {
     let model = model(name);
     let job = Job { step: Some(step), ..default_job(&model, FrictionMode::Off) };
-    let (csv, _) = tables(&job);
+    let (csv, _) = bodies_and_reactions(&job);
     let times = csv.column("time [s]");
     let every = (0.05 / step).round() as usize;
     let mut errors = [0.0_f64; 4];
@@ -101,7 +93,7 @@ fn twists_and_accelerations_are_derivatives() {
 fn quaternions_are_unit_and_continuous() {
     for name in ["four-bar", "gough"] {
         let model = model(name);
-        let (csv, _) = tables(&default_job(&model, FrictionMode::Off));
+        let (csv, _) = bodies_and_reactions(&default_job(&model, FrictionMode::Off));
         let mut passed = false;
         for body in &model.mechanism.bodies()[1..] {
             let mut last = quaternion(&csv, &body.name, 0);
@@ -130,7 +122,7 @@ fn loads_are_told_about_the_origin_in_world_axes() {
            at = [0.1, 0.2, -0.3], axes = \"body\" }\n\
            \"leg1.rod\" = { force = [7, 0, 0], at = [0, 0, 0.5] }\n";
     let model = model_of("3rps", &text);
-    let (csv, _) = tables(&job(&model, "reference", "turning", FrictionMode::Off));
+    let (csv, _) = bodies_and_reactions(&job(&model, "reference", "turning", FrictionMode::Off));
     let times = csv.column("time [s]");
     for (row, &time) in times.iter().enumerate() {
         let rotation = pose(&csv, "platform", row).rotation;
@@ -195,7 +187,7 @@ fn the_tables_balance_every_body() {
         let model = model(name);
         let mechanism = &model.mechanism;
         let job = Job { step: Some(0.05), ..default_job(&model, FrictionMode::Converged) };
-        let (csv, reactions) = tables(&job);
+        let (csv, reactions) = bodies_and_reactions(&job);
         for row in 0..csv.column("time [s]").len() {
             let springs = pulls(mechanism, &csv, row);
             let mut largest = 0.0_f64;

@@ -429,7 +429,7 @@ fn self_stresses_are_listed_by_joint() {
 
 /// The picture in the book is that of the program, except for the last digits.
 #[test]
-fn the_picture_of_the_book_is_true() {
+fn the_picture_of_the_book_is_current() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/src/pictures/3rps.svg");
     let book = std::fs::read_to_string(path).unwrap();
     let own = page(&model("3rps")).picture;

@@ -205,7 +205,7 @@ fn solve<const N: usize>(mut matrix: [[f64; N]; N], mut right: [f64; N]) -> [f64
 /// A wedge that lifts a follower, at rest: all eight combinations of the frictions of the three
 /// slides at their limits, with all signs of the three normal forces, solved by hand.
 #[test]
-fn a_wedge_at_rest_against_all_ways_to_hold_it() {
+fn a_wedge_at_rest_against_all_combinations_of_frictions() {
     let mut random = 1_u64;
     let mut uniform = |low: f64, high: f64| {
         random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);

@@ -190,7 +190,7 @@ fn every_body_is_in_equilibrium_from_the_written_reactions() {
 }
 
 #[test]
-fn the_robot_as_printed_has_no_answer_and_the_missing_moment_is_told() {
+fn the_missing_moment_of_the_printed_robot_is_reported() {
     let model = model("zhang2018");
     for friction in MODES {
         match Run::of(&default_job(&model, friction)) {

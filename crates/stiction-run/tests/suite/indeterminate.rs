@@ -97,7 +97,7 @@ fn apart(a: &Reactions, b: &Reactions, determined: &[[bool; 6]], open: bool) -> 
 }
 
 #[test]
-fn what_statics_leaves_open_does_not_depend_on_units() {
+fn indeterminate_reactions_do_not_depend_on_units() {
     // Loads on the redundant constraints: perpendicular to the plane of the planar linkages, and
     // along the three parallel constraint forces of the printed robot.
     let cases = [

@@ -17,12 +17,14 @@ mod friction;
 mod gallery;
 mod identities;
 mod indeterminate;
+mod joints;
 mod laws;
 #[path = "../../../stiction-core/tests/suite/common/mod.rs"]
 mod mechanisms;
 mod mjcf;
 mod mobility;
 mod motion;
+mod payload;
 mod pose;
 mod references;
 mod shares;

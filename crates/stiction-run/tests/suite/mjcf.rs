@@ -27,7 +27,8 @@ fn home(model: &ModelFile) -> Home<'_> {
 
 /// The first motion without a load.
 fn without_load(model: &ModelFile) -> Job<'_> {
-    static NONE: LoadCase = LoadCase { title: String::new(), wrenches: Vec::new() };
+    static NONE: LoadCase =
+        LoadCase { title: String::new(), wrenches: Vec::new(), payloads: Vec::new() };
     Job {
         model,
         motion: &model.motions[0].1,
@@ -324,14 +325,20 @@ fn viscous_friction_is_damping() {
         assert!((damping[name] - expected).abs() < 1e-14 * expected, "{name}: {}", damping[name]);
     }
     // Two balls close loops.
-    assert!(notes[0].starts_with("friction is left out at 2 of 6 contacts"), "{notes:?}");
+    assert!(
+        notes[0].starts_with("friction is left out at 2 of 6 friction interfaces"),
+        "{notes:?}"
+    );
     // The export omits a coefficient, but keeps the viscous part.
     let translational = crate::common::model("3upu");
     let Mjcf { text, notes } = mjcf(&home(&translational)).unwrap();
     let document = Document::parse(&text).unwrap();
     let guide = document.descendants().find(|node| node.attribute("name") == Some("leg1.P"));
     assert_eq!(numbers(&guide.unwrap(), "damping"), [40.0]);
-    assert!(notes[0].starts_with("friction is left out at 15 of 15 contacts"), "{notes:?}");
+    assert!(
+        notes[0].starts_with("friction is left out at 15 of 15 friction interfaces"),
+        "{notes:?}"
+    );
 }
 
 /// The parts of a split body sum up to its mass and inertia; motors are in our order; springs end
@@ -460,7 +467,7 @@ A = "50 deg + 2 rad/s*t"
 "#;
 
 #[test]
-fn bodies_without_mass_are_told() {
+fn bodies_without_mass_are_reported() {
     let model = model_of("massless", MASSLESS);
     let error = mjcf(&home(&model)).unwrap_err();
     assert_eq!(error, Unfit::Massless { body: "rod".into() });

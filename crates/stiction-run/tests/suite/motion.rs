@@ -117,7 +117,7 @@ fn a_massless_rod_is_a_light_one() {
 
 /// A slider drives its crank through both dead centres, where it cannot.
 #[test]
-fn a_singular_position_that_is_passed_is_told() {
+fn passed_singular_positions_are_reported() {
     let text = gallery::get("slider-crank").unwrap();
     let text = text.replacen("actuated = true\n", "", 1);
     let text =
@@ -247,7 +247,7 @@ fn all_orders_of_angles_assemble_without_a_guess() {
 /// singular, although the last reachable position is always singular, whatever the step size.
 /// Starting at a dead centre does not imply that no other position is reachable.
 #[test]
-fn what_is_within_reach_is_told() {
+fn reachable_positions_are_reported() {
     let text = gallery::get("slider-crank").unwrap();
     let text = text.replacen("A = \"10 rad/s*t\"", "slider.x = \"379.7 mm + 0.21 m/s*t\"", 1);
     let model = model_of("reach", &text);

@@ -6,7 +6,7 @@ use crate::common::*;
 use serde_json::Value;
 use stiction_core::dynamics::FrictionMode;
 use stiction_format::{LoadCase, ModelFile};
-use stiction_run::inverse::{Backward, Job, ShareTable, Summary, write_summary};
+use stiction_run::inverse::{Backward, Job, Summary, write_summary};
 
 /// Table of contributions of a run, its summary as JSON and as text.
 struct Told {
@@ -20,7 +20,7 @@ struct Told {
 }
 
 fn tell(job: &Job<'_>) -> Told {
-    let mut table = ShareTable::new(job, Vec::new()).unwrap();
+    let mut table = tables(job);
     let mut summary = Summary::new(job);
     let mut backward = Vec::new();
     let receive = |sample: &stiction_run::inverse::Sample<'_>| {
@@ -33,7 +33,7 @@ fn tell(job: &Job<'_>) -> Told {
     write_summary(&mut text, job, &summary, &verdict).unwrap();
     let run = Run::of(job).unwrap();
     Told {
-        shares: Csv::parse(&table.finish().unwrap()),
+        shares: Csv::parse(&files(job, table)["shares.csv"]),
         inverse: run.inverse,
         friction: run.friction,
         json: summary.json(job, &verdict),
@@ -120,7 +120,7 @@ fn the_regular_twin_dissipates_what_is_known() {
         for leg in 1..=3 {
             let ranked = &told.json["drives"][format!("leg{leg}.P")]["friction_shares"];
             let rms = |k: usize| ranked[k]["rms"].as_f64().unwrap();
-            assert_eq!(ranked[0]["contact"], format!("leg{leg}.P"));
+            assert_eq!(ranked[0]["interface"], format!("leg{leg}.P"));
             assert!((1..7).all(|k| rms(k) <= rms(k - 1)));
             // All pins and balls; the guides of other legs contribute only to the actuators of
             // those legs.
@@ -208,7 +208,8 @@ fn across_the_plane(slope: f64, rho: f64) -> String {
     )
 }
 
-static NO_LOAD: LoadCase = LoadCase { title: String::new(), wrenches: Vec::new() };
+static NO_LOAD: LoadCase =
+    LoadCase { title: String::new(), wrenches: Vec::new(), payloads: Vec::new() };
 
 /// A motion under gravity alone.
 fn none_loaded<'a>(model: &'a ModelFile, motion: &str) -> Job<'a> {

@@ -108,7 +108,7 @@ fn the_printed_robot() {
 }
 
 #[test]
-fn which_robots_are_singular_everywhere() {
+fn singular_architectures_are_distinguished() {
     for name in stiction_format::gallery::names() {
         let model = model(name);
         let found = found(&default_job(&model, FrictionMode::Off));

@@ -150,7 +150,7 @@ fn simulate(
 }
 
 #[test]
-fn a_simulation_tells_what_was_overwritten() {
+fn overwritten_files_are_reported() {
     let model = model("four-bar");
     let turning = turning();
     let pushing = recording("A [N m]", |t| 0.1 * t.sin());

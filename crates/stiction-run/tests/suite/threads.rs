@@ -3,20 +3,15 @@
 use crate::common::*;
 use stiction_core::dynamics::{FrictionMode, InverseDynamics, Settings};
 use stiction_format::{ModelFile, gallery};
-use stiction_run::inverse::{BodyTable, Error, Job, Sample, ShareTable, Summary, Tables, Verdict};
+use stiction_run::inverse::{Error, Job, Sample, Summary, Verdict};
 
 /// All tables, the summary and the verdict of a run, as written.
 fn run(job: &Job<'_>, threads: usize) -> Result<(Vec<Vec<u8>>, Verdict), Error> {
-    let mechanism = &job.model.mechanism;
-    let mut tables = Tables::new(mechanism, [Vec::new(), Vec::new(), Vec::new()]).unwrap();
-    let mut bodies = BodyTable::new(mechanism, Vec::new()).unwrap();
-    let mut shares = ShareTable::new(job, Vec::new()).unwrap();
+    let mut tables = tables(job);
     let mut summary = Summary::new(job);
     let mut last = None;
     let receive = |sample: &Sample<'_>| {
         tables.add(sample).unwrap();
-        bodies.add(sample).unwrap();
-        shares.add(sample).unwrap();
         summary.add(sample);
         Ok(())
     };
@@ -29,10 +24,8 @@ fn run(job: &Job<'_>, threads: usize) -> Result<(Vec<Vec<u8>>, Verdict), Error> 
     let (_, done, of) = last.unwrap();
     assert_eq!((done, of), (verdict.samples, verdict.samples));
     let json = summary.json(job, &verdict).to_string().into_bytes();
-    let [inverse, reactions, friction] = [tables.inverse, tables.reactions, tables.friction];
-    let files = [inverse, reactions, friction].map(|table| table.finish().unwrap());
-    let mut files = files.to_vec();
-    files.extend([bodies.finish().unwrap(), shares.finish().unwrap(), json]);
+    let mut files = tables.finish().unwrap();
+    files.push(json);
     Ok((files, verdict))
 }
 

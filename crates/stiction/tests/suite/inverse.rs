@@ -73,6 +73,21 @@ fn a_robot_built_by_code_is_the_one_in_the_file() {
 }
 
 #[test]
+fn the_control_loop_gives_the_efforts_of_the_motion() {
+    let robot = Robot::builtin("four-bar").unwrap();
+    let stiction::ControlLoop { model, mut data, position } = robot.control_loop().unwrap();
+    assert_eq!(position.len(), 1);
+    let motion = format!("A = {:?} + 0.3*t + 0.2*t^2; duration = 1", position[0]);
+    for sample in robot.inverse().motion(&motion).unwrap().step(0.05).collect().unwrap() {
+        let t = sample.time;
+        let (q, v, a) = (position[0] + 0.3 * t + 0.2 * t * t, 0.3 + 0.4 * t, 0.4);
+        assert!(model.inverse_dynamics(&mut data, &[q], &[v], &[a], &[]).is_converged());
+        let (own, other) = (data.efforts()[0], sample.effort("A").unwrap());
+        assert!((own - other).abs() < 1e-11 * other.abs().max(1.0), "{t}: {own} {other}");
+    }
+}
+
+#[test]
 fn threads_and_streams_give_the_same_bits() {
     let robot = Robot::builtin("3rps").unwrap();
     let request = robot.inverse().step(0.02);

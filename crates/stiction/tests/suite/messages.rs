@@ -39,7 +39,7 @@ fn defects_of_a_file_come_all_at_once_with_their_places() {
 }
 
 #[test]
-fn files_that_cannot_be_read_say_why() {
+fn unreadable_files_are_reported() {
     assert_eq!(
         told(Robot::load("no/such.toml")),
         "cannot read the model no/such.toml: there is no such file\n\

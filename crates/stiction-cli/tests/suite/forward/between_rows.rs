@@ -80,7 +80,7 @@ fn a_short_push_is_not_missed() {
 /// A force that oscillates 50 times per second is zero at every row and still exceeds friction in
 /// between; a force that exceeds it by 1e-4 for a moment starts the slip at that moment.
 #[test]
-fn a_force_that_swings_between_rows_lets_go() {
+fn oscillating_forces_between_rows_start_slip() {
     let folder = Folder::new("forward-swing");
     let begins = |events: &str| -> f64 {
         let first = events.lines().nth(1).unwrap_or_else(|| panic!("nothing happens: {events}"));

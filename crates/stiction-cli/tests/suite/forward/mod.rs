@@ -26,7 +26,7 @@ fn without_arguments_a_controller_follows_the_robots_own_motion() {
     let out = said.succeeds();
     assert!(said.err.contains("knows the robot, but not its friction"), "{}", said.err);
     // Values that differ between machines are omitted.
-    let stable: Vec<&str> = out.lines().filter(|line| !line.starts_with("loops closed")).collect();
+    let stable: Vec<&str> = out.lines().filter(|line| !line.starts_with("loop closure")).collect();
     insta::assert_snapshot!("forward-default", stable.join("\n"));
 }
 
@@ -66,7 +66,7 @@ fn the_files_are_complete() {
     assert_eq!(summary["options"]["controller"], "computed-torque");
     assert!(inner.read("events.csv").starts_with("time [s],event,at,detail\n"));
     let svg = inner.read("friction.svg");
-    assert!(svg.contains("contacts that stick") && !svg.contains("NaN"));
+    assert!(svg.contains("friction interfaces that stick") && !svg.contains("NaN"));
 }
 
 #[test]
@@ -84,7 +84,7 @@ fn programs_get_one_json_text() {
 
 /// The last row is at the requested instant, whether or not the step divides the duration.
 #[test]
-fn it_ends_when_it_was_asked_to() {
+fn signals_end_a_run() {
     let folder = Folder::new("forward-last");
     for (until, rows) in [("0.025", 4), ("0.03", 4), ("0.004", 2)] {
         let run = ["forward", "four-bar", "--until", until, "--step", "0.01", "-o", "."];

@@ -36,7 +36,7 @@ fn a_block_slides_or_sticks() {
 /// Forward and inverse dynamics share neither unknowns nor elimination. Through files: the efforts
 /// that inverse dynamics computes for a simulated motion are those of the simulation.
 #[test]
-fn inverse_dynamics_of_what_happened_is_what_was_done() {
+fn inverse_dynamics_of_a_simulation_returns_its_efforts() {
     let folder = Folder::new("forward-inverse");
     for (model, drives, names) in [
         ("four-bar", "A = 3 N m*sin(10*t)", vec!["A.drive [N m]"]),
@@ -97,7 +97,7 @@ fn a_delta_robot_is_passed_in_steps_and_says_so() {
     let events = summary["method"]["event_driven"].as_f64().unwrap();
     assert!(steps > 0.0 && (steps + events - 0.02).abs() < 1e-12, "{steps} {events}");
     // Balls slide from here on.
-    assert!(summary["energy"]["contacts"].as_f64().unwrap() > 0.0);
+    assert!(summary["energy"]["interfaces"].as_f64().unwrap() > 0.0);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::program::{Folder, column, json};
 
 #[test]
-fn wrong_input_is_told_with_a_way_out() {
+fn wrong_input_is_reported_with_a_suggestion() {
     let folder = Folder::new("forward-wrong");
     folder.write("times.csv", "time [s],leg1.P [N]\n0,1\n0,2\n");
     folder.write("names.csv", "time [s],leg1.R [N m]\n0,1\n");
@@ -89,7 +89,7 @@ fn wrong_input_is_told_with_a_way_out() {
 /// With two legs locked, the platform cannot tilt, and friction jams it while it moves: the start
 /// has no solution, so no row is written.
 #[test]
-fn what_has_no_solution_at_the_start_writes_no_row() {
+fn a_start_without_solution_writes_no_row() {
     let folder = Folder::new("forward-jammed");
     let hold = ["forward", "gough", "--hold", "leg1.U,leg2.U.second", "--drives", "none"];
     let run = [&hold[..], &["--until", "0.02", "-o", "."]].concat();
@@ -100,7 +100,7 @@ fn what_has_no_solution_at_the_start_writes_no_row() {
 /// Friction grows with the normal loads that it causes until no acceleration satisfies the laws:
 /// earlier results are kept.
 #[test]
-fn what_was_computed_before_it_jams_is_kept() {
+fn results_before_a_jam_are_kept() {
     let folder = Folder::new("forward-jam");
     // Event-driven: some interfaces stick, and the automatic method continues until all of them
     // slide.

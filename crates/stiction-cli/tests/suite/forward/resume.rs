@@ -26,7 +26,7 @@ fn interrupt(child: &std::process::Child) {
 /// Ctrl-C keeps complete files up to that instant and sets the exit code.
 #[cfg(unix)]
 #[test]
-fn ctrl_c_keeps_what_is_done() {
+fn ctrl_c_keeps_finished_rows() {
     let folder = Folder::new("forward-interrupt");
     let child = begin(&folder, &["forward", "--drives", "inverse", "--until", "1000", "-o", "."]);
     interrupt(&child);
@@ -86,17 +86,19 @@ fn a_resumed_run_has_the_bytes_of_an_uninterrupted_one() {
 }
 
 #[test]
-fn what_cannot_go_on_is_told() {
+fn runs_that_cannot_resume_are_reported() {
     let folder = Folder::new("forward-resume-wrong");
     folder.stiction(&["forward", "--resume"]).fails(2, &["--output"]);
     folder.stiction(&["forward", "--resume", "-o", "."]).fails(2, &["no checkpoint.json"]);
     folder.write("checkpoint.json", "{");
     let resume = ["forward", "--resume", "-o", "."];
-    folder.stiction(&resume).fails(2, &["is damaged: it is no JSON any more (line 1)"]);
+    folder.stiction(&resume).fails(2, &["is damaged: line 1 is not valid JSON"]);
     folder.write("checkpoint.json", "{}");
-    folder.stiction(&resume).fails(2, &["is damaged: it does not say of which simulation it is"]);
+    folder.stiction(&resume).fails(2, &["is damaged: it does not name its simulation"]);
     folder.write("checkpoint.json", "{\"fingerprint\": \"12\"}");
-    folder.stiction(&["forward", "--resume", "-o", "."]).fails(2, &["of another simulation"]);
+    folder
+        .stiction(&["forward", "--resume", "-o", "."])
+        .fails(2, &["belongs to another simulation"]);
     folder
         .stiction(&["forward", "--checkpoint", "-1", "-o", "."])
         .fails(2, &["--checkpoint is -1 s"]);

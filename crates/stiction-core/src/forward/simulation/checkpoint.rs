@@ -23,7 +23,7 @@ pub struct Checkpoint {
 }
 
 /// The first number: what follows is in this order.
-const FORMAT: f64 = 4.0;
+const FORMAT: f64 = 5.0;
 
 /// No count comes near it; what is beyond is no count of ours, and could not be counted on from.
 const COUNTABLE: f64 = 1e15;
@@ -169,6 +169,7 @@ impl<'a> Simulation<'a> {
         tape.numbers([&mut energies.loads, &mut energies.dampers, &mut energies.turnover]);
         tape.numbers([&mut self.energy_at_start, &mut self.fastest, &mut self.fastest_rate]);
         tape.number(&mut self.step);
+        tape.flag(&mut self.in_passage);
         tape.flag(&mut self.told_of_others);
         tape.count(&mut self.told_of_shares);
         tape.count(&mut self.stalled);
@@ -251,6 +252,7 @@ impl Forward {
             fastest_rate: 0.0,
             step: 0.0,
             events: checkpoint.events.clone(),
+            in_passage: false,
             told_of_others: false,
             told_of_shares: 0,
             stalled: 0,

@@ -62,6 +62,8 @@ pub struct Simulation<'a> {
     fastest_rate: f64,
     step: f64,
     events: Vec<Event>,
+    /// A singular position was reported and the mechanism is still near it.
+    in_passage: bool,
     told_of_others: bool,
     told_of_shares: usize,
     stalled: usize,

@@ -2,16 +2,16 @@
 
 use super::ranks::Ranks;
 use crate::forward::Forward;
+use crate::forward::data::Data;
 use crate::forward::instant::Instant;
 use crate::forward::project::Projection;
-use crate::forward::situation::Situation;
 use crate::forward::solve::Solved;
 use crate::kinematics::State;
 
 /// Room that evaluations use again and again. Nothing in it is part of a simulation's state.
 #[derive(Clone, Debug)]
 pub(super) struct Scratch {
-    pub(super) situation: Situation,
+    pub(super) situation: Data,
     pub(super) solved: Solved,
     pub(super) projection: Projection,
     /// Loads nearby, where Newton's method starts.
@@ -20,6 +20,8 @@ pub(super) struct Scratch {
     pub(super) conditions_hold: bool,
     /// The least part of its limit that any contact which sticks had left at the stages of a step.
     pub(super) margin: f64,
+    /// The smallest singularity distance at the stages of a step, see [`Instant::distance`].
+    pub(super) nearest: f64,
     /// Coordinates and rates that are moved onto the loops, and all that goes with them.
     pub(super) y: Vec<f64>,
     /// Where the last step began.
@@ -32,12 +34,13 @@ pub(super) struct Scratch {
 impl Scratch {
     pub(super) fn new(model: &Forward) -> Self {
         Self {
-            situation: Situation::new(model),
+            situation: Data::new(model),
             solved: Solved::default(),
             projection: Projection::new(model),
             loads: Vec::new(),
             conditions_hold: false,
             margin: f64::INFINITY,
+            nearest: f64::INFINITY,
             y: Vec::new(),
             before: State::new(&model.topology),
             ranks: Ranks::new(model),

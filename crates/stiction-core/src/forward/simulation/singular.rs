@@ -16,6 +16,8 @@ use crate::spatial::Wrench;
 const NEAR: f64 = 0.2;
 /// Nearer than this at the least: the position was passed, as far as steps of 1e-10 know it.
 const PASSED: f64 = 1e-6;
+/// The passage is over where the distance exceeds this.
+const LEFT: f64 = 0.01;
 /// Instants beside a singular start are as far apart as the fastest moves by this, in rad or characteristic lengths.
 const BESIDE: f64 = 1e-3;
 /// So much of a step to see whether a distance grows.
@@ -102,6 +104,7 @@ impl Simulation<'_> {
         model.targets_into(self.now.time, inputs, &mut ranks.targets);
         let (rank, distance) = ranks.at(model, &self.now.state);
         let (rank_before, distance_before) = ranks.at(model, before);
+        self.in_passage &= distance.min(distance_before) < LEFT || rank != rank_before;
         if rank != rank_before {
             // It ended in such a position, to the last digit, or began in one at rest.
             let (at, lost) = if rank < rank_before {
@@ -109,13 +112,10 @@ impl Simulation<'_> {
             } else {
                 (time, rank - rank_before)
             };
-            let is_told = |e: &Event| e.time == at && matches!(e.kind, EventKind::Singular { .. });
-            if !self.events.iter().any(is_told) {
-                self.tell_rank(at, lost);
-            }
+            self.tell_rank(at, lost);
             return Ok(());
         }
-        if distance.min(distance_before) > NEAR {
+        if self.in_passage || distance.min(distance_before) > NEAR {
             return Ok(());
         }
         let little = LITTLE * step;
@@ -160,7 +160,11 @@ impl Simulation<'_> {
         Ok(())
     }
 
+    /// Reports a singular position, once for each passage.
     fn tell_rank(&mut self, time: f64, lost: usize) {
+        if std::mem::replace(&mut self.in_passage, true) {
+            return;
+        }
         self.events.push(Event { time, kind: EventKind::Singular { lost } });
     }
 }

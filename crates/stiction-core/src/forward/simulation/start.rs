@@ -1,7 +1,7 @@
 //! Where a simulation begins.
 
 use super::scratch::Scratch;
-use super::stepping::{FIRST, QUIET};
+use super::stepping::{FIRST, QUIET, is_without_acceleration};
 use super::{Energies, Method, REST, Settings, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, is_smooth, norm};
@@ -9,6 +9,7 @@ use crate::forward::error::ForwardError;
 use crate::forward::inputs::{Inputs, View};
 use crate::forward::integrator::Steps;
 use crate::forward::stick::Choice;
+use crate::forward::time_stepping::StepStart;
 use crate::kinematics::{Bodies, State};
 
 impl Forward {
@@ -91,7 +92,7 @@ impl<'a> Simulation<'a> {
             pitch,
             angles: &angles,
         });
-        let mut situation = model.situation(time, state, &bristles, (&[], &[]), inputs);
+        let mut situation = model.data(time, state, &bristles, (&[], &[]), inputs);
         model.can_go_on(&situation)?;
         let fastest = situation.velocities.iter().map(|v| norm(*v)).fold(asked, f64::max);
         let mut modes = Vec::with_capacity(interfaces.len());
@@ -115,24 +116,37 @@ impl<'a> Simulation<'a> {
         let in_steps = settings.method == Method::TimeStepping;
         let chosen =
             if in_steps { None } else { Some(model.choose(&mut situation, &modes, &resting)) };
-        let (mut grips, mut shares) = (situation.grips.clone(), situation.shares.clone());
+        let (mut grips, mut shares) =
+            (situation.friction_scales.clone(), situation.reference_frictions.clone());
         // Where nothing was chosen they have not been made.
         grips.resize(interfaces.len(), 1.0);
         shares.resize(interfaces.len(), [0.0; 3]);
-        let overload = situation.overload;
+        let overload = situation.limit_factor;
         // Why there are no accelerations at the start.
         let mut refusal = None;
         let (now, modes, stepping) = match chosen {
             Some(Ok(Choice { modes, solved })) => {
-                (model.instant(situation, &modes, &solved), modes, false)
+                (model.instant(&situation, &modes, &solved), modes, false)
             }
             // Where no accelerations were found velocities may still have a solution.
-            Some(Err(error)) if !may_leap(&error, settings, resting.is_empty()) => {
+            Some(Err(error))
+                if settings.method != Method::Automatic || !is_without_acceleration(&error) =>
+            {
                 return Err(error);
             }
             failed => {
                 let state = situation.state;
-                let first = model.leap(time, FIRST, &state, (&modes, &bristles, &bristles), inputs);
+                let first = model.time_step(
+                    time,
+                    FIRST,
+                    StepStart {
+                        state: &state,
+                        modes: &modes,
+                        bristles: &bristles,
+                        frictions: &bristles,
+                    },
+                    inputs,
+                );
                 let leap = match (first, failed) {
                     (Ok(leap), failed) => {
                         refusal = failed.and_then(Result::err);
@@ -170,6 +184,7 @@ impl<'a> Simulation<'a> {
             fastest_rate: 0.0,
             step: 0.0,
             events: Vec::new(),
+            in_passage: false,
             told_of_others: false,
             told_of_shares: 0,
             stalled: 0,
@@ -204,12 +219,4 @@ impl<'a> Simulation<'a> {
         simulation.look_for_others(inputs)?;
         Ok(simulation)
     }
-}
-
-/// Whether the time stepper may begin where accelerations were not found for this reason: where all slide there
-/// are none.
-fn may_leap(error: &ForwardError, settings: Settings, all_slide: bool) -> bool {
-    let friction =
-        matches!(error, ForwardError::NoChoice { .. } | ForwardError::NoAcceleration { .. });
-    settings.method == Method::Automatic && friction && !all_slide
 }

@@ -15,11 +15,19 @@ use crate::forward::integrator::Tolerance;
 /// Conditions that are as close to dependent as this: stages of steps are moved onto the loops, too.
 const NEAR_SINGULAR: f64 = 0.2;
 
+/// Relative closure error of the loops after a projection.
+const CLOSURE: f64 = 2e-15;
+/// Coarsest relative tolerance of a step through a singular passage.
+const COARSEST: f64 = 1e-6;
+
 /// Numbers of Hairer's code of this method: what stability allows, so many steps are many, so few others
 /// in a row end it.
 const BOUNDED_BY_STABILITY: f64 = 6.1;
 const STIFF: usize = 15;
 const CALM: usize = 6;
+
+/// A shorter step without an acceleration at its stages, s, is left to the time stepper.
+const LOST: f64 = 1e-6;
 
 /// Where the end of a step is off an event by less than this part of it, it is moved there along the derivative: the
 /// square of that is below rounding.
@@ -73,7 +81,18 @@ impl Simulation<'_> {
             } else if left < 2.0 * step {
                 step = 0.5 * left;
             }
-            match self.try_step(start, first, step, inputs) {
+            let tried = self.try_step(start, first, step, inputs);
+            if std::env::var_os("STDBG").is_some() {
+                eprintln!(
+                    "t {time:.12} h {step:.2e} {} ev {}",
+                    match &tried {
+                        Ok(e) => format!("{e:.2e}"),
+                        Err(e) => format!("{e}").chars().take(90).collect(),
+                    },
+                    self.evaluations
+                );
+            }
+            match tried {
                 Ok(error) if error <= 1.0 => {
                     let grow = if error > 0.0 { 0.9 * error.powf(-0.125) } else { 6.0 };
                     let next = step * grow.clamp(0.33, 6.0);
@@ -142,6 +161,13 @@ impl Simulation<'_> {
     ) -> Result<(), ForwardError> {
         self.step = step * factor;
         let shortest = self.settings.shortest_step.max(4.0 * f64::EPSILON * self.now.time.abs());
+        if let Some(error) = &error
+            && self.step < LOST
+            && self.may_step(error)
+        {
+            // Ever shorter steps towards the last acceleration end nowhere.
+            return Err(error.clone());
+        }
         if self.step >= shortest {
             return Ok(());
         }
@@ -175,7 +201,18 @@ impl Simulation<'_> {
         });
         self.steps = steps;
         self.scales = scales;
-        result
+        Ok(result? * self.settings.relative / self.attainable_tolerance())
+    }
+
+    /// Relative tolerance that rounding allows at the stages of the last step.
+    ///
+    /// Loops close to [`CLOSURE`]. At the singularity distance `s` this turns the null space of the constraint
+    /// rows, and so the rates, by `CLOSURE / s`; its change over the width `s` of the singular passage amounts
+    /// to `CLOSURE / s^2` of the rates. No shorter step is more accurate.
+    pub(super) fn attainable_tolerance(&self) -> f64 {
+        let nearest = self.room.nearest;
+        let rounding = (CLOSURE / (nearest * nearest)).min(COARSEST);
+        self.settings.relative.max(rounding)
     }
 
     /// Accepts a step up to the first event in it.
@@ -352,6 +389,7 @@ impl Simulation<'_> {
         loads.clear();
         loads.extend(self.now.interfaces.iter().map(|interface| interface.load));
         self.room.margin = f64::INFINITY;
+        self.room.nearest = self.now.distance;
     }
 
     pub(super) fn evaluate(
@@ -379,9 +417,9 @@ impl Simulation<'_> {
         let bristles = rest.chunks_exact(3).take(self.modes.len());
         situation.bristles.clear();
         situation.bristles.extend(bristles.map(|z| [z[0], z[1], z[2]]));
-        situation.grips.clone_from(&self.grips);
-        situation.shares.clone_from(&self.shares);
-        model.look(situation, inputs);
+        situation.friction_scales.clone_from(&self.grips);
+        situation.reference_frictions.clone_from(&self.shares);
+        model.update_data(situation, inputs);
         model
             .solve_into(situation, &self.modes, Some(loads), measure, solved)
             .map_err(|u| model.unsolved(time, u))?;
@@ -412,6 +450,7 @@ impl Simulation<'_> {
         };
         self.derivative_into(&instant, rates);
         self.room.margin = self.room.margin.min(self.least_margin(&instant));
+        self.room.nearest = self.room.nearest.min(instant.distance);
         let Scratch { loads, solved, .. } = &mut *self.room;
         loads.clone_from(&solved.coupled.loads);
         self.room.spare(instant);

@@ -1,14 +1,14 @@
 //! The nonsmooth time stepper at work: steps twice with half the length, by their difference shortened and
 //! lengthened; when it begins and when it ends.
 
-use super::{Event, EventKind, Method, Simulation};
+use super::{Energies, Event, EventKind, Method, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::{Account, Instant, InterfaceSample};
 use crate::forward::project::Anchor;
-use crate::forward::time_stepping::{Leap, Work};
+use crate::forward::time_stepping::{StepStart, TimeStep};
 use crate::kinematics::State;
 use crate::mechanism::JointId;
 use crate::parameters::Parameters;
@@ -38,7 +38,7 @@ pub(super) struct Stepping {
 }
 
 struct Landed {
-    leap: Leap,
+    leap: TimeStep,
     state: State<f64>,
     anchors: Vec<Anchor>,
     frozen: Vec<bool>,
@@ -50,22 +50,13 @@ impl Simulation<'_> {
         if self.stepping.is_some() { Method::TimeStepping } else { Method::EventDriven }
     }
 
-    /// Whether an error of the event-driven method is a reason to go on in steps.
+    /// Returns whether time stepping may continue after this error of the event-driven method: no acceleration
+    /// or no set of sticking joints was found, or the steps have become too short. Velocities that satisfy
+    /// all laws at the end of a step may still exist.
     pub(super) fn may_step(&self, error: &ForwardError) -> bool {
-        let holds =
-            |c: &InterfaceMode| matches!(c, InterfaceMode::Sticks | InterfaceMode::AtLimit(_));
         self.settings.method == Method::Automatic
             && self.stepping.is_none()
-            && match error {
-                // Without friction there is nothing that steps of first order do better.
-                ForwardError::NoChoice { .. } | ForwardError::Stiff { .. } => {
-                    self.affine_frictions()
-                }
-                // Where something holds, what lets go may have been chosen badly; where all slide there is
-                // no acceleration at all.
-                ForwardError::NoAcceleration { .. } => self.modes.iter().any(holds),
-                _ => false,
-            }
+            && is_without_acceleration(error)
     }
 
     /// Whether anything rubs.
@@ -116,11 +107,21 @@ impl Simulation<'_> {
     ) -> Result<Landed, ForwardError> {
         self.evaluations += 1;
         let model = self.model;
-        let mut leap = model.leap(time, step, from, (modes, bristles, near), inputs)?;
+        let mut leap = model.time_step(
+            time,
+            step,
+            StepStart { state: from, modes, bristles, frictions: near },
+            inputs,
+        )?;
         if let Some(stands) = self.stands_while_it_turns(modes, &leap) {
             let near = &leap.frictions;
-            let held = model.leap(time, step, from, (&stands, bristles, near), inputs);
-            let stays = |leap: &Leap| {
+            let held = model.time_step(
+                time,
+                step,
+                StepStart { state: from, modes: &stands, bristles, frictions: near },
+                inputs,
+            );
+            let stays = |leap: &TimeStep| {
                 let each = modes.iter().zip(&stands).zip(&leap.modes);
                 each.into_iter().any(|((a, b), after)| a != b && *after == InterfaceMode::Sticks)
             };
@@ -160,7 +161,7 @@ impl Simulation<'_> {
     fn stands_while_it_turns(
         &self,
         modes: &[InterfaceMode],
-        leap: &Leap,
+        leap: &TimeStep,
     ) -> Option<Vec<InterfaceMode>> {
         let mut stands = modes.to_vec();
         for (interface, mode) in stands.iter_mut().enumerate() {
@@ -231,6 +232,20 @@ impl Simulation<'_> {
             let shortened = step < stepping.step;
             let half = 0.5 * step;
             let tried = self.two_halves(time, half, &from, (&modes, &bristles), inputs);
+            if std::env::var_os("STDBG").is_some() {
+                eprintln!(
+                    "TS {time:.12} h {step:.2e} {} ev {}",
+                    match &tried {
+                        Ok(e) => format!(
+                            "{:.2e} {:.1e}",
+                            self.apart(&e.0.state, &e.2.state, step),
+                            self.change(&from, &e.0.state)
+                        ),
+                        Err(e) => format!("{e}").chars().take(90).collect(),
+                    },
+                    self.evaluations
+                );
+            }
             let (whole, first, second) = match tried {
                 Ok(tried) => tried,
                 Err(error) => {
@@ -249,7 +264,8 @@ impl Simulation<'_> {
             // Slow is what falls freely for a part of the time that its own length takes.
             let Parameters { gravity, length, .. } = &self.model.parameters;
             let slow = self.fastest_rate.max(JUMP * (gravity.norm() / length).sqrt());
-            let jumps = one > 0.75 * all && all > JUMP * slow && all > 0.0;
+            let moves = all > STILL * whole.leap.free_rate;
+            let jumps = moves && one > 0.75 * all && all > JUMP * slow;
             if (error > 1.0 || jumps) && step > SHORTEST_BEFORE_JUMP {
                 let factor = if error > 1.0 { (0.8 / error.sqrt()).clamp(0.1, 0.7) } else { 0.25 };
                 stepping.step = (step * factor).max(0.9 * SHORTEST_BEFORE_JUMP);
@@ -288,19 +304,19 @@ impl Simulation<'_> {
         let whole = self.land(time, 2.0 * half, from, (modes, bristles, &near), inputs)?;
         let near = &whole.leap.frictions;
         let first = self.land(time, half, from, (modes, bristles, near), inputs)?;
-        let Leap { modes, bristles, frictions, .. } = &first.leap;
+        let TimeStep { modes, bristles, frictions, .. } = &first.leap;
         let next = (&modes[..], &bristles[..], &frictions[..]);
         let second = self.land(time + half, half, &first.state, next, inputs)?;
         Ok((whole, first, second))
     }
 
-    fn tell_jump(&mut self, leap: &Leap, time: f64, change: f64) {
+    fn tell_jump(&mut self, leap: &TimeStep, time: f64, change: f64) {
         let most = (0..leap.loads.len()).max_by(|a, b| leap.loads[*a].total_cmp(&leap.loads[*b]));
         let joint = JointId(most.map_or(0, |c| self.model.parameters.interfaces[c].joint));
         self.events.push(Event { time, kind: EventKind::Jump { joint, change } });
     }
 
-    fn add(&mut self, work: &Work) {
+    fn add(&mut self, work: &Energies) {
         let energies = &mut self.energies;
         let sum = |to: &mut [f64], from: &[f64]| {
             to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
@@ -358,6 +374,16 @@ impl Simulation<'_> {
     }
 }
 
+/// Returns whether the event-driven method found no acceleration, or none that a step can follow.
+pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
+    matches!(
+        error,
+        ForwardError::NoChoice { .. }
+            | ForwardError::NoAcceleration { .. }
+            | ForwardError::Stiff { .. }
+    )
+}
+
 /// What was held before stays where it was.
 fn keep_poses(anchors: &mut [Anchor], before: &[Anchor]) {
     for anchor in anchors {
@@ -373,13 +399,13 @@ impl Forward {
     pub(super) fn instant_of(
         &self,
         time: f64,
-        leap: Leap,
+        leap: TimeStep,
         state: State<f64>,
         inputs: &mut dyn Inputs,
     ) -> Instant {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let accelerations = leap.response.accelerations.clone();
-        let situation = self.situation(time, state, &leap.bristles, (&[], &[]), inputs);
+        let situation = self.data(time, state, &leap.bristles, (&[], &[]), inputs);
         let (mut state, mut bodies) = (situation.state, situation.bodies);
         state.accelerations = accelerations;
         bodies.accelerate(topology, &state.accelerations);

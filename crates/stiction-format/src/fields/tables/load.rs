@@ -1,11 +1,41 @@
 //! Loads.
 
-use crate::expression::Measure::{Force, Length, Moment};
-use crate::fields::Shape::{Choice, Quantity, Text, Vector};
-use crate::fields::{Field, field};
+use crate::expression::Measure::{Force, Length, Mass, Moment, Time};
+use crate::fields::Shape::{Choice, Inertia, List, Name, Quantity, Text, Vector};
+use crate::fields::{Field, field, required};
 
 /// Keys of a load case, without its bodies.
-pub(crate) const LOAD: &[Field] = &[field("title", Text, "One-line description.")];
+pub(crate) const LOAD: &[Field] = &[
+    field("title", Text, "One-line description."),
+    field(
+        "payload",
+        List(PAYLOAD),
+        "Parts that the mechanism carries, with weight and inertia, as [[loads.NAME.payload]].",
+    ),
+];
+
+/// A part that a body carries.
+pub(crate) const PAYLOAD: &[Field] = &[
+    required("body", Name, "Body to which the part is fixed while it is carried."),
+    required("mass", Quantity(Mass), "Mass of the part, greater than 0."),
+    field(
+        "com",
+        Vector(Length),
+        "Centre of mass of the part in the frame of the body; by default its origin.",
+    ),
+    field(
+        "inertia",
+        Inertia,
+        "Inertia of the part about its centre of mass, in the axes of the body; by default 0, a point \
+         mass.",
+    ),
+    field(
+        "from",
+        Quantity(Time),
+        "Time at which the part is picked up; by default from the start.",
+    ),
+    field("until", Quantity(Time), "Time at which the part is placed; by default to the end."),
+];
 
 /// Keys of the load on a body.
 pub(crate) const BODY_LOAD: &[Field] = &[

@@ -11,7 +11,7 @@ pub(crate) use drives::{CHANNEL, CONTROL, DRIVES};
 pub(crate) use friction::{BACKWARD_LAW, INTERFACE, JOINT_FRICTION};
 pub(crate) use joint::{JOINT, JOINT_COMPLIANCE, JOINT_TYPES, LEG_JOINT};
 pub(crate) use legs::{LEGS, PLACE};
-pub(crate) use load::{BODY_LOAD, LOAD};
+pub(crate) use load::{BODY_LOAD, LOAD, PAYLOAD};
 pub(crate) use motion::{BODY_MOTION, MOTION, ORDERS};
 
 use super::Shape::{

@@ -1,4 +1,5 @@
-//! Degrees of freedom: three counts, what decides them, and what every body can do.
+//! Degrees of freedom: three counts, the singular values that decide them, and the motions of each
+//! body.
 
 use super::html::{Column, note, paragraph, section, table};
 use crate::check::{Findings, words};
@@ -52,7 +53,7 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
     section("Degrees of freedom", &inner)
 }
 
-/// The two singular values between which the rank is decided.
+/// The two singular values that decide the rank.
 fn gap(findings: &Findings) -> String {
     let (Some(kept), dropped) = findings.mobility.gap else {
         return note("There are no loops: every freedom of a joint is one of the mechanism.");
@@ -69,7 +70,7 @@ fn gap(findings: &Findings) -> String {
 }
 
 fn bodies(findings: &Findings) -> String {
-    // Hubs first: what a robot carries its tool with has the most freedoms.
+    // Bodies with most joints first: the tool is usually on one of them.
     let mut bodies: Vec<_> = findings.mobility.bodies.iter().collect();
     bodies.sort_by_key(|body| std::cmp::Reverse(body.motions.len() + body.first_order_only.len()));
     let blocked = bodies.iter().any(|body| !body.first_order_only.is_empty());

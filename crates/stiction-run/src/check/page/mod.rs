@@ -1,7 +1,6 @@
-//! Findings as a page for a browser: one file that needs nothing else, with a picture of the
-//! mechanism.
+//! Results of a check as a self-contained page with a picture of the mechanism.
 //!
-//! One function a section. Names and titles come from the user's files; `html` escapes them.
+//! Each section is one function. `html` escapes names and titles, which come from the user's files.
 
 mod html;
 mod mobility;
@@ -17,19 +16,19 @@ use stiction_draw::drawing::Surface;
 use stiction_draw::numbers::number;
 use stiction_draw::xml::escape;
 
-/// What [`draw_page`] gives.
+/// Result of [`draw_page`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Page {
     /// A complete page in HTML that is well-formed XML, too.
     pub html: String,
-    /// Its picture of the mechanism alone, in SVG on white, for papers.
+    /// Picture of the mechanism in SVG on white.
     pub picture: String,
 }
 
-/// Writes what was found about a job's mechanism as a page.
+/// Writes the results of a check as a page.
 ///
 /// # Errors
-/// The motion, which is followed once more for the picture, cannot be followed.
+/// The motion cannot be followed for the picture.
 pub fn draw_page(job: &Job<'_>, findings: &Findings) -> Result<Page, Error> {
     let locked = job.locked_start()?;
     let portrait = match &locked {

@@ -1,4 +1,4 @@
-//! What is redundant, and what statics does not determine.
+//! Redundant constraints and undetermined reactions.
 
 use super::html::{Column, folded, note, paragraph, section, table};
 use crate::check::Findings;
@@ -6,7 +6,7 @@ use crate::inverse::Job;
 use stiction_core::statics::JointLoad;
 use stiction_draw::numbers::number;
 
-/// Self-stresses that are listed at most.
+/// Largest number of self-stresses listed.
 const LISTED: usize = 24;
 
 pub(super) fn redundancy(job: &Job<'_>, findings: &Findings) -> String {
@@ -40,7 +40,7 @@ pub(super) fn redundancy(job: &Job<'_>, findings: &Findings) -> String {
     section("Redundancy and uniqueness", &inner)
 }
 
-/// A few names, and how many more.
+/// The first names of a list and the number of the others.
 fn joints_of(job: &Job<'_>, stress: &[JointLoad]) -> String {
     let name = |load: &JointLoad| job.model.mechanism.joints()[load.joint.0].name.as_str();
     let few: Vec<&str> = stress.iter().take(6).map(name).collect();
@@ -54,7 +54,7 @@ fn joints_of(job: &Job<'_>, stress: &[JointLoad]) -> String {
 fn self_stress(job: &Job<'_>, stress: &[JointLoad]) -> String {
     let largest = |part: fn(&JointLoad) -> f64| stress.iter().map(part).fold(0.0, f64::max);
     let (force, moment) = (largest(|load| load.force.norm()), largest(|load| load.moment.norm()));
-    // What is rounding error beside the largest is none.
+    // Values of the size of rounding errors relative to the largest are zero.
     let clean = |x: f64, largest: f64| {
         if x.abs() < 1e-9 * largest { "0".to_owned() } else { number(x) }
     };

@@ -1,11 +1,11 @@
-//! How near the motion comes to singular positions.
+//! Closest approaches to singular poses.
 
 use super::html::{Column, note, paragraph, section, table};
 use crate::check::{Findings, Kind, Nearness, words};
 use crate::inverse::Job;
 use stiction_draw::numbers::number;
 
-/// Passages that are listed at most.
+/// Largest number of passages listed.
 const LISTED: usize = 24;
 
 pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
@@ -18,7 +18,7 @@ pub(super) fn singularities(job: &Job<'_>, findings: &Findings) -> String {
         ("least distance", Column::Number),
         ("at t [s]", Column::Number),
         ("singular samples", Column::Number),
-        ("held least", Column::Text),
+        ("least constrained", Column::Text),
         ("what it is", Column::Text),
     ];
     let mut inner = table(&head, &rows);
@@ -69,7 +69,7 @@ fn row(kind: Kind, nearness: &Nearness, samples: usize) -> Vec<String> {
     vec![kind.word().into(), distance, when, singular, held, meaning.into()]
 }
 
-/// With a capital letter and a full stop.
+/// Makes a sentence: capital letter and full stop.
 fn capitalised(sentence: &str) -> String {
     let mut letters = sentence.chars();
     let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! What stands behind the bodies: springs, motors, and the home as coordinates.
+//! Elements after the bodies: springs, motors and the home pose.
 
 use super::names::Names;
 use super::parts::{NamedPart, NamedStep};
@@ -32,7 +32,7 @@ impl Writer<'_> {
         self.xml.close();
     }
 
-    /// Motors, in the order of all lists of drives.
+    /// Motors, in the order of the actuators.
     pub(super) fn write_drives(&mut self) {
         let mechanism = &self.home.model.mechanism;
         let mut drives = Vec::new();
@@ -55,7 +55,7 @@ impl Writer<'_> {
         self.xml.close();
     }
 
-    /// The home.
+    /// Home pose.
     pub(super) fn write_keyframe(&mut self) {
         let mut qpos = Vec::new();
         for (part, NamedPart { free, steps, .. }) in self.tree.parts.iter().zip(&self.parts) {

@@ -1,16 +1,16 @@
-//! What of friction MJCF can say: damping that does not depend on load.
+//! Friction that MJCF can express: damping independent of the load.
 
 use stiction_core::friction::{Curve, InterfaceShape, JointFriction, Law, Thread, interfaces_of};
 use stiction_core::mechanism::Joint;
 
-/// For each freedom of a joint its damping, N s/m or N m s.
+/// For each degree of freedom of a joint its damping, N s/m or N m s.
 pub(super) fn damping(joint: &Joint) -> Vec<f64> {
     let mut damping = vec![0.0; joint.joint_type.dofs().len()];
     for interface in &joint.friction {
         let Some(viscous) = viscous(interface) else { continue };
         let (_, shape) = interfaces_of(joint.joint_type)[interface.place];
         let radius = interface.radius.unwrap_or(1.0);
-        // The power that is lost: coefficient times speed at the surface squared.
+        // Dissipated power: coefficient times the squared sliding speed.
         let squares = match shape {
             InterfaceShape::Plate => [1.0, 1.0, radius * radius],
             InterfaceShape::Thread => {
@@ -27,14 +27,13 @@ pub(super) fn damping(joint: &Joint) -> Vec<f64> {
     damping
 }
 
-/// The viscous coefficient, N s/m; none if it is different backward.
+/// Viscous coefficient, N s/m; `None` if it differs backward.
 fn viscous(interface: &JointFriction) -> Option<f64> {
     let same = interface.backward.as_ref().is_none_or(|law| law.viscous == interface.law.viscous);
     same.then_some(interface.law.viscous)
 }
 
-/// Whether damping is all the friction that there is; where there can be none, whether there is no
-/// friction.
+/// True if damping is the only friction of the joint.
 pub(super) fn is_damping_alone(interface: &JointFriction, can_be_damped: bool) -> bool {
     let laws = [Some(&interface.law), interface.backward.as_ref()];
     viscous(interface).is_some_and(|viscous| can_be_damped || viscous == 0.0)

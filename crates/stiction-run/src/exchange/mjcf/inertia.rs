@@ -1,16 +1,16 @@
-//! Moments of inertia that MuJoCo takes: it refuses what no distribution of mass has.
+//! Moments of inertia that MuJoCo accepts; it rejects those of no mass distribution.
 
 use nalgebra::{Matrix3, SymmetricEigen};
 use stiction_core::mechanism::Body;
 use stiction_core::spatial::Mat3;
 
-/// Zero moments become this part of the largest and of the mass times the square of the
-/// characteristic length, and sums of two exceed the third by it: rounding must not make a file be
-/// refused.
+/// Fraction of the largest moment, and of the mass times the squared characteristic length, that
+/// replaces zero moments and by which sums of two exceed the third: rounding must not make MuJoCo
+/// reject the file.
 const SLACK: f64 = 1e-9;
 /// MuJoCo takes no moment of inertia below some 1e-14 kg m^2, even of a part of a body.
 const LEAST: f64 = 1e-13;
-/// What changes by no more than this part of the largest moment need not be told.
+/// Relative change of the largest moment below which no note is written.
 const TOLD: f64 = 1e-6;
 
 /// The inertia of a body that MuJoCo takes, kg m^2, and whether it is another than the body's: the

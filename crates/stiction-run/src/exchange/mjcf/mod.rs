@@ -19,16 +19,16 @@ use thiserror::Error;
 use tree::{Part, Tree};
 use writer::Writer;
 
-/// A file for MuJoCo, and what it could not say.
+/// File for MuJoCo with notes on what it does not express.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mjcf {
     /// The file.
     pub text: String,
-    /// What is left out or changed, a line each.
+    /// Notes on omitted or changed properties, one per line.
     pub notes: Vec<String>,
 }
 
-/// Why a mechanism cannot be a file for MuJoCo.
+/// Error of a conversion to MJCF.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Unfit {

@@ -1,13 +1,13 @@
-//! Names that are there once.
+//! Unique names.
 
 use std::collections::HashSet;
 
-/// The names of one kind of element.
+/// Names of one kind of element.
 #[derive(Debug, Default)]
 pub(super) struct Names(HashSet<String>);
 
 impl Names {
-    /// Takes a name that nothing else may have.
+    /// Reserves a unique name.
     pub(super) fn reserve(&mut self, name: &str) {
         self.0.insert(name.to_owned());
     }

@@ -1,10 +1,10 @@
-//! What a file for MuJoCo cannot say.
+//! Notes on what a file for MuJoCo does not express.
 
 use super::tree::Tree;
 use super::{friction, inertia};
 use stiction_core::mechanism::Mechanism;
 
-/// What the file leaves out or changes, a line each.
+/// Omitted or changed properties, one per line.
 pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     let mut notes = Vec::new();
     let (mut all, mut left_out) = (0, 0);
@@ -16,7 +16,7 @@ pub(super) fn notes(mechanism: &Mechanism, tree: &Tree) -> Vec<String> {
     }
     if left_out > 0 {
         notes.push(format!(
-            "friction is left out at {left_out} of {all} contacts: MJCF has none that grows with \
+            "friction is left out at {left_out} of {all} friction interfaces: MJCF has none that grows with \
              the load or is different backward, and none where a ball closes a loop; viscous \
              friction elsewhere is there as damping"
         ));

@@ -9,7 +9,7 @@ use stiction_core::random::Random;
 
 /// Two actuators: all combinations of the frictions of a five-bar's pins at a limit or at zero.
 #[test]
-fn a_five_bar_against_all_ways_to_hold_it() {
+fn a_five_bar_against_all_combinations_of_frictions() {
     let model = model("five-bar");
     let holder = Holder::new(&model, 0.37);
     let interfaces = holder.solver.parameters().interfaces.len();
@@ -38,7 +38,7 @@ fn a_five_bar_against_all_ways_to_hold_it() {
 
 /// Random admissible static frictions: none leads outside the intervals.
 #[test]
-fn balls_and_pins_of_a_robot_against_random_ways_to_hold_it() {
+fn a_robot_against_random_static_frictions() {
     let model = model("3rps");
     let holder = Holder::new(&model, 0.3);
     let interfaces = &holder.solver.parameters().interfaces;
@@ -79,7 +79,7 @@ fn balls_and_pins_of_a_robot_against_random_ways_to_hold_it() {
 /// Two actuators without effort: the reported frictions that hold a five-bar, put into the kernel
 /// as fractions of their limits, leave zero actuator forces.
 #[test]
-fn frictions_that_hold_do_hold() {
+fn reported_frictions_hold() {
     let text = stiction_format::gallery::get("five-bar").unwrap();
     let (mut held, mut slipped) = (0, 0);
     for mu in [0.1, 1.0, 3.0, 6.0, 10.0] {

@@ -78,6 +78,16 @@ impl Csv {
     }
 }
 
+/// Empty tables of a job.
+pub(crate) fn tables(job: &Job<'_>) -> Tables<Vec<u8>> {
+    Tables::new(job, vec![Vec::new(); Tables::<Vec<u8>>::files(job).len()]).unwrap()
+}
+
+/// The tables of a job by their names.
+pub(crate) fn files(job: &Job<'_>, tables: Tables<Vec<u8>>) -> BTreeMap<&'static str, Vec<u8>> {
+    Tables::<Vec<u8>>::files(job).into_iter().zip(tables.finish().unwrap()).collect()
+}
+
 /// Results of a run.
 #[derive(Debug)]
 pub(crate) struct Run {
@@ -93,8 +103,7 @@ pub(crate) struct Run {
 
 impl Run {
     pub(crate) fn of(job: &Job<'_>) -> Result<Self, Error> {
-        let mut tables =
-            Tables::new(&job.model.mechanism, [Vec::new(), Vec::new(), Vec::new()]).unwrap();
+        let mut tables = tables(job);
         let (mut power_residual, mut closure) = (0.0_f64, 0.0_f64);
         let verdict = job.run(
             |sample| {
@@ -105,8 +114,10 @@ impl Run {
             },
             |_, _, _| true,
         )?;
-        let [inverse, reactions, friction] = [tables.inverse, tables.reactions, tables.friction]
-            .map(|table| Csv::parse(&table.finish().unwrap()));
+        let mut files = files(job, tables);
+        let mut file = |name| Csv::parse(&files.remove(name).unwrap());
+        let [inverse, reactions, friction] =
+            ["inverse.csv", "reactions.csv", "friction.csv"].map(&mut file);
         Ok(Self { inverse, reactions, friction, verdict, power_residual, closure })
     }
 }
@@ -127,7 +138,7 @@ pub(crate) fn cases(model: &ModelFile) -> impl Iterator<Item = (&str, &str)> {
 }
 
 /// Tables of a file, each with its header.
-fn tables(text: &str) -> (String, Vec<String>) {
+fn sections(text: &str) -> (String, Vec<String>) {
     let mut head = String::new();
     let mut tables: Vec<String> = Vec::new();
     for line in text.lines() {
@@ -143,7 +154,7 @@ fn tables(text: &str) -> (String, Vec<String>) {
 
 /// The same file with its tables in reverse order.
 pub(crate) fn in_reverse(text: &str) -> String {
-    let (head, mut tables) = tables(text);
+    let (head, mut tables) = sections(text);
     // Entries of `place` are numbered by their order, so they keep it.
     let is_free = |table: &String| !table.starts_with("[[");
     let mut reversed: Vec<String> = tables.iter().filter(|t| is_free(t)).rev().cloned().collect();

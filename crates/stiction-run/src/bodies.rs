@@ -1,14 +1,12 @@
-//! `bodies.csv`: where every body is, how it moves, and what acts on it from outside.
+//! Rows of `bodies.csv`: poses and motions of all bodies but the ground, and the external loads on them,
+//! in world axes about the origins of the bodies' frames.
 
-use super::sample::Sample;
-use crate::table::Table;
-use std::io;
 use stiction_core::dynamics::AppliedLoad;
 use stiction_core::kinematics::Bodies;
 use stiction_core::mechanism::Mechanism;
 use stiction_core::spatial::{Quaternion, Vec3, Wrench};
 
-/// The columns of a body.
+/// Columns of a body.
 const COLUMNS: [&str; 25] = [
     "x [m]",
     "y [m]",
@@ -37,43 +35,36 @@ const COLUMNS: [&str; 25] = [
     "mz [N m]",
 ];
 
-/// `bodies.csv`: poses and motions of all bodies but the ground, and the loads on them, in world axes
-/// about the origins of the bodies' frames.
-pub struct BodyTable<W: io::Write> {
-    table: Table<W>,
-    row: BodyRow,
-}
-
-/// The numbers of a row, without the time.
+/// Writer of the rows, without the time.
 #[derive(Clone, Debug)]
 pub(crate) struct BodyRow {
-    /// The orientation of each body in the last row: the next is given by the nearer of the two
-    /// quaternions that say the same.
+    /// Orientation of each body in the last row; of the two quaternions of the next orientation the
+    /// nearer one is written.
     last: Vec<Quaternion<f64>>,
     row: Vec<f64>,
 }
 
 impl BodyRow {
     pub(crate) fn new(mechanism: &Mechanism) -> Self {
-        // Scalar products with it are real parts: the first real part is not negative.
+        // The scalar product with it is the real part, so the first real part is not negative.
         let first = Quaternion::from_coordinates(&[1.0, 0.0, 0.0, 0.0]);
         Self { last: vec![first; mechanism.bodies().len() - 1], row: Vec::new() }
     }
 
-    /// Goes on after this row.
+    /// Continues after this row.
     pub(crate) fn follow(&mut self, row: &[f64]) {
         for (last, numbers) in self.last.iter_mut().zip(row.chunks_exact(COLUMNS.len())) {
             *last = Quaternion::from_coordinates(&numbers[3..7]);
         }
     }
 
-    /// The names of the columns.
+    /// Names of the columns.
     pub(crate) fn header(mechanism: &Mechanism) -> impl Iterator<Item = String> + '_ {
         let bodies = &mechanism.bodies()[1..];
         bodies.iter().flat_map(|body| COLUMNS.map(|column| format!("{}.{column}", body.name)))
     }
 
-    /// The row of these motions under these loads; `origin` is the kernel origin in the world.
+    /// Row of these motions under these loads; `origin` is the kernel's origin in the world, m.
     pub(crate) fn of(
         &mut self,
         bodies: &Bodies<f64>,
@@ -87,7 +78,8 @@ impl BodyRow {
             let change = bodies.acceleration[body];
             let at = pose.position;
             let velocity = twist.velocity_at(at);
-            // What passes the fixed point O is always another point of the body: the second part.
+            // The point of the body at the fixed point O changes with time, which gives the second
+            // term.
             let acceleration = change.velocity_at(at) + twist.angular.cross(velocity);
             let mut load = Wrench::zero();
             for applied in loads.iter().filter(|load| load.body.0 == body) {
@@ -106,40 +98,7 @@ impl BodyRow {
     }
 }
 
-impl<W: io::Write> BodyTable<W> {
-    /// Begins the table.
-    ///
-    /// # Errors
-    /// What the receiver says.
-    pub fn new(mechanism: &Mechanism, into: W) -> io::Result<Self> {
-        let mut header = vec!["time [s]".to_owned()];
-        header.extend(BodyRow::header(mechanism));
-        Ok(Self { table: Table::new(into, &header)?, row: BodyRow::new(mechanism) })
-    }
-
-    /// Adds a row.
-    ///
-    /// # Errors
-    /// What the receiver says.
-    pub fn add(&mut self, sample: &Sample<'_>) -> io::Result<()> {
-        let row = self.row.of(sample.bodies, sample.origin, sample.loads);
-        self.table.number(sample.time)?;
-        for value in row {
-            self.table.number(*value)?;
-        }
-        self.table.end_row()
-    }
-
-    /// Writes what is buffered and gives the receiver back.
-    ///
-    /// # Errors
-    /// What the receiver says.
-    pub fn finish(self) -> io::Result<W> {
-        self.table.finish()
-    }
-}
-
-/// Of `q` and `-q`, which are the same rotation, the one that is nearer to `last`.
+/// Of `q` and `-q`, which are the same rotation, the one nearer to `last`.
 fn nearer(q: Quaternion<f64>, last: Quaternion<f64>) -> Quaternion<f64> {
     let product = q.w * last.w + q.v.dot(last.v);
     if product < 0.0 { Quaternion { w: -q.w, v: -q.v } } else { q }

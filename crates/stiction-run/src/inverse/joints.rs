@@ -1,0 +1,52 @@
+//! Motion of the joints along a run.
+
+use super::job::Job;
+use crate::dofs::{Dof, dofs_of};
+use core::f64::consts::TAU;
+use stiction_core::dynamics::InverseDynamics;
+use stiction_core::kinematics::{Coordinate, Target};
+use stiction_format::Signal;
+
+/// Coordinates, rates and accelerations of these degrees of freedom at the solver's pose; angles within
+/// half a turn.
+pub(super) fn joint_motions(solver: &InverseDynamics, dofs: &[Dof]) -> Vec<Target<f64>> {
+    dofs.iter().map(|dof| solver.joint_motion(dof.joint, dof.index)).collect()
+}
+
+/// Counts full turns of the joints' angles, sample by sample.
+pub(super) struct Turns<'a> {
+    dofs: Vec<Dof>,
+    /// For each degree of freedom its prescribed motion, if it has one.
+    prescribed: Vec<Option<&'a Signal>>,
+    last: Option<(f64, Vec<Target<f64>>)>,
+}
+
+impl<'a> Turns<'a> {
+    /// Before the first sample.
+    pub(super) fn new(job: &Job<'a>) -> Self {
+        let dofs = dofs_of(&job.model.mechanism);
+        let prescribed = |dof: &Dof| {
+            let own = Coordinate::Joint { joint: dof.joint, dof: dof.index };
+            let mut motion = job.motion.coordinates.iter();
+            motion.find(|(coordinate, _)| *coordinate == own).map(|(_, signal)| signal)
+        };
+        let prescribed = dofs.iter().map(prescribed).collect();
+        Self { dofs, prescribed, last: None }
+    }
+
+    /// Adds full turns to angles: a prescribed one is the angle prescribed, any other one continues the
+    /// angle of the sample before, extrapolated with the mean rate.
+    pub(super) fn add(&mut self, time: f64, motion: &mut [Target<f64>]) {
+        for (k, now) in motion.iter_mut().enumerate().filter(|(k, _)| !self.dofs[*k].translates) {
+            let expected = match (self.prescribed[k], &self.last) {
+                (Some(signal), _) => signal.at(time).value,
+                (None, Some((before, last))) => {
+                    last[k].value + 0.5 * (last[k].rate + now.rate) * (time - before)
+                }
+                (None, None) => continue,
+            };
+            now.value += TAU * ((expected - now.value) / TAU).round();
+        }
+        self.last = Some((time, motion.to_vec()));
+    }
+}
