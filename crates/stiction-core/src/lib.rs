@@ -71,6 +71,7 @@
 pub mod dynamics;
 pub mod forward;
 pub mod friction;
+mod friction_problem;
 pub mod joint;
 pub mod kinematics;
 #[doc(hidden)]

@@ -1,37 +1,37 @@
-//! Other solutions of friction and reactions, and how far the one that is given goes on.
+//! Other solutions of friction and reactions, and the friction margin of the computed one.
 
-use super::continuation::{Lock, follow_friction};
+use super::continuation::follow_friction;
 use super::inverse::Inverse;
 use super::settings::{FrictionMode, Settings};
 use super::solver::{InverseDynamics, Parts};
+use crate::friction_problem::continuation::Lock;
 use crate::mechanism::JointId;
 use crate::random::Random;
 use crate::spatial::Wrench;
 use crate::statics::AppliedLoad;
 
-/// How far the coefficients of all contacts may grow, together.
+/// Friction margin to jamming: the factor by which all coefficients of friction may grow together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionMargin {
-    /// The factor at which the solution that is connected with no friction is lost: there friction
-    /// locks the mechanism. None if it goes on beyond the factor that was asked for.
+    /// Factor at which friction locks the mechanism: the solution connected with the frictionless one ends there. None if
+    /// it exists up to the largest factor that was asked for.
     pub locks_at: Option<f64>,
-    /// The joint whose load grows without bound there.
+    /// Joint whose normal load grows without bound there.
     pub joint: Option<JointId>,
 }
 
-/// Solutions that are looked for from so many starts.
+/// Starts of the search for other solutions.
 const STARTS: usize = 32;
-/// Steps from each start.
+/// Newton steps from each start.
 const STEPS: usize = 60;
-/// Solutions whose loads differ by less than this part of the largest are one.
+/// Relative difference of actuator efforts below which two solutions are one.
 const SAME: f64 = 1e-6;
-/// Loads this many times those without friction are on the way to infinity.
+/// Growth of the normal loads, by this factor, that counts as growth without bound.
 const UNBOUNDED: f64 = 1e6;
 
 impl InverseDynamics {
-    /// Follows the solution from no friction while the coefficients of all contacts grow to `most`
-    /// times the given ones. Contacts at rest carry no friction. None where the position is singular,
-    /// friction is off or no contact slides: then nothing is known. The forces of the last [`InverseDynamics::solve`] stay.
+    /// Computes the friction margin, up to a factor of `most`. Interfaces at rest have no friction. None if the position is
+    /// singular, friction is off or no interface slides. The forces of the last [`InverseDynamics::solve`] are kept.
     pub fn friction_margin(
         &mut self,
         loads: &[AppliedLoad<f64>],
@@ -39,14 +39,12 @@ impl InverseDynamics {
     ) -> Option<FrictionMargin> {
         let Parts { model, inverse, parameters, kinematics, settings } = self.parts()?;
         if settings.friction == FrictionMode::Off {
-            // There is no solution with friction to follow, and nothing is known.
             return None;
         }
         if parameters.interfaces.is_empty() {
             return Some(FrictionMargin { locks_at: None, joint: None });
         }
         if inverse.interfaces().iter().all(|interface| interface.sliding == 0.0) {
-            // What rests carries no friction here, so nothing would be followed.
             return None;
         }
         let settings = Settings { friction: FrictionMode::Converged, ..*settings };
@@ -62,10 +60,9 @@ impl InverseDynamics {
         })
     }
 
-    /// Efforts of other solutions of friction and reactions than that of the last
-    /// [`InverseDynamics::solve`], as far as Newton's method finds them from many starts: where
-    /// [`InverseDynamics::coupling`] is below one there are none, and nothing is looked for. There may
-    /// be more than are found.
+    /// Actuator efforts of solutions of friction and reactions other than that of the last [`InverseDynamics::solve`], found
+    /// by Newton's method from many starts; there may be more. Empty where [`InverseDynamics::coupling`] is below one:
+    /// the solution is the only one.
     pub fn other_solutions(&mut self, loads: &[AppliedLoad<f64>]) -> Vec<Vec<f64>> {
         if self.coupling().is_none_or(|coupling| coupling < 1.0) {
             return Vec::new();
@@ -85,7 +82,7 @@ impl InverseDynamics {
         let mut random = Random::new(1);
         let mut known = vec![efforts];
         for start in 0..STARTS {
-            // From loads of the size that there are, and from larger and larger ones.
+            // From wrenches of the size of the frictionless ones to larger ones.
             let size = force * 4f64.powi(start as i32 / 8);
             let wrenches: Vec<Wrench<f64>> = without
                 .iter()
@@ -98,18 +95,8 @@ impl InverseDynamics {
             probe.begin(model, parameters, kinematics, loads, settings);
             let bodies = &kinematics.bodies;
             probe.press_with(parameters, bodies, &wrenches);
-            let mut found = false;
-            for _ in 0..STEPS {
-                let (change, load) = probe.step(model, parameters, bodies);
-                if !load.is_finite() || load > limit {
-                    break;
-                }
-                if settings.is_settled(change, load) {
-                    found = probe.is_balanced(model, parameters);
-                    break;
-                }
-            }
-            found |= probe.friction_stagnated() && probe.is_balanced(model, parameters);
+            let found = probe.newton(model, parameters, bodies, settings, (STEPS, limit))
+                && probe.is_balanced(model, parameters);
             if !found {
                 continue;
             }

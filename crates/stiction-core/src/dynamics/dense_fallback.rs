@@ -1,23 +1,97 @@
-//! The careful path: inverse dynamics by dense decompositions, for positions and mechanisms that
-//! the kernels cannot plan, and as their oracle.
+//! Dense fallback: inverse dynamics by dense decompositions of the Newton-Euler equations, for positions and mechanisms
+//! that the sparse balance cannot solve, and as its test oracle.
 
-use super::continuation::Lock;
 use super::contributions::Shares;
-use super::dense_coupling::{self, Reactions};
-use super::interfaces::Interfaces;
+use super::interfaces::{InterfaceState, Interfaces};
 use super::settings::{FrictionMode, Settings};
+use crate::friction_problem::continuation::{Lock, StepPolicy};
+use crate::friction_problem::influence::Influence;
+use crate::friction_problem::load_problem::{LoadProblem, LoadWorkspace};
+use crate::friction_problem::normal_load::Configuration;
 use crate::kinematics::Bodies;
 use crate::mechanism::Mechanism;
-use crate::parameters::Parameters;
+use crate::parameters::{InterfaceParameters, Parameters};
 use crate::spatial::Wrench;
 use crate::statics::newton_euler::Unknown;
 use crate::statics::{AppliedLoad, InfeasibleLoad, Statics};
 use crate::topology::Topology;
 use nalgebra::DVector;
 
-/// Steps of the fixed point between friction and reactions; where it needs more, Newton's method is
-/// faster.
+/// Steps of the fixed point between friction and reactions; where it needs more, Newton's method is faster.
 const FIXED_POINT_STEPS: usize = 200;
+
+/// Steps of the continuation.
+const STEPS: StepPolicy =
+    StepPolicy { first: 0.15, growth: 1.5, longest: f64::INFINITY, shortest: 1e-6 };
+
+/// Joint wrenches as functions of the friction forces.
+struct Reactions<'a> {
+    frictionless: &'a [Wrench<f64>],
+    /// Change of all joint wrenches by one newton of each interface's friction.
+    responses: &'a [Vec<Wrench<f64>>],
+}
+
+/// Influence of the normal loads of the interfaces with these coefficients.
+struct DenseInfluence<'a> {
+    at: Configuration<'a>,
+    /// Index and coefficient of friction of each interface.
+    coupled: &'a [(usize, f64)],
+    responses: &'a [Vec<Wrench<f64>>],
+}
+
+impl Influence for DenseInfluence<'_> {
+    fn visit(&mut self, mut put: impl FnMut(usize, usize, Wrench<f64>)) {
+        for (row, &(to, _)) in self.coupled.iter().enumerate() {
+            for (column, &(from, coefficient)) in self.coupled.iter().enumerate() {
+                put(row, column, self.responses[from][self.at.joint(to)] * coefficient);
+            }
+        }
+    }
+}
+
+impl Reactions<'_> {
+    /// Solves for the normal loads of `interfaces`, whose speeds and resistances are known, by continuation from
+    /// frictionless joints.
+    ///
+    /// # Errors
+    /// The lock.
+    fn solve(&self, interfaces: &mut Interfaces<f64>, at: Configuration<'_>) -> Result<(), Lock> {
+        let states = &mut interfaces.states;
+        let mut base = self.frictionless.to_vec();
+        for (state, response) in states.iter().zip(self.responses) {
+            let constant = state.resistance.constant;
+            base.iter_mut().zip(response).for_each(|(sum, unit)| *sum += *unit * constant);
+        }
+        let coupled: Vec<(usize, f64)> = states
+            .iter()
+            .enumerate()
+            .map(|(interface, state)| (interface, state.resistance.coefficient))
+            .filter(|(_, coefficient)| *coefficient != 0.0)
+            .collect();
+        let mut problem = LoadProblem::default();
+        for &(interface, _) in &coupled {
+            problem.add(interface, states[interface].own_friction(), base[at.joint(interface)]);
+        }
+        problem.set_influence(&mut DenseInfluence {
+            at,
+            coupled: &coupled,
+            responses: self.responses,
+        });
+        let mut workspace = LoadWorkspace::default();
+        problem.solve(at, None, STEPS, &mut workspace)?;
+        for ((interface, _), load) in coupled.iter().zip(&workspace.loads) {
+            states[*interface].load.value = *load;
+        }
+        let mut wrenches = base;
+        for (&(interface, coefficient), load) in coupled.iter().zip(&workspace.loads) {
+            let friction = coefficient * load;
+            let response = &self.responses[interface];
+            wrenches.iter_mut().zip(response).for_each(|(sum, unit)| *sum += *unit * friction);
+        }
+        interfaces.press(at.parameters, at.bodies, &wrenches);
+        Ok(())
+    }
+}
 
 /// All forces, by dense decompositions.
 #[derive(Clone, Debug)]
@@ -26,17 +100,17 @@ pub(super) struct DenseForces {
     pub(super) efforts_frictionless: Vec<f64>,
     pub(super) wrenches: Vec<Wrench<f64>>,
     pub(super) interfaces: Interfaces<f64>,
-    /// What each friction causes of each drive.
+    /// Contribution of each friction to each actuator effort.
     pub(super) shares: Shares<f64>,
-    /// Motion of the bodies with the accelerations of idle spins.
+    /// Motion of the bodies with the accelerations of passive spins.
     pub(super) bodies: Bodies<f64>,
-    /// Whether friction was found, or that it locks.
+    /// True if the friction was solved for, or found to lock.
     pub(super) settled: bool,
-    /// Where friction locks the mechanism, if it does; all else is then without meaning.
+    /// The lock, if friction locks the mechanism; all other results then have no meaning.
     pub(super) lock: Option<Lock>,
 }
 
-/// A position and what is known about it.
+/// A position with its decomposed equilibrium equations.
 pub(super) struct Position<'a> {
     pub(super) mechanism: &'a Mechanism,
     pub(super) topology: &'a Topology,
@@ -45,9 +119,12 @@ pub(super) struct Position<'a> {
     pub(super) bodies: &'a Bodies<f64>,
 }
 
-/// Solves the balance with friction by a plain fixed point: friction from the reactions, reactions
-/// with that friction, again. Idle spins accelerate as the joints let them: `accelerations` are
+/// Solves the Newton-Euler equations with friction by a fixed point: friction from the reactions, reactions
+/// with that friction. Passive spins accelerate as the joints let them: `accelerations` are
 /// those of the tree, `spin_responses` those for unit spins.
+///
+/// # Errors
+/// A load that the joints cannot carry.
 pub(super) fn solve(
     position: &Position<'_>,
     accelerations: &[f64],
@@ -68,7 +145,7 @@ pub(super) fn solve(
     };
     let still = spin(&[]);
     let demand = system.demand(parameters, &still, loads);
-    // What spinning a body without inertia demands is rounding, and must not be magnified.
+    // The demand of spinning a body without inertia is round-off and must not be magnified.
     let masses: f64 = parameters.mass.iter().sum();
     let inertias: f64 = parameters.inertia.iter().map(|inertia| inertia.trace()).sum();
     let negligible = 1e-12 * (masses * parameters.length + inertias / parameters.length);
@@ -86,7 +163,7 @@ pub(super) fn solve(
     let mut interfaces = Interfaces::new(parameters.interfaces.len());
     interfaces.slide(topology, parameters, bodies, settings.rest_speed);
     let mut friction = vec![Wrench::zero(); mechanism.joints().len()];
-    // The balance with the present friction; idle spins take what the joints cannot.
+    // Reactions with given friction; passive spins take the moments that the joints cannot carry.
     let carry = |friction: &[Wrench<f64>]| {
         let amounts = statics.amounts_into_reach(&demand, friction, &units);
         let mut with_spins = demand.clone();
@@ -108,8 +185,7 @@ pub(super) fn solve(
     let mut settled = steps < 2 || interfaces.states.is_empty();
     for _ in 0..steps {
         interfaces.friction_at_joints(topology, parameters, bodies, &mut friction);
-        // Without friction the load was carried: what is lost now is lost in the size of frictions
-        // that grow without bound.
+        // The load was carried without friction, so frictions have grown without bound.
         let Ok(carried) = carry(&friction) else { break };
         (unknowns, wrenches, amounts) = carried;
         if settings.friction == FrictionMode::OnePass {
@@ -126,23 +202,22 @@ pub(super) fn solve(
     }
     let mut lock = None;
     if !settled && settings.friction == FrictionMode::Converged {
-        // The fixed point does not contract: Newton's method on the loads, from no friction.
-        let none = vec![Wrench::zero(); friction.len()];
-        let base = carry(&none)?.1;
-        let mut responses = Vec::with_capacity(interfaces.states.len());
-        for (interface, state) in parameters.interfaces.iter().zip(&interfaces.states) {
-            friction.fill(Wrench::zero());
-            friction[interface.joint] = bodies.wrench_of(topology, interface, state.against);
-            // Here friction asks for a load that nothing carries: known to have an answer only if the
-            // fixed point finds it.
-            let Ok((_, with, _)) = carry(&friction) else { break };
-            responses.push(with.iter().zip(&base).map(|(a, b)| *a - *b).collect());
-        }
+        // The fixed point does not contract: solve for the normal loads.
         interfaces.slide(topology, parameters, bodies, settings.rest_speed);
-        let reactions = Reactions { base: &base, responses: &responses };
-        if responses.len() == interfaces.states.len() {
+        friction.fill(Wrench::zero());
+        let frictionless = carry(&friction)?.1;
+        let respond = |(interface, state): (&InterfaceParameters<f64>, &InterfaceState<f64>)| {
+            let mut friction = vec![Wrench::zero(); frictionless.len()];
+            friction[interface.joint] = bodies.wrench_of(topology, interface, state.against);
+            let wrenches = carry(&friction)?.1;
+            Ok(wrenches.iter().zip(&frictionless).map(|(a, b)| *a - *b).collect::<Vec<_>>())
+        };
+        let each = parameters.interfaces.iter().zip(&interfaces.states);
+        // A friction that nothing can carry: only the fixed point may find a solution.
+        if let Ok(responses) = each.map(respond).collect::<Result<Vec<_>, InfeasibleLoad>>() {
             settled = true;
-            match dense_coupling::follow(&mut interfaces, parameters, bodies, &reactions) {
+            let reactions = Reactions { frictionless: &frictionless, responses: &responses };
+            match reactions.solve(&mut interfaces, Configuration { parameters, bodies }) {
                 Err(found) => lock = Some(found),
                 Ok(()) => {
                     interfaces.friction_at_joints(topology, parameters, bodies, &mut friction);
@@ -153,13 +228,13 @@ pub(super) fn solve(
     }
     let mut shares = Shares::new(topology.actuators.len(), parameters.interfaces.len());
     if settings.friction != FrictionMode::Off {
-        // The same frictions once more, one at a time, with nothing else to be carried.
+        // The same frictions, one at a time, without other loads.
         let nothing = &demand * 0.0;
         for (index, (interface, state)) in
             parameters.interfaces.iter().zip(&interfaces.states).enumerate()
         {
             friction.fill(Wrench::zero());
-            // Only what slides has friction here: see `Interfaces::held`.
+            // Interfaces at rest have no friction here.
             friction[interface.joint] =
                 bodies.wrench_of(topology, interface, state.against) * state.friction();
             let amounts = statics.amounts_into_reach(&nothing, &friction, &units);

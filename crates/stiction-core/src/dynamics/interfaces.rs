@@ -2,8 +2,8 @@
 //!
 //! Equations (F2), (F4) and (F5) of the book's theory.
 
-use crate::friction::{InterfaceShape, Law, Load, NormalLoadMap, OwnFriction, Resistance, Thread};
-use crate::joint::Carrier;
+use crate::friction::{Law, Load, OwnFriction, Resistance};
+use crate::friction_problem::normal_load::{normal_load, normal_load_between};
 use crate::kinematics::Bodies;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
@@ -124,9 +124,13 @@ impl<T: Scalar> InterfaceState<T> {
         bodies: &Bodies<T>,
         wrench: Wrench<T>,
     ) {
+        self.press_with(interface, pitch, bodies, wrench, self.own_friction());
+    }
+
+    /// Its friction, as the normal load of a thread contains it.
+    pub(crate) fn own_friction(&self) -> OwnFriction<T> {
         let Resistance { coefficient, constant } = self.resistance;
-        let own = OwnFriction { coefficient, constant, direction: self.sense };
-        self.press_with(interface, pitch, bodies, wrench, own);
+        OwnFriction { coefficient, constant, direction: self.sense }
     }
 
     /// The load under a joint's complete wrench, and with this friction of its own where it contains
@@ -139,7 +143,7 @@ impl<T: Scalar> InterfaceState<T> {
         wrench: Wrench<T>,
         own: OwnFriction<T>,
     ) {
-        self.load = load_by(&interface.load, interface, pitch, bodies, wrench, own);
+        self.load = normal_load(&interface.load, interface, pitch, bodies, wrench, own);
     }
 
     /// The coefficient and the constant part of the friction force at this speed:
@@ -158,9 +162,8 @@ impl<T: Scalar> InterfaceState<T> {
         k: &Pose<T>,
         wrench: Wrench<T>,
     ) -> Load<T> {
-        let Resistance { coefficient, constant } = self.resistance;
-        let own = OwnFriction { coefficient, constant, direction: self.sense };
-        load_between(&interface.load, interface, pitch, j, k, wrench, own)
+        let own = self.own_friction();
+        normal_load_between(&interface.load, interface, pitch, j, k, wrench, own)
     }
 
     /// The part of the friction force that does not change with the reaction, in the linear form of
@@ -178,70 +181,6 @@ impl<T: Scalar> InterfaceState<T> {
             }
         }
     }
-}
-
-/// The load that a map, the contact's own or what is made of it, says of a contact under its joint's complete wrench,
-/// and with this friction of its own where it contains that.
-pub(crate) fn load_by<T: Scalar>(
-    map: &NormalLoadMap<T>,
-    interface: &InterfaceParameters<T>,
-    pitch: T,
-    bodies: &Bodies<T>,
-    wrench: Wrench<T>,
-    own: OwnFriction<T>,
-) -> Load<T> {
-    let (j, k) = (&bodies.frame_j[interface.joint], &bodies.frame_k[interface.joint]);
-    load_between(map, interface, pitch, j, k, wrench, own)
-}
-
-/// The most by which the load of a contact may change where its joint's wrench changes by `wrench`, whatever it is: the
-/// load of that change alone, with neither preload nor smoothing. Where a load contains the contact's own friction,
-/// that is the worse of both directions, for this coefficient.
-pub(crate) fn most_change_of_load<T: Scalar>(
-    interface: &InterfaceParameters<T>,
-    pitch: T,
-    bodies: &Bodies<T>,
-    wrench: Wrench<T>,
-    coefficient: T,
-) -> T {
-    let map = interface.load.seminorm();
-    let most = |direction: T| {
-        let own = OwnFriction { coefficient, constant: T::zero(), direction };
-        load_by(&map, interface, pitch, bodies, wrench, own).value
-    };
-    let ahead = most(T::one());
-    if interface.shape != InterfaceShape::Thread {
-        // No other load contains its own friction.
-        return ahead;
-    }
-    let back = most(-T::one());
-    (ahead - back).if_positive(ahead, back)
-}
-
-/// The load of a contact between the frames of its joint.
-fn load_between<T: Scalar>(
-    map: &NormalLoadMap<T>,
-    interface: &InterfaceParameters<T>,
-    pitch: T,
-    j: &Pose<T>,
-    k: &Pose<T>,
-    wrench: Wrench<T>,
-    own: OwnFriction<T>,
-) -> Load<T> {
-    let axis = match interface.shape {
-        InterfaceShape::Pin { axis, carrier: Carrier::Successor, .. } => k.rotation.columns[axis],
-        InterfaceShape::Pin { axis, .. } => j.rotation.columns[axis],
-        _ => j.rotation.columns[2],
-    };
-    let load = match interface.shape {
-        InterfaceShape::Ball => map.at_point(wrench, j.position),
-        InterfaceShape::Plate => map.on_plane(wrench, k.position, axis),
-        _ => map.between(wrench, j.position, k.position, axis),
-    };
-    if interface.shape == InterfaceShape::Thread {
-        return Thread { radius: interface.radius, pitch }.load(map, load, wrench, axis, own);
-    }
-    load
 }
 
 /// How friction enters the linear system.

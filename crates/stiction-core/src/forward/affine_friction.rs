@@ -1,50 +1,59 @@
-//! Friction of a contact, affine in its own load.
+//! Friction of an interface for given velocity and mode, affine in its normal load.
 
-use crate::dynamics::load_by;
-use crate::friction::{Law, OwnFriction};
-use crate::kinematics::Bodies;
-use crate::parameters::{InterfaceParameters, Parameters};
-use crate::spatial::Wrench;
+use crate::friction::{Law, OwnFriction, Resistance};
+pub(super) use crate::friction_problem::surface_vector::{dot, norm};
+use crate::parameters::InterfaceParameters;
 
-/// What a contact does at the moment.
+/// Mode of a friction interface at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InterfaceMode {
     /// Friction is a smooth function of velocity and inner state: regularised, viscous alone, or with
     /// bristles.
     Smooth,
-    /// It slides. Of a contact with one freedom the first number is 1 or -1, and holds for a whole
-    /// step; of others it is the direction at the surface where the velocity is too small to have one.
+    /// It slides. With one DOF the first number is the sense, 1 or -1, which holds for a whole step; with more it is
+    /// the direction at the surface, used if the velocity is too small to have one.
     Slides([f64; 3]),
-    /// Friction holds it: it does not move.
+    /// It sticks: static friction prevents sliding.
     Sticks,
-    /// Friction is at its limit, against the beginning of sliding in this direction, yet others hold it.
+    /// Static friction is at its limit against slip onset in this direction, but other constraints prevent sliding.
     AtLimit([f64; 3]),
 }
 
-/// The efforts of a contact's friction on its freedoms are `-(known + per_load * load)`, arms included.
+/// Friction efforts on the interface's DOFs, `-(constant + per_load * normal load)`, arms included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AffineFriction {
-    pub(super) known: [f64; 3],
+    pub(super) constant: [f64; 3],
     pub(super) per_load: [f64; 3],
-    /// The friction as the load of a thread contains it.
+    /// Friction as the normal load of a thread contains it.
     pub(super) own: OwnFriction<f64>,
 }
 
 impl AffineFriction {
+    /// No friction.
     pub(super) fn none() -> Self {
-        Self { known: [0.0; 3], per_load: [0.0; 3], own: OwnFriction::none() }
+        Self { constant: [0.0; 3], per_load: [0.0; 3], own: OwnFriction::none() }
+    }
+
+    /// Friction at the surface, N, of an interface with these arms under a normal load.
+    pub(super) fn at_surface(&self, arms: [f64; 3], load: f64) -> [f64; 3] {
+        let effort = |i: usize| self.constant[i] + self.per_load[i] * load;
+        [0, 1, 2].map(|i| if effort(i) == 0.0 { 0.0 } else { effort(i) / arms[i] })
     }
 }
 
-pub(super) fn norm(v: [f64; 3]) -> f64 {
-    v.iter().map(|x| x * x).sum::<f64>().sqrt()
+/// Mode of a dry interface by its surface rates: it slides if they exceed `rounding`.
+pub(super) fn mode_of(rates: &[f64], rounding: f64) -> InterfaceMode {
+    let mut direction = [0.0; 3];
+    direction[..rates.len()].copy_from_slice(rates);
+    let rate = norm(direction);
+    if rate > rounding {
+        InterfaceMode::AtLimit(direction.map(|a| a / rate))
+    } else {
+        InterfaceMode::Sticks
+    }
 }
 
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Whether friction is a smooth function of velocity and inner state, so that nothing ever sticks.
+/// Returns whether friction is a smooth function of velocity and inner state, so that the interface never sticks.
 pub(super) fn is_smooth(interface: &InterfaceParameters<f64>) -> bool {
     let smooth = |law: &Law<f64>| {
         law.bristles.is_some()
@@ -54,8 +63,8 @@ pub(super) fn is_smooth(interface: &InterfaceParameters<f64>) -> bool {
     interface.laws().into_iter().all(smooth)
 }
 
-/// Friction at a surface velocity; `bristles` are deflections, if the law has any.
-pub(super) fn rub(
+/// Friction of an interface at a surface velocity (m/s); `bristles` are its deflections (m), if the law has any.
+pub(super) fn affine_friction(
     interface: &InterfaceParameters<f64>,
     pitch: f64,
     mode: InterfaceMode,
@@ -69,24 +78,22 @@ pub(super) fn rub(
         InterfaceMode::Slides(direction) if single || speed == 0.0 => direction,
         InterfaceMode::AtLimit(direction) => direction,
         _ if single => [if velocity[0] < 0.0 { -1.0 } else { 1.0 }, 0.0, 0.0],
-        // Beyond a reversal it keeps its sense for the rest of a step, as contacts with one freedom do.
+        // Beyond a reversal it keeps its sense for the rest of a step, as interfaces with one DOF do.
         InterfaceMode::Slides(before) if dot(velocity, before) < 0.0 => {
             velocity.map(|v| -v / speed)
         }
         _ if speed > 0.0 => velocity.map(|v| v / speed),
         _ => [0.0; 3],
     };
-    // Along the direction: a little negative where a step looks beyond a reversal.
+    // Speed along the direction; slightly negative where a step evaluates beyond a reversal.
     let along = dot(velocity, direction);
     let law = interface.law_towards(direction[0]);
     let resistance = match mode {
-        // Where nothing holds it any more it begins to slide within a step.
+        // Slip onset within a step.
         InterfaceMode::AtLimit(_) if along > 0.0 && law.slides_as_at_its_limit() => {
             law.sliding(along)
         }
-        InterfaceMode::AtLimit(_) => {
-            crate::friction::Resistance { coefficient: law.at_rest(), constant: 0.0 }
-        }
+        InterfaceMode::AtLimit(_) => Resistance { coefficient: law.at_rest(), constant: 0.0 },
         _ => law.sliding(along),
     };
     let mut per_load = direction.map(|d| d * resistance.coefficient);
@@ -102,15 +109,15 @@ pub(super) fn rub(
         constant: resistance.constant,
         direction: direction[0],
     };
-    let mut known = direction.map(|d| d * resistance.constant);
+    let mut constant = direction.map(|d| d * resistance.constant);
     for i in 0..3 {
-        known[i] *= arms[i];
+        constant[i] *= arms[i];
         per_load[i] *= arms[i];
     }
-    AffineFriction { known, per_load, own }
+    AffineFriction { constant, per_load, own }
 }
 
-/// The rate of the deflections of bristles.
+/// Rate of the bristle deflections, m/s.
 pub(super) fn bristle_rate(
     interface: &InterfaceParameters<f64>,
     velocity: [f64; 3],
@@ -120,21 +127,6 @@ pub(super) fn bristle_rate(
     let Some(own) = &law.bristles else { return [0.0; 3] };
     let speed = norm(velocity);
     let mu = law.coefficient(speed);
-    let mut rate = [0.0; 3];
-    for i in 0..3 {
-        // `Bristles::rate` with the speed of the whole contact.
-        rate[i] = velocity[i] - own.stiffness * speed * bristles[i] / mu;
-    }
-    rate
-}
-
-/// The load of a contact under its joint's complete wrench.
-pub(super) fn load(
-    parameters: &Parameters<f64>,
-    bodies: &Bodies<f64>,
-    interface: &InterfaceParameters<f64>,
-    own: OwnFriction<f64>,
-    wrench: Wrench<f64>,
-) -> crate::friction::Load<f64> {
-    load_by(&interface.load, interface, parameters.pitch[interface.joint], bodies, wrench, own)
+    // `Bristles::rate` with the speed of the whole interface.
+    [0, 1, 2].map(|i| velocity[i] - own.stiffness * speed * bristles[i] / mu)
 }

@@ -1,71 +1,66 @@
-//! Conditions on the tree's accelerations: loops stay closed, held freedoms move as they must.
+//! Constraints on the accelerations of the tree: closed loops and constrained DOFs.
 
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::spatial::{Twist, Wrench};
 use crate::topology::{Link, Role, Topology};
 
-/// A freedom of a joint that is held, by friction or by whatever prescribes it.
+/// A DOF of a joint whose acceleration is constrained, by static friction or by an actuator that prescribes its motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Held {
+pub(super) struct ConstrainedDof {
     pub(super) joint: usize,
     pub(super) dof: usize,
-    /// Its prescribed acceleration, rad/s^2 or m/s^2; zero where friction holds.
+    /// Its acceleration, rad/s^2 or m/s^2; zero under static friction.
     pub(super) acceleration: f64,
-    /// Whether an actuator holds it (else friction).
-    pub(super) drives: bool,
-    /// The effort that friction can exert on it, by which shares of friction are measured.
-    pub(super) grip: f64,
-    /// The effort about which shares are least.
-    pub(super) share: f64,
+    /// True if an actuator constrains it, else friction.
+    pub(super) actuated: bool,
+    /// Effort that friction can exert on it: the scale of static frictions where they are not unique.
+    pub(super) scale: f64,
+    /// Effort from which deviations are least where static frictions are not unique.
+    pub(super) reference: f64,
 }
 
-/// One condition: a covector on the relative motion of a joint's two bodies.
+impl ConstrainedDof {
+    /// A DOF (joint and index in it) that an actuator prescribes.
+    pub(super) fn actuated((joint, dof): (usize, usize), acceleration: f64) -> Self {
+        Self { joint, dof, acceleration, actuated: true, scale: 1.0, reference: 0.0 }
+    }
+}
+
+/// One constraint: a covector on the relative motion of a joint's two bodies.
 #[derive(Clone, Debug)]
-pub(super) struct Row {
+pub(super) struct ConstraintRow {
     pub(super) joint: usize,
-    /// Its multiplier's unit wrench, predecessor on successor, about the kernel origin.
+    /// Unit wrench of its multiplier, predecessor on successor, about the kernel origin.
     pub(super) covector: Wrench<f64>,
-    /// The value that it must take on the tree's accelerations.
+    /// Value that it takes on the tree's accelerations.
     pub(super) right: f64,
-    /// Whether an actuator holds it.
-    pub(super) drives: bool,
-    /// Of what friction holds, the effort that it can exert.
-    pub(super) grip: Option<f64>,
-    /// Of what friction holds, the effort about which shares are least.
-    pub(super) share: f64,
-    /// Makes errors of angles and lengths comparable.
+    /// True if an actuator exerts it.
+    pub(super) actuated: bool,
+    /// Effort that friction can exert, if friction exerts it.
+    pub(super) friction_scale: Option<f64>,
+    /// Effort from which the deviation of friction is least.
+    pub(super) reference: f64,
+    /// Factor that makes errors of angles and lengths comparable.
     pub(super) scale: f64,
 }
 
-/// All conditions at one position and velocity.
+/// All constraints at one position and velocity.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Rows {
-    pub(super) rows: Vec<Row>,
-    /// Row by row over the tree's freedoms.
+pub(super) struct ConstraintRows {
+    pub(super) rows: Vec<ConstraintRow>,
+    /// Row by row over the tree's DOFs.
     pub(super) matrix: Vec<f64>,
 }
 
-impl Rows {
-    /// Needs bodies placed and, for the right-hand sides, moved.
-    pub(super) fn new(
-        topology: &Topology,
-        parameters: &Parameters<f64>,
-        bodies: &Bodies<f64>,
-        held: &[Held],
-    ) -> Self {
-        let mut rows = Self::default();
-        rows.update(topology, parameters, bodies, held);
-        rows
-    }
-
-    /// The same in the room that is there.
+impl ConstraintRows {
+    /// Computes all rows, reusing the buffers. Bodies must be placed and, for the right-hand sides, moved.
     pub(super) fn update(
         &mut self,
         topology: &Topology,
         parameters: &Parameters<f64>,
         bodies: &Bodies<f64>,
-        held: &[Held],
+        constrained: &[ConstrainedDof],
     ) {
         let n = topology.dofs();
         let Self { rows, matrix } = self;
@@ -78,34 +73,37 @@ impl Rows {
                 let covector = constraint.wrench(j, k, parameters.pitch[joint]);
                 let scale = if constraint.is_moment() { 1.0 } else { 1.0 / parameters.length };
                 let right = -open.power(covector);
-                rows.push(Row {
+                rows.push(ConstraintRow {
                     joint,
                     covector,
                     right,
-                    drives: false,
-                    grip: None,
-                    share: 0.0,
+                    actuated: false,
+                    friction_scale: None,
+                    reference: 0.0,
                     scale,
                 });
             }
         }
-        for held in held {
-            let joint = held.joint;
-            let dof = &topology.joint_types[joint].dofs()[held.dof];
+        for &ConstrainedDof { joint, dof, acceleration, actuated, scale, reference } in constrained
+        {
+            let dof = &topology.joint_types[joint].dofs()[dof];
             let covector = bodies.effort(dof, joint);
-            // Of a joint of the tree the rate is the tree's own.
+            // In a joint of the tree the rate is the tree's own.
             let right = match topology.role[joint] {
-                Role::Tree { .. } => held.acceleration,
+                Role::Tree { .. } => acceleration,
                 Role::Cut { .. } => {
-                    let open = opening(topology, parameters, bodies, joint);
-                    held.acceleration - open.power(covector)
+                    acceleration - opening(topology, parameters, bodies, joint).power(covector)
                 }
             };
-            let scale = if dof.translates() { 1.0 / parameters.length } else { 1.0 };
-            let drives = held.drives;
-            let grip = (!drives).then_some(held.grip);
-            let share = held.share;
-            rows.push(Row { joint, covector, right, drives, grip, share, scale });
+            rows.push(ConstraintRow {
+                joint,
+                covector,
+                right,
+                actuated,
+                friction_scale: (!actuated).then_some(scale),
+                reference,
+                scale: if dof.translates() { 1.0 / parameters.length } else { 1.0 },
+            });
         }
         matrix.clear();
         matrix.resize(rows.len() * n, 0.0);
@@ -115,9 +113,18 @@ impl Rows {
             });
         }
     }
+
+    /// Writes the matrix with its rows scaled, and its columns by `columns`, reusing the buffer.
+    pub(super) fn scale_into(&self, columns: &[f64], scaled: &mut Vec<f64>) {
+        scaled.clone_from(&self.matrix);
+        let each = self.rows.iter().zip(scaled.chunks_exact_mut(columns.len().max(1)));
+        for (row, entries) in each {
+            entries.iter_mut().zip(columns).for_each(|(entry, c)| *entry *= row.scale * c);
+        }
+    }
 }
 
-/// The freedoms of the tree that move a joint's bodies against each other, with signs.
+/// Calls `of` with each DOF of the tree that moves a joint's bodies relative to each other, and its sign.
 pub(super) fn each_dof(topology: &Topology, joint: usize, mut of: impl FnMut(usize, f64)) {
     match topology.role[joint] {
         Role::Cut { cut } => {
@@ -134,8 +141,7 @@ pub(super) fn each_dof(topology: &Topology, joint: usize, mut of: impl FnMut(usi
     }
 }
 
-/// The relative acceleration of a joint's bodies, beyond what its own rates explain, where the tree does
-/// not accelerate.
+/// Relative acceleration of a joint's bodies without acceleration of the tree, less that due to the joint's own rates.
 fn opening(
     topology: &Topology,
     parameters: &Parameters<f64>,

@@ -9,7 +9,7 @@ pub(super) const STAGES: usize = 12;
 /// Stages with the derivative at the end and those that only the interpolation needs.
 pub(super) const ALL_STAGES: usize = 16;
 
-/// Where the stages are, as parts of the step.
+/// Times of the stages as fractions of the step.
 pub(super) const NODES: [f64; ALL_STAGES] = [
     0.0,
     0.05260015195876773,
@@ -29,7 +29,7 @@ pub(super) const NODES: [f64; ALL_STAGES] = [
     0.7777777777777778,
 ];
 
-/// For each stage which derivatives make it: index and weight. Row 12 is the solution of order 8.
+/// Derivatives that make each stage: index and weight. Row 12 is the solution of order 8.
 pub(super) const WEIGHTS: [&[(usize, f64)]; ALL_STAGES] = [
     &[],
     &[(0, 0.05260015195876773)],

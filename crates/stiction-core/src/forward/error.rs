@@ -1,67 +1,66 @@
-//! Why a simulation cannot go on.
+//! Errors of forward dynamics.
 
 use super::affine_friction::InterfaceMode;
 use crate::dynamics::NO_PART;
 use crate::kinematics::AssemblyError;
 use thiserror::Error;
 
-/// One of several motions that satisfy all laws, or what is left when none does.
+/// One of several solutions that satisfy all friction laws.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Competitor {
-    /// The loads of all contacts, N.
+    /// Normal loads of all interfaces, N.
     pub loads: Vec<f64>,
     /// Accelerations of the tree.
     pub accelerations: Vec<f64>,
-    /// What each contact does.
+    /// Mode of each interface.
     pub interfaces: Vec<InterfaceMode>,
 }
 
-/// Why a simulation cannot go on.
+/// Reason why a simulation cannot continue.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ForwardError {
-    /// The mechanism cannot be assembled as it should start.
+    /// The mechanism cannot be assembled at its start.
     #[error("{0}")]
     Assembly(#[from] AssemblyError),
     /// Rigid bodies with Coulomb friction have no acceleration here (Painleve's paradox).
     #[error(
         "at t = {time} s the rigid model with this friction has no acceleration: {at} \
-         the loads grow without bound, first in joint `{joint}` ({kind}",
+         the normal loads grow without bound, first in joint `{joint}` ({kind}",
         at = if *percent < NO_PART { "with a small part of the given coefficients".to_owned() }
             else { format!("at {percent:.1} % of the given coefficients") },
-        kind = if *percent < NO_PART { "the position is singular, or as good as: its joints bear \
-            next to any load there, and hold by friction what comes along; or the coefficients are immense); \
-            start elsewhere, hold what is loose, or look at the coefficients" }
+        kind = if *percent < NO_PART { "the position is nearly singular, or the coefficients are too large); \
+            start at another position, lock loose joints, or check the coefficients" }
             else { "jamming, Painleve's paradox); give its guide a longer span, less friction, or some \
             compliance" }
     )]
     NoAcceleration {
-        /// s.
+        /// Time, s.
         time: f64,
-        /// The joint whose load grows most.
+        /// Joint whose normal load grows most.
         joint: String,
-        /// The part of the coefficients at which the solution is lost, percent.
+        /// Part of the coefficients at which the solution ends, percent.
         percent: f64,
     },
-    /// No choice of which contacts stick and which slide satisfies all laws.
+    /// No modes of sticking and sliding interfaces that satisfy all friction laws were found.
     #[error(
-        "at t = {time} s no choice of sticking and sliding joints satisfies all friction laws; joint \
-         `{joint}` is the one that neither holds nor slides (Painleve's paradox at rest); less friction \
-         or a regularised law there lets it go on"
+        "at t = {time} s no combination of sticking and sliding joints was found that satisfies all friction laws; joint \
+         `{joint}` can neither stick nor slide (Painleve's paradox at rest); reduce its friction or \
+         regularise its law"
     )]
     NoChoice {
-        /// s.
+        /// Time, s.
         time: f64,
         /// The joint.
         joint: String,
     },
-    /// Something can move that weighs nothing.
+    /// A body can move without inertia.
     #[error(
         "at t = {time} s body `{body}` can move without any inertia, so its acceleration is not defined; \
          give it mass and moments of inertia, or hold that motion"
     )]
     Massless {
-        /// s.
+        /// Time, s.
         time: f64,
         /// The body.
         body: String,
@@ -69,103 +68,103 @@ pub enum ForwardError {
     /// The loops cannot be closed again.
     #[error(
         "at t = {time} s the loops cannot be closed: joint `{joint}` stays open by {gap:.2e} (m or rad); \
-         the position is singular, or what is prescribed is out of reach"
+         the position is singular, or the prescribed motion is out of reach"
     )]
     Open {
-        /// s.
+        /// Time, s.
         time: f64,
         /// The joint.
         joint: String,
-        /// By how much, m or rad.
+        /// Closure error, m or rad.
         gap: f64,
     },
-    /// The steps have become too small.
+    /// Steps have become too small.
     #[error(
         "at t = {time} s steps of {step:.1e} s are still too long for the tolerance {tolerance:.0e}: \
-         something changes infinitely fast there{around}; allow a larger tolerance, or look at the forces \
+         the motion changes too fast there{around}; allow a larger tolerance, or check the forces \
          at that time"
     )]
     Stiff {
-        /// s.
+        /// Time, s.
         time: f64,
-        /// s.
+        /// Time, s.
         step: f64,
         /// The relative tolerance.
         tolerance: f64,
-        /// Where, in words.
+        /// Location, in words.
         around: String,
     },
-    /// What is given for the start contradicts itself, or the loops.
+    /// The start values contradict each other or the loops.
     #[error(
-        "the start is contradictory: {what} {is} missed by {by:.3e} ({units}); give less, or other numbers",
+        "the start values contradict each other: {what} {is} off by {by:.3e} ({units}); give fewer values, or \
+         consistent ones",
         is = if what.starts_with("joint") { "and is" } else { "is" },
         units = if *rates { "m/s or rad/s" } else { "m or rad" }
     )]
     Contradiction {
-        /// What is missed, in words.
+        /// The value or rate that is not met, in words.
         what: String,
-        /// By how much: m or rad, or m/s or rad/s of rates.
+        /// Residual: m or rad, of rates m/s or rad/s.
         by: f64,
-        /// Whether it is about rates.
+        /// True if it is a rate.
         rates: bool,
     },
-    /// The rates at the start leave what is locked, prescribed or closed at once: at a dead centre, or where
-    /// two ways of moving meet. Or they are none but the forces push that way, and no finite force holds.
+    /// The motion at the start violates a lock, a prescribed motion or a loop at once: at a dead centre, or where two
+    /// motions bifurcate. With rates that are zero, the forces push into such a motion, and no finite reaction prevents it.
     #[error(
-        "the start is contradictory: {}; start {}elsewhere, or let it move",
+        "the start is contradictory: {}; start {}at another position, or release that constraint",
         blocked(*time, what, *by, *translates, *at_rest),
         if *at_rest { "" } else { "at rest or " }
     )]
     Blocked {
-        /// s.
+        /// Time, s.
         time: f64,
-        /// What, in words.
+        /// The violated constraint, in words.
         what: String,
-        /// m/s^2 or rad/s^2.
+        /// Residual acceleration, m/s^2 or rad/s^2.
         by: f64,
-        /// Which of the two.
+        /// True if it is an acceleration in m/s^2.
         translates: bool,
-        /// Whether it is at rest and the forces alone would set it going: then `by` is what they lead to after
-        /// a second.
+        /// True if the mechanism is at rest and the forces push it; `by` is then the residual after one second.
         at_rest: bool,
     },
-    /// Loops, locks and what is prescribed would have to stop a motion at once.
+    /// Loops, locks or prescribed motions would stop a motion instantly.
     #[error(
         "at t = {time} s velocities would have to jump by {percent:.2} % of the fastest so that {what} \
-         holds: an impact, which rigid bodies do not describe; let it move, prescribe another motion, or \
-         keep away from dead centres and singular positions"
+         holds: an impact, which is not modelled; release that constraint, prescribe another motion, or \
+         avoid dead centres and singular positions"
     )]
     Impact {
-        /// s.
+        /// Time, s.
         time: f64,
-        /// What, in words.
+        /// The violated constraint, in words.
         what: String,
-        /// The change of the velocities, percent of the fastest.
+        /// Jump of the velocities, percent of the fastest.
         percent: f64,
     },
-    /// A checkpoint is not one of this mechanism.
+    /// A checkpoint does not belong to this mechanism.
     #[error(
-        "the checkpoint is not one of a simulation of this mechanism by this version; start anew"
+        "the checkpoint does not belong to a simulation of this mechanism by this version; start a new one"
     )]
     Checkpoint,
-    /// Something drives the mechanism beyond where its equations hold.
+    /// A body exceeds the speed of light: the forces grow without bound.
     #[error(
-        "at t = {time} s body `{body}` is faster than light ({speed:.1e} m/s): what acts on it grows without bound"
+        "at t = {time} s body `{body}` is faster than light ({speed:.1e} m/s): the forces on it grow without bound"
     )]
     Runaway {
-        /// s.
+        /// Time, s.
         time: f64,
         /// The fastest body.
         body: String,
-        /// Of its centre of mass, or of what turns with it at the characteristic length, m/s.
+        /// Speed of its centre of mass, or of a point at the characteristic length from it, m/s.
         speed: f64,
     },
-    /// Numbers have become infinite.
+    /// A number is not finite.
     #[error("at t = {time} s {what} is not a finite number; check the inputs at that time")]
     NotFinite {
-        /// s.
+        /// Time, s.
         time: f64,
-        /// Of what.
+        /// The quantity.
         what: &'static str,
     },
 }
@@ -173,13 +172,13 @@ pub enum ForwardError {
 fn blocked(time: f64, what: &str, by: f64, translates: bool, at_rest: bool) -> String {
     if at_rest {
         return format!(
-            "at t = {time} s the forces push in a direction in which {what} gives way at first but not \
-             beyond (a dead centre, or a position where two ways of moving meet): no finite force holds that"
+            "at t = {time} s the forces push in a direction that {what} permits instantaneously but not \
+             over a finite distance (a dead centre or a bifurcation): no finite reaction balances them"
         );
     }
     let units = if translates { "m/s^2" } else { "rad/s^2" };
     format!(
-        "{what} allows these rates at t = {time} s but not beyond: they would accelerate it by {by:.3e} \
-         {units} that nothing can undo (a dead centre, or a position where two ways of moving meet)"
+        "{what} permits these rates at t = {time} s only instantaneously: they violate it with an acceleration of \
+         {by:.3e} {units} (a dead centre or a bifurcation)"
     )
 }

@@ -1,4 +1,4 @@
-//! Where a simulation begins, from partial information.
+//! Initial state of a simulation from partial information.
 //!
 //! Equation (D8) of the book's theory.
 
@@ -11,33 +11,31 @@ use crate::linalg::RowSpace;
 use crate::mechanism::BodyId;
 use crate::spatial::Pose;
 
-/// What is known about one coordinate at the start.
+/// Known value or rate of one coordinate at the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Known {
-    /// Which.
+    /// The coordinate.
     pub coordinate: Coordinate,
-    /// rad or m.
+    /// Value, rad or m.
     pub value: Option<f64>,
-    /// rad/s or m/s. Of a component of a rotation vector it is that of the angular velocity in the
-    /// ground's axes.
+    /// Rate, rad/s or m/s; for a component of a rotation vector that of the angular velocity in the ground's axes.
     pub rate: Option<f64>,
 }
 
-/// Rates that are missed by less than this part of the largest are met.
+/// Residual of a rate relative to the largest at which it is met.
 const MET: f64 = 1e-9;
-/// Rows that add less than this depend on others.
+/// Relative size of a row's independent part below which the row depends on others.
 const DEPENDENT: f64 = 1e-10;
 
 impl Forward {
-    /// A state from whatever is known: values and rates of any coordinates of joints or poses of bodies.
+    /// Assembles a state from known values and rates of any joint coordinates and body poses.
     ///
-    /// The position is found from the model's own start coordinates, and from `initial_poses`, guesses of poses of
-    /// bodies in the ground's frame, by steps each of which is the least that meets what is known and
-    /// closes the loops. Rates that stay open are those of least kinetic energy; nothing is at rest unless
-    /// it can be.
+    /// The search starts from the start coordinates of the joints and from `initial_poses`, guesses of body poses in the
+    /// ground's frame. Each step is the shortest that meets the known values and closes the loops. Rates that remain open
+    /// minimise the kinetic energy.
     ///
     /// # Errors
-    /// [`ForwardError::Contradiction`] names what cannot be met.
+    /// [`ForwardError::Contradiction`] names the value or rate that cannot be met.
     pub fn assemble_from(
         &self,
         initial_poses: &[(BodyId, Pose<f64>)],
@@ -83,16 +81,16 @@ impl Forward {
         let n = topology.dofs();
         let mut space = RowSpace::default();
         space.decompose(&rows.matrix, rows.rights.len(), n, DEPENDENT);
-        // In scaled rates: the shortest that meets the rows, then what has least kinetic energy.
+        // In scaled rates: the shortest that meet the rows, then the ones of least kinetic energy.
         let mut found = space.shortest(&rows.rights);
         let largest = rows.rights.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         for (row, right) in rows.matrix.chunks_exact(n.max(1)).zip(&rows.rights).enumerate() {
             let (entries, right) = right;
-            let has: f64 = entries.iter().zip(&found).map(|(a, b)| a * b).sum();
-            if (has - right).abs() > MET * largest.max(f64::MIN_POSITIVE) {
+            let rate: f64 = entries.iter().zip(&found).map(|(a, b)| a * b).sum();
+            if (rate - right).abs() > MET * largest.max(f64::MIN_POSITIVE) {
                 let missed = Missed {
                     what: RateRows::what(topology, row),
-                    by: (has - right).abs() / rows.scales[row],
+                    by: (rate - right).abs() / rows.scales[row],
                 };
                 return Err(contradiction(&missed, &places, true));
             }
@@ -107,7 +105,7 @@ impl Forward {
         bodies.move_with(topology, &state.rates);
         let masses = MassMatrix::new(topology, parameters, &mut bodies, &[]);
         let free = basis.len() / n.max(1);
-        // What moves without inertia has no energy to be least: it stays as it is.
+        // Without inertia the energy has no minimum: the shortest rates stay.
         if free > 0
             && largest > 0.0
             && let Ok(factored) = factor(&masses.matrix, &mut basis, n, &|_| false, &mut Vec::new())
@@ -130,6 +128,7 @@ impl Forward {
         Ok(state)
     }
 
+    /// Describes a coordinate by its names.
     fn in_words(&self, coordinate: &Coordinate) -> String {
         let body = |body: &BodyId| &self.mechanism.bodies()[body.0].name;
         let axis = |axis: &usize| ["x", "y", "z"].get(*axis).copied().unwrap_or("?");

@@ -1,47 +1,47 @@
-//! What acts on a mechanism from outside, as functions of time and state.
+//! Inputs of a simulation: efforts, loads and prescribed motions as functions of time and state.
 
 use crate::kinematics::{Bodies, State, Target};
 use crate::statics::AppliedLoad;
 use crate::topology::Topology;
 
-/// What inputs may look at.
+/// State that inputs may depend on.
 #[derive(Clone, Copy)]
 pub struct View<'a> {
-    /// s.
+    /// Time, s.
     pub time: f64,
     /// Coordinates and rates of the tree.
     pub state: &'a State<f64>,
     /// Poses and twists of the bodies, about the kernel origin.
     pub bodies: &'a Bodies<f64>,
     pub(super) topology: &'a Topology,
-    /// Of each joint, m/rad; zero but for helical ones.
+    /// Pitch of each joint, m/rad; zero except for helical joints.
     pub(super) pitch: &'a [f64],
-    /// Counted on; none within a step.
+    /// Angles counted over full turns; empty within a step.
     pub(super) angles: &'a [Angle],
 }
 
-/// An angle that is counted on over full turns.
+/// An angle that is counted over full turns.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Angle {
     pub(super) joint: usize,
     pub(super) dof: usize,
-    /// rad.
+    /// Value, rad.
     pub(super) value: f64,
-    /// rad/s.
+    /// Rate, rad/s.
     pub(super) rate: f64,
-    /// When it was so, s.
+    /// Time of this value, s.
     pub(super) time: f64,
 }
 
 impl View<'_> {
-    /// The rate of an actuator, rad/s or m/s.
+    /// Rate of an actuator, rad/s or m/s.
     pub fn actuator_rate(&self, actuator: usize) -> f64 {
         self.bodies.actuator_rate(self.topology, self.topology.actuators[actuator])
     }
 
-    /// The coordinate of an actuator, rad or m. In [`Inputs::change`] angles are counted on over full turns
-    /// since the start; elsewhere those of joints that close a loop lie within half a turn, but those of
-    /// helical ones, which their advance tells.
+    /// Coordinate of an actuator, rad or m. In [`Inputs::change`] angles are counted over full turns
+    /// since the start. Elsewhere angles of joints that close a loop lie within half a turn; those of helical joints
+    /// follow from their advance.
     pub fn actuator_coordinate(&self, actuator: usize) -> f64 {
         let actuator = self.topology.actuators[actuator];
         let at = (actuator.joint, actuator.dof);
@@ -52,7 +52,7 @@ impl View<'_> {
     }
 }
 
-/// The coordinate of a joint's freedom; zero of joints without scalar coordinates, and of freedoms that are not there.
+/// Coordinate of a joint's DOF; zero for joints without scalar coordinates, and for indices without a DOF.
 pub(super) fn joint_coordinate(
     (topology, pitch): (&Topology, &[f64]),
     state: &State<f64>,
@@ -72,50 +72,50 @@ pub(super) fn joint_coordinate(
     nearest.get(dof).copied().unwrap_or(0.0)
 }
 
-/// What acts from outside. All methods must answer from their arguments alone: a step is tried, and
-/// tried again. What changes suddenly does so at [`Self::next_change`].
+/// Inputs of a simulation. The results of all methods may depend on their arguments only, since steps are
+/// repeated. Jumps happen at [`Self::next_change`].
 pub trait Inputs {
-    /// Efforts of all actuators, N or N m, in their order; those of prescribed ones are not read.
-    /// `efforts` are zeros.
+    /// Writes the efforts of all actuators, N or N m, in their order; those of prescribed actuators are ignored.
+    /// `efforts` contains zeros.
     fn efforts(&mut self, view: &View<'_>, efforts: &mut [f64]);
 
-    /// Where prescribed actuators are, in the order in which they were named. `targets` are zeros.
+    /// Writes the targets of the prescribed actuators at a time, s, in the order given to the model. `targets` contains
+    /// zeros.
     fn targets(&mut self, time: f64, targets: &mut [Target<f64>]) {
         let _ = (time, targets);
     }
 
-    /// Loads on bodies; the list is empty.
+    /// Appends the loads on bodies to the empty list.
     fn loads(&mut self, view: &View<'_>, loads: &mut Vec<AppliedLoad<f64>>) {
         let _ = (view, loads);
     }
 
-    /// The next time after `time` at which an input jumps or a controller samples; steps end there.
+    /// Next time after `time`, s, at which an input jumps or a controller samples; steps end there.
     fn next_change(&self, time: f64) -> Option<f64> {
         let _ = time;
         None
     }
 
-    /// Until when, from `time` on, efforts and loads stay as they are while the mechanism stands still, s: before
-    /// that they are not asked for where everything sticks. By default they may change at once.
+    /// Time, s, up to which efforts and loads stay constant from `time` on while the mechanism is at rest. They are not
+    /// evaluated before it while everything sticks. By default they may change at once.
     fn steady_until(&self, time: f64) -> f64 {
         time
     }
 
-    /// Up to when, from `time` on, looks at a few instants tell what acts, s. No step goes further; what is shorter
-    /// than a step, and over between two looks, would be missed.
+    /// Time, s, up to which a few samples from `time` on resolve the inputs; no step goes beyond. Otherwise a pulse shorter
+    /// than a step could be missed.
     fn seen_until(&self, time: f64) -> f64 {
         let _ = time;
         f64::INFINITY
     }
 
-    /// Called once at each such time, and at the start, with the state that it may sample.
+    /// Updates sampled inputs; called once at the start and at each [`Self::next_change`].
     fn change(&mut self, view: &View<'_>) {
         let _ = view;
     }
 }
 
-/// Constant efforts and nothing else, N or N m, in the order of [`Mechanism::actuators`]; actuators beyond the list
-/// exert none.
+/// Constant efforts without loads, N or N m, in the order of [`Mechanism::actuators`]; zero for actuators beyond the list.
 ///
 /// [`Mechanism::actuators`]: crate::mechanism::Mechanism::actuators
 #[derive(Clone, Debug, PartialEq)]

@@ -1,40 +1,39 @@
-//! Everything at one instant: accelerations, reactions, friction, powers.
+//! Results at an instant: accelerations, reactions, friction, powers.
 
 use super::Forward;
-use super::affine_friction::{InterfaceMode, bristle_rate, dot, load, norm};
+use super::affine_friction::{InterfaceMode, bristle_rate, dot, norm};
+use super::data::Data;
 use super::mass_matrix::{self, MassMatrix};
-use super::situation::Situation;
-use super::solve::Solved;
+use super::solve::{Solved, StickingDof};
 use crate::friction::OwnFriction;
 use crate::kinematics::{Bodies, State};
 use crate::spatial::{Vec3, Wrench};
 use crate::statics::AppliedLoad;
 use crate::topology::Role;
 
-/// A contact at one instant.
+/// A friction interface at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterfaceSample {
-    /// What it does.
+    /// Mode.
     pub interface: InterfaceMode,
-    /// Sliding velocity at the surface along its freedoms, m/s.
+    /// Sliding velocity at the surface along its DOFs, m/s.
     pub velocity: [f64; 3],
-    /// N.
+    /// Normal load, N.
     pub load: f64,
-    /// Friction at the surface, with the sense of the sliding that it resists, N.
+    /// Friction at the surface, N, in the direction of the sliding that it resists.
     pub friction: [f64; 3],
-    /// The greatest friction before it slides, N; of a sliding contact that at rest under this load.
+    /// Static friction limit under this normal load, N.
     pub limit: f64,
 }
 
 impl InterfaceSample {
-    /// By how much the limit is above the friction, N.
+    /// Static friction limit less friction, N.
     pub fn margin(&self) -> f64 {
         self.limit - norm(self.friction)
     }
 
-    /// What it dissipates, W. Where it slides it is speed times friction, as the law says, and not their product
-    /// along the freedoms: these are the same where friction is against the sliding, and where it is not the
-    /// account of energy shows it.
+    /// Dissipated power, W. While it slides, this is speed times friction as in the law, not the product of the vectors:
+    /// if friction is not against the sliding, the energy balance shows it.
     pub(super) fn dissipated(&self) -> f64 {
         let along = dot(self.velocity, self.friction);
         match self.interface {
@@ -44,27 +43,27 @@ impl InterfaceSample {
     }
 }
 
-/// Powers of one instant, W, and energies, J.
+/// Powers, W, and energies, J, at an instant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Account {
-    /// J.
+    /// Kinetic energy, J.
     pub kinetic: f64,
-    /// Gravity's (zero at the kernel origin) and springs', J.
+    /// Potential energy of gravity (zero at the kernel origin) and springs, J.
     pub potential: f64,
-    /// What potential energy grows by, W.
+    /// Rate of change of the potential energy, W.
     pub exchange: f64,
     /// Power of each actuator, W.
     pub drives: Vec<f64>,
     /// Power of all loads, W.
     pub loads: f64,
-    /// What dampers of springs dissipate, W.
+    /// Power dissipated by the dampers of springs, W.
     pub dampers: f64,
-    /// What each contact dissipates, W; of bristles what they take up.
+    /// Power dissipated by each interface, W; with bristles the power that they take up.
     pub interfaces: Vec<f64>,
 }
 
 impl Account {
-    /// That of bodies which move like this under these efforts of actuators and loads, in the room that is there.
+    /// Computes all powers and energies for moving bodies, actuator efforts, loads and interfaces.
     pub(super) fn update(
         &mut self,
         model: &Forward,
@@ -96,10 +95,10 @@ impl Account {
     }
 }
 
-/// Everything at one instant.
+/// Results at an instant.
 #[derive(Clone, Debug)]
 pub struct Instant {
-    /// s.
+    /// Time, s.
     pub time: f64,
     /// Coordinates, rates, accelerations of the tree.
     pub state: State<f64>,
@@ -110,40 +109,39 @@ pub struct Instant {
     /// For each joint the complete wrench that the predecessor exerts on the successor, world axes
     /// about the kernel origin.
     pub wrenches: Vec<Wrench<f64>>,
-    /// All contacts.
+    /// All friction interfaces.
     pub interfaces: Vec<InterfaceSample>,
-    /// Rates of the deflections of bristles, m/s.
+    /// Rates of the bristle deflections, m/s.
     pub(super) bristle_rates: Vec<[f64; 3]>,
     /// Energies and powers.
     pub account: Account,
-    /// How strongly friction and reactions are coupled: below one there is no other solution. Only
-    /// where it was asked for.
+    /// Bound on the coupling of friction and normal loads, if it was asked for: below one the solution is the only one.
     pub coupling: Option<f64>,
-    /// How many constraints, held freedoms among them, are redundant.
+    /// Number of redundant constraints, sticking DOFs included.
     pub redundant: usize,
-    /// How many efforts of what is prescribed or locked are open: more are than it takes. Their sum of squares is
-    /// least, rotary ones over the characteristic length.
+    /// Number of actuator efforts that equilibrium leaves open because more DOFs are prescribed or locked than can move.
+    /// Their sum of squares is least, torques over the characteristic length.
     pub open_drives: usize,
-    /// Degrees of freedom left.
+    /// Number of DOFs left by the constraints.
     pub mobility: usize,
-    /// How far the conditions are from being dependent: loops at a singular position.
+    /// Distance of the constraints from being dependent; zero at a singular position of the loops.
     pub(super) distance: f64,
-    /// A contact that sticks where its joint only stands for this instant, and must move an instant later.
+    /// A sticking interface whose joint is locked for this instant only.
     pub(super) gives_way: Option<usize>,
 }
 
 impl Instant {
-    /// What is no number in it, if anything is.
+    /// A quantity that is not finite, if there is any.
     pub(super) fn unfinite(&self) -> Option<&'static str> {
         if !self.state.accelerations.iter().all(|a| a.is_finite()) {
             return Some("an acceleration");
         }
-        // Magnitudes are told, too: squares must not be infinite.
+        // Magnitudes are results, too: squares must be finite.
         let is_finite = |w: &Wrench<f64>| [w.force, w.moment].iter().all(|v| v.dot(*v).is_finite());
         (!self.wrenches.iter().all(is_finite)).then_some("a reaction")
     }
 
-    /// Room for an instant.
+    /// Allocates an instant of a model, without values.
     pub(super) fn new(model: &Forward) -> Self {
         let topology = &model.topology;
         Self {
@@ -164,7 +162,7 @@ impl Instant {
         }
     }
 
-    /// Force and moment, about the joint's origin (that of J), of each joint's complete wrench.
+    /// Force (N) and moment (N m, about the origin of frame J) of each joint's complete wrench, world axes.
     pub fn reactions(&self) -> Vec<(Vec3<f64>, Vec3<f64>)> {
         let each = self.wrenches.iter().zip(&self.bodies.frame_j);
         each.map(|(w, j)| (w.force, w.moment_about(j.position))).collect()
@@ -172,22 +170,10 @@ impl Instant {
 }
 
 impl Forward {
-    /// The friction at the surface and the load of each contact of a solved choice.
-    pub(super) fn interfaces(
+    /// Writes friction and normal load of each interface of a solution, reusing the buffer.
+    pub(super) fn interfaces_into(
         &self,
-        situation: &Situation,
-        modes: &[InterfaceMode],
-        solved: &Solved,
-    ) -> Vec<InterfaceSample> {
-        let mut interfaces = Vec::with_capacity(modes.len());
-        self.interfaces_into(situation, modes, solved, &mut interfaces);
-        interfaces
-    }
-
-    /// The same in the room that is there.
-    fn interfaces_into(
-        &self,
-        situation: &Situation,
+        data: &Data,
         modes: &[InterfaceMode],
         solved: &Solved,
         interfaces: &mut Vec<InterfaceSample>,
@@ -196,80 +182,60 @@ impl Forward {
         interfaces.clear();
         for (index, interface) in parameters.interfaces.iter().enumerate() {
             let arms = interface.arms(parameters.pitch[interface.joint]);
-            let mut load_now = solved.coupled.loads[index];
+            let mut load = solved.coupled.loads[index];
             let mut friction = [0.0; 3];
             if modes[index] == InterfaceMode::Sticks {
-                for &(of, place, row) in &solved.holding {
-                    if of == index {
-                        let first = self.topology.constraints;
-                        let effort = solved.coupled.response.multipliers[first + row];
-                        friction[place] = -effort / arms[place];
-                    }
+                for &StickingDof { place, row, .. } in
+                    solved.sticking.iter().filter(|dof| dof.interface == index)
+                {
+                    let row = self.topology.constraints + row;
+                    friction[place] = -solved.coupled.response.multipliers[row] / arms[place];
                 }
-                let own = OwnFriction {
-                    coefficient: 0.0,
-                    constant: friction[0].abs(),
-                    direction: friction[0].signum(),
-                };
                 let wrench = solved.coupled.response.wrenches[interface.joint];
-                load_now = load(parameters, &situation.bodies, interface, own, wrench).value;
+                let own = OwnFriction::of(friction[0]);
+                load = self.configuration(data).normal_load(index, wrench, own).value;
             } else {
-                let rub = &solved.affine_frictions[index];
-                for place in 0..interface.shape.dofs().len() {
-                    let effort = rub.known[place] + rub.per_load[place] * load_now;
-                    friction[place] = effort / arms[place];
-                }
+                friction = solved.frictions[index].at_surface(arms, load);
             }
-            let limit = interface.law_towards(friction[0]).at_rest() * load_now;
-            let (mut velocity, mode) = (situation.velocities[index], modes[index]);
+            let limit = interface.law_towards(friction[0]).at_rest() * load;
+            let (mut velocity, mode) = (data.velocities[index], modes[index]);
             if mode == InterfaceMode::Sticks && self.leaders(index).is_none() {
-                // What others that stick leave of it is rounding.
+                // The rates that other sticking interfaces leave here are round-off.
                 velocity = [0.0; 3];
             }
-            interfaces.push(InterfaceSample {
-                interface: mode,
-                velocity,
-                load: load_now,
-                friction,
-                limit,
-            });
+            interfaces.push(InterfaceSample { interface: mode, velocity, load, friction, limit });
         }
     }
 
-    /// Everything of a solved choice.
-    pub(super) fn instant(
-        &self,
-        situation: Situation,
-        modes: &[InterfaceMode],
-        solved: &Solved,
-    ) -> Instant {
+    /// Everything at the instant of a solution.
+    pub(super) fn instant(&self, data: &Data, modes: &[InterfaceMode], solved: &Solved) -> Instant {
         let mut instant = Instant::new(self);
-        self.instant_into(&situation, modes, solved, &mut instant);
+        self.instant_into(data, modes, solved, &mut instant);
         instant
     }
 
-    /// The same in the room that is there.
+    /// Writes everything at the instant of a solution, reusing the buffers.
     pub(super) fn instant_into(
         &self,
-        situation: &Situation,
+        data: &Data,
         modes: &[InterfaceMode],
         solved: &Solved,
         instant: &mut Instant,
     ) {
         let topology = &self.topology;
-        let Situation { efforts, loads, masses, .. } = situation;
+        let Data { efforts, loads, masses, .. } = data;
         let Instant { state, bodies, drives, wrenches, interfaces, bristle_rates, account, .. } =
             instant;
-        self.interfaces_into(situation, modes, solved, interfaces);
-        state.clone_from(&situation.state);
-        bodies.clone_from(&situation.bodies);
+        self.interfaces_into(data, modes, solved, interfaces);
+        state.clone_from(&data.state);
+        bodies.clone_from(&data.bodies);
         let response = &solved.coupled.response;
         state.accelerations.clone_from(&response.accelerations);
-        for held in &solved.held {
-            if let Role::Tree { node } = topology.role[held.joint] {
-                // Not to rounding, but exactly: what is held does not drift.
-                let tree_dof = topology.nodes[node].tree_dofs.start + held.dof;
-                state.accelerations[tree_dof] = held.acceleration;
+        for constrained in &solved.constrained {
+            if let Role::Tree { node } = topology.role[constrained.joint] {
+                // Exactly, not to round-off: constrained DOFs do not drift.
+                let tree_dof = topology.nodes[node].tree_dofs.start + constrained.dof;
+                state.accelerations[tree_dof] = constrained.acceleration;
             }
         }
         bodies.accelerate(topology, &state.accelerations);
@@ -279,16 +245,16 @@ impl Forward {
         }
         account.update(self, (masses, loads), bodies, drives, interfaces);
         bristle_rates.clear();
-        let each = self.parameters.interfaces.iter().zip(&*interfaces).zip(&situation.bristles);
+        let each = self.parameters.interfaces.iter().zip(&*interfaces).zip(&data.bristles);
         bristle_rates
             .extend(each.map(|((interface, now), z)| bristle_rate(interface, now.velocity, *z)));
         wrenches.clone_from(&response.wrenches);
-        instant.time = situation.time;
-        instant.coupling = solved.strength;
-        instant.redundant = solved.balance.spread.stresses.len();
-        instant.open_drives = solved.balance.spread.open_drives();
+        instant.time = data.time;
+        instant.coupling = solved.coupling_bound;
+        instant.redundant = solved.balance.redundant();
+        instant.open_drives = solved.balance.redundancy.open_efforts();
         instant.mobility = solved.balance.mobility(topology.dofs());
         instant.distance = solved.balance.distance();
-        instant.gives_way = self.gives_way(situation, solved).map(|(interface, _)| interface);
+        instant.gives_way = self.instantaneous_lock(data, solved).map(|(interface, _)| interface);
     }
 }

@@ -1,24 +1,24 @@
-//! Steps of the method of Dormand and Prince of order 8, with error control and interpolation.
+//! Integrator: the Runge-Kutta method of Dormand and Prince of order 8, with error control and interpolation.
 //!
 //! Equation (D6) of the book's theory.
 
 use super::dop853::{ALL_STAGES, ERROR_5, INTERPOLATION, LOWER_3, NODES, STAGES, WEIGHTS};
 
-/// The stages of the last step that was tried.
+/// Stages of the last attempted step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Steps {
     stages: Vec<Vec<f64>>,
     start: Vec<f64>,
-    /// Where the last stage was.
+    /// State of the last stage.
     last: Vec<f64>,
     pub(super) end: Vec<f64>,
     step: f64,
-    /// Coefficients of the interpolation, where they were asked for.
+    /// Coefficients of the interpolation, if it was prepared.
     curve: Vec<Vec<f64>>,
     has_curve: bool,
 }
 
-/// Tolerances: an error counts in units of `absolute * scale + relative * |y|`.
+/// Tolerances; the unit of an error is `absolute * scale + relative * |y|`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tolerance<'a> {
     pub(super) relative: f64,
@@ -27,8 +27,8 @@ pub(super) struct Tolerance<'a> {
 }
 
 impl Steps {
-    /// Tries a step from `start`, where the derivative is `first`; returns the error in units of the
-    /// tolerance. `derivative` writes into numbers of the length of the state.
+    /// Attempts a step from `start` with the derivative `first` there. Returns the error in units of the tolerance.
+    /// `derivative` writes the derivative at a time and a state.
     pub(super) fn attempt<E>(
         &mut self,
         start: &[f64],
@@ -73,7 +73,7 @@ impl Steps {
         Ok(step.abs() * fifth / (below * f64::from(count.max(1))).sqrt())
     }
 
-    /// One stage; where it was is kept in `last`.
+    /// Evaluates a stage; its state remains in `last`.
     fn evaluate<E>(
         &mut self,
         stage: usize,
@@ -89,8 +89,8 @@ impl Steps {
         done
     }
 
-    /// The step times the rate at which solutions nearby come together, roughly (Hairer, Norsett and Wanner
-    /// 1993, section IV.2): beyond some six stability bounds the step, not accuracy. `after` is the
+    /// Estimate of the step times the contraction rate of neighbouring solutions (Hairer, Norsett and Wanner
+    /// 1993, section IV.2): above about six, stability bounds the step, not accuracy. `after` is the
     /// derivative at the end.
     pub(super) fn stiffness(&self, after: &[f64], scales: &[f64]) -> f64 {
         let Some(before) = self.stages.get(STAGES - 1) else { return 0.0 };
@@ -102,6 +102,7 @@ impl Steps {
         if apart > 0.0 { self.step * (change / apart).sqrt() } else { 0.0 }
     }
 
+    /// Writes the state for the weights of a stage.
     fn point(&self, weights: &[(usize, f64)], y: &mut Vec<f64>) {
         y.clear();
         y.extend_from_slice(&self.start);
@@ -120,7 +121,7 @@ impl Steps {
     ) -> Result<(), E> {
         self.stages[STAGES].clear();
         self.stages[STAGES].extend_from_slice(last);
-        // What stability is judged by stays.
+        // The estimate of stiffness needs the last stage of the step itself.
         let kept = self.last.clone();
         for stage in STAGES + 1..ALL_STAGES {
             self.evaluate(stage, time, &mut derivative)?;
@@ -150,7 +151,7 @@ impl Steps {
         Ok(())
     }
 
-    /// The state at a part of the step, by interpolation.
+    /// Writes the state at a fraction of the step, by interpolation.
     pub(super) fn at(&self, part: f64, y: &mut Vec<f64>) {
         debug_assert!(self.has_curve, "the curve is that of this step");
         y.clear();

@@ -1,4 +1,4 @@
-//! How single joints move.
+//! Motion of single joints.
 
 use super::Forward;
 use super::inputs::joint_coordinate;
@@ -6,9 +6,9 @@ use crate::kinematics::{Bodies, State, Target, closure_error};
 use crate::mechanism::JointId;
 
 impl Forward {
-    /// The coordinate of a joint's freedom, rad or m, where the tree and the bodies are like this. Angles
-    /// of joints that close a loop lie within half a turn; joints without scalar coordinates have the
-    /// coordinate zero, and so have freedoms that are not there.
+    /// Coordinate of a joint's DOF, rad or m, for this state of the tree and of the bodies. Angles
+    /// of joints that close a loop lie within half a turn. Zero for joints without scalar coordinates, and for indices
+    /// without a DOF.
     pub fn joint_coordinate(
         &self,
         state: &State<f64>,
@@ -20,8 +20,8 @@ impl Forward {
         joint_coordinate((&self.topology, pitch), state, bodies, (joint.0, dof))
     }
 
-    /// Coordinate, as [`Self::joint_coordinate`], rate and acceleration of a joint's freedom where the tree
-    /// and the bodies move like this.
+    /// Coordinate, as [`Self::joint_coordinate`], rate and acceleration of a joint's DOF for this motion of the tree and of
+    /// the bodies.
     pub fn joint_motion(
         &self,
         state: &State<f64>,
@@ -44,7 +44,7 @@ impl Forward {
         }
     }
 
-    /// The largest loop-closure error where bodies are like this, m; angles times the characteristic length.
+    /// Largest loop-closure error for these bodies, m; angles times the characteristic length.
     pub fn closure_error(&self, bodies: &Bodies<f64>) -> f64 {
         closure_error(&self.topology, &self.parameters, bodies)
     }

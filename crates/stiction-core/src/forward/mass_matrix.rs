@@ -1,4 +1,4 @@
-//! The tree's mass matrix and what inertia, gravity, loads and springs do on its freedoms.
+//! Mass matrix of the tree, and its bias: inertia forces, gravity, loads and springs.
 
 use crate::dynamics::SpringForce;
 use crate::kinematics::Bodies;
@@ -8,13 +8,13 @@ use crate::spatial::{Mat3, Twist, Vec3, Wrench};
 use crate::statics::{AppliedLoad, demand_of_motion};
 use crate::topology::{Link, Topology};
 
-/// Inertia of one body, or of several that move as one, about the kernel origin in world axes.
+/// Inertia of a body or a composite body about the kernel origin, world axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inertia {
     mass: f64,
-    /// Mass times centre of mass, kg m.
+    /// Mass times position of the centre of mass, kg m.
     moment: Vec3<f64>,
-    /// About the origin, kg m^2.
+    /// Inertia tensor about the origin, kg m^2.
     second: Mat3<f64>,
 }
 
@@ -38,7 +38,7 @@ impl Inertia {
         self.second = self.second + other.second;
     }
 
-    /// The momentum of a motion, or what an acceleration demands.
+    /// Momentum of a twist, or wrench for an acceleration.
     #[inline(always)]
     pub(super) fn times<T: Scalar>(&self, twist: Twist<T>) -> Wrench<T> {
         let (mass, moment) = (T::from_f64(self.mass), self.moment.lift());
@@ -50,24 +50,24 @@ impl Inertia {
     }
 }
 
-/// Inertia and what drives the tree, at one position and velocity.
+/// Mass matrix and bias at one position and velocity.
 #[derive(Clone, Debug, Default)]
 pub(super) struct MassMatrix {
-    /// Each body's own.
+    /// Inertia of each body.
     pub(super) inertia: Vec<Inertia>,
-    /// Row by row.
+    /// Mass matrix of the tree, row by row.
     pub(super) matrix: Vec<f64>,
-    /// What the joints must exert on each body where the tree does not accelerate.
-    pub(super) demand: Vec<Wrench<f64>>,
-    /// The same on the tree's freedoms.
+    /// Wrench that the joints must exert on each body if the tree does not accelerate.
+    pub(super) bias_wrenches: Vec<Wrench<f64>>,
+    /// Generalised forces of these on the tree's DOFs.
     pub(super) bias: Vec<f64>,
-    /// Room for what hangs from each body, and what it demands.
+    /// Buffers: composite inertia of each subtree, and its bias wrench.
     composite: Vec<Inertia>,
-    beyond: Vec<Wrench<f64>>,
+    subtree_wrenches: Vec<Wrench<f64>>,
 }
 
 impl MassMatrix {
-    /// Needs bodies placed and moved.
+    /// Computes the mass matrix; bodies must be placed and moved.
     pub(super) fn new(
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -79,7 +79,7 @@ impl MassMatrix {
         masses
     }
 
-    /// The same in the room that is there.
+    /// Recomputes in place, reusing the buffers; bodies must be placed and moved.
     pub(super) fn update(
         &mut self,
         topology: &Topology,
@@ -89,26 +89,26 @@ impl MassMatrix {
     ) {
         let count = bodies.pose.len();
         let n = topology.dofs();
-        let Self { inertia, matrix, demand, bias, composite, beyond } = self;
+        let Self { inertia, matrix, bias_wrenches, bias, composite, subtree_wrenches } = self;
         inertia.clear();
         inertia.extend((0..count).map(|b| Inertia::of(parameters, bodies, b)));
         bodies.acceleration.clone_from(&bodies.bias);
-        demand.clear();
-        demand.extend((0..count).map(|body| match body {
+        bias_wrenches.clear();
+        bias_wrenches.extend((0..count).map(|body| match body {
             0 => Wrench::zero(),
             _ => demand_of_motion(parameters, bodies, body),
         }));
         for load in loads {
-            demand[load.body.0] -= load.wrench(bodies);
+            bias_wrenches[load.body.0] -= load.wrench(bodies);
         }
         for spring in &parameters.springs {
             let pull = SpringForce::of(spring, bodies);
             let [from, to] = spring.ends;
-            demand[to] -= pull.wrench;
-            demand[from] += pull.wrench;
+            bias_wrenches[to] -= pull.wrench;
+            bias_wrenches[from] += pull.wrench;
         }
         composite.clone_from(inertia);
-        beyond.clone_from(demand);
+        subtree_wrenches.clone_from(bias_wrenches);
         matrix.clear();
         matrix.resize(n * n, 0.0);
         bias.clear();
@@ -117,7 +117,7 @@ impl MassMatrix {
             let whole = composite[node.body];
             for tree_dof in node.tree_dofs.clone() {
                 let momentum = whole.times(bodies.screws[tree_dof]);
-                bias[tree_dof] = bodies.screws[tree_dof].power(beyond[node.body]);
+                bias[tree_dof] = bodies.screws[tree_dof].power(subtree_wrenches[node.body]);
                 let mut next = Some(node);
                 while let Some(above) = next {
                     for other in above.tree_dofs.clone() {
@@ -131,8 +131,8 @@ impl MassMatrix {
             if let (Link::Joint { .. }, Some(parent)) = (node.link, node.parent) {
                 let parent = topology.nodes[parent].body;
                 composite[parent].add(&whole);
-                let wrench = beyond[node.body];
-                beyond[parent] += wrench;
+                let wrench = subtree_wrenches[node.body];
+                subtree_wrenches[parent] += wrench;
             }
         }
     }
@@ -157,7 +157,7 @@ pub(super) fn potential(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f
     (1..bodies.pose.len()).map(of_body).chain(of_springs).sum()
 }
 
-/// What dampers of springs dissipate where bodies move like this, W.
+/// Power dissipated by the dampers of springs, W, for moving bodies.
 pub(super) fn damped(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
     let of_spring = |spring: &SpringParameters<f64>| {
         let rate = SpringForce::of(spring, bodies).rate;
@@ -166,12 +166,12 @@ pub(super) fn damped(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 
     parameters.springs.iter().map(of_spring).sum()
 }
 
-/// The power of all loads where bodies move like this, W.
+/// Power of all loads, W, for moving bodies.
 pub(super) fn power_of_loads(loads: &[AppliedLoad<f64>], bodies: &Bodies<f64>) -> f64 {
     loads.iter().map(|load| bodies.twist[load.body.0].power(load.wrench(bodies))).sum()
 }
 
-/// What potential energy grows by where bodies move like this, W.
+/// Rate of change of the potential energy, W, for moving bodies.
 pub(super) fn exchange(parameters: &Parameters<f64>, bodies: &Bodies<f64>) -> f64 {
     let of_body = |body: usize| {
         let com = bodies.pose[body].apply(parameters.com[body]);

@@ -1,27 +1,28 @@
-//! Forward dynamics: what a mechanism does under given forces, with joints that stick and slip.
+//! Forward dynamics: motion of a mechanism under given forces, with joints that stick and slip.
 //!
-//! Accelerations and all reactions come together from one linear system (index 1); friction, bounded by
-//! each joint's own reaction, is coupled to it implicitly. Whether a contact at rest sticks is decided
-//! among the accelerations; one that sticks does not move at all. See [`Forward`] and [`Simulation`].
+//! One linear system (index 1) yields accelerations and all reactions; friction, bounded by
+//! each joint's own reaction, is coupled to it implicitly. The accelerations decide whether an interface at rest
+//! sticks; a sticking interface does not move at all. See [`Forward`] and [`Simulation`].
+//!
+//! [`Forward`] is the model; `Data` are computed at an instant, before it is known what sticks; a
+//! [`Simulation`] carries the state on and keeps an [`Instant`] of results.
 
 mod affine_friction;
 mod balance;
 mod complementarity;
 mod constraint_jacobian;
 mod coupling;
+mod data;
 mod dop853;
 mod error;
-mod guess;
 mod initial;
 mod inputs;
 mod instant;
-mod instantaneous_lock;
 mod integrator;
 mod joints;
 mod mass_matrix;
 mod project;
 mod simulation;
-mod situation;
 mod solve;
 mod stick;
 mod surface;
@@ -49,7 +50,7 @@ use crate::spatial::Pose;
 use crate::topology::{Topology, TreeRule};
 use std::sync::Arc;
 
-/// A mechanism, ready to be simulated.
+/// Model of a mechanism for forward dynamics. Immutable.
 ///
 /// ```
 /// use stiction_core::forward::{ConstantEfforts, EventKind, Forward, Settings};
@@ -88,7 +89,7 @@ use std::sync::Arc;
 /// simulation.advance(1.0, &mut strong)?;
 /// let motion = simulation.joint_motion(JointId(0), 0);
 /// assert!((motion.acceleration - 2.0).abs() < 1e-12 && (motion.value - 1.0).abs() < 1e-9);
-/// // What holds the block up, and what friction leaves of the push.
+/// // Normal force on the block, and the push less friction.
 /// let (force, _) = simulation.instant().reactions()[0];
 /// assert!((force.y - 20.0).abs() < 1e-12 && (force.x - 4.0).abs() < 1e-12);
 /// assert!(!simulation.events().iter().any(|event| matches!(event.kind, EventKind::Sticks { .. })));
@@ -99,20 +100,20 @@ pub struct Forward {
     mechanism: Mechanism,
     topology: Arc<Topology>,
     parameters: Parameters<f64>,
-    /// Actuators whose motion is prescribed.
+    /// Indices of the actuators whose motion is prescribed.
     prescribed: Vec<usize>,
-    /// For each freedom of the tree the characteristic length where it translates, else one.
+    /// Scale of each DOF of the tree: the characteristic length for translations, else one.
     columns: Vec<f64>,
 }
 
 impl Forward {
-    /// `prescribed` are the indices of actuators whose coordinate is a given function of time; all
-    /// others exert efforts. They count in the order of [`Mechanism::actuators`]; one that is not there is ignored.
+    /// Builds the model. `prescribed` are the indices, in the order of [`Mechanism::actuators`], of actuators whose
+    /// coordinate is a given function of time; all others exert efforts. Indices without an actuator are ignored.
     pub fn new(mechanism: Mechanism, prescribed: &[usize]) -> Self {
         Self::with_tree(mechanism, TreeRule::Structure, prescribed)
     }
 
-    /// The same with a tree chosen by `rule`.
+    /// Builds the model with a spanning tree chosen by `rule`.
     pub fn with_tree(mechanism: Mechanism, rule: TreeRule, prescribed: &[usize]) -> Self {
         let topology = Arc::new(Topology::with_tree(&mechanism, rule));
         let parameters = Parameters::new(&mechanism);
@@ -127,18 +128,18 @@ impl Forward {
         &self.mechanism
     }
 
-    /// The graph.
+    /// The topology.
     pub fn topology(&self) -> &Topology {
         &self.topology
     }
 
-    /// The numbers.
+    /// The parameters.
     pub fn parameters(&self) -> &Parameters<f64> {
         &self.parameters
     }
 
-    /// Coordinates and rates of the tree where `coordinates` have these values and rates; `initial_poses` are
-    /// guesses of the poses of bodies in the ground's frame.
+    /// Assembles the mechanism so that `coordinates` have the values and rates of `targets`. `initial_poses` are guesses of
+    /// body poses in the ground's frame. Returns coordinates and rates of the tree.
     ///
     /// # Errors
     /// See [`crate::kinematics::AssemblyError`].

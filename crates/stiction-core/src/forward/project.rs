@@ -1,8 +1,8 @@
-//! Keeping loops closed and held freedoms in place, at position and velocity level.
+//! Projection onto the constraints: loops closed and constrained DOFs in place, for positions and velocities.
 
 use super::Forward;
 use super::balance::DEPENDENT;
-use super::constraint_jacobian::{Held, Rows};
+use super::constraint_jacobian::{ConstrainedDof, ConstraintRows};
 use super::error::ForwardError;
 use super::inputs::joint_coordinate;
 use crate::kinematics::{Bodies, Coordinate, State, Target, deviation, difference};
@@ -11,32 +11,32 @@ use crate::mechanism::JointId;
 use crate::spatial::{Pose, Quaternion, Twist};
 use crate::topology::{Link, Role};
 
-/// Loops count as closed below this (rad, or m over the characteristic length).
+/// Error (rad, or m over the characteristic length) at which loops count as closed.
 const CLOSED: f64 = 1e-14;
-/// Beyond this they are not.
+/// Error above which they count as open.
 const OPEN: f64 = 1e-9;
 const STEPS: usize = 10;
 
-/// A freedom held by friction, and where.
+/// A DOF locked by static friction, and its position.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchor {
     pub(super) joint: usize,
     pub(super) dof: usize,
-    /// `X_JK` where it was when it began to stick.
+    /// `X_JK` at stick onset.
     pub(super) pose: Pose<f64>,
 }
 
-/// Corrections below this part leave a decomposition as good as new, if it is as far as this from being
-/// singular: what it misses is their square.
+/// Corrections below `SMALL` are made with the decomposition of the step before if it is farther than `REGULAR` from
+/// singular: the error is of second order.
 const SMALL: f64 = 1e-9;
 const REGULAR: f64 = 0.2;
 
-/// Room for projections.
+/// Buffers of projections.
 #[derive(Clone, Debug)]
 pub(super) struct Projection {
     bodies: Bodies<f64>,
-    held: Vec<Held>,
-    rows: Rows,
+    constrained: Vec<ConstrainedDof>,
+    rows: ConstraintRows,
     errors: Vec<f64>,
     scaled: Vec<f64>,
     space: RowSpace,
@@ -45,11 +45,12 @@ pub(super) struct Projection {
 }
 
 impl Projection {
+    /// Allocates the buffers for a model.
     pub(super) fn new(model: &Forward) -> Self {
         Self {
             bodies: Bodies::new(&model.topology),
-            held: Vec::new(),
-            rows: Rows::default(),
+            constrained: Vec::new(),
+            rows: ConstraintRows::default(),
             errors: Vec::new(),
             scaled: Vec::new(),
             space: RowSpace::default(),
@@ -58,17 +59,15 @@ impl Projection {
         }
     }
 
+    /// Decomposes the scaled rows.
     fn decompose(&mut self, columns: &[f64]) {
         let n = columns.len();
         let Self { rows, scaled, space, .. } = self;
-        scaled.clone_from(&rows.matrix);
-        for (row, entries) in rows.rows.iter().zip(scaled.chunks_exact_mut(n.max(1))) {
-            entries.iter_mut().zip(columns).for_each(|(e, c)| *e *= row.scale * c);
-        }
+        rows.scale_into(columns, scaled);
         space.decompose(scaled, rows.rows.len(), n, DEPENDENT);
     }
 
-    /// The shortest change of the tree on which the rows take the values in `values`.
+    /// Computes the shortest change of the tree for which the rows take the values in `values`.
     fn shortest(&mut self, columns: &[f64]) {
         let Self { rows, space, values, step, .. } = self;
         values.iter_mut().zip(&rows.rows).for_each(|(v, r)| *v *= r.scale);
@@ -78,8 +77,11 @@ impl Projection {
 }
 
 impl Forward {
-    /// Moves a state to where loops are closed and held freedoms are in place, and takes from its rates
-    /// what opens them. `frozen` freedoms of the tree keep their coordinates and have no rates.
+    /// Projects a state onto the constraints: closes loops, moves constrained DOFs into place, and removes from the rates
+    /// the part that violates the constraints. `frozen` DOFs of the tree keep their coordinates and have rate zero.
+    ///
+    /// # Errors
+    /// [`ForwardError::Open`] if the loops cannot be closed.
     pub(super) fn project(
         &self,
         time: f64,
@@ -91,23 +93,26 @@ impl Forward {
         self.project_in(time, state, targets, (anchors, frozen), &mut Projection::new(self))
     }
 
-    /// The same in the room that is there.
+    /// Projects as [`Self::project`], reusing the buffers.
+    ///
+    /// # Errors
+    /// As [`Self::project`].
     pub(super) fn project_in(
         &self,
         time: f64,
         state: &mut State<f64>,
         targets: &[Target<f64>],
         (anchors, frozen): (&[Anchor], &[bool]),
-        room: &mut Projection,
+        workspace: &mut Projection,
     ) -> Result<(), ForwardError> {
         self.normalise(state);
-        self.hold_back(targets, anchors, &mut room.held);
+        self.constrain_anchors(targets, anchors, &mut workspace.constrained);
         let mut best = f64::INFINITY;
         let mut decomposed = false;
         for step in 0..=STEPS {
-            self.close(state, targets, anchors, room);
-            freeze(&mut room.rows, frozen);
-            let sizes = room.errors.iter().zip(&room.rows.rows);
+            self.close(state, targets, anchors, workspace);
+            freeze(&mut workspace.rows, frozen);
+            let sizes = workspace.errors.iter().zip(&workspace.rows.rows);
             let sizes = sizes.map(|(e, row)| (e * row.scale).abs());
             let (mut worst, mut at) = (0.0, 0);
             for (row, size) in sizes.enumerate() {
@@ -122,68 +127,68 @@ impl Forward {
                 || (worst < 1e-12 && worst > 0.5 * best)
                 || !worst.is_finite();
             if ends && (worst >= OPEN || worst.is_nan()) {
-                let joint = self.joint_name(room.rows.rows[at].joint);
-                return Err(ForwardError::Open { time, joint, gap: room.errors[at].abs() });
+                let joint = self.joint_name(workspace.rows.rows[at].joint);
+                return Err(ForwardError::Open { time, joint, gap: workspace.errors[at].abs() });
             }
             if !decomposed {
-                room.decompose(&self.columns);
+                workspace.decompose(&self.columns);
             }
             if ends {
-                self.project_rates(state, targets, frozen, room);
+                self.project_rates(state, targets, frozen, workspace);
                 return Ok(());
             }
             best = worst;
-            room.values.clone_from(&room.errors);
-            room.shortest(&self.columns);
-            room.step.iter_mut().for_each(|s| *s = -*s);
+            workspace.values.clone_from(&workspace.errors);
+            workspace.shortest(&self.columns);
+            workspace.step.iter_mut().for_each(|s| *s = -*s);
             let mut largest = 0.0_f64;
-            for ((step, frozen), column) in room.step.iter_mut().zip(frozen).zip(&self.columns) {
+            for ((step, frozen), column) in workspace.step.iter_mut().zip(frozen).zip(&self.columns)
+            {
                 if *frozen {
                     *step = 0.0;
                 }
                 largest = largest.max((*step / column).abs());
             }
-            decomposed = largest < SMALL && room.space.least_part() > REGULAR;
-            state.advance(&self.topology, &room.step);
+            decomposed = largest < SMALL && workspace.space.least_part() > REGULAR;
+            state.advance(&self.topology, &workspace.step);
         }
         Ok(())
     }
 
-    /// What projection holds: prescribed actuators, then what is anchored in joints that close loops.
-    fn hold_back(&self, targets: &[Target<f64>], anchors: &[Anchor], held: &mut Vec<Held>) {
-        let of = |joint: usize, dof: usize| Held {
-            joint,
-            dof,
-            acceleration: 0.0,
-            drives: false,
-            grip: 1.0,
-            share: 0.0,
-        };
-        held.clear();
-        held.extend(self.prescribed.iter().zip(targets).map(|(&actuator, _)| {
+    /// Lists the DOFs that projection constrains: those of prescribed actuators, then anchors in joints that close loops.
+    fn constrain_anchors(
+        &self,
+        targets: &[Target<f64>],
+        anchors: &[Anchor],
+        constrained: &mut Vec<ConstrainedDof>,
+    ) {
+        let prescribed = self.prescribed.iter().zip(targets).map(|(&actuator, _)| {
             let actuator = self.topology.actuators[actuator];
-            of(actuator.joint, actuator.dof)
-        }));
-        held.extend(self.cut_anchors(anchors).map(|a| of(a.joint, a.dof)));
+            (actuator.joint, actuator.dof)
+        });
+        let anchored = self.cut_anchors(anchors).map(|anchor| (anchor.joint, anchor.dof));
+        constrained.clear();
+        constrained.extend(prescribed.chain(anchored).map(|at| ConstrainedDof::actuated(at, 0.0)));
     }
 
+    /// Anchors in joints that close loops.
     fn cut_anchors<'a>(&self, anchors: &'a [Anchor]) -> impl Iterator<Item = &'a Anchor> {
         anchors.iter().filter(|a| matches!(self.topology.role[a.joint], Role::Cut { .. }))
     }
 
-    /// The rows of all held freedoms and loops at a state, and the errors of position.
+    /// Computes the rows of loops and constrained DOFs at a state, and their position errors.
     fn close(
         &self,
         state: &State<f64>,
         targets: &[Target<f64>],
         anchors: &[Anchor],
-        room: &mut Projection,
+        workspace: &mut Projection,
     ) {
         let (topology, parameters) = (&self.topology, &self.parameters);
-        let Projection { bodies, held, rows, errors, .. } = room;
+        let Projection { bodies, constrained, rows, errors, .. } = workspace;
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
-        rows.update(topology, parameters, bodies, held);
+        rows.update(topology, parameters, bodies, constrained);
         errors.clear();
         for cut in &topology.cuts {
             let (j, k) = (bodies.frame_j[cut.joint], bodies.frame_k[cut.joint]);
@@ -191,7 +196,7 @@ impl Forward {
             let (misfit, _) = joint_type.misfit(j.inverse() * k, parameters.pitch[cut.joint]);
             errors.extend(&misfit[..joint_type.constraints().len()]);
         }
-        for (target, &Held { joint, dof, .. }) in targets.iter().zip(&*held) {
+        for (target, &ConstrainedDof { joint, dof, .. }) in targets.iter().zip(&*constrained) {
             let at = (joint, dof);
             let found = joint_coordinate((topology, &parameters.pitch), state, bodies, at);
             let coordinate = Coordinate::Joint { joint: JointId(joint), dof };
@@ -200,12 +205,13 @@ impl Forward {
         errors.extend(self.cut_anchors(anchors).map(|anchor| self.displacement(bodies, anchor)));
     }
 
+    /// Removes from the rates the part that violates the constraints.
     fn project_rates(
         &self,
         state: &mut State<f64>,
         targets: &[Target<f64>],
         frozen: &[bool],
-        room: &mut Projection,
+        workspace: &mut Projection,
     ) {
         let n = self.topology.dofs();
         for (rate, frozen) in state.rates.iter_mut().zip(frozen) {
@@ -214,7 +220,7 @@ impl Forward {
             }
         }
         let first = self.topology.constraints;
-        let Projection { rows, values, .. } = room;
+        let Projection { rows, values, .. } = workspace;
         values.clear();
         values.extend(
             rows.matrix
@@ -224,15 +230,15 @@ impl Forward {
         for (value, target) in values[first..].iter_mut().zip(targets) {
             *value += target.rate;
         }
-        room.shortest(&self.columns);
-        for ((rate, step), frozen) in state.rates.iter_mut().zip(&room.step).zip(frozen) {
+        workspace.shortest(&self.columns);
+        for ((rate, step), frozen) in state.rates.iter_mut().zip(&workspace.step).zip(frozen) {
             if !frozen {
                 *rate += step;
             }
         }
     }
 
-    /// How far a held freedom of a joint that closes a loop is from where it was.
+    /// Displacement of an anchored DOF of a joint that closes a loop.
     fn displacement(&self, bodies: &Bodies<f64>, anchor: &Anchor) -> f64 {
         let (j, k) = (bodies.frame_j[anchor.joint], bodies.frame_k[anchor.joint]);
         let relative = j.inverse() * k;
@@ -244,7 +250,7 @@ impl Forward {
         twist.power(bodies.effort(dof, anchor.joint))
     }
 
-    /// Quaternions of length one.
+    /// Normalises the quaternions.
     fn normalise(&self, state: &mut State<f64>) {
         for node in &self.topology.nodes {
             let q = &mut state.coordinates[node.coordinates.clone()];
@@ -287,7 +293,8 @@ impl Forward {
     }
 }
 
-fn freeze(rows: &mut Rows, frozen: &[bool]) {
+/// Removes frozen DOFs from the rows.
+fn freeze(rows: &mut ConstraintRows, frozen: &[bool]) {
     for entries in rows.matrix.chunks_exact_mut(frozen.len().max(1)) {
         for (entry, frozen) in entries.iter_mut().zip(frozen) {
             if *frozen {
@@ -297,7 +304,7 @@ fn freeze(rows: &mut Rows, frozen: &[bool]) {
     }
 }
 
-/// Where a quaternion begins among a node's coordinates.
+/// Index of the first number of a quaternion among a node's coordinates.
 fn quaternion_at(topology: &crate::topology::Topology, link: &Link) -> Option<usize> {
     use crate::joint::JointType;
     match *link {

@@ -1,72 +1,66 @@
-//! One choice of what sticks and what slides, solved: accelerations and reactions with friction.
+//! Accelerations and reactions with friction, for given modes of all interfaces.
 
 use super::Forward;
-use super::affine_friction::{AffineFriction, InterfaceMode, rub};
-use super::balance::{Balance, Scratch};
-use super::constraint_jacobian::Held;
-use super::coupling::{Coupled, Coupling, Lost, Site};
+use super::affine_friction::{AffineFriction, InterfaceMode, affine_friction};
+use super::balance::{Balance, Massless, Workspace};
+use super::constraint_jacobian::{ConstrainedDof, ConstraintRows};
+use super::coupling::{Coupled, Coupling};
+use super::data::Data;
 use super::error::{Competitor, ForwardError};
-use super::situation::Situation;
-use crate::kinematics::Target;
+use crate::friction_problem::continuation::Lock;
+use crate::kinematics::{Bodies, Target};
 use crate::spatial::Wrench;
 
-/// One choice, solved.
+/// The solution for given modes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solved {
     pub(super) coupled: Coupled,
     pub(super) balance: Balance,
-    pub(super) held: Vec<Held>,
-    /// Which held freedoms belong to which contact: contact, place, index in `held`.
-    pub(super) holding: Vec<(usize, usize, usize)>,
-    pub(super) affine_frictions: Vec<AffineFriction>,
-    pub(super) strength: Option<f64>,
+    pub(super) constrained: Vec<ConstrainedDof>,
+    pub(super) sticking: Vec<StickingDof>,
+    pub(super) frictions: Vec<AffineFriction>,
+    /// Bound on the coupling of friction and normal loads, if it was asked for.
+    pub(super) coupling_bound: Option<f64>,
     coupling: Coupling,
     efforts: Vec<(usize, Wrench<f64>)>,
-    scratch: Scratch,
+    workspace: Workspace,
 }
 
-/// Why a choice has no solution.
+/// A DOF of a sticking interface among the constrained ones.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StickingDof {
+    pub(super) interface: usize,
+    /// Index of the DOF in the interface.
+    pub(super) place: usize,
+    /// Index among the constrained DOFs.
+    pub(super) row: usize,
+}
+
+/// Reason why given modes have no solution.
 pub(super) enum Unsolved {
-    Lost(Lost),
-    /// The body that moves so.
-    Massless(usize),
+    /// Friction locks.
+    Locked(Lock),
+    /// A body moves without inertia.
+    Massless(Massless),
 }
 
 impl Forward {
-    /// The freedoms that are held when contacts do this.
-    pub(super) fn held(
+    /// Lists the DOFs that are constrained for these modes: prescribed actuators and sticking interfaces. A DOF
+    /// that an actuator prescribes needs no friction.
+    pub(super) fn constrain(
         &self,
         targets: &[Target<f64>],
         modes: &[InterfaceMode],
-        grips: &[f64],
-        shares: &[[f64; 3]],
-    ) -> (Vec<Held>, Vec<(usize, usize, usize)>) {
-        let (mut held, mut holding) = (Vec::new(), Vec::new());
-        self.held_into(targets, modes, (grips, shares), &mut held, &mut holding);
-        (held, holding)
-    }
-
-    /// The same in the room that is there.
-    pub(super) fn held_into(
-        &self,
-        targets: &[Target<f64>],
-        modes: &[InterfaceMode],
-        (grips, shares): (&[f64], &[[f64; 3]]),
-        held: &mut Vec<Held>,
-        holding: &mut Vec<(usize, usize, usize)>,
+        (scales, references): (&[f64], &[[f64; 3]]),
+        constrained: &mut Vec<ConstrainedDof>,
+        sticking: &mut Vec<StickingDof>,
     ) {
-        held.clear();
-        holding.clear();
+        constrained.clear();
+        sticking.clear();
         for (&actuator, target) in self.prescribed.iter().zip(targets) {
             let actuator = self.topology.actuators[actuator];
-            held.push(Held {
-                joint: actuator.joint,
-                dof: actuator.dof,
-                acceleration: target.acceleration,
-                drives: true,
-                grip: 1.0,
-                share: 0.0,
-            });
+            let at = (actuator.joint, actuator.dof);
+            constrained.push(ConstrainedDof::actuated(at, target.acceleration));
         }
         for (index, (interface, mode)) in self.parameters.interfaces.iter().zip(modes).enumerate() {
             if *mode != InterfaceMode::Sticks {
@@ -74,164 +68,183 @@ impl Forward {
             }
             for (place, dof) in interface.shape.dofs().enumerate() {
                 let joint = interface.joint;
-                let driven = held.iter().any(|h| (h.joint, h.dof) == (joint, dof));
-                // What an actuator holds needs no friction.
-                if !driven {
-                    holding.push((index, place, held.len()));
-                    let arm = interface.arms(self.parameters.pitch[joint])[place];
-                    let grip = arm * grips.get(index).copied().unwrap_or(1.0);
-                    let share = -arm * shares.get(index).map_or(0.0, |share| share[place]);
-                    let drives = false;
-                    held.push(Held { joint, dof, acceleration: 0.0, drives, grip, share });
+                if constrained.iter().any(|c| (c.joint, c.dof) == (joint, dof)) {
+                    continue;
                 }
+                sticking.push(StickingDof { interface: index, place, row: constrained.len() });
+                let arm = interface.arms(self.parameters.pitch[joint])[place];
+                let scale = arm * scales.get(index).copied().unwrap_or(1.0);
+                let reference = -arm * references.get(index).map_or(0.0, |r| r[place]);
+                constrained.push(ConstrainedDof {
+                    joint,
+                    dof,
+                    acceleration: 0.0,
+                    actuated: false,
+                    scale,
+                    reference,
+                });
             }
         }
     }
 
-    /// Friction of all contacts, and the efforts of drives.
-    pub(super) fn acting(
+    /// Rows of the constraints for these modes.
+    pub(super) fn constraint_rows(
         &self,
-        situation: &Situation,
+        bodies: &Bodies<f64>,
+        targets: &[Target<f64>],
         modes: &[InterfaceMode],
-    ) -> (Vec<AffineFriction>, Vec<(usize, Wrench<f64>)>) {
-        let (mut affine_frictions, mut efforts) = (Vec::new(), Vec::new());
-        self.acting_into(situation, modes, &mut affine_frictions, &mut efforts);
-        (affine_frictions, efforts)
+    ) -> ConstraintRows {
+        let (mut constrained, mut rows) = (Vec::new(), ConstraintRows::default());
+        self.constrain(targets, modes, (&[], &[]), &mut constrained, &mut Vec::new());
+        rows.update(&self.topology, &self.parameters, bodies, &constrained);
+        rows
     }
 
-    /// The same in the room that is there.
-    fn acting_into(
+    /// The decomposed balance for these modes, with equal scales of all static frictions.
+    pub(super) fn balance(
         &self,
-        situation: &Situation,
+        data: &Data,
         modes: &[InterfaceMode],
-        affine_frictions: &mut Vec<AffineFriction>,
-        efforts: &mut Vec<(usize, Wrench<f64>)>,
-    ) {
-        let (topology, parameters) = (&self.topology, &self.parameters);
-        affine_frictions.clear();
-        affine_frictions.extend((0..modes.len()).map(|index| {
-            let interface = &parameters.interfaces[index];
-            let pitch = parameters.pitch[interface.joint];
-            let (velocity, deflection) = (situation.velocities[index], situation.bristles[index]);
-            rub(interface, pitch, modes[index], velocity, deflection)
-        }));
-        efforts.clear();
-        for (actuator, effort) in topology.actuators.iter().zip(&situation.efforts) {
-            if *effort != 0.0 {
-                let dof = &topology.joint_types[actuator.joint].dofs()[actuator.dof];
-                let unit = situation.bodies.effort(dof, actuator.joint);
-                efforts.push((actuator.joint, unit * *effort));
-            }
-        }
+    ) -> Result<Balance, Massless> {
+        Balance::new(self, data, self.constraint_rows(&data.bodies, &data.targets, modes))
     }
 
-    /// The wrenches of friction on joints, with one newton where the load makes it.
-    fn rubbing<'r>(
-        &'r self,
-        situation: &'r Situation,
-        affine_frictions: &'r [AffineFriction],
-    ) -> impl Iterator<Item = (usize, Wrench<f64>)> + 'r {
-        let each = self.parameters.interfaces.iter().zip(affine_frictions);
-        each.flat_map(|(content, rub)| [(content, rub.known), (content, rub.per_load)])
-            .filter(|(_, part)| *part != [0.0; 3])
-            .map(|(content, part)| {
-                (content.joint, situation.bodies.wrench_of(&self.topology, content, part))
-            })
+    /// Friction of an interface, affine in its normal load.
+    pub(super) fn friction(
+        &self,
+        data: &Data,
+        interface: usize,
+        mode: InterfaceMode,
+    ) -> AffineFriction {
+        let content = &self.parameters.interfaces[interface];
+        let pitch = self.parameters.pitch[content.joint];
+        let (velocity, bristles) = (data.velocities[interface], data.bristles[interface]);
+        affine_friction(content, pitch, mode, velocity, bristles)
     }
 
-    /// Solves one choice; `known` are loads nearby. With `measure` also how strongly friction and loads
-    /// are coupled.
+    /// Wrench of each actuator that exerts an effort, with its joint.
+    pub(super) fn actuator_wrenches<'a>(
+        &'a self,
+        data: &'a Data,
+    ) -> impl Iterator<Item = (usize, Wrench<f64>)> + 'a {
+        let each = self.topology.actuators.iter().zip(&data.efforts);
+        each.filter(|(_, effort)| **effort != 0.0).map(|(actuator, effort)| {
+            let dof = &self.topology.joint_types[actuator.joint].dofs()[actuator.dof];
+            (actuator.joint, data.bodies.effort(dof, actuator.joint) * *effort)
+        })
+    }
+
+    /// Solves for given modes from `known` normal loads nearby; with `bound` also bounds the coupling.
     pub(super) fn solve(
         &self,
-        situation: &Situation,
+        data: &Data,
         modes: &[InterfaceMode],
         known: Option<&[f64]>,
-        measure: bool,
+        bound: bool,
     ) -> Result<Solved, Unsolved> {
         let mut solved = Solved::default();
-        self.solve_into(situation, modes, known, measure, &mut solved)?;
+        self.solve_into(data, modes, known, bound, &mut solved)?;
         Ok(solved)
     }
 
-    /// The same in the room that is there.
+    /// Solves as [`Self::solve`], reusing the buffers.
     pub(super) fn solve_into(
         &self,
-        situation: &Situation,
+        data: &Data,
         modes: &[InterfaceMode],
         known: Option<&[f64]>,
-        measure: bool,
+        bound: bool,
         solved: &mut Solved,
     ) -> Result<(), Unsolved> {
-        let scene = self.scene(situation);
-        let Solved { balance, held, holding, scratch, .. } = solved;
-        let measures = (&situation.grips[..], &situation.shares[..]);
-        self.held_into(&situation.targets, modes, measures, held, holding);
-        balance.rows.update(&self.topology, &self.parameters, &situation.bodies, held);
-        balance.update(&scene, scratch).map_err(|m| Unsolved::Massless(m.body))?;
-        self.couple(situation, modes, known, measure, solved)
+        let Solved { balance, constrained, sticking, workspace, .. } = solved;
+        let measures = (&data.friction_scales[..], &data.reference_frictions[..]);
+        self.constrain(&data.targets, modes, measures, constrained, sticking);
+        balance.rows.update(&self.topology, &self.parameters, &data.bodies, constrained);
+        balance.update(self, data, workspace).map_err(Unsolved::Massless)?;
+        self.couple(data, modes, known, bound, solved)
     }
 
-    /// Solves it where conditions and masses are what they were.
+    /// Solves for the normal loads with the constraints and masses as they are decomposed.
     pub(super) fn couple(
         &self,
-        situation: &Situation,
+        data: &Data,
         modes: &[InterfaceMode],
         known: Option<&[f64]>,
-        measure: bool,
+        bound: bool,
         solved: &mut Solved,
     ) -> Result<(), Unsolved> {
         let Solved {
-            coupled, balance, affine_frictions, strength, coupling, efforts, scratch, ..
+            coupled,
+            balance,
+            frictions,
+            coupling_bound,
+            coupling,
+            efforts,
+            workspace,
+            ..
         } = solved;
-        self.acting_into(situation, modes, affine_frictions, efforts);
-        if balance.has_idle() {
-            let pushes = efforts.iter().copied().chain(self.rubbing(situation, affine_frictions));
-            for push in pushes {
+        frictions.clear();
+        let each = modes.iter().enumerate();
+        frictions.extend(each.map(|(index, mode)| self.friction(data, index, *mode)));
+        efforts.clear();
+        efforts.extend(self.actuator_wrenches(data));
+        if balance.has_passive_spins() {
+            for &effort in &*efforts {
                 balance
-                    .pushed(&self.scene(situation), Some(push))
-                    .map_err(|m| Unsolved::Massless(m.body))?;
+                    .check_passive_spins(self, data, Some(effort))
+                    .map_err(Unsolved::Massless)?;
+            }
+            for (content, friction) in self.parameters.interfaces.iter().zip(&*frictions) {
+                let parts = [friction.constant, friction.per_load];
+                for part in parts.into_iter().filter(|part| *part != [0.0; 3]) {
+                    let wrench = data.bodies.wrench_of(&self.topology, content, part);
+                    let effort = Some((content.joint, wrench));
+                    balance.check_passive_spins(self, data, effort).map_err(Unsolved::Massless)?;
+                }
             }
         }
-        let site = Site { scene: self.scene(situation), affine_frictions };
-        coupling.update(site, balance, efforts, scratch);
-        *strength = measure.then(|| coupling.strength(site));
-        coupling.solve(site, balance, known, scratch, coupled).map_err(Unsolved::Lost)?;
-        balance.keep_spins(&self.scene(situation), &mut coupled.response.accelerations);
+        coupling.update((self, data), frictions, balance, efforts, workspace);
+        *coupling_bound = bound.then(|| coupling.bound(self, data));
+        coupling
+            .solve((self, data), frictions, balance, known, (workspace, coupled))
+            .map_err(Unsolved::Locked)?;
+        balance.keep_passive_spins(self, data, &mut coupled.response.accelerations);
         Ok(())
     }
 
-    /// Other solutions of the same choice than the given one, as far as they are found.
+    /// Other solutions for the same modes, found from many starts.
     pub(super) fn others(
         &self,
-        situation: &Situation,
+        data: &Data,
         modes: &[InterfaceMode],
         solved: &mut Solved,
     ) -> Vec<Competitor> {
-        let Solved { coupled, balance, affine_frictions, coupling, scratch, .. } = solved;
-        let site = Site { scene: self.scene(situation), affine_frictions };
-        let others =
-            coupling.others(site, balance, coupled, scratch).into_iter().map(|other| Competitor {
-                loads: other.loads,
-                accelerations: other.response.accelerations,
-                interfaces: modes.to_vec(),
-            });
-        others.collect()
+        let Solved { coupled, balance, frictions, coupling, workspace, .. } = solved;
+        let others = coupling.others((self, data), frictions, balance, coupled, workspace);
+        let competitor = |other: Coupled| Competitor {
+            loads: other.loads,
+            accelerations: other.response.accelerations,
+            interfaces: modes.to_vec(),
+        };
+        others.into_iter().map(competitor).collect()
     }
 
+    /// The error of an instant without a solution, with names.
     pub(super) fn unsolved(&self, time: f64, unsolved: Unsolved) -> ForwardError {
         match unsolved {
-            Unsolved::Lost(Lost { part, interface }) => ForwardError::NoAcceleration {
+            Unsolved::Locked(Lock { part, interface }) => ForwardError::NoAcceleration {
                 time,
                 joint: self.joint_name(self.parameters.interfaces[interface].joint),
                 percent: 100.0 * part,
             },
-            Unsolved::Massless(body) => {
+            Unsolved::Massless(Massless { body }) => {
                 let body = self.mechanism.bodies()[body].name.clone();
                 ForwardError::Massless { time, body }
             }
         }
     }
 
+    /// Name of a joint.
     pub(super) fn joint_name(&self, joint: usize) -> String {
         self.mechanism.joints()[joint].name.clone()
     }

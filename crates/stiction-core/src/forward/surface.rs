@@ -1,4 +1,4 @@
-//! Surfaces of contacts: how they move, and the wrenches of friction on them.
+//! Surfaces of friction interfaces: their rates and accelerations, and the wrenches of friction on them.
 
 use super::Forward;
 use super::constraint_jacobian::each_dof;
@@ -6,14 +6,14 @@ use crate::kinematics::Bodies;
 use crate::spatial::Wrench;
 
 impl Forward {
-    /// The bodies where the tree accelerates so.
+    /// The bodies with these accelerations of the tree.
     pub(super) fn accelerated(&self, bodies: &Bodies<f64>, accelerations: &[f64]) -> Bodies<f64> {
         let mut bodies = bodies.clone();
         bodies.accelerate(&self.topology, accelerations);
         bodies
     }
 
-    /// The acceleration of a contact's surface where bodies accelerate as they do, m/s^2.
+    /// Surface acceleration of an interface, m/s^2, for accelerating bodies.
     pub(super) fn surface_acceleration(&self, bodies: &Bodies<f64>, interface: usize) -> [f64; 3] {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let content = &parameters.interfaces[interface];
@@ -29,8 +29,7 @@ impl Forward {
         surface
     }
 
-    /// The wrenches on its joint of one newton of friction along each of a contact's freedoms, at the
-    /// surface.
+    /// Wrenches on its joint by one newton of friction at the surface along each of an interface's DOFs.
     pub(super) fn unit_frictions(
         &self,
         bodies: &Bodies<f64>,
@@ -46,7 +45,7 @@ impl Forward {
         each.collect()
     }
 
-    /// The rate of a contact's surface along one of its freedoms for rates of the tree, m/s.
+    /// Surface rate of an interface along one of its DOFs, m/s, for rates of the tree.
     pub(super) fn surface_rate(
         &self,
         bodies: &Bodies<f64>,

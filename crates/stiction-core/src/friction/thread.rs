@@ -47,6 +47,13 @@ impl<T: Scalar> OwnFriction<T> {
     }
 }
 
+impl OwnFriction<f64> {
+    /// A given friction force with its sign, N.
+    pub(crate) fn of(force: f64) -> Self {
+        Self { coefficient: 0.0, constant: force.abs(), direction: force.signum() }
+    }
+}
+
 impl<T: Scalar> Thread<T> {
     /// The way along the helix for each radian, m.
     #[inline]

@@ -3,8 +3,6 @@
 mod probing;
 mod settled;
 
-pub(super) use settled::STAGNATED;
-
 use super::balance::Balance;
 use super::interfaces::{Coupling, InterfaceState, Interfaces};
 use super::model::Model;

@@ -8,7 +8,7 @@ use crate::parameters::{InterfaceParameters, Parameters};
 use crate::scalar::Scalar;
 
 /// Relative change of normal forces that counts as round-off once it stops decreasing.
-pub(in crate::dynamics) const STAGNATED: f64 = 1e-9;
+const STAGNATED: f64 = 1e-9;
 
 impl<T: Scalar> Inverse<T> {
     /// True if the coupling of friction and reactions has converged, on the branch connected with

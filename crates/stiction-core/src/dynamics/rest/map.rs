@@ -1,10 +1,10 @@
 //! Joint wrenches and efforts as affine functions of the friction forces.
 
-use crate::dynamics::interfaces::load_by;
 use crate::dynamics::inverse::Inverse;
 use crate::dynamics::model::Model;
 use crate::dynamics::settings::{FrictionMode, Settings};
 use crate::friction::{NormalLoadMap, OwnFriction, Resistance};
+use crate::friction_problem::normal_load::normal_load;
 use crate::kinematics::Bodies;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
@@ -198,7 +198,7 @@ impl<'a> FrictionMap<'a> {
         let own = OwnFriction { coefficient: 0.0, constant, direction };
         let content = &self.parameters.interfaces[interface];
         let pitch = self.parameters.pitch[content.joint];
-        load_by(map, content, pitch, self.bodies, wrench, own).value
+        normal_load(map, content, pitch, self.bodies, wrench, own).value
     }
 }
 

@@ -3,7 +3,7 @@
 //! Equations (R2) and (R3) of the book's theory.
 
 use super::map::{FrictionMap, unit};
-use crate::dynamics::coupling::radius_bound;
+use crate::friction_problem::uniqueness::radius_bound;
 use nalgebra::{DMatrix, DVector};
 
 /// Upper bound of the friction force of each interface, forward and backward (positive and

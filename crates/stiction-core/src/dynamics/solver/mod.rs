@@ -9,13 +9,12 @@ mod solve;
 use super::contributions::{Shares, Sharing};
 use super::coupling::CouplingWorkspace;
 use super::forces::Forces;
-use super::interfaces::load_by;
 use super::inverse::Inverse;
 use super::model::Model;
 use super::plan::NotPlanned;
 use super::settings::{FrictionMode, Settings};
 use super::structure::Weighting;
-use crate::friction::OwnFriction;
+use crate::friction_problem::normal_load::Configuration;
 use crate::kinematics::{
     Assembly, AssemblyError, Bodies, Coordinate, Kinematics, MotionConstraints, State, Target,
     actuator_rate, body_twists,
@@ -416,14 +415,12 @@ impl InverseDynamics {
     /// it its friction; `statics` is that of the present position.
     pub fn determined_loads(&self, statics: &Statics) -> Vec<bool> {
         let mut determined = vec![true; self.parameters.interfaces.len()];
+        let at = Configuration { parameters: &self.parameters, bodies: self.bodies() };
         for stress in statics.self_stresses() {
-            for (flag, interface) in determined.iter_mut().zip(&self.parameters.interfaces) {
-                // Normal force of the self-stress alone.
-                let map = interface.load.seminorm();
-                let pitch = self.parameters.pitch[interface.joint];
-                let (wrench, none) = (stress[interface.joint], OwnFriction::none());
-                let load = load_by(&map, interface, pitch, self.bodies(), wrench, none);
-                *flag &= load.value < DETERMINED;
+            for (interface, flag) in determined.iter_mut().enumerate() {
+                // The normal load under the self-stress alone.
+                let change = at.largest_load_change(interface, stress[at.joint(interface)], 0.0);
+                *flag &= change < DETERMINED;
             }
         }
         determined

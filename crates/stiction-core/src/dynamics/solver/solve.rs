@@ -3,7 +3,7 @@
 
 use super::{Compiled, InverseDynamics};
 use crate::dynamics::checks;
-use crate::dynamics::continuation::{self, Lock};
+use crate::dynamics::continuation;
 use crate::dynamics::dense_fallback;
 use crate::dynamics::error::InverseError;
 use crate::dynamics::forces::{BALANCED, Bounds, Forces};
@@ -12,6 +12,7 @@ use crate::dynamics::rest::bounds;
 use crate::dynamics::rest::{self, Rest};
 use crate::dynamics::settings::FrictionMode;
 use crate::friction::InterfaceShape;
+use crate::friction_problem::continuation::Lock;
 use crate::mechanism::Mechanism;
 use crate::parameters::{InterfaceParameters, Parameters};
 use crate::statics::{AppliedLoad, InfeasibleLoad};
@@ -112,9 +113,7 @@ impl InverseDynamics {
         let is_coupled = settings.friction == FrictionMode::Converged
             && inverse.interfaces().iter().any(|interface| interface.sliding > 0.0);
         let strength = match is_coupled {
-            true => {
-                self.coupling_workspace.strength(inverse, model, parameters, &kinematics.bodies)
-            }
+            true => self.coupling_workspace.bound(inverse, model, parameters, &kinematics.bodies),
             false => 0.0,
         };
         self.strength = strength;

@@ -1,47 +1,50 @@
-//! Cholesky's decomposition of the mass matrix of what can move, of which some may have no inertia.
+//! Cholesky's decomposition of the mass matrix of the possible motions, some of which may have no inertia.
 
 use super::{dot, fill};
 use crate::scalar::Scalar;
 
-/// Inertia along a freedom below this part of the largest is rounding.
-const NOTHING: f64 = 1e-14;
+/// Inertia of a motion, relative to the largest, that counts as round-off.
+const NEGLIGIBLE: f64 = 1e-14;
 
-/// Cholesky's factor of `Z^T M Z`, the vectors of `basis` put in an order in which what moves without inertia comes
-/// last: without it small pivots on the way would hide it in rounding. Motions without inertia that `may` be are put
-/// into `idle` and given some: what does not act on them does not move them then.
+/// Cholesky's factor of `Z^T M Z` with pivoting: the vectors of `basis` are reordered so that motions without inertia
+/// come last, where no small pivot hides them in round-off. A motion without inertia that `may_lack_inertia` accepts is
+/// added to `spins` and given some inertia, so that it rests as long as nothing acts on it.
 ///
 /// # Errors
-/// The rates of a motion without inertia that may not be.
+/// The rates of a motion without inertia that is not accepted.
 pub(in crate::forward) fn factor(
     matrix: &[f64],
     basis: &mut [f64],
     n: usize,
-    may: &dyn Fn(&[f64]) -> bool,
-    idle: &mut Vec<Vec<f64>>,
+    may_lack_inertia: &dyn Fn(&[f64]) -> bool,
+    spins: &mut Vec<Vec<f64>>,
 ) -> Result<Vec<f64>, Vec<f64>> {
     let mut factor = Vec::new();
-    factorise(matrix, basis, n, may, (idle, &mut Vec::new(), &mut factor))?;
+    factor_into(matrix, basis, n, may_lack_inertia, (spins, &mut Vec::new(), &mut factor))?;
     Ok(factor)
 }
 
-/// The same in the room that is there; `moved` becomes `M Z`.
-pub(super) fn factorise(
+/// Factors as [`factor`], reusing the buffers; `momenta` become `M Z`.
+///
+/// # Errors
+/// As [`factor`].
+pub(super) fn factor_into(
     matrix: &[f64],
     basis: &mut [f64],
     n: usize,
-    may: &dyn Fn(&[f64]) -> bool,
-    (idle, moved, factor): (&mut Vec<Vec<f64>>, &mut Vec<f64>, &mut Vec<f64>),
+    may_lack_inertia: &dyn Fn(&[f64]) -> bool,
+    (spins, momenta, factor): (&mut Vec<Vec<f64>>, &mut Vec<f64>, &mut Vec<f64>),
 ) -> Result<(), Vec<f64>> {
     let n = n.max(1);
     let free = basis.len() / n;
-    moved.clear();
+    momenta.clear();
     for z in basis.chunks_exact(n) {
-        moved.extend(matrix.chunks_exact(n).map(|row| dot(row, z)));
+        momenta.extend(matrix.chunks_exact(n).map(|row| dot(row, z)));
     }
     fill(factor, free * free, 0.0);
-    for (i, moved) in moved.chunks_exact(n).enumerate() {
+    for (i, momentum) in momenta.chunks_exact(n).enumerate() {
         for (j, other) in basis.chunks_exact(n).enumerate().skip(i) {
-            let entry = dot(moved, other);
+            let entry = dot(momentum, other);
             factor[j * free + i] = entry;
             factor[i * free + j] = entry;
         }
@@ -61,11 +64,11 @@ pub(super) fn factorise(
             }
             for k in 0..n {
                 basis.swap(i * n + k, other * n + k);
-                moved.swap(i * n + k, other * n + k);
+                momenta.swap(i * n + k, other * n + k);
             }
         }
         let rest = factor[i * free + i];
-        if rest > NOTHING * largest {
+        if rest > NEGLIGIBLE * largest {
             let root = rest.sqrt();
             factor[i * free + i] = root;
             for j in i + 1..free {
@@ -81,7 +84,7 @@ pub(super) fn factorise(
             }
             continue;
         }
-        // The motion itself: this vector less what those before must do along with it.
+        // The motion without inertia: this vector less the motions before it that it is coupled with.
         let mut with: Vec<f64> = (0..i).map(|k| factor[i * free + k]).collect();
         for k in (0..i).rev() {
             let after: f64 = (k + 1..i).map(|m| factor[m * free + k] * with[m]).sum();
@@ -91,10 +94,10 @@ pub(super) fn factorise(
         for (vector, amount) in basis.chunks_exact(n).zip(&with) {
             rates.iter_mut().zip(vector).for_each(|(r, z)| *r -= amount * z);
         }
-        if !may(&rates) {
+        if !may_lack_inertia(&rates) {
             return Err(rates);
         }
-        idle.push(rates);
+        spins.push(rates);
         factor[i * free + i] = if largest > 0.0 { largest.sqrt() } else { 1.0 };
         for j in i + 1..free {
             factor[j * free + i] = 0.0;
@@ -103,6 +106,7 @@ pub(super) fn factorise(
     Ok(())
 }
 
+/// Solves `L L^T x = right` in place with the lower triangle `L`.
 pub(in crate::forward) fn solve_factored<T: Scalar>(factor: &[f64], right: &mut [T]) {
     let free = right.len();
     for i in 0..free {

@@ -1,31 +1,31 @@
-//! Who bears what where more constraints hold than are needed: the declared rule.
+//! Distribution of the reactions of redundant constraints by the declared rule.
 //!
-//! First the least drives (among those that are prescribed), then the least frictions that hold, each in
-//! units of what it can bear, or the least changes of shares that are known to be within all limits; then the least reactions by the
-//! declared compliances, then by the default: see [`crate::dynamics::Weighting`]. All of it is linear in what
-//! acts.
+//! Four criteria decide, one after the other, each among the solutions that the one before leaves: least efforts of
+//! prescribed actuators; least static frictions in units of the friction limits, or least deviations from reference frictions
+//! that are within all limits; least elastic energy of declared compliances; least reactions, see
+//! [`crate::dynamics::Weighting`]. All of them are linear in the loads.
 
 use super::response::Response;
-use super::scene::Scene;
-use crate::forward::constraint_jacobian::Rows;
+use crate::forward::Forward;
+use crate::forward::constraint_jacobian::ConstraintRows;
+use crate::forward::data::Data;
 use crate::linalg::Svd;
 use crate::statics::DETERMINED;
 use nalgebra::{DMatrix, DVector};
 
-/// What is least.
+/// A quantity that is least.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Measure {
-    Drives,
-    /// Frictions that hold, in units of what they can bear.
-    Grips,
-    Compliances,
-    Default,
+enum Criterion {
+    Efforts,
+    Frictions,
+    Energy,
+    Reactions,
 }
 
-/// One stage: what is open to it, and how what it measures answers.
+/// One criterion with the self-stresses that it decides on.
 #[derive(Clone, Debug)]
 struct Stage {
-    measure: Measure,
+    criterion: Criterion,
     /// Columns are amounts of the self-stresses.
     open: DMatrix<f64>,
     response: Svd,
@@ -34,81 +34,96 @@ struct Stage {
 
 /// The rule at one position.
 #[derive(Clone, Debug, Default)]
-pub(in crate::forward) struct Spread {
-    /// Ways in which joints load each other and nothing else.
-    pub(in crate::forward) stresses: Vec<Response>,
+pub(in crate::forward) struct RedundancyResolution {
+    /// Basis of the self-stress states: reactions in equilibrium without any load.
+    pub(in crate::forward) self_stresses: Vec<Response>,
     stages: Vec<Stage>,
 }
 
-impl Spread {
-    pub(in crate::forward) fn new(scene: &Scene<'_>, rows: &Rows, stresses: Vec<Response>) -> Self {
+impl RedundancyResolution {
+    /// Sets up the rule for self-stresses.
+    pub(in crate::forward) fn new(
+        model: &Forward,
+        data: &Data,
+        rows: &ConstraintRows,
+        self_stresses: Vec<Response>,
+    ) -> Self {
         let mut stages = Vec::new();
-        if stresses.is_empty() {
-            return Self { stresses, stages };
+        if self_stresses.is_empty() {
+            return Self { self_stresses, stages };
         }
-        let multipliers = stresses.iter().flat_map(|stress| &stress.multipliers);
+        let multipliers = self_stresses.iter().flat_map(|stress| &stress.multipliers);
         let size = multipliers.fold(0.0_f64, |m, x| m.max(x.abs()));
-        let mut open = DMatrix::identity(stresses.len(), stresses.len());
-        for measure in [Measure::Drives, Measure::Grips, Measure::Compliances, Measure::Default] {
-            let absent = match measure {
-                Measure::Drives => !rows.rows.iter().any(|row| row.drives),
-                Measure::Grips => !rows.rows.iter().any(|row| row.grip.is_some()),
-                _ => false,
+        let mut open = DMatrix::identity(self_stresses.len(), self_stresses.len());
+        use Criterion::{Efforts, Energy, Frictions, Reactions};
+        for criterion in [Efforts, Frictions, Energy, Reactions] {
+            let applies = match criterion {
+                Efforts => rows.rows.iter().any(|row| row.actuated),
+                Frictions => rows.rows.iter().any(|row| row.friction_scale.is_some()),
+                Energy => model.parameters.compliance.is_some(),
+                Reactions => true,
             };
-            if absent {
-                continue;
-            }
-            if measure == Measure::Compliances && scene.parameters.compliance.is_none() {
+            if !applies {
                 continue;
             }
             if open.ncols() == 0 {
                 break;
             }
-            let columns: Vec<_> =
-                stresses.iter().map(|s| weighed(scene, rows, measure, s)).collect();
+            let columns: Vec<_> = self_stresses
+                .iter()
+                .map(|stress| {
+                    let mut numbers = Vec::new();
+                    weigh((model, data), rows, criterion, stress, |number| numbers.push(number));
+                    DVector::from_vec(numbers)
+                })
+                .collect();
             let matrix = DMatrix::from_columns(&columns) * &open;
             let response = Svd::new(&matrix);
-            // Where self-stresses do not load what is measured all of it is rounding.
+            // If the self-stresses do not change the quantity, all of it is round-off.
             let rank =
                 if matrix.amax() > DETERMINED * size { response.rank(DETERMINED) } else { 0 };
             let rest = response.null_space(rank);
             let next = if rest.is_empty() {
-                DMatrix::zeros(stresses.len(), 0)
+                DMatrix::zeros(self_stresses.len(), 0)
             } else {
                 &open * DMatrix::from_columns(&rest)
             };
             stages.push(Stage {
-                measure,
+                criterion,
                 open: std::mem::replace(&mut open, next),
                 response,
                 rank,
             });
         }
-        Self { stresses, stages }
+        Self { self_stresses, stages }
     }
 
-    /// How many drives are open: more freedoms are prescribed than can move, and the rule decides who bears what.
-    pub(in crate::forward) fn open_drives(&self) -> usize {
-        let stage = self.stages.iter().find(|stage| stage.measure == Measure::Drives);
+    /// Number of efforts of prescribed actuators that only the rule determines: more DOFs are prescribed than can move.
+    pub(in crate::forward) fn open_efforts(&self) -> usize {
+        let stage = self.stages.iter().find(|stage| stage.criterion == Criterion::Efforts);
         stage.map_or(0, |stage| stage.rank)
     }
 
-    /// Moves a response to the least one.
+    /// Adds self-stresses to a response so that it meets the rule; a `whole` response takes reference frictions into
+    /// account.
     pub(in crate::forward) fn apply(
         &self,
-        scene: &Scene<'_>,
-        rows: &Rows,
+        (model, data): (&Forward, &Data),
+        rows: &ConstraintRows,
         whole: bool,
-        room: &mut Room,
+        workspace: &mut Workspace,
         response: &mut Response,
     ) {
-        let Room { now, along, amounts } = room;
-        for Stage { measure, open, response: answer, rank } in &self.stages {
+        let Workspace { now, along, amounts } = workspace;
+        for Stage { criterion, open, response: answer, rank } in &self.stages {
             now.clear();
-            weigh(scene, rows, *measure, response, |number| now.push(number));
-            if whole && *measure == Measure::Grips {
-                let held = rows.rows.iter().filter_map(|row| row.grip.map(|g| row.share / g));
-                now.iter_mut().zip(held).for_each(|(now, share)| *now -= share);
+            weigh((model, data), rows, *criterion, response, |number| now.push(number));
+            if whole && *criterion == Criterion::Frictions {
+                let references = rows
+                    .rows
+                    .iter()
+                    .filter_map(|row| row.friction_scale.map(|s| row.reference / s));
+                now.iter_mut().zip(references).for_each(|(now, reference)| *now -= reference);
             }
             // Least squares by the singular vectors.
             along.clear();
@@ -124,54 +139,48 @@ impl Spread {
             for (column, x) in open.column_iter().zip(&*along) {
                 amounts.iter_mut().zip(column.iter()).for_each(|(a, o)| *a -= o * x);
             }
-            for (stress, amount) in self.stresses.iter().zip(&*amounts) {
+            for (stress, amount) in self.self_stresses.iter().zip(&*amounts) {
                 response.add(stress, *amount);
             }
         }
     }
 }
 
-/// Room for applying the rule.
+/// Buffers for applying the rule.
 #[derive(Clone, Debug, Default)]
-pub(in crate::forward) struct Room {
+pub(in crate::forward) struct Workspace {
     now: Vec<f64>,
     along: Vec<f64>,
     amounts: Vec<f64>,
 }
 
-fn weighed(scene: &Scene<'_>, rows: &Rows, measure: Measure, response: &Response) -> DVector<f64> {
-    let mut numbers = Vec::new();
-    weigh(scene, rows, measure, response, |number| numbers.push(number));
-    DVector::from_vec(numbers)
-}
-
-/// All reactions as numbers whose sum of squares is least.
+/// Calls `put` with the numbers whose sum of squares a criterion minimises.
 fn weigh(
-    scene: &Scene<'_>,
-    rows: &Rows,
-    measure: Measure,
+    (model, data): (&Forward, &Data),
+    rows: &ConstraintRows,
+    criterion: Criterion,
     response: &Response,
     mut put: impl FnMut(f64),
 ) {
-    let length = scene.parameters.length;
+    let length = model.parameters.length;
     let multipliers = rows.rows.iter().zip(&response.multipliers);
-    match measure {
-        Measure::Grips => {
-            multipliers.filter_map(|(row, m)| row.grip.map(|grip| m / grip)).for_each(put);
+    match criterion {
+        Criterion::Frictions => {
+            multipliers.filter_map(|(row, m)| row.friction_scale.map(|s| m / s)).for_each(put);
         }
-        Measure::Drives => {
-            // Rotary ones over the length: the inverse of what makes their rates comparable.
+        Criterion::Efforts => {
+            // Torques over the characteristic length.
             let weight = |is_length: bool| if is_length { 1.0 } else { 1.0 / length };
-            let drives = multipliers.filter(|(row, _)| row.drives);
-            drives.map(|(row, m)| m * weight(row.scale != 1.0)).for_each(put);
+            let actuated = multipliers.filter(|(row, _)| row.actuated);
+            actuated.map(|(row, m)| m * weight(row.scale != 1.0)).for_each(put);
         }
-        Measure::Compliances | Measure::Default => {
+        Criterion::Energy | Criterion::Reactions => {
             for (joint, wrench) in response.wrenches.iter().enumerate() {
-                let j = &scene.bodies.frame_j[joint];
+                let j = &data.bodies.frame_j[joint];
                 let (force, moment) =
                     (wrench.force, wrench.moment_about(j.position) * (1.0 / length));
-                let weights = match (&scene.parameters.compliance, measure) {
-                    (Some(all), Measure::Compliances) => all[joint],
+                let weights = match (&model.parameters.compliance, criterion) {
+                    (Some(all), Criterion::Energy) => all[joint],
                     _ => {
                         force.to_array().into_iter().chain(moment.to_array()).for_each(&mut put);
                         continue;

@@ -1,207 +1,215 @@
-//! What a decomposed balance answers to efforts in the joints.
+//! Response of a decomposed balance to wrenches in the joints.
 
 use super::cholesky::solve_factored;
 use super::redundancy;
 use super::response::Response;
-use super::scene::Scene;
 use super::{Balance, dot, fill};
+use crate::forward::Forward;
 use crate::forward::constraint_jacobian::each_dof;
+use crate::forward::data::Data;
 use crate::scalar::{Lanes, Scalar};
 use crate::spatial::{Twist, Wrench};
 use crate::topology::{Link, Role};
 
-/// Numbers of four responses at once.
+/// Numbers of four responses side by side.
 pub(in crate::forward) type Four = Lanes<f64, 4>;
 
-/// What answers efforts, and room for it.
+/// A response with the quantities on the way to it.
 #[derive(Clone, Debug)]
-struct Answer<T> {
-    /// What drives the tree's freedoms; then what is left of it.
-    push: Vec<T>,
+struct Stages<T> {
+    /// Generalised forces on the tree, first all, then the part that the constraints must balance.
+    forces: Vec<T>,
+    /// Accelerations along the null space.
     along: Vec<T>,
     accelerations: Vec<T>,
     multipliers: Vec<T>,
-    sums: Vec<Twist<T>>,
-    /// What joints must exert on each body.
-    beyond: Vec<Wrench<T>>,
+    /// Change of each body's acceleration.
+    twists: Vec<Twist<T>>,
+    /// Wrench that joints must exert on each body.
+    demand: Vec<Wrench<T>>,
     wrenches: Vec<Wrench<T>>,
 }
 
-impl<T> Default for Answer<T> {
+impl<T> Default for Stages<T> {
     fn default() -> Self {
         Self {
-            push: Vec::new(),
+            forces: Vec::new(),
             along: Vec::new(),
             accelerations: Vec::new(),
             multipliers: Vec::new(),
-            sums: Vec::new(),
-            beyond: Vec::new(),
+            twists: Vec::new(),
+            demand: Vec::new(),
             wrenches: Vec::new(),
         }
     }
 }
 
-/// Room for one response after the other.
+/// Buffers for responses.
 #[derive(Clone, Debug, Default)]
-pub(in crate::forward) struct Scratch {
+pub(in crate::forward) struct Workspace {
     right: Vec<f64>,
-    one: Answer<f64>,
-    four: Answer<Four>,
-    /// Also for the rule of shares.
-    spread: redundancy::Room,
+    one: Stages<f64>,
+    four: Stages<Four>,
+    redundancy: redundancy::Workspace,
 }
 
 impl Balance {
-    /// The response to wrenches that joints exert beyond their constraints (predecessor on
-    /// successor); with all else that acts if `whole`, alone if not.
+    /// The response to wrenches in joints (predecessor on successor) beyond their constraint wrenches; together with
+    /// loads, inertia forces and prescribed accelerations if `whole`, else to these wrenches alone.
     pub(in crate::forward) fn respond(
         &self,
-        scene: &Scene<'_>,
+        model: &Forward,
+        data: &Data,
         efforts: &[(usize, Wrench<f64>)],
         whole: bool,
     ) -> Response {
         let mut response = Response::default();
-        self.respond_into(scene, efforts, whole, &mut Scratch::default(), &mut response);
+        self.respond_into(model, data, efforts, whole, &mut Workspace::default(), &mut response);
         response
     }
 
-    /// The same in the room that is there.
+    /// The response as [`Self::respond`], reusing the buffers.
     pub(in crate::forward) fn respond_into(
         &self,
-        scene: &Scene<'_>,
+        model: &Forward,
+        data: &Data,
         efforts: &[(usize, Wrench<f64>)],
         whole: bool,
-        scratch: &mut Scratch,
+        workspace: &mut Workspace,
         response: &mut Response,
     ) {
-        let n = scene.topology.dofs();
-        let Scratch { right, one, spread, .. } = scratch;
-        fill(&mut one.push, n, 0.0);
+        let n = model.topology.dofs();
+        let Workspace { right, one, redundancy, .. } = workspace;
+        fill(&mut one.forces, n, 0.0);
         if whole {
-            one.push.iter_mut().zip(&scene.masses.bias).for_each(|(p, b)| *p = -b);
-            one.beyond.clone_from(&scene.masses.demand);
+            one.forces.iter_mut().zip(&data.masses.bias).for_each(|(f, b)| *f = -b);
+            one.demand.clone_from(&data.masses.bias_wrenches);
             right.clear();
             right.extend(self.rows.rows.iter().map(|r| r.right * r.scale));
             self.space.shortest_into(right, &mut one.accelerations);
-            one.accelerations.iter_mut().zip(scene.columns).for_each(|(a, c)| *a *= c);
-            for (row, push) in scene.masses.matrix.chunks_exact(n.max(1)).zip(&mut one.push) {
-                *push -= dot(row, &one.accelerations);
+            one.accelerations.iter_mut().zip(&model.columns).for_each(|(a, c)| *a *= c);
+            for (row, force) in data.masses.matrix.chunks_exact(n.max(1)).zip(&mut one.forces) {
+                *force -= dot(row, &one.accelerations);
             }
         } else {
-            fill(&mut one.beyond, scene.bodies.pose.len(), Wrench::zero());
+            fill(&mut one.demand, data.bodies.pose.len(), Wrench::zero());
             fill(&mut one.accelerations, n, 0.0);
         }
         for &(joint, wrench) in efforts {
-            each_dof(scene.topology, joint, |tree_dof, sign| {
-                one.push[tree_dof] += sign * scene.bodies.screws[tree_dof].power(wrench);
+            each_dof(&model.topology, joint, |tree_dof, sign| {
+                one.forces[tree_dof] += sign * data.bodies.screws[tree_dof].power(wrench);
             });
         }
-        self.answer(scene, efforts, one);
+        self.accelerate(model, data, efforts, one);
         response.accelerations.clone_from(&one.accelerations);
         response.multipliers.clone_from(&one.multipliers);
         response.wrenches.clone_from(&one.wrenches);
-        self.spread.apply(scene, &self.rows, whole, spread, response);
+        self.redundancy.apply((model, data), &self.rows, whole, redundancy, response);
     }
 
-    /// The wrenches of all joints under up to four efforts, each alone; only where nothing is redundant.
+    /// Joint wrenches in response to up to four wrenches in joints, each alone; only without redundant constraints.
     pub(in crate::forward) fn respond_to_four<'s>(
         &self,
-        scene: &Scene<'_>,
+        model: &Forward,
+        data: &Data,
         efforts: &[(usize, Wrench<f64>)],
-        scratch: &'s mut Scratch,
+        workspace: &'s mut Workspace,
     ) -> &'s [Wrench<Four>] {
-        debug_assert!(self.spread.stresses.is_empty(), "shares are open");
-        let n = scene.topology.dofs();
-        let four = &mut scratch.four;
-        fill(&mut four.push, n, Four::zero());
+        debug_assert!(!self.is_redundant(), "reactions are not unique");
+        let n = model.topology.dofs();
+        let four = &mut workspace.four;
+        fill(&mut four.forces, n, Four::zero());
         fill(&mut four.accelerations, n, Four::zero());
-        fill(&mut four.beyond, scene.bodies.pose.len(), Wrench::zero());
+        fill(&mut four.demand, data.bodies.pose.len(), Wrench::zero());
         let mut lanes = [(0, Wrench::zero()); 4];
         for (k, (&(joint, effort), lane)) in efforts.iter().zip(&mut lanes).enumerate() {
             let only = Four::from_fn(|l| if l == k { 1.0 } else { 0.0 });
             *lane = (joint, effort.lift::<Four>() * only);
-            each_dof(scene.topology, joint, |tree_dof, sign| {
-                four.push[tree_dof].0[k] += sign * scene.bodies.screws[tree_dof].power(effort);
+            each_dof(&model.topology, joint, |tree_dof, sign| {
+                four.forces[tree_dof].0[k] += sign * data.bodies.screws[tree_dof].power(effort);
             });
         }
-        self.answer(scene, &lanes[..efforts.len().min(4)], four);
+        self.accelerate(model, data, &lanes[..efforts.len().min(4)], four);
         &four.wrenches
     }
 
-    /// What follows from accelerations that satisfy the rows, from what drives the freedoms beyond them, efforts
-    /// included, and from what joints must exert on each body where nothing accelerates.
-    fn answer<T: Scalar>(
+    /// Computes a response from accelerations that satisfy the rows, the generalised forces left at these (efforts
+    /// included), and the wrenches that joints must exert on each body without acceleration.
+    fn accelerate<T: Scalar>(
         &self,
-        scene: &Scene<'_>,
+        model: &Forward,
+        data: &Data,
         efforts: &[(usize, Wrench<T>)],
-        answer: &mut Answer<T>,
+        stages: &mut Stages<T>,
     ) {
-        let n = scene.topology.dofs();
-        let Answer { push, along, accelerations, multipliers, .. } = answer;
-        // What is left along the freedoms accelerates them.
+        let n = model.topology.dofs();
+        let Stages { forces, along, accelerations, multipliers, .. } = stages;
+        // Forces along the null space accelerate it.
         along.clear();
         along.extend(self.basis.chunks_exact(n.max(1)).map(|z| {
             let mut sum = T::zero();
-            for (z, p) in z.iter().zip(&*push) {
+            for (z, p) in z.iter().zip(&*forces) {
                 sum += *p * T::from_f64(*z);
             }
             sum
         }));
         solve_factored(&self.factor, along);
-        let chunks = self.basis.chunks_exact(n.max(1)).zip(self.moved.chunks_exact(n.max(1)));
+        let chunks = self.basis.chunks_exact(n.max(1)).zip(self.momenta.chunks_exact(n.max(1)));
         for ((vector, momentum), amount) in chunks.zip(&*along) {
             for (a, z) in accelerations.iter_mut().zip(vector) {
                 *a += *amount * T::from_f64(*z);
             }
-            for (p, m) in push.iter_mut().zip(momentum) {
-                *p -= *amount * T::from_f64(*m);
+            for (f, m) in forces.iter_mut().zip(momentum) {
+                *f -= *amount * T::from_f64(*m);
             }
         }
-        // `M a + h - f`, scaled, lies in what the rows span.
-        push.iter_mut().zip(scene.columns).for_each(|(p, c)| *p *= T::from_f64(-c));
-        self.space.amounts(push, multipliers);
+        // `M a + h - f`, scaled, lies in the row space.
+        forces.iter_mut().zip(&model.columns).for_each(|(p, c)| *p *= T::from_f64(-c));
+        self.space.amounts(forces, multipliers);
         for (multiplier, row) in multipliers.iter_mut().zip(&self.rows.rows) {
             *multiplier *= T::from_f64(row.scale);
         }
-        self.load_joints(scene, efforts, answer);
+        self.load_joints(model, data, efforts, stages);
     }
 
-    /// The response of multipliers alone: nothing accelerates, nothing else acts.
-    pub(super) fn load(
+    /// The self-stress of given multipliers: without acceleration and loads.
+    pub(super) fn self_stress(
         &self,
-        scene: &Scene<'_>,
+        model: &Forward,
+        data: &Data,
         multipliers: Vec<f64>,
-        scratch: &mut Scratch,
+        workspace: &mut Workspace,
     ) -> Response {
-        let (n, one) = (scene.topology.dofs(), &mut scratch.one);
+        let (n, one) = (model.topology.dofs(), &mut workspace.one);
         fill(&mut one.accelerations, n, 0.0);
-        fill(&mut one.beyond, scene.bodies.pose.len(), Wrench::zero());
+        fill(&mut one.demand, data.bodies.pose.len(), Wrench::zero());
         one.multipliers.clone_from(&multipliers);
-        self.load_joints(scene, &[], one);
+        self.load_joints(model, data, &[], one);
         let wrenches = one.wrenches.clone();
         Response { accelerations: vec![0.0; n], multipliers, wrenches }
     }
 
-    /// The wrenches of all joints from accelerations and multipliers, and what they must exert beyond.
+    /// Computes the wrenches of all joints from accelerations, multipliers, and the wrenches demanded on each body.
     fn load_joints<T: Scalar>(
         &self,
-        scene: &Scene<'_>,
+        model: &Forward,
+        data: &Data,
         efforts: &[(usize, Wrench<T>)],
-        answer: &mut Answer<T>,
+        stages: &mut Stages<T>,
     ) {
-        let Scene { topology, bodies, masses, .. } = *scene;
-        let Answer { accelerations, multipliers, sums, beyond, wrenches, .. } = answer;
-        fill(sums, bodies.pose.len(), Twist::zero());
+        let (topology, bodies, masses) = (&model.topology, &data.bodies, &data.masses);
+        let Stages { accelerations, multipliers, twists, demand, wrenches, .. } = stages;
+        fill(twists, bodies.pose.len(), Twist::zero());
         for node in &topology.nodes {
             let mut sum = match (node.link, node.parent) {
-                (Link::Joint { .. }, Some(parent)) => sums[topology.nodes[parent].body],
+                (Link::Joint { .. }, Some(parent)) => twists[topology.nodes[parent].body],
                 _ => Twist::zero(),
             };
             for tree_dof in node.tree_dofs.clone() {
                 sum += bodies.screws[tree_dof].lift() * accelerations[tree_dof];
             }
-            sums[node.body] = sum;
-            beyond[node.body] += masses.inertia[node.body].times(sum);
+            twists[node.body] = sum;
+            demand[node.body] += masses.inertia[node.body].times(sum);
         }
         fill(wrenches, topology.joint_types.len(), Wrench::zero());
         let in_cuts = |joint: usize| matches!(topology.role[joint], Role::Cut { .. });
@@ -217,15 +225,15 @@ impl Balance {
         }
         for cut in &topology.cuts {
             let (predecessor, successor) = topology.ends[cut.joint];
-            beyond[successor] -= wrenches[cut.joint];
-            beyond[predecessor] += wrenches[cut.joint];
+            demand[successor] -= wrenches[cut.joint];
+            demand[predecessor] += wrenches[cut.joint];
         }
         for node in topology.nodes.iter().rev() {
             let Link::Joint { joint, reversed } = node.link else { continue };
-            let wrench = beyond[node.body];
+            let wrench = demand[node.body];
             wrenches[joint] = if reversed { -wrench } else { wrench };
             if let Some(parent) = node.parent {
-                beyond[topology.nodes[parent].body] += wrench;
+                demand[topology.nodes[parent].body] += wrench;
             }
         }
     }

@@ -1,13 +1,13 @@
-//! Accelerations, multipliers and wrenches that answer an effort.
+//! Accelerations, multipliers and joint wrenches in response to efforts.
 
 use crate::spatial::Wrench;
 
-/// What answers an effort: all that is linear in it.
+/// The response to efforts, linear in them.
 #[derive(Debug, Default)]
 pub(in crate::forward) struct Response {
-    /// Of the tree.
+    /// Accelerations of the tree.
     pub(in crate::forward) accelerations: Vec<f64>,
-    /// Of all rows.
+    /// Multiplier of each constraint row.
     pub(in crate::forward) multipliers: Vec<f64>,
     /// Each joint's complete wrench, predecessor on successor, about the kernel origin.
     pub(in crate::forward) wrenches: Vec<Wrench<f64>>,
@@ -23,7 +23,7 @@ impl Clone for Response {
         }
     }
 
-    /// Into the room that is there.
+    /// Clones, reusing the buffers.
     fn clone_from(&mut self, other: &Self) {
         self.accelerations.clone_from(&other.accelerations);
         self.multipliers.clone_from(&other.multipliers);
@@ -32,6 +32,7 @@ impl Clone for Response {
 }
 
 impl Response {
+    /// Adds a multiple of another response.
     pub(in crate::forward) fn add(&mut self, other: &Self, amount: f64) {
         let sum = |a: &mut Vec<f64>, b: &[f64]| {
             a.iter_mut().zip(b).for_each(|(a, b)| *a += amount * b);

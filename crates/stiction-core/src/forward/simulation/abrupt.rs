@@ -8,12 +8,10 @@
 use super::packing::parts;
 use super::{Energies, Simulation};
 use crate::forward::Forward;
-use crate::forward::balance::Balance;
-use crate::forward::constraint_jacobian::Rows;
+use crate::forward::data::Data;
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
-use crate::forward::situation::Situation;
 use crate::kinematics::State;
 
 /// Rates may change by this part of the fastest where they are put back onto the loops. Errors of steps are
@@ -26,13 +24,10 @@ const ROUNDING: f64 = 1e-10;
 
 impl Forward {
     /// Whether some accelerations keep loops closed and what is held in place, friction apart.
-    pub(super) fn can_go_on(&self, situation: &Situation) -> Result<(), ForwardError> {
-        let (held, _) = self.held(&situation.targets, &[], &[], &[]);
-        let rows = Rows::new(&self.topology, &self.parameters, &situation.bodies, &held);
-        let scene = self.scene(situation);
+    pub(super) fn can_go_on(&self, situation: &Data) -> Result<(), ForwardError> {
         // What has no mass is told where it is solved.
-        let Ok(balance) = Balance::new(&scene, rows) else { return Ok(()) };
-        let Some((row, by)) = balance.contradiction(&scene) else { return Ok(()) };
+        let Ok(balance) = self.balance(situation, &[]) else { return Ok(()) };
+        let Some((row, by)) = balance.contradiction(self, situation) else { return Ok(()) };
         let translates = balance.rows.rows[row].scale != 1.0;
         let what = self.condition(row);
         Err(ForwardError::Blocked { time: situation.time, what, by, translates, at_rest: false })
@@ -54,7 +49,7 @@ impl Forward {
         let mut state = now.state.clone();
         state.rates.clone_from(accelerations);
         let bristles = vec![[0.0; 3]; now.interfaces.len()];
-        let situation = self.situation(now.time, state, &bristles, (&[], &[]), inputs);
+        let situation = self.data(now.time, state, &bristles, (&[], &[]), inputs);
         self.can_go_on(&situation).map_err(|error| match error {
             ForwardError::Blocked { time, what, by, translates, .. } => {
                 ForwardError::Blocked { time, what, by, translates, at_rest: true }
@@ -114,8 +109,7 @@ impl Simulation<'_> {
         // Of what is at rest rates are rounding, and so are their changes.
         if changed > allowed(CHANGE) * largest + 1e3 * self.settings.absolute {
             let targets = model.targets(time, inputs);
-            let (held, _) = model.held(&targets, &[], &[], &[]);
-            let rows = Rows::new(&model.topology, &model.parameters, &arrived.bodies, &held);
+            let rows = model.constraint_rows(&arrived.bodies, &targets, &[]);
             let n = model.topology.dofs();
             let first = model.topology.constraints;
             let missed = |row: usize| {

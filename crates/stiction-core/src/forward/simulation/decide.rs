@@ -45,7 +45,7 @@ impl Simulation<'_> {
             let moves = norm(velocity) > REST * self.fastest;
             let begins = self.model.surface_acceleration(&self.now.bodies, interface);
             let accelerations = &self.now.state.accelerations;
-            let rounding = self.model.rounding_of_beginnings(accelerations, interface);
+            let rounding = self.model.rounding_of_onset(accelerations, interface);
             leaves |= moves || norm(begins) > rounding;
             if moves && along(velocity) > 0.0 || !moves && along(begins) > rounding {
                 let joint = JointId(self.model.parameters.interfaces[interface].joint);
@@ -101,7 +101,7 @@ impl Simulation<'_> {
             }
         }
         let mut situation =
-            model.situation(time, state, &self.bristles, (&self.grips, &self.shares), inputs);
+            model.data(time, state, &self.bristles, (&self.grips, &self.shares), inputs);
         if let Some(interface) = stopped
             && !self.takes_dof(&situation, interface)
         {
@@ -128,11 +128,11 @@ impl Simulation<'_> {
             }
         }
         let Choice { modes, solved } = model.choose(&mut situation, &modes, &resting)?;
-        self.grips.clone_from(&situation.grips);
-        self.shares.clone_from(&situation.shares);
-        self.overload = situation.overload;
+        self.grips.clone_from(&situation.friction_scales);
+        self.shares.clone_from(&situation.reference_frictions);
+        self.overload = situation.limit_factor;
         self.modes = modes;
-        self.now = model.instant(situation, &self.modes, &solved);
+        self.now = model.instant(&situation, &self.modes, &solved);
         self.tell(&before);
         self.hold(inputs)?;
         self.look_for_others(inputs)?;
@@ -158,22 +158,16 @@ impl Simulation<'_> {
     /// contact stands while all moves on.
     pub(super) fn takes_dof(
         &self,
-        situation: &crate::forward::situation::Situation,
+        situation: &crate::forward::data::Data,
         interface: usize,
     ) -> bool {
         let model = self.model;
         let mut sticks = self.modes.clone();
         sticks[interface] = InterfaceMode::Sticks;
         let mobility = |modes: &[InterfaceMode]| {
-            let (held, _) = model.held(&situation.targets, modes, &[], &[]);
-            let rows = crate::forward::constraint_jacobian::Rows::new(
-                &model.topology,
-                &model.parameters,
-                &situation.bodies,
-                &held,
-            );
-            let balance = crate::forward::balance::Balance::new(&model.scene(situation), rows);
-            balance.map_or(0, |balance| balance.mobility(model.topology.dofs()))
+            model
+                .balance(situation, modes)
+                .map_or(0, |balance| balance.mobility(model.topology.dofs()))
         };
         mobility(&sticks) < mobility(&self.modes)
     }

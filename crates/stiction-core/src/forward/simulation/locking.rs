@@ -48,7 +48,7 @@ impl Simulation<'_> {
             return Ok(());
         }
         let mut state = self.now.state.clone();
-        let situation = model.situation(
+        let situation = model.data(
             self.now.time,
             state.clone(),
             &self.bristles,
@@ -69,7 +69,7 @@ impl Simulation<'_> {
                 *rate = 0.0;
             }
         }
-        let redundant = solved.balance.spread.stresses.len();
+        let redundant = solved.balance.redundant();
         let without = self.permanently_redundant(&situation);
         let shares = redundant.saturating_sub(without);
         if shares > 0 && shares != self.told_of_shares {
@@ -77,35 +77,17 @@ impl Simulation<'_> {
             self.events.push(Event { time: self.now.time, kind });
         }
         self.told_of_shares = shares;
-        let situation = model.situation(
-            self.now.time,
-            state,
-            &self.bristles,
-            (&self.grips, &self.shares),
-            inputs,
-        );
-        self.now = model.instant(situation, &self.modes, &solved);
+        let situation =
+            model.data(self.now.time, state, &self.bristles, (&self.grips, &self.shares), inputs);
+        self.now = model.instant(&situation, &self.modes, &solved);
         self.still();
         Ok(())
     }
 
     /// How many constraints are redundant where nothing sticks.
-    pub(super) fn permanently_redundant(
-        &self,
-        situation: &crate::forward::situation::Situation,
-    ) -> usize {
+    pub(super) fn permanently_redundant(&self, situation: &crate::forward::data::Data) -> usize {
         let model = self.model;
-        let (held, _) = model.held(&situation.targets, &[], &[], &[]);
-        let rows = crate::forward::constraint_jacobian::Rows::new(
-            &model.topology,
-            &model.parameters,
-            &situation.bodies,
-            &held,
-        );
-        match crate::forward::balance::Balance::new(&model.scene(situation), rows) {
-            Ok(balance) => balance.spread.stresses.len(),
-            Err(_) => 0,
-        }
+        model.balance(situation, &[]).map_or(0, |balance| balance.redundant())
     }
 
     /// Nothing frozen accelerates, not even by rounding.

@@ -19,7 +19,7 @@ impl Simulation<'_> {
         self.told_of_others = true;
         let model = self.model;
         let time = self.now.time;
-        let situation = model.situation(
+        let situation = model.data(
             time,
             self.now.state.clone(),
             &self.bristles,

@@ -2,7 +2,8 @@
 
 use crate::forward::Forward;
 use crate::forward::balance::DEPENDENT;
-use crate::forward::constraint_jacobian::{Held, Rows};
+use crate::forward::constraint_jacobian::{ConstrainedDof, ConstraintRows};
+use crate::forward::solve::StickingDof;
 use crate::kinematics::{Bodies, State, Target};
 use crate::linalg::RowSpace;
 
@@ -10,9 +11,9 @@ use crate::linalg::RowSpace;
 #[derive(Clone, Debug)]
 pub(super) struct Ranks {
     bodies: Bodies<f64>,
-    held: Vec<Held>,
-    holding: Vec<(usize, usize, usize)>,
-    rows: Rows,
+    constrained: Vec<ConstrainedDof>,
+    sticking: Vec<StickingDof>,
+    rows: ConstraintRows,
     scaled: Vec<f64>,
     space: RowSpace,
     /// What is prescribed.
@@ -24,9 +25,9 @@ impl Ranks {
     pub(super) fn new(model: &Forward) -> Self {
         Self {
             bodies: Bodies::new(&model.topology),
-            held: Vec::new(),
-            holding: Vec::new(),
-            rows: Rows::default(),
+            constrained: Vec::new(),
+            sticking: Vec::new(),
+            rows: ConstraintRows::default(),
             scaled: Vec::new(),
             space: RowSpace::default(),
             targets: Vec::new(),
@@ -36,16 +37,13 @@ impl Ranks {
     /// The rank of loops and of what is prescribed, and how far they are from losing it.
     pub(super) fn at(&mut self, model: &Forward, state: &State<f64>) -> (usize, f64) {
         let (topology, parameters) = (&model.topology, &model.parameters);
-        let Self { bodies, held, holding, rows, scaled, space, targets } = self;
+        let Self { bodies, constrained, sticking, rows, scaled, space, targets } = self;
         bodies.place(topology, parameters, &state.coordinates);
         bodies.move_with(topology, &state.rates);
-        model.held_into(targets, &[], (&[], &[]), held, holding);
-        rows.update(topology, parameters, bodies, held);
+        model.constrain(targets, &[], (&[], &[]), constrained, sticking);
+        rows.update(topology, parameters, bodies, constrained);
         let n = topology.dofs();
-        scaled.clone_from(&rows.matrix);
-        for (row, entries) in rows.rows.iter().zip(scaled.chunks_exact_mut(n.max(1))) {
-            entries.iter_mut().zip(&model.columns).for_each(|(e, c)| *e *= row.scale * c);
-        }
+        rows.scale_into(&model.columns, scaled);
         space.decompose(scaled, rows.rows.len(), n, DEPENDENT);
         (space.rank(), space.least_part())
     }

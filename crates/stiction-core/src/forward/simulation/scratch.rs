@@ -2,16 +2,16 @@
 
 use super::ranks::Ranks;
 use crate::forward::Forward;
+use crate::forward::data::Data;
 use crate::forward::instant::Instant;
 use crate::forward::project::Projection;
-use crate::forward::situation::Situation;
 use crate::forward::solve::Solved;
 use crate::kinematics::State;
 
 /// Room that evaluations use again and again. Nothing in it is part of a simulation's state.
 #[derive(Clone, Debug)]
 pub(super) struct Scratch {
-    pub(super) situation: Situation,
+    pub(super) situation: Data,
     pub(super) solved: Solved,
     pub(super) projection: Projection,
     /// Loads nearby, where Newton's method starts.
@@ -32,7 +32,7 @@ pub(super) struct Scratch {
 impl Scratch {
     pub(super) fn new(model: &Forward) -> Self {
         Self {
-            situation: Situation::new(model),
+            situation: Data::new(model),
             solved: Solved::default(),
             projection: Projection::new(model),
             loads: Vec::new(),

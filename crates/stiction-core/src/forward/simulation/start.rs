@@ -9,6 +9,7 @@ use crate::forward::error::ForwardError;
 use crate::forward::inputs::{Inputs, View};
 use crate::forward::integrator::Steps;
 use crate::forward::stick::Choice;
+use crate::forward::time_stepping::StepStart;
 use crate::kinematics::{Bodies, State};
 
 impl Forward {
@@ -91,7 +92,7 @@ impl<'a> Simulation<'a> {
             pitch,
             angles: &angles,
         });
-        let mut situation = model.situation(time, state, &bristles, (&[], &[]), inputs);
+        let mut situation = model.data(time, state, &bristles, (&[], &[]), inputs);
         model.can_go_on(&situation)?;
         let fastest = situation.velocities.iter().map(|v| norm(*v)).fold(asked, f64::max);
         let mut modes = Vec::with_capacity(interfaces.len());
@@ -115,16 +116,17 @@ impl<'a> Simulation<'a> {
         let in_steps = settings.method == Method::TimeStepping;
         let chosen =
             if in_steps { None } else { Some(model.choose(&mut situation, &modes, &resting)) };
-        let (mut grips, mut shares) = (situation.grips.clone(), situation.shares.clone());
+        let (mut grips, mut shares) =
+            (situation.friction_scales.clone(), situation.reference_frictions.clone());
         // Where nothing was chosen they have not been made.
         grips.resize(interfaces.len(), 1.0);
         shares.resize(interfaces.len(), [0.0; 3]);
-        let overload = situation.overload;
+        let overload = situation.limit_factor;
         // Why there are no accelerations at the start.
         let mut refusal = None;
         let (now, modes, stepping) = match chosen {
             Some(Ok(Choice { modes, solved })) => {
-                (model.instant(situation, &modes, &solved), modes, false)
+                (model.instant(&situation, &modes, &solved), modes, false)
             }
             // Where no accelerations were found velocities may still have a solution.
             Some(Err(error)) if !may_leap(&error, settings, resting.is_empty()) => {
@@ -132,7 +134,17 @@ impl<'a> Simulation<'a> {
             }
             failed => {
                 let state = situation.state;
-                let first = model.leap(time, FIRST, &state, (&modes, &bristles, &bristles), inputs);
+                let first = model.time_step(
+                    time,
+                    FIRST,
+                    StepStart {
+                        state: &state,
+                        modes: &modes,
+                        bristles: &bristles,
+                        frictions: &bristles,
+                    },
+                    inputs,
+                );
                 let leap = match (first, failed) {
                     (Ok(leap), failed) => {
                         refusal = failed.and_then(Result::err);

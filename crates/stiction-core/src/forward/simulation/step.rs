@@ -379,9 +379,9 @@ impl Simulation<'_> {
         let bristles = rest.chunks_exact(3).take(self.modes.len());
         situation.bristles.clear();
         situation.bristles.extend(bristles.map(|z| [z[0], z[1], z[2]]));
-        situation.grips.clone_from(&self.grips);
-        situation.shares.clone_from(&self.shares);
-        model.look(situation, inputs);
+        situation.friction_scales.clone_from(&self.grips);
+        situation.reference_frictions.clone_from(&self.shares);
+        model.update_data(situation, inputs);
         model
             .solve_into(situation, &self.modes, Some(loads), measure, solved)
             .map_err(|u| model.unsolved(time, u))?;

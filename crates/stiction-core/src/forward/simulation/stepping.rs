@@ -1,14 +1,14 @@
 //! The nonsmooth time stepper at work: steps twice with half the length, by their difference shortened and
 //! lengthened; when it begins and when it ends.
 
-use super::{Event, EventKind, Method, Simulation};
+use super::{Energies, Event, EventKind, Method, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::{Account, Instant, InterfaceSample};
 use crate::forward::project::Anchor;
-use crate::forward::time_stepping::{Leap, Work};
+use crate::forward::time_stepping::{StepStart, TimeStep};
 use crate::kinematics::State;
 use crate::mechanism::JointId;
 use crate::parameters::Parameters;
@@ -38,7 +38,7 @@ pub(super) struct Stepping {
 }
 
 struct Landed {
-    leap: Leap,
+    leap: TimeStep,
     state: State<f64>,
     anchors: Vec<Anchor>,
     frozen: Vec<bool>,
@@ -116,11 +116,21 @@ impl Simulation<'_> {
     ) -> Result<Landed, ForwardError> {
         self.evaluations += 1;
         let model = self.model;
-        let mut leap = model.leap(time, step, from, (modes, bristles, near), inputs)?;
+        let mut leap = model.time_step(
+            time,
+            step,
+            StepStart { state: from, modes, bristles, frictions: near },
+            inputs,
+        )?;
         if let Some(stands) = self.stands_while_it_turns(modes, &leap) {
             let near = &leap.frictions;
-            let held = model.leap(time, step, from, (&stands, bristles, near), inputs);
-            let stays = |leap: &Leap| {
+            let held = model.time_step(
+                time,
+                step,
+                StepStart { state: from, modes: &stands, bristles, frictions: near },
+                inputs,
+            );
+            let stays = |leap: &TimeStep| {
                 let each = modes.iter().zip(&stands).zip(&leap.modes);
                 each.into_iter().any(|((a, b), after)| a != b && *after == InterfaceMode::Sticks)
             };
@@ -160,7 +170,7 @@ impl Simulation<'_> {
     fn stands_while_it_turns(
         &self,
         modes: &[InterfaceMode],
-        leap: &Leap,
+        leap: &TimeStep,
     ) -> Option<Vec<InterfaceMode>> {
         let mut stands = modes.to_vec();
         for (interface, mode) in stands.iter_mut().enumerate() {
@@ -288,19 +298,19 @@ impl Simulation<'_> {
         let whole = self.land(time, 2.0 * half, from, (modes, bristles, &near), inputs)?;
         let near = &whole.leap.frictions;
         let first = self.land(time, half, from, (modes, bristles, near), inputs)?;
-        let Leap { modes, bristles, frictions, .. } = &first.leap;
+        let TimeStep { modes, bristles, frictions, .. } = &first.leap;
         let next = (&modes[..], &bristles[..], &frictions[..]);
         let second = self.land(time + half, half, &first.state, next, inputs)?;
         Ok((whole, first, second))
     }
 
-    fn tell_jump(&mut self, leap: &Leap, time: f64, change: f64) {
+    fn tell_jump(&mut self, leap: &TimeStep, time: f64, change: f64) {
         let most = (0..leap.loads.len()).max_by(|a, b| leap.loads[*a].total_cmp(&leap.loads[*b]));
         let joint = JointId(most.map_or(0, |c| self.model.parameters.interfaces[c].joint));
         self.events.push(Event { time, kind: EventKind::Jump { joint, change } });
     }
 
-    fn add(&mut self, work: &Work) {
+    fn add(&mut self, work: &Energies) {
         let energies = &mut self.energies;
         let sum = |to: &mut [f64], from: &[f64]| {
             to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
@@ -373,13 +383,13 @@ impl Forward {
     pub(super) fn instant_of(
         &self,
         time: f64,
-        leap: Leap,
+        leap: TimeStep,
         state: State<f64>,
         inputs: &mut dyn Inputs,
     ) -> Instant {
         let (topology, parameters) = (&self.topology, &self.parameters);
         let accelerations = leap.response.accelerations.clone();
-        let situation = self.situation(time, state, &leap.bristles, (&[], &[]), inputs);
+        let situation = self.data(time, state, &leap.bristles, (&[], &[]), inputs);
         let (mut state, mut bodies) = (situation.state, situation.bodies);
         state.accelerations = accelerations;
         bodies.accelerate(topology, &state.accelerations);

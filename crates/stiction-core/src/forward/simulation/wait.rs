@@ -87,7 +87,7 @@ impl Simulation<'_> {
         let mut instant = self.room.instant(model);
         let Scratch { situation, solved, loads, .. } = &mut *self.room;
         situation.time = time;
-        model.look(situation, inputs);
+        model.update_data(situation, inputs);
         model
             .couple(situation, &self.modes, Some(loads), measure, solved)
             .map_err(|u| model.unsolved(time, u))?;

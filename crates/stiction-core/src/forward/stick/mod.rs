@@ -1,109 +1,120 @@
-//! Which contacts at rest stick and which begin to slide: a search among accelerations.
+//! Decision between stick and slip: modes of the interfaces at rest that satisfy all friction laws.
 //!
-//! A contact that sticks bears no more than its limit; one that begins to slide does so against its
-//! friction. All contacts at rest are tried sticking first, so what can stay does. Then, one by one, what
-//! is beyond its limit lets go, and what would slide back is held again. Where that goes in circles, all
-//! choices are looked through, as far as they are not too many.
+//! Friction of a sticking interface is within its limit; an interface at slip onset accelerates against its friction.
+//! First all interfaces at rest are tried sticking. Then a complementarity problem proposes modes, see [`guess`], and
+//! exact solutions verify them. From there the modes change one at a time: an interface beyond its limit slips, one that
+//! would slide backward sticks. If that cycles, few interfaces are enumerated.
 //!
 //! Equation (D4) of the book's theory.
 
-mod judge;
-mod turn;
+mod directions;
+mod guess;
+mod instantaneous_lock;
+mod verify;
 
 use super::Forward;
 use super::affine_friction::{InterfaceMode, norm};
+use super::data::Data;
 use super::error::ForwardError;
-use super::guess::Guess;
-use super::situation::Situation;
 use super::solve::{Solved, Unsolved};
-use judge::Verdict;
+use guess::Guess;
 use std::collections::HashSet;
+use verify::Verdict;
 
-/// All choices of so many contacts are looked through.
-const MOST: u32 = 7;
-/// Changes of one contact at a time.
+/// Largest number of interfaces whose modes are enumerated.
+const ENUMERATED: u32 = 7;
+/// Changes of the mode of one interface at a time.
 const CHANGES: usize = 60;
-/// What can bear less than this part of the most is taken to bear this much, so that numbers stay good.
-const LEAST_GRIP: f64 = 1e-6;
-/// Where frictions that share a load have no room left, they may exceed their limits by this part: else
-/// they would have to be shared anew at every moment until something slides.
-const LITTLE: f64 = 1e-5;
-/// Parts of the limits within which frictions that hold are looked for.
+/// Smallest friction scale relative to the largest, for the condition of the systems.
+const SMALLEST_SCALE: f64 = 1e-6;
+/// Relative excess over the limits that is allowed to frictions that share a load and are at their limits: otherwise they
+/// would have to be redistributed at every instant until an interface slides.
+const ALLOWANCE: f64 = 1e-5;
+/// Parts of the limits within which static frictions are tried.
 const BOUNDS: [f64; 5] = [0.9, 0.99, 0.999, 0.9999, 1.0];
-/// Directions that differ by less than this are one.
+/// Difference of directions that count as one.
 const ALIGNED: f64 = 1e-6;
 
-/// A choice that satisfies all laws.
+/// Modes that satisfy all laws, with their solution.
 pub(super) struct Choice {
     pub(super) modes: Vec<InterfaceMode>,
     pub(super) solved: Solved,
 }
 
 impl Forward {
-    /// Chooses for the contacts at rest; all others keep their modes.
+    /// Chooses modes of the interfaces at rest; all others keep theirs.
+    ///
+    /// # Errors
+    /// [`ForwardError::NoChoice`] if no modes are found, or the reason why the last ones have no solution.
     pub(super) fn choose(
         &self,
-        situation: &mut Situation,
+        data: &mut Data,
         modes: &[InterfaceMode],
         resting: &[usize],
     ) -> Result<Choice, ForwardError> {
-        let permanent = self.grip(situation, modes, resting);
-        situation.shares = vec![[0.0; 3]; modes.len()];
-        situation.overload = 1.0;
-        let mut trial = trial_of(modes, resting);
-        if let Ok(Verdict::Stands(solved)) = self.judge(situation, &mut trial, resting) {
+        let permanent = self.set_friction_scales(data, modes, resting);
+        data.reference_frictions = vec![[0.0; 3]; modes.len()];
+        data.limit_factor = 1.0;
+        let mut trial = all_sticking(modes, resting);
+        if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting) {
             return Ok(Choice { modes: trial, solved: *solved });
         }
-        // The rule's shares are beyond limits, or something must slide: frictions of all at once.
-        let most = self.guess(situation, modes, resting, 1.0);
-        if let Some(guess) = &most
+        // The frictions of the rule exceed a limit, or something must slide: solve for all frictions at once.
+        let guess = self.guess(data, modes, resting, 1.0);
+        if let Some(guess) = &guess
             && guess.moves
-            && let Some(choice) = self.take(situation, guess, resting)
+            && let Some(choice) = self.adopt(data, guess, resting)
         {
             return Ok(choice);
         }
-        let all = self.solve(situation, &trial_of(modes, resting), None, false);
-        let shared = all.is_ok_and(|all| all.balance.spread.stresses.len() > permanent);
-        if shared && most.as_ref().is_some_and(|guess| !guess.moves) {
-            // All can stick, within their limits with some room if possible.
+        let all = self.solve(data, &all_sticking(modes, resting), None, false);
+        let shared = all.is_ok_and(|all| all.balance.redundant() > permanent);
+        if shared && guess.as_ref().is_some_and(|guess| !guess.moves) {
+            // All can stick, with a margin to their limits if possible.
             for bound in BOUNDS {
-                let Some(guess) = self.guess(situation, modes, resting, bound) else { continue };
+                let Some(guess) = self.guess(data, modes, resting, bound) else { continue };
                 if guess.moves {
                     continue;
                 }
-                if let Some(choice) = self.take(situation, &guess, resting) {
+                if let Some(choice) = self.adopt(data, &guess, resting) {
                     return Ok(choice);
                 }
             }
         }
-        situation.shares = vec![[0.0; 3]; modes.len()];
-        situation.overload = 1.0;
-        let (mut guilty, mut failure) = (resting.first().copied().unwrap_or(0), None);
-        match self.improve(situation, trial_of(modes, resting), resting) {
+        data.reference_frictions = vec![[0.0; 3]; modes.len()];
+        data.limit_factor = 1.0;
+        let (mut blocking, mut failure) = (resting.first().copied().unwrap_or(0), None);
+        match self.improve(data, all_sticking(modes, resting), resting) {
             Ok(choice) => return Ok(choice),
-            Err(Stuck { interface, unsolved }) => {
-                guilty = interface.unwrap_or(guilty);
-                failure = unsolved.map(|u| self.unsolved(situation.time, u)).or(failure);
+            Err(NoModes { interface, unsolved }) => {
+                blocking = interface.unwrap_or(blocking);
+                failure = unsolved.map(|u| self.unsolved(data.time, u)).or(failure);
             }
         }
-        if let Some(choice) = self.look_through(situation, modes, resting) {
+        if let Some(choice) = self.enumerate(data, modes, resting) {
             return Ok(choice);
         }
-        let joint = self.joint_name(self.parameters.interfaces.get(guilty).map_or(0, |c| c.joint));
-        Err(failure.unwrap_or(ForwardError::NoChoice { time: situation.time, joint }))
+        let joint =
+            self.joint_name(self.parameters.interfaces.get(blocking).map_or(0, |c| c.joint));
+        Err(failure.unwrap_or(ForwardError::NoChoice { time: data.time, joint }))
     }
 
-    /// How much friction each contact at rest can bear, from the loads where all of them slide without it.
-    /// Also how many constraints are redundant then.
-    fn grip(&self, situation: &mut Situation, modes: &[InterfaceMode], resting: &[usize]) -> usize {
+    /// Sets the friction scales from the normal loads without friction of the interfaces at rest. Returns the number of
+    /// constraints that are redundant even so.
+    fn set_friction_scales(
+        &self,
+        data: &mut Data,
+        modes: &[InterfaceMode],
+        resting: &[usize],
+    ) -> usize {
         let interfaces = &self.parameters.interfaces;
-        situation.grips = vec![1.0; interfaces.len()];
+        data.friction_scales = vec![1.0; interfaces.len()];
         let mut free = modes.to_vec();
         for &interface in resting {
             free[interface] = InterfaceMode::AtLimit([0.0; 3]);
         }
-        let Ok(solved) = self.solve(situation, &free, None, false) else { return 0 };
-        let redundant = solved.balance.spread.stresses.len();
+        let Ok(solved) = self.solve(data, &free, None, false) else { return 0 };
+        let redundant = solved.balance.redundant();
         let limits: Vec<f64> = interfaces
             .iter()
             .zip(&solved.coupled.loads)
@@ -111,85 +122,83 @@ impl Forward {
             .collect();
         let largest = limits.iter().fold(0.0_f64, |m, l| m.max(*l));
         if largest > 0.0 && largest.is_finite() {
-            situation.grips = limits.iter().map(|l| (l / largest).max(LEAST_GRIP)).collect();
+            data.friction_scales =
+                limits.iter().map(|l| (l / largest).max(SMALLEST_SCALE)).collect();
         }
         redundant
     }
 
-    /// A guess, if all laws are satisfied where it is solved exactly, or with few changes.
-    fn take(&self, situation: &mut Situation, guess: &Guess, resting: &[usize]) -> Option<Choice> {
-        situation.shares.clone_from(&guess.shares);
-        situation.overload = if guess.tight { 1.0 + LITTLE } else { 1.0 };
-        let found = self.as_it_is(situation, guess, resting);
-        let found = found.or_else(|| self.improve(situation, guess.modes.clone(), resting).ok());
+    /// Adopts a guess if its exact solution satisfies all laws, or does so after few changes.
+    fn adopt(&self, data: &mut Data, guess: &Guess, resting: &[usize]) -> Option<Choice> {
+        data.reference_frictions.clone_from(&guess.frictions);
+        data.limit_factor = if guess.tight { 1.0 + ALLOWANCE } else { 1.0 };
+        let found = self.confirm(data, guess, resting);
+        let found = found.or_else(|| self.improve(data, guess.modes.clone(), resting).ok());
         if found.is_none() {
-            situation.shares.fill([0.0; 3]);
-            situation.overload = 1.0;
+            data.reference_frictions.fill([0.0; 3]);
+            data.limit_factor = 1.0;
         }
         found
     }
 
-    /// A choice whose directions are right already: nothing is turned, all is checked.
-    fn as_it_is(&self, situation: &Situation, guess: &Guess, resting: &[usize]) -> Option<Choice> {
+    /// Confirms a guess with the directions that it has: all laws are checked, no direction is turned.
+    fn confirm(&self, data: &Data, guess: &Guess, resting: &[usize]) -> Option<Choice> {
         let mut modes = guess.modes.clone();
         for &interface in resting {
             if let InterfaceMode::AtLimit(direction) = modes[interface] {
                 modes[interface] = InterfaceMode::Slides(direction);
             }
         }
-        let solved = self.solve(situation, &modes, Some(&guess.loads), true).ok()?;
-        let accelerated = self.accelerated_by(situation, &solved);
+        let solved = self.solve(data, &modes, Some(&guess.loads), true).ok()?;
+        let accelerated = self.accelerated_by(data, &solved);
         for &interface in resting {
             let InterfaceMode::Slides(direction) = modes[interface] else { continue };
-            let Some(begins) = self.begins(&accelerated, &solved, interface) else {
+            let Some(onset) = self.slip_onset(&accelerated, &solved, interface) else {
                 modes[interface] = InterfaceMode::AtLimit(direction);
                 continue;
             };
-            let size = norm(begins);
-            let turned = norm([0, 1, 2].map(|i| begins[i] / size - direction[i]));
+            let size = norm(onset);
+            let turned = norm([0, 1, 2].map(|i| onset[i] / size - direction[i]));
             if turned > ALIGNED {
                 return None;
             }
         }
-        self.beyond(situation, &modes, &solved, resting)
+        self.beyond_limit(data, &modes, &solved, resting)
             .is_none()
             .then_some(Choice { modes, solved })
     }
 
-    /// Changes one contact after the other until all laws are satisfied.
+    /// Changes the mode of one interface after the other until all laws are satisfied.
     fn improve(
         &self,
-        situation: &Situation,
+        data: &Data,
         mut trial: Vec<InterfaceMode>,
         resting: &[usize],
-    ) -> Result<Choice, Stuck> {
+    ) -> Result<Choice, NoModes> {
         let mut seen = HashSet::new();
-        let mut guilty = None;
+        let mut blocking = None;
         for _ in 0..CHANGES {
             if !seen.insert(pattern(&trial, resting)) {
                 break;
             }
-            match self.judge(situation, &mut trial, resting) {
+            match self.verify(data, &mut trial, resting) {
                 Ok(Verdict::Stands(solved)) => return Ok(Choice { modes: trial, solved: *solved }),
                 Ok(Verdict::Change(interface, mode)) => {
-                    guilty = Some(interface);
+                    blocking = Some(interface);
                     trial[interface] = mode;
                 }
-                Err(unsolved) => return Err(Stuck { interface: guilty, unsolved: Some(unsolved) }),
+                Err(unsolved) => {
+                    return Err(NoModes { interface: blocking, unsolved: Some(unsolved) });
+                }
             }
         }
-        Err(Stuck { interface: guilty, unsolved: None })
+        Err(NoModes { interface: blocking, unsolved: None })
     }
 
-    /// All choices of sticking, sliding forward or backward, the most sticking first.
-    fn look_through(
-        &self,
-        situation: &Situation,
-        modes: &[InterfaceMode],
-        resting: &[usize],
-    ) -> Option<Choice> {
+    /// Enumerates sticking, sliding forward and sliding backward, those with most sticking first.
+    fn enumerate(&self, data: &Data, modes: &[InterfaceMode], resting: &[usize]) -> Option<Choice> {
         let count = resting.len() as u32;
-        if count == 0 || count > MOST {
+        if count == 0 || count > ENUMERATED {
             return None;
         }
         let single = |c: &usize| self.parameters.interfaces[*c].shape.has_one_dof();
@@ -216,7 +225,7 @@ impl Forward {
                 };
                 number /= 3;
             }
-            if let Ok(Verdict::Stands(solved)) = self.judge(situation, &mut trial, resting) {
+            if let Ok(Verdict::Stands(solved)) = self.verify(data, &mut trial, resting) {
                 return Some(Choice { modes: trial, solved: *solved });
             }
         }
@@ -224,8 +233,8 @@ impl Forward {
     }
 }
 
-/// All contacts at rest sticking.
-fn trial_of(modes: &[InterfaceMode], resting: &[usize]) -> Vec<InterfaceMode> {
+/// The modes with all interfaces at rest sticking.
+fn all_sticking(modes: &[InterfaceMode], resting: &[usize]) -> Vec<InterfaceMode> {
     let mut trial = modes.to_vec();
     for &interface in resting {
         trial[interface] = InterfaceMode::Sticks;
@@ -233,12 +242,13 @@ fn trial_of(modes: &[InterfaceMode], resting: &[usize]) -> Vec<InterfaceMode> {
     trial
 }
 
-/// Where the search ended without a choice.
-struct Stuck {
+/// End of a search without modes.
+struct NoModes {
     interface: Option<usize>,
     unsolved: Option<Unsolved>,
 }
 
+/// Numbers that identify the modes of the interfaces at rest, directions to a few digits.
 fn pattern(modes: &[InterfaceMode], resting: &[usize]) -> Vec<i64> {
     let of = |interface: &usize| match modes[*interface] {
         InterfaceMode::Smooth | InterfaceMode::Sticks => 0,

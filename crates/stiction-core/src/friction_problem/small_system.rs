@@ -1,22 +1,24 @@
-//! Small dense systems whose rows are stored in blocks of four numbers.
+//! Small dense linear systems, their rows stored in blocks of four numbers.
 
-use crate::forward::balance::Four;
-use crate::scalar::Scalar;
+use crate::scalar::{Lanes, Scalar};
 
-/// How many blocks of four numbers hold so many.
+/// Four numbers that are computed with side by side.
+pub(super) type Four = Lanes<f64, 4>;
+
+/// Number of blocks that hold `count` numbers, at least one.
 pub(super) fn blocks_of(count: usize) -> usize {
     count.div_ceil(4).max(1)
 }
 
-/// Puts numbers into blocks, the last filled up with zeros.
+/// Stores numbers in blocks, the last filled up with zeros.
 pub(super) fn pack(numbers: &[f64], blocks: &mut Vec<Four>) {
     blocks.clear();
     let of = |chunk: &[f64]| Four::from_fn(|l| chunk.get(l).copied().unwrap_or(0.0));
     blocks.extend(numbers.chunks(4).map(of));
 }
 
-/// Solves a small dense system in place, its rows in blocks of four and taken by their largest entries; whether the
-/// determinant is positive, or nothing where the matrix is singular.
+/// Solves a small dense system in place by Gaussian elimination with row pivoting; `right` becomes the solution. Returns
+/// whether the determinant is positive, or None if the matrix is singular.
 pub(super) fn solve_in_place(matrix: &mut [Four], right: &mut [f64]) -> Option<bool> {
     let n = right.len();
     let width = blocks_of(n);
@@ -47,7 +49,7 @@ pub(super) fn solve_in_place(matrix: &mut [Four], right: &mut [f64]) -> Option<b
         let (solved, rest) = right.split_at_mut(k + 1);
         for (other, right) in below.chunks_exact_mut(width).zip(rest) {
             let other = &mut other[block..];
-            // What stands before the pivot in its block is not read again.
+            // Entries before the pivot in its block are not read again.
             let amount = other[0].0[lane] / pivot;
             let amounts = Four::from_f64(amount);
             other.iter_mut().zip(row).for_each(|(x, r)| *x -= amounts * *r);
@@ -75,10 +77,10 @@ mod tests {
         #[test]
         fn small_systems_are_solved(
             numbers in prop::collection::vec(-1.0..1.0_f64, 25),
-            wanted in prop::collection::vec(-1.0..1.0_f64, 5),
+            solution in prop::collection::vec(-1.0..1.0_f64, 5),
         ) {
             let matrix = DMatrix::from_row_slice(5, 5, &numbers);
-            let right = &matrix * DVector::from_column_slice(&wanted);
+            let right = &matrix * DVector::from_column_slice(&solution);
             let determinant = matrix.determinant();
             prop_assume!(determinant.abs() > 1e-3);
             let (mut work, mut found) = (Vec::new(), right.as_slice().to_vec());
@@ -88,7 +90,7 @@ mod tests {
                 work.extend(blocks);
             }
             prop_assert_eq!(solve_in_place(&mut work, &mut found), Some(determinant > 0.0));
-            prop_assert!(found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-10));
+            prop_assert!(found.iter().zip(&solution).all(|(a, b)| (a - b).abs() < 1e-10));
         }
     }
 }

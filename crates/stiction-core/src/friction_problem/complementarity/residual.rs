@@ -1,32 +1,33 @@
-//! By how much the laws of all members are missed, and how that changes with the unknowns.
+//! Residual of the friction laws of all members, and its change with the unknowns.
 
-use super::laws::{Dry, Kind, Smooth};
-use super::problem::Cone;
-use crate::forward::affine_friction::norm;
+use super::laws::{DryFriction, MemberLaw, SmoothFriction};
+use super::problem::Complementarity;
 use crate::friction::Load;
+use crate::friction_problem::surface_vector::norm;
 
-/// Rates below this part of the largest without friction are rounding.
-const ROUNDING: f64 = 1e-14;
+/// Rates relative to the largest one without friction that count as round-off.
+const ROUND_OFF: f64 = 1e-14;
 
-/// How the laws are missed.
+/// Residual of the friction laws.
 pub(super) struct Residual {
-    /// Of each unknown, N.
+    /// Residual of each unknown, N.
     pub(super) values: Vec<f64>,
     /// The largest force, N.
     scale: f64,
-    /// The rates of what holds as part of the largest, times the slack; of all else infinite.
+    /// Rates of sticking members relative to the largest, times the slack; infinite for all others.
     rates: Vec<f64>,
-    /// Whether each member holds.
-    pub(super) holds: Vec<bool>,
+    /// True if each member sticks.
+    pub(super) sticks: Vec<bool>,
 }
 
 impl Residual {
+    /// Sum of the squares.
     pub(super) fn square(&self) -> f64 {
         self.values.iter().map(|x| x * x).sum()
     }
 
-    /// The worst of them as part of the largest force.
-    pub(super) fn missed(&self) -> f64 {
+    /// The largest residual relative to the largest force.
+    pub(super) fn relative(&self) -> f64 {
         let each = self.values.iter().zip(&self.rates);
         let worst = each.fold(0.0_f64, |m, (x, rate)| m.max(x.abs().min(rate * self.scale)));
         let sound = self.values.iter().all(|x| x.is_finite()) && self.scale.is_finite();
@@ -40,19 +41,18 @@ impl Residual {
     }
 }
 
-/// Where the laws are looked at.
-struct Place<'a> {
+/// Unknowns at which the laws are evaluated.
+struct Point<'a> {
     x: &'a [f64],
-    /// What coefficients of friction are multiplied by.
+    /// Part of the coefficients of friction.
     part: f64,
     rates: Vec<f64>,
-    /// The largest rate where none of the unknowns acts.
+    /// Largest rate without any friction of the members.
     largest: f64,
 }
 
-impl Cone<'_> {
-    /// How the laws are missed, coefficients of friction being `part` of their values; `matrix` becomes how that
-    /// changes with the unknowns, row by row.
+impl Complementarity<'_> {
+    /// Residual with a part of the coefficients of friction; `matrix` becomes its change with the unknowns, row by row.
     pub(super) fn residual(
         &self,
         x: &[f64],
@@ -61,81 +61,85 @@ impl Cone<'_> {
     ) -> Residual {
         let n = self.count();
         let mut rates = self.rates(x);
-        // Rates that are rounding are none: short steps would make large forces of them.
+        // Round-off of rates is set to zero: short steps would turn it into large forces.
         let largest = self.free.iter().fold(0.0_f64, |m, rate| m.max(rate.abs()));
-        rates.iter_mut().filter(|rate| rate.abs() < ROUNDING * largest).for_each(|r| *r = 0.0);
+        rates.iter_mut().filter(|rate| rate.abs() < ROUND_OFF * largest).for_each(|r| *r = 0.0);
         let mut residual = Residual {
             values: vec![0.0; n],
             scale: x.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs())),
             rates: vec![f64::INFINITY; n],
-            holds: vec![false; self.members.len()],
+            sticks: vec![false; self.members.len()],
         };
         if let Some(matrix) = matrix.as_deref_mut() {
             matrix.clear();
             matrix.resize(n * n, 0.0);
         }
-        let place = Place { x, part, rates, largest };
+        let point = Point { x, part, rates, largest };
         for (index, member) in self.members.iter().enumerate() {
             let matrix = matrix.as_deref_mut().map(Vec::as_mut_slice);
-            match &member.kind {
-                Kind::Slides(_) => self.look_at_sliding(&place, index, &mut residual, matrix),
-                Kind::Smooth(law) => {
-                    self.look_at_smooth(&place, index, &**law, &mut residual, matrix);
+            match &member.law {
+                MemberLaw::Sliding(_) => {
+                    self.evaluate_sliding(&point, index, &mut residual, matrix)
                 }
-                Kind::Dry(law) => self.look_at_dry(&place, index, *law, &mut residual, matrix),
+                MemberLaw::Smooth(law) => {
+                    self.evaluate_smooth(&point, index, &**law, &mut residual, matrix);
+                }
+                MemberLaw::Dry(law) => {
+                    self.evaluate_dry(&point, index, *law, &mut residual, matrix)
+                }
             }
         }
         residual
     }
 
-    fn load_at(&self, place: &Place<'_>, index: usize) -> Load<f64> {
-        self.load(index, place.x, self.wrench(index, place.x))
+    fn load_at(&self, point: &Point<'_>, index: usize) -> Load<f64> {
+        self.load(index, point.x, self.wrench(index, point.x))
     }
 
-    /// How a member's load changes with an unknown.
-    fn load_grows(&self, index: usize, load: &Load<f64>, unknown: usize) -> f64 {
-        load.gradient.power(self.push[index * self.count() + unknown])
+    /// Change of a member's normal load with an unknown.
+    fn load_slope(&self, index: usize, load: &Load<f64>, unknown: usize) -> f64 {
+        load.gradient.power(self.influence[index * self.count() + unknown])
     }
 
-    fn look_at_sliding(
+    fn evaluate_sliding(
         &self,
-        place: &Place<'_>,
+        point: &Point<'_>,
         index: usize,
         residual: &mut Residual,
         matrix: Option<&mut [f64]>,
     ) {
-        let (n, part) = (self.count(), place.part);
-        let load = self.load_at(place, index);
-        // Its unit is that of the full coefficient.
+        let (n, part) = (self.count(), point.part);
+        let load = self.load_at(point, index);
+        // The response is given for the full coefficient.
         let i = self.members[index].places.start;
         residual.scale = residual.scale.max(load.value.abs());
-        residual.values[i] = place.x[i] - part * load.value;
+        residual.values[i] = point.x[i] - part * load.value;
         let Some(matrix) = matrix else { return };
         for j in 0..n {
-            let grows = self.load_grows(index, &load, j);
-            matrix[i * n + j] = f64::from(u8::from(i == j)) - part * grows;
+            let slope = self.load_slope(index, &load, j);
+            matrix[i * n + j] = f64::from(u8::from(i == j)) - part * slope;
         }
     }
 
-    fn look_at_smooth(
+    fn evaluate_smooth(
         &self,
-        place: &Place<'_>,
+        point: &Point<'_>,
         index: usize,
-        law: &dyn Smooth,
+        law: &dyn SmoothFriction,
         residual: &mut Residual,
         matrix: Option<&mut [f64]>,
     ) {
-        let (n, part) = (self.count(), place.part);
-        let load = self.load_at(place, index);
+        let (n, part) = (self.count(), point.part);
+        let load = self.load_at(point, index);
         let places = self.members[index].places.clone();
         let count = places.len();
         let mut velocity = [0.0; 3];
-        velocity[..count].copy_from_slice(&place.rates[places.clone()]);
+        velocity[..count].copy_from_slice(&point.rates[places.clone()]);
         let at = |load: f64, v: [f64; 3]| law.friction(load, v).map(|f| part * f);
         let friction = at(load.value, velocity);
         let unit = at(load.value + 1.0, velocity);
         for (k, i) in places.clone().enumerate() {
-            residual.values[i] = place.x[i] - friction[k];
+            residual.values[i] = point.x[i] - friction[k];
         }
         let Some(matrix) = matrix else { return };
         let step = 1e-7 * norm(velocity).max(1e-6);
@@ -153,46 +157,46 @@ impl Cone<'_> {
             for j in 0..n {
                 let mut entry = f64::from(u8::from(i == j));
                 for (m, from) in places.clone().enumerate() {
-                    entry -= slope[k][m] * self.change[from * n + j];
+                    entry -= slope[k][m] * self.compliance[from * n + j];
                 }
-                entry -= (unit[k] - friction[k]) * self.load_grows(index, &load, j);
+                entry -= (unit[k] - friction[k]) * self.load_slope(index, &load, j);
                 matrix[i * n + j] = entry;
             }
         }
     }
 
-    fn look_at_dry(
+    fn evaluate_dry(
         &self,
-        place: &Place<'_>,
+        point: &Point<'_>,
         index: usize,
-        law: Dry,
+        law: DryFriction,
         residual: &mut Residual,
         matrix: Option<&mut [f64]>,
     ) {
         let n = self.count();
-        let Place { x, part, rates, largest } = place;
-        let load = self.load_at(place, index);
+        let Point { x, part, rates, largest } = point;
+        let load = self.load_at(point, index);
         let places = self.members[index].places.clone();
-        let (viscous, softness) = (law.viscous, self.softness(&places));
+        let (viscous, factor) = (law.viscous, self.rate_factor(&places));
         let mut dry = [0.0; 3];
         let mut tried = [0.0; 3];
         for (k, i) in places.clone().enumerate() {
             dry[k] = x[i] - viscous * rates[i];
-            tried[k] = dry[k] + softness * rates[i];
+            tried[k] = dry[k] + factor * rates[i];
         }
         let coefficient = part * law.coefficient(tried[0]);
         let most = coefficient * load.value;
         residual.scale = residual.scale.max(most.abs());
         let size = norm(tried);
-        let holds = size <= most;
-        residual.holds[index] = holds;
+        let sticks = size <= most;
+        residual.sticks[index] = sticks;
         for (k, i) in places.clone().enumerate() {
-            if holds && *largest > 0.0 {
+            if sticks && *largest > 0.0 {
                 let part = rates[i].abs() / largest;
                 residual.rates[i] = if part > 0.0 { self.slack * part } else { 0.0 };
             }
-            residual.values[i] = if holds {
-                -softness * rates[i]
+            residual.values[i] = if sticks {
+                -factor * rates[i]
             } else if most > 0.0 {
                 dry[k] - most * tried[k] / size
             } else {
@@ -201,11 +205,11 @@ impl Cone<'_> {
         }
         let Some(matrix) = matrix else { return };
         for j in 0..n {
-            let rate = |i: usize| self.change[i * n + j];
+            let rate = |i: usize| self.compliance[i * n + j];
             let own = |i: usize| f64::from(u8::from(i == j)) - viscous * rate(i);
-            if holds {
+            if sticks {
                 for i in places.clone() {
-                    matrix[i * n + j] = -softness * rate(i);
+                    matrix[i * n + j] = -factor * rate(i);
                 }
                 continue;
             }
@@ -218,13 +222,13 @@ impl Cone<'_> {
             let along: f64 = places
                 .clone()
                 .enumerate()
-                .map(|(k, i)| tried[k] / size * (own(i) + softness * rate(i)))
+                .map(|(k, i)| tried[k] / size * (own(i) + factor * rate(i)))
                 .sum();
-            let grows = coefficient * self.load_grows(index, &load, j);
+            let limit_slope = coefficient * self.load_slope(index, &load, j);
             for (k, i) in places.clone().enumerate() {
                 let unit = tried[k] / size;
-                let across = own(i) + softness * rate(i) - unit * along;
-                matrix[i * n + j] = own(i) - grows * unit - most / size * across;
+                let across = own(i) + factor * rate(i) - unit * along;
+                matrix[i * n + j] = own(i) - limit_slope * unit - most / size * across;
             }
         }
     }

@@ -1,0 +1,105 @@
+//! Passive spins without inertia: rotations of a single body about an axis without moment of inertia, as of a rod between
+//! two balls. They keep their rate, and no moment may act on them.
+
+use super::{Balance, Massless};
+use crate::forward::Forward;
+use crate::forward::constraint_jacobian::each_dof;
+use crate::forward::data::Data;
+use crate::kinematics::body_twists;
+use crate::spatial::{Twist, Vec3, Wrench};
+use crate::topology::Link;
+
+/// Relative moment about a spin without inertia that counts as zero: the threshold for its inertia leaves its axis
+/// uncertain by the root of that.
+const NEGLIGIBLE: f64 = 1e-6;
+/// Speed relative to the fastest body below which a body counts as at rest.
+const AT_REST: f64 = 1e-6;
+
+impl Balance {
+    /// Returns whether there are passive spins without inertia.
+    pub(in crate::forward) fn has_passive_spins(&self) -> bool {
+        !self.passive_spins.is_empty()
+    }
+
+    /// Checks that nothing acts on passive spins without inertia: no load and inertia force, or no joint wrench if
+    /// one is given.
+    ///
+    /// # Errors
+    /// The body on whose spin something acts; its acceleration is not defined.
+    pub(in crate::forward) fn check_passive_spins(
+        &self,
+        model: &Forward,
+        data: &Data,
+        effort: Option<(usize, Wrench<f64>)>,
+    ) -> Result<(), Massless> {
+        for rates in &self.passive_spins {
+            let (mut sum, mut size) = (0.0, 0.0);
+            match effort {
+                None => {
+                    for (rate, bias) in rates.iter().zip(&data.masses.bias) {
+                        sum += rate * bias;
+                        size += (rate * bias).abs();
+                    }
+                    let moments = data.masses.bias_wrenches.iter().map(|w| w.moment.norm());
+                    size = moments.fold(size, f64::max);
+                }
+                Some((joint, wrench)) => {
+                    each_dof(&model.topology, joint, |tree_dof, sign| {
+                        sum += sign * data.bodies.screws[tree_dof].power(wrench) * rates[tree_dof];
+                    });
+                    size = wrench.moment_about(data.bodies.frame_j[joint].position).norm();
+                }
+            }
+            if sum.abs() > NEGLIGIBLE * size {
+                return Err(Massless { body: fastest_body(model, data, rates).0 });
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes from accelerations of the tree the part that changes the rates of passive spins without inertia.
+    pub(in crate::forward) fn keep_passive_spins(
+        &self,
+        model: &Forward,
+        data: &Data,
+        accelerations: &mut [f64],
+    ) {
+        let (topology, bodies) = (&model.topology, &data.bodies);
+        for rates in &self.passive_spins {
+            let (body, _) = fastest_body(model, data, rates);
+            let angular = |amounts: &[f64]| {
+                let mut sum = Vec3::zero();
+                let mut next = topology.node_of_body[body].map(|node| &topology.nodes[node]);
+                while let Some(node) = next {
+                    for tree_dof in node.tree_dofs.clone() {
+                        sum += bodies.screws[tree_dof].angular * amounts[tree_dof];
+                    }
+                    next = match node.link {
+                        Link::Joint { .. } => node.parent.map(|parent| &topology.nodes[parent]),
+                        Link::Floating => None,
+                    };
+                }
+                sum
+            };
+            let axis = angular(rates);
+            let square = axis.norm_squared();
+            if square > 0.0 {
+                let acceleration = angular(accelerations) + bodies.bias[body].angular;
+                let amount = acceleration.dot(axis) / square;
+                accelerations.iter_mut().zip(rates).for_each(|(a, rate)| *a -= amount * rate);
+            }
+        }
+    }
+}
+
+/// The body that moves fastest at these rates of the tree, and whether it alone moves and turns.
+pub(super) fn fastest_body(model: &Forward, data: &Data, rates: &[f64]) -> (usize, bool) {
+    let twists = body_twists(&model.topology, &data.bodies, rates);
+    let size = |twist: &Twist<f64>| model.twist_rate(twist);
+    let fastest = (0..twists.len()).max_by(|a, b| size(&twists[*a]).total_cmp(&size(&twists[*b])));
+    let Some(fastest) = fastest else { return (0, false) };
+    let least = AT_REST * size(&twists[fastest]);
+    let turns = twists[fastest].angular.norm() > least;
+    let alone = twists.iter().filter(|twist| size(twist) > least).count() == 1;
+    (fastest, turns && alone)
+}

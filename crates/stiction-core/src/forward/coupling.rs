@@ -1,0 +1,209 @@
+//! Friction and reactions together, with accelerations unknown.
+//!
+//! Joint wrenches, with the accelerations that they cause, are affine in the normal loads of the interfaces, so the normal
+//! loads are the unknowns of a [`LoadProblem`].
+//!
+//! Equation (D3) of the book's theory.
+
+use super::Forward;
+use super::affine_friction::AffineFriction;
+use super::balance::{Balance, Four, Response, Workspace};
+use super::data::Data;
+use crate::friction_problem::continuation::{Lock, StepPolicy};
+use crate::friction_problem::influence::Influence;
+use crate::friction_problem::load_problem::{LoadProblem, LoadWorkspace};
+use crate::friction_problem::newton::{UNBOUNDED, largest};
+use crate::random::Random;
+use crate::spatial::{Vec3, Wrench};
+
+/// Steps of the continuation, which every search for modes repeats.
+const STEPS: StepPolicy =
+    StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-6 };
+/// Starts of the search for other solutions.
+const STARTS: u32 = 24;
+/// Relative difference of the normal loads below which two solutions are one.
+const SAME: f64 = 1e-7;
+
+/// Accelerations and reactions with friction.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Coupled {
+    pub(super) response: Response,
+    /// Normal load of each interface, N.
+    pub(super) loads: Vec<f64>,
+}
+
+/// The normal loads as a problem, and what follows from them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Coupling {
+    /// Wrenches in the joints that do not depend on normal loads: of actuators and friction.
+    constant: Vec<(usize, Wrench<f64>)>,
+    /// The response to these.
+    base: Response,
+    problem: LoadProblem,
+    /// Friction wrench per newton of each unknown normal load.
+    units: Vec<(usize, Wrench<f64>)>,
+    one: Response,
+    all: Vec<(usize, Wrench<f64>)>,
+    workspace: LoadWorkspace,
+}
+
+/// Responses of the decomposed balance to the friction of one newton of each normal load.
+struct Responses<'a> {
+    model: &'a Forward,
+    data: &'a Data,
+    balance: &'a Balance,
+    units: &'a [(usize, Wrench<f64>)],
+    one: &'a mut Response,
+    workspace: &'a mut Workspace,
+}
+
+impl Influence for Responses<'_> {
+    fn visit(&mut self, mut put: impl FnMut(usize, usize, Wrench<f64>)) {
+        let Self { model, data, balance, units, one, workspace } = self;
+        if balance.is_redundant() {
+            for (column, &unit) in units.iter().enumerate() {
+                balance.respond_into(model, data, &[unit], false, workspace, one);
+                let rows = units.iter().enumerate();
+                rows.for_each(|(row, (joint, _))| put(row, column, one.wrenches[*joint]));
+            }
+            return;
+        }
+        for (block, four) in units.chunks(4).enumerate() {
+            let wrenches = balance.respond_to_four(model, data, four, workspace);
+            for (row, (joint, _)) in units.iter().enumerate() {
+                let Wrench { force, moment } = wrenches[*joint];
+                for lane in 0..four.len() {
+                    let of = |v: Vec3<Four>| Vec3::new(v.x.0[lane], v.y.0[lane], v.z.0[lane]);
+                    let wrench = Wrench { force: of(force), moment: of(moment) };
+                    put(row, 4 * block + lane, wrench);
+                }
+            }
+        }
+    }
+}
+
+impl Coupling {
+    /// Sets up the problem; `efforts` are the wrenches of actuators.
+    pub(super) fn update(
+        &mut self,
+        (model, data): (&Forward, &Data),
+        frictions: &[AffineFriction],
+        balance: &Balance,
+        efforts: &[(usize, Wrench<f64>)],
+        workspace: &mut Workspace,
+    ) {
+        let Self { constant, base, problem, units, one, .. } = self;
+        let wrench = |interface: usize, part: [f64; 3]| {
+            let content = &model.parameters.interfaces[interface];
+            let wrench = data.bodies.wrench_of(&model.topology, content, part.map(|x| -x));
+            (content.joint, wrench)
+        };
+        constant.clear();
+        constant.extend_from_slice(efforts);
+        for (interface, friction) in frictions.iter().enumerate() {
+            if friction.constant != [0.0; 3] {
+                constant.push(wrench(interface, friction.constant));
+            }
+        }
+        balance.respond_into(model, data, constant, true, workspace, base);
+        problem.clear();
+        units.clear();
+        for (interface, friction) in frictions.iter().enumerate() {
+            if friction.per_load != [0.0; 3] {
+                let unit = wrench(interface, friction.per_load);
+                problem.add(interface, friction.own, base.wrenches[unit.0]);
+                units.push(unit);
+            }
+        }
+        let mut responses = Responses { model, data, balance, units, one, workspace };
+        problem.set_influence(&mut responses);
+    }
+
+    /// Solves near `known` normal loads (one for each interface) if there is a solution there, else by continuation from
+    /// the frictionless solution.
+    pub(super) fn solve(
+        &mut self,
+        (model, data): (&Forward, &Data),
+        frictions: &[AffineFriction],
+        balance: &Balance,
+        known: Option<&[f64]>,
+        (workspace, coupled): (&mut Workspace, &mut Coupled),
+    ) -> Result<(), Lock> {
+        let at = model.configuration(data);
+        self.problem.solve(at, known, STEPS, &mut self.workspace)?;
+        self.complete((model, data), frictions, balance, workspace, coupled);
+        Ok(())
+    }
+
+    /// Bound on the coupling of friction and normal loads: below one the solution is the only one.
+    pub(super) fn bound(&mut self, model: &Forward, data: &Data) -> f64 {
+        self.problem.coupling_bound(model.configuration(data), &mut self.workspace)
+    }
+
+    /// Solutions from many starts that differ from `known`.
+    pub(super) fn others(
+        &mut self,
+        (model, data): (&Forward, &Data),
+        frictions: &[AffineFriction],
+        balance: &Balance,
+        known: &Coupled,
+        workspace: &mut Workspace,
+    ) -> Vec<Coupled> {
+        let at = model.configuration(data);
+        let mut start = Vec::new();
+        self.problem.uncoupled_loads(at, &mut start);
+        let size = largest(&start).max(f64::MIN_POSITIVE);
+        let mut found: Vec<Coupled> = Vec::new();
+        let mut random = Random::new(1);
+        for k in 0..STARTS {
+            let reach = size * 3f64.powi(k as i32 / 4 + 1);
+            let mut loads: Vec<f64> =
+                start.iter().map(|_| random.vector().x.abs() * reach).collect();
+            if !self.problem.solve_from(at, &mut loads, UNBOUNDED * size, &mut self.workspace) {
+                continue;
+            }
+            self.workspace.loads = loads;
+            let mut other = Coupled::default();
+            self.complete((model, data), frictions, balance, workspace, &mut other);
+            let differs = |a: &Coupled| {
+                let largest = a.loads.iter().chain(&other.loads).fold(0.0_f64, |m, x| m.max(*x));
+                a.loads.iter().zip(&other.loads).any(|(x, y)| (x - y).abs() > SAME * largest)
+            };
+            if differs(known) && found.iter().all(differs) {
+                found.push(other);
+            }
+        }
+        found
+    }
+
+    /// Computes accelerations and reactions from the normal loads that are solved for.
+    fn complete(
+        &mut self,
+        (model, data): (&Forward, &Data),
+        frictions: &[AffineFriction],
+        balance: &Balance,
+        workspace: &mut Workspace,
+        coupled: &mut Coupled,
+    ) {
+        let Coupled { response, loads: found } = coupled;
+        let loads = &self.workspace.loads;
+        if self.units.is_empty() {
+            response.clone_from(&self.base);
+        } else {
+            self.all.clone_from(&self.constant);
+            let units = self.units.iter().zip(loads);
+            self.all.extend(units.map(|(&(joint, unit), load)| (joint, unit * *load)));
+            balance.respond_into(model, data, &self.all, true, workspace, response);
+        }
+        let at = model.configuration(data);
+        found.clear();
+        let mut solved = self.problem.interfaces().zip(loads).peekable();
+        for (interface, friction) in frictions.iter().enumerate() {
+            let wrench = response.wrenches[at.joint(interface)];
+            found.push(match solved.next_if(|(next, _)| *next == interface) {
+                Some((_, load)) => *load,
+                None => at.normal_load(interface, wrench, friction.own).value,
+            });
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! Directions of slip onset: those of balls and plates are the directions of their surface acceleration.
+
+use crate::forward::Forward;
+use crate::forward::affine_friction::{InterfaceMode, norm};
+use crate::forward::data::Data;
+use crate::forward::solve::{Solved, Unsolved};
+use crate::kinematics::Bodies;
+use nalgebra::{Matrix3, Vector3};
+
+/// Acceleration relative to the largest one that counts as round-off.
+const ROUND_OFF: f64 = 1e-10;
+/// Change of a direction at which it is found.
+const SETTLED: f64 = 1e-12;
+/// Passes of the iteration of directions.
+const PASSES: usize = 40;
+
+impl Forward {
+    /// Solves with given modes, turning the directions of balls and plates at slip onset into those of their acceleration.
+    /// Also returns an interface that would slide backward.
+    pub(super) fn solve_directions(
+        &self,
+        data: &Data,
+        trial: &mut [InterfaceMode],
+        resting: &[usize],
+    ) -> Result<(Solved, Option<usize>), Unsolved> {
+        for pass in 0..PASSES {
+            let solved = self.solve(data, trial, None, true)?;
+            let accelerated = self.accelerated_by(data, &solved);
+            let mut turned = 0.0_f64;
+            for &interface in resting {
+                let (InterfaceMode::AtLimit(direction) | InterfaceMode::Slides(direction)) =
+                    trial[interface]
+                else {
+                    continue;
+                };
+                let Some(onset) = self.slip_onset(&accelerated, &solved, interface) else {
+                    continue;
+                };
+                let along: f64 = onset.iter().zip(direction).map(|(a, d)| a * d).sum();
+                let single = self.parameters.interfaces[interface].shape.has_one_dof();
+                if along < 0.0 && (single || pass > 3) {
+                    return Ok((solved, Some(interface)));
+                }
+                if single {
+                    continue;
+                }
+                let next = self.direction(data, &solved, interface, onset);
+                turned = turned.max(norm([0, 1, 2].map(|i| next[i] - direction[i])));
+                trial[interface] = match trial[interface] {
+                    InterfaceMode::Slides(_) => InterfaceMode::Slides(next),
+                    _ => InterfaceMode::AtLimit(next),
+                };
+            }
+            if turned < SETTLED || pass + 1 == PASSES {
+                return Ok((solved, None));
+            }
+        }
+        let solved = self.solve(data, trial, None, true)?;
+        Ok((solved, None))
+    }
+
+    /// Direction of slip onset of a ball or plate, for given normal load and other interfaces. With `K`, by which one newton
+    /// of friction lowers the surface acceleration, the acceleration `a` without friction, and friction of size `c`, it is
+    /// `d = (x + c K)^-1 a` with the acceleration `x` that makes its length one.
+    fn direction(
+        &self,
+        data: &Data,
+        solved: &Solved,
+        interface: usize,
+        onset: [f64; 3],
+    ) -> [f64; 3] {
+        let content = &self.parameters.interfaces[interface];
+        let arms = content.arms(self.parameters.pitch[content.joint]);
+        let mut lowered = Matrix3::zeros();
+        for (column, wrench) in self.unit_frictions(&data.bodies, interface).into_iter().enumerate()
+        {
+            let response = solved.balance.respond(self, data, &[(content.joint, wrench)], false);
+            for row in 0..3 {
+                lowered[(row, column)] =
+                    -self.surface_rate(&data.bodies, &response.accelerations, interface, row);
+            }
+        }
+        let load = solved.coupled.loads[interface];
+        let friction = solved.frictions[interface].at_surface(arms, load);
+        let size = norm(friction);
+        let free = Vector3::from(onset) + lowered * Vector3::from(friction);
+        let along = |x: f64| {
+            let matrix = lowered * size + Matrix3::identity() * x;
+            matrix.lu().solve(&free).unwrap_or_else(Vector3::zeros)
+        };
+        // Between zero and the acceleration without friction.
+        let (mut low, mut high) = (0.0, free.norm());
+        for _ in 0..2000 {
+            let middle = if low > 0.0 { (low * high).sqrt() } else { 1e-3 * high };
+            if !(middle > low && middle < high) || high < 1e-300 {
+                break;
+            }
+            if along(middle).norm() > 1.0 {
+                low = middle
+            } else {
+                high = middle
+            }
+            if low > 0.0 && high - low <= 1e-15 * high {
+                break;
+            }
+        }
+        let found = along(high);
+        let length = found.norm();
+        if length > 0.0 { (found / length).into() } else { onset.map(|a| a / norm(onset)) }
+    }
+
+    /// The bodies with the accelerations of a solution.
+    pub(super) fn accelerated_by(&self, data: &Data, solved: &Solved) -> Bodies<f64> {
+        self.accelerated(&data.bodies, &solved.coupled.response.accelerations)
+    }
+
+    /// Surface acceleration of an interface, m/s^2, if it exceeds round-off; `accelerated` are the bodies with the
+    /// accelerations of the solution.
+    pub(super) fn slip_onset(
+        &self,
+        accelerated: &Bodies<f64>,
+        solved: &Solved,
+        interface: usize,
+    ) -> Option<[f64; 3]> {
+        let accelerations = &solved.coupled.response.accelerations;
+        let onset = self.surface_acceleration(accelerated, interface);
+        (norm(onset) > self.rounding_of_onset(accelerations, interface)).then_some(onset)
+    }
+
+    /// Round-off of an interface's surface acceleration, m/s^2.
+    pub(in crate::forward) fn rounding_of_onset(
+        &self,
+        accelerations: &[f64],
+        interface: usize,
+    ) -> f64 {
+        let parameters = &self.parameters;
+        let content = &parameters.interfaces[interface];
+        let largest = accelerations
+            .iter()
+            .zip(&self.columns)
+            .fold(parameters.gravity.norm() / parameters.length, |m, (a, c)| m.max((a / c).abs()));
+        let arm = content.arms(parameters.pitch[content.joint])[0].min(parameters.length);
+        ROUND_OFF * largest * arm
+    }
+}

@@ -1,0 +1,59 @@
+//! Interfaces that cannot stick although their joint is at rest: at a dead centre.
+//!
+//! There the rate of the joint is zero whatever the mechanism does, but an instant later it is not. Sticking then contradicts
+//! the loops: its row depends on theirs, but needs another value than they give. With a self-stress `y` of the rows,
+//! `y^T J = 0`, accelerations with `J a = r` exist only if `y^T r = 0`; otherwise a sticking interface in the self-stress
+//! moves, by `-y^T r / y_k`.
+
+use crate::forward::Forward;
+use crate::forward::data::Data;
+use crate::forward::solve::{Solved, StickingDof};
+
+/// Contradiction relative to the squares of rates that counts as round-off.
+const ROUND_OFF: f64 = 1e-6;
+/// Relative part in a self-stress below which a DOF does not belong to it.
+const PART: f64 = 1e-6;
+
+impl Forward {
+    /// Finds a sticking interface that must move, with the direction.
+    pub(in crate::forward) fn instantaneous_lock(
+        &self,
+        data: &Data,
+        solved: &Solved,
+    ) -> Option<(usize, [f64; 3])> {
+        let (rows, stresses) =
+            (&solved.balance.rows.rows, &solved.balance.redundancy.self_stresses);
+        if solved.sticking.is_empty() || stresses.is_empty() {
+            return None;
+        }
+        let first = self.topology.constraints;
+        let square = self.fastest(data).powi(2);
+        for stress in stresses {
+            let each = rows.iter().zip(&stress.multipliers);
+            // Multipliers over scales belong to values times scales.
+            let (mut sum, mut largest) = (0.0, 0.0_f64);
+            for (row, amount) in each {
+                sum += amount * row.right;
+                largest = largest.max((amount / row.scale).abs());
+            }
+            if sum.abs() <= ROUND_OFF * square * largest {
+                continue;
+            }
+            let amount = |dof: &StickingDof| {
+                stress.multipliers[first + dof.row] / rows[first + dof.row].scale
+            };
+            let dofs = solved.sticking.iter();
+            let Some(dof) = dofs.max_by(|a, b| amount(a).abs().total_cmp(&amount(b).abs())) else {
+                continue;
+            };
+            if amount(dof).abs() <= PART * largest {
+                continue;
+            }
+            let moves = -sum / stress.multipliers[first + dof.row];
+            let mut direction = [0.0; 3];
+            direction[dof.place] = moves.signum();
+            return Some((dof.interface, direction));
+        }
+        None
+    }
+}

@@ -1,0 +1,152 @@
+//! Verification of given modes against the friction laws.
+
+use crate::forward::Forward;
+use crate::forward::affine_friction::{InterfaceMode, norm};
+use crate::forward::data::Data;
+use crate::forward::solve::{Solved, Unsolved};
+
+/// Relative excess of friction over its limit that counts as round-off of the reactions.
+const EXCESS: f64 = 1e-10;
+
+/// Result of a verification.
+pub(super) enum Verdict {
+    /// The modes satisfy all laws.
+    Stands(Box<Solved>),
+    /// This interface has another mode.
+    Change(usize, InterfaceMode),
+}
+
+impl Forward {
+    /// Solves with given modes of the interfaces at rest and checks the laws. The mode of interfaces at their limit that
+    /// begin to slide becomes sliding.
+    pub(super) fn verify(
+        &self,
+        data: &Data,
+        trial: &mut [InterfaceMode],
+        resting: &[usize],
+    ) -> Result<Verdict, Unsolved> {
+        let (mut solved, reversed) = self.solve_directions(data, trial, resting)?;
+        if let Some(interface) = reversed {
+            return Ok(Verdict::Change(interface, InterfaceMode::Sticks));
+        }
+        let accelerated = self.accelerated_by(data, &solved);
+        let begins = |c: usize| self.slip_onset(&accelerated, &solved, c).is_some();
+        let slips = |c: &usize| matches!(trial[*c], InterfaceMode::AtLimit(_)) && begins(*c);
+        let slides: Vec<usize> = resting.iter().copied().filter(slips).collect();
+        if !slides.is_empty() {
+            // They slide with sliding friction; where that is less they accelerate even more.
+            let kept = trial.to_vec();
+            for &interface in &slides {
+                if let InterfaceMode::AtLimit(direction) = trial[interface] {
+                    trial[interface] = InterfaceMode::Slides(direction);
+                }
+            }
+            let (again, reversed) = self.solve_directions(data, trial, resting)?;
+            if let Some(interface) = reversed {
+                trial.copy_from_slice(&kept);
+                return Ok(Verdict::Change(interface, InterfaceMode::Sticks));
+            }
+            solved = again;
+        }
+        if let Some(weaker) = self.weaken(data, trial, resting) {
+            solved = weaker;
+        }
+        let worst = self.beyond_limit(data, trial, &solved, resting);
+        Ok(match worst {
+            None => Verdict::Stands(Box::new(solved)),
+            Some((interface, friction)) => {
+                // Friction is given in the direction of the sliding that it resists.
+                let size = norm(friction);
+                Verdict::Change(interface, InterfaceMode::AtLimit(friction.map(|f| f / size)))
+            }
+        })
+    }
+
+    /// Lets interfaces at their limit slide if sliding friction is less than static friction. Slip onset under a steadily
+    /// changing load has no acceleration with the friction at the limit, but has one with the friction of sliding.
+    /// None if other constraints prevent the sliding.
+    fn weaken(
+        &self,
+        data: &Data,
+        trial: &mut [InterfaceMode],
+        resting: &[usize],
+    ) -> Option<Solved> {
+        let mut weak = resting.to_vec();
+        weak.retain(|&c| match trial[c] {
+            InterfaceMode::AtLimit(d) => {
+                !self.parameters.interfaces[c].law_towards(d[0]).slides_as_at_its_limit()
+            }
+            _ => false,
+        });
+        while !weak.is_empty() {
+            let mut slides = trial.to_vec();
+            for &interface in &weak {
+                if let InterfaceMode::AtLimit(direction) = trial[interface] {
+                    slides[interface] = InterfaceMode::Slides(direction);
+                }
+            }
+            let (solved, reversed) = self.solve_directions(data, &mut slides, resting).ok()?;
+            let count = weak.len();
+            let accelerated = self.accelerated_by(data, &solved);
+            weak.retain(|&c| {
+                reversed != Some(c) && self.slip_onset(&accelerated, &solved, c).is_some()
+            });
+            if weak.len() < count {
+                continue;
+            }
+            if reversed.is_none() {
+                trial.copy_from_slice(&slides);
+            }
+            return reversed.is_none().then_some(solved);
+        }
+        None
+    }
+
+    /// Finds the sticking interface that exceeds its limit most, with its friction; or one that cannot stick at all, with
+    /// the direction in which it moves: at a dead centre a slider is at rest, but the motion of the mechanism moves it on.
+    pub(super) fn beyond_limit(
+        &self,
+        data: &Data,
+        trial: &[InterfaceMode],
+        solved: &Solved,
+        resting: &[usize],
+    ) -> Option<(usize, [f64; 3])> {
+        // The row of a sticking interface may depend on other constraints; then it may not be satisfied.
+        if solved.balance.is_redundant() {
+            if let Some((interface, direction)) = self.instantaneous_lock(data, solved)
+                && resting.contains(&interface)
+            {
+                return Some((interface, direction));
+            }
+            let sticking =
+                resting.iter().filter(|&&interface| trial[interface] == InterfaceMode::Sticks);
+            let accelerated = self.accelerated_by(data, solved);
+            let onset = |c: usize| self.slip_onset(&accelerated, solved, c).map(|onset| (c, onset));
+            let mut moving = sticking.filter_map(|&c| onset(c));
+            if let Some(found) = moving.next() {
+                return Some(found);
+            }
+        }
+        let mut interfaces = Vec::with_capacity(trial.len());
+        self.interfaces_into(data, trial, solved, &mut interfaces);
+        let mut worst: Option<(f64, usize)> = None;
+        for &interface in resting {
+            if trial[interface] != InterfaceMode::Sticks {
+                continue;
+            }
+            let now = &interfaces[interface];
+            let (friction, limit) = (norm(now.friction), now.limit * data.limit_factor);
+            let excess = friction - limit * (1.0 + EXCESS);
+            // Round-off of forces exceeds no limit.
+            let size = solved.coupled.response.wrenches.iter().map(|w| w.force.norm());
+            let rounding = 1e-13 * size.fold(0.0, f64::max);
+            if excess > rounding {
+                let ratio = if limit > 0.0 { friction / limit } else { f64::INFINITY };
+                if worst.is_none_or(|(w, _)| ratio > w) {
+                    worst = Some((ratio, interface));
+                }
+            }
+        }
+        worst.map(|(_, interface)| (interface, interfaces[interface].friction))
+    }
+}

@@ -1,0 +1,124 @@
+//! The friction law of one member with the frictions of all others fixed.
+
+use super::laws::SmoothFriction;
+use crate::friction_problem::surface_vector::norm;
+use nalgebra::{Matrix3, Vector3};
+use std::ops::Range;
+
+/// Response of one member to its own friction: `rates = free - V diag(values) V^T friction` with `V` orthogonal.
+pub(super) struct LocalResponse {
+    pub(super) vectors: Matrix3<f64>,
+    pub(super) values: Vector3<f64>,
+}
+
+impl LocalResponse {
+    /// Decomposes the block of a member in the matrix of `n` unknowns.
+    pub(super) fn new(compliance: &[f64], places: &Range<usize>, n: usize) -> Self {
+        let count = places.len();
+        let entry = |i: usize, j: usize| match (i < count, j < count) {
+            (true, true) => -compliance[(places.start + i) * n + places.start + j],
+            _ => 0.0,
+        };
+        // Symmetric but for round-off.
+        let block = Matrix3::from_fn(|i, j| 0.5 * (entry(i, j) + entry(j, i)));
+        let eigen = block.symmetric_eigen();
+        let least = 1e-13 * eigen.eigenvalues.amax();
+        let values = eigen.eigenvalues.map(|value| if value > least { value } else { 0.0 });
+        Self { vectors: eigen.eigenvectors, values }
+    }
+
+    /// Friction of this member by Coulomb's law: at most `most`, where the rate without it is `free`; near `before` where
+    /// it is not unique.
+    pub(super) fn dry_friction(
+        &self,
+        free: [f64; 3],
+        most: f64,
+        viscous: f64,
+        before: [f64; 3],
+    ) -> [f64; 3] {
+        if most <= 0.0 {
+            return [0.0; 3];
+        }
+        // Viscous friction lowers the rates, and their change with the dry friction.
+        let damped = self.values.map(|w| 1.0 / (1.0 + viscous * w));
+        let values = self.values.component_mul(&damped);
+        let free = (self.vectors.transpose() * Vector3::from(free)).component_mul(&damped);
+        let before = self.vectors.transpose() * Vector3::from(before);
+        let sticking = Vector3::from_fn(|k, _| match values[k] {
+            0.0 => before[k],
+            w => free[k] / w,
+        });
+        let bounded = |g: Vector3<f64>| g.norm() <= most;
+        let can_stick = values.iter().zip(free.iter()).all(|(w, b)| *w > 0.0 || *b == 0.0);
+        if can_stick && bounded(sticking) {
+            return (self.vectors * sticking).into();
+        }
+        // Sliding at the speed `x` in the direction `d`: `(x + most W) d = free`.
+        let direction = |x: f64| {
+            Vector3::from_fn(|k, _| {
+                let divisor = x + most * values[k];
+                if divisor > 0.0 { free[k] / divisor } else { 0.0 }
+            })
+        };
+        let (mut low, mut high) = (0.0, free.norm());
+        if direction(0.0).norm() > 1.0 || !can_stick {
+            for _ in 0..200 {
+                let middle = if low > 0.0 { (low * high).sqrt() } else { 1e-3 * high };
+                if !(middle > low && middle < high) || high < 1e-300 || high - low <= 1e-15 * high {
+                    break;
+                }
+                if direction(middle).norm() > 1.0 { low = middle } else { high = middle }
+            }
+        } else {
+            high = 0.0;
+        }
+        (self.vectors * (direction(high) * most)).into()
+    }
+}
+
+/// Friction of a smooth law where the velocity is `free - friction / factor`.
+pub(super) fn smooth_friction(
+    law: &dyn SmoothFriction,
+    load: f64,
+    free: [f64; 3],
+    factor: f64,
+    start: [f64; 3],
+    count: usize,
+) -> [f64; 3] {
+    if factor <= 0.0 {
+        return law.friction(load, start);
+    }
+    // Friction grows with the velocity, so a step short enough always lowers the error.
+    let mut velocity = start;
+    let mut damping = 1.0;
+    let mut before = f64::INFINITY;
+    for _ in 0..30 {
+        let friction = law.friction(load, velocity);
+        let mut error = [0.0; 3];
+        for k in 0..count {
+            error[k] = velocity[k] - free[k] + friction[k] / factor;
+        }
+        let size = norm(error);
+        if size <= 1e-12 * norm(free) {
+            break;
+        }
+        // The slope along the error.
+        let step = 1e-6 * size;
+        let ahead = law.friction(load, [0, 1, 2].map(|k| velocity[k] + step * error[k] / size));
+        let slope: f64 =
+            (0..count).map(|k| (ahead[k] - friction[k]) / step * error[k] / size).sum();
+        if size > before {
+            damping *= 0.5;
+        }
+        before = size;
+        let by = damping / (1.0 + slope.max(0.0) / factor);
+        for k in 0..count {
+            velocity[k] -= by * error[k];
+        }
+    }
+    let mut friction = [0.0; 3];
+    for k in 0..count {
+        friction[k] = (free[k] - velocity[k]) * factor;
+    }
+    friction
+}

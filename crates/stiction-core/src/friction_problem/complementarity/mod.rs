@@ -1,0 +1,161 @@
+//! Frictions of many interfaces that satisfy all friction laws at once: a nonlinear complementarity problem.
+//!
+//! The unknowns are frictions `f` at the surfaces. Surface rates `b` (accelerations, or velocities at the end of a step)
+//! and joint wrenches are affine in them; normal loads `N` are norms of the wrenches. A dry interface satisfies
+//!
+//! ```text
+//! f = projection of (f + rho b) onto |f| <= mu N(f)
+//! ```
+//!
+//! which is all of Coulomb's law: friction is within its limit where the interface sticks, and at its limit against the
+//! sliding where it slides. Balls and plates have three components, other interfaces one.
+//!
+//! The projected Gauss-Seidel method visits one interface after the other; it descends from any start, but slowly. Newton's
+//! method on the nonsmooth equations (Alart and Curnier 1991) converges fast near a solution. Its steps are the shortest
+//! ones where self-stresses leave frictions open, so it finds a solution near the start. Where both fail, the solution is
+//! followed from no friction.
+//!
+//! Equation (D5) of the book's theory.
+
+mod laws;
+mod local;
+mod newton;
+mod problem;
+mod projection;
+mod residual;
+
+pub(crate) use laws::{DryFriction, MemberLaw, SmoothFriction};
+pub(crate) use problem::{Complementarity, Member};
+
+use super::continuation::{self, Branch, StepPolicy};
+
+/// Residual of the laws relative to the largest force at which a solution is found.
+const SETTLED: f64 = 1e-12;
+/// Sweeps before Newton's method is tried again; twice as many after each failure.
+const SWEEPS: usize = 40;
+const ROUNDS: usize = 6;
+/// Factors of the rates in Newton's method, tried in this order, relative to the effective mass of each member's lightest
+/// direction: a rod between balls spins far more easily than it swings.
+const STIFFNESSES: [f64; 3] = [1.0, 30.0, 1000.0];
+/// Steps of the continuation from no friction.
+const STEPS: StepPolicy =
+    StepPolicy { first: 0.1, growth: 1.5, longest: f64::INFINITY, shortest: 1e-4 };
+
+/// A solution.
+#[derive(Clone, Debug)]
+pub(crate) struct Solution {
+    /// Frictions at the surfaces, and normal loads of sliding members, N.
+    pub(crate) amounts: Vec<f64>,
+    /// Surface rates.
+    pub(crate) rates: Vec<f64>,
+    /// Normal load of each member, N.
+    pub(crate) loads: Vec<f64>,
+    /// Largest residual of the laws relative to the largest force.
+    pub(crate) residual: f64,
+    /// True if each member sticks.
+    pub(crate) sticks: Vec<bool>,
+}
+
+impl Complementarity<'_> {
+    /// Solves from a start; None if no solution is found.
+    pub(crate) fn solve(&mut self, start: &[f64]) -> Option<Solution> {
+        if self.count() == 0 {
+            return Some(self.complete(Vec::new()));
+        }
+        let mut x = start.to_vec();
+        let mut found = self.newton_from(&x);
+        for round in 0..ROUNDS {
+            if found.is_some() {
+                break;
+            }
+            self.project(&mut x, 1.0, SWEEPS << round);
+            if x.iter().any(|x| !x.is_finite()) {
+                break;
+            }
+            found = self.newton_from(&x);
+        }
+        let x = match found {
+            Some(x) => x,
+            None => self.follow_friction()?,
+        };
+        Some(self.complete(x))
+    }
+
+    /// The interface whose law has the largest residual where the projected Gauss-Seidel method ends.
+    pub(crate) fn worst(&self, start: &[f64]) -> Option<usize> {
+        let mut x = start.to_vec();
+        self.project(&mut x, 1.0, 4 * SWEEPS);
+        if x.iter().any(|x| !x.is_finite()) {
+            x.fill(0.0);
+        }
+        let values = self.residual(&x, 1.0, None).values;
+        let residual = |member: &&Member| {
+            values[member.places.clone()].iter().fold(0.0_f64, |m, v| m.max(v.abs()))
+        };
+        let worst = self.members.iter().max_by(|a, b| residual(a).total_cmp(&residual(b)));
+        worst.map(|member| member.interface)
+    }
+
+    /// Newton's method from a start, with one stiffness after the other.
+    fn newton_from(&mut self, start: &[f64]) -> Option<Vec<f64>> {
+        let mut found = None;
+        for stiffness in STIFFNESSES {
+            self.stiffness = stiffness;
+            let mut trial = start.to_vec();
+            if self.newton(&mut trial, 1.0) && trial.iter().all(|x| x.is_finite()) {
+                found = Some(trial);
+                break;
+            }
+        }
+        self.stiffness = 1.0;
+        found
+    }
+
+    /// Follows the solution from no friction; None where it is lost.
+    fn follow_friction(&self) -> Option<Vec<f64>> {
+        let x = vec![0.0; self.count()];
+        let mut branch = FrictionBranch { problem: self, trial: x.clone(), x };
+        continuation::follow(&mut branch, STEPS, 1.0).ok().map(|()| branch.x)
+    }
+
+    fn complete(&self, amounts: Vec<f64>) -> Solution {
+        let residual = self.residual(&amounts, 1.0, None);
+        let relative = residual.relative();
+        let rates = self.rates(&amounts);
+        let loads = (0..self.members.len())
+            .map(|m| self.load(m, &amounts, self.wrench(m, &amounts)).value)
+            .collect();
+        Solution { amounts, rates, loads, residual: relative, sticks: residual.sticks }
+    }
+}
+
+/// The frictions while the coefficients grow.
+struct FrictionBranch<'a> {
+    problem: &'a Complementarity<'a>,
+    x: Vec<f64>,
+    trial: Vec<f64>,
+}
+
+impl Branch for FrictionBranch<'_> {
+    fn correct(&mut self, part: f64) -> bool {
+        let Self { problem, x, trial } = self;
+        trial.clone_from(x);
+        let mut found = problem.newton(trial, part);
+        if !found {
+            trial.clone_from(x);
+            problem.project(trial, part, 4 * SWEEPS);
+            found = problem.newton(trial, part);
+        }
+        found && trial.iter().all(|x| x.is_finite())
+    }
+
+    fn accept(&mut self) {
+        std::mem::swap(&mut self.x, &mut self.trial);
+    }
+
+    fn reject(&mut self) {}
+
+    fn fastest_growing(&self) -> usize {
+        0
+    }
+}

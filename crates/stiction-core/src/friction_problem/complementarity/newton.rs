@@ -1,0 +1,47 @@
+//! Newton's method on the nonsmooth equations.
+
+use super::SETTLED;
+use super::problem::Complementarity;
+use crate::linalg::RowSpace;
+
+/// Residual that counts as round-off where it does not decrease any more.
+const STAGNATED: f64 = 1e-9;
+/// Newton steps, and halvings of a step until the residual decreases.
+const STEPS: usize = 40;
+const HALVINGS: usize = 10;
+/// Relative size of a row's independent part below which the row of Newton's matrix depends on the others.
+const DEPENDENT: f64 = 1e-11;
+
+impl Complementarity<'_> {
+    /// Newton's method with a part of the coefficients from `x`; returns whether it ends at a solution.
+    pub(super) fn newton(&self, x: &mut Vec<f64>, part: f64) -> bool {
+        let n = self.count();
+        let (mut matrix, mut space) = (Vec::new(), RowSpace::default());
+        let mut now = self.residual(x, part, Some(&mut matrix));
+        for _ in 0..STEPS {
+            if now.relative() <= SETTLED {
+                return true;
+            }
+            if !now.relative().is_finite() || matrix.iter().any(|x| !x.is_finite()) {
+                return false;
+            }
+            space.decompose(&matrix, n, n, DEPENDENT);
+            let step = space.shortest(&now.values);
+            let mut better = None;
+            let mut factor = 1.0;
+            for _ in 0..HALVINGS {
+                let trial: Vec<f64> = x.iter().zip(&step).map(|(x, s)| x - factor * s).collect();
+                let next = self.residual(&trial, part, None);
+                if next.square() < (1.0 - 0.1 * factor) * now.square() {
+                    better = Some(trial);
+                    break;
+                }
+                factor *= 0.5;
+            }
+            let Some(trial) = better else { return now.relative() <= STAGNATED };
+            *x = trial;
+            now = self.residual(x, part, Some(&mut matrix));
+        }
+        now.relative() <= STAGNATED
+    }
+}

@@ -1,0 +1,70 @@
+//! Influence of the interfaces' unknowns on the wrenches of the interfaces' joints.
+
+use super::small_system::{Four, blocks_of};
+use crate::scalar::Scalar;
+use crate::spatial::{Vec3, Wrench};
+
+/// A linear operator from unknowns of friction, one or more an interface, to the wrenches of the interfaces' joints.
+pub(crate) trait Influence {
+    /// Calls `put(row, column, wrench)` once for each pair: `wrench` is the change of the complete wrench at the joint of
+    /// interface `row` per unit of unknown `column`.
+    fn visit(&mut self, put: impl FnMut(usize, usize, Wrench<f64>));
+}
+
+/// The operator with one unknown for each interface, stored as a matrix: for each interface six rows, the components of
+/// its joint's wrench (force first), in blocks of four columns, the last filled up with zeros.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct InfluenceMatrix {
+    count: usize,
+    blocks: Vec<Four>,
+}
+
+impl InfluenceMatrix {
+    /// Stores an operator of `count` interfaces, reusing the buffer.
+    pub(super) fn store(&mut self, count: usize, operator: &mut impl Influence) {
+        let width = blocks_of(count);
+        self.count = count;
+        self.blocks.clear();
+        self.blocks.resize(6 * count * width, Four::zero());
+        operator.visit(|row, column, Wrench { force, moment }| {
+            let components = [force.x, force.y, force.z, moment.x, moment.y, moment.z];
+            let rows = &mut self.blocks[6 * width * row..6 * width * (row + 1)];
+            for (row, component) in rows.chunks_exact_mut(width).zip(components) {
+                row[column / 4].0[column % 4] = component;
+            }
+        });
+    }
+
+    /// The six rows of an interface.
+    pub(super) fn rows(&self, interface: usize) -> impl Iterator<Item = &[Four]> {
+        let width = blocks_of(self.count);
+        self.blocks[6 * width * interface..6 * width * (interface + 1)].chunks_exact(width)
+    }
+
+    /// The wrench at the joint of an interface for unknowns in blocks of four.
+    pub(super) fn apply(&self, interface: usize, unknowns: &[Four]) -> Wrench<f64> {
+        let mut sums = [0.0; 6];
+        for (sum, row) in sums.iter_mut().zip(self.rows(interface)) {
+            let mut lanes = Four::zero();
+            row.iter().zip(unknowns).for_each(|(u, x)| lanes += *u * *x);
+            let [a, b, c, d] = lanes.0;
+            *sum = (a + b) + (c + d);
+        }
+        let [force, moment] = [0, 3].map(|i| Vec3::new(sums[i], sums[i + 1], sums[i + 2]));
+        Wrench { force, moment }
+    }
+}
+
+impl Influence for &InfluenceMatrix {
+    fn visit(&mut self, mut put: impl FnMut(usize, usize, Wrench<f64>)) {
+        for interface in 0..self.count {
+            let mut rows: [&[Four]; 6] = [&[]; 6];
+            rows.iter_mut().zip(self.rows(interface)).for_each(|(row, own)| *row = own);
+            for column in 0..self.count {
+                let [a, b, c, d, e, f] = rows.map(|row| row[column / 4].0[column % 4]);
+                let (force, moment) = (Vec3::new(a, b, c), Vec3::new(d, e, f));
+                put(interface, column, Wrench { force, moment });
+            }
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! The friction problem with the normal loads as unknowns: which interfaces slide, and how, is given.
+//!
+//! Equation (D3) of the book's theory.
+
+use super::continuation::{self, Branch, Lock, StepPolicy, fastest_growing};
+use super::influence::{Influence, InfluenceMatrix};
+use super::newton::{NewtonWorkspace, UNBOUNDED, largest};
+use super::normal_load::Configuration;
+use super::uniqueness::{BoundWorkspace, coupling_bound};
+use crate::friction::OwnFriction;
+use crate::spatial::Wrench;
+
+/// One interface whose friction grows with its normal load.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unknown {
+    pub(super) interface: usize,
+    /// Its friction, as the load of a thread contains it.
+    pub(super) own: OwnFriction<f64>,
+    /// The wrench of its joint without any friction that grows with a normal load.
+    pub(super) base: Wrench<f64>,
+}
+
+impl Unknown {
+    /// Its own friction with a part of the given coefficient.
+    pub(super) fn own_at(&self, part: f64) -> OwnFriction<f64> {
+        OwnFriction { coefficient: part * self.own.coefficient, ..self.own }
+    }
+}
+
+/// Normal loads `N` with `N = load(base + influence N)`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LoadProblem {
+    pub(super) unknowns: Vec<Unknown>,
+    pub(super) influence: InfluenceMatrix,
+}
+
+/// Buffers of a solution; [`Self::loads`] are the result, N.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LoadWorkspace {
+    pub(crate) loads: Vec<f64>,
+    start: Vec<f64>,
+    trial: Vec<f64>,
+    newton: NewtonWorkspace,
+    bound: BoundWorkspace,
+}
+
+impl LoadProblem {
+    /// Removes all unknowns, keeping the buffers.
+    pub(crate) fn clear(&mut self) {
+        self.unknowns.clear();
+    }
+
+    /// Adds the normal load of an interface as an unknown.
+    pub(crate) fn add(&mut self, interface: usize, own: OwnFriction<f64>, base: Wrench<f64>) {
+        self.unknowns.push(Unknown { interface, own, base });
+    }
+
+    /// Stores how each normal load changes the wrenches at the joints of all unknowns, by its friction.
+    pub(crate) fn set_influence(&mut self, operator: &mut impl Influence) {
+        self.influence.store(self.unknowns.len(), operator);
+    }
+
+    /// The interfaces, in the order of the unknowns.
+    pub(crate) fn interfaces(&self) -> impl Iterator<Item = usize> {
+        self.unknowns.iter().map(|unknown| unknown.interface)
+    }
+
+    /// Normal loads without friction that grows with them, N: the solution with the part zero of the coefficients.
+    pub(crate) fn uncoupled_loads(&self, at: Configuration<'_>, loads: &mut Vec<f64>) {
+        loads.clear();
+        loads.extend(self.unknowns.iter().map(|unknown| {
+            at.normal_load(unknown.interface, unknown.base, unknown.own_at(0.0)).value
+        }));
+    }
+
+    /// Solves near `known` loads, one for each interface of the mechanism, if there is a solution connected with the
+    /// frictionless one there, else by continuation with these steps.
+    ///
+    /// # Errors
+    /// The lock at which the continuation ends.
+    pub(crate) fn solve(
+        &self,
+        at: Configuration<'_>,
+        known: Option<&[f64]>,
+        steps: StepPolicy,
+        workspace: &mut LoadWorkspace,
+    ) -> Result<(), Lock> {
+        let LoadWorkspace { loads, start, trial, newton, .. } = workspace;
+        loads.clear();
+        if self.unknowns.is_empty() {
+            return Ok(());
+        }
+        if let Some(known) = known {
+            loads.extend(self.interfaces().map(|interface| known[interface]));
+            let limit = UNBOUNDED * largest(loads);
+            if self.newton(at, loads, (1.0, limit), newton).is_some_and(|positive| positive) {
+                return Ok(());
+            }
+        }
+        self.uncoupled_loads(at, start);
+        loads.clone_from(start);
+        let limit = UNBOUNDED * largest(start).max(f64::MIN_POSITIVE);
+        let mut branch = LoadBranch { problem: self, at, start, limit, loads, trial, newton };
+        continuation::follow(&mut branch, steps, 1.0)
+            .map_err(|lock| Lock { interface: self.unknowns[lock.interface].interface, ..lock })
+    }
+
+    /// Solves from given loads, N, on whatever branch; whether a solution is found.
+    pub(crate) fn solve_from(
+        &self,
+        at: Configuration<'_>,
+        loads: &mut [f64],
+        limit: f64,
+        workspace: &mut LoadWorkspace,
+    ) -> bool {
+        self.newton(at, loads, (1.0, limit), &mut workspace.newton).is_some()
+    }
+
+    /// Bound on the coupling, see [`coupling_bound`].
+    pub(crate) fn coupling_bound(
+        &self,
+        at: Configuration<'_>,
+        workspace: &mut LoadWorkspace,
+    ) -> f64 {
+        let each = self.unknowns.iter().map(|unknown| (unknown.interface, unknown.own.coefficient));
+        coupling_bound(at, each, &mut &self.influence, &mut workspace.bound)
+    }
+}
+
+/// The loads while the coefficients grow.
+struct LoadBranch<'a> {
+    problem: &'a LoadProblem,
+    at: Configuration<'a>,
+    start: &'a [f64],
+    limit: f64,
+    loads: &'a mut Vec<f64>,
+    trial: &'a mut Vec<f64>,
+    newton: &'a mut NewtonWorkspace,
+}
+
+impl Branch for LoadBranch<'_> {
+    fn correct(&mut self, part: f64) -> bool {
+        let Self { problem, at, limit, loads, trial, newton, .. } = self;
+        trial.clone_from(loads);
+        problem.newton(*at, trial, (part, *limit), newton).is_some_and(|positive| positive)
+    }
+
+    fn accept(&mut self) {
+        std::mem::swap(self.loads, self.trial);
+    }
+
+    fn reject(&mut self) {}
+
+    fn fastest_growing(&self) -> usize {
+        fastest_growing(self.start, self.loads)
+    }
+}

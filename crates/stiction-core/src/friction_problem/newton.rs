@@ -1,0 +1,82 @@
+//! Newton's method on the normal loads.
+
+use super::load_problem::LoadProblem;
+use super::normal_load::Configuration;
+use super::small_system::{Four, blocks_of, pack, solve_in_place};
+use crate::scalar::Scalar;
+use crate::spatial::Twist;
+
+/// Newton steps from one start.
+const STEPS: usize = 30;
+/// Relative change of the loads at which they are found. It is the change of the last step; the remaining error is about
+/// its square, which is round-off even where the system is close to singular.
+const SETTLED: f64 = 1e-9;
+/// Relative change below which a change that does not decrease is round-off.
+const STAGNATED: f64 = 1e-10;
+/// Growth of the loads, by this factor, that counts as growth without bound.
+pub(crate) const UNBOUNDED: f64 = 1e9;
+
+/// Buffers of Newton's method.
+#[derive(Clone, Debug, Default)]
+pub(super) struct NewtonWorkspace {
+    blocks: Vec<Four>,
+    /// First the residual, then the change.
+    change: Vec<f64>,
+    matrix: Vec<Four>,
+}
+
+impl LoadProblem {
+    /// Solves with the given part of the coefficients from `loads`, which become the solution. Returns whether the
+    /// determinant is positive, as it is on the branch of the frictionless solution; None if no solution is found or a load
+    /// exceeds `limit`.
+    pub(super) fn newton(
+        &self,
+        at: Configuration<'_>,
+        loads: &mut [f64],
+        (part, limit): (f64, f64),
+        workspace: &mut NewtonWorkspace,
+    ) -> Option<bool> {
+        let width = blocks_of(loads.len());
+        let NewtonWorkspace { blocks, change, matrix } = workspace;
+        let mut before = f64::INFINITY;
+        for _ in 0..STEPS {
+            pack(loads, blocks);
+            change.clear();
+            matrix.clear();
+            matrix.resize(width * loads.len(), Four::zero());
+            for (k, row) in matrix.chunks_exact_mut(width).enumerate() {
+                let unknown = &self.unknowns[k];
+                let wrench = unknown.base + self.influence.apply(k, blocks) * part;
+                let state = at.normal_load(unknown.interface, wrench, unknown.own_at(part));
+                change.push(loads[k] - state.value);
+                let Twist { angular, linear } = state.gradient;
+                let slopes = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
+                for (slope, influence) in slopes.into_iter().zip(self.influence.rows(k)) {
+                    let slope = Four::from_f64(-part * slope);
+                    row.iter_mut().zip(influence).for_each(|(m, u)| *m += slope * *u);
+                }
+                row[k / 4].0[k % 4] += 1.0;
+            }
+            let positive = solve_in_place(matrix, change)?;
+            loads.iter_mut().zip(&*change).for_each(|(load, change)| *load -= change);
+            let (size, largest) = (largest(change), largest(loads));
+            if !(size.is_finite() && largest < limit) {
+                return None;
+            }
+            let done = size <= SETTLED * largest
+                || (size >= before && size <= STAGNATED * largest)
+                || largest == 0.0;
+            if done {
+                return Some(positive);
+            }
+            before = size;
+        }
+        None
+    }
+}
+
+/// The largest magnitude; NaN if any number is.
+pub(crate) fn largest(numbers: &[f64]) -> f64 {
+    let nan = |a: f64, b: f64| a.is_nan() || b.is_nan();
+    numbers.iter().fold(0.0_f64, |m, x| if nan(m, *x) { f64::NAN } else { m.max(x.abs()) })
+}

@@ -1,0 +1,98 @@
+//! Normal load of a friction interface under the complete wrench of its joint.
+//!
+//! Equation (F3) of the book's theory.
+
+use crate::friction::{InterfaceShape, Load, NormalLoadMap, OwnFriction, Thread};
+use crate::joint::Carrier;
+use crate::kinematics::Bodies;
+use crate::parameters::{InterfaceParameters, Parameters};
+use crate::scalar::Scalar;
+use crate::spatial::{Pose, Wrench};
+
+/// Parameters and body poses at which normal loads are evaluated.
+#[derive(Clone, Copy)]
+pub(crate) struct Configuration<'a> {
+    pub(crate) parameters: &'a Parameters<f64>,
+    pub(crate) bodies: &'a Bodies<f64>,
+}
+
+impl Configuration<'_> {
+    /// Index of the joint of an interface.
+    pub(crate) fn joint(&self, interface: usize) -> usize {
+        self.parameters.interfaces[interface].joint
+    }
+
+    /// Normal load of an interface, N, under its joint's complete wrench; `own` is its own friction, which the load of
+    /// a thread contains.
+    pub(crate) fn normal_load(
+        &self,
+        interface: usize,
+        wrench: Wrench<f64>,
+        own: OwnFriction<f64>,
+    ) -> Load<f64> {
+        let content = &self.parameters.interfaces[interface];
+        let pitch = self.parameters.pitch[content.joint];
+        normal_load(&content.load, content, pitch, self.bodies, wrench, own)
+    }
+
+    /// Upper bound on the change of an interface's normal load, N, if its joint's wrench changes by `wrench`: the load
+    /// of that change alone, without preload and smoothing. Of a thread the larger bound of both directions of its own
+    /// friction with this coefficient.
+    pub(crate) fn largest_load_change(
+        &self,
+        interface: usize,
+        wrench: Wrench<f64>,
+        coefficient: f64,
+    ) -> f64 {
+        let content = &self.parameters.interfaces[interface];
+        let pitch = self.parameters.pitch[content.joint];
+        let map = content.load.seminorm();
+        let bound = |direction: f64| {
+            let own = OwnFriction { coefficient, constant: 0.0, direction };
+            normal_load(&map, content, pitch, self.bodies, wrench, own).value
+        };
+        match content.shape {
+            InterfaceShape::Thread => bound(1.0).max(bound(-1.0)),
+            _ => bound(1.0),
+        }
+    }
+}
+
+/// Normal load by a load map, the interface's own or its seminorm, under its joint's complete wrench.
+pub(crate) fn normal_load<T: Scalar>(
+    map: &NormalLoadMap<T>,
+    interface: &InterfaceParameters<T>,
+    pitch: T,
+    bodies: &Bodies<T>,
+    wrench: Wrench<T>,
+    own: OwnFriction<T>,
+) -> Load<T> {
+    let (j, k) = (&bodies.frame_j[interface.joint], &bodies.frame_k[interface.joint]);
+    normal_load_between(map, interface, pitch, j, k, wrench, own)
+}
+
+/// Normal load between the frames `j` and `k` of the joint; `wrench` is in the frame in which these are given.
+pub(crate) fn normal_load_between<T: Scalar>(
+    map: &NormalLoadMap<T>,
+    interface: &InterfaceParameters<T>,
+    pitch: T,
+    j: &Pose<T>,
+    k: &Pose<T>,
+    wrench: Wrench<T>,
+    own: OwnFriction<T>,
+) -> Load<T> {
+    let axis = match interface.shape {
+        InterfaceShape::Pin { axis, carrier: Carrier::Successor, .. } => k.rotation.columns[axis],
+        InterfaceShape::Pin { axis, .. } => j.rotation.columns[axis],
+        _ => j.rotation.columns[2],
+    };
+    let load = match interface.shape {
+        InterfaceShape::Ball => map.at_point(wrench, j.position),
+        InterfaceShape::Plate => map.on_plane(wrench, k.position, axis),
+        _ => map.between(wrench, j.position, k.position, axis),
+    };
+    if interface.shape == InterfaceShape::Thread {
+        return Thread { radius: interface.radius, pitch }.load(map, load, wrench, axis, own);
+    }
+    load
+}

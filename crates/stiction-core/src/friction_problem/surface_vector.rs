@@ -1,0 +1,11 @@
+//! Vectors of friction and sliding at a surface: up to three components, the rest zero.
+
+/// Length of a vector.
+pub(crate) fn norm(v: [f64; 3]) -> f64 {
+    dot(v, v).sqrt()
+}
+
+/// Scalar product.
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
