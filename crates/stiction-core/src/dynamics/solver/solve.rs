@@ -113,9 +113,7 @@ impl InverseDynamics {
         let is_coupled = settings.friction == FrictionMode::Converged
             && inverse.interfaces().iter().any(|interface| interface.sliding > 0.0);
         let strength = match is_coupled {
-            true => {
-                self.coupling_workspace.bound(inverse, model, parameters, &kinematics.bodies)
-            }
+            true => self.coupling_workspace.bound(inverse, model, parameters, &kinematics.bodies),
             false => 0.0,
         };
         self.strength = strength;
