@@ -94,7 +94,7 @@ impl InverseDynamics {
                 .collect();
             probe.begin(model, parameters, kinematics, loads, settings);
             let bodies = &kinematics.bodies;
-            probe.press_with(parameters, bodies, &wrenches);
+            probe.restart_from(parameters, bodies, &wrenches);
             let found = probe.newton(model, parameters, bodies, settings, (STEPS, limit))
                 && probe.is_balanced(model, parameters);
             if !found {

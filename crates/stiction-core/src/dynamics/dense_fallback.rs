@@ -88,7 +88,7 @@ impl Reactions<'_> {
             let response = &self.responses[interface];
             wrenches.iter_mut().zip(response).for_each(|(sum, unit)| *sum += *unit * friction);
         }
-        interfaces.press(at.parameters, at.bodies, &wrenches);
+        interfaces.update_normal_forces(at.parameters, at.bodies, &wrenches);
         Ok(())
     }
 }
@@ -161,7 +161,7 @@ pub(super) fn solve(
         .collect();
 
     let mut interfaces = Interfaces::new(parameters.interfaces.len());
-    interfaces.slide(topology, parameters, bodies, settings.rest_speed);
+    interfaces.update_slip(topology, parameters, bodies, settings.rest_speed);
     let mut friction = vec![Wrench::zero(); mechanism.joints().len()];
     // Reactions with given friction; passive spins take the moments that the joints cannot carry.
     let carry = |friction: &[Wrench<f64>]| {
@@ -176,7 +176,7 @@ pub(super) fn solve(
     };
     let (mut unknowns, mut wrenches, mut amounts) = carry(&friction)?;
     let efforts_frictionless = efforts(statics, &unknowns);
-    interfaces.press_frictionless(parameters, bodies, &wrenches);
+    interfaces.update_frictionless_normal_forces(parameters, bodies, &wrenches);
     let steps = match settings.friction {
         FrictionMode::Off => 0,
         FrictionMode::OnePass => 1,
@@ -191,7 +191,7 @@ pub(super) fn solve(
         if settings.friction == FrictionMode::OnePass {
             break;
         }
-        let (change, largest) = interfaces.press(parameters, bodies, &wrenches);
+        let (change, largest) = interfaces.update_normal_forces(parameters, bodies, &wrenches);
         if settings.is_settled(change, largest) {
             settled = true;
             break;
@@ -203,7 +203,7 @@ pub(super) fn solve(
     let mut lock = None;
     if !settled && settings.friction == FrictionMode::Converged {
         // The fixed point does not contract: solve for the normal loads.
-        interfaces.slide(topology, parameters, bodies, settings.rest_speed);
+        interfaces.update_slip(topology, parameters, bodies, settings.rest_speed);
         friction.fill(Wrench::zero());
         let frictionless = carry(&friction)?.1;
         let respond = |(interface, state): (&InterfaceParameters<f64>, &InterfaceState<f64>)| {

@@ -1,4 +1,5 @@
-//! Sliding contacts during a computation: speeds, loads, and friction made linear in the reactions.
+//! Friction interfaces during a computation: sliding velocities, normal forces, and friction
+//! linearised in the reactions.
 //!
 //! Equations (F2), (F4) and (F5) of the book's theory.
 
@@ -56,7 +57,7 @@ impl<T: Scalar> InterfaceState<T> {
     /// Updates sliding velocity and direction from the motion of the bodies. An interface that
     /// slides no faster than `rest_speed` is at rest; its friction is then `held`, in units of the
     /// largest static friction.
-    pub(crate) fn slide(
+    pub(crate) fn update_slip(
         &mut self,
         topology: &Topology,
         interface: &InterfaceParameters<T>,
@@ -89,13 +90,13 @@ impl<T: Scalar> InterfaceState<T> {
         if law.is_constant() && interface.backward.is_none() {
             self.resistance = Resistance::coulomb_viscous(law.mu, law.viscous, speed);
         } else {
-            self.resist(interface, speed);
+            self.evaluate_law(interface, speed);
         }
     }
 
     /// Evaluates laws that depend on the speed or its sense, or differ at rest. Not inlined:
     /// kernels of dual numbers grow large.
-    fn resist(&mut self, interface: &InterfaceParameters<T>, speed: T) {
+    fn evaluate_law(&mut self, interface: &InterfaceParameters<T>, speed: T) {
         let (sliding, sense) = (self.sliding, self.sense);
         let of = |law: &Law<T>| {
             let Resistance { coefficient, constant } = law.sliding(speed);
@@ -118,26 +119,27 @@ impl<T: Scalar> InterfaceState<T> {
         }
     }
 
-    /// The load under a joint's complete wrench, with the present friction where a load contains it.
-    pub(crate) fn press(
+    /// Updates the normal force for the joint's complete wrench; a normal force that depends on the
+    /// friction uses the present one.
+    pub(crate) fn update_normal_forces(
         &mut self,
         interface: &InterfaceParameters<T>,
         pitch: T,
         bodies: &Bodies<T>,
         wrench: Wrench<T>,
     ) {
-        self.press_with(interface, pitch, bodies, wrench, self.own_friction());
+        self.update_normal_force_with(interface, pitch, bodies, wrench, self.own_friction());
     }
 
-    /// Its friction, as the normal load of a thread contains it.
+    /// Friction of the interface, as the normal force of a thread contains it.
     pub(crate) fn own_friction(&self) -> OwnFriction<T> {
         let Resistance { coefficient, constant } = self.resistance;
         OwnFriction { coefficient, constant, direction: self.sense }
     }
 
-    /// The load under a joint's complete wrench, and with this friction of its own where it contains
-    /// that.
-    pub(crate) fn press_with(
+    /// Updates the normal force for the joint's complete wrench and this friction, where it depends
+    /// on the friction.
+    pub(crate) fn update_normal_force_with(
         &mut self,
         interface: &InterfaceParameters<T>,
         pitch: T,
@@ -148,14 +150,14 @@ impl<T: Scalar> InterfaceState<T> {
         self.load = normal_load(&interface.load, interface, pitch, bodies, wrench, own);
     }
 
-    /// The coefficient and the constant part of the friction force at this speed:
-    /// `friction = coefficient * load + constant`.
+    /// Coefficient and constant part of the friction force at this speed: `friction = coefficient *
+    /// load + constant`.
     pub fn resistance(&self) -> (T, T) {
         (self.resistance.coefficient, self.resistance.constant)
     }
 
-    /// The load under a joint's complete wrench, seen from any frame: `j` and `k` are the joint's
-    /// frames and `wrench` is about that frame's origin in its axes.
+    /// Normal force for the joint's complete wrench in any frame: `j` and `k` are the joint's
+    /// frames, and `wrench` is about the origin of that frame in its axes.
     pub fn load_in(
         &self,
         interface: &InterfaceParameters<T>,
@@ -168,15 +170,15 @@ impl<T: Scalar> InterfaceState<T> {
         normal_load_between(&interface.load, interface, pitch, j, k, wrench, own)
     }
 
-    /// The part of the friction force that does not change with the reaction, in the linear form of
-    /// [`Self::press`]'s last call: `friction = constant + slope.power(wrench)`.
+    /// Linear form of the friction force at the last update of the normal force, `friction =
+    /// constant + slope.power(wrench)`: its constant and slope.
     pub(crate) fn linear(&self, coupling: Coupling, wrench: Wrench<T>) -> (T, Twist<T>) {
         let coefficient = self.resistance.coefficient;
         match coupling {
             Coupling::None => (T::zero(), Twist::zero()),
             Coupling::Frozen => (self.friction(), Twist::zero()),
             Coupling::Linear => {
-                // At the solution the wrench is the one that the load was computed from.
+                // At the solution the wrench is that of the last update.
                 let gradient = self.load.gradient.held();
                 let base = self.load.value - gradient.power(wrench);
                 (self.resistance.force(base), gradient * coefficient)
@@ -209,7 +211,7 @@ impl<T: Scalar> Interfaces<T> {
         Self { states: vec![InterfaceState::new(); count], held: vec![[T::zero(); 3]; count] }
     }
 
-    pub(crate) fn slide(
+    pub(crate) fn update_slip(
         &mut self,
         topology: &Topology,
         parameters: &Parameters<T>,
@@ -220,12 +222,12 @@ impl<T: Scalar> Interfaces<T> {
             self.states.iter_mut().zip(&parameters.interfaces).zip(&self.held)
         {
             let pitch = parameters.pitch[interface.joint];
-            state.slide(topology, interface, pitch, bodies, rest_speed, *held);
+            state.update_slip(topology, interface, pitch, bodies, rest_speed, *held);
         }
     }
 
-    /// The loads under wrenches that no friction has a part in.
-    pub(crate) fn press_frictionless(
+    /// Updates all normal forces for frictionless joint wrenches.
+    pub(crate) fn update_frictionless_normal_forces(
         &mut self,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
@@ -234,12 +236,13 @@ impl<T: Scalar> Interfaces<T> {
         for (state, interface) in self.states.iter_mut().zip(&parameters.interfaces) {
             let pitch = parameters.pitch[interface.joint];
             let wrench = wrenches[interface.joint];
-            state.press_with(interface, pitch, bodies, wrench, OwnFriction::none());
+            state.update_normal_force_with(interface, pitch, bodies, wrench, OwnFriction::none());
         }
     }
 
-    /// Updates all loads to the joints' wrenches; returns the largest change and the largest load.
-    pub(crate) fn press(
+    /// Updates all normal forces for the joint wrenches; returns the largest change and the largest
+    /// normal force.
+    pub(crate) fn update_normal_forces(
         &mut self,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
@@ -249,10 +252,10 @@ impl<T: Scalar> Interfaces<T> {
         for (state, interface) in self.states.iter_mut().zip(&parameters.interfaces) {
             let before = state.load.value;
             let pitch = parameters.pitch[interface.joint];
-            state.press(interface, pitch, bodies, wrenches[interface.joint]);
+            state.update_normal_forces(interface, pitch, bodies, wrenches[interface.joint]);
             let now = state.load.value;
             let moved = (now - before).abs();
-            // Comparisons pass over NaN, sums do not.
+            // Comparisons ignore NaN, sums do not.
             change = (moved - change).if_positive(moved, change) + now * T::zero();
             largest = (now - largest).if_positive(now, largest) + now * T::zero();
         }
@@ -261,7 +264,7 @@ impl<T: Scalar> Interfaces<T> {
 }
 
 impl Interfaces<f64> {
-    /// The efforts of all present frictions, joint by joint.
+    /// Sums the wrenches of all present frictions, joint by joint.
     pub(crate) fn friction_at_joints(
         &self,
         topology: &Topology,

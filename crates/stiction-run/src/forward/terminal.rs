@@ -56,6 +56,9 @@ pub fn write_summary(
              allow them"
         )?;
     }
+    for doubt in job.motion.iter().flat_map(|motion| &motion.warnings) {
+        writeln!(out, "CAUTION: {}", doubt.message)?;
+    }
     writeln!(out)?;
     write_drives(out, summary)?;
     write_friction(out, summary, outcome)?;

@@ -9,7 +9,9 @@ use stiction_run::forward::{Ending, Error, Feed, Job, Start};
 
 /// A model of the gallery with a load `part`.
 fn with_part(name: &str, part: &str) -> ModelFile {
-    model_of(name, &format!("{}\n[[loads.part.payload]]\n{part}", gallery::get(name).unwrap()))
+    let text = gallery::get(name).unwrap();
+    let loads = format!("[loads.empty]\ntitle = \"\"\n[[loads.part.payload]]\n{part}");
+    model_of(name, &format!("{text}\n{loads}"))
 }
 
 const PART: &str = "mass = \"1.2 kg\"\ncom = [\"10 mm\", \"-5 mm\", \"-60 mm\"]\n\
@@ -41,7 +43,7 @@ fn a_payload_equals_a_heavier_body() {
         heavier.mechanism = heavier.mechanism.with_payload(id, &part());
         for friction in MODES {
             let run = Run::of(&job(&carrying, &motion, "part", friction)).unwrap();
-            let expected = Run::of(&job(&heavier, &motion, "none", friction)).unwrap();
+            let expected = Run::of(&job(&heavier, &motion, "empty", friction)).unwrap();
             for (name, column) in run.inverse.columns().filter(|(name, _)| name.contains(".drive"))
             {
                 let expected = expected.inverse.column(name);
@@ -67,7 +69,7 @@ fn forces_jump_where_a_part_is_picked_up() {
         let of = |model: &ModelFile, load: &str| {
             Run::of(&job(model, "pick-and-place", load, friction)).unwrap().inverse
         };
-        let (with, without) = (of(&always, "part"), of(&always, "none"));
+        let (with, without) = (of(&always, "part"), of(&always, "empty"));
         let found = of(&picking, "part");
         let effort = found.columns().find(|(name, _)| name.ends_with(".drive [N m]"));
         let (name, effort) = effort.unwrap();

@@ -159,8 +159,12 @@ impl<T: Scalar> Inverse<T> {
         self.read_efforts(topology, bodies);
         self.efforts_frictionless.copy_from_slice(&self.efforts);
         let rest_speed = T::from_f64(settings.rest_speed);
-        self.interfaces.slide(topology, parameters, bodies, rest_speed);
-        self.interfaces.press_frictionless(parameters, bodies, &self.balance.joint_wrenches);
+        self.interfaces.update_slip(topology, parameters, bodies, rest_speed);
+        self.interfaces.update_frictionless_normal_forces(
+            parameters,
+            bodies,
+            &self.balance.joint_wrenches,
+        );
         self.friction_change = T::zero();
         self.friction_steps = 0;
     }
@@ -175,7 +179,7 @@ impl<T: Scalar> Inverse<T> {
     ) -> (T, T) {
         self.sign_with = self.couple(model, parameters, bodies, Coupling::Linear);
         let (change, largest) =
-            self.interfaces.press(parameters, bodies, &self.balance.joint_wrenches);
+            self.interfaces.update_normal_forces(parameters, bodies, &self.balance.joint_wrenches);
         self.friction_steps += 1;
         self.friction_change = change;
         (change, largest)
@@ -198,7 +202,7 @@ impl<T: Scalar> Inverse<T> {
         (cuts, spins): (&[Wrench<T>], &[T]),
     ) {
         self.balance.carry(&model.balance, cuts, spins);
-        self.interfaces.press(parameters, bodies, &self.balance.joint_wrenches);
+        self.interfaces.update_normal_forces(parameters, bodies, &self.balance.joint_wrenches);
         self.step(model, parameters, bodies);
         self.finish_friction(model.topology(), parameters, bodies);
     }
@@ -213,7 +217,7 @@ impl<T: Scalar> Inverse<T> {
         bodies: &Bodies<T>,
         wrenches: &[Wrench<T>],
     ) {
-        self.press_with(parameters, bodies, wrenches);
+        self.restart_from(parameters, bodies, wrenches);
         self.step(model, parameters, bodies);
         self.finish_friction(model.topology(), parameters, bodies);
     }

@@ -13,14 +13,14 @@ use crate::topology::Topology;
 
 impl<T: Scalar> Inverse<T> {
     /// Computes the normal forces for these joint wrenches: another start of the coupling.
-    pub(in crate::dynamics) fn press_with(
+    pub(in crate::dynamics) fn restart_from(
         &mut self,
         parameters: &Parameters<T>,
         bodies: &Bodies<T>,
         wrenches: &[Wrench<T>],
     ) {
         self.balance.joint_wrenches.copy_from_slice(wrenches);
-        self.interfaces.press(parameters, bodies, wrenches);
+        self.interfaces.update_normal_forces(parameters, bodies, wrenches);
     }
 
     /// Updates slip and laws, with friction coefficients times `part`.
@@ -33,7 +33,7 @@ impl<T: Scalar> Inverse<T> {
         part: T,
     ) {
         let rest_speed = T::from_f64(settings.rest_speed);
-        self.interfaces.slide(topology, parameters, bodies, rest_speed);
+        self.interfaces.update_slip(topology, parameters, bodies, rest_speed);
         for state in &mut self.interfaces.states {
             state.resistance.coefficient *= part;
         }
@@ -48,11 +48,11 @@ impl<T: Scalar> Inverse<T> {
         settings: &Settings,
     ) {
         let rest_speed = T::from_f64(settings.rest_speed);
-        self.interfaces.slide(model.topology(), parameters, bodies, rest_speed);
+        self.interfaces.update_slip(model.topology(), parameters, bodies, rest_speed);
         if self.mode == FrictionMode::Converged {
             // Static friction also changes the normal forces of sliding interfaces.
             self.couple(model, parameters, bodies, Coupling::Linear);
-            self.interfaces.press(parameters, bodies, &self.balance.joint_wrenches);
+            self.interfaces.update_normal_forces(parameters, bodies, &self.balance.joint_wrenches);
         } else {
             self.couple(model, parameters, bodies, Coupling::Frozen);
         }
