@@ -94,6 +94,21 @@ pub enum ForwardError {
         /// Location, in words.
         around: String,
     },
+    /// Time hardly advances any more.
+    #[error(
+        "at t = {time} s the simulation stalls: time has hardly advanced over the last {evaluations} \
+         evaluations of accelerations or velocities{}; allow a larger tolerance, reduce the friction \
+         coefficients, or give the joint a regularised friction law",
+        at_joint(joint.as_deref())
+    )]
+    Stalled {
+        /// Time, s.
+        time: f64,
+        /// Number of evaluations without progress.
+        evaluations: usize,
+        /// Joint with the largest normal force, if joints have friction.
+        joint: Option<String>,
+    },
     /// The start values contradict each other or the loops.
     #[error(
         "the start values contradict each other: {what} {is} off by {by:.3e} ({units}); give fewer values, or \
@@ -167,6 +182,12 @@ pub enum ForwardError {
         /// The quantity.
         what: &'static str,
     },
+}
+
+fn at_joint(joint: Option<&str>) -> String {
+    joint.map_or_else(String::new, |joint| {
+        format!("; joint `{joint}` bears the largest normal force")
+    })
 }
 
 fn blocked(time: f64, what: &str, by: f64, translates: bool, at_rest: bool) -> String {

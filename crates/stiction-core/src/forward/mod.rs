@@ -42,6 +42,8 @@ pub use error::Competitor;
 pub use instant::{Account, InterfaceSample};
 #[doc(hidden)]
 pub use simulation::Energies;
+#[doc(hidden)]
+pub use simulation::RateJump;
 
 use crate::kinematics::{Assembly, Coordinate, State, Target, column_scales};
 use crate::mechanism::{BodyId, Mechanism};

@@ -1,4 +1,4 @@
-//! Fixed: no degree of freedom.
+//! Fixed: no freedom.
 
 use super::{Constraint, Dof};
 use crate::scalar::Scalar;

@@ -1,35 +1,35 @@
-//! Errors of assembly.
+//! Why a mechanism cannot be brought into a position.
 
 use crate::words::significant;
 use thiserror::Error;
 
-/// Errors of assembly and of motion along prescribed coordinates.
+/// Why a mechanism could not be assembled or moved as prescribed.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum AssemblyError {
     /// The loops do not close at the prescribed position.
     #[error("{0}")]
     Gap(Gap),
-    /// The prescribed coordinates leave degrees of freedom open.
+    /// The prescription leaves freedoms open.
     #[error(
         "the motion leaves {} open: {}; prescribe {} more",
-        degrees(open.len()),
+        count(open.len(), "freedom"),
         list(open),
         count(open.len(), "coordinate")
     )]
     Open {
-        /// Each open motion in words.
+        /// Each open freedom in words.
         open: Vec<OpenDof>,
     },
-    /// At a position on the way the prescribed coordinates leave motions open that they determine elsewhere:
-    /// a singular position, where branches of motion may meet.
+    /// At a position on the way the prescription leaves freedoms open that it determines elsewhere:
+    /// a singular position of what is prescribed, where branches of motion may meet.
     #[error(
         "what is prescribed does not determine the motion at this position: {} (a singular position; \
          prescribe other coordinates, or avoid it)",
         list(open)
     )]
     Undetermined {
-        /// Each open motion in words.
+        /// Each open freedom in words.
         open: Vec<OpenDof>,
     },
     /// The prescribed second angle is where the other two are not defined.
@@ -48,13 +48,13 @@ pub enum AssemblyError {
     },
     /// A prescribed value, rate or acceleration is NaN, or greater than can be computed with.
     #[error(
-        "prescribed coordinate {index} (counted from 0) has a value, rate or acceleration that is not a number up to 1e30"
+        "prescribed coordinate {index} (counted from 0) has a value, rate or acceleration that is no number up to 1e30"
     )]
     NotFinite {
         /// Its place among the prescribed coordinates.
         index: usize,
     },
-    /// Begin or end of a motion is not a finite time.
+    /// A motion is to be followed from or to a time that is none.
     #[error("a motion cannot be followed from {from} s to {to} s: both must be finite")]
     NoTime {
         /// s.
@@ -76,9 +76,9 @@ pub enum AssemblyError {
         order: &'static str,
         /// The joint that would open most; none if a coordinate would be missed more.
         joint: Option<String>,
-        /// Violation of the constraint.
+        /// How fast.
         by: f64,
-        /// Unit of the violation.
+        /// In which unit.
         unit: &'static str,
     },
     /// The mechanism cannot follow without changing its assembly mode.
@@ -100,23 +100,24 @@ pub enum AssemblyError {
     },
 }
 
-/// Gap of a mechanism that cannot be assembled: the least weighted residual of loops and prescribed
-/// coordinates, the latter with the greater weight.
+/// By how much a mechanism fails to assemble, at best: loops and prescription are both missed as
+/// little as can be, the prescription counting more.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gap {
     /// The joint that is open most; none in a mechanism without loops.
     pub joint: Option<String>,
-    /// Gap of that joint, m.
+    /// How far it is open, m.
     pub length: f64,
-    /// Angle of that gap, rad.
+    /// By which angle it is open, rad.
     pub angle: f64,
-    /// Greatest error of a prescribed length, m.
+    /// By how much prescribed lengths are missed at most, m.
     pub missed_length: f64,
-    /// Greatest error of a prescribed angle, rad.
+    /// By how much prescribed angles are missed at most, rad.
     pub missed_angle: f64,
-    /// Number of prescribed coordinates and mobility, if the mobility is smaller.
+    /// How many coordinates are prescribed and how many freedoms the mechanism has, if these are
+    /// fewer.
     pub prescribed: Option<(usize, usize)>,
-    /// The mechanism's characteristic length, m; much smaller gaps are not reported.
+    /// The mechanism's characteristic length, m: what is much smaller is not told.
     pub scale: f64,
 }
 
@@ -149,14 +150,14 @@ impl core::fmt::Display for Gap {
             write!(
                 f,
                 " ({prescribed} coordinates are prescribed, but the mechanism has {})",
-                degrees(dofs)
+                count(dofs, "freedom")
             )?;
         }
         Ok(())
     }
 }
 
-/// A length and an angle in words, without those that are negligible for a mechanism of this scale.
+/// A length and an angle in words; what is smaller than anyone would measure in a mechanism of this scale is left out.
 fn amounts(length: f64, angle: f64, scale: f64) -> String {
     let in_words = |length: f64| match length {
         length if length < 1.0 => format!("{} mm", significant(length * 1e3, 4)),
@@ -167,20 +168,16 @@ fn amounts(length: f64, angle: f64, scale: f64) -> String {
     [length, angle].into_iter().flatten().collect::<Vec<_>>().join(" and ")
 }
 
-/// Negligible gap, rad or characteristic lengths.
+/// Gaps below this, rad or as a part of the mechanism's scale, are none.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// A motion that neither the loops nor the prescribed coordinates determine.
+/// A freedom that neither the loops nor the prescription determine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpenDof {
     /// The body that moves most.
     pub body: String,
-    /// Its motion in words; positions are in the world frame.
+    /// How it moves, in words; places are in the world.
     pub motion: String,
-}
-
-fn degrees(n: usize) -> String {
-    if n == 1 { "one degree of freedom".to_owned() } else { format!("{n} degrees of freedom") }
 }
 
 fn count(n: usize, what: &str) -> String {
@@ -188,6 +185,6 @@ fn count(n: usize, what: &str) -> String {
 }
 
 fn list(open: &[OpenDof]) -> String {
-    let each = open.iter().map(|o| format!("body `{}` can still move ({})", o.body, o.motion));
-    each.collect::<Vec<_>>().join("; ")
+    let told = open.iter().map(|o| format!("body `{}` can still move ({})", o.body, o.motion));
+    told.collect::<Vec<_>>().join("; ")
 }

@@ -1,6 +1,6 @@
-//! Sums of products in twice the working precision.
+//! Sums of products with twice the digits of their numbers.
 
-/// A sum and its accumulated rounding error.
+/// A sum and what rounding took from it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Twofold {
     high: f64,

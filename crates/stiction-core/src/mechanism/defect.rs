@@ -1,17 +1,17 @@
-//! Defects of mechanism descriptions.
+//! What can be wrong with a mechanism's description.
 
 use core::fmt;
 use core::ops::Deref;
 use thiserror::Error;
 
-/// All defects of a description, in the order of their detection; at least one [`Defect`].
+/// Everything that is wrong with a description, in the order in which it was found; at least one [`Defect`].
 ///
 /// It is a slice of defects, and an error whose text has a line for each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Defects(Vec<Defect>);
 
 impl Defects {
-    /// `None` for an empty list.
+    /// None if there are none.
     pub(super) fn new(defects: Vec<Defect>) -> Option<Self> {
         (!defects.is_empty()).then_some(Self(defects))
     }
@@ -58,7 +58,7 @@ impl core::error::Error for Defects {}
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Defect {
-    /// No body besides the ground.
+    /// There is no body but the ground.
     #[error("the mechanism has no body that could move")]
     NoBodies,
     /// Two bodies, two joints, or two springs, of one name.
@@ -69,15 +69,14 @@ pub enum Defect {
         /// The name.
         name: String,
     },
-    /// A joint with the name of another joint's degree of freedom.
+    /// A joint named as a freedom of another one is.
     #[error(
-        "joint `{joint}` has the name of a degree of freedom of joint `{other}`: rename it, columns of results would \
-         coincide"
+        "joint `{joint}` has the name of a freedom of joint `{other}`: results could not tell them apart"
     )]
     NameOfFreedom {
         /// The joint.
         joint: String,
-        /// The joint with that degree of freedom.
+        /// The joint whose freedom is called so.
         other: String,
     },
     /// A joint with a name that results have for something else.
@@ -117,7 +116,7 @@ pub enum Defect {
     /// A number that is NaN or infinite.
     #[error("{place} is not a finite number")]
     NotFinite {
-        /// The number's place in words.
+        /// Where, in words.
         place: String,
     },
     /// A negative mass.
@@ -148,25 +147,25 @@ pub enum Defect {
         /// The joint.
         joint: String,
     },
-    /// A degree of freedom that cannot be actuated, or does not exist.
-    #[error("joint `{joint}` has no degree of freedom {dof} that an actuator could drive")]
+    /// A freedom cannot be actuated, or does not exist.
+    #[error("joint `{joint}` has no freedom {dof} that an actuator could drive")]
     NotActuable {
         /// The joint.
         joint: String,
-        /// Index of the degree of freedom.
+        /// The freedom's index.
         dof: usize,
     },
     /// The list of start coordinates has the wrong length.
-    #[error("joint `{joint}` has {found} start coordinates, but needs {expected}")]
+    #[error("joint `{joint}` starts from {found} coordinates, but has {expected}")]
     StartLength {
         /// The joint.
         joint: String,
-        /// Number given.
+        /// How many were given.
         found: usize,
-        /// Number required.
+        /// How many it has.
         expected: usize,
     },
-    /// Friction of a joint type without friction interfaces.
+    /// A joint type without sliding contacts was given a friction.
     #[error("joint `{joint}`: friction of {joint_type} joints is not modelled")]
     NoContact {
         /// The joint.
@@ -174,8 +173,8 @@ pub enum Defect {
         /// Its type's symbol.
         joint_type: &'static str,
     },
-    /// Friction declared twice at one interface.
-    #[error("joint `{joint}` declares friction twice at one interface")]
+    /// One contact with two frictions.
+    #[error("joint `{joint}` has two frictions at one contact")]
     DuplicateContact {
         /// The joint.
         joint: String,
@@ -189,23 +188,23 @@ pub enum Defect {
         parameter: &'static str,
         /// Its value.
         value: f64,
-        /// The admissible range in words.
+        /// What it may be.
         range: &'static str,
     },
-    /// Friction that does not fit its interface, or contradicts itself.
+    /// A friction that does not fit its contact, or contradicts itself.
     #[error("joint `{joint}`: {problem}")]
     Friction {
         /// The joint.
         joint: String,
-        /// The problem in words.
+        /// What is wrong.
         problem: &'static str,
     },
-    /// A radius is missing at a rotating interface, or given at a sliding one.
+    /// A radius is missing where the contact turns, or given where it slides straight.
     #[error("joint `{joint}`: {problem}")]
     Radius {
         /// The joint.
         joint: String,
-        /// The problem in words.
+        /// What is wrong.
         problem: &'static str,
     },
     /// A compliance out of its range, or in a direction in which the joint moves.
@@ -213,9 +212,9 @@ pub enum Defect {
     Compliance {
         /// The joint.
         joint: String,
-        /// Name of the compliance.
+        /// Which compliance.
         part: &'static str,
-        /// The problem in words.
+        /// What is wrong.
         problem: &'static str,
     },
     /// A spring refers to a body that does not exist.
@@ -227,7 +226,7 @@ pub enum Defect {
         body: String,
     },
     /// A spring with both ends on one body.
-    #[error("both ends of spring `{spring}` are on body `{body}`, where it has no effect")]
+    #[error("both ends of spring `{spring}` are on body `{body}`, where it does nothing")]
     SpringWithinBody {
         /// The spring.
         spring: String,
@@ -250,7 +249,7 @@ pub enum Defect {
         /// The declared value, m.
         f64,
     ),
-    /// The characteristic length is far from the mechanism's size, so that round-off would decide ranks.
+    /// The characteristic length has nothing to do with the mechanism's size: ranks would be those of rounding.
     #[error(
         "the characteristic length is {length:e} m, but where joints and centres of mass are some {own:.1e} m apart it \
          must be between {least:.1e} and {most:.1e} m"
@@ -258,11 +257,11 @@ pub enum Defect {
     CharacteristicLengthFar {
         /// The declared value, m.
         length: f64,
-        /// Default value, m.
+        /// What it would be by default, m.
         own: f64,
-        /// Least admissible value, m.
+        /// The least that it may be, m.
         least: f64,
-        /// Greatest admissible value, m.
+        /// The most, m.
         most: f64,
     },
 }

@@ -1,9 +1,9 @@
-//! Warnings on consistent, but suspicious mechanisms.
+//! What a colleague would point at in a mechanism that is otherwise fine.
 
 use super::Mechanism;
 use thiserror::Error;
 
-/// A suspicious property of a mechanism. Warnings never change numbers.
+/// Something suspicious. Warnings never change numbers.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Warning {
@@ -29,13 +29,13 @@ pub enum Warning {
     /// No body has mass.
     #[error("no body has a mass: only loads and friction will ask for driving forces")]
     NoMass,
-    /// No joint is actuated.
+    /// Nothing is driven.
     #[error("no joint is actuated: there are no driving forces to compute")]
     NoActuator,
 }
 
 impl Mechanism {
-    /// All warnings on the mechanism.
+    /// Everything suspicious about the mechanism.
     pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = Vec::new();
         let moving = &self.bodies()[1..];

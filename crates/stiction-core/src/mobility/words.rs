@@ -1,15 +1,15 @@
-//! Descriptions of instantaneous motions in engineering terms.
+//! Instantaneous motions in a mechanism engineer's words.
 
 use crate::linalg::Svd;
 use crate::spatial::{Mat3, Twist, Vec3, describe_direction, describe_motion};
 use nalgebra::{DMatrix, DVector};
 
-/// Components of unit motions below this count as zero.
+/// Parts of unit motions below this are none.
 const NONE: f64 = 1e-6;
 
-/// Independent motions of one body in words: the span of `lasting`, and its complement in the span of `all`.
+/// Independent motions of one body in words: those spanned by `lasting`, and what `all` has beyond.
 /// Twists are about the kernel origin, `com` is the centre of mass seen from there, and `origin` the
-/// kernel origin in the world. `points` are the body's joints: an axis through two of them is described by
+/// kernel origin in the world. `points` are the body's joints: an axis through two of them is told by
 /// their names.
 pub(crate) fn describe_dofs(
     lasting: &[Twist<f64>],
@@ -31,7 +31,7 @@ pub(crate) fn describe_dofs(
         .iter()
         .cloned()
         .map(|mut motion| {
-            // Twice, against round-off.
+            // Twice, for the sake of rounding.
             for _ in 0..2 {
                 for known in &lasting {
                     let part = known.dot(&motion);

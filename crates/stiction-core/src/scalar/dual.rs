@@ -1,4 +1,4 @@
-//! Dual numbers: values with derivatives.
+//! Numbers that carry their derivatives.
 //!
 //! Equation (P1) of the book's theory.
 

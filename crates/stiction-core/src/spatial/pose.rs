@@ -29,7 +29,7 @@ impl<T: Scalar> Pose<T> {
         }
     }
 
-    /// Transforms a point from frame B to frame A.
+    /// Where in A the point is that B sees at `point`.
     #[inline(always)]
     pub fn apply(self, point: Vec3<T>) -> Vec3<T> {
         self.rotation * point + self.position
@@ -37,7 +37,7 @@ impl<T: Scalar> Pose<T> {
 }
 
 impl Pose<f64> {
-    /// Converts to constants of another scalar type.
+    /// The same pose as constants of another scalar.
     #[inline(always)]
     pub fn lift<T: Scalar>(self) -> Pose<T> {
         Pose { rotation: self.rotation.lift(), position: self.position.lift() }

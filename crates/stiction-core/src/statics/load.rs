@@ -1,4 +1,4 @@
-//! External loads.
+//! Loads from outside.
 
 use crate::kinematics::Bodies;
 use crate::mechanism::{Body, BodyId};
@@ -6,7 +6,7 @@ use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 
-/// Axes of an external load.
+/// In which axes a load is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LoadAxes {
     /// World axes: the load keeps its direction.
@@ -20,7 +20,7 @@ pub enum LoadAxes {
 pub struct AppliedLoad<T> {
     /// The body.
     pub body: BodyId,
-    /// Point of application of the force, in the body's frame, m.
+    /// Where the force acts, in the body's frame, m.
     pub point: Vec3<T>,
     /// The axes of `force` and `moment`.
     pub axes: LoadAxes,
@@ -31,7 +31,7 @@ pub struct AppliedLoad<T> {
 }
 
 impl AppliedLoad<f64> {
-    /// Converts to constants of another scalar type.
+    /// The same as constants of another scalar.
     pub fn lift<T: Scalar>(self) -> AppliedLoad<T> {
         AppliedLoad {
             body: self.body,

@@ -1,4 +1,4 @@
-//! Rank analysis of the balance: forces of joints and actuators at a position, and their uniqueness.
+//! What the joints and actuators of a mechanism can carry at a position, and how uniquely.
 //!
 //! Equations (B7) and (B9) of the book's theory.
 
@@ -12,8 +12,8 @@ use crate::spatial::{Pose, Vec3, Wrench};
 use nalgebra::{DMatrix, DVector};
 
 /// Singular values below this, relative to the largest, count as zero. The matrix is scaled to
-/// entries of order one and positions are exact to 1e-13, so that exact zeros come out below 1e-12; values
-/// between are near-singular and are solved, with their singularity index.
+/// entries of order one and positions are exact to 1e-13, so what is truly zero comes out below
+/// 1e-12; what is between is near-singular and is solved, with its distance told.
 pub(crate) const RANK_TOLERANCE: f64 = 1e-10;
 
 /// The balance of all bodies at one position, decomposed.
@@ -34,7 +34,7 @@ pub struct Statics {
     length: f64,
 }
 
-/// Solution of a balance.
+/// The unknowns of a balance that was solved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StaticSolution {
     /// Values of [`NewtonEuler::unknowns`].
@@ -44,13 +44,14 @@ pub struct StaticSolution {
 /// A load that no reactions and no driving forces can carry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InfeasibleLoad {
-    /// The motion that nothing resists.
+    /// The motion along which nothing resists.
     pub motion: GainedTwist,
-    /// The required effort along the motion that cannot be provided, N m or, if the body does not turn, N.
+    /// What is asked for along the motion and cannot be given, N m or, if the body does not turn, N:
+    /// what the joints would have to do on it.
     pub missing: f64,
 }
 
-/// A self-stress: a change of forces without any effect on the bodies.
+/// A way in which forces can be changed without any effect on the bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NullDirection {
     /// The change of each drive, in the order of the actuators, N or N m.
@@ -99,7 +100,7 @@ impl Statics {
         })
     }
 
-    /// Scale of each unknown: the characteristic length for moments, one for forces.
+    /// What makes unknowns comparable: the characteristic length for moments, one for forces.
     pub(super) fn column_scales(&self) -> &[f64] {
         &self.column_scales
     }
@@ -129,12 +130,12 @@ impl Statics {
         self.svd.singular_values.as_slice()
     }
 
-    /// Degree of static indeterminacy: number of redundant constraints and actuators.
+    /// How many unknowns can be chosen freely: redundant constraints and actuators.
     pub fn redundancy(&self) -> usize {
         self.null.len()
     }
 
-    /// Number of motions that nothing resists.
+    /// How many motions nothing resists.
     pub fn open_motions(&self) -> usize {
         self.row_scales.len() - self.rank
     }
@@ -166,7 +167,7 @@ impl Statics {
         amounts.iter().zip(&sizes).map(|(a, s)| -a / s).collect()
     }
 
-    /// The part of a demand that friction leaves to constraints and actuators.
+    /// What a demand leaves to constraints and drives when friction does its part.
     fn less_friction(&self, demand: &DVector<f64>, friction: &[Wrench<f64>]) -> DVector<f64> {
         let mut rest = demand.clone();
         for (joint, &wrench) in friction.iter().enumerate() {
@@ -180,14 +181,14 @@ impl Statics {
         DVector::from_iterator(rows.len(), scaled)
     }
 
-    /// For each unknown, `true` if the balance alone determines it.
+    /// For each unknown whether the balance alone determines it.
     pub fn determined(&self) -> Vec<bool> {
         // Null vectors are of length one: a component of rounding size is no freedom.
         let free = |k: usize| self.null.iter().map(|n| n[k] * n[k]).sum::<f64>().sqrt();
         (0..self.column_scales.len()).map(|k| free(k) < DETERMINED).collect()
     }
 
-    /// For each actuator effort, `true` if the balance alone determines it.
+    /// For each drive whether the balance alone determines it.
     pub fn determined_drives(&self) -> Vec<bool> {
         // Drives are the last unknowns.
         let mut unknowns = self.determined();
@@ -195,7 +196,7 @@ impl Statics {
     }
 
     /// For each joint, for each component of its complete wrench (force x y z, then moment x y z
-    /// about the joint's origin, world axes), `true` if the balance alone determines it.
+    /// about the joint's origin, world axes), whether the balance alone determines it.
     pub fn determined_reactions(&self) -> Vec<[bool; 6]> {
         let mut determined = vec![[true; 6]; self.frames.len()];
         for stress in self.self_stresses() {
@@ -212,14 +213,14 @@ impl Statics {
         determined
     }
 
-    /// Basis of the self-stress states: for each the wrench at each joint, about the kernel origin. The
-    /// unknowns of each have norm one.
+    /// Self-stresses: for each way in which joints can load each other without any demand, the
+    /// wrench at each joint, about the kernel origin. Unknowns are of size one in all.
     pub fn self_stresses(&self) -> Vec<Vec<Wrench<f64>>> {
         self.null.iter().map(|vector| self.wrenches_of(vector)).collect()
     }
 
-    /// Directions in which any solution may be changed: for each the actuator efforts and the wrenches of the loaded
-    /// joints, without a scale.
+    /// What may be added to any solution in any amount: for each such direction the drives and the
+    /// wrenches of the joints that take part, without a scale.
     pub fn null_directions(&self) -> Vec<NullDirection> {
         let count = self.drive_weights.len();
         let each = self.null.iter().map(|vector| {
@@ -268,8 +269,8 @@ impl Statics {
         Ok(self.distributed(particular, friction))
     }
 
-    /// Solves for the part of a demand that can be carried. The result is linear in demand and friction
-    /// together.
+    /// The same of that part of a demand that is within reach. It is linear in demand and friction
+    /// taken together.
     pub(crate) fn carry_what_can_be(
         &self,
         demand: &DVector<f64>,
@@ -289,7 +290,7 @@ impl Statics {
         StaticSolution { unknowns: DVector::from_iterator(particular.len(), unknowns) }
     }
 
-    /// The shortest least-squares solution for a scaled demand.
+    /// The least scaled unknowns that carry the scaled demand as well as it can be.
     fn particular(&self, scaled: &DVector<f64>) -> DVector<f64> {
         let first = self.svd.solve(scaled, self.rank);
         // One step of refinement with the matrix itself.
@@ -312,16 +313,16 @@ impl Statics {
         if residual.amax() <= 1e-9 * size {
             return Ok(());
         }
-        // The residual lies in the motions that nothing resists; the demand is greatest along itself.
+        // The residual lies in the motions that nothing resists; along itself it asks for most.
         let motion = self.scale_rows(&residual);
         let demand = scaled.dot(&residual);
         let told = self.told(&motion);
-        // The reported motion is that of the residual, scaled; the demand along it likewise.
+        // The motion told is the residual's, scaled; the demand along it likewise.
         let size = motion_size(&motion, told.body, told.turns);
         Err(InfeasibleLoad { missing: demand / size, motion: told })
     }
 
-    /// Moves the solution within the null space to the least actuator efforts, then to the least reactions.
+    /// Moves the solution within what is open to the least drives, then to the least reactions.
     fn distribute(&self, solution: &mut DVector<f64>, friction: &[Wrench<f64>]) {
         if self.null.is_empty() {
             return;
@@ -345,7 +346,7 @@ impl Statics {
             let response = DMatrix::from_columns(&columns);
             open = least(&response, &efforts(solution), open, solution);
         }
-        // Stage 2: reactions, weighted by the declared compliances, and then by the default.
+        // Stage 2: reactions, by the declared compliances, and what these leave open by the default.
         let none = vec![Wrench::zero(); friction.len()];
         for weights in [self.compliance.as_deref(), None] {
             if open.ncols() == 0 {
@@ -386,21 +387,21 @@ impl Statics {
     }
 }
 
-/// Zero in place of round-off.
+/// Rounding as zero.
 fn clean(part: f64) -> f64 {
     if part.abs() < DETERMINED { 0.0 } else { part }
 }
 
-/// Speed of a body in a motion of all bodies, rad/s, or m/s if it does not turn.
+/// How fast a body turns, rad/s, or moves, m/s, in a motion of all bodies.
 fn motion_size(motion: &DVector<f64>, body: usize, turns: bool) -> f64 {
     motion.fixed_rows::<3>(6 * (body - 1) + if turns { 3 } else { 0 }).norm()
 }
 
-/// Components of unit vectors below this are round-off.
+/// Parts of unit vectors below this are rounding.
 pub(crate) const DETERMINED: f64 = 1e-8;
 
-/// Moves `solution` along the columns of `open` such that `now + response * amounts` is least; returns
-/// the directions that are still open.
+/// Moves `solution` along the columns of `open` to where `now + response * amounts` is least;
+/// returns what is still open then.
 fn least(
     response: &DMatrix<f64>,
     now: &DVector<f64>,

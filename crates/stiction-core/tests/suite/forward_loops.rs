@@ -4,8 +4,8 @@ use crate::common::simulated::*;
 use crate::common::*;
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, LoadAxes};
 use stiction_core::forward::{
-    ConstantEfforts, EventKind, Forward, ForwardError, Inputs, InterfaceMode as Doing, Settings,
-    View,
+    ConstantEfforts, EventKind, Forward, ForwardError, Inputs, InterfaceMode as Doing, Method,
+    Settings, View,
 };
 use stiction_core::joint::JointType;
 use stiction_core::kinematics::{Coordinate, State, Target};
@@ -209,10 +209,27 @@ fn short_guides_jam_and_say_so() {
         let mut state = State::new(model.topology());
         state.rates[0] = 0.3;
         let mut inputs = ConstantEfforts(vec![force]);
-        let started = model.start(0.0, state, Settings::default(), &mut inputs);
+        let started = model.start(0.0, state.clone(), Settings::default(), &mut inputs);
         if force < 0.0 && k > 1.0 {
-            // Neither sign of the acceleration is consistent with the laws.
-            let error = started.unwrap_err();
+            // Neither sign of the acceleration is consistent with the laws: the slide jams in an inelastic
+            // impact, which dissipates its kinetic energy.
+            let mut jammed = started.unwrap();
+            jammed.advance(1e-5, &mut inputs).unwrap();
+            // Then the force pushes it back.
+            let rate = jammed.instant().state.rates[0];
+            assert!((rate - force / (1.0 + k) * 1e-5).abs() < 1e-6, "{rate}");
+            let jumps = jammed.events().iter().filter_map(|event| match &event.kind {
+                EventKind::Jump { rates, .. } => Some(rates[0]),
+                _ => None,
+            });
+            let jumps: Vec<_> = jumps.collect();
+            assert_eq!(jumps.len(), 1, "{jumps:?}");
+            assert!(jumps[0].before == 0.3 && jumps[0].after.abs() < 1e-6, "{jumps:?}");
+            let lost = jammed.energies().interfaces.iter().sum::<f64>();
+            assert!((lost - 0.045).abs() < 1e-6, "{lost}");
+            // The event-driven method alone finds no acceleration.
+            let settings = Settings { method: Method::EventDriven, ..Settings::default() };
+            let error = model.start(0.0, state, settings, &mut inputs).unwrap_err();
             let ForwardError::NoAcceleration { time, joint, percent } = &error else {
                 panic!("{error}")
             };

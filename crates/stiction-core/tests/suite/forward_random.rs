@@ -2,7 +2,7 @@
 //! balance closes, nothing is NaN, and an aborted run states its reason.
 
 use crate::common::random::*;
-use stiction_core::forward::{ConstantEfforts, Forward, InterfaceMode, Settings};
+use stiction_core::forward::{ConstantEfforts, Event, EventKind, Forward, InterfaceMode, Settings};
 
 #[test]
 fn random_mechanisms_fall_stick_and_slide() {
@@ -34,8 +34,10 @@ fn random_mechanisms_fall_stick_and_slide() {
             let turnover = simulation.energies().turnover + now.account.kinetic;
             let error = simulation.energy_error().abs() / turnover.max(1e-6);
             worst = worst.max(error);
-            // Steps are accurate to 1e-9.
-            assert!(error < 1e-8, "{class:?} {seed}: {error:e}");
+            // Event-driven steps are accurate to 1e-9, time stepping is of first order.
+            let steps = |event: &Event| matches!(event.kind, EventKind::Method { .. });
+            let limit = if simulation.events().iter().any(steps) { 1e-5 } else { 1e-8 };
+            assert!(error < limit, "{class:?} {seed}: {error:e}");
             for interface in &now.interfaces {
                 if interface.interface == InterfaceMode::Sticks {
                     stuck += 1;

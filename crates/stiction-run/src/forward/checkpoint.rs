@@ -2,7 +2,7 @@
 
 use super::job::{Feed, Job};
 use serde_json::{Value, json};
-use stiction_core::forward::{Competitor, Event, EventKind, Method};
+use stiction_core::forward::{Competitor, Event, EventKind, Method, RateJump};
 use stiction_core::mechanism::{JointId, Mechanism};
 
 /// State of a simulation after one of its samples, as numbers, from which the simulation can be
@@ -148,10 +148,20 @@ fn event_json(event: &Event) -> Value {
         EventKind::Method { method } => {
             json!({ "time": time, "steps": *method == Method::TimeStepping })
         }
-        EventKind::Jump { joint, change } => {
-            json!({ "time": time, "joint": joint.0, "change": text(&[*change]) })
+        EventKind::Jump { joint, change, rates } => {
+            let rates: Vec<Value> = rates
+                .iter()
+                .map(|r| json!([r.joint.0, r.dof, text(&[r.before, r.after])]))
+                .collect();
+            json!({ "time": time, "joint": joint.0, "change": text(&[*change]), "rates": rates })
         }
     }
+}
+
+fn rate_jump(value: &Value) -> Option<RateJump> {
+    let index = |k: usize| usize::try_from(value[k].as_u64()?).ok();
+    let [before, after] = numbers(&value[2])?.try_into().ok()?;
+    Some(RateJump { joint: JointId(index(0)?), dof: index(1)?, before, after })
 }
 
 fn event(value: &Value) -> Option<Event> {
@@ -171,7 +181,8 @@ fn event(value: &Value) -> Option<Event> {
         let method = if steps { Method::TimeStepping } else { Method::EventDriven };
         EventKind::Method { method }
     } else if let Some(change) = number("change") {
-        EventKind::Jump { joint: joint()?, change }
+        let rates = value["rates"].as_array()?.iter().map(rate_jump).collect::<Option<_>>()?;
+        EventKind::Jump { joint: joint()?, change, rates }
     } else {
         let loads = value["others"].as_array()?.iter().map(numbers);
         let others = loads.map(|loads| {

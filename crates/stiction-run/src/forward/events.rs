@@ -1,7 +1,8 @@
 //! Events in words.
 
 use super::rows::Layout;
-use stiction_core::forward::{Event, EventKind, Method};
+use crate::dofs::Dof;
+use stiction_core::forward::{Event, EventKind, Method, RateJump};
 use stiction_core::mechanism::JointId;
 use stiction_draw::numbers::number;
 
@@ -50,8 +51,8 @@ fn tell(layout: &Layout, at_rest: &mut [bool], event: &Event) -> Told {
             ("singular", String::new(), detail)
         }
         EventKind::Method { method } => ("method", String::new(), method_name(*method).to_owned()),
-        EventKind::Jump { joint, change } => {
-            let detail = format!("no acceleration; a rate changes by {}", number(*change));
+        EventKind::Jump { joint, change: _, rates } => {
+            let detail = format!("no acceleration: {}", rate_jumps(layout, rates));
             ("jump", joint_name(*joint), detail)
         }
     };
@@ -71,6 +72,27 @@ pub(crate) fn methods(events: &[Event], (first, last): (f64, f64)) -> [f64; 2] {
     }
     passed[now] += last - since;
     passed
+}
+
+/// Rates before and after a jump with their units: "slider 1 -> 0 m/s, rod 0 -> -1.342 rad/s".
+fn rate_jumps(layout: &Layout, rates: &[RateJump]) -> String {
+    const MOST: usize = 4;
+    let mut words: Vec<String> = Vec::new();
+    for jump in rates.iter().take(MOST) {
+        let is_dof = |dof: &&Dof| (dof.joint, dof.index) == (jump.joint, jump.dof);
+        let Some(dof) = layout.dofs.iter().find(is_dof) else { continue };
+        let [_, unit, _] = dof.units();
+        words.push(format!(
+            "{} {} -> {} {unit}",
+            dof.name,
+            number(jump.before),
+            number(jump.after)
+        ));
+    }
+    if rates.len() > MOST {
+        words.push(format!("{} more", rates.len() - MOST));
+    }
+    words.join(", ")
 }
 
 /// Keyword of an integration method.

@@ -1,4 +1,4 @@
-//! Where loops, locks and prescribed motions would stop a motion at once.
+//! Detection of impacts: loops, locks and prescribed motions that would stop a motion at once.
 //!
 //! At a dead centre a lock allows rates that it does not allow an instant later: its row of the conditions
 //! vanishes there. What it asks of the accelerations then contradicts the others, and no force that is finite
@@ -98,7 +98,7 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let (model, time) = (self.model, arrived.time);
-        let allowed = |part: f64| part.max(1e3 * self.attainable_tolerance());
+        let allowed = |part: f64| part.max(1e3 * self.attainable_tolerance(time - self.now.time));
         let (_, free, rest) = parts(&self.now, y);
         let size = |of: &dyn Fn(usize) -> f64| {
             let each = model.columns.iter().enumerate();
@@ -125,7 +125,7 @@ impl Simulation<'_> {
         let Energies { loads, dampers, turnover, .. } = self.energies;
         let energies = &rest[3 * self.modes.len()..];
         let (drives, energies) = energies.split_at(self.energies.drives.len());
-        let put_in = drives.iter().sum::<f64>() - self.energies.drives.iter().sum::<f64>()
+        let supplied = drives.iter().sum::<f64>() - self.energies.drives.iter().sum::<f64>()
             + (energies[0] - loads);
         let lost = energies[1] - dampers + energies[3..].iter().sum::<f64>()
             - self.energies.interfaces.iter().sum::<f64>();
@@ -133,7 +133,7 @@ impl Simulation<'_> {
         let gained = (is.kinetic - was.kinetic) + (is.potential - was.potential);
         let step = energies[2] - turnover + is.kinetic.max(was.kinetic);
         let all = is.kinetic + is.potential.abs() + energies[2];
-        if (gained - put_in + lost).abs() > allowed(WRONG) * step + ROUNDING * all {
+        if (gained - supplied + lost).abs() > allowed(WRONG) * step + ROUNDING * all {
             return Err(ForwardError::Stiff {
                 time,
                 step: time - self.now.time,

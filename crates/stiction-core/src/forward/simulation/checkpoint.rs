@@ -1,4 +1,4 @@
-//! All that a simulation is at one instant, as plain numbers.
+//! Complete state of a simulation as plain numbers.
 
 use super::scratch::Scratch;
 use super::stepping::{QUIET, Stepping};
@@ -174,11 +174,14 @@ impl<'a> Simulation<'a> {
         tape.count(&mut self.told_of_shares);
         tape.count(&mut self.stalled);
         tape.count(&mut self.evaluations);
-        tape.count(&mut self.pace.0);
-        tape.number(&mut self.pace.1);
+        tape.count(&mut self.event_rate.0);
+        tape.number(&mut self.event_rate.1);
         tape.number(&mut self.dropped);
         tape.count(&mut self.stiff.0);
         tape.count(&mut self.stiff.1);
+        tape.count(&mut self.crawling);
+        tape.count(&mut self.progress.0);
+        tape.number(&mut self.progress.1);
         tape.count(&mut self.wait);
         let mut steps = self.stepping.is_some();
         tape.flag(&mut steps);
@@ -260,11 +263,13 @@ impl Forward {
             scales: Vec::new(),
             evaluations: 0,
             stepping: None,
-            pace: (0, 0.0),
+            event_rate: (0, 0.0),
             dropped: 0.0,
             stiff: (0, 0),
+            crawling: 0,
+            progress: (0, 0.0),
             wait: QUIET,
-            room: Box::new(Scratch::new(self)),
+            workspace: Box::new(Scratch::new(self)),
             lists: Vec::new(),
         };
         let Some((&FORMAT, numbers)) = checkpoint.numbers.split_first() else {

@@ -1,4 +1,4 @@
-//! What follows an event: contacts at rest stick or slide anew, or the mechanism moves on.
+//! Response to an event: interfaces at rest stick or slip, or the motion continues.
 
 use super::locate::Ending;
 use super::stepping::LONGEST_WAIT;
@@ -11,11 +11,11 @@ use crate::forward::stick::Choice;
 use crate::kinematics::State;
 use crate::mechanism::JointId;
 
-/// Events at one time, at most.
+/// Largest number of events at one time.
 const EVENTS_AT_ONCE: usize = 200;
 
 impl Simulation<'_> {
-    /// What follows the end of a step that began at some time.
+    /// Responds to the ending of a step that began at `since`, s.
     pub(super) fn follow_up(
         &mut self,
         ending: Ending,
@@ -59,7 +59,7 @@ impl Simulation<'_> {
         leaves
     }
 
-    /// Decides anew what sticks and what slides among all that is at rest, `stopped` among them.
+    /// Decides which interfaces at rest stick and which slip; `stopped` is one that has just stopped.
     pub(super) fn reconsider(
         &mut self,
         inputs: &mut dyn Inputs,
@@ -172,7 +172,7 @@ impl Simulation<'_> {
         mobility(&sticks) < mobility(&self.modes)
     }
 
-    /// A contact slides back at once.
+    /// Reverses the slip of an interface.
     pub(super) fn reverse(
         &mut self,
         interface: usize,

@@ -1,4 +1,4 @@
-//! The account of energy since the start.
+//! Energy balance since the start.
 //!
 //! Equation (E4) of the book's theory.
 
@@ -7,30 +7,30 @@ use super::Simulation;
 /// Work done since the start, J.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Energies {
-    /// By each actuator.
+    /// Work of each actuator.
     pub drives: Vec<f64>,
-    /// By all loads.
+    /// Work of all external loads.
     pub loads: f64,
-    /// Dissipated in dampers.
+    /// Energy dissipated in dampers.
     pub dampers: f64,
-    /// Dissipated in each contact; of bristles with what they store.
+    /// Energy dissipated in each friction interface; for bristle laws including stored energy.
     pub interfaces: Vec<f64>,
-    /// All powers summed as magnitudes, that between kinetic and potential energy among them.
+    /// Integral of the magnitudes of all powers, including the exchange of kinetic and potential energy.
     pub turnover: f64,
 }
 
 impl Simulation<'_> {
-    /// Work since the start.
+    /// Work and dissipated energy since the start, J.
     pub fn energies(&self) -> &Energies {
         &self.energies
     }
 
-    /// Kinetic and potential energy less what was put in and plus what was dissipated since the start:
-    /// what is lost to errors, J.
+    /// Residual of the energy balance since the start, J: change of kinetic and potential energy, minus work
+    /// of actuators and loads, plus dissipated energy.
     pub fn energy_error(&self) -> f64 {
         let Energies { drives, loads, dampers, interfaces, .. } = &self.energies;
         let now = self.now.account.kinetic + self.now.account.potential;
-        let put_in = drives.iter().sum::<f64>() + loads;
-        now - self.energy_at_start - put_in + dampers + interfaces.iter().sum::<f64>()
+        let supplied = drives.iter().sum::<f64>() + loads;
+        now - self.energy_at_start - supplied + dampers + interfaces.iter().sum::<f64>()
     }
 }

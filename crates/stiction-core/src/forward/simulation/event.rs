@@ -1,71 +1,88 @@
-//! What happened, and what can.
+//! Events of a simulation.
 
 use super::Method;
 use crate::forward::error::Competitor;
 use crate::mechanism::JointId;
 
-/// What happened.
+/// Event of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// s.
+    /// Time, s.
     pub time: f64,
-    /// What.
+    /// Kind of event.
     pub kind: EventKind,
 }
 
-/// What can happen.
+/// Kind of an event.
 #[derive(Clone, Debug, PartialEq)]
 pub enum EventKind {
-    /// A contact stops and sticks.
+    /// Stick onset of a friction interface.
     Sticks {
-        /// Index of the contact among all.
+        /// Index of the friction interface.
         interface: usize,
-        /// Its joint.
+        /// Joint of the interface.
         joint: JointId,
     },
-    /// A contact begins to slide, or slides back.
+    /// Slip onset or reversal of slip of a friction interface.
     Slides {
-        /// Index of the contact among all.
+        /// Index of the friction interface.
         interface: usize,
-        /// Its joint.
+        /// Joint of the interface.
         joint: JointId,
-        /// Where to, along its freedoms.
+        /// Direction of slip along the degrees of freedom of the interface.
         direction: [f64; 3],
     },
-    /// More contacts stick than are needed to hold the mechanism: how they share the load does not follow
-    /// from the laws. They share it in proportion to what they can bear (least squares); where that is
-    /// beyond a limit, otherwise within all limits; where there is no room left, within 1e-5 of them.
+    /// More interfaces stick than are needed to hold the mechanism, so the friction laws do not determine
+    /// their forces. The simulation distributes them in proportion to the friction limits (least squares).
+    /// If one exceeds its limit, any distribution within all limits is taken, or one within 1e-5 of them.
     SharesNotUnique {
-        /// How many shares are open.
+        /// Number of undetermined friction forces.
         redundant: usize,
     },
-    /// Other motions satisfy all laws as well; the one that goes on is connected with no friction.
+    /// Other solutions satisfy all laws as well. The simulation continues with the one that is connected with
+    /// the frictionless solution.
     NotUnique {
-        /// The joint whose load differs most.
+        /// Joint whose normal force differs most between the solutions.
         joint: JointId,
-        /// See [`crate::forward::Instant::coupling`].
+        /// Uniqueness bound, see [`crate::forward::Instant::coupling`].
         coupling: f64,
-        /// The others that were found.
+        /// Other solutions.
         others: Vec<Competitor>,
     },
-    /// Loops, and what is prescribed, lose rank at this position: two ways of moving meet. The motion goes on
-    /// smoothly, on the way that it came.
+    /// The constraints of loops and prescribed joints lose rank at this position, where two branches of motion
+    /// meet. The motion continues smoothly on its branch. Each passage is reported once.
     Singular {
-        /// How many conditions depend on the others there that do not beside it.
+        /// Number of constraints that are dependent only at this position.
         lost: usize,
     },
-    /// Time is passed in another way from here on.
+    /// The integration scheme changes.
     Method {
-        /// Which: event-driven or time-stepping.
+        /// New scheme: event-driven or time-stepping.
         method: Method,
     },
-    /// Velocities jump: friction leaves no acceleration (Painleve), and the step that goes on is the
-    /// nearest that satisfies all laws at its end. Only with [`Method::TimeStepping`], or where the choice is
-    /// automatic and contacts hold.
+    /// Velocities jump within a step of 1e-8 s, because no acceleration satisfies all friction laws
+    /// (Painleve). The velocities after the jump satisfy all laws, with impulses in place of forces
+    /// (Moreau). The energy account books the dissipated work as friction impulse times mean velocity.
+    /// Only during time stepping.
     Jump {
-        /// The joint with the greatest load.
+        /// Joint with the largest normal force.
         joint: JointId,
-        /// The largest change of a rate of the tree, rad/s or characteristic lengths per second.
+        /// Largest change of a rate of the tree, rad/s or characteristic lengths per second.
         change: f64,
+        /// Joint rates that jump, the largest change first.
+        rates: Vec<RateJump>,
     },
+}
+
+/// Jump of the rate of one degree of freedom of a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateJump {
+    /// The joint.
+    pub joint: JointId,
+    /// Index of the degree of freedom in its joint.
+    pub dof: usize,
+    /// Rate before the jump, rad/s or m/s.
+    pub before: f64,
+    /// Rate after the jump, rad/s or m/s.
+    pub after: f64,
 }

@@ -1,4 +1,4 @@
-//! What acts changes suddenly: a controller has taken a sample, or a force jumps.
+//! Sudden changes of inputs: a controller sample or a force step.
 
 use super::locate::LET_GO;
 use super::{REST, Simulation};
@@ -11,7 +11,7 @@ impl Simulation<'_> {
     /// Accelerations and reactions under what acts now. Contacts are looked at anew only where they do not clearly
     /// go on with what they do: that is the rule of the search as well, which tries it first, and costs many times as
     /// much.
-    pub(super) fn heed_change(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+    pub(super) fn on_input_change(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         if let Some(instant) = self.goes_on(inputs) {
             self.become_now(instant);
             return self.look_for_others(inputs);
@@ -45,7 +45,7 @@ impl Simulation<'_> {
         let unique = instant.coupling.is_some_and(|coupling| coupling < 1.0);
         let holds = self.least_margin(&instant) > 2.0 * LET_GO;
         if shared || !unique || !holds {
-            self.room.spare(instant);
+            self.workspace.spare(instant);
             return None;
         }
         Some(instant)

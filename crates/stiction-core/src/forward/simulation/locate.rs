@@ -76,7 +76,7 @@ impl Simulation<'_> {
             }
         }
         // Stages of the step lie all along it.
-        holds &= self.room.margin.min(self.least_margin(arrived)) < FAR_FROM_LIMIT;
+        holds &= self.workspace.margin.min(self.least_margin(arrived)) < FAR_FROM_LIMIT;
         if suspects.is_empty() && !holds && led.is_none() {
             return Ok(None);
         }
@@ -201,7 +201,7 @@ impl Simulation<'_> {
         self.steps.at(part, y);
         let at = self.evaluate(time + part * step, y, inputs, false)?;
         let margin = self.least_margin(&at);
-        self.room.spare(at);
+        self.workspace.spare(at);
         Ok(margin)
     }
 }

@@ -39,7 +39,7 @@ impl Simulation<'_> {
     /// Freezes what sticks, and all that cannot move then.
     pub(super) fn hold(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let model = self.model;
-        self.room.conditions_hold = false;
+        self.workspace.conditions_hold = false;
         let sticks: Vec<usize> =
             (0..self.modes.len()).filter(|&c| self.modes[c] == InterfaceMode::Sticks).collect();
         (self.anchors, self.frozen) = self.holds_of(&sticks);

@@ -1,4 +1,4 @@
-//! A mechanism on its way through time: steps, events, and the account of energy.
+//! Simulation of a mechanism over time: steps, events and energy balance.
 
 mod abrupt;
 mod checkpoint;
@@ -25,7 +25,7 @@ mod wait;
 
 pub use checkpoint::Checkpoint;
 pub use energies::Energies;
-pub use event::{Event, EventKind};
+pub use event::{Event, EventKind, RateJump};
 pub use settings::{Method, Settings};
 
 use super::Forward;
@@ -36,11 +36,16 @@ use super::project::Anchor;
 use crate::forward::affine_friction::InterfaceMode;
 use crate::forward::instant::Instant;
 use scratch::Scratch;
+use stepping::LONGEST_WAIT;
 
-/// Contacts slower than this part of the fastest rest.
+/// Friction interfaces slower than this part of the largest slip speed are at rest.
 const REST: f64 = 1e-10;
 
-/// A mechanism on its way through time.
+/// A simulation stalls if time advances by less than a part of the longest step over this many evaluations.
+const PATIENCE: usize = 20_000;
+const LEAST_PROGRESS: f64 = 1e-4;
+
+/// Simulation of a mechanism over time, see [`Forward::start`].
 #[derive(Clone, Debug)]
 pub struct Simulation<'a> {
     model: &'a Forward,
@@ -53,12 +58,12 @@ pub struct Simulation<'a> {
     grips: Vec<f64>,
     shares: Vec<[f64; 3]>,
     overload: f64,
-    /// Of joints that close a loop.
+    /// Angles of joints that close a loop, counted over full turns.
     angles: Vec<Angle>,
     energies: Energies,
     energy_at_start: f64,
     fastest: f64,
-    /// Of the tree, lengths in characteristic lengths.
+    /// Largest rate of the tree so far, rad/s or characteristic lengths per second.
     fastest_rate: f64,
     step: f64,
     events: Vec<Event>,
@@ -71,49 +76,53 @@ pub struct Simulation<'a> {
     scales: Vec<f64>,
     evaluations: usize,
     stepping: Option<stepping::Stepping>,
-    /// Events since some time, and that time.
-    pace: (usize, f64),
+    /// Number of events since a time, and that time, s.
+    event_rate: (usize, f64),
     dropped: f64,
-    /// Steps in a row that stability bounds, and such that it does not since.
+    /// Number of successive steps bounded by stability, and of steps since that are not.
     stiff: (usize, usize),
-    /// How many quiet steps of the time stepper it takes before events are tried again.
+    /// Very short steps in a row, see `is_stiff`.
+    crawling: usize,
+    /// Evaluations and time, s, at the last check for a stall.
+    progress: (usize, f64),
+    /// Number of quiet time steps before the event-driven method is tried again.
     wait: usize,
-    room: Box<Scratch>,
-    /// Lists of numbers that nobody needs any more.
+    workspace: Box<Scratch>,
+    /// Unused lists of numbers, kept for their memory.
     lists: Vec<Vec<f64>>,
 }
 
 impl Simulation<'_> {
-    /// Everything at the present instant.
+    /// State, forces and energies at the present instant.
     pub fn instant(&self) -> &Instant {
         &self.now
     }
 
-    /// What happened since the start.
+    /// Events since the start, in the order of time.
     pub fn events(&self) -> &[Event] {
         &self.events
     }
 
-    /// What each contact does.
+    /// Mode of each friction interface.
     pub fn interfaces(&self) -> &[InterfaceMode] {
         &self.modes
     }
 
-    /// By how much rates at the start are others than was asked for, as a part of the largest: loops and
-    /// what is prescribed or locked do not allow all. Zero but for rounding where they do.
+    /// Relative change of the requested rates at the start. It exceeds rounding if the loops, prescribed or
+    /// locked joints do not allow these rates.
     pub fn dropped(&self) -> f64 {
         self.dropped
     }
 
-    /// How often accelerations were computed.
+    /// Number of evaluations of accelerations.
     pub fn evaluations(&self) -> usize {
         self.evaluations
     }
 
-    /// Goes on to a time, s; nothing happens if that is past.
+    /// Advances to a time, s. Does nothing if that time has passed.
     ///
     /// # Errors
-    /// See [`ForwardError`]; the last good instant stays.
+    /// See [`ForwardError`]; the simulation then stays at the last valid instant.
     pub fn advance(&mut self, until: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         while self.now.time < until {
             let change = inputs.next_change(self.now.time).filter(|t| *t <= until);
@@ -126,11 +135,11 @@ impl Simulation<'_> {
             if change.is_some() {
                 inputs.change(&self.view());
                 if self.stepping.is_none() {
-                    match self.heed_change(inputs) {
+                    match self.on_input_change(inputs) {
                         Err(error) if self.may_step(&error) => self.begin_stepping(),
                         other => other?,
                     }
-                    // Rates may be others.
+                    // Rates may have changed.
                     self.count_turns();
                 }
             }
@@ -138,21 +147,30 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// How long a step may be at most, so that it sees what acts.
+    /// Longest step, s, that resolves the inputs.
     fn longest_step(&self, time: f64, inputs: &dyn Inputs) -> f64 {
         let seen = inputs.seen_until(time) - time;
         self.settings.longest_step.min(seen).max(self.settings.shortest_step)
     }
 
-    /// One step, by whichever method goes.
+    /// Advances by one step of the present method; falls back to time stepping where the automatic method
+    /// allows it.
     fn go_on(&mut self, end: f64, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
+        if self.is_stalled() {
+            let error = self.stalled_error();
+            if !self.may_step(&error) {
+                return Err(error);
+            }
+            self.wait = (2 * self.wait).min(LONGEST_WAIT);
+            self.begin_stepping();
+        }
         if self.stepping.is_some() {
             return self.step_through(end, inputs);
         }
         match self.advance_once(end, inputs) {
             Err(error) if self.may_step(&error) => {
                 self.begin_stepping();
-                // Where steps do not go either the first reason is the better one.
+                // If time stepping fails as well, the first reason is the better one.
                 if self.now.time < end {
                     self.step_through(end, inputs).map_err(|_| error)
                 } else {
@@ -160,6 +178,26 @@ impl Simulation<'_> {
                 }
             }
             other => other,
+        }
+    }
+
+    /// Returns whether time has hardly advanced over the last [`PATIENCE`] evaluations.
+    fn is_stalled(&mut self) -> bool {
+        let (evaluations, since) = self.progress;
+        if self.evaluations - evaluations < PATIENCE {
+            return false;
+        }
+        self.progress = (self.evaluations, self.now.time);
+        self.now.time - since < LEAST_PROGRESS * self.settings.longest_step
+    }
+
+    fn stalled_error(&self) -> ForwardError {
+        let load = |c: &usize| self.now.interfaces[*c].load;
+        let most = (0..self.modes.len()).max_by(|a, b| load(a).total_cmp(&load(b)));
+        ForwardError::Stalled {
+            time: self.now.time,
+            evaluations: PATIENCE,
+            joint: most.map(|c| self.model.joint_name(self.model.parameters.interfaces[c].joint)),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Where other motions satisfy all laws as well, it is said.
+//! Search for further solutions that satisfy all laws.
 
 use super::{Event, EventKind, Simulation};
 use crate::forward::error::ForwardError;
@@ -6,8 +6,8 @@ use crate::forward::inputs::Inputs;
 use crate::mechanism::JointId;
 
 impl Simulation<'_> {
-    /// Where the solution is not certain to be the only one, others are looked for and told, once for
-    /// each stretch of time.
+    /// Searches for further solutions where the uniqueness bound does not hold, and records them once for each
+    /// interval in which it does not hold.
     pub(super) fn look_for_others(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let Some(coupling) = self.now.coupling.filter(|c| *c >= 1.0) else {
             self.told_of_others = false;

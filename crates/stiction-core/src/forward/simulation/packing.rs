@@ -1,4 +1,4 @@
-//! State, bristles and energies as one list of numbers for the integrator.
+//! State vector of the integrator: coordinates, rates, bristles, energies.
 
 use super::Simulation;
 use crate::forward::instant::Instant;
@@ -11,7 +11,7 @@ impl Simulation<'_> {
         y
     }
 
-    /// The same in the room that is there.
+    /// Packs the state vector into `y`, reusing its memory.
     pub(super) fn pack_into(&self, y: &mut Vec<f64>) {
         let state = &self.now.state;
         y.clear();
@@ -48,13 +48,13 @@ impl Simulation<'_> {
         rates.extend_from_slice(&account.interfaces);
     }
 
-    /// Room for a list of numbers.
+    /// Returns an empty list, reusing memory.
     pub(super) fn list(&mut self) -> Vec<f64> {
         self.lists.pop().unwrap_or_default()
     }
 
-    /// Errors of coordinates and rates count, lengths in characteristic lengths; bristles by their own
-    /// size; energies are quadratures of the same and do not count.
+    /// Scales of the error estimate: characteristic length for lengths, largest deflection for bristles. Energies
+    /// are quadratures and have an infinite scale.
     pub(super) fn error_scales(&self) -> Vec<f64> {
         let (topology, columns) = (&self.model.topology, &self.model.columns);
         let mut scales = vec![1.0; topology.coordinates()];
@@ -76,7 +76,7 @@ impl Simulation<'_> {
     }
 }
 
-/// Coordinates, rates, and what follows them, in a list of numbers.
+/// Splits a state vector into coordinates, rates and the rest.
 pub(super) fn parts<'y>(at: &Instant, y: &'y [f64]) -> (&'y [f64], &'y [f64], &'y [f64]) {
     let (coordinates, rest) = y.split_at(at.state.coordinates.len());
     let (rates, rest) = rest.split_at(at.state.rates.len());

@@ -1,6 +1,4 @@
-//! Contacts whose joints are prescribed: whether they slide, and where to, is given.
-//!
-//! Friction holds nothing there, so no limit tells when one at rest begins to slide. What is prescribed does.
+//! Friction interfaces in prescribed joints: the prescribed motion determines stick, slip and direction.
 
 use super::{REST, Simulation};
 use crate::forward::Forward;

@@ -1,4 +1,4 @@
-//! How many conditions the loops and what is prescribed make at a position.
+//! Rank of the constraints of loops and prescribed joints at a position.
 
 use crate::forward::Forward;
 use crate::forward::balance::DEPENDENT;
@@ -7,7 +7,7 @@ use crate::forward::solve::StickingDof;
 use crate::kinematics::{Bodies, State, Target};
 use crate::linalg::RowSpace;
 
-/// Room for ranks at positions.
+/// Buffers for the rank at a position.
 #[derive(Clone, Debug)]
 pub(super) struct Ranks {
     bodies: Bodies<f64>,
@@ -16,12 +16,12 @@ pub(super) struct Ranks {
     rows: ConstraintRows,
     scaled: Vec<f64>,
     space: RowSpace,
-    /// What is prescribed.
+    /// Motion of the prescribed joints.
     pub(super) targets: Vec<Target<f64>>,
 }
 
 impl Ranks {
-    /// Room for a model.
+    /// Allocates buffers for a model.
     pub(super) fn new(model: &Forward) -> Self {
         Self {
             bodies: Bodies::new(&model.topology),
@@ -34,7 +34,7 @@ impl Ranks {
         }
     }
 
-    /// The rank of loops and of what is prescribed, and how far they are from losing it.
+    /// Rank of the constraints and singularity distance, see [`RowSpace::least_part`].
     pub(super) fn at(&mut self, model: &Forward, state: &State<f64>) -> (usize, f64) {
         let (topology, parameters) = (&model.topology, &model.parameters);
         let Self { bodies, constrained, sticking, rows, scaled, space, targets } = self;
@@ -48,7 +48,7 @@ impl Ranks {
         (space.rank(), space.least_part())
     }
 
-    /// The same after moving on for a time that may be negative.
+    /// Rank and singularity distance after moving with the present rates for `time` s, which may be negative.
     pub(super) fn ahead(&mut self, model: &Forward, state: &State<f64>, time: f64) -> (usize, f64) {
         let mut ahead = state.clone();
         let by: Vec<f64> = state.rates.iter().map(|rate| time * rate).collect();

@@ -1,4 +1,4 @@
-//! How plates and balls come to rest.
+//! Stick onset of plates and balls.
 //!
 //! Friction of a contact with several freedoms is against `v / |v|`. Its stop is a zero of `|v|`, not a change
 //! of sign, and on the way there the direction turns the faster the slower it is: in time to the stop `s` the
@@ -16,28 +16,28 @@ use crate::forward::inputs::Inputs;
 /// Slower than this part of the fastest a plate or ball goes straight to its stop: the stop is then as far off,
 /// as part of the time since it was fastest.
 pub(super) const SLOW: f64 = 10.0 * REST;
-/// So much of the time to the stop a step may take.
+/// Largest step as part of the time to the stop.
 const PART: f64 = 0.7;
 /// A plate or ball whose direction has turned by a right angle and whose speed is less than this part of what it
 /// was may have passed its stop.
 pub(super) const PASSED: f64 = 0.25;
 
-/// A plate or ball near its stop.
+/// Approach of a plate or ball to its stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Approach {
-    /// Steps may be so long at most, s.
+    /// It decelerates; the longest step, s.
     Nears { most: f64 },
-    /// It is as good as there.
+    /// Its speed is negligible.
     Arrives {
-        /// Which.
+        /// Index of the friction interface.
         interface: usize,
-        /// s.
+        /// Time to the stop, s.
         within: f64,
     },
 }
 
 impl Simulation<'_> {
-    /// The plate or ball that is nearest to its stop, where one slows down.
+    /// Finds the decelerating plate or ball that is nearest to its stop.
     pub(super) fn approach(&self) -> Option<Approach> {
         let mut most = f64::INFINITY;
         for (interface, mode) in self.modes.iter().enumerate() {
@@ -69,7 +69,7 @@ impl Simulation<'_> {
         most.is_finite().then_some(Approach::Nears { most })
     }
 
-    /// The last way of a plate or ball to its stop, `within` s from now.
+    /// Advances a plate or ball to its stop, `within` s from now.
     pub(super) fn come_to_rest(
         &mut self,
         interface: usize,

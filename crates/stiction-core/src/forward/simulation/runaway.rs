@@ -1,8 +1,7 @@
-//! Where a motion has left what mechanics is about.
+//! Divergence guard: stops when speeds exceed physical limits.
 //!
-//! Controllers that are not stable and efforts that grow without bound make speeds that double from step to step. Steps
-//! become ever shorter, and numbers lose their meaning long before they are infinite. There is no limit that a
-//! mechanism would not have from its material first, but one that holds for all of them.
+//! Unstable controllers and unbounded efforts let speeds grow without limit and steps shrink. The guard uses the
+//! speed of light, a limit that holds for every mechanism.
 
 use super::Simulation;
 use crate::forward::error::ForwardError;
@@ -11,7 +10,7 @@ use crate::forward::error::ForwardError;
 const SPEED_OF_LIGHT: f64 = 299_792_458.0;
 
 impl Simulation<'_> {
-    /// No body may be faster than light, be it by turning.
+    /// Checks that no body exceeds the speed of light, by translation or rotation.
     pub(super) fn check_speeds(&self) -> Result<(), ForwardError> {
         let parameters = &self.model.parameters;
         let bodies = &self.now.bodies;

@@ -1,4 +1,4 @@
-//! Room that evaluations use again and again.
+//! Buffers of evaluations.
 
 use super::ranks::Ranks;
 use crate::forward::Forward;
@@ -8,26 +8,26 @@ use crate::forward::project::Projection;
 use crate::forward::solve::Solved;
 use crate::kinematics::State;
 
-/// Room that evaluations use again and again. Nothing in it is part of a simulation's state.
+/// Buffers of evaluations. They are no part of the state of a simulation.
 #[derive(Clone, Debug)]
 pub(super) struct Scratch {
     pub(super) situation: Data,
     pub(super) solved: Solved,
     pub(super) projection: Projection,
-    /// Loads nearby, where Newton's method starts.
+    /// Normal forces at which Newton's method starts.
     pub(super) loads: Vec<f64>,
-    /// Whether conditions are decomposed where the mechanism stands still.
+    /// The constraint matrix of the present position at rest is decomposed.
     pub(super) conditions_hold: bool,
-    /// The least part of its limit that any contact which sticks had left at the stages of a step.
+    /// Smallest relative margin to the friction limit of any sticking interface at the stages of a step.
     pub(super) margin: f64,
-    /// The smallest singularity distance at the stages of a step, see [`Instant::distance`].
+    /// Smallest singularity distance at the stages of a step, see [`Instant::distance`].
     pub(super) nearest: f64,
-    /// Coordinates and rates that are moved onto the loops, and all that goes with them.
+    /// State vector that is projected onto the loop constraints.
     pub(super) y: Vec<f64>,
-    /// Where the last step began.
+    /// State at the start of the last step.
     pub(super) before: State<f64>,
     pub(super) ranks: Ranks,
-    /// Instants that nobody needs any more.
+    /// Unused instants, kept for their memory.
     spare: Vec<Instant>,
 }
 
@@ -48,12 +48,12 @@ impl Scratch {
         }
     }
 
-    /// Room for an instant.
+    /// Returns an unused instant, or a new one.
     pub(super) fn instant(&mut self, model: &Forward) -> Instant {
         self.spare.pop().unwrap_or_else(|| Instant::new(model))
     }
 
-    /// Takes it back.
+    /// Takes an unused instant back.
     pub(super) fn spare(&mut self, instant: Instant) {
         self.spare.push(instant);
     }

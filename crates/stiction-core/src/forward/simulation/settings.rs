@@ -1,38 +1,38 @@
-//! How accurately, and how.
+//! Accuracy and integration scheme of a simulation.
 
-/// How accurately, and how.
+/// Accuracy and integration scheme of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Error of a step in units of the numbers themselves.
+    /// Relative tolerance of a step.
     pub relative: f64,
-    /// Error of a step, rad and rad/s, or in characteristic lengths.
+    /// Absolute tolerance of a step, rad and rad/s; lengths in characteristic lengths.
     pub absolute: f64,
-    /// The longest step, s. Where nothing moves steps grow to it, and inputs between its stages are
-    /// not seen.
+    /// Longest step, s. Steps grow to it where nothing moves; changes of inputs between the stages of a
+    /// step have no effect.
     pub longest_step: f64,
-    /// Steps shorter than this, s, end the simulation.
+    /// Shortest step, s; the event-driven method fails if a shorter one is needed.
     pub shortest_step: f64,
-    /// Whether other solutions are looked for where uniqueness is not certain.
+    /// Search for further solutions where uniqueness is not certain.
     pub look_for_others: bool,
-    /// How time is passed.
+    /// Integration scheme.
     pub method: Method,
-    /// Error of a step of the nonsmooth time stepper, rad or in characteristic lengths.
+    /// Tolerance of a step of the nonsmooth time stepper, rad or characteristic lengths.
     pub time_step_tolerance: f64,
 }
 
-/// How time is passed.
+/// Integration scheme: event-driven, time-stepping, or automatic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// From event to event where that goes; in steps where many contacts stick or switch, or where no
-    /// acceleration satisfies all laws though velocities do. [`super::Simulation::method`] and
-    /// [`super::EventKind::Method`] say which.
+    /// Event-driven where possible. Time stepping where events come too densely, where steps become too
+    /// short, or where no acceleration satisfies all friction laws. [`super::Simulation::method`] returns the
+    /// present scheme; [`super::EventKind::Method`] records each change.
     #[default]
     Automatic,
-    /// Steps of order eight from one stop or start of sliding to the next.
+    /// Steps of order eight that end at each stick and slip onset.
     EventDriven,
-    /// Steps of first order at the level of velocities (Moreau and Jean), with stops and starts wherever
-    /// they fall. Accelerations and reactions are means of the last step. Where friction leaves no
-    /// acceleration velocities jump, and [`super::EventKind::Jump`] says so.
+    /// Steps of first order at velocity level (Moreau 1988, Jean 1999); stick and slip onsets fall within
+    /// steps. Accelerations and reactions are means over the last step. Velocities jump where friction leaves
+    /// no acceleration; [`super::EventKind::Jump`] records it.
     TimeStepping,
 }
 

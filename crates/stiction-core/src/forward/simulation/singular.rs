@@ -12,15 +12,15 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::InterfaceSample;
 use crate::spatial::Wrench;
 
-/// Conditions that are nearer to dependent than this are looked at closely.
+/// Singularity distance below which a passage is possible.
 const NEAR: f64 = 0.2;
-/// Nearer than this at the least: the position was passed, as far as steps of 1e-10 know it.
+/// Largest minimum of the singularity distance of a passage.
 const PASSED: f64 = 1e-6;
-/// The passage is over where the distance exceeds this.
+/// A passage ends where the singularity distance exceeds this.
 const LEFT: f64 = 0.01;
 /// Instants beside a singular start are as far apart as the fastest moves by this, in rad or characteristic lengths.
 const BESIDE: f64 = 1e-3;
-/// So much of a step to see whether a distance grows.
+/// Part of a step over which the slope of the distance is measured.
 const LITTLE: f64 = 1e-3;
 
 impl Simulation<'_> {
@@ -33,7 +33,7 @@ impl Simulation<'_> {
             return Ok(());
         }
         let state = self.now.state.clone();
-        let ranks = &mut self.room.ranks;
+        let ranks = &mut self.workspace.ranks;
         model.targets_into(time, inputs, &mut ranks.targets);
         let (rank, _) = ranks.at(model, &state);
         let little = BESIDE / self.fastest_rate;
@@ -41,7 +41,7 @@ impl Simulation<'_> {
         if beside <= rank {
             return Ok(());
         }
-        self.tell_rank(time, beside - rank);
+        self.report_singular(time, beside - rank);
         let start = self.pack();
         let coordinates = state.coordinates.len();
         let mut found = self.now.clone();
@@ -89,7 +89,7 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Whether the last step, from [`Scratch::before`] at `time`, has passed a position in which loops lose rank.
+    /// Reports a singular position passed by the last step, from [`Scratch::before`] at `time`, s.
     pub(super) fn watch_rank(
         &mut self,
         time: f64,
@@ -100,7 +100,7 @@ impl Simulation<'_> {
         if model.topology.constraints == 0 || step <= 0.0 {
             return Ok(());
         }
-        let Scratch { ranks, before, .. } = &mut *self.room;
+        let Scratch { ranks, before, .. } = &mut *self.workspace;
         model.targets_into(self.now.time, inputs, &mut ranks.targets);
         let (rank, distance) = ranks.at(model, &self.now.state);
         let (rank_before, distance_before) = ranks.at(model, before);
@@ -112,7 +112,7 @@ impl Simulation<'_> {
             } else {
                 (time, rank - rank_before)
             };
-            self.tell_rank(at, lost);
+            self.report_singular(at, lost);
             return Ok(());
         }
         if self.in_passage || distance.min(distance_before) > NEAR {
@@ -155,13 +155,13 @@ impl Simulation<'_> {
         }
         let part = 0.5 * (low + high);
         if at_a.min(at_b) < PASSED {
-            self.tell_rank(time + part * step, 1);
+            self.report_singular(time + part * step, 1);
         }
         Ok(())
     }
 
     /// Reports a singular position, once for each passage.
-    fn tell_rank(&mut self, time: f64, lost: usize) {
+    fn report_singular(&mut self, time: f64, lost: usize) {
         if std::mem::replace(&mut self.in_passage, true) {
             return;
         }

@@ -1,4 +1,4 @@
-//! Where a simulation begins.
+//! Start of a simulation.
 
 use super::scratch::Scratch;
 use super::stepping::{FIRST, QUIET, is_without_acceleration};
@@ -13,7 +13,7 @@ use crate::forward::time_stepping::StepStart;
 use crate::kinematics::{Bodies, State};
 
 impl Forward {
-    /// Starts at a state, which is moved to where loops are closed.
+    /// Starts a simulation at a state, which is first projected onto the loop constraints.
     ///
     /// # Errors
     /// See [`ForwardError`].
@@ -31,7 +31,7 @@ impl Forward {
     }
 }
 
-/// Whether a state is one of this model, and all of it numbers. Accelerations are found, not read.
+/// Checks the dimensions of a state and that its numbers are finite. Accelerations are not read.
 fn check(model: &Forward, time: f64, state: &State<f64>) -> Result<(), ForwardError> {
     let sizes = |state: &State<f64>| {
         [state.coordinates.len(), state.rates.len(), state.accelerations.len()]
@@ -128,7 +128,7 @@ impl<'a> Simulation<'a> {
             Some(Ok(Choice { modes, solved })) => {
                 (model.instant(&situation, &modes, &solved), modes, false)
             }
-            // Where no accelerations were found velocities may still have a solution.
+            // Velocities may have a solution where accelerations have none.
             Some(Err(error))
                 if settings.method != Method::Automatic || !is_without_acceleration(&error) =>
             {
@@ -192,11 +192,13 @@ impl<'a> Simulation<'a> {
             scales: Vec::new(),
             evaluations: 0,
             stepping: None,
-            pace: (0, time),
+            event_rate: (0, time),
             dropped,
             stiff: (0, 0),
+            crawling: 0,
+            progress: (0, time),
             wait: QUIET,
-            room: Box::new(Scratch::new(model)),
+            workspace: Box::new(Scratch::new(model)),
             lists: Vec::new(),
         };
         let rates = simulation.now.state.rates.iter().zip(&model.columns);

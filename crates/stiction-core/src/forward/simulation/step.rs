@@ -1,4 +1,4 @@
-//! Steps of the integrator: tried, shortened, ended at the first event, put back onto the loops.
+//! Event-driven steps: error control, first event, projection onto the loop constraints.
 
 use super::locate::Ending;
 use super::packing::parts;
@@ -12,7 +12,7 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 use crate::forward::integrator::Tolerance;
 
-/// Conditions that are as close to dependent as this: stages of steps are moved onto the loops, too.
+/// Singularity distance below which also the stages of a step are projected onto the loop constraints.
 const NEAR_SINGULAR: f64 = 0.2;
 
 /// Relative closure error of the loops after a projection.
@@ -20,8 +20,8 @@ const CLOSURE: f64 = 2e-15;
 /// Coarsest relative tolerance of a step through a singular passage.
 const COARSEST: f64 = 1e-6;
 
-/// Numbers of Hairer's code of this method: what stability allows, so many steps are many, so few others
-/// in a row end it.
+/// Constants of Hairer's stiffness test for this method: stability bound, number of bounded steps that makes
+/// a problem stiff, number of other steps that resets the count.
 const BOUNDED_BY_STABILITY: f64 = 6.1;
 const STIFF: usize = 15;
 const CALM: usize = 6;
@@ -29,12 +29,17 @@ const CALM: usize = 6;
 /// A shorter step without an acceleration at its stages, s, is left to the time stepper.
 const LOST: f64 = 1e-6;
 
+/// The event-driven method crawls if this many steps in a row lead less far than this, rad or characteristic
+/// lengths; steps of order eight usually lead a thousand times farther.
+const CRAWLING: usize = 200;
+const SHORT_WAY: f64 = 2e-4;
+
 /// Where the end of a step is off an event by less than this part of it, it is moved there along the derivative: the
 /// square of that is below rounding.
 const NUDGE: f64 = 1e-7;
 
 impl Simulation<'_> {
-    /// One step, and what happens at its end.
+    /// Advances by one step and responds to its event.
     pub(super) fn advance_once(
         &mut self,
         end: f64,
@@ -49,7 +54,7 @@ impl Simulation<'_> {
         self.derivative_into(&self.now, &mut first);
         let done = self.advance_from(&start, &first, end, inputs);
         self.lists.extend([start, first]);
-        self.room.loads.clear();
+        self.workspace.loads.clear();
         done
     }
 
@@ -128,8 +133,8 @@ impl Simulation<'_> {
         }
     }
 
-    /// Whether stability has bounded many short steps in a row: friction turns what is light (a rod between
-    /// balls) into the direction of sliding within no time. The time stepper is implicit.
+    /// Returns whether the implicit time stepper should continue: stability has bounded many successive steps,
+    /// for example because friction acts on a light rod between balls, or the method crawls.
     fn is_stiff(&mut self, step: f64) -> bool {
         let mut bounded = step < DENSE;
         if bounded {
@@ -146,11 +151,14 @@ impl Simulation<'_> {
                 self.stiff = (0, 0);
             }
         }
-        let many = self.stiff.0 >= STIFF;
+        let crawls = step < DENSE && step * self.fastest_rate < SHORT_WAY;
+        self.crawling = if crawls { self.crawling + 1 } else { 0 };
+        let many = self.stiff.0 >= STIFF || self.crawling >= CRAWLING;
         if many {
             self.stiff = (0, 0);
+            self.crawling = 0;
         }
-        many && self.affine_frictions() && self.settings.method == Method::Automatic
+        many && self.has_friction() && self.settings.method == Method::Automatic
     }
 
     pub(super) fn shrink(
@@ -201,21 +209,25 @@ impl Simulation<'_> {
         });
         self.steps = steps;
         self.scales = scales;
-        Ok(result? * self.settings.relative / self.attainable_tolerance())
+        Ok(result? * self.settings.relative / self.attainable_tolerance(step))
     }
 
-    /// Relative tolerance that rounding allows at the stages of the last step.
+    /// Relative tolerance that rounding allows at the stages of the last step, of length `step`, s.
     ///
     /// Loops close to [`CLOSURE`]. At the singularity distance `s` this turns the null space of the constraint
     /// rows, and so the rates, by `CLOSURE / s`; its change over the width `s` of the singular passage amounts
-    /// to `CLOSURE / s^2` of the rates. No shorter step is more accurate.
-    pub(super) fn attainable_tolerance(&self) -> f64 {
-        let nearest = self.room.nearest;
+    /// to `CLOSURE / s^2` of the rates. Steps shorter than the width are not more accurate; longer ones, which
+    /// lead across it, are.
+    pub(super) fn attainable_tolerance(&self, step: f64) -> f64 {
+        let nearest = self.workspace.nearest;
+        if step * self.fastest_rate > nearest {
+            return self.settings.relative;
+        }
         let rounding = (CLOSURE / (nearest * nearest)).min(COARSEST);
         self.settings.relative.max(rounding)
     }
 
-    /// Accepts a step up to the first event in it.
+    /// Accepts a step up to its first event.
     pub(super) fn finish(
         &mut self,
         start: &[f64],
@@ -232,7 +244,7 @@ impl Simulation<'_> {
         let found = self.first_event(time, step, &arrived, inputs)?;
         let Some((mut part, mut ending)) = found else {
             self.steadily(&y, &arrived, inputs)?;
-            self.room.before.clone_from(&self.now.state);
+            self.workspace.before.clone_from(&self.now.state);
             self.commit(&y, arrived);
             self.lists.push(y);
             self.watch_rank(time, inputs)?;
@@ -254,7 +266,7 @@ impl Simulation<'_> {
                 y.clone_from(&self.steps.end);
             }
             let next = self.arrive(time + short, &y, inputs)?;
-            self.room.spare(std::mem::replace(&mut arrived, next));
+            self.workspace.spare(std::mem::replace(&mut arrived, next));
             let Ending::Stops(interface) = ending else { break };
             let (value, slope) = self.closing_speed(&arrived, interface);
             let change = -value / slope;
@@ -280,14 +292,14 @@ impl Simulation<'_> {
             }
         }
         self.steadily(&y, &arrived, inputs)?;
-        self.room.before.clone_from(&self.now.state);
+        self.workspace.before.clone_from(&self.now.state);
         self.commit(&y, arrived);
         self.lists.push(y);
         self.watch_rank(time, inputs)?;
         Ok(ending)
     }
 
-    /// Directions of balls and plates are taken afresh at the start of each step.
+    /// Updates the slip directions of balls and plates at the start of a step.
     pub(super) fn look_along(&mut self) {
         for (interface, mode) in self.modes.iter_mut().enumerate() {
             if let InterfaceMode::Slides(direction) = mode
@@ -319,7 +331,7 @@ impl Simulation<'_> {
         self.keep_fastest();
     }
 
-    /// Remembers the fastest sliding and the fastest rate that there were.
+    /// Updates the largest slip speed and the largest rate.
     pub(super) fn keep_fastest(&mut self) {
         for interface in &self.now.interfaces {
             self.fastest = self.fastest.max(norm(interface.velocity));
@@ -331,11 +343,11 @@ impl Simulation<'_> {
 
     pub(super) fn become_now(&mut self, instant: Instant) {
         let before = std::mem::replace(&mut self.now, instant);
-        self.room.spare(before);
-        self.room.loads.clear();
+        self.workspace.spare(before);
+        self.workspace.loads.clear();
     }
 
-    /// The instant at the end of a step, loops closed.
+    /// Evaluates the end of a step after projection onto the loop constraints.
     pub(super) fn arrive(
         &mut self,
         time: f64,
@@ -352,16 +364,16 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
         measure: bool,
     ) -> Result<Instant, ForwardError> {
-        let mut moved = std::mem::take(&mut self.room.y);
+        let mut moved = std::mem::take(&mut self.workspace.y);
         moved.clear();
         moved.extend_from_slice(y);
         let done = self.onto_the_loops(time, &mut moved, inputs);
         let arrived = done.and_then(|()| self.evaluate(time, &moved, inputs, measure));
-        self.room.y = moved;
+        self.workspace.y = moved;
         arrived
     }
 
-    /// Moves coordinates and rates to where loops are closed.
+    /// Projects coordinates and rates onto the loop constraints.
     fn onto_the_loops(
         &mut self,
         time: f64,
@@ -369,7 +381,7 @@ impl Simulation<'_> {
         inputs: &mut dyn Inputs,
     ) -> Result<(), ForwardError> {
         let model = self.model;
-        let Scratch { situation, projection, .. } = &mut *self.room;
+        let Scratch { situation, projection, .. } = &mut *self.workspace;
         let state = &mut situation.state;
         let (coordinates, rest) = y.split_at_mut(state.coordinates.len());
         let rates = &mut rest[..state.rates.len()];
@@ -383,13 +395,13 @@ impl Simulation<'_> {
         Ok(())
     }
 
-    /// Newton's method for the loads begins near the present ones.
+    /// Starts Newton's method for the normal forces at the present ones.
     pub(super) fn look_near(&mut self) {
-        let loads = &mut self.room.loads;
+        let loads = &mut self.workspace.loads;
         loads.clear();
         loads.extend(self.now.interfaces.iter().map(|interface| interface.load));
-        self.room.margin = f64::INFINITY;
-        self.room.nearest = self.now.distance;
+        self.workspace.margin = f64::INFINITY;
+        self.workspace.nearest = self.now.distance;
     }
 
     pub(super) fn evaluate(
@@ -401,16 +413,16 @@ impl Simulation<'_> {
     ) -> Result<Instant, ForwardError> {
         self.evaluations += 1;
         let model = self.model;
-        if self.room.loads.is_empty() {
+        if self.workspace.loads.is_empty() {
             self.look_near();
         }
-        self.room.conditions_hold = false;
-        let mut instant = self.room.instant(model);
+        self.workspace.conditions_hold = false;
+        let mut instant = self.workspace.instant(model);
         let (coordinates, rates, rest) = parts(&self.now, y);
         if !coordinates.iter().chain(rates).all(|x| x.is_finite()) {
             return Err(ForwardError::NotFinite { time, what: "a coordinate or a rate" });
         }
-        let Scratch { situation, solved, loads, .. } = &mut *self.room;
+        let Scratch { situation, solved, loads, .. } = &mut *self.workspace;
         situation.time = time;
         situation.state.coordinates.copy_from_slice(coordinates);
         situation.state.rates.copy_from_slice(rates);
@@ -449,11 +461,11 @@ impl Simulation<'_> {
             self.evaluate(time, y, inputs, false)?
         };
         self.derivative_into(&instant, rates);
-        self.room.margin = self.room.margin.min(self.least_margin(&instant));
-        self.room.nearest = self.room.nearest.min(instant.distance);
-        let Scratch { loads, solved, .. } = &mut *self.room;
+        self.workspace.margin = self.workspace.margin.min(self.least_margin(&instant));
+        self.workspace.nearest = self.workspace.nearest.min(instant.distance);
+        let Scratch { loads, solved, .. } = &mut *self.workspace;
         loads.clone_from(&solved.coupled.loads);
-        self.room.spare(instant);
+        self.workspace.spare(instant);
         Ok(())
     }
 }

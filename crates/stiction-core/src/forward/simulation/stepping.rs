@@ -1,7 +1,7 @@
-//! The nonsmooth time stepper at work: steps twice with half the length, by their difference shortened and
-//! lengthened; when it begins and when it ends.
+//! Nonsmooth time stepping: step control by comparison with two half steps, and changes to and from the
+//! event-driven method.
 
-use super::{Energies, Event, EventKind, Method, Simulation};
+use super::{Energies, Event, EventKind, Method, RateJump, Simulation};
 use crate::forward::Forward;
 use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
@@ -9,25 +9,27 @@ use crate::forward::inputs::Inputs;
 use crate::forward::instant::{Account, Instant, InterfaceSample};
 use crate::forward::project::Anchor;
 use crate::forward::time_stepping::{StepStart, TimeStep};
-use crate::kinematics::State;
+use crate::kinematics::{Bodies, State};
 use crate::mechanism::JointId;
 use crate::parameters::Parameters;
 
-/// Steps without a change of what sticks and what slides before the events are tried again.
+/// Number of steps without a change of mode before the event-driven method is tried again.
 pub(super) const QUIET: usize = 8;
-/// The wait doubles each time that the events have proved hopeless, up to this.
+/// Largest such number; it doubles after each failure of the event-driven method.
 pub(super) const LONGEST_WAIT: usize = 4096;
-/// The first step, s.
+/// First time step, s.
 pub(super) const FIRST: f64 = 1e-6;
-/// Events so many in number within steps so short on average, s, are left to the time stepper.
+/// Time stepping takes over after this many events with a mean interval below [`DENSE`], s.
 const MANY: usize = 40;
 pub(super) const DENSE: f64 = 5e-5;
-/// Rates below this part of those without friction are none.
+/// Rates below this part of the frictionless ones are rounding.
 const STILL: f64 = 1e-9;
 /// Velocities that change by more than this part of the fastest in a step that is as short as can be, and
 /// by the same in one half of it, jump.
 const JUMP: f64 = 1e-4;
 const SHORTEST_BEFORE_JUMP: f64 = 1e-8;
+/// Jumps of joint rates below this part of the largest are not listed.
+const SMALL_PART: f64 = 1e-3;
 
 /// The state of the time stepper.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +47,7 @@ struct Landed {
 }
 
 impl Simulation<'_> {
-    /// How time is passed at present: event by event or in steps.
+    /// Present integration scheme: event-driven or time-stepping.
     pub fn method(&self) -> Method {
         if self.stepping.is_some() { Method::TimeStepping } else { Method::EventDriven }
     }
@@ -59,20 +61,20 @@ impl Simulation<'_> {
             && is_without_acceleration(error)
     }
 
-    /// Whether anything rubs.
-    pub(super) fn affine_frictions(&self) -> bool {
+    /// Returns whether any joint has friction.
+    pub(super) fn has_friction(&self) -> bool {
         !self.modes.is_empty()
     }
 
-    /// Whether events have come so close that steps are the better way.
+    /// Returns whether events come too densely for the event-driven method.
     pub(super) fn is_dense(&mut self) -> bool {
-        let (count, since) = self.pace;
-        self.pace.0 += 1;
+        let (count, since) = self.event_rate;
+        self.event_rate.0 += 1;
         if count < MANY {
             return false;
         }
         let time = self.now.time;
-        self.pace = (0, time);
+        self.event_rate = (0, time);
         self.settings.method == Method::Automatic && time - since < MANY as f64 * DENSE
     }
 
@@ -96,7 +98,7 @@ impl Simulation<'_> {
         (anchors, frozen)
     }
 
-    /// One step, loops closed after it.
+    /// Computes one step and projects its end onto the loop constraints.
     fn land(
         &mut self,
         time: f64,
@@ -179,7 +181,7 @@ impl Simulation<'_> {
         (stands != modes).then_some(stands)
     }
 
-    /// Frozen freedoms where they were.
+    /// Restores the coordinates of frozen degrees of freedom.
     fn restore(&self, from: &State<f64>, state: &mut State<f64>, frozen: &[bool]) {
         for (rate, frozen) in state.rates.iter_mut().zip(frozen) {
             if *frozen {
@@ -194,7 +196,7 @@ impl Simulation<'_> {
         }
     }
 
-    /// The difference of two ends in units of the tolerance: positions, and velocities times the step.
+    /// Difference of two states in units of the tolerance: coordinates, and rates times the step.
     fn apart(&self, a: &State<f64>, b: &State<f64>, step: f64) -> f64 {
         let tolerance = self.settings.time_step_tolerance;
         let columns = &self.model.columns;
@@ -206,7 +208,7 @@ impl Simulation<'_> {
         moved.chain(rates).fold(0.0, f64::max) / tolerance
     }
 
-    /// The largest change of a rate, lengths in characteristic lengths.
+    /// Largest change of a rate, rad/s or characteristic lengths per second.
     fn change(&self, from: &State<f64>, to: &State<f64>) -> f64 {
         let rates = from.rates.iter().zip(&to.rates).zip(&self.model.columns);
         rates.map(|((a, b), c)| (a - b).abs() / c).fold(0.0, f64::max)
@@ -272,7 +274,7 @@ impl Simulation<'_> {
                 continue;
             }
             if jumps {
-                self.tell_jump(&second.leap, time, all);
+                self.record_jump(&second.leap, &second.state, time, all);
             }
             let grow = if error > 0.0 { (0.8 / error.sqrt()).clamp(0.3, 2.0) } else { 2.0 };
             let next = step * grow;
@@ -310,10 +312,38 @@ impl Simulation<'_> {
         Ok((whole, first, second))
     }
 
-    fn tell_jump(&mut self, leap: &TimeStep, time: f64, change: f64) {
+    /// Records a jump of velocities within a step from `time`, of size `change`, to the end `state`.
+    fn record_jump(&mut self, leap: &TimeStep, state: &State<f64>, time: f64, change: f64) {
         let most = (0..leap.loads.len()).max_by(|a, b| leap.loads[*a].total_cmp(&leap.loads[*b]));
         let joint = JointId(most.map_or(0, |c| self.model.parameters.interfaces[c].joint));
-        self.events.push(Event { time, kind: EventKind::Jump { joint, change } });
+        let rates = self.rate_jumps(state);
+        self.events.push(Event { time, kind: EventKind::Jump { joint, change, rates } });
+    }
+
+    /// Joint rates that differ between the present instant and `after`, the largest change first. Changes below
+    /// [`SMALL_PART`] of the largest are left out; lengths count in characteristic lengths.
+    fn rate_jumps(&self, after: &State<f64>) -> Vec<RateJump> {
+        let (topology, parameters) = (&self.model.topology, &self.model.parameters);
+        let mut bodies = Bodies::new(topology);
+        bodies.place(topology, parameters, &after.coordinates);
+        bodies.move_with(topology, &after.rates);
+        let mut jumps = Vec::new();
+        for (index, joint_type) in topology.joint_types.iter().enumerate() {
+            if !joint_type.has_scalar_coordinates() {
+                continue;
+            }
+            let before = self.now.bodies.joint_rates(topology, index);
+            let after = bodies.joint_rates(topology, index);
+            for (dof, own) in joint_type.dofs().iter().enumerate() {
+                let scale = if own.translates() { parameters.length } else { 1.0 };
+                let (before, after) = (before[dof], after[dof]);
+                let size = (after - before).abs() / scale;
+                jumps.push((size, RateJump { joint: JointId(index), dof, before, after }));
+            }
+        }
+        jumps.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        let least = SMALL_PART * jumps.first().map_or(0.0, |(size, _)| *size);
+        jumps.into_iter().filter(|(size, _)| *size > least).map(|(_, jump)| jump).collect()
     }
 
     fn add(&mut self, work: &Energies) {
@@ -329,7 +359,7 @@ impl Simulation<'_> {
         energies.turnover += each.sum::<f64>() + work.loads.abs() + work.dampers.abs();
     }
 
-    /// The end of a step becomes the present.
+    /// Makes the end of a step the present instant.
     fn settle(&mut self, time: f64, landed: Landed, inputs: &mut dyn Inputs) {
         let Landed { leap, state, anchors, frozen } = landed;
         self.add(&leap.work);
@@ -349,7 +379,7 @@ impl Simulation<'_> {
         self.keep_fastest();
     }
 
-    /// Goes back to events where nothing has changed for a while and they find what sticks.
+    /// Returns to the event-driven method after enough steps without a change of mode, if it finds accelerations.
     fn leave_stepping(&mut self, inputs: &mut dyn Inputs) -> Result<(), ForwardError> {
         let Some(stepping) = &mut self.stepping else { return Ok(()) };
         if self.settings.method != Method::Automatic || stepping.quiet < stepping.wait {
@@ -358,7 +388,7 @@ impl Simulation<'_> {
         let kept = self.clone();
         self.stepping = None;
         self.stalled = 0;
-        self.pace = (0, self.now.time);
+        self.event_rate = (0, self.now.time);
         self.step = 1e-4 * self.settings.longest_step.min(1.0);
         if self.reconsider(inputs, None).is_ok() {
             let kind = EventKind::Method { method: Method::EventDriven };
@@ -381,6 +411,7 @@ pub(super) fn is_without_acceleration(error: &ForwardError) -> bool {
         ForwardError::NoChoice { .. }
             | ForwardError::NoAcceleration { .. }
             | ForwardError::Stiff { .. }
+            | ForwardError::Stalled { .. }
     )
 }
 
@@ -395,7 +426,7 @@ fn keep_poses(anchors: &mut [Anchor], before: &[Anchor]) {
 }
 
 impl Forward {
-    /// An instant whose accelerations and reactions are the means of the step before it.
+    /// Instant whose accelerations and reactions are means over the step before it.
     pub(super) fn instant_of(
         &self,
         time: f64,

@@ -1,4 +1,4 @@
-//! Full turns of joints that close a loop: where bodies are tells an angle but for these.
+//! Full turns of joints that close a loop, whose angles follow from poses only within a turn.
 
 use super::Simulation;
 use crate::forward::Forward;
@@ -8,7 +8,7 @@ use crate::mechanism::JointId;
 use std::f64::consts::TAU;
 
 impl Forward {
-    /// The angles that are counted, as they are within half a turn.
+    /// Angles of these joints within half a turn.
     pub(super) fn angles(&self, time: f64, state: &State<f64>, bodies: &Bodies<f64>) -> Vec<Angle> {
         let topology = &self.topology;
         let mut angles = Vec::new();
@@ -29,8 +29,8 @@ impl Forward {
 }
 
 impl Simulation<'_> {
-    /// How a joint's freedom moves at present, see [`Forward::joint_motion`]; angles are counted on over full
-    /// turns since the start.
+    /// Coordinate, rate and acceleration of a joint's degree of freedom at present, see
+    /// [`Forward::joint_motion`]. Angles count full turns since the start.
     pub fn joint_motion(&self, joint: JointId, dof: usize) -> Target<f64> {
         let now = &self.now;
         let mut motion = self.model.joint_motion(&now.state, &now.bodies, joint, dof);
@@ -41,7 +41,7 @@ impl Simulation<'_> {
         motion
     }
 
-    /// What inputs may look at between steps.
+    /// View of the present state for the inputs.
     pub(super) fn view(&self) -> View<'_> {
         let now = &self.now;
         View {
@@ -54,8 +54,8 @@ impl Simulation<'_> {
         }
     }
 
-    /// Counts on after each step: of all angles that look the same it is the one nearest to what the mean rate
-    /// leads to. Steps are so short that rates hardly bend within one, and half a turn is far.
+    /// Updates the counted angles after a step: takes the equivalent angle nearest to that predicted by the mean
+    /// rate. Rates change little within a step compared with half a turn.
     pub(super) fn count_turns(&mut self) {
         let (model, now) = (self.model, &self.now);
         for angle in &mut self.angles {

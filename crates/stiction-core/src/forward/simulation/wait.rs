@@ -1,4 +1,4 @@
-//! Where everything sticks nothing is integrated: time passes until friction no longer holds.
+//! Rest of the whole mechanism: no integration until friction no longer holds.
 
 use super::Simulation;
 use super::locate::{Ending, falls_below};
@@ -7,18 +7,18 @@ use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 use crate::forward::instant::Instant;
 
-/// Friction that holds is looked at so many times within the longest step.
+/// Number of checks of the friction limits within the longest step.
 const LOOKS: f64 = 4.0;
 
 impl Simulation<'_> {
-    /// Whether nothing moves and nothing is to be moved.
+    /// Returns whether nothing moves and no joint is prescribed.
     pub(super) fn is_still(&self) -> bool {
         self.model.prescribed.is_empty()
             && !self.frozen.is_empty()
             && self.frozen.iter().all(|frozen| *frozen)
     }
 
-    /// Time passes, up to the moment at which a contact lets go.
+    /// Advances time to `end` or to the next slip onset.
     pub(super) fn wait_through(
         &mut self,
         end: f64,
@@ -26,7 +26,7 @@ impl Simulation<'_> {
     ) -> Result<(), ForwardError> {
         let time = self.now.time;
         if inputs.steady_until(time) >= end {
-            // What acts stays as it is, and with it all the rest.
+            // Constant inputs leave everything unchanged.
             self.now.time = end;
             return Ok(());
         }
@@ -49,12 +49,12 @@ impl Simulation<'_> {
             let lets_go = falls_below(before, (at, margin), fine, |at| {
                 let instant = self.watch(at, &y, false, inputs)?;
                 let margin = self.least_margin(&instant);
-                self.room.spare(instant);
+                self.workspace.spare(instant);
                 Ok(margin)
             })?;
             if let Some(lets_go) = lets_go {
                 at = lets_go;
-                self.room.spare(instant);
+                self.workspace.spare(instant);
                 instant = self.watch(at, &y, self.settings.look_for_others, inputs)?;
                 ending = Ending::LetsGo;
             }
@@ -66,7 +66,7 @@ impl Simulation<'_> {
         self.follow_up(ending, time, inputs)
     }
 
-    /// Everything at another time, where nothing has moved since the last time.
+    /// Evaluates forces at another time in the unchanged position.
     pub(super) fn watch(
         &mut self,
         time: f64,
@@ -74,18 +74,18 @@ impl Simulation<'_> {
         measure: bool,
         inputs: &mut dyn Inputs,
     ) -> Result<Instant, ForwardError> {
-        if !self.room.conditions_hold {
+        if !self.workspace.conditions_hold {
             let instant = self.evaluate(time, y, inputs, measure)?;
-            self.room.conditions_hold = true;
+            self.workspace.conditions_hold = true;
             return Ok(instant);
         }
         self.evaluations += 1;
         let model = self.model;
-        if self.room.loads.is_empty() {
+        if self.workspace.loads.is_empty() {
             self.look_near();
         }
-        let mut instant = self.room.instant(model);
-        let Scratch { situation, solved, loads, .. } = &mut *self.room;
+        let mut instant = self.workspace.instant(model);
+        let Scratch { situation, solved, loads, .. } = &mut *self.workspace;
         situation.time = time;
         model.update_data(situation, inputs);
         model

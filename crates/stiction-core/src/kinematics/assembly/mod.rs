@@ -1,18 +1,15 @@
-//! Assembly of a mechanism at prescribed coordinates, and tracking along a motion.
+//! Bringing a mechanism into a prescribed position, and keeping it there along a motion.
 //!
 //! Equation (K5) of the book's theory.
 
-mod check;
+mod asked;
 mod checkpoint;
 mod following;
-mod locks;
+mod guess;
 mod planning;
-mod reference;
-mod report;
 mod search;
 
-pub(super) use reference::Given;
-pub use report::{AssemblyReport, Conflict};
+pub(super) use guess::guess;
 
 use super::bodies::{Bodies, State};
 use super::coordinate::{Coordinate, Target};
@@ -24,7 +21,7 @@ use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 use crate::topology::Topology;
-use check::{check_existence, check_targets};
+use asked::{check_existence, check_targets};
 use following::on_the_way;
 use std::sync::Arc;
 
@@ -35,56 +32,32 @@ const CLOSED: f64 = 1e-14;
 const CLOSED_AT_WORST: f64 = 1e-12;
 /// Newton's method is converging from here: one more step squares the error.
 const NEAR: f64 = 1e-7;
-/// Newton steps before the search by damped least squares.
+/// Newton steps before the careful method is asked.
 const NEWTON_STEPS: usize = 12;
 
-/// A mechanism at a position that closes its loops and has the prescribed coordinates.
+/// A mechanism in a position that satisfies its loops and a prescription.
 #[derive(Clone, Debug)]
 pub(crate) struct Assembly {
     model: KinematicModel,
     kinematics: Kinematics<f64>,
     state: State<f64>,
-    /// The position before the last step.
+    /// The last position that was found, to judge the next by.
     before: State<f64>,
-    /// Newton's last state with finite coordinates.
+    /// Newton's last state in which all was finite.
     sound: State<f64>,
     predicted: State<f64>,
     trial: Bodies<f64>,
     step: Vec<f64>,
     targets: Vec<Target<f64>>,
-    /// The targets at the position before the last step.
+    /// The targets of the last position that was found.
     passed: Vec<Target<f64>>,
     row_scales: Vec<f64>,
     /// The tree's coordinates at which the rate equations were compiled.
     planned_at: Vec<f64>,
     body_names: Vec<String>,
     joint_names: Vec<String>,
-    /// Number of eliminations planned so far.
+    /// How often it was planned how to solve for rates.
     plans: u64,
-    report: AssemblyReport,
-}
-
-/// Coordinates, with their values, that lock all motions which the prescribed coordinates leave open to first
-/// order at the configuration near the given one; none at a regular position that is prescribed completely.
-///
-/// # Errors
-/// [`AssemblyError::Gap`] if the loops do not close there.
-///
-/// # Panics
-/// Unless there is one target for each coordinate, and all named bodies, joints and degrees of freedom exist.
-#[doc(hidden)]
-pub fn locks(
-    mechanism: &Mechanism,
-    initial_poses: &[(BodyId, Pose<f64>)],
-    coordinates: &[Coordinate],
-    targets: &[Target<f64>],
-) -> Result<Vec<(Coordinate, f64)>, AssemblyError> {
-    check_existence(mechanism, initial_poses, coordinates);
-    let body_names: Vec<_> = mechanism.bodies().iter().map(|b| b.name.clone()).collect();
-    check_targets(&body_names, coordinates, targets)?;
-    let (topology, parameters) = (Topology::new(mechanism), Parameters::new(mechanism));
-    let (topology, parameters, homes) = (&topology, &parameters, initial_poses);
-    Given { mechanism, topology, parameters, homes, coordinates, targets }.locks()
 }
 
 impl Assembly {
@@ -95,7 +68,7 @@ impl Assembly {
     /// See [`AssemblyError`].
     ///
     /// # Panics
-    /// Unless there is one target for each coordinate, and all named bodies, joints and degrees of freedom exist.
+    /// Unless there is one target for each coordinate, and all bodies, joints and freedoms that are named exist.
     pub(crate) fn new(
         mechanism: &Mechanism,
         topology: &Arc<Topology>,
@@ -108,7 +81,7 @@ impl Assembly {
         let joint_names: Vec<_> = mechanism.joints().iter().map(|j| j.name.clone()).collect();
         check_existence(mechanism, initial_poses, coordinates);
         check_targets(&body_names, coordinates, targets)?;
-        let state = State::new(topology);
+        let state = guess(mechanism, topology, parameters, initial_poses);
         let model = KinematicModel {
             topology: Arc::clone(topology),
             constraints: Arc::new(MotionConstraints::new(topology, coordinates, &[])),
@@ -131,23 +104,15 @@ impl Assembly {
             body_names,
             joint_names,
             plans: 0,
-            report: AssemblyReport::default(),
         };
         assembly.planned_at.clone_from(&assembly.state.coordinates);
-        let homes = initial_poses;
-        let given = Given { mechanism, topology, parameters, homes, coordinates, targets };
-        assembly.assemble(parameters, &given)?;
+        assembly.assemble(parameters)?;
         assembly.differentiate(parameters);
         assembly.agree(parameters)?;
         Ok(assembly)
     }
 
-    /// Comparison of the first configuration with the given one.
-    pub(crate) fn report(&self) -> &AssemblyReport {
-        &self.report
-    }
-
-    /// The prescribed coordinates and the passive spins, which are locked.
+    /// What is prescribed, idle spins included.
     pub(crate) fn motion_constraints(&self) -> &MotionConstraints {
         &self.model.constraints
     }
@@ -157,7 +122,7 @@ impl Assembly {
         &self.model
     }
 
-    /// Poses, velocities and accelerations of all bodies at the present instant.
+    /// The motion of everything at the present instant.
     pub(crate) fn kinematics(&self) -> &Kinematics<f64> {
         &self.kinematics
     }
@@ -167,7 +132,7 @@ impl Assembly {
         &self.state
     }
 
-    /// Removes the accelerations of passive spins that dynamics added.
+    /// Takes the accelerations of idle spins out again, which dynamics adds.
     pub(crate) fn forget_spins(&mut self) {
         if !self.model.constraints.spins().is_empty() {
             self.kinematics.bodies.accelerate(&self.model.topology, &self.state.accelerations);
@@ -179,28 +144,28 @@ impl Assembly {
         (&self.model, &mut self.kinematics)
     }
 
-    /// Number of eliminations planned so far.
+    /// How often it was planned how to solve for rates.
     pub(crate) fn plans(&self) -> u64 {
         self.plans
     }
 
-    /// Copies the position of another assembly with the same plan; rates follow by [`Self::reverse`].
+    /// Goes to where another one of the same plan is; [`Self::reverse`] does the rest.
     pub(crate) fn go_to(&mut self, other: &Self) {
         self.state.clone_from(&other.state);
         self.targets.copy_from_slice(&other.targets);
     }
 
-    /// Reverses all rates at the present position; accelerations stay the same.
+    /// Passes the present position the other way: rates reversed, accelerations the same.
     pub(crate) fn reverse(&mut self, parameters: &Parameters<f64>) {
         self.targets.iter_mut().for_each(|target| target.rate = -target.rate);
         self.differentiate(parameters);
     }
 
-    /// Moves to new targets near the present ones by Newton's method from the present position. Unlike
-    /// [`Self::follow`] it does not check that the assembly mode stays the same.
+    /// Moves to new targets near the present ones: Newton's method from the present position. It
+    /// does not watch the assembly mode; [`Self::follow`] does.
     ///
     /// # Errors
-    /// See [`AssemblyError`]; the position is then the one before.
+    /// See [`AssemblyError`]; it is then where it was before.
     ///
     /// # Panics
     /// Unless there is one target for each prescribed coordinate.
@@ -215,7 +180,7 @@ impl Assembly {
         self.targets.copy_from_slice(targets);
         let outcome = self.settle(parameters);
         if outcome.is_err() {
-            // The search ended with open loops, where forces have no meaning.
+            // Where the search ended loops are open, and nobody is to compute forces there.
             self.state.clone_from(&self.before);
             self.targets.copy_from_slice(&self.passed);
             // The search may have planned for another position.
@@ -227,7 +192,7 @@ impl Assembly {
         outcome
     }
 
-    /// Sets all rates and accelerations to zero at the present position.
+    /// Stops where it is: all rates and accelerations zero.
     pub(crate) fn stop(&mut self, parameters: &Parameters<f64>) {
         for target in &mut self.targets {
             (target.rate, target.acceleration) = (0.0, 0.0);
@@ -236,7 +201,7 @@ impl Assembly {
     }
 
     /// Newton's method from the present state to the present targets, then rates and
-    /// accelerations. Falls back on a search and on a new plan.
+    /// accelerations. Falls back on the careful search and on a new plan.
     fn settle(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         if !self.newton(parameters) {
             self.reassemble(parameters).map_err(on_the_way)?;
@@ -251,14 +216,14 @@ impl Assembly {
         planned.and(Err(AssemblyError::Undetermined { open: Vec::new() }))
     }
 
-    /// Solves for rates and accelerations; `false` if they are not finite.
+    /// Finds rates and accelerations; false where there are none.
     fn differentiates(&mut self, parameters: &Parameters<f64>) -> bool {
         self.differentiate(parameters);
         let mut derivatives = self.state.rates.iter().chain(&self.state.accelerations);
         derivatives.all(|x| x.is_finite())
     }
 
-    /// Checks rates and accelerations against the loops and the prescribed coordinates.
+    /// Whether rates and accelerations are those of loops that stay closed, as prescribed.
     fn agree(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         self.kinematics.contradiction(
             &self.model,
@@ -269,19 +234,14 @@ impl Assembly {
         )
     }
 
-    /// Searches from the present state and completes the configuration.
+    /// The careful search, then Newton's method with a new plan.
     fn reassemble(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         self.search(parameters)?;
-        self.complete(parameters)
-    }
-
-    /// Closes the loops to round-off by Newton's method with a new plan.
-    fn complete(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         self.plan(parameters)?;
         if !self.newton(parameters) {
             return Err(AssemblyError::Gap(self.gap(parameters)));
         }
-        // Singular positions show only where the loops are closed to round-off.
+        // What is singular shows only where the loops are closed to round-off.
         self.plan(parameters)
     }
 
@@ -289,7 +249,7 @@ impl Assembly {
         self.kinematics.differentiate(&self.model, parameters, &mut self.state, &self.targets);
     }
 
-    /// Newton's method by the present plan; `false` if it does not close all loops.
+    /// Whether Newton's method closes everything, by the present plan.
     fn newton(&mut self, parameters: &Parameters<f64>) -> bool {
         let closed = CLOSED.max(self.state.round_off());
         let mut error = f64::INFINITY;
@@ -297,7 +257,7 @@ impl Assembly {
             self.sound.clone_from(&self.state);
             self.kinematics.approach(&self.model, parameters, &mut self.state, &self.targets);
             if !self.state.coordinates.iter().all(|q| q.is_finite()) {
-                // Singular: the next method begins at the last finite state.
+                // Singular: whoever comes next begins where numbers are still numbers.
                 self.state.clone_from(&self.sound);
                 return false;
             }

@@ -1,4 +1,4 @@
-//! Specification of joints.
+//! Joints to be.
 
 use super::{check_finite, pose_numbers};
 use crate::friction::JointFriction;
@@ -7,7 +7,7 @@ use crate::mechanism::{BodyId, Compliance, Defect, Joint};
 use crate::spatial::Pose;
 use std::collections::HashMap;
 
-/// Specification of a joint; bodies by name.
+/// A joint to be; bodies by name.
 #[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointSpec {
@@ -59,37 +59,37 @@ impl JointSpec {
         self
     }
 
-    /// Actuates all degrees of freedom.
+    /// All freedoms are actuated.
     pub fn actuated(mut self) -> Self {
         self.actuated = (0..self.joint_type.dofs().len()).collect();
         self
     }
 
-    /// Actuates only these degrees of freedom.
+    /// Only these freedoms are actuated.
     pub fn actuated_dofs(mut self, dofs: impl Into<Vec<usize>>) -> Self {
         self.actuated = dofs.into();
         self
     }
 
-    /// Coordinates near which the joint is assembled.
+    /// Coordinates from which assembly starts.
     pub fn start(mut self, coordinates: impl Into<Vec<f64>>) -> Self {
         self.start = Some(coordinates.into());
         self
     }
 
-    /// Compliance of the joint under load.
+    /// How much the joint gives under load.
     pub fn compliance(mut self, compliance: Compliance) -> Self {
         self.compliance = Some(compliance);
         self
     }
 
-    /// Adds friction at an interface.
+    /// Adds a friction.
     pub fn friction(mut self, interface: JointFriction) -> Self {
         self.friction.push(interface);
         self
     }
 
-    /// Builds the joint, unless its bodies are unknown; other defects go to `defects`.
+    /// The joint, unless its bodies are unknown; all else that is wrong goes to `defects`.
     pub(super) fn resolve(
         self,
         ids: &HashMap<String, BodyId>,
@@ -114,13 +114,16 @@ impl JointSpec {
         }
 
         let expected = self.joint_type.coordinates();
-        if let Some(start) = &self.start {
-            if start.len() != expected {
-                let found = start.len();
-                defects.push(Defect::StartLength { joint: joint.clone(), found, expected });
-            }
-            check_finite(defects, &place("the start"), start);
+        let start = self.start.clone().unwrap_or_else(|| {
+            let mut q = vec![0.0; expected];
+            self.joint_type.write_zero(&mut q);
+            q
+        });
+        if start.len() != expected {
+            let found = start.len();
+            defects.push(Defect::StartLength { joint: joint.clone(), found, expected });
         }
+        check_finite(defects, &place("the start"), &start);
         self.check_friction(defects);
         self.check_compliance(defects);
 
@@ -147,7 +150,7 @@ impl JointSpec {
             frame_k: self.frame_k,
             pitch: self.pitch,
             actuated,
-            start: self.start,
+            start,
             friction: self.friction,
             compliance: self.compliance,
         })
@@ -159,7 +162,7 @@ impl JointSpec {
             let problem = if !(value > 0.0 && value.is_finite()) {
                 "must be a finite number of at least 0"
             } else if !Compliance::applies(self.joint_type, part) {
-                "does not apply: the joint moves freely in this direction"
+                "has nothing to give to: the joint moves freely that way"
             } else {
                 continue;
             };
