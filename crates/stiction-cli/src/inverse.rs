@@ -80,6 +80,9 @@ fn execute(options: &Inverse) -> Result<(), Failure> {
         (Error::Receiver(error), Some(outputs)) => outputs.trouble_with_tables(error),
         (error, _) => explain::inverse(error).into(),
     })?;
+    for note in &verdict.assembly_notes {
+        message!("note: {note}\n");
+    }
     if options.friction_margin && verdict.friction_margin.is_none() {
         let why = match friction {
             FrictionMode::Off => "friction is off",

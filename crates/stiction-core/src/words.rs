@@ -1,4 +1,4 @@
-//! Numbers as people read them.
+//! Numbers formatted for people.
 
 /// A double has no more digits than these.
 const MOST_DIGITS: usize = 17;
@@ -21,7 +21,7 @@ pub fn significant(x: f64, digits: usize) -> String {
     }
 }
 
-/// The same without zeros at its end behind the point.
+/// [`significant`] without trailing zeros after the decimal point.
 pub(crate) fn brief(x: f64, digits: usize) -> String {
     let text = significant(x, digits);
     let (number, power) = text.split_at(text.find('e').unwrap_or(text.len()));

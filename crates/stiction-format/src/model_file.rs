@@ -95,6 +95,21 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// A single pose without prescribed coordinates.
+    pub fn pose() -> Self {
+        Self {
+            title: String::new(),
+            start: 0.0,
+            duration: 0.0,
+            step: None,
+            samples: None,
+            coordinates: Vec::new(),
+            interpolation: None,
+            notes: Vec::new(),
+            warnings: Diagnostics::default(),
+        }
+    }
+
     /// Prescribed coordinates at time `t` (s), in order.
     pub fn at(&self, t: f64) -> impl Iterator<Item = Target<f64>> + '_ {
         self.coordinates.iter().map(move |(_, signal)| signal.at(t))

@@ -21,7 +21,10 @@ pub struct Check {
 
 impl Check {
     pub(crate) fn new(robot: Robot) -> Self {
-        let motion = robot.default_motion();
+        let motion = match robot.model().motions.is_empty() {
+            true => Some((Motion::pose(), "none".to_owned())),
+            false => robot.default_motion(),
+        };
         Self { robot, motion, step: None, load: LoadCase::default() }
     }
 
@@ -43,7 +46,7 @@ impl Check {
     /// The same request in the terms of `stiction_run`.
     ///
     /// # Errors
-    /// The model has no default motion, and none was given.
+    /// The model has several motions, but no default, and none was given.
     pub fn job(&self) -> Result<Job<'_>, Error> {
         let (motion, name) = self.motion.as_ref().ok_or_else(|| self.robot.motion_missing())?;
         Ok(Job {
@@ -122,7 +125,7 @@ impl Report {
         Mobility {
             gruebler: mobility.gruebler as i64,
             instantaneous: mobility.instantaneous,
-            finite: mobility.finite_is_certain.then_some(mobility.finite),
+            finite: mobility.finite.decided(),
         }
     }
 

@@ -1,6 +1,7 @@
 //! All integration tests of this crate in one binary, which links only once.
 
 mod breakaway;
+mod cases;
 mod check;
 mod convert;
 mod findings;

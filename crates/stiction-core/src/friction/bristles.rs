@@ -16,19 +16,19 @@ use crate::scalar::Scalar;
 /// `stiffness z` comes to `mu(v) sgn v`, whatever the stiffness: steady friction is that of the
 /// curve, which is what inverse dynamics uses.
 ///
-/// Stiffness and damping are for each newton of load, so that a load that vanishes takes its
-/// friction with it at once. Where a data sheet gives them in N/m and N s/m at a constant load,
+/// Stiffness and damping are per newton of normal load, so that friction vanishes at once with the normal
+/// load. Where a data sheet gives them in N/m and N s/m at a constant load,
 /// divide them by that load.
 ///
 /// Sources: P. R. Dahl 1968 (A solid friction model, The Aerospace Corporation); Canudas de Wit,
 /// Olsson, Åström, Lischinsky 1995 (IEEE Transactions on Automatic Control 40(3), 419-425); the form
-/// with the load as a factor: Canudas de Wit, Tsiotras, Velenis, Basset, Gissinger 2003 (Vehicle
+/// with the normal load as a factor: Canudas de Wit, Tsiotras, Velenis, Basset, Gissinger 2003 (Vehicle
 /// System Dynamics 39(3), 189-226).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bristles<T = f64> {
-    /// Stiffness for each newton of load, 1/m, positive (`sigma0`).
+    /// Stiffness per newton of normal load, 1/m, positive (`sigma0`).
     pub stiffness: T,
-    /// Damping for each newton of load, s/m, not negative (`sigma1`); zero in Dahl's law.
+    /// Damping per newton of normal load, s/m, not negative (`sigma1`); zero in Dahl's law.
     pub damping: T,
 }
 
@@ -40,13 +40,13 @@ impl<T: Scalar> Bristles<T> {
         velocity - self.stiffness * velocity.abs() * z / mu
     }
 
-    /// Friction for each newton of load, with the sign of the velocity that it resists.
+    /// Friction per newton of normal load, with the sign of the velocity that it resists.
     #[inline]
     pub fn coefficient(&self, z: T, rate: T) -> T {
         self.stiffness * z + self.damping * rate
     }
 
-    /// The deflection that stays as it is at a velocity other than zero.
+    /// The steady deflection at a nonzero velocity.
     #[inline]
     pub fn steady(&self, velocity: T, mu: T) -> T {
         let size = mu / self.stiffness;
@@ -55,7 +55,7 @@ impl<T: Scalar> Bristles<T> {
 }
 
 impl Bristles {
-    /// The same as constants of another scalar.
+    /// Converts to constants of another scalar type.
     pub fn lift<T: Scalar>(self) -> Bristles<T> {
         Bristles { stiffness: T::from_f64(self.stiffness), damping: T::from_f64(self.damping) }
     }
@@ -105,7 +105,7 @@ mod tests {
             // The method's error is of the order (2.5 / 400)^4 = 1.5e-9.
             let found = bristles.coefficient(z, rate(z)).value.0[lane];
             assert!((found - mu * (1.0 - left)).abs() < 1e-9, "{found}");
-            // What is left of a first deflection.
+            // The rest of an initial deflection.
             assert!((z.slope[0].0[lane] - left).abs() < 1e-8);
         }
     }

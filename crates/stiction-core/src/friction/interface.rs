@@ -1,43 +1,43 @@
-//! Sliding contacts: where in a joint friction acts.
+//! Friction interfaces of joints: place, geometry and friction of sliding surfaces.
 
 use super::{Law, NormalLoadMap};
 use crate::joint::{Carrier, JointType};
 
-/// One sliding contact of a joint and its friction.
+/// Friction at one friction interface of a joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointFriction {
-    /// Place of the contact among those of the joint's type: an index into [`interfaces_of`].
+    /// Index of the interface among those of the joint's type: an index into [`interfaces_of`].
     pub place: usize,
     /// Radius of the sliding surface, m; of a plate the effective one, at which its friction resists
     /// its turning. Guides slide along their axis and take no radius.
     pub radius: Option<f64>,
-    /// From speed and load to friction force.
+    /// Friction law: friction force by speed and normal load.
     pub law: Law,
-    /// The same for sliding backward, if it is different; only for contacts with one freedom.
+    /// The law for sliding backward, if it differs; only for interfaces with one degree of freedom.
     pub backward: Option<Law>,
-    /// From reaction to load.
+    /// Normal load by the joint's reaction.
     pub load: NormalLoadMap<f64>,
 }
 
 impl JointFriction {
-    /// The guide of a prismatic joint, loaded by the force across it.
+    /// The guide of a prismatic joint, with the lateral force as normal load.
     pub fn guide(law: Law) -> Self {
         Self { place: 0, radius: None, law, backward: None, load: NormalLoadMap::force_only() }
     }
 
-    /// The first contact of a joint that turns on a surface of radius `radius` (m): a pin, a ball, a plate, a thread; loaded
-    /// by the force on it.
+    /// The first interface of a joint that turns on a surface of radius `radius` (m): a pin, a ball, a plate, a thread;
+    /// with the force on it as normal load.
     pub fn round(radius: f64, law: Law) -> Self {
         Self { radius: Some(radius), ..Self::guide(law) }
     }
 }
 
-/// The geometry of a contact.
+/// The geometry of a friction interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InterfaceShape {
-    /// A pin that turns about an axis of J or K: freedom `dof`, axis number `axis`.
+    /// A pin that turns about an axis of J or K: degree of freedom `dof`, axis number `axis`.
     Pin {
-        /// Index of the rotation among the joint's freedoms.
+        /// Index of the rotation among the joint's degrees of freedom.
         dof: usize,
         /// Axis 0, 1, 2 for x, y, z of the carrier's frame.
         axis: usize,
@@ -46,20 +46,20 @@ pub enum InterfaceShape {
     },
     /// A guide that slides along the z axis of J.
     Guide {
-        /// Index of the translation among the joint's freedoms.
+        /// Index of the translation among the joint's degrees of freedom.
         dof: usize,
     },
     /// A thread about the z axis of J, which slides along its helix.
     Thread,
-    /// A ball: freedoms 0, 1, 2 are the angular velocity in K.
+    /// A ball: degrees of freedom 0, 1, 2 are the angular velocity in K.
     Ball,
-    /// A plate with its middle at the origin of K on a plane across the z axis of J: freedoms 0 and
-    /// 1 are the velocity of its middle, freedom 2 turns it.
+    /// A plate with its middle at the origin of K on a plane normal to the z axis of J: degrees of freedom 0
+    /// and 1 are the velocity of its middle, 2 is its rotation.
     Plate,
 }
 
 impl InterfaceShape {
-    /// The indices of the freedoms along which the contact slides.
+    /// The indices of the degrees of freedom along which the surfaces slide.
     #[inline]
     pub const fn dofs(self) -> core::ops::Range<usize> {
         match self {
@@ -69,12 +69,12 @@ impl InterfaceShape {
         }
     }
 
-    /// Whether the contact has a radius.
+    /// Returns `true` if the interface has a radius.
     pub const fn turns(self) -> bool {
         !matches!(self, Self::Guide { .. })
     }
 
-    /// Whether it slides forward or backward, and in no other direction.
+    /// Returns `true` if the surfaces slide forward or backward, and in no other direction.
     pub const fn has_one_dof(self) -> bool {
         !matches!(self, Self::Ball | Self::Plate)
     }
@@ -83,7 +83,7 @@ impl InterfaceShape {
 const PIN_Z: InterfaceShape =
     InterfaceShape::Pin { dof: 0, axis: 2, carrier: Carrier::Predecessor };
 
-/// The sliding contacts of a joint type, each with its name (empty where the joint has only one).
+/// The friction interfaces of a joint type, each with its name (empty where the joint has only one).
 /// Fixed and free joints have none.
 pub const fn interfaces_of(joint_type: JointType) -> &'static [(&'static str, InterfaceShape)] {
     match joint_type {

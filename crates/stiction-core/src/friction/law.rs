@@ -1,11 +1,11 @@
-//! Friction laws: from sliding speed and load to friction force.
+//! Friction laws: friction force by sliding speed and normal load.
 //!
 //! Equation (F1) of the book's theory.
 
 use super::Bristles;
 use crate::scalar::Scalar;
 
-/// Friction that is affine in the load:
+/// Friction law, affine in the normal load:
 /// `force = viscous * speed + coefficient(speed) * load`, against the motion.
 ///
 /// Source of the plain case, Coulomb and viscous friction: Zhang et al. 2018, section 5.1, with the
@@ -17,21 +17,21 @@ pub struct Law<T = f64> {
     pub mu: T,
     /// Viscous coefficient at the sliding surface, N s/m, not negative.
     pub viscous: T,
-    /// How the coefficient changes with speed, and what it is at rest.
+    /// Dependence of the coefficient on speed, and the coefficient at rest.
     pub curve: Curve<T>,
-    /// Makes the coefficient vanish at rest: it is multiplied by `tanh(speed / this)`, m/s. Nothing
-    /// sticks then, it creeps.
+    /// Regularisation speed, m/s: the coefficient is multiplied by `tanh(speed / this)` and vanishes at rest. The
+    /// surfaces then creep instead of sticking.
     pub regularisation: Option<T>,
-    /// The law has an internal state, and all else describes its steady sliding.
+    /// Internal state of the law; the other fields describe its steady sliding.
     pub bristles: Option<Bristles<T>>,
 }
 
-/// How a coefficient of friction changes with the sliding speed.
+/// Dependence of a friction coefficient on the sliding speed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Curve<T = f64> {
-    /// Not at all.
+    /// Constant, also at rest.
     Constant,
-    /// It does not while sliding; at rest it is another.
+    /// Constant while sliding, with another coefficient at rest.
     Static {
         /// Static coefficient.
         mu_static: T,
@@ -43,9 +43,9 @@ pub enum Curve<T = f64> {
     Stribeck {
         /// Static coefficient.
         mu_static: T,
-        /// The speed by which most of the difference is gone, m/s.
+        /// Stribeck velocity, m/s.
         velocity: T,
-        /// How it goes.
+        /// Exponent of the curve.
         exponent: Exponent<T>,
     },
     /// Speed (m/s) and coefficient in rows: straight between them, constant beyond the last. The
@@ -64,13 +64,13 @@ pub enum Exponent<T = f64> {
     Other(T),
 }
 
-/// What a law says at one speed. Every law is affine in the load, which is what lets the coupling
-/// of friction and reactions be solved by Newton steps of linear systems.
+/// Value of a law at one speed. Every law is affine in the normal load, so that each Newton step of the
+/// friction coupling is a linear system.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resistance<T> {
-    /// Friction force for each newton of load.
+    /// Friction force per newton of normal load.
     pub coefficient: T,
-    /// Friction force whatever the load, N: of a law the viscous one, not negative.
+    /// Friction force without normal load, N: the viscous part of a law, not negative.
     pub constant: T,
 }
 
@@ -81,7 +81,7 @@ impl<T: Scalar> Resistance<T> {
         Self { coefficient: mu, constant: viscous * speed }
     }
 
-    /// The magnitude of the friction force under a load, N.
+    /// The magnitude of the friction force under a normal load, N.
     #[inline]
     pub fn force(&self, load: T) -> T {
         self.constant + self.coefficient * load
@@ -94,7 +94,7 @@ impl<T: Scalar> Law<T> {
         Self { mu, viscous, curve: Curve::Constant, regularisation: None, bristles: None }
     }
 
-    /// What it says at a sliding speed of magnitude `speed`, m/s.
+    /// The law at a sliding speed of magnitude `speed`, m/s.
     #[inline]
     pub fn sliding(&self, speed: T) -> Resistance<T> {
         let mut resistance = Resistance::coulomb_viscous(self.mu, self.viscous, speed);
@@ -137,7 +137,7 @@ impl<T: Scalar> Law<T> {
         }
     }
 
-    /// Whether the coefficient is the same at all speeds and at rest.
+    /// Returns `true` if the coefficient is the same at all speeds and at rest.
     #[inline]
     pub fn is_constant(&self) -> bool {
         matches!(self.curve, Curve::Constant) && self.regularisation.is_none()
@@ -145,12 +145,12 @@ impl<T: Scalar> Law<T> {
 }
 
 impl Law {
-    /// Whether the least sliding speed changes nothing about the greatest force before it slides.
+    /// Returns `true` if friction at vanishing sliding speed equals the greatest friction at rest.
     pub(crate) fn slides_as_at_its_limit(&self) -> bool {
         self.coefficient(0.0) == self.at_rest()
     }
 
-    /// The same law as constants of another scalar.
+    /// Converts to constants of another scalar type.
     pub fn lift<T: Scalar>(&self) -> Law<T> {
         let lift = T::from_f64;
         Law {
@@ -211,8 +211,7 @@ impl<T: Scalar> Exponent<T> {
     }
 }
 
-/// The value at `speed` of a table, straight between its rows. Lanes differ in their rows, so all
-/// are gone through.
+/// Linear interpolation of a table at `speed`. Lanes differ in their rows, so the loop visits all.
 fn interpolated<T: Scalar>(rows: &[[T; 2]], speed: T) -> T {
     let mut value = rows.last().map_or(T::zero(), |row| row[1]);
     for (&[speed_0, value_0], &[speed_1, value_1]) in rows.iter().zip(rows.iter().skip(1)).rev() {

@@ -1,8 +1,8 @@
 //! Friction in joints that grows with the joint's own reaction.
 //!
-//! A friction is a *load map* (which of the joint's reaction components press the surfaces
-//! together, [`NormalLoadMap`]) times a *law* (what coefficient at what speed, what viscous part,
-//! [`Law`]), acting at a sliding contact ([`JointFriction`]) of known place and radius.
+//! Friction at an interface consists of a *normal load map* (the components of the joint's reaction that press the
+//! surfaces together, [`NormalLoadMap`]) and a *law* (the coefficient by speed and the viscous part, [`Law`]). A
+//! [`JointFriction`] applies both at an interface of known place and radius.
 
 mod bristles;
 mod interface;

@@ -1,13 +1,13 @@
-//! Load maps: from a joint's reaction to the load on its sliding surface.
+//! Normal load maps: normal load of a friction interface by the joint's reaction.
 //!
 //! Equation (F3) of the book's theory.
 
 use crate::scalar::Scalar;
 use crate::spatial::{Twist, Vec3, Wrench};
 
-/// Which components of a joint's reaction press its sliding surfaces together, at what arm.
+/// Components of a joint's reaction that press its sliding surfaces together, with their arms.
 ///
-/// The load is made of parts:
+/// The normal load has these parts:
 ///
 /// | part | pin (R, C, U) | guide (P, C) | thread (H) | ball (S) | plate (E) |
 /// | --- | --- | --- | --- | --- | --- |
@@ -17,9 +17,9 @@ use crate::spatial::{Twist, Vec3, Wrench};
 /// | `torsion_arm` | - | torsional moment / arm | - | - | - |
 /// | `preload` | added | added | added | added | added |
 ///
-/// How they add is [`Combine`]'s to say. Moments are about the middle between the supports, see
+/// [`Combine`] defines their sum. Moments are about the middle between the supports, see
 /// [`Supports`]: the joint's origin by default; of a plate about its own origin, that of K. A part
-/// without its length is absent: nothing is assumed.
+/// without its length is absent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalLoadMap<T> {
     /// Distance between the two supports of a pin or guide, or across a plate, m.
@@ -30,9 +30,9 @@ pub struct NormalLoadMap<T> {
     pub torsion_arm: Option<T>,
     /// Constant load, N.
     pub preload: T,
-    /// How the parts add.
+    /// Rule by which the parts add.
     pub combine: Combine,
-    /// Where the supports are.
+    /// Positions of the supports.
     pub supports: Supports<T>,
     /// Cosine of a thread's half flank angle in the section normal to the thread.
     pub flank_cosine: Option<T>,
@@ -40,10 +40,10 @@ pub struct NormalLoadMap<T> {
     pub smoothing: Option<T>,
 }
 
-/// How the parts of a load add.
+/// Rule by which the parts of a normal load add.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Combine {
-    /// Each part stands for surfaces of its own: their sum.
+    /// Sum of the parts, each on surfaces of its own.
     #[default]
     Sum,
     /// Radial (lateral) force and bending moment make one force at each of two supports, a span
@@ -54,8 +54,7 @@ pub enum Combine {
     RootSumSquare,
 }
 
-/// Where the two supports are that take the bending moment of a contact whose bodies slide along
-/// each other.
+/// Positions of the two supports that carry the bending moment where the bodies slide along each other.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Supports<T> {
     /// On the predecessor, half a span before and behind the origin of J.
@@ -73,17 +72,17 @@ pub enum Supports<T> {
     },
 }
 
-/// A load and how it changes with the reaction.
+/// A normal load and its gradient with respect to the reaction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load<T> {
-    /// The load, N, not negative.
+    /// The normal load, N, not negative.
     pub value: T,
     /// Its gradient: `d value = gradient.power(d wrench)`. Zero in every part that vanishes.
     pub gradient: Twist<T>,
 }
 
 impl<T: Scalar> NormalLoadMap<T> {
-    /// Nothing but the resultant force.
+    /// The resultant force only.
     pub fn force_only() -> Self {
         Self {
             bending_span: None,
@@ -104,7 +103,7 @@ impl<T: Scalar> NormalLoadMap<T> {
     }
 
     /// The distance between supports on both bodies where the origin of K is `slide` before that of
-    /// J along the axis; positive as long as they overlap. None where the span is constant.
+    /// J along the axis; positive as long as they overlap. `None` where the span is constant.
     #[inline]
     pub fn overlap(&self, slide: T) -> Option<T> {
         let Supports::OneOnEach { gland, piston } = self.supports else { return None };
@@ -136,7 +135,7 @@ impl<T: Scalar> NormalLoadMap<T> {
 
     #[inline]
     fn across(&self, wrench: Wrench<T>, point: Vec3<T>, axis: Vec3<T>, span: Option<T>) -> Load<T> {
-        // What is rare is not inlined: kernels of dual numbers grow large.
+        // Rare cases are not inlined: kernels of dual numbers grow large.
         if self.combine == Combine::Sum && self.smoothing.is_none() {
             self.sum(wrench, point, axis, span)
         } else {
@@ -276,7 +275,7 @@ impl<T: Scalar> NormalLoadMap<T> {
 }
 
 impl NormalLoadMap<f64> {
-    /// The same map as constants of another scalar.
+    /// Converts to constants of another scalar type.
     pub fn lift<T: Scalar>(&self) -> NormalLoadMap<T> {
         NormalLoadMap {
             bending_span: self.bending_span.map(T::from_f64),

@@ -1,4 +1,4 @@
-//! The thread of a helical joint: what its flanks carry.
+//! Normal force on the flanks of a helical joint's thread.
 //!
 //! Equation (L1) of the book.
 
@@ -8,7 +8,7 @@ use crate::spatial::{Twist, Vec3, Wrench};
 
 /// The line of a thread: a helix of this radius and advance.
 ///
-/// A flank presses on the other with a normal force and rubs along the helix. Of the axial force
+/// The flanks exert a normal force on each other and friction along the helix. Of the axial force
 /// `F` that the joint carries, the friction `R` bears a part. With the lead angle `l`
 /// (`tan l = pitch / radius`), half the flank angle `b` in the section normal to the thread, and
 /// `d = 1` where it slides forward, `-1` backward, the flanks carry
@@ -17,9 +17,8 @@ use crate::spatial::{Twist, Vec3, Wrench};
 /// N cos b = | F / cos l + d R tan l |,    R = constant + coefficient (N + N_other)
 /// ```
 ///
-/// which is solved here for `N`: on either side of zero it is linear. What drives the joint does
-/// not enter, so it makes no difference whether a motor turns the spindle through this joint or
-/// through another. It gives the torques of text books, `F r tan(l + r')` to raise a load and
+/// which is solved for `N`: it is linear on either side of zero. The actuator does not enter, so that a motor
+/// may turn the spindle through this joint or through another. The result agrees with the textbook torques `F r tan(l + r')` to raise a load and
 /// `F r tan(r' - l)` to lower it, with `tan r' = coefficient / cos b`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thread<T> {
@@ -29,19 +28,19 @@ pub struct Thread<T> {
     pub pitch: T,
 }
 
-/// The friction of the thread itself, which bears a part of the load that makes it.
+/// The friction of the thread, which carries a part of the load that causes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OwnFriction<T> {
-    /// Its force for each newton of load.
+    /// Its force per newton of normal load.
     pub coefficient: T,
-    /// Its force without load, N.
+    /// Its force without normal load, N.
     pub constant: T,
     /// 1 where it slides forward, -1 backward; at rest the part of it by which it holds.
     pub direction: T,
 }
 
 impl<T: Scalar> OwnFriction<T> {
-    /// None.
+    /// No friction.
     pub fn none() -> Self {
         Self { coefficient: T::zero(), constant: T::zero(), direction: T::zero() }
     }
@@ -55,14 +54,14 @@ impl OwnFriction<f64> {
 }
 
 impl<T: Scalar> Thread<T> {
-    /// The way along the helix for each radian, m.
+    /// Path along the helix per radian, m.
     #[inline]
     pub fn way(&self) -> T {
         (self.radius * self.radius + self.pitch * self.pitch).sqrt()
     }
 
     /// The load under `wrench` (about the kernel's origin): what the flanks carry, and `other`, the
-    /// load of the thread as a pin. Infinite where the friction outgrows what it rests on.
+    /// load of the thread as a pin. Infinite where the friction exceeds its own support.
     pub fn load(
         &self,
         map: &NormalLoadMap<T>,

@@ -1,9 +1,9 @@
-//! Joint types: what each allows, what each carries. One file a type, the same items in each.
+//! Joint types with their degrees of freedom and constraints. One file a type, the same items in each.
 //!
 //! A joint connects frame J, fixed in its *predecessor* body, with frame K, fixed in its
 //! *successor*. At zero coordinates the frames coincide. The axis of a joint is the z axis of J.
 //!
-//! | type | coordinates | freedoms (unit twists) | carries (unit wrenches, in J) |
+//! | type | coordinates | degrees of freedom (unit twists) | constraints (unit wrenches, in J) |
 //! | --- | --- | --- | --- |
 //! | R revolute | angle | rotation z of J | force x y z, moment x y |
 //! | P prismatic | slide | translation z of J | force x y, moment x y z |
@@ -15,7 +15,7 @@
 //! | fixed | none | none | all six |
 //! | free | position, unit quaternion | translation x y z of J, rotation x y z of K | nothing |
 //!
-//! Forces pass through the origin of J. Each freedom is constant in the body that carries it, which
+//! Forces pass through the origin of J. The twist of each degree of freedom is constant in the body that carries it, which
 //! makes the rate of change of every joint's motion subspace one formula:
 //! `d/dt S_k = (twist of the carrier) x S_k`.
 //!
@@ -33,7 +33,7 @@ mod universal;
 
 use crate::scalar::Scalar;
 use crate::spatial::{Mat3, Pose, Quaternion, Twist, Vec3, Wrench};
-/// The most freedoms that a joint has.
+/// Greatest number of degrees of freedom of a joint.
 pub(crate) const MOST_DOFS: usize = 6;
 
 /// The type of a joint.
@@ -53,13 +53,13 @@ pub enum JointType {
     Spherical,
     /// Two translations in a plane and the rotation about its normal.
     Planar,
-    /// No freedom: the bodies are one.
+    /// No degree of freedom: a rigid connection.
     Fixed,
-    /// All freedom: no connection but coordinates.
+    /// Six degrees of freedom: coordinates without constraints.
     Free,
 }
 
-/// The body of a joint in which a freedom's twist is constant.
+/// The body of a joint in which the twist of a degree of freedom is constant.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carrier {
@@ -69,7 +69,7 @@ pub enum Carrier {
     Successor,
 }
 
-/// One freedom of a joint: a unit twist along a coordinate axis of the carrier's joint frame.
+/// One degree of freedom of a joint: a unit twist along a coordinate axis of the carrier's joint frame.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dof {
@@ -77,13 +77,13 @@ pub struct Dof {
     pub motion: Motion,
     /// Axis 0, 1, 2 for x, y, z.
     pub axis: usize,
-    /// Where axis and point are fixed.
+    /// The body in which axis and point are fixed.
     pub carrier: Carrier,
     /// The coordinate's name among those of the joint.
     pub name: &'static str,
 }
 
-/// The kind of motion of a freedom.
+/// The kind of motion of a degree of freedom.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
@@ -95,7 +95,7 @@ pub enum Motion {
     Screw,
 }
 
-/// One wrench that a joint carries without working, in frame J.
+/// A constraint wrench of a joint, which does no work, in frame J.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Constraint {
@@ -113,7 +113,7 @@ const fn dof(motion: Motion, axis: usize, carrier: Carrier, name: &'static str) 
     Dof { motion, axis, carrier, name }
 }
 
-/// Picks the same item from the file of each type.
+/// Selects an item from the file of a type.
 macro_rules! of_type {
     ($joint_type:expr, $item:ident $($call:tt)*) => {
         match $joint_type {
@@ -154,25 +154,25 @@ impl JointType {
         Self::ALL.into_iter().find(|t| t.symbol() == symbol)
     }
 
-    /// The freedoms, in the order of the rates.
+    /// The degrees of freedom, in the order of the rates.
     #[inline]
     pub const fn dofs(self) -> &'static [Dof] {
         of_type!(self, FREEDOMS)
     }
 
-    /// The wrenches that it carries.
+    /// The constraint wrenches.
     #[inline]
     pub const fn constraints(self) -> &'static [Constraint] {
         of_type!(self, CONSTRAINTS)
     }
 
-    /// The number of coordinates (not of freedoms: orientations take four).
+    /// The number of coordinates; orientations have four, but three degrees of freedom.
     #[inline]
     pub const fn coordinates(self) -> usize {
         of_type!(self, COORDINATES)
     }
 
-    /// Whether coordinate `k` is the integral of rate `k`: true but for quaternions.
+    /// Returns `true` if coordinate `k` is the integral of rate `k`: for all types without quaternions.
     pub const fn has_scalar_coordinates(self) -> bool {
         !matches!(self, Self::Spherical | Self::Free)
     }
@@ -244,7 +244,8 @@ impl JointType {
 }
 
 impl Dof {
-    /// Whether its coordinate is a length, m, and its effort a force, N; else they are an angle, rad, and a moment, N m.
+    /// Returns `true` if its coordinate is a length, m, and its effort a force, N; `false` for an angle, rad, and a
+    /// moment, N m.
     pub fn translates(&self) -> bool {
         self.motion == Motion::Translation
     }
@@ -274,9 +275,9 @@ impl Dof {
         }
     }
 
-    /// The wrench, predecessor on successor, of a unit effort on this freedom: a couple along the
-    /// axis, or a force along it through the origin of K. Its power is the freedom's own rate and
-    /// nothing of the joint's other freedoms, so it also measures that rate in a relative twist.
+    /// The wrench, predecessor on successor, of a unit effort on this degree of freedom: a couple along the
+    /// axis, or a force along it through the origin of K. Its power is the rate of this degree of freedom
+    /// alone, so that it also extracts that rate from a relative twist.
     #[inline]
     pub fn effort<T: Scalar>(&self, j: &Pose<T>, k: &Pose<T>) -> Wrench<T> {
         let frame = match self.carrier {
@@ -306,7 +307,7 @@ impl Constraint {
         }
     }
 
-    /// Whether the multiplier is a moment (N m) rather than a force (N).
+    /// Returns `true` if the multiplier is a moment (N m), `false` if it is a force (N).
     pub const fn is_moment(&self) -> bool {
         matches!(self, Constraint::Moment(_) | Constraint::Normal)
     }
@@ -327,7 +328,7 @@ impl Constraint {
 }
 
 impl JointType {
-    /// How far `relative` (an actual `X_JK`) is from what the joint allows, measured along each of
+    /// Deviation of `relative` (an actual `X_JK`) from the poses that the joint allows, along each of
     /// its constraints (m, rad), and the scalar coordinates there. The errors' rates are the
     /// powers of the unit constraint wrenches on the relative twist, exactly so where they vanish.
     #[inline]
@@ -347,8 +348,8 @@ impl JointType {
 }
 
 /// A vector along the axis of `turn` that equals its rotation vector to first order and, unlike the
-/// skew part, does not shrink again beyond a right angle: `2 n tan(a/2)`, bounded near a half turn.
-/// Assembly from a poor first guess needs that; at the solution only the first order counts.
+/// skew part, does not shrink beyond a right angle: `2 n tan(a/2)`, bounded near a half turn.
+/// Assembly from a poor first guess needs this; at the solution only the first order matters.
 #[inline]
 fn bounded_tangent<T: Scalar>(turn: Mat3<T>) -> Vec3<T> {
     const FLOOR: f64 = 1e-3;
@@ -387,7 +388,7 @@ mod tests {
     }
 
     proptest! {
-        /// Constraint wrenches do no work on freedoms, efforts work on their own freedom only, and
+        /// Constraint wrenches do no work on the degrees of freedom, each effort works on its own only, and
         /// together they span all wrenches.
         #[test]
         fn dofs_and_constraints_are_reciprocal(numbers in numbers()) {
@@ -411,7 +412,7 @@ mod tests {
             }
         }
 
-        /// The freedoms are the derivative of the pose, and coordinates can be read back.
+        /// The unit twists are the derivative of the pose, and coordinates can be read back.
         #[test]
         fn dofs_are_the_derivative_of_the_pose(numbers in numbers()) {
             let step = 1e-5;

@@ -9,7 +9,7 @@ use crate::scalar::Scalar;
 use crate::spatial::{Pose, Quaternion, Twist, Vec3, Wrench};
 use crate::topology::{Actuator, Link, Topology};
 
-/// Coordinates, rates and accelerations of the tree: what determines the motion of everything.
+/// Coordinates, rates and accelerations of the tree, which determine the motion of all bodies.
 #[derive(Debug, PartialEq)]
 pub struct State<T> {
     /// Coordinates, rad and m; unit quaternions for orientations.
@@ -30,7 +30,7 @@ impl<T: Clone> Clone for State<T> {
         }
     }
 
-    /// Into the room that is there: motions are followed without allocation.
+    /// Copies in place, reusing the buffers: tracking allocates nothing.
     fn clone_from(&mut self, other: &Self) {
         self.coordinates.clone_from(&other.coordinates);
         self.rates.clone_from(&other.rates);
@@ -110,7 +110,7 @@ pub struct Bodies<T> {
     pub frame_j: Vec<Pose<T>>,
     /// For each joint its frame K.
     pub frame_k: Vec<Pose<T>>,
-    /// For each freedom of the tree its unit twist, parent to child.
+    /// For each degree of freedom of the tree its unit twist, parent to child.
     pub(crate) screws: Vec<Twist<T>>,
 }
 
@@ -128,7 +128,7 @@ impl<T: Clone> Clone for Bodies<T> {
         }
     }
 
-    /// Into the room that is there: simulations go on without allocation.
+    /// Copies in place, reusing the buffers: simulations allocate nothing.
     fn clone_from(&mut self, other: &Self) {
         self.pose.clone_from(&other.pose);
         self.twist.clone_from(&other.twist);
@@ -141,7 +141,7 @@ impl<T: Clone> Clone for Bodies<T> {
 }
 
 impl<T: Scalar> Bodies<T> {
-    /// Room for the bodies of a mechanism.
+    /// Allocates the buffers for a mechanism.
     pub fn new(topology: &Topology) -> Self {
         let bodies = topology.node_of_body.len();
         let joints = topology.joint_types.len();
@@ -161,7 +161,7 @@ impl<T: Scalar> Bodies<T> {
         self.frame_j.iter().zip(&self.frame_k).map(|(j, k)| j.inverse() * *k)
     }
 
-    /// Poses of bodies and joint frames, unit twists of the tree's freedoms.
+    /// Poses of bodies and joint frames, unit twists of the tree's degrees of freedom.
     pub fn place(&mut self, topology: &Topology, parameters: &Parameters<T>, coordinates: &[T]) {
         self.pose[0] = parameters.ground;
         for node in &topology.nodes {
@@ -249,8 +249,7 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// Adds to the accelerations of all bodies what `amount` times more accelerations of the tree
-    /// cause.
+    /// Adds to the accelerations of all bodies the effect of `amount` times these accelerations of the tree.
     pub(crate) fn accelerate_more(&mut self, topology: &Topology, accelerations: &[T], amount: T) {
         // The bias is not touched: sums of accelerations add up along the tree as they are.
         for node in &topology.nodes {
@@ -266,7 +265,7 @@ impl<T: Scalar> Bodies<T> {
         }
     }
 
-    /// The rates of a joint's freedoms.
+    /// The rates of a joint's degrees of freedom.
     pub fn joint_rates(&self, topology: &Topology, joint: usize) -> [T; MOST_DOFS] {
         let (predecessor, successor) = topology.ends[joint];
         let relative = self.twist[successor] - self.twist[predecessor];
@@ -282,7 +281,7 @@ impl<T: Scalar> Bodies<T> {
         self.joint_rates(topology, actuator.joint)[actuator.dof]
     }
 
-    /// The velocity of a contact's surface along each of its freedoms, m/s; `pitch` is the joint's.
+    /// The sliding velocity of a friction interface along each of its degrees of freedom, m/s; `pitch` is the joint's.
     #[inline]
     pub fn surface_velocity(
         &self,
@@ -299,7 +298,7 @@ impl<T: Scalar> Bodies<T> {
         surface
     }
 
-    /// The wrench on its joint of efforts on a contact's freedoms.
+    /// The wrench on its joint of efforts on the degrees of freedom of a friction interface.
     pub(crate) fn wrench_of(
         &self,
         topology: &Topology,
@@ -314,7 +313,7 @@ impl<T: Scalar> Bodies<T> {
         sum
     }
 
-    /// The wrench of a unit effort on a joint's freedom.
+    /// The wrench of a unit effort on a joint's degree of freedom.
     pub(crate) fn effort(&self, dof: &Dof, joint: usize) -> Wrench<T> {
         dof.effort(&self.frame_j[joint], &self.frame_k[joint])
     }

@@ -1,8 +1,8 @@
-//! Whether the mechanism moves as it was told to.
+//! Checks prescribed rates and accelerations against the loop constraints.
 //!
-//! Where there are more rows than freedoms, those that others imply are left out when rates are solved for.
-//! They hold by themselves along a motion that the mechanism can carry out. At a single position they need
-//! not: loops that close there may be asked for rates that would open them.
+//! Where there are more rows than degrees of freedom, the solution for rates leaves out rows that others imply.
+//! Along a motion that the mechanism can carry out, these rows hold by themselves. At a single position
+//! they may not: the loops close there, but the prescribed rates would open them.
 
 use super::coordinate::Target;
 use super::model::KinematicModel;
@@ -11,24 +11,24 @@ use super::system::Kinematics;
 use super::{AssemblyError, State};
 use crate::parameters::Parameters;
 
-/// A part of what a row consists of. Interpolated recordings of more coordinates than there are freedoms fit
-/// each other to less than this.
+/// Relative tolerance of a row: a part of the sum of its terms. Interpolated recordings of redundant coordinates
+/// agree to less than this.
 const RELATIVE: f64 = 1e-5;
-/// 1/s and 1/s², lengths in units of the characteristic one: slower than anything that moves, and what
-/// rounding leaves of rates where a motion turns back.
+/// Absolute tolerance, 1/s and 1/s², lengths in characteristic lengths: slower than any motion, and larger than the
+/// round-off of rates where a motion reverses.
 const ABSOLUTE: f64 = 1e-9;
 
-/// A row that is missed: by how much in all, and what it is the sum of.
+/// A row that is not satisfied, and its residual.
 #[derive(Clone, Copy, Default)]
 struct Missed {
     row: usize,
     by: f64,
-    /// The same without units.
+    /// The dimensionless residual.
     size: f64,
 }
 
 impl Kinematics<f64> {
-    /// An error where rates or accelerations miss a loop or a prescribed coordinate; needs
+    /// Returns an error if rates or accelerations violate a loop or a prescribed coordinate; needs
     /// [`Self::differentiate`].
     pub(super) fn contradiction(
         &mut self,
@@ -92,7 +92,7 @@ impl Kinematics<f64> {
         }
     }
 
-    /// The row that is missed most, if any is.
+    /// The row with the greatest residual beyond the tolerances.
     fn missed(
         &self,
         motion_constraints: &MotionConstraints,

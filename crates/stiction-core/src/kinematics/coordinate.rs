@@ -4,8 +4,8 @@ use crate::joint::JointType;
 use crate::mechanism::{BodyId, JointId};
 use crate::scalar::Scalar;
 
-/// One number that says something about the position of a mechanism. A motion prescribes any
-/// consistent set of them; loop closure gives the rest.
+/// A scalar coordinate of a mechanism that a motion may prescribe. Loop closure determines the rest of the
+/// configuration.
 ///
 /// Poses of bodies are seen from the frame of the ground ([`crate::mechanism::Mechanism::base`]), so
 /// that a robot which is mounted elsewhere keeps its motions.
@@ -40,13 +40,13 @@ pub enum Coordinate {
     Joint {
         /// The joint.
         joint: JointId,
-        /// Index of the freedom.
+        /// Index of the degree of freedom.
         dof: usize,
     },
 }
 
 impl Coordinate {
-    /// Whether the coordinate is an angle (rad) rather than a length (m), given the types of all
+    /// Returns `true` if the coordinate is an angle (rad), `false` if it is a length (m), given the types of all
     /// joints.
     pub fn is_angle(&self, joint_types: &[JointType]) -> bool {
         match *self {
@@ -78,7 +78,7 @@ impl AngleOrder {
         self.0
     }
 
-    /// Whether all three axes differ (Tait-Bryan), so that an angle can be named by its axis.
+    /// Returns `true` if all three axes differ (Tait-Bryan), so that an angle can be named by its axis.
     pub const fn is_tait_bryan(self) -> bool {
         self.0[0] != self.0[2]
     }
@@ -99,7 +99,7 @@ impl Target<f64> {
     /// At rest at zero.
     pub(crate) const AT_ZERO: Self = Self { value: 0.0, rate: 0.0, acceleration: 0.0 };
 
-    /// The same as constants of another scalar.
+    /// Converts to constants of another scalar type.
     pub fn lift<T: Scalar>(self) -> Target<T> {
         Target {
             value: T::from_f64(self.value),

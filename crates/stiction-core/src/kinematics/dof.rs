@@ -1,4 +1,4 @@
-//! Freedoms that a prescription leaves open.
+//! Motions that the prescribed coordinates leave open.
 
 use super::bodies::Bodies;
 use super::error::OpenDof;
@@ -10,20 +10,20 @@ use crate::spatial::{Twist, Vec3, describe_motion};
 use crate::topology::{Actuator, Link, Topology};
 use nalgebra::{DMatrix, DVector};
 
-/// Singular values below this, relative to the largest, count as zero. Matrices here are scaled to
-/// entries of order one. A position at which a freedom is blocked to second order only is found no
-/// better than to the square root of round-off, 1e-8, and so is the singular value.
+/// Singular values below this, relative to the largest, count as zero. Matrices are scaled to entries of
+/// order one. Where a motion is blocked to second order only, positions and singular values are accurate
+/// to the square root of round-off, 1e-8.
 pub(super) const OPEN: f64 = 1e-6;
 
-/// What is left open.
+/// Motions that are left open.
 pub(super) enum OpenMotion {
-    /// Nothing but idle spins of single bodies.
+    /// Only passive spins of single bodies.
     Spins(Vec<Spin>),
-    /// Freedoms that matter.
-    Freedoms(Vec<OpenTwist>),
+    /// Other motions.
+    Others(Vec<OpenTwist>),
 }
 
-/// A motion of some body that is left open.
+/// An open motion, described by one body.
 pub(super) struct OpenTwist {
     body: usize,
     motion: String,
@@ -35,7 +35,7 @@ impl OpenTwist {
     }
 }
 
-/// Finds what the (scaled) system leaves open at the present position.
+/// The motions that the scaled system leaves open at the present position.
 pub(super) fn open_motions(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -54,7 +54,7 @@ pub(super) fn open_motions(
         rates.iter().map(|rates| body_twists(topology, bodies, rates.as_slice())).collect();
     match idle_spins(topology, parameters, bodies, &rates, &twists) {
         Some(spins) => OpenMotion::Spins(spins),
-        None => OpenMotion::Freedoms(
+        None => OpenMotion::Others(
             twists.iter().map(|twists| in_words(parameters, bodies, twists)).collect(),
         ),
     }
@@ -80,7 +80,7 @@ pub(crate) fn body_twists(
     twists
 }
 
-/// The rate of an actuator where the bodies have these twists.
+/// The rate of an actuator for given twists of the bodies.
 pub(crate) fn actuator_rate(
     topology: &Topology,
     bodies: &Bodies<f64>,
@@ -93,8 +93,8 @@ pub(crate) fn actuator_rate(
     (twists[successor] - twists[predecessor]).power(effort)
 }
 
-/// The spins, if every open motion is made of rotations of bodies about axes through their own
-/// centres of mass, and drives nothing.
+/// The passive spins, if all open motions combine rotations of single bodies about axes through their own
+/// centres of mass and move no actuator.
 fn idle_spins(
     topology: &Topology,
     parameters: &Parameters<f64>,
@@ -103,7 +103,7 @@ fn idle_spins(
     twists: &[Vec<Twist<f64>>],
 ) -> Option<Vec<Spin>> {
     let length = parameters.length;
-    // Parts of unit motions below this are none.
+    // Components of unit motions below this count as zero.
     let small = 1e-4;
     for actuator in &topology.actuators {
         let dof = &topology.joint_types[actuator.joint].dofs()[actuator.dof];
@@ -154,7 +154,7 @@ fn idle_spins(
     (spins.len() == rates.len()).then_some(spins)
 }
 
-/// The body that moves most and how.
+/// Describes a motion by the body that moves most.
 fn in_words(
     parameters: &Parameters<f64>,
     bodies: &Bodies<f64>,
@@ -167,7 +167,7 @@ fn in_words(
     };
     let body = (1..twists.len()).max_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap_or(0);
     let twist = twists[body];
-    // Told about the world's origin.
+    // About the world's origin.
     let in_world = twist.about(-parameters.origin);
     let largest = twist.angular.norm() * parameters.length + twist.linear.norm();
     let motion = describe_motion(in_world * (1.0 / largest), parameters.length);

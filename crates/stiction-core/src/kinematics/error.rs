@@ -1,35 +1,35 @@
-//! Why a mechanism cannot be brought into a position.
+//! Errors of assembly.
 
 use crate::words::significant;
 use thiserror::Error;
 
-/// Why a mechanism could not be assembled or moved as prescribed.
+/// Errors of assembly and of motion along prescribed coordinates.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum AssemblyError {
     /// The loops do not close at the prescribed position.
     #[error("{0}")]
     Gap(Gap),
-    /// The prescription leaves freedoms open.
+    /// The prescribed coordinates leave degrees of freedom open.
     #[error(
         "the motion leaves {} open: {}; prescribe {} more",
-        count(open.len(), "freedom"),
+        degrees(open.len()),
         list(open),
         count(open.len(), "coordinate")
     )]
     Open {
-        /// Each open freedom in words.
+        /// Each open motion in words.
         open: Vec<OpenDof>,
     },
-    /// At a position on the way the prescription leaves freedoms open that it determines elsewhere:
-    /// a singular position of what is prescribed, where branches of motion may meet.
+    /// At a position on the way the prescribed coordinates leave motions open that they determine elsewhere:
+    /// a singular position, where branches of motion may meet.
     #[error(
         "what is prescribed does not determine the motion at this position: {} (a singular position; \
          prescribe other coordinates, or avoid it)",
         list(open)
     )]
     Undetermined {
-        /// Each open freedom in words.
+        /// Each open motion in words.
         open: Vec<OpenDof>,
     },
     /// The prescribed second angle is where the other two are not defined.
@@ -48,13 +48,13 @@ pub enum AssemblyError {
     },
     /// A prescribed value, rate or acceleration is NaN, or greater than can be computed with.
     #[error(
-        "prescribed coordinate {index} (counted from 0) has a value, rate or acceleration that is no number up to 1e30"
+        "prescribed coordinate {index} (counted from 0) has a value, rate or acceleration that is not a number up to 1e30"
     )]
     NotFinite {
         /// Its place among the prescribed coordinates.
         index: usize,
     },
-    /// A motion is to be followed from or to a time that is none.
+    /// Begin or end of a motion is not a finite time.
     #[error("a motion cannot be followed from {from} s to {to} s: both must be finite")]
     NoTime {
         /// s.
@@ -76,9 +76,9 @@ pub enum AssemblyError {
         order: &'static str,
         /// The joint that would open most; none if a coordinate would be missed more.
         joint: Option<String>,
-        /// How fast.
+        /// Violation of the constraint.
         by: f64,
-        /// In which unit.
+        /// Unit of the violation.
         unit: &'static str,
     },
     /// The mechanism cannot follow without changing its assembly mode.
@@ -100,24 +100,23 @@ pub enum AssemblyError {
     },
 }
 
-/// By how much a mechanism fails to assemble, at best: loops and prescription are both missed as
-/// little as can be, the prescription counting more.
+/// Gap of a mechanism that cannot be assembled: the least weighted residual of loops and prescribed
+/// coordinates, the latter with the greater weight.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gap {
     /// The joint that is open most; none in a mechanism without loops.
     pub joint: Option<String>,
-    /// How far it is open, m.
+    /// Gap of that joint, m.
     pub length: f64,
-    /// By which angle it is open, rad.
+    /// Angle of that gap, rad.
     pub angle: f64,
-    /// By how much prescribed lengths are missed at most, m.
+    /// Greatest error of a prescribed length, m.
     pub missed_length: f64,
-    /// By how much prescribed angles are missed at most, rad.
+    /// Greatest error of a prescribed angle, rad.
     pub missed_angle: f64,
-    /// How many coordinates are prescribed and how many freedoms the mechanism has, if these are
-    /// fewer.
+    /// Number of prescribed coordinates and mobility, if the mobility is smaller.
     pub prescribed: Option<(usize, usize)>,
-    /// The mechanism's characteristic length, m: what is much smaller is not told.
+    /// The mechanism's characteristic length, m; much smaller gaps are not reported.
     pub scale: f64,
 }
 
@@ -150,14 +149,14 @@ impl core::fmt::Display for Gap {
             write!(
                 f,
                 " ({prescribed} coordinates are prescribed, but the mechanism has {})",
-                count(dofs, "freedom")
+                degrees(dofs)
             )?;
         }
         Ok(())
     }
 }
 
-/// A length and an angle in words; what is smaller than anyone would measure in a mechanism of this scale is left out.
+/// A length and an angle in words, without those that are negligible for a mechanism of this scale.
 fn amounts(length: f64, angle: f64, scale: f64) -> String {
     let in_words = |length: f64| match length {
         length if length < 1.0 => format!("{} mm", significant(length * 1e3, 4)),
@@ -168,16 +167,20 @@ fn amounts(length: f64, angle: f64, scale: f64) -> String {
     [length, angle].into_iter().flatten().collect::<Vec<_>>().join(" and ")
 }
 
-/// Gaps below this, rad or as a part of the mechanism's scale, are none.
+/// Negligible gap, rad or characteristic lengths.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// A freedom that neither the loops nor the prescription determine.
+/// A motion that neither the loops nor the prescribed coordinates determine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpenDof {
     /// The body that moves most.
     pub body: String,
-    /// How it moves, in words; places are in the world.
+    /// Its motion in words; positions are in the world frame.
     pub motion: String,
+}
+
+fn degrees(n: usize) -> String {
+    if n == 1 { "one degree of freedom".to_owned() } else { format!("{n} degrees of freedom") }
 }
 
 fn count(n: usize, what: &str) -> String {
@@ -185,6 +188,6 @@ fn count(n: usize, what: &str) -> String {
 }
 
 fn list(open: &[OpenDof]) -> String {
-    let told = open.iter().map(|o| format!("body `{}` can still move ({})", o.body, o.motion));
-    told.collect::<Vec<_>>().join("; ")
+    let each = open.iter().map(|o| format!("body `{}` can still move ({})", o.body, o.motion));
+    each.collect::<Vec<_>>().join("; ")
 }

@@ -2,9 +2,9 @@
 //!
 //! A leg is a chain that hangs from the ground or from a floating body and whose cut joint holds a point
 //! of it to another such body (S, U, R). If those bodies are placed, the point is known, and joints of
-//! few freedoms follow from distances and heights that only one of them changes (subproblems in the
-//! sense of Paden 1986 and Kahan). Which rule and which branch serve is not derived but tried: those are
-//! taken that give the coordinates of known positions.
+//! few degrees of freedom follow from distances and heights that only one of them changes (subproblems in the
+//! sense of Paden 1986 and Kahan). Rule and branch of each coordinate are selected by trial: those that
+//! give the coordinates of known positions.
 //!
 //! Equation (K7) of the book's theory.
 
@@ -17,7 +17,7 @@ use crate::spatial::{Mat3, Pose, Vec3};
 use crate::topology::{Link, Topology};
 use core::ops::Range;
 
-/// A found coordinate must be that of every known position, rad or characteristic lengths.
+/// Tolerance of a coordinate at the known positions, rad or characteristic lengths.
 const SAME: f64 = 1e-7;
 
 /// The legs of a mechanism that have closed forms.
@@ -45,12 +45,12 @@ struct Leg {
     root: usize,
     end: usize,
     cut: usize,
-    /// Whether the cut joint's successor is the leg's.
+    /// The cut joint's successor is the last body of the leg.
     ends_in_successor: bool,
     choices: Vec<Choice>,
 }
 
-/// How a coordinate is found while those outside of an interval are known.
+/// Rules that find one coordinate of the interval of unknown ones.
 #[derive(Clone, Copy, Debug)]
 enum Rule {
     /// The last: turning about the point where all axes before it meet changes no distance from it.
@@ -74,7 +74,7 @@ impl Rule {
     const ALL: [Self; 4] =
         [Self::Alone, Self::LastByDistance, Self::FirstByDistance, Self::LastByHeight];
 
-    /// Whether it finds the last coordinate rather than the first.
+    /// Finds the last coordinate rather than the first.
     fn is_last(self) -> bool {
         matches!(self, Self::LastByDistance | Self::LastByHeight)
     }
@@ -85,7 +85,7 @@ impl Element {
         Vec3::unit(self.axis)
     }
 
-    /// What it does to all beyond it.
+    /// Displacement of all elements beyond this one.
     fn pose<T: Scalar>(&self, coordinate: T) -> Pose<T> {
         let q = coordinate * T::from_f64(self.sign);
         if self.slides {
@@ -104,7 +104,7 @@ impl Element {
         (sine * T::from_f64(self.sign)).atan2(cosine)
     }
 
-    /// Where it takes `point` to the square of a distance from `centre`.
+    /// The coordinate at which the squared distance between `point` and `centre` is `square`.
     fn by_distance<T: Scalar>(&self, point: Vec3<T>, centre: Vec3<T>, square: T, branch: T) -> T {
         let axis = self.axis();
         if self.slides {
@@ -119,7 +119,7 @@ impl Element {
         self.by_product(point, centre, product, branch)
     }
 
-    /// Where it turns `point` so that the parts of it and of `other` across the axis have a product.
+    /// The angle at which the components of `point` and `other` normal to the axis have this scalar product.
     fn by_product<T: Scalar>(&self, point: Vec3<T>, other: Vec3<T>, product: T, branch: T) -> T {
         let axis = self.axis();
         let cosine = point.dot(other) - point.dot(axis) * other.dot(axis);
@@ -132,14 +132,14 @@ impl Element {
     }
 }
 
-/// Where two axes meet or come nearest: a point on the first, which goes through the origin.
+/// Intersection of two axes, or the point of the first, which goes through the origin, nearest to the second.
 fn meeting<T: Scalar>(axis: Vec3<T>, other: Vec3<T>, through: Vec3<T>) -> Vec3<T> {
     let cosine = axis.dot(other);
     let along = axis.dot(through) - cosine * other.dot(through);
     axis * (along / (T::one() - cosine * cosine))
 }
 
-/// The part of a leg that is not known yet: `fixed[0] e[0] fixed[1] e[1] ... fixed[n] point` is `target`.
+/// The unknown part of a leg: `fixed[0] e[0] fixed[1] e[1] ... fixed[n] point` is `target`.
 struct Open<'a, T> {
     elements: &'a [Element],
     fixed: &'a [Pose<T>],
@@ -153,7 +153,7 @@ impl<T: Scalar> Open<'_, T> {
         self.fixed[first + 1..=last].iter().fold(Pose::identity(), |sum, fixed| sum * *fixed)
     }
 
-    /// Where the axes of these elements, which all turn, meet: in the frame of the first.
+    /// Common point of the axes of these revolute elements, in the frame of the first.
     fn centre(&self, range: Range<usize>) -> Option<Vec3<T>> {
         if self.elements[range.clone()].iter().any(|element| element.slides) {
             return None;
@@ -169,7 +169,7 @@ impl<T: Scalar> Open<'_, T> {
         }
     }
 
-    /// The coordinate that a rule finds.
+    /// The coordinate by a rule; `None` where the rule does not apply.
     fn find(&self, Choice { rule, branch }: Choice) -> Option<T> {
         let branch = T::from_f64(branch);
         let count = self.elements.len();
@@ -252,7 +252,7 @@ impl Leg {
         [own, root.inverse().apply(end.apply(other))]
     }
 
-    /// The coordinates that these choices find, one by one: places among the elements, and values.
+    /// The coordinates by these choices in turn: indices of the elements, and values.
     fn follow<T: Scalar>(
         &self,
         topology: &Topology,
@@ -283,7 +283,7 @@ impl Leg {
         Some(found)
     }
 
-    /// Whether these choices give the coordinates of a known position.
+    /// Returns `true` if these choices give the coordinates of a known position.
     fn agrees(&self, at: &Position<'_>, choices: &[Choice]) -> bool {
         let Position { topology, parameters, bodies, coordinates } = at;
         let poses = [&bodies.pose[self.root], &bodies.pose[self.end]];
@@ -308,7 +308,7 @@ struct Position<'a> {
     coordinates: &'a [f64],
 }
 
-/// Whether a body's place is known before the legs are.
+/// Returns `true` if a body's pose is known before the legs' coordinates.
 fn is_placed(topology: &Topology, body: usize) -> bool {
     topology.node_of_body[body].is_none_or(|node| topology.nodes[node].link == Link::Floating)
 }
@@ -354,21 +354,21 @@ impl Legs {
         Self { legs: closed.collect() }
     }
 
-    /// Whether a coordinate of the tree is found.
+    /// Returns `true` if a coordinate of the tree has a closed form.
     pub fn finds(&self, coordinate: usize) -> bool {
         let elements = self.legs.iter().flat_map(|leg| &leg.elements);
         elements.into_iter().any(|element| element.coordinate == coordinate)
     }
 
-    /// Tells places and values of all coordinates that are found from the poses of floating bodies, which
-    /// `floating` gives by the body's index, from the kernel origin. For rates and accelerations let the
-    /// scalar be a dual number.
+    /// Computes coordinates from the poses of floating bodies, which `floating` gives by the body's index, from the
+    /// kernel origin, and passes index and value of each to `receive`. Dual numbers as the scalar give rates and
+    /// accelerations.
     pub fn find<T: Scalar>(
         &self,
         topology: &Topology,
         parameters: &Parameters<T>,
         floating: impl Fn(BodyId) -> Pose<T>,
-        mut tell: impl FnMut(usize, T),
+        mut receive: impl FnMut(usize, T),
     ) {
         let pose = |body: usize| match topology.node_of_body[body] {
             None => parameters.ground,
@@ -378,12 +378,12 @@ impl Legs {
             let poses = [&pose(leg.root), &pose(leg.end)];
             let found = leg.follow(topology, parameters, poses, &leg.choices);
             for (place, value) in found.into_iter().flatten() {
-                tell(leg.elements[place].coordinate, value);
+                receive(leg.elements[place].coordinate, value);
             }
         }
     }
 
-    /// For each coordinate that is found its place among the freedoms.
+    /// Index of the tree's degree of freedom for a coordinate with a closed form.
     pub fn dof(&self, topology: &Topology, coordinate: usize) -> Option<usize> {
         let mut nodes = topology.nodes.iter();
         let node = nodes.find(|node| node.coordinates.contains(&coordinate))?;
@@ -393,7 +393,7 @@ impl Legs {
 
 /// The chain that a cut joint holds to a placed body, if it is one.
 fn leg_of(topology: &Topology, cut: usize) -> Option<Leg> {
-    // In a plane or along a line no point is held.
+    // Joints that keep a plane or a line fix no point.
     let holds_a_point = matches!(
         topology.joint_types[cut],
         JointType::Spherical | JointType::Universal | JointType::Revolute

@@ -16,16 +16,16 @@ pub(super) struct Measured<T> {
     pub(super) covector: Wrench<T>,
 }
 
-/// How the difference of two values of a coordinate is taken.
+/// Kind of difference between two values of a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Difference {
-    /// As of numbers.
+    /// Difference of numbers.
     Plain,
-    /// As of angles, modulo a full turn.
+    /// Difference of angles, modulo a full turn.
     Angle,
 }
 
-/// Which bodies' motion a coordinate measures, as nodes and signs.
+/// The nodes whose motion a coordinate measures, with signs.
 pub(super) fn path(topology: &Topology, coordinate: Coordinate) -> Vec<(usize, f64)> {
     match coordinate {
         Coordinate::Position { body, .. }
@@ -44,7 +44,7 @@ pub(super) fn path(topology: &Topology, coordinate: Coordinate) -> Vec<(usize, f
     }
 }
 
-/// How differences of the coordinate are taken. Joint coordinates of the tree are kept as they
+/// The kind of difference for a coordinate. Joint coordinates of the tree are kept as they
 /// are, also over several turns; what is read off a pose is known only modulo a turn.
 pub(crate) fn difference(topology: &Topology, coordinate: Coordinate) -> Difference {
     match coordinate {
@@ -68,12 +68,12 @@ pub(super) fn tree_angle(topology: &Topology, coordinate: Coordinate) -> Option<
     turns.then(|| node.coordinates.start + dof)
 }
 
-/// `found - wanted` in the sense of `difference`.
-pub(crate) fn deviation<T: Scalar>(difference: Difference, found: T, wanted: T) -> T {
+/// `found - reference` in the sense of `difference`.
+pub(crate) fn deviation<T: Scalar>(difference: Difference, found: T, reference: T) -> T {
     match difference {
-        Difference::Plain => found - wanted,
+        Difference::Plain => found - reference,
         Difference::Angle => {
-            let (s, c) = (found - wanted).sin_cos();
+            let (s, c) = (found - reference).sin_cos();
             s.atan2(c)
         }
     }
@@ -173,7 +173,7 @@ pub(super) fn seen_from<T: Scalar>(ground: Pose<T>, body: Pose<T>) -> Mat3<T> {
     ground.rotation.transpose() * body.rotation
 }
 
-/// Whether the axes are in cyclic order, as a sign. For orders like zxz the third axis is the one
+/// Axes of an order and the sign of their permutation. For orders like zxz the third axis is the one
 /// that does not occur.
 fn parity(order: AngleOrder) -> (usize, usize, usize, f64) {
     let [i, j, last] = order.axes();
@@ -203,7 +203,7 @@ pub(super) fn intrinsic_angles<T: Scalar>(r: Mat3<T>, order: AngleOrder) -> [T; 
     }
 }
 
-/// The axes about which the three angles turn, as they stand in the outer frame.
+/// The rotation axes of the three angles, in the outer frame.
 fn axes_of<T: Scalar>(order: AngleOrder, angles: [T; 3]) -> [Vec3<T>; 3] {
     let [a, b, c] = order.axes();
     let first = Mat3::about_axis(a, angles[0].sin_cos());

@@ -10,6 +10,7 @@ mod contradiction;
 mod coordinate;
 mod dof;
 mod error;
+mod least_squares;
 mod legs;
 mod measure;
 mod model;
@@ -21,6 +22,9 @@ mod system;
 mod tracing;
 
 pub(crate) use assembly::Assembly;
+#[doc(hidden)]
+pub use assembly::locks;
+pub use assembly::{AssemblyReport, Conflict};
 pub use bodies::{Bodies, State};
 pub use coordinate::{AngleOrder, Coordinate, Target};
 pub(crate) use dof::{actuator_rate, body_twists};

@@ -1,4 +1,4 @@
-//! Which motion is prescribed: the rows of the linear system of [`super::system`], and where its numbers stand.
+//! Prescribed coordinates and locked spins as rows of the linear system of [`super::system`], and its sparsity.
 
 use super::coordinate::Coordinate;
 use super::measure::{self, Difference};
@@ -7,25 +7,25 @@ use crate::mechanism::BodyId;
 use crate::spatial::Vec3;
 use crate::topology::Topology;
 
-/// Which motion is prescribed, and how.
+/// Constraints on the motion: loop closure, prescribed coordinates and locked passive spins.
 #[derive(Clone, Debug)]
 pub struct MotionConstraints {
     pub(super) rows: Vec<Row>,
     /// Rows before this one are constraints of cut joints.
     pub(super) closures: usize,
     pub(super) coordinates: Vec<Coordinate>,
-    /// For parts of whole rotation vectors, where all three parts stand.
+    /// For components of rotation vectors that are prescribed completely, the indices of all three.
     pub(super) orientations: Vec<Option<[usize; 3]>>,
     pub(super) differences: Vec<Difference>,
     pub(super) spins: Vec<Spin>,
     pub(super) entries: Vec<Entry>,
 }
 
-/// A row of the system: whose motion it measures, as nodes and signs.
+/// A row of the system: the nodes whose motion it measures, with signs.
 #[derive(Clone, Debug)]
 pub(super) struct Row {
     pub(super) path: Vec<(usize, f64)>,
-    /// Whether its error is an angle rather than a length.
+    /// Its error is an angle rather than a length.
     pub(super) is_angle: bool,
 }
 
@@ -41,7 +41,7 @@ pub struct Spin {
 }
 
 impl MotionConstraints {
-    /// Prescribes `coordinates`, and that the bodies in `spins` do not spin.
+    /// Prescribes `coordinates` and locks `spins`.
     pub fn new(topology: &Topology, coordinates: &[Coordinate], spins: &[Spin]) -> Self {
         let mut rows = Vec::new();
         for cut in &topology.cuts {
@@ -83,8 +83,8 @@ impl MotionConstraints {
         &self.coordinates
     }
 
-    /// For each of them the place among the tree's coordinates, if it is an angle of a joint there. Such an angle goes on
-    /// over whole turns, which poses do not tell.
+    /// For each prescribed coordinate its index among the tree's coordinates, if it is an angle of a joint in the
+    /// tree. Such an angle counts whole turns, which poses do not contain.
     pub fn tree_angles<'a>(
         &'a self,
         topology: &'a Topology,
@@ -92,12 +92,12 @@ impl MotionConstraints {
         self.coordinates.iter().map(|coordinate| measure::tree_angle(topology, *coordinate))
     }
 
-    /// The spins that are held.
+    /// The locked spins.
     pub fn spins(&self) -> &[Spin] {
         &self.spins
     }
 
-    /// Where the system has numbers, row by row.
+    /// Structural nonzeros of the system, row by row.
     pub(super) fn entries(&self) -> &[Entry] {
         &self.entries
     }
@@ -107,7 +107,7 @@ impl MotionConstraints {
         self.rows.len()
     }
 
-    /// For each row whether its error is an angle rather than a length.
+    /// For each row, `true` if its error is an angle rather than a length.
     pub(super) fn are_angles(&self) -> impl Iterator<Item = bool> + '_ {
         self.rows.iter().map(|row| row.is_angle)
     }
@@ -119,8 +119,8 @@ impl MotionConstraints {
     }
 }
 
-/// Where the whole rotation vector stands among the coordinates, if `coordinate` is a part of one
-/// that is prescribed with all its parts. Then it may go beyond half a turn.
+/// Indices of all three components of a rotation vector, if `coordinate` is one of them and all are
+/// prescribed. The vector may then exceed half a turn.
 fn orientation(coordinates: &[Coordinate], coordinate: Coordinate) -> Option<[usize; 3]> {
     let Coordinate::RotationVector { body, .. } = coordinate else { return None };
     let place =

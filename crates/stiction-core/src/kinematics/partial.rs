@@ -1,8 +1,9 @@
-//! A position from partial information, and the rows that rates must satisfy there.
+//! Assembly from incomplete information, and the constraints on rates at the position found.
 
-use super::assembly::guess;
+use super::assembly::Given;
 use super::bodies::State;
 use super::coordinate::{Coordinate, Target};
+use super::least_squares::PositionEquations;
 use super::motion_constraints::MotionConstraints;
 use super::system::{Kinematics, column_scales};
 use crate::linalg::{RowSpace, StaticLu};
@@ -14,23 +15,26 @@ use nalgebra::DVector;
 
 /// Loops are closed and values met below this (rad, or m over the characteristic length).
 const MET: f64 = 1e-12;
-/// From here on the shortest steps of Newton's method are taken.
+/// Newton's method with the shortest steps begins at errors of this size.
 const NEAR: f64 = 1e-3;
+/// Newton's method stops at errors of this size.
+const ROUND_OFF: f64 = 1e-15;
+/// Most steps of either method.
 const STEPS: usize = 500;
-/// Rows that add less than this depend on others.
+/// Rows whose component beyond the span of others is smaller than this depend on them.
 const DEPENDENT: f64 = 1e-10;
 
-/// What is missed, by which amount (m or rad).
+/// A condition that is not met, and the residual, m or rad.
 pub(crate) struct Missed {
     pub(crate) what: What,
     pub(crate) by: f64,
 }
 
-/// What can be missed.
+/// Kinds of conditions.
 pub(crate) enum What {
     /// The closure of a joint.
     Joint(usize),
-    /// What was given, by its place in the list.
+    /// A given value, by its index in the list.
     Given(usize),
 }
 
@@ -49,67 +53,52 @@ fn targets(values: &[f64]) -> Vec<Target<f64>> {
     values.iter().map(|&value| Target { value, rate: 0.0, acceleration: 0.0 }).collect()
 }
 
-/// A state near the model's own guess with loops closed where coordinates have these values. All steps lie
-/// in what the rows span: what is not asked for does not move.
+/// A state near the configuration that the model gives, with loops closed and the given values of coordinates. All
+/// steps lie in the span of the rows: other coordinates do not move.
 pub(crate) fn assemble_partly(
     mechanism: &Mechanism,
     topology: &Topology,
     parameters: &Parameters<f64>,
-    initial_poses: &[(BodyId, Pose<f64>)],
+    homes: &[(BodyId, Pose<f64>)],
     (coordinates, values): (&[Coordinate], &[f64]),
 ) -> Result<State<f64>, Missed> {
-    let mut state = guess(mechanism, topology, parameters, initial_poses);
+    let targets = targets(values);
+    let given = Given { mechanism, topology, parameters, homes, coordinates, targets: &targets };
+    let mut state = given.reference(true).state;
     let motion_constraints = MotionConstraints::new(topology, coordinates, &[]);
     let mut kinematics = Kinematics::new(topology, &motion_constraints, &StaticLu::default());
-    let (targets, columns) = (targets(values), column_scales(topology, parameters.length));
     let scales = motion_constraints.row_scales(parameters.length);
-    let n = topology.dofs();
-    let measure = |kinematics: &mut Kinematics<f64>, state: &State<f64>| {
-        kinematics.place(topology, parameters, &motion_constraints, state, &targets);
-        let errors = kinematics.errors().iter().zip(&scales).map(|(e, s)| e * s);
-        DVector::from_iterator(scales.len(), errors)
-    };
-    let mut errors = measure(&mut kinematics, &state);
-    let mut damping = 1e-3;
-    let mut space = RowSpace::default();
-    for _ in 0..STEPS {
-        let worst = errors.amax();
-        if errors.is_empty() || worst <= 1e-15 || !worst.is_finite() || damping > 1e12 {
-            break;
-        }
-        kinematics.linearise(topology, &motion_constraints);
-        let jacobian = kinematics.scaled_matrix(&motion_constraints, &scales, &columns);
-        let step: Vec<f64> = if worst < NEAR {
-            let by_rows: Vec<f64> = jacobian.transpose().iter().copied().collect();
-            space.decompose(&by_rows, errors.len(), n, DEPENDENT);
-            space.shortest(errors.as_slice())
-        } else {
-            let mut normal = jacobian.tr_mul(&jacobian);
-            (0..n).for_each(|i| normal[(i, i)] += damping);
-            let Some(factor) = normal.cholesky() else {
-                damping *= 10.0;
-                continue;
-            };
-            factor.solve(&jacobian.tr_mul(&errors)).iter().copied().collect()
-        };
-        let step: Vec<f64> = step.iter().zip(&columns).map(|(s, c)| -s * c).collect();
-        let before = state.clone();
-        state.advance(topology, &step);
-        let next = measure(&mut kinematics, &state);
-        if next.norm() < errors.norm() {
-            errors = next;
-            damping = (0.2 * damping).max(1e-15);
-        } else {
-            state = before;
-            if worst < NEAR {
-                break;
-            }
-            damping *= 5.0;
+    let equations = PositionEquations::new(topology, parameters, &motion_constraints, &targets);
+    let mut reached = equations.solve(&mut kinematics, &mut state, NEAR, STEPS).error;
+    if reached > NEAR {
+        // From the given starts to the given values.
+        let mut other = given.reference(false).state;
+        let error = equations.solve(&mut kinematics, &mut other, NEAR, STEPS).error;
+        if error < reached {
+            (state, reached) = (other, error);
         }
     }
-    let errors = measure(&mut kinematics, &state);
+    let mut errors = equations.errors(&mut kinematics, &state);
+    let mut space = RowSpace::default();
+    for _ in 0..if reached < NEAR { STEPS } else { 0 } {
+        if errors.is_empty() || errors.amax() <= ROUND_OFF {
+            break;
+        }
+        let by_rows: Vec<f64> =
+            equations.jacobian(&mut kinematics).transpose().iter().copied().collect();
+        space.decompose(&by_rows, errors.len(), topology.dofs(), DEPENDENT);
+        let step = -DVector::from_vec(space.shortest(errors.as_slice()));
+        let mut next = state.clone();
+        next.advance(topology, &equations.unscaled(&step));
+        let next_errors = equations.errors(&mut kinematics, &next);
+        if next_errors.norm() >= errors.norm() {
+            break;
+        }
+        (state, errors) = (next, next_errors);
+    }
+    let errors = equations.errors(&mut kinematics, &state);
     let size = |row: usize| if errors[row].is_nan() { f64::INFINITY } else { errors[row].abs() };
-    // What is given and contradicts shows there, not in the loops that it opens.
+    // A contradicting value is reported itself rather than the loop that it opens.
     let worst = (0..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
     let Some(row) = worst.filter(|row| size(*row) > MET) else { return Ok(state) };
     let given = (topology.constraints..errors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b)));
@@ -117,9 +106,9 @@ pub(crate) fn assemble_partly(
     Err(Missed { what: what(topology, row), by: size(row) / scales[row] })
 }
 
-/// Rows over the rates of the tree: those of loops, then those of coordinates whose rates are given.
+/// Linear equations for the rates of the tree: first loops, then coordinates with given rates.
 pub(crate) struct RateRows {
-    /// Row by row, scaled, over rates of which lengths count in characteristic lengths.
+    /// Row by row, scaled; rates of lengths in characteristic lengths.
     pub(crate) matrix: Vec<f64>,
     pub(crate) rights: Vec<f64>,
     pub(crate) scales: Vec<f64>,
@@ -136,7 +125,7 @@ impl RateRows {
         let mut kinematics = Kinematics::new(topology, &motion_constraints, &StaticLu::default());
         let mut here = targets(&vec![0.0; coordinates.len()]);
         kinematics.place(topology, parameters, &motion_constraints, state, &here);
-        // Where a coordinate is: its deviation from zero.
+        // A coordinate's value is its deviation from zero.
         let first = topology.constraints;
         for (target, error) in here.iter_mut().zip(&kinematics.errors()[first..]) {
             target.value = *error;
@@ -152,7 +141,7 @@ impl RateRows {
         Self { matrix, rights, scales }
     }
 
-    /// What a row belongs to.
+    /// The condition to which a row belongs.
     pub(crate) fn what(topology: &Topology, row: usize) -> What {
         what(topology, row)
     }

@@ -1,4 +1,4 @@
-//! Positions taken at random, far from each other, all reached from one.
+//! Random configurations, far from each other, all reached from one.
 
 use super::bodies::State;
 use super::tracing::Loops;
@@ -81,10 +81,10 @@ fn stride(
             (0, Some(ahead)) => ahead.clone(),
             _ => random.within(open),
         };
-        // Strides of one length would find the way back to where one freedom came from.
+        // Strides of equal length could return to the start along a single degree of freedom.
         let step = direction * (STRIDE * (1.0 + 0.5 * random.number()));
         if let Some((next, moved)) = loops.step(at, &step)
-            // What is blocked comes back; what jumps has left for another branch.
+            // Blocked steps come back, and jumps lead to another branch.
             && moved.norm() > 0.2 * STRIDE
             && moved.norm() < 3.0 * STRIDE
         {

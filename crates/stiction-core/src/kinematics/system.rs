@@ -1,7 +1,7 @@
-//! The linear system that velocities, accelerations and position corrections share.
+//! The linear system of velocities, accelerations and position corrections.
 //!
-//! Rows: the constraints of all cut joints, the prescribed coordinates, the idle spins. Columns: the
-//! freedoms of the tree. Each row is a covector on the motion of some bodies, so an entry is the
+//! Rows: the constraints of all cut joints, the prescribed coordinates, the passive spins. Columns: the
+//! degrees of freedom of the tree. Each row is a covector on the motion of some bodies, so an entry is the
 //! power of a wrench on a unit twist.
 //!
 //! Equation (K4) of the book's theory.
@@ -20,7 +20,7 @@ use crate::topology::Topology;
 use nalgebra::DMatrix;
 
 /// The orientation that three targets prescribe.
-fn wanted_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -> Orientation<T> {
+fn reference_orientation<T: Scalar>(targets: &[Target<T>], places: [usize; 3]) -> Orientation<T> {
     let [x, y, z] = places.map(|place| targets[place]);
     Orientation::of(
         Vec3::new(x.value, y.value, z.value),
@@ -39,12 +39,12 @@ pub(crate) fn column_scales(topology: &Topology, length: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Everything about the motion at one instant, and the scratch to compute it.
+/// Motion of all bodies at one instant, with the buffers to compute it.
 #[derive(Clone, Debug)]
 pub struct Kinematics<T> {
     /// Motion of all bodies.
     pub bodies: Bodies<T>,
-    /// Errors of all rows: misfits of cut joints, then deviations from the prescription.
+    /// Errors of all rows: misfits of cut joints, then deviations from prescribed coordinates.
     errors: Vec<T>,
     covectors: Vec<Wrench<T>>,
     pub(super) entries: Vec<T>,
@@ -57,7 +57,7 @@ pub struct Kinematics<T> {
 }
 
 impl<T: Scalar> Kinematics<T> {
-    /// Room for a mechanism under a prescription.
+    /// Allocates all buffers for a mechanism with motion constraints.
     pub(crate) fn new(
         topology: &Topology,
         motion_constraints: &MotionConstraints,
@@ -83,7 +83,7 @@ impl<T: Scalar> Kinematics<T> {
         largest_in_metres(errors.map(|(error, row)| (error.largest(), row.is_angle)), length)
     }
 
-    /// The largest error of any row: loop closure or deviation from the prescription, m or rad.
+    /// The largest error of any row: loop closure or deviation from a prescribed coordinate, m or rad.
     pub fn largest_error(&self) -> f64 {
         largest(&self.errors)
     }
@@ -133,8 +133,8 @@ impl<T: Scalar> Kinematics<T> {
                 (Coordinate::RotationVector { body, axis }, Some(places)) => {
                     let ground = self.bodies.pose[0];
                     let found = measure::seen_from(ground, self.bodies.pose[body.0]);
-                    let wanted = wanted_orientation(targets, places).rotation;
-                    let error = RotationVector::of(found * wanted.transpose()).value;
+                    let reference = reference_orientation(targets, places).rotation;
+                    let error = RotationVector::of(found * reference.transpose()).value;
                     (error.component(axis), Wrench::couple(ground.rotation.columns[axis]))
                 }
                 _ => {
@@ -177,8 +177,8 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// One Newton step towards loop closure and prescribed values. Errors as they were before the
-    /// step stay to be seen in [`Self::largest_error`].
+    /// One Newton step towards loop closure and prescribed values. [`Self::largest_error`] is the error before
+    /// the step.
     pub fn approach(
         &mut self,
         model: &KinematicModel,
@@ -197,7 +197,7 @@ impl<T: Scalar> Kinematics<T> {
         state.advance(topology, &self.step);
     }
 
-    /// Rates and accelerations at the present position, which must satisfy loops and prescription.
+    /// Rates and accelerations at the present position, which must close the loops and have the prescribed coordinates.
     /// Places the bodies, so errors are those of the position found.
     pub fn differentiate(
         &mut self,
@@ -220,8 +220,8 @@ impl<T: Scalar> Kinematics<T> {
         self.bodies.accelerate(topology, &state.accelerations);
     }
 
-    /// Solves for the right-hand side. Derivatives are those of what the solution, held, leaves of the equations:
-    /// equation (P7) of the book's theory.
+    /// Solves for the right-hand side. Derivatives follow from the residual of the equations with the solution as
+    /// constants: equation (P7) of the book's theory.
     fn solve(
         &mut self,
         motion_constraints: &MotionConstraints,
@@ -245,7 +245,7 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// Right-hand side for the tree's rates: those that are prescribed.
+    /// Right-hand side for the tree's rates: the prescribed rates.
     pub(super) fn right_of_rates(
         &mut self,
         motion_constraints: &MotionConstraints,
@@ -261,7 +261,7 @@ impl<T: Scalar> Kinematics<T> {
         {
             *right = match (coordinate, orientation) {
                 (Coordinate::RotationVector { axis, .. }, Some(places)) => {
-                    wanted_orientation(targets, places).rate.component(axis)
+                    reference_orientation(targets, places).rate.component(axis)
                 }
                 _ => target.rate,
             };
@@ -273,8 +273,8 @@ impl<T: Scalar> Kinematics<T> {
         &self.right
     }
 
-    /// Right-hand side for the tree's accelerations: what velocities leave of the rows' second
-    /// derivatives.
+    /// Right-hand side for the tree's accelerations: prescribed accelerations less the parts of the second
+    /// derivatives that are due to velocities.
     pub(super) fn right_of_accelerations(
         &mut self,
         topology: &Topology,
@@ -299,7 +299,7 @@ impl<T: Scalar> Kinematics<T> {
             let covector = self.covectors[row];
             self.right[row] = match (coordinate, orientation) {
                 (Coordinate::RotationVector { body, axis }, Some(places)) => {
-                    wanted_orientation(targets, places).acceleration.component(axis)
+                    reference_orientation(targets, places).acceleration.component(axis)
                         - self.bodies.bias[body.0].power(covector)
                 }
                 _ => {
@@ -316,7 +316,7 @@ impl<T: Scalar> Kinematics<T> {
         }
     }
 
-    /// What velocities alone make of the second derivatives of the loops' errors.
+    /// Second derivatives of the loop errors due to velocities alone.
     pub(super) fn closure_biases(
         &mut self,
         topology: &Topology,
@@ -369,7 +369,7 @@ impl Kinematics<f64> {
     /// [`Self::linearise`].
     ///
     /// # Errors
-    /// Some freedoms of the tree are determined neither by loops nor by the prescription.
+    /// Neither loops nor prescribed coordinates determine some degrees of freedom of the tree.
     pub(super) fn plan(
         &self,
         topology: &Topology,
@@ -418,7 +418,7 @@ pub(crate) fn closure_error(
 /// The largest of the sizes of errors; those that are said to be angles times `length`.
 fn largest_in_metres(errors: impl Iterator<Item = (f64, bool)>, length: f64) -> f64 {
     let in_metres = errors.map(|(size, is_angle)| size * if is_angle { length } else { 1.0 });
-    // A NaN must not be passed over.
+    // NaN must not get lost.
     in_metres.fold(0.0, |max, e| if e > max || e.is_nan() { e } else { max })
 }
 
@@ -426,7 +426,7 @@ fn largest<T: Scalar>(values: &[T]) -> f64 {
     let mut worst = 0.0;
     for value in values {
         let size = value.largest();
-        // A NaN must not be passed over.
+        // NaN must not get lost.
         if size > worst || size.is_nan() {
             worst = size;
         }

@@ -1,9 +1,10 @@
-//! What a mechanism can really do from a position: motions of finite size, traced.
+//! Finite mobility: motions traced over a finite distance.
 //!
 //! Equation (M3) of the book's theory.
 
 use super::bodies::State;
 use super::coordinate::{Coordinate, Target};
+use super::least_squares::damped_step;
 use super::motion_constraints::MotionConstraints;
 use super::system::{Kinematics, column_scales};
 use crate::linalg::{StaticLu, Svd, complement};
@@ -23,9 +24,8 @@ const AWAY: f64 = 0.1;
 const CLOSED: f64 = 1e-13;
 /// Steps of the way back onto closed loops.
 const CORRECTIONS: usize = 400;
-/// What a correction may leave of the errors, and what it should not exceed. Where `x^2 = 0` and
-/// `x y = 0` are asked for, steps as long as they can be go straight to the origin, though y is free:
-/// short ones go down to the line `x = 0`.
+/// Least and greatest ratio of the errors after and before a correction. For the equations `x^2 = 0` and
+/// `x y = 0` the longest steps lead straight to the origin, though y is free; short ones lead to the line `x = 0`.
 const GENTLY: (f64, f64) = (0.25, 0.6);
 /// Errors below this are left no matter how fast: what is blocked is then some 1e-3 off, no longer as
 /// far as what is free.
@@ -34,7 +34,7 @@ const NEAR: f64 = 1e-6;
 /// bend of a motion (some 0.04) or the rest of a blocked one (0.14 at most, see [`STEP`]).
 const MOVES: f64 = 0.2;
 
-/// The loops of a mechanism, and coordinates that may be prescribed besides.
+/// The loop equations of a mechanism, and optionally prescribed coordinates.
 pub(super) struct Loops<'a> {
     topology: &'a Topology,
     parameters: &'a Parameters<f64>,
@@ -49,9 +49,9 @@ pub(super) struct Loops<'a> {
 pub(crate) struct LoopsAt<'a> {
     loops: Loops<'a>,
     state: &'a State<f64>,
-    /// Of the scaled derivatives of the errors by the freedoms of the tree.
+    /// Decomposition of the scaled derivatives of the errors by the degrees of freedom of the tree.
     svd: Svd,
-    /// How many of the equations are independent.
+    /// Number of independent equations.
     pub(crate) rank: usize,
     negligible: f64,
     /// Motions that are open to first order, scaled.
@@ -59,7 +59,7 @@ pub(crate) struct LoopsAt<'a> {
 }
 
 impl<'a> LoopsAt<'a> {
-    /// Decomposes them; `negligible` decides ranks.
+    /// Decomposes the equations at a state; `negligible` decides ranks.
     pub(crate) fn new(
         topology: &'a Topology,
         parameters: &'a Parameters<f64>,
@@ -68,14 +68,14 @@ impl<'a> LoopsAt<'a> {
     ) -> Self {
         let mut loops = Loops::new(topology, parameters, &[], &[]);
         let svd = loops.svd(state);
-        // In a loop that holds nothing, as of two slides along one axis, all entries are rounding.
+        // In a loop without constraints, as of two slides along one axis, all entries are round-off.
         let rank = svd.rank_of_order_one(negligible);
         let open = svd.null_space(rank);
         Self { loops, state, svd, rank, negligible, open }
     }
 
     /// The singular values, largest first, of the loops' equations and those of `coordinates`
-    /// together at a position: one for each freedom of the tree.
+    /// together at a position: one for each degree of freedom of the tree.
     pub(crate) fn singular_values_with(
         topology: &Topology,
         parameters: &Parameters<f64>,
@@ -87,7 +87,7 @@ impl<'a> LoopsAt<'a> {
         loops.svd(state).singular_values.as_slice().to_vec()
     }
 
-    /// The singular values, largest first, one for each freedom of the tree.
+    /// The singular values, largest first, one for each degree of freedom of the tree.
     pub(crate) fn singular_values(&self) -> &[f64] {
         self.svd.singular_values.as_slice()
     }
@@ -97,19 +97,19 @@ impl<'a> LoopsAt<'a> {
     /// again, and what is left of the steps is counted.
     pub(crate) fn finite_mobility(&mut self) -> usize {
         let Self { loops, state, open, .. } = self;
-        // Where all equations are independent every motion to first order is one of finite size.
+        // Where all equations are independent, each motion to first order extends to a finite one.
         if open.is_empty() || self.rank == loops.topology.constraints {
             return open.len();
         }
         let mut random = Random::new(1);
-        // Where branches of motion meet more is open than along any of them: away from there first.
+        // Where branches of motion meet, more is open than along any of them: step away first.
         // Branches may differ in what is open along them; each is known by the farthest way.
         let mut branches: Vec<Branch> = Vec::new();
         for _ in 0..2 * open.len() + 6 {
             let Some((reached, moved)) = loops.step(state, &(random.within(open) * AWAY)) else {
                 continue;
             };
-            // What came back says nothing of where it could have gone.
+            // A step that comes back belongs to no branch.
             let moved = moved.norm() / AWAY;
             if moved <= 0.5 * MOVES {
                 continue;
@@ -142,8 +142,8 @@ impl<'a> LoopsAt<'a> {
         }
     }
 
-    /// How well coordinates govern the motions that are open to second order: the least that they
-    /// change, all together, in such a motion of size one (scaled). None if nothing is open.
+    /// The least change of the coordinates, all together, in a unit motion (scaled) that is open to second
+    /// order; `None` if nothing is open.
     pub(crate) fn governed_by(
         &mut self,
         coordinates: &[Coordinate],
@@ -226,10 +226,10 @@ pub(crate) struct BlockedMotion {
 
 /// A position on a branch of motion.
 struct Branch {
-    /// How much of the step there was left when the loops were closed.
+    /// Part of the step that is left after closing the loops.
     moved: f64,
     reached: State<f64>,
-    /// What is open there to first order, scaled.
+    /// Motions that are open there to first order, scaled.
     open: Vec<DVector<f64>>,
 }
 
@@ -305,13 +305,13 @@ impl<'a> Loops<'a> {
         let spread = Svd::new(&DMatrix::from_columns(&left).transpose());
         let limit = MOVES * each;
         let counted = spread.singular_values.iter().filter(|&&value| value > limit).count();
-        // Where the way bends as sharply as the step is long, its bend counts, too: no more moves than
-        // is open to first order.
+        // A path with a radius of curvature like the step adds its bend: no more motions count than are
+        // open to first order.
         counted.min(open.len())
     }
 
-    /// Takes a step (scaled rates) and closes the loops again by the shortest ways; where that leads
-    /// and how far in all, if anywhere.
+    /// Takes a step (scaled rates) and closes the loops again by the shortest corrections. Returns the state
+    /// and the total displacement; `None` if the loops do not close.
     pub(super) fn step(
         &mut self,
         from: &State<f64>,
@@ -327,13 +327,10 @@ impl<'a> Loops<'a> {
                 return Some((state, moved));
             }
             let jacobian = self.jacobian();
-            let mut damped = &jacobian * jacobian.transpose();
-            (0..damped.nrows()).for_each(|i| damped[(i, i)] += damping);
-            let Some(factor) = damped.cholesky() else {
+            let Some(correction) = damped_step(&jacobian, &errors, damping) else {
                 damping *= 10.0;
                 continue;
             };
-            let correction = -jacobian.tr_mul(&factor.solve(&errors));
             let mut next = state.clone();
             self.advance(&mut next, &correction);
             let next_errors = self.errors(&next);

@@ -1,4 +1,4 @@
-//! Symmetric positive definite matrices of many blocks, few of which are not zero.
+//! Cholesky decomposition of sparse symmetric positive definite block matrices.
 
 use std::collections::BTreeSet;
 
@@ -15,24 +15,24 @@ const NOTHING: Block = [0.0; BLOCK * BLOCK];
 /// definite matrices any order is stable.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockCholesky {
-    /// When each block of rows is eliminated.
+    /// The step at which each block of rows is eliminated.
     place: Vec<usize>,
-    /// For each step where its blocks below the diagonal begin; and where the last ends.
+    /// For each step the first of its blocks below the diagonal, and the end of the last step's.
     starts: Vec<usize>,
     /// For each block below the diagonal its row, as a step.
     rows: Vec<usize>,
-    /// What each pair of blocks of a step changes, step by step.
+    /// The block that each pair of blocks of a step changes, step by step.
     updates: Vec<usize>,
     diagonal: Vec<Block>,
     below: Vec<Block>,
     solution: Vec<Part>,
 }
 
-/// Where a block of the matrix is kept.
+/// Storage of a block of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Slot {
     Diagonal(usize),
-    /// Kept as it is asked for, or transposed.
+    /// Stored as requested, or transposed.
     Below {
         index: usize,
         transposed: bool,
@@ -48,7 +48,7 @@ impl BlockCholesky {
             neighbours[a].insert(b);
             neighbours[b].insert(a);
         }
-        // Whoever has the fewest neighbours is eliminated first; those become neighbours of each other.
+        // The block with the fewest neighbours is eliminated first; these become neighbours of each other.
         let mut queue: BTreeSet<(usize, usize)> =
             (0..count).map(|block| (neighbours[block].len(), block)).collect();
         let mut place = vec![0; count];
@@ -100,7 +100,7 @@ impl BlockCholesky {
         Some(range.start + found)
     }
 
-    /// Where the block of rows `a` and columns `b` is kept; none where the pattern has none.
+    /// The slot of the block of rows `a` and columns `b`; `None` outside the pattern.
     pub(crate) fn slot(&self, a: usize, b: usize) -> Option<Slot> {
         let (row, column) = (self.place[a], self.place[b]);
         if row == column {
@@ -110,7 +110,7 @@ impl BlockCholesky {
         Some(Slot::Below { index, transposed: row < column })
     }
 
-    /// Begins a new matrix: nothing.
+    /// Sets all blocks to zero.
     pub(crate) fn clear(&mut self) {
         self.diagonal.fill(NOTHING);
         self.below.fill(NOTHING);
@@ -124,7 +124,7 @@ impl BlockCholesky {
         }
     }
 
-    /// Decomposes in place; false if the matrix is not positive definite.
+    /// Decomposes in place; `false` if the matrix is not positive definite.
     pub(crate) fn factor(&mut self) -> bool {
         let mut next = 0;
         for step in 0..self.diagonal.len() {

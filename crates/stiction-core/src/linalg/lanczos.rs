@@ -2,16 +2,16 @@
 
 use super::blocks::{BLOCK, Part};
 
-/// Steps at most.
+/// Most steps.
 const STEPS: usize = 120;
 /// The residual at which a pair counts as found, relative to the eigenvalue. The eigenvalue's own error is
 /// never greater, and mostly of the order of the square.
 const ACCURACY: f64 = 1e-12;
-/// The least number of steps after which to look whether it is found, and then how often.
+/// Number of steps before the first convergence check, and between later ones.
 const FIRST_LOOK: usize = 6;
 const EVERY: usize = 2;
 
-/// Room for the method.
+/// Buffers of the method.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lanczos {
     /// The vectors of all steps, one after the other.
@@ -22,7 +22,7 @@ pub(crate) struct Lanczos {
     room: Room,
 }
 
-/// Room for [`vector_of`].
+/// Buffers of [`vector_of`].
 #[derive(Clone, Debug, Default)]
 struct Room {
     ahead: Vec<f64>,
@@ -32,7 +32,7 @@ struct Room {
 
 impl Lanczos {
     /// The vector of the greatest eigenvalue of a positive operator, which `apply` carries out in place,
-    /// beginning with `start`; none if it does not show. It is no better known than the residual says.
+    /// beginning with `start`; `None` if it does not converge. Its accuracy follows from the residual.
     pub(crate) fn greatest(
         &mut self,
         start: impl Iterator<Item = Part>,
@@ -55,8 +55,8 @@ impl Lanczos {
             apply(next);
             let own = dot(next, &basis[here..]);
             diagonal.push(own);
-            // By rounding the vectors lose their right angles to those long before, and copies of what is
-            // found appear; but the greatest eigenvalue and its residual stay what they are (Paige 1972).
+            // Round-off destroys the orthogonality of the vectors, and copies of eigenvalues appear; the greatest
+            // eigenvalue and its residual remain accurate (Paige 1972).
             for k in step.saturating_sub(1)..=step {
                 let before = &basis[k * count..(k + 1) * count];
                 let amount = dot(next, before);

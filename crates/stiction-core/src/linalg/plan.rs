@@ -12,7 +12,7 @@ pub(crate) struct Entry {
     pub column: usize,
 }
 
-/// Factors that make rows and columns of different units comparable: pivots are judged by
+/// Factors that make rows and columns of different units comparable: pivots are selected by
 /// `row[i] * entry * column[j]`. They do not enter the elimination itself.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scales<'a> {
@@ -40,7 +40,7 @@ pub(crate) struct Plan {
     pub smallest_pivot: f64,
 }
 
-/// Some columns depend on the others.
+/// Error: some columns depend on the others.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RankDeficient {
     /// The columns for which no pivot was left.
@@ -52,7 +52,7 @@ pub(crate) struct RankDeficient {
 const THRESHOLD: f64 = 0.25;
 /// Scaled entries below this, relative to the largest of the matrix, are rounding.
 const NEGLIGIBLE: f64 = 1e-11;
-/// How many of the emptiest columns compete for a pivot.
+/// Number of the emptiest columns that compete for a pivot.
 const CANDIDATES: usize = 4;
 
 impl Plan {

@@ -1,11 +1,11 @@
-//! What the rows of a small dense matrix span: shortest solutions, null space, dependent rows.
+//! Row space of a small dense matrix: shortest solutions, null space, dependent rows.
 
 use crate::scalar::Scalar;
 
 /// A QR decomposition of the transpose with column pivoting: `J^T P = Q R` for the rows of `J`.
 ///
-/// Rows are taken in the order of what they add to those before them; those that add nothing are
-/// dependent. Householder's reflections, Businger and Golub 1965.
+/// Rows are ordered by their components beyond the span of those before them; rows without such a component
+/// are dependent. Householder's reflections, Businger and Golub 1965.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RowSpace {
     rows: usize,
@@ -20,8 +20,8 @@ pub(crate) struct RowSpace {
 }
 
 impl RowSpace {
-    /// Decomposes `matrix`, row by row, of `rows` and `columns`. A row that adds less than `negligible`
-    /// of the largest row's length (or, where all are shorter, of one) depends on the others.
+    /// Decomposes `matrix`, stored row by row, of `rows` and `columns`. A row depends on the others if its component
+    /// beyond their span is less than `negligible` times the greatest norm of a row, or than `negligible`.
     pub(crate) fn decompose(
         &mut self,
         matrix: &[f64],
@@ -39,7 +39,7 @@ impl RowSpace {
         let n = columns;
         let mut first = 1.0_f64;
         for k in 0..rows.min(columns) {
-            // What is left of each row: small numbers, so it is measured afresh and not updated.
+            // Norms of the remainders are recomputed: updates would lose the digits of small ones.
             let left = |row: usize, work: &[f64]| {
                 work[row * n + k..(row + 1) * n].iter().map(|x| x * x).sum::<f64>()
             };
@@ -81,12 +81,12 @@ impl RowSpace {
         }
     }
 
-    /// How many rows are independent.
+    /// Number of independent rows.
     pub(crate) fn rank(&self) -> usize {
         self.rank
     }
 
-    /// What the last of the independent rows adds, relative to the first; one where there is none.
+    /// Component of the last independent row beyond the span of the others, relative to the first; one without rows.
     pub(crate) fn least_part(&self) -> f64 {
         let diagonal = |k: usize| self.work[k * self.columns + k].abs();
         self.rank.checked_sub(1).map_or(1.0, |last| diagonal(last) / diagonal(0))
@@ -113,7 +113,7 @@ impl RowSpace {
         vector
     }
 
-    /// The same in the room that is there.
+    /// Computes [`Self::shortest`] in place, reusing the buffer.
     pub(crate) fn shortest_into(&self, right: &[f64], vector: &mut Vec<f64>) {
         let n = self.columns;
         vector.clear();
@@ -138,7 +138,7 @@ impl RowSpace {
         basis
     }
 
-    /// The same in the room that is there.
+    /// Computes [`Self::null_space`] in place, reusing the buffer.
     pub(crate) fn null_space_into(&self, basis: &mut Vec<f64>) {
         let n = self.columns;
         basis.clear();
@@ -177,7 +177,7 @@ impl RowSpace {
         }
     }
 
-    /// For each dependent row the amounts of all rows whose sum is nothing.
+    /// For each dependent row the coefficients of all rows in its vanishing combination.
     pub(crate) fn dependencies(&self) -> Vec<Vec<f64>> {
         let n = self.columns;
         let each = (self.rank..self.rows).map(|dependent| {

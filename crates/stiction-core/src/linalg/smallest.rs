@@ -1,11 +1,11 @@
-//! The smallest singular value alone, in a fraction of the time of a decomposition.
+//! The smallest singular value, in a fraction of the time of a decomposition.
 
 use super::Svd;
 use nalgebra::{DMatrix, DVector};
 
 /// Vectors iterated together: clusters of small values slow the iteration down otherwise.
 const BLOCK: usize = 3;
-/// Steps before the decomposition is asked instead.
+/// Steps before the singular value decomposition takes over.
 const STEPS: usize = 60;
 /// Relative accuracy at which the iteration stops.
 const ACCURACY: f64 = 1e-13;
@@ -15,7 +15,7 @@ const SQUARABLE: f64 = 1e-3;
 /// The smallest of a matrix' `min(rows, columns)` singular values.
 ///
 /// By inverse iteration of a block with the Gram matrix of the shorter side. Where the value is so
-/// small that squaring the matrix would spoil it, the decomposition is asked.
+/// small that squaring the matrix would spoil it, by the singular value decomposition.
 pub fn smallest_singular_value(matrix: &DMatrix<f64>) -> f64 {
     let (rows, columns) = matrix.shape();
     let size = rows.min(columns);
@@ -27,7 +27,7 @@ pub fn smallest_singular_value(matrix: &DMatrix<f64>) -> f64 {
             if rows <= columns { matrix * matrix.transpose() } else { matrix.tr_mul(matrix) };
         let factor = gram.cholesky()?;
         let block = BLOCK.min(size);
-        // Any start will do that is not orthogonal to what is looked for.
+        // Any start is suitable that is not orthogonal to the vector.
         let mut vectors = DMatrix::from_fn(size, block, |i, j| {
             (1.0 + i as f64 * (0.7548 + 0.5698 * j as f64)).sin()
         });

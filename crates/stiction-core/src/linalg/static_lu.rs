@@ -10,9 +10,9 @@ use core::ops::Range;
 ///
 /// The order of pivots is chosen once, from the numbers of a representative matrix ([`Plan`]).
 /// Replaying it neither branches nor allocates, and touches only entries that are not
-/// structurally zero. A matrix for which the order is bad shows itself by its residual.
+/// structurally zero. The residual reveals a matrix for which the order is unsuitable.
 ///
-/// Rows that the plan found to depend on the others take no part.
+/// Rows that depend on others are left out.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StaticLu {
     entries: usize,
@@ -149,8 +149,8 @@ impl StaticLu {
     /// are `entries`. `values` has [`Self::values`] places and receives the factors. Returns the
     /// product of the signs of the pivots: it flips where the determinant does.
     ///
-    /// The entries are held ([`Scalar::held`]): whoever solves with the factors takes a step from where the equations
-    /// are satisfied, or takes one more to have derivatives.
+    /// The entries enter as constants ([`Scalar::held`]): solutions with the factors are steps from a point where the
+    /// equations hold, or need one more step for their derivatives.
     pub(crate) fn factor<T: Scalar>(&self, entries: &[T], values: &mut [T]) -> T {
         debug_assert_eq!(entries.len(), self.entries);
         values.fill(T::zero());
@@ -179,7 +179,7 @@ impl StaticLu {
         sign
     }
 
-    /// Where the reciprocal pivots stand among the factors, in the order of elimination.
+    /// Indices of the reciprocal pivots among the factors, in the order of elimination.
     pub(crate) fn pivots(&self) -> impl Iterator<Item = usize> + '_ {
         self.steps.iter().map(|step| step.pivot as usize)
     }

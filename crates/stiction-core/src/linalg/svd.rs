@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 /// small singular values to high relative accuracy. Ranks are decided by it, so it must be right:
 /// the decomposition of a general-purpose library loses up to eleven digits on matrices of
 /// mechanisms (`tests/svd.rs` keeps the properties that it broke). But its right singular vectors are
-/// orthogonal, and rotations that begin with them have little left to do.
+/// orthogonal, and Jacobi rotations that begin with them converge fast.
 #[derive(Clone, Debug)]
 pub struct Svd {
     /// Left singular vectors, one for each column of the matrix; zero where the singular value is
@@ -20,7 +20,7 @@ pub struct Svd {
     pub v: DMatrix<f64>,
 }
 
-/// From this number of columns on it pays to begin with another decomposition's vectors.
+/// Number of columns from which a start with another decomposition's vectors is faster.
 const LARGE: usize = 24;
 
 /// Sweeps over all pairs of columns; some six to ten suffice.
@@ -73,25 +73,25 @@ impl Svd {
         self.singular_values.iter().copied().next().unwrap_or(0.0)
     }
 
-    /// How many singular values exceed `negligible` times the largest.
+    /// Number of singular values above `negligible` times the largest.
     pub fn rank(&self, negligible: f64) -> usize {
         let limit = negligible * self.largest();
         self.singular_values.iter().filter(|&&s| s > limit).count()
     }
 
-    /// The same for a matrix whose entries are of order one where they are not rounding: one that is
-    /// nothing but rounding has rank zero.
+    /// The rank of a matrix whose entries are of order one or round-off: one that consists of round-off has
+    /// rank zero.
     pub fn rank_of_order_one(&self, negligible: f64) -> usize {
         let limit = negligible * self.largest().max(1.0);
         self.singular_values.iter().filter(|&&s| s > limit).count()
     }
 
-    /// An orthonormal basis of what the matrix maps to nothing, given its rank.
+    /// An orthonormal basis of the null space, given the rank.
     pub fn null_space(&self, rank: usize) -> Vec<DVector<f64>> {
         self.v.column_iter().skip(rank).map(|c| c.into_owned()).collect()
     }
 
-    /// The shortest vector that `matrix` maps nearest to `right`, given the rank.
+    /// The shortest least-squares solution for `right`, given the rank.
     pub fn solve(&self, right: &DVector<f64>, rank: usize) -> DVector<f64> {
         let mut solution = DVector::zeros(self.v.nrows());
         for k in 0..rank {
@@ -149,7 +149,7 @@ fn orthogonalise(
     true
 }
 
-/// The part of `all` (orthonormal) that is at right angles to `known` (orthonormal, within it).
+/// The orthogonal complement of `known` (orthonormal) within the span of `all` (orthonormal).
 pub(crate) fn complement(all: &[DVector<f64>], known: &[DVector<f64>]) -> Vec<DVector<f64>> {
     if all.is_empty() || known.len() >= all.len() {
         return Vec::new();

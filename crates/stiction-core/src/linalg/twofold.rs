@@ -1,6 +1,6 @@
-//! Sums of products with twice the digits of their numbers.
+//! Sums of products in twice the working precision.
 
-/// A sum and what rounding took from it.
+/// A sum and its accumulated rounding error.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Twofold {
     high: f64,

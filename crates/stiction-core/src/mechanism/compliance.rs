@@ -1,10 +1,10 @@
-//! How much joints give under load. Rigid bodies do not say how redundant constraints share a load;
-//! declared compliances do.
+//! Compliance of joints. It determines the distribution of load over redundant constraints, which rigid
+//! bodies leave open.
 
 use crate::joint::JointType;
 use crate::spatial::Vec3;
 
-/// What a joint gives for each newton or newton metre that it holds, about its axis (z of frame J).
+/// Deflections of a joint per newton or newton metre of its reaction, with respect to its axis (z of frame J).
 /// Zero is rigid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Compliance {
@@ -29,7 +29,7 @@ impl Compliance {
         ]
     }
 
-    /// Whether a joint of this type holds what the part named so gives to.
+    /// Returns `true` if a joint of this type carries the load of the named part.
     pub fn applies(joint_type: JointType, part: &str) -> bool {
         use JointType::{
             Cylindrical, Fixed, Free, Helical, Planar, Prismatic, Revolute, Spherical, Universal,

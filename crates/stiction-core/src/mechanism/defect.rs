@@ -1,17 +1,17 @@
-//! What can be wrong with a mechanism's description.
+//! Defects of mechanism descriptions.
 
 use core::fmt;
 use core::ops::Deref;
 use thiserror::Error;
 
-/// Everything that is wrong with a description, in the order in which it was found; at least one [`Defect`].
+/// All defects of a description, in the order of their detection; at least one [`Defect`].
 ///
 /// It is a slice of defects, and an error whose text has a line for each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Defects(Vec<Defect>);
 
 impl Defects {
-    /// None if there are none.
+    /// `None` for an empty list.
     pub(super) fn new(defects: Vec<Defect>) -> Option<Self> {
         (!defects.is_empty()).then_some(Self(defects))
     }
@@ -58,7 +58,7 @@ impl core::error::Error for Defects {}
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Defect {
-    /// There is no body but the ground.
+    /// No body besides the ground.
     #[error("the mechanism has no body that could move")]
     NoBodies,
     /// Two bodies, two joints, or two springs, of one name.
@@ -69,14 +69,15 @@ pub enum Defect {
         /// The name.
         name: String,
     },
-    /// A joint named as a freedom of another one is.
+    /// A joint with the name of another joint's degree of freedom.
     #[error(
-        "joint `{joint}` has the name of a freedom of joint `{other}`: results could not tell them apart"
+        "joint `{joint}` has the name of a degree of freedom of joint `{other}`: rename it, columns of results would \
+         coincide"
     )]
     NameOfFreedom {
         /// The joint.
         joint: String,
-        /// The joint whose freedom is called so.
+        /// The joint with that degree of freedom.
         other: String,
     },
     /// A joint with a name that results have for something else.
@@ -116,7 +117,7 @@ pub enum Defect {
     /// A number that is NaN or infinite.
     #[error("{place} is not a finite number")]
     NotFinite {
-        /// Where, in words.
+        /// The number's place in words.
         place: String,
     },
     /// A negative mass.
@@ -147,25 +148,25 @@ pub enum Defect {
         /// The joint.
         joint: String,
     },
-    /// A freedom cannot be actuated, or does not exist.
-    #[error("joint `{joint}` has no freedom {dof} that an actuator could drive")]
+    /// A degree of freedom that cannot be actuated, or does not exist.
+    #[error("joint `{joint}` has no degree of freedom {dof} that an actuator could drive")]
     NotActuable {
         /// The joint.
         joint: String,
-        /// The freedom's index.
+        /// Index of the degree of freedom.
         dof: usize,
     },
     /// The list of start coordinates has the wrong length.
-    #[error("joint `{joint}` starts from {found} coordinates, but has {expected}")]
+    #[error("joint `{joint}` has {found} start coordinates, but needs {expected}")]
     StartLength {
         /// The joint.
         joint: String,
-        /// How many were given.
+        /// Number given.
         found: usize,
-        /// How many it has.
+        /// Number required.
         expected: usize,
     },
-    /// A joint type without sliding contacts was given a friction.
+    /// Friction of a joint type without friction interfaces.
     #[error("joint `{joint}`: friction of {joint_type} joints is not modelled")]
     NoContact {
         /// The joint.
@@ -173,8 +174,8 @@ pub enum Defect {
         /// Its type's symbol.
         joint_type: &'static str,
     },
-    /// One contact with two frictions.
-    #[error("joint `{joint}` has two frictions at one contact")]
+    /// Friction declared twice at one interface.
+    #[error("joint `{joint}` declares friction twice at one interface")]
     DuplicateContact {
         /// The joint.
         joint: String,
@@ -188,23 +189,23 @@ pub enum Defect {
         parameter: &'static str,
         /// Its value.
         value: f64,
-        /// What it may be.
+        /// The admissible range in words.
         range: &'static str,
     },
-    /// A friction that does not fit its contact, or contradicts itself.
+    /// Friction that does not fit its interface, or contradicts itself.
     #[error("joint `{joint}`: {problem}")]
     Friction {
         /// The joint.
         joint: String,
-        /// What is wrong.
+        /// The problem in words.
         problem: &'static str,
     },
-    /// A radius is missing where the contact turns, or given where it slides straight.
+    /// A radius is missing at a rotating interface, or given at a sliding one.
     #[error("joint `{joint}`: {problem}")]
     Radius {
         /// The joint.
         joint: String,
-        /// What is wrong.
+        /// The problem in words.
         problem: &'static str,
     },
     /// A compliance out of its range, or in a direction in which the joint moves.
@@ -212,9 +213,9 @@ pub enum Defect {
     Compliance {
         /// The joint.
         joint: String,
-        /// Which compliance.
+        /// Name of the compliance.
         part: &'static str,
-        /// What is wrong.
+        /// The problem in words.
         problem: &'static str,
     },
     /// A spring refers to a body that does not exist.
@@ -226,7 +227,7 @@ pub enum Defect {
         body: String,
     },
     /// A spring with both ends on one body.
-    #[error("both ends of spring `{spring}` are on body `{body}`, where it does nothing")]
+    #[error("both ends of spring `{spring}` are on body `{body}`, where it has no effect")]
     SpringWithinBody {
         /// The spring.
         spring: String,
@@ -249,7 +250,7 @@ pub enum Defect {
         /// The declared value, m.
         f64,
     ),
-    /// The characteristic length has nothing to do with the mechanism's size: ranks would be those of rounding.
+    /// The characteristic length is far from the mechanism's size, so that round-off would decide ranks.
     #[error(
         "the characteristic length is {length:e} m, but where joints and centres of mass are some {own:.1e} m apart it \
          must be between {least:.1e} and {most:.1e} m"
@@ -257,11 +258,11 @@ pub enum Defect {
     CharacteristicLengthFar {
         /// The declared value, m.
         length: f64,
-        /// What it would be by default, m.
+        /// Default value, m.
         own: f64,
-        /// The least that it may be, m.
+        /// Least admissible value, m.
         least: f64,
-        /// The most, m.
+        /// Greatest admissible value, m.
         most: f64,
     },
 }

@@ -1,4 +1,4 @@
-//! What a mechanism is: bodies, joints and springs between them, gravity. Cycles are native.
+//! Mechanisms: bodies, joints and springs between them, gravity. Loops are native.
 //!
 //! A [`Mechanism`] is made by a [`MechanismBuilder`], which reports all defects at once; once built
 //! it is consistent and does not change.
@@ -28,11 +28,11 @@ pub struct BodyId(pub usize);
 pub struct JointId(pub usize);
 
 impl BodyId {
-    /// The body that does not move.
+    /// The fixed body.
     pub const GROUND: Self = Self(0);
 }
 
-/// The name of the body that does not move.
+/// The name of the fixed body.
 #[doc(hidden)]
 pub const GROUND_NAME: &str = "ground";
 
@@ -76,23 +76,34 @@ pub struct Joint {
     pub frame_k: Pose<f64>,
     /// Advance of a helical joint, m/rad; zero for the other types.
     pub pitch: f64,
-    /// For each freedom, whether an actuator drives it.
+    /// For each degree of freedom, `true` if an actuator drives it.
     pub actuated: Vec<bool>,
-    /// Coordinates from which assembly starts: as many as the type has.
-    pub start: Vec<f64>,
-    /// Its frictions, at most one for each contact of the type.
+    /// Coordinates near which the joint is assembled, as many as the type has; `None` if they follow from
+    /// the poses of the bodies.
+    pub start: Option<Vec<f64>>,
+    /// Its friction, at most one for each friction interface of the type.
     pub friction: Vec<JointFriction>,
-    /// How much it gives; by default it is rigid.
+    /// Its compliance; `None` if it is rigid.
     pub compliance: Option<Compliance>,
 }
 
 impl Joint {
-    /// The freedoms that an actuator drives, by index.
+    /// The start coordinates; those at which both frames coincide, if there are none.
+    #[doc(hidden)]
+    pub fn start_or_zero(&self) -> Vec<f64> {
+        self.start.clone().unwrap_or_else(|| {
+            let mut q = vec![0.0; self.joint_type.coordinates()];
+            self.joint_type.write_zero(&mut q);
+            q
+        })
+    }
+
+    /// Indices of the actuated degrees of freedom.
     pub fn actuated_dofs(&self) -> impl Iterator<Item = usize> + '_ {
         self.actuated.iter().enumerate().filter(|(_, driven)| **driven).map(|(k, _)| k)
     }
 
-    /// The name of a freedom, by its index: that of the joint, if it has no other, else `joint.dof`.
+    /// The name of a degree of freedom, by its index: that of the joint, if it has no other, else `joint.dof`.
     pub fn dof_name(&self, dof: usize) -> String {
         match self.joint_type.dofs() {
             [_] => self.name.clone(),
@@ -100,8 +111,7 @@ impl Joint {
         }
     }
 
-    /// The name of a freedom that an actuator drives: that of the joint, if no other of its freedoms is driven, else
-    /// `joint.dof`.
+    /// The name of an actuated degree of freedom: that of the joint, if no other is actuated, else `joint.dof`.
     pub fn actuator_name(&self, dof: usize) -> String {
         match self.actuated_dofs().count() {
             1 => self.name.clone(),
@@ -171,15 +181,15 @@ impl Mechanism {
         self.joints.iter().position(|j| j.name == name).map(JointId)
     }
 
-    /// The same mechanism without any friction in its joints.
+    /// Returns the mechanism without friction in its joints.
     pub fn without_friction(&self) -> Self {
         let mut other = self.clone();
         other.joints.iter_mut().for_each(|joint| joint.friction.clear());
         other
     }
 
-    /// The same mechanism with an actuator on this freedom of this joint as well, such as a lock; unchanged
-    /// if there is no such freedom, or none that an actuator could drive.
+    /// Returns the mechanism with an additional actuator on this degree of freedom, such as a lock; unchanged if
+    /// the degree of freedom does not exist or has no scalar coordinate.
     pub fn with_actuator(&self, joint: JointId, dof: usize) -> Self {
         let mut other = self.clone();
         if let Some(joint) = other.joints.get_mut(joint.0)
@@ -191,7 +201,7 @@ impl Mechanism {
         other
     }
 
-    /// The same mechanism with a part fixed to a body, whose centre of mass and inertia are given in the frame of that
+    /// Returns the mechanism with a part fixed to a body, whose centre of mass and inertia are given in the frame of that
     /// body. The characteristic length stays.
     pub fn with_payload(&self, body: BodyId, part: &Body) -> Self {
         let mut other = self.clone();
@@ -214,17 +224,19 @@ impl Mechanism {
         other
     }
 
-    /// The same mechanism with each joint's start coordinates where it stands, frame K seen from frame J, in the
-    /// order of the joints ([`crate::kinematics::Bodies::joint_poses`]): assembly from there finds this position again.
+    /// Returns the mechanism with the start coordinates of these joint poses, frame K seen from frame J, in the order of
+    /// the joints ([`crate::kinematics::Bodies::joint_poses`]): assembly finds this configuration again.
     pub fn starting_at(&self, joint_poses: impl IntoIterator<Item = Pose<f64>>) -> Self {
         let mut other = self.clone();
         for (joint, relative) in other.joints.iter_mut().zip(joint_poses) {
-            joint.joint_type.write_coordinates(relative, joint.pitch, &mut joint.start);
+            let mut start = joint.start_or_zero();
+            joint.joint_type.write_coordinates(relative, joint.pitch, &mut start);
+            joint.start = Some(start);
         }
         other
     }
 
-    /// All actuated freedoms in the order of the joints: the order of all lists of drives.
+    /// All actuated degrees of freedom in the order of the joints: the order of all lists of efforts.
     pub fn actuators(&self) -> impl Iterator<Item = (JointId, usize)> + '_ {
         self.joints
             .iter()

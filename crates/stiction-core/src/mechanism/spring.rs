@@ -13,17 +13,17 @@ pub struct Spring {
     pub name: String,
     /// The bodies of its two ends, different from each other.
     pub ends: [BodyId; 2],
-    /// Where the ends are, each in its body's frame, m.
+    /// Positions of the ends, each in its body's frame, m.
     pub points: [Vec3<f64>; 2],
     /// Stiffness, N/m, not negative.
     pub stiffness: f64,
-    /// The length at which it does not pull, m, not negative.
+    /// Free length, m, not negative.
     pub free_length: f64,
     /// Damping, N s/m, not negative.
     pub damping: f64,
 }
 
-/// A spring to be; bodies by name.
+/// Specification of a spring; bodies by name.
 #[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpringSpec {
@@ -54,7 +54,7 @@ impl SpringSpec {
         self
     }
 
-    /// Stiffness, N/m, and the length at which it does not pull, m.
+    /// Stiffness, N/m, and free length, m.
     pub fn stiffness(mut self, stiffness: f64, free_length: f64) -> Self {
         (self.stiffness, self.free_length) = (stiffness, free_length);
         self
@@ -70,7 +70,7 @@ impl SpringSpec {
         &self.name
     }
 
-    /// The spring, unless its bodies are unknown; all else that is wrong goes to `defects`.
+    /// Builds the spring, unless its bodies are unknown; other defects go to `defects`.
     pub(super) fn resolve(
         self,
         ids: &HashMap<String, BodyId>,

@@ -1,9 +1,9 @@
-//! What a colleague would point at in a mechanism that is otherwise fine.
+//! Warnings on consistent, but suspicious mechanisms.
 
 use super::Mechanism;
 use thiserror::Error;
 
-/// Something suspicious. Warnings never change numbers.
+/// A suspicious property of a mechanism. Warnings never change numbers.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Warning {
@@ -29,13 +29,13 @@ pub enum Warning {
     /// No body has mass.
     #[error("no body has a mass: only loads and friction will ask for driving forces")]
     NoMass,
-    /// Nothing is driven.
+    /// No joint is actuated.
     #[error("no joint is actuated: there are no driving forces to compute")]
     NoActuator,
 }
 
 impl Mechanism {
-    /// Everything suspicious about the mechanism.
+    /// All warnings on the mechanism.
     pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = Vec::new();
         let moving = &self.bodies()[1..];

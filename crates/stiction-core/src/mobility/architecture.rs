@@ -1,9 +1,9 @@
-//! Whether a mechanism is singular in every position, or only where it happens to be.
+//! Architecture singularity: distinguishes singularity in every position from singularity at one.
 //!
 //! A rank that is short at a position taken at random is short, with probability one, in all
 //! positions that can be reached from it: minors are analytic functions of the position, and those
 //! that do not vanish identically vanish on a set of measure zero. So positions are taken at random,
-//! far from each other, and their singular values looked at. More digits in the arithmetic would
+//! far from each other, and their singular values compared. More digits in the arithmetic would
 //! not add truth: the dimensions themselves are known to sixteen.
 //!
 //! Equation (M8) of the book's theory.
@@ -24,12 +24,12 @@ const NOT_ZERO: f64 = 1e-4;
 /// found to the square root of rounding only. Otherwise what is between is not decided.
 const ROOT_OF_ZERO: f64 = 1e-6;
 
-/// What holds in general, at positions taken at random.
+/// Generic ranks, at random positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Architecture {
-    /// How many positions were looked at.
+    /// Number of positions examined.
     pub positions: usize,
-    /// How far, in radians and characteristic lengths, the farthest is from the first.
+    /// Distance of the farthest position from the first, rad and characteristic lengths.
     pub reach: f64,
     /// Of the constraints alone.
     pub constraints: GenericRank,
@@ -50,12 +50,12 @@ pub struct GenericRank {
     pub kept: Option<f64>,
     /// The greatest that does not count; none if all count.
     pub dropped: Option<f64>,
-    /// Whether all values are clearly one or the other.
+    /// All singular values are clearly zero or clearly not.
     pub decided: bool,
 }
 
 impl Architecture {
-    /// Looks at positions that can be reached from the solver's present one.
+    /// Examines random positions that can be reached from the solver's present one.
     pub fn of(solver: &InverseDynamics) -> Self {
         let (topology, parameters) = (solver.topology(), solver.parameters());
         let state = solver.state();
@@ -90,8 +90,8 @@ impl Architecture {
     }
 }
 
-/// How well the actuators govern the motions of finite size from the solver's position: the least
-/// that they move, all together, in such a motion of size one (angles in radians, lengths in units
+/// Singularity index of the actuators with respect to finite motions from the solver's position: the least
+/// displacement of all actuators together in such a motion of size one (angles in radians, lengths in units
 /// of the characteristic length). It is the paper's question whether the Jacobian of its equation (21)
 /// exists; where more is free to first order, the balance has no answer even if this is not zero.
 /// None if nothing moves.
@@ -120,8 +120,8 @@ fn actuators(topology: &Topology) -> (Vec<Coordinate>, Vec<Target<f64>>) {
 }
 
 impl GenericRank {
-    /// From the singular values at each position, as many as there are freedoms, largest first, and
-    /// what counts the motions that are blocked to second order there.
+    /// From the singular values at each position, one for each degree of freedom, largest first, and a
+    /// function that counts the motions blocked to second order there.
     fn of(positions: impl Iterator<Item = (Vec<f64>, impl FnOnce() -> usize)>) -> Self {
         let mut generic: Option<Self> = None;
         for (values, blocked) in positions {

@@ -1,4 +1,4 @@
-//! What play in a joint makes of a motion that is blocked to second order only.
+//! Effect of clearance in a joint on motions that are blocked to second order only.
 //!
 //! Along such a motion `x t` the loops open by `q t^2 / 2`, seen by the self-stress `s` that blocks
 //! it: `q = s . (second derivative along x)`. A joint that carries the force `F` of this self-stress
@@ -19,17 +19,17 @@ use nalgebra::DVector;
 /// A motion that clearance in one joint sets free.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Play {
-    /// The motion, told by one body.
+    /// The motion, described by one body.
     pub motion: GainedTwist,
     /// The joint that takes the greatest force of the self-stress which blocks the motion.
     pub joint: JointId,
-    /// How far the body gets to either side, rad or m, with a clearance of one metre in the joint:
+    /// Displacement of the body to either side, rad or m, with a clearance of one metre in the joint:
     /// it grows as the square root.
     pub per_root_metre: f64,
 }
 
 impl Play {
-    /// How far the body gets to either side, rad, or m if it does not turn, with this clearance, m,
+    /// Displacement of the body to either side, rad, or m if it does not turn, with this clearance, m,
     /// in the joint.
     pub fn with(&self, clearance: f64) -> f64 {
         self.per_root_metre * clearance.sqrt()
@@ -105,12 +105,12 @@ pub(super) fn play(solver: &InverseDynamics, loops: &mut LoopsAt<'_>) -> Vec<Pla
                 return None;
             }
             let twists = body_twists(topology, solver.bodies(), &motion.rates);
-            let told = statics.told(&of_bodies(&statics, &twists));
-            let size = size_of(&statics, &twists, &told);
+            let described = statics.told(&of_bodies(&statics, &twists));
+            let size = size_of(&statics, &twists, &described);
             Some(Play {
                 joint: strongest.joint,
                 per_root_metre: size * (2.0 * force / opening).sqrt(),
-                motion: told,
+                motion: described,
             })
         })
         .collect()
@@ -125,11 +125,11 @@ fn of_bodies(statics: &Statics, twists: &[Twist<f64>]) -> DVector<f64> {
     DVector::from_iterator(6 * (twists.len() - 1), each)
 }
 
-/// How fast the body turns, or moves, by which the motion is told.
-fn size_of(statics: &Statics, twists: &[Twist<f64>], told: &GainedTwist) -> f64 {
-    let twist = twists[told.body];
-    match told.turns {
+/// Speed of the body that describes the motion, rad/s or m/s.
+fn size_of(statics: &Statics, twists: &[Twist<f64>], motion: &GainedTwist) -> f64 {
+    let twist = twists[motion.body];
+    match motion.turns {
         true => twist.angular.norm(),
-        false => twist.velocity_at(statics.system().com(told.body)).norm(),
+        false => twist.velocity_at(statics.system().com(motion.body)).norm(),
     }
 }

@@ -1,4 +1,4 @@
-//! Degrees of freedom, counted three ways, and what they are.
+//! Mobility by three counts, and the motions of each body.
 //!
 //! Equations (M1) and (M2) of the book's theory.
 
@@ -12,21 +12,23 @@ use crate::spatial::{Twist, Vec3};
 /// Singular values of the loops' equations below this, relative to the largest, count as zero.
 /// Matrices are scaled to entries of order one, positions are closed to 1e-13.
 pub(super) const NEGLIGIBLE: f64 = 1e-9;
+/// Singular values between [`ROUND_OFF`] and this, relative to the largest, are zero or not depending on
+/// the last digits of the dimensions; positions that are blocked to second order are found to the root of round-off.
+const DOUBTFUL: f64 = 1e-6;
+/// Singular values below this are zero to round-off.
+const ROUND_OFF: f64 = 1e-12;
 
-/// How many degrees of freedom a mechanism has, idle spins included.
+/// Degrees of freedom of a mechanism, passive spins included.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mobility {
-    /// By counting bodies and joint freedoms (Gruebler, Kutzbach): right if all constraints are
+    /// By counting bodies and joint constraints (Gruebler, Kutzbach): right if all constraints are
     /// independent.
     pub gruebler: i64,
     /// At this position, to first order.
     pub instantaneous: usize,
-    /// Motions of finite size from this position, traced.
-    pub finite: usize,
-    /// Whether `finite` is beyond doubt: what tracing did not find is blocked to second order. Otherwise
-    /// it is blocked to third or higher order, or too close to call.
-    pub finite_is_certain: bool,
-    /// Whether branches of motion meet here: along each of them fewer motions are open than to second
+    /// Finite (full-cycle) mobility from this position.
+    pub finite: FiniteMobility,
+    /// Branches of motion meet at this position: each of them leaves fewer motions open than the second
     /// order here, or others.
     pub branches_meet: bool,
     /// Constraints that depend on others at this position.
@@ -34,30 +36,63 @@ pub struct Mobility {
     /// The smallest singular value that counts as one and the largest that counts as zero, both
     /// relative to the largest of all: the gap that decides. None where there is no such value.
     pub gap: (Option<f64>, Option<f64>),
-    /// What each moving body can do, in the order of the mechanism's bodies.
+    /// The motions of each moving body, in the order of the mechanism's bodies.
     pub bodies: Vec<BodyDofs>,
-    /// What clearance makes of motions that are blocked to second order only; empty where such
-    /// motions cannot be told from finite ones.
+    /// Motions that are blocked to second order only and that clearance sets free; empty where such
+    /// motions cannot be distinguished from finite ones.
     pub play: Vec<Play>,
 }
 
-/// What a body can do at a position.
+/// Finite mobility: the number of independent motions over a finite distance, or the range in which it lies.
+///
+/// It is decided where tracing finds all motions that the second order leaves open, and where no singular
+/// value lies between zero and not zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FiniteMobility {
+    /// Motions that were traced over a finite distance, loops closed within the closure tolerance.
+    pub traced: usize,
+    /// Upper bound: motions that are open to first order and not blocked to second.
+    pub greatest: usize,
+}
+
+impl FiniteMobility {
+    /// The number, if it is decided.
+    pub fn decided(self) -> Option<usize> {
+        (self.traced == self.greatest).then_some(self.traced)
+    }
+
+    /// Least and greatest number.
+    pub fn range(self) -> [usize; 2] {
+        [self.traced, self.greatest]
+    }
+}
+
+impl core::fmt::Display for FiniteMobility {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self.decided() {
+            Some(number) => write!(f, "{number}"),
+            None => write!(f, "{} to {}", self.traced, self.greatest),
+        }
+    }
+}
+
+/// Independent motions of a body at a position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyDofs {
     /// The body's name.
     pub body: String,
     /// Independent motions in words.
     pub motions: Vec<String>,
-    /// Those that are open to first order only; known where the two kinds can be told apart.
+    /// Motions that are open to first order only; empty where they cannot be distinguished from finite ones.
     pub first_order_only: Vec<String>,
 }
 
 impl Mechanism {
-    /// The count of Gruebler and Kutzbach in space: six for each moving body, less what each joint
-    /// holds.
+    /// The spatial count of Gruebler and Kutzbach: six for each moving body, less the constraints of all joints.
     pub fn gruebler(&self) -> i64 {
-        let held: usize = self.joints().iter().map(|j| j.joint_type.constraints().len()).sum();
-        6 * (self.bodies().len() as i64 - 1) - held as i64
+        let constraints: usize =
+            self.joints().iter().map(|j| j.joint_type.constraints().len()).sum();
+        6 * (self.bodies().len() as i64 - 1) - constraints as i64
     }
 }
 
@@ -67,35 +102,44 @@ impl Mobility {
         let (topology, parameters) = (solver.topology(), solver.parameters());
         let state = solver.state();
         let mut loops = LoopsAt::new(topology, parameters, state, NEGLIGIBLE);
-        let finite = loops.finite_mobility();
-        let bodies = body_dofs(solver, &mut loops, finite);
+        let traced = loops.finite_mobility();
+        let bodies = body_dofs(solver, &mut loops, traced);
         let blocked = loops.blocked_motions().len();
-        let told = finite + blocked == loops.singular_values().len() - loops.rank;
-        let play = if told { play(solver, &mut loops) } else { Vec::new() };
+        let is_explained = traced + blocked == loops.singular_values().len() - loops.rank;
+        let play = if is_explained { play(solver, &mut loops) } else { Vec::new() };
         let (rank, values) = (loops.rank, loops.singular_values());
         let relative = |index: usize| values.get(index).map(|value| value / values[0]);
+        let gap = if rank == 0 { (None, None) } else { (relative(rank - 1), relative(rank)) };
         let gruebler = solver.mechanism().gruebler();
         let instantaneous = topology.dofs() - rank;
+        let is_clear = gap.0.is_none_or(|kept| kept > DOUBTFUL)
+            && gap.1.is_none_or(|dropped| dropped < ROUND_OFF);
+        let greatest = if is_clear && traced + blocked >= instantaneous {
+            traced
+        } else {
+            let mut doubtful = LoopsAt::new(topology, parameters, state, DOUBTFUL);
+            let open = topology.dofs() - doubtful.rank;
+            traced.max(open.saturating_sub(doubtful.blocked_motions().len()))
+        };
         Self {
             gruebler,
             instantaneous,
-            finite,
-            finite_is_certain: finite + blocked >= instantaneous,
-            branches_meet: finite + blocked > instantaneous,
+            finite: FiniteMobility { traced, greatest },
+            branches_meet: traced + blocked > instantaneous,
             redundant_constraints: (instantaneous as i64 - gruebler).max(0) as usize,
-            gap: if rank == 0 { (None, None) } else { (relative(rank - 1), relative(rank)) },
+            gap,
             bodies,
             play,
         }
     }
 }
 
-fn body_dofs(solver: &InverseDynamics, loops: &mut LoopsAt<'_>, finite: usize) -> Vec<BodyDofs> {
+fn body_dofs(solver: &InverseDynamics, loops: &mut LoopsAt<'_>, traced: usize) -> Vec<BodyDofs> {
     let (topology, parameters) = (solver.topology(), solver.parameters());
     let open = loops.open_motions();
     // Where branches of motion meet, the second order blocks too much.
-    let told = open.to_second.len() == finite;
-    let lasting = if told { &open.to_second } else { &open.all };
+    let is_decided = open.to_second.len() == traced;
+    let lasting = if is_decided { &open.to_second } else { &open.all };
     let twists = |basis: &[Vec<f64>]| -> Vec<Vec<Twist<f64>>> {
         basis.iter().map(|rates| body_twists(topology, solver.bodies(), rates)).collect()
     };

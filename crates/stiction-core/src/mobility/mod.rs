@@ -6,7 +6,7 @@ mod count;
 mod words;
 
 pub use architecture::Architecture;
-pub use count::Mobility;
+pub use count::{FiniteMobility, Mobility};
 
 // Used by the project's other crates; no part of the stable interface.
 #[doc(hidden)]

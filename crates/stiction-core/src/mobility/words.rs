@@ -1,15 +1,15 @@
-//! Instantaneous motions in a mechanism engineer's words.
+//! Descriptions of instantaneous motions in engineering terms.
 
 use crate::linalg::Svd;
 use crate::spatial::{Mat3, Twist, Vec3, describe_direction, describe_motion};
 use nalgebra::{DMatrix, DVector};
 
-/// Parts of unit motions below this are none.
+/// Components of unit motions below this count as zero.
 const NONE: f64 = 1e-6;
 
-/// Independent motions of one body in words: those spanned by `lasting`, and what `all` has beyond.
+/// Independent motions of one body in words: the span of `lasting`, and its complement in the span of `all`.
 /// Twists are about the kernel origin, `com` is the centre of mass seen from there, and `origin` the
-/// kernel origin in the world. `points` are the body's joints: an axis through two of them is told by
+/// kernel origin in the world. `points` are the body's joints: an axis through two of them is described by
 /// their names.
 pub(crate) fn describe_dofs(
     lasting: &[Twist<f64>],
@@ -31,7 +31,7 @@ pub(crate) fn describe_dofs(
         .iter()
         .cloned()
         .map(|mut motion| {
-            // Twice, for the sake of rounding.
+            // Twice, against round-off.
             for _ in 0..2 {
                 for known in &lasting {
                     let part = known.dot(&motion);

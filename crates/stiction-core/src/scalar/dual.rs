@@ -1,4 +1,4 @@
-//! Numbers that carry their derivatives.
+//! Dual numbers: values with derivatives.
 //!
 //! Equation (P1) of the book's theory.
 

@@ -1,12 +1,12 @@
-//! Several numbers side by side.
+//! Vectors of numbers for SIMD computation.
 
 use super::Scalar;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// `N` numbers that go through a kernel together: `N` states, or `N` parameter sets.
+/// `N` numbers that a kernel processes together: `N` states, or `N` parameter sets.
 ///
 /// A plain array that the compiler turns into vector instructions of whatever width the build
-/// allows. Every lane gives the same digits as the scalar path would.
+/// allows. Every lane has the same digits as the computation with `f64`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(transparent)]
 pub struct Lanes<T, const N: usize>(pub [T; N]);

@@ -1,10 +1,10 @@
-//! The one arithmetic that the kernels are written over.
+//! The scalar type of the kernels.
 //!
 //! A kernel that is generic over [`Scalar`] runs as `f64`, as [`Lanes`] (several states or
 //! parameter sets side by side), as [`Dual`] numbers (exact derivatives) and as any mixture of
 //! them. The price is that a kernel must not branch on values: lanes differ. What a branch would
-//! do is written with [`Scalar::if_positive`], and what a convergence test would do is left to the
-//! caller, who looks at [`Scalar::largest`] between steps.
+//! do is written with [`Scalar::if_positive`], and convergence tests are left to the
+//! caller, who evaluates [`Scalar::largest`] between steps.
 
 mod dual;
 mod lanes;
@@ -56,17 +56,17 @@ pub trait Scalar:
     /// *between* kernel calls, never inside one.
     fn largest(self) -> f64;
 
-    /// Whether it has derivatives, for which linear systems are solved once more, see [`Self::held`].
+    /// Returns `true` for types with derivatives, for which linear systems need one more solution, see [`Self::held`].
     #[inline(always)]
     fn has_slope() -> bool {
         false
     }
 
-    /// The same number, in every lane, with zero derivative.
+    /// The number in every lane as a constant, with zero derivative.
     ///
-    /// Kernels hold what a solution depends on to second order only. A Newton step from where a system is solved
-    /// needs no derivative of its matrix, and what is left of the equations there has all derivatives that matter:
-    /// equation (P7) of the book's theory.
+    /// Kernels treat quantities as constants where a solution depends on them to second order only. A Newton step from
+    /// a solution needs no derivative of the matrix; the residual carries all derivatives: equation (P7) of the
+    /// book's theory.
     #[inline(always)]
     fn held(self) -> Self {
         self

@@ -87,7 +87,7 @@ impl<T: Scalar> Mat3<T> {
 }
 
 impl Mat3<f64> {
-    /// The same matrix as constants of another scalar.
+    /// Converts to constants of another scalar type.
     #[inline(always)]
     pub fn lift<T: Scalar>(self) -> Mat3<T> {
         Mat3 { columns: self.columns.map(Vec3::lift) }

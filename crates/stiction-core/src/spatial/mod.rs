@@ -6,7 +6,7 @@
 //!
 //! | name | means |
 //! | --- | --- |
-//! | `pose_ab` | [`Pose`] `X_AB`: where frame B is, seen from frame A |
+//! | `pose_ab` | [`Pose`] `X_AB` of frame B in frame A |
 //! | `Twist` | angular velocity, and velocity of the body-fixed point that passes the origin |
 //! | `Wrench` | force, and moment about the origin |
 

@@ -29,7 +29,7 @@ impl<T: Scalar> Pose<T> {
         }
     }
 
-    /// Where in A the point is that B sees at `point`.
+    /// Transforms a point from frame B to frame A.
     #[inline(always)]
     pub fn apply(self, point: Vec3<T>) -> Vec3<T> {
         self.rotation * point + self.position
@@ -37,7 +37,7 @@ impl<T: Scalar> Pose<T> {
 }
 
 impl Pose<f64> {
-    /// The same pose as constants of another scalar.
+    /// Converts to constants of another scalar type.
     #[inline(always)]
     pub fn lift<T: Scalar>(self) -> Pose<T> {
         Pose { rotation: self.rotation.lift(), position: self.position.lift() }

@@ -4,7 +4,7 @@ use super::Vec3;
 use crate::scalar::Scalar;
 use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 
-/// Velocity of a rigid body (or an instantaneous motion, a joint's freedom, an acceleration).
+/// Velocity of a rigid body (or an instantaneous motion, a joint's degree of freedom, an acceleration).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Twist<T> {
     /// Angular velocity, rad/s.
@@ -47,7 +47,7 @@ impl<T: Scalar> Twist<T> {
         self.linear + self.angular.cross(point)
     }
 
-    /// The same motion told about `point`.
+    /// The same motion with `point` as reference point.
     #[inline(always)]
     pub fn about(self, point: Vec3<T>) -> Self {
         Self { angular: self.angular, linear: self.velocity_at(point) }
@@ -99,7 +99,7 @@ impl<T: Scalar> Wrench<T> {
 macro_rules! vector_space {
     ($name:ident { $a:ident, $b:ident }) => {
         impl<T: Scalar> $name<T> {
-            /// With components that are held, see [`Scalar::held`].
+            /// With components as constants, see [`Scalar::held`].
             #[inline(always)]
             pub fn held(self) -> Self {
                 Self { $a: self.$a.held(), $b: self.$b.held() }
@@ -107,7 +107,7 @@ macro_rules! vector_space {
         }
 
         impl $name<f64> {
-            /// The same as constants of another scalar.
+            /// Converts to constants of another scalar type.
             #[inline(always)]
             pub fn lift<T: Scalar>(self) -> $name<T> {
                 $name { $a: self.$a.lift(), $b: self.$b.lift() }

@@ -1,4 +1,4 @@
-//! Vectors of space.
+//! Vectors in space.
 
 use crate::scalar::Scalar;
 use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
@@ -50,7 +50,7 @@ impl<T: Scalar> Vec3<T> {
         [self.x, self.y, self.z]
     }
 
-    /// With components that are held, see [`Scalar::held`].
+    /// With components as constants, see [`Scalar::held`].
     #[inline(always)]
     pub fn held(self) -> Self {
         Self::new(self.x.held(), self.y.held(), self.z.held())
@@ -92,7 +92,7 @@ impl<T: Scalar> Vec3<T> {
 }
 
 impl Vec3<f64> {
-    /// The same vector as constants of another scalar.
+    /// Converts to constants of another scalar type.
     #[inline(always)]
     pub fn lift<T: Scalar>(self) -> Vec3<T> {
         Vec3::new(T::from_f64(self.x), T::from_f64(self.y), T::from_f64(self.z))
@@ -119,7 +119,7 @@ impl Vec3<f64> {
         self.cross(helper).direction().unwrap_or(Vec3::unit(0))
     }
 
-    /// Whether all components are finite.
+    /// Returns `true` if all components are finite.
     pub fn is_finite(self) -> bool {
         self.to_array().iter().all(|c| c.is_finite())
     }

@@ -1,11 +1,11 @@
-//! Motions in words.
+//! Descriptions of twists in words.
 
 use super::{Twist, Vec3};
 use crate::words::brief;
 
 /// Describes the direction of a twist, for example `rotation about y through (0.1, 0, 0.3) m`.
 ///
-/// `twist` is about the origin in which places are to be told. Screws are told by their pitch.
+/// Positions refer to the reference point of `twist`. Screws are described by their pitch.
 /// Rotations are compared with translations by `length`, m.
 pub(crate) fn describe_motion(twist: Twist<f64>, length: f64) -> String {
     let turning = twist.angular.norm() * length;
@@ -37,7 +37,7 @@ pub(crate) fn describe_direction(direction: Vec3<f64>) -> String {
         }
     }
     let components = direction.to_array();
-    // The first component that counts is told positive.
+    // The first significant component is positive.
     let leading = components.iter().find(|c| c.abs() > 1e-6).copied().unwrap_or(1.0);
     let clean = |c: f64| if c.abs() < 1e-6 { 0.0 } else { c * leading.signum() };
     let [x, y, z] = components.map(|c| round(clean(c)));
@@ -50,7 +50,7 @@ fn describe_point(point: Vec3<f64>, length: f64) -> String {
     format!("({x}, {y}, {z}) m")
 }
 
-/// Four significant digits; what is no number cannot be told.
+/// Four significant digits; `?` for a value that is not finite.
 fn round(x: f64) -> String {
     brief(if x.is_finite() { x } else { 0.0 }, 4)
 }

@@ -1,10 +1,9 @@
-//! How far a position is from a singular one.
+//! Singularity indices of a position.
 //!
 //! The measure is a singular value of the balance of all bodies, made free of units by the
 //! characteristic length: forces at joints count in newtons, moments (about the joint's origin, and
-//! about each body's centre of mass) in newtons times that length. A distance `d` says: there is a
-//! motion of the bodies, of size one, that is resisted by joint forces of no more than `d` for each
-//! unit of generalised force. It does not depend on units, on the order of bodies, on the base, or
+//! about each body's centre of mass) in newtons times that length. An index `d` means: joint forces resist some
+//! unit motion of the bodies by at most `d` per unit of generalised force. It does not depend on units, on the order of bodies, on the base, or
 //! on which joints are cut.
 //!
 //! Equation (M5) of the book's theory.
@@ -17,23 +16,23 @@ use crate::mechanism::JointId;
 use crate::spatial::{Vec3, Wrench};
 use nalgebra::{DMatrix, DVector};
 
-/// A body with so many joints is where legs end.
+/// Number of joints from which a body counts as a hub, where legs end.
 const HUB: usize = 3;
 
-/// Both distances at a position.
+/// Singularity indices at a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distances {
-    /// To a singularity of actuation (type 2): a position where some motion, idle spins apart, is
-    /// resisted neither by a constraint nor by an actuator.
+    /// Index of the singularity of actuation (type 2): zero where neither a constraint nor an actuator resists
+    /// some motion, apart from passive spins.
     pub actuation: f64,
-    /// To a singularity of constraint: a position where the constraints leave more motions than the
-    /// mechanism is meant to have.
+    /// Index of the constraint singularity: zero where the constraints leave more motions than the mechanism
+    /// has in general.
     pub constraint: f64,
 }
 
 impl Distances {
     /// For a balance that has as many unknowns as equations: nothing redundant, no idle spins, and
-    /// just as many actuators as freedoms. Much faster than by decompositions.
+    /// as many actuators as degrees of freedom. Much faster than by decompositions.
     pub fn of_square(system: &NewtonEuler, joint_types: &[JointType]) -> Self {
         let scaled = system.scaled_matrix(joint_types);
         let is_constraint = |k: &usize| matches!(system.unknowns[*k], Unknown::Constraint { .. });
@@ -49,8 +48,8 @@ impl Distances {
         }
     }
 
-    /// From decompositions: `mobility` is how many motions the constraints are meant to leave,
-    /// `idle_spins` how many of them are spins that nothing resists.
+    /// From decompositions: `mobility` is the number of motions that the constraints leave in general,
+    /// `idle_spins` the number of passive spins among them.
     pub fn new(statics: &Statics, mobility: usize, idle_spins: usize) -> Self {
         Self {
             actuation: statics.actuation_distance(idle_spins),
@@ -59,7 +58,7 @@ impl Distances {
     }
 }
 
-/// What a joint carries in a self-stress, predecessor on successor, world axes.
+/// The load of a joint in a self-stress, predecessor on successor, world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointLoad {
     /// The joint.
@@ -70,11 +69,11 @@ pub struct JointLoad {
     pub moment: Vec3<f64>,
 }
 
-/// What the constraints of a mechanism alone hold at a position.
+/// Constraints of a mechanism at a position, without actuators.
 #[derive(Clone, Debug)]
 pub struct Constraints<'a> {
     statics: &'a Statics,
-    /// Which unknowns of the balance are constraints.
+    /// Indices of the constraints among the unknowns of the balance.
     unknowns: Vec<usize>,
     /// Their part of the scaled balance: a row for each constraint, a column for each equation.
     transposed: DMatrix<f64>,
@@ -83,7 +82,7 @@ pub struct Constraints<'a> {
 }
 
 impl<'a> Constraints<'a> {
-    /// Looks at the constraints of a decomposed balance.
+    /// Extracts the constraints of a decomposed balance.
     pub fn new(statics: &'a Statics) -> Self {
         let all = statics.scaled_matrix();
         let unknowns: Vec<usize> = (0..all.ncols())
@@ -103,8 +102,8 @@ impl<'a> Constraints<'a> {
         &self.transposed
     }
 
-    /// For each way in which the constraints alone can load each other, the joints that take part
-    /// and the wrenches there, without a scale.
+    /// Basis of the self-stress states (null space of the equilibrium matrix): for each the loaded joints
+    /// and their wrenches, without a scale.
     pub fn self_stresses(&self) -> Vec<Vec<JointLoad>> {
         self.stress_vectors().iter().map(|stress| self.loads(&(stress / stress.amax()))).collect()
     }
@@ -126,7 +125,7 @@ impl<'a> Constraints<'a> {
         scales.zip(scaled.iter()).map(|(scale, amount)| scale * amount).collect()
     }
 
-    /// What each joint carries for scaled amounts; joints that carry nothing are left out.
+    /// The load of each joint for scaled amounts, without joints that carry nothing.
     pub(crate) fn loads(&self, scaled: &DVector<f64>) -> Vec<JointLoad> {
         let (statics, system) = (self.statics, self.statics.system());
         let mut wrenches = vec![Wrench::zero(); statics.joint_origins().len()];
@@ -146,9 +145,8 @@ impl<'a> Constraints<'a> {
         loads.into_iter().filter(|load| size(load) > 1e-9 * most).collect()
     }
 
-    /// Distance to a singularity of a leg (type 1): to a position where bodies between the hubs
-    /// (bodies with three joints or more) can move while the hubs stand still, idle spins apart. None
-    /// if there are no such bodies or no hubs.
+    /// Index of a leg singularity (type 1): zero where bodies between the hubs (bodies with three joints or
+    /// more) can move while the hubs stand still, apart from passive spins. `None` without such bodies or hubs.
     pub fn leg_distance(&self, idle_spins: usize) -> Option<f64> {
         let of_legs = of_legs(self.statics.system());
         if of_legs.is_empty() || of_legs.len() == self.transposed.ncols() {
@@ -159,21 +157,20 @@ impl<'a> Constraints<'a> {
         Some(zero_or(&values, last))
     }
 
-    /// How many independent motions the constraints leave at this position.
+    /// Number of independent motions that the constraints leave at this position.
     pub fn mobility(&self) -> usize {
         let largest = self.singular_values.first().copied().unwrap_or(0.0);
         self.singular_values.iter().filter(|&&s| s <= RANK_TOLERANCE * largest).count()
     }
 
-    /// Distance to a singularity of constraint: to a position where the constraints leave more than
-    /// `mobility` motions. Zero where they do.
+    /// Index of the constraint singularity: zero where the constraints leave more than `mobility` motions.
     pub fn distance(&self, mobility: usize) -> f64 {
         let held = self.singular_values.len().saturating_sub(mobility);
         held.checked_sub(1).map_or(1.0, |last| zero_or(&self.singular_values, last))
     }
 }
 
-/// A singular value, zero where ranks do not count it, or there is none.
+/// A singular value; zero beyond the rank or the number of values.
 fn zero_or(values: &[f64], index: usize) -> f64 {
     let largest = values.first().copied().unwrap_or(0.0);
     values.get(index).copied().filter(|value| *value > RANK_TOLERANCE * largest).unwrap_or(0.0)
@@ -193,8 +190,8 @@ fn one_for_each_column(matrix: &DMatrix<f64>) -> Vec<f64> {
 }
 
 impl Statics {
-    /// Distance to a singularity of actuation (type 2): to a position where some motion, idle spins
-    /// apart, is resisted neither by a constraint nor by an actuator.
+    /// Index of the singularity of actuation (type 2): zero where neither a constraint nor an actuator resists
+    /// some motion, apart from passive spins.
     pub fn actuation_distance(&self, idle_spins: usize) -> f64 {
         let resisted = self.system().matrix.nrows().saturating_sub(idle_spins);
         match resisted.checked_sub(1) {

@@ -1,4 +1,4 @@
-//! Loads from outside.
+//! External loads.
 
 use crate::kinematics::Bodies;
 use crate::mechanism::{Body, BodyId};
@@ -6,7 +6,7 @@ use crate::parameters::Parameters;
 use crate::scalar::Scalar;
 use crate::spatial::{Vec3, Wrench};
 
-/// In which axes a load is given.
+/// Axes of an external load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LoadAxes {
     /// World axes: the load keeps its direction.
@@ -20,7 +20,7 @@ pub enum LoadAxes {
 pub struct AppliedLoad<T> {
     /// The body.
     pub body: BodyId,
-    /// Where the force acts, in the body's frame, m.
+    /// Point of application of the force, in the body's frame, m.
     pub point: Vec3<T>,
     /// The axes of `force` and `moment`.
     pub axes: LoadAxes,
@@ -31,7 +31,7 @@ pub struct AppliedLoad<T> {
 }
 
 impl AppliedLoad<f64> {
-    /// The same as constants of another scalar.
+    /// Converts to constants of another scalar type.
     pub fn lift<T: Scalar>(self) -> AppliedLoad<T> {
         AppliedLoad {
             body: self.body,

@@ -1,7 +1,7 @@
-//! The balance of all bodies at one position, dense: what joints and actuators can carry there, how uniquely, and how
-//! near that is to its end.
+//! Dense balance of all bodies at one position: forces of joints and actuators, their uniqueness, and singularity
+//! indices.
 //!
-//! Forces of inertia count as loads (D'Alembert), so what is said holds for a mechanism that moves.
+//! Forces of inertia count as loads (D'Alembert), so the results hold for moving mechanisms, too.
 
 mod distance;
 mod load;

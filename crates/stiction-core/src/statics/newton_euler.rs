@@ -1,8 +1,8 @@
 //! The balance of all bodies as one dense system: every constraint reaction and every drive is an
-//! unknown, each body gives six equations. Slow and plainly right.
+//! unknown, each body gives six equations. Slow, but simple.
 //!
-//! It serves as the oracle of the kernels, which never see it, and as the careful path: it says
-//! what is determined, what is redundant and what cannot be carried.
+//! It is the test oracle of the kernels and the dense fallback: it decides which forces are determined or
+//! redundant, and which loads cannot be carried.
 //!
 //! Source: the 42 equations (22) to (27) of Zhang et al. 2018, corrected and for any mechanism.
 //!
@@ -32,18 +32,18 @@ pub enum Unknown {
         actuator: usize,
         /// Its joint's index.
         joint: usize,
-        /// Its freedom among the joint's.
+        /// Index of its degree of freedom.
         dof: usize,
     },
 }
 
-/// The dense system `matrix * unknowns = demand` at one position.
+/// The dense system `matrix * unknowns = demand` (required wrenches) at one position.
 ///
 /// Rows: for each body but the ground force x y z, then moment x y z about the centre of mass,
 /// world axes, N and N m.
 #[derive(Clone, Debug)]
 pub struct NewtonEuler {
-    /// What the columns are.
+    /// The unknowns, one for each column.
     pub unknowns: Vec<Unknown>,
     /// For each unknown its unit wrench, predecessor on successor, about the kernel origin.
     pub wrenches: Vec<Wrench<f64>>,
@@ -100,12 +100,12 @@ impl NewtonEuler {
         self.com[body]
     }
 
-    /// How many joints a body has.
+    /// Number of joints of a body.
     pub fn joints_at(&self, body: usize) -> usize {
         self.ends.iter().filter(|(a, b)| *a == body || *b == body).count()
     }
 
-    /// Adds to `rows` what a joint's wrench does to both of its bodies.
+    /// Adds the effect of a joint's wrench on both of its bodies to `rows`.
     pub fn add_joint_wrench(&self, rows: &mut DVector<f64>, joint: usize, wrench: Wrench<f64>) {
         let (predecessor, successor) = self.ends[joint];
         self.add_wrench(rows, successor, wrench);
@@ -123,8 +123,8 @@ impl NewtonEuler {
         }
     }
 
-    /// What the joints must exert on the bodies: Newton's and Euler's equations, less gravity,
-    /// loads and springs.
+    /// The wrenches that the joints must exert on the bodies: Newton's and Euler's equations, less gravity,
+    /// external loads and springs.
     pub fn demand(
         &self,
         parameters: &Parameters<f64>,
@@ -213,7 +213,7 @@ struct SpringForces {
     forces: [Vec3<f64>; 2],
 }
 
-/// Hooke's law with a damper, written down once more: what the kernels do is compared with it.
+/// Hooke's law with a damper, independent of the kernels, for comparison.
 fn spring_forces(spring: &SpringParameters<f64>, bodies: &Bodies<f64>) -> SpringForces {
     let end = |k: usize| {
         let body = spring.ends[k];

@@ -1,4 +1,4 @@
-//! What the joints and actuators of a mechanism can carry at a position, and how uniquely.
+//! Rank analysis of the balance: forces of joints and actuators at a position, and their uniqueness.
 //!
 //! Equations (B7) and (B9) of the book's theory.
 
@@ -12,8 +12,8 @@ use crate::spatial::{Pose, Vec3, Wrench};
 use nalgebra::{DMatrix, DVector};
 
 /// Singular values below this, relative to the largest, count as zero. The matrix is scaled to
-/// entries of order one and positions are exact to 1e-13, so what is truly zero comes out below
-/// 1e-12; what is between is near-singular and is solved, with its distance told.
+/// entries of order one and positions are exact to 1e-13, so that exact zeros come out below 1e-12; values
+/// between are near-singular and are solved, with their singularity index.
 pub(crate) const RANK_TOLERANCE: f64 = 1e-10;
 
 /// The balance of all bodies at one position, decomposed.
@@ -34,7 +34,7 @@ pub struct Statics {
     length: f64,
 }
 
-/// The unknowns of a balance that was solved.
+/// Solution of a balance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StaticSolution {
     /// Values of [`NewtonEuler::unknowns`].
@@ -44,14 +44,13 @@ pub struct StaticSolution {
 /// A load that no reactions and no driving forces can carry.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InfeasibleLoad {
-    /// The motion along which nothing resists.
+    /// The motion that nothing resists.
     pub motion: GainedTwist,
-    /// What is asked for along the motion and cannot be given, N m or, if the body does not turn, N:
-    /// what the joints would have to do on it.
+    /// The required effort along the motion that cannot be provided, N m or, if the body does not turn, N.
     pub missing: f64,
 }
 
-/// A way in which forces can be changed without any effect on the bodies.
+/// A self-stress: a change of forces without any effect on the bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NullDirection {
     /// The change of each drive, in the order of the actuators, N or N m.
@@ -100,7 +99,7 @@ impl Statics {
         })
     }
 
-    /// What makes unknowns comparable: the characteristic length for moments, one for forces.
+    /// Scale of each unknown: the characteristic length for moments, one for forces.
     pub(super) fn column_scales(&self) -> &[f64] {
         &self.column_scales
     }
@@ -130,12 +129,12 @@ impl Statics {
         self.svd.singular_values.as_slice()
     }
 
-    /// How many unknowns can be chosen freely: redundant constraints and actuators.
+    /// Degree of static indeterminacy: number of redundant constraints and actuators.
     pub fn redundancy(&self) -> usize {
         self.null.len()
     }
 
-    /// How many motions nothing resists.
+    /// Number of motions that nothing resists.
     pub fn open_motions(&self) -> usize {
         self.row_scales.len() - self.rank
     }
@@ -167,7 +166,7 @@ impl Statics {
         amounts.iter().zip(&sizes).map(|(a, s)| -a / s).collect()
     }
 
-    /// What a demand leaves to constraints and drives when friction does its part.
+    /// The part of a demand that friction leaves to constraints and actuators.
     fn less_friction(&self, demand: &DVector<f64>, friction: &[Wrench<f64>]) -> DVector<f64> {
         let mut rest = demand.clone();
         for (joint, &wrench) in friction.iter().enumerate() {
@@ -181,14 +180,14 @@ impl Statics {
         DVector::from_iterator(rows.len(), scaled)
     }
 
-    /// For each unknown whether the balance alone determines it.
+    /// For each unknown, `true` if the balance alone determines it.
     pub fn determined(&self) -> Vec<bool> {
         // Null vectors are of length one: a component of rounding size is no freedom.
         let free = |k: usize| self.null.iter().map(|n| n[k] * n[k]).sum::<f64>().sqrt();
         (0..self.column_scales.len()).map(|k| free(k) < DETERMINED).collect()
     }
 
-    /// For each drive whether the balance alone determines it.
+    /// For each actuator effort, `true` if the balance alone determines it.
     pub fn determined_drives(&self) -> Vec<bool> {
         // Drives are the last unknowns.
         let mut unknowns = self.determined();
@@ -196,7 +195,7 @@ impl Statics {
     }
 
     /// For each joint, for each component of its complete wrench (force x y z, then moment x y z
-    /// about the joint's origin, world axes), whether the balance alone determines it.
+    /// about the joint's origin, world axes), `true` if the balance alone determines it.
     pub fn determined_reactions(&self) -> Vec<[bool; 6]> {
         let mut determined = vec![[true; 6]; self.frames.len()];
         for stress in self.self_stresses() {
@@ -213,14 +212,14 @@ impl Statics {
         determined
     }
 
-    /// Self-stresses: for each way in which joints can load each other without any demand, the
-    /// wrench at each joint, about the kernel origin. Unknowns are of size one in all.
+    /// Basis of the self-stress states: for each the wrench at each joint, about the kernel origin. The
+    /// unknowns of each have norm one.
     pub fn self_stresses(&self) -> Vec<Vec<Wrench<f64>>> {
         self.null.iter().map(|vector| self.wrenches_of(vector)).collect()
     }
 
-    /// What may be added to any solution in any amount: for each such direction the drives and the
-    /// wrenches of the joints that take part, without a scale.
+    /// Directions in which any solution may be changed: for each the actuator efforts and the wrenches of the loaded
+    /// joints, without a scale.
     pub fn null_directions(&self) -> Vec<NullDirection> {
         let count = self.drive_weights.len();
         let each = self.null.iter().map(|vector| {
@@ -269,8 +268,8 @@ impl Statics {
         Ok(self.distributed(particular, friction))
     }
 
-    /// The same of that part of a demand that is within reach. It is linear in demand and friction
-    /// taken together.
+    /// Solves for the part of a demand that can be carried. The result is linear in demand and friction
+    /// together.
     pub(crate) fn carry_what_can_be(
         &self,
         demand: &DVector<f64>,
@@ -290,7 +289,7 @@ impl Statics {
         StaticSolution { unknowns: DVector::from_iterator(particular.len(), unknowns) }
     }
 
-    /// The least scaled unknowns that carry the scaled demand as well as it can be.
+    /// The shortest least-squares solution for a scaled demand.
     fn particular(&self, scaled: &DVector<f64>) -> DVector<f64> {
         let first = self.svd.solve(scaled, self.rank);
         // One step of refinement with the matrix itself.
@@ -313,16 +312,16 @@ impl Statics {
         if residual.amax() <= 1e-9 * size {
             return Ok(());
         }
-        // The residual lies in the motions that nothing resists; along itself it asks for most.
+        // The residual lies in the motions that nothing resists; the demand is greatest along itself.
         let motion = self.scale_rows(&residual);
         let demand = scaled.dot(&residual);
         let told = self.told(&motion);
-        // The motion told is the residual's, scaled; the demand along it likewise.
+        // The reported motion is that of the residual, scaled; the demand along it likewise.
         let size = motion_size(&motion, told.body, told.turns);
         Err(InfeasibleLoad { missing: demand / size, motion: told })
     }
 
-    /// Moves the solution within what is open to the least drives, then to the least reactions.
+    /// Moves the solution within the null space to the least actuator efforts, then to the least reactions.
     fn distribute(&self, solution: &mut DVector<f64>, friction: &[Wrench<f64>]) {
         if self.null.is_empty() {
             return;
@@ -346,7 +345,7 @@ impl Statics {
             let response = DMatrix::from_columns(&columns);
             open = least(&response, &efforts(solution), open, solution);
         }
-        // Stage 2: reactions, by the declared compliances, and what these leave open by the default.
+        // Stage 2: reactions, weighted by the declared compliances, and then by the default.
         let none = vec![Wrench::zero(); friction.len()];
         for weights in [self.compliance.as_deref(), None] {
             if open.ncols() == 0 {
@@ -387,21 +386,21 @@ impl Statics {
     }
 }
 
-/// Rounding as zero.
+/// Zero in place of round-off.
 fn clean(part: f64) -> f64 {
     if part.abs() < DETERMINED { 0.0 } else { part }
 }
 
-/// How fast a body turns, rad/s, or moves, m/s, in a motion of all bodies.
+/// Speed of a body in a motion of all bodies, rad/s, or m/s if it does not turn.
 fn motion_size(motion: &DVector<f64>, body: usize, turns: bool) -> f64 {
     motion.fixed_rows::<3>(6 * (body - 1) + if turns { 3 } else { 0 }).norm()
 }
 
-/// Parts of unit vectors below this are rounding.
+/// Components of unit vectors below this are round-off.
 pub(crate) const DETERMINED: f64 = 1e-8;
 
-/// Moves `solution` along the columns of `open` to where `now + response * amounts` is least;
-/// returns what is still open then.
+/// Moves `solution` along the columns of `open` such that `now + response * amounts` is least; returns
+/// the directions that are still open.
 fn least(
     response: &DMatrix<f64>,
     now: &DVector<f64>,

@@ -1,9 +1,9 @@
-//! Distances to singular positions along a motion, fast: where nothing is redundant.
+//! Fast singularity indices along a motion, for statically determinate mechanisms.
 //!
 //! A smallest singular value is the root of the smallest eigenvalue of a matrix times its own transpose.
-//! Between bodies such a product has blocks only where a joint is, and between joints only where they share
-//! a body, so that its decomposition costs little: in proportion to the number of legs, but for what the
-//! joints at one hub have to do with each other.
+//! Over bodies such a product has blocks only between bodies with a common joint, over joints only between
+//! joints with a common body. Its decomposition costs in proportion to the number of legs, except for the
+//! coupling of the joints at one hub.
 //!
 //! Equation (M6) of the book's theory.
 
@@ -16,19 +16,19 @@ use crate::mechanism::Mechanism;
 use crate::parameters::Parameters;
 use crate::spatial::Wrench;
 
-/// Below this part of the largest entry a value is found with solutions refined against the matrix itself:
-/// products have lost too many of its digits. What is lost enters by the square of (product's rounding, some
-/// 1e-14, over the value's square).
+/// Below this part of the largest entry, solutions are refined against the matrix itself: the product has lost
+/// too many digits. The error enters by the square of (the product's round-off, some 1e-14, over the
+/// value's square).
 const SMALL: f64 = 1e-4;
-/// Below this part a decomposition of the matrix itself is asked: the product's decomposition is too far from
-/// right for refinement, which gains a factor of (value's square over product's rounding) with each pass.
+/// Below this part the matrix itself is decomposed: the product's decomposition is too inaccurate for
+/// refinement, which gains a factor of (value's square over the product's round-off) with each pass.
 const TINY: f64 = 1e-6;
 /// Passes of refinement at most: at [`TINY`] each gains a factor of a hundred.
 const PASSES: usize = 10;
 /// Corrections of a solution that are rounding.
 const REFINED: f64 = 1e-14;
 
-/// Finds [`Distances`] at position after position of one mechanism.
+/// Computes [`Distances`] at many positions of one mechanism.
 #[derive(Clone, Debug)]
 pub struct SingularityDistances {
     /// Without the ground.
@@ -56,7 +56,7 @@ struct Content {
     drives: Vec<Dof>,
 }
 
-/// Two joints at one body; of each which of its ends.
+/// Two joints at one body, with the end of each.
 #[derive(Clone, Copy, Debug)]
 struct Meeting {
     joints: [usize; 2],
@@ -65,7 +65,7 @@ struct Meeting {
 }
 
 impl SingularityDistances {
-    /// For a mechanism; none unless its balance has as many unknowns as equations.
+    /// Prepares a mechanism; `None` unless its balance has as many unknowns as equations.
     pub fn new(mechanism: &Mechanism) -> Option<Self> {
         let bodies = mechanism.bodies().len() - 1;
         let joints: Vec<Content> = mechanism
@@ -192,7 +192,7 @@ impl SingularityDistances {
         largest
     }
 
-    /// Of everything: wrenches that bodies find hardest to carry.
+    /// Index of actuation: over constraints and actuators.
     fn smallest_between_bodies(&mut self, refine: bool) -> Option<f64> {
         let (joints, on) = (&self.joints, &self.on);
         let matrix = &mut self.by_bodies;
@@ -246,7 +246,7 @@ impl SingularityDistances {
         Some((square / length_squared(motion)).sqrt())
     }
 
-    /// Of constraints alone: what joints carry that loads bodies least.
+    /// Index of constraints alone.
     fn smallest_between_joints(&mut self, refine: bool) -> Option<f64> {
         if self.joints.iter().all(|joint| joint.constraints == 0) {
             return Some(1.0);
@@ -264,7 +264,7 @@ impl SingularityDistances {
                 }
             }
         }
-        // What a joint does not carry stands apart from all else.
+        // Unit rows for components that a joint does not carry are decoupled.
         for (index, joint) in self.joints.iter().enumerate() {
             let Some(slot) = matrix.slot(index, index) else { continue };
             let (block, _) = matrix.block(slot);
@@ -327,7 +327,7 @@ fn weakest<'a>(
     if !matrix.factor() {
         return None;
     }
-    // Any start will do that is not orthogonal to what is looked for.
+    // Any start is suitable that is not orthogonal to the vector.
     let start = sizes.enumerate().map(|(k, size)| {
         core::array::from_fn(|i| {
             let angle = 1.0 + (BLOCK * k + i) as f64 * 0.7548;
@@ -343,7 +343,7 @@ fn weakest<'a>(
     found.filter(|_| settled)
 }
 
-/// Solves by a decomposition that is roughly right; whether that settled.
+/// Solves by iterative refinement with an approximate decomposition; `false` if it does not converge.
 fn solve_refined(
     matrix: &mut BlockCholesky,
     vector: &mut [Part],

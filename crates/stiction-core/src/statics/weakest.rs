@@ -1,5 +1,5 @@
-//! Motions that nothing resists, or that are resisted least: what is gained at a singular position,
-//! and what cannot be carried there.
+//! Least-constrained motions: the twist gained at a singular position, and the load that cannot be carried
+//! there.
 
 use super::distance::{Constraints, of_legs};
 use super::rank::Statics;
@@ -8,18 +8,18 @@ use crate::mechanism::Mechanism;
 use crate::spatial::{Twist, Vec3, describe_direction, describe_motion};
 use nalgebra::{DMatrix, DVector};
 
-/// A motion of all bodies, told by one of them.
+/// A motion of all bodies, described by one of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GainedTwist {
     /// The twist of each body about the kernel origin; scaled so that `body` turns by one radian,
     /// or, if it does not turn, moves by one metre.
     pub twists: Vec<Twist<f64>>,
-    /// The body by which the motion is told: of those that move a good deal the one with most joints.
+    /// The body that describes the motion: the one with most joints among those that move considerably.
     pub body: usize,
-    /// Whether that body turns.
+    /// That body turns.
     pub turns: bool,
-    /// Of how many independent motions it is one, that nothing resists either; known idle spins and
-    /// other known motions do not count.
+    /// Number of independent motions that nothing resists, this one included; known passive spins and other
+    /// known motions do not count.
     pub of: usize,
 }
 
@@ -31,7 +31,7 @@ impl GainedTwist {
         (name, describe_motion(in_world, mechanism.characteristic_length()))
     }
 
-    /// The load on the body that does work on the motion: what nothing carries.
+    /// The load on the body that does work on the motion, and which nothing carries.
     pub fn load_in_words(&self, length: f64) -> String {
         let Twist { angular, linear } = self.twists[self.body];
         let Some(axis) = angular.direction().filter(|_| self.turns) else {
@@ -49,23 +49,23 @@ impl GainedTwist {
     }
 }
 
-/// Where a body spins without influence: the body and the spin's axis in the world.
+/// A passive spin: the body and the axis in the world.
 pub(crate) type IdleAxis = (usize, Vec3<f64>);
 
-/// Singular values below this are zero, and their vectors mixed at will.
+/// Singular values below this are zero, and their vectors are not unique.
 const MIXED: f64 = 1e-9;
 
 impl Statics {
     /// The motion that is resisted least while all actuators stand still, idle spins apart: the
-    /// twist that is gained where [`Statics::actuation_distance`] is zero. None if nothing moves.
+    /// twist that is gained where [`Statics::actuation_distance`] is zero. `None` if nothing moves.
     pub fn weakest_motion(&self, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let transposed = self.scaled_matrix().transpose();
         let equations: Vec<usize> = (0..transposed.ncols()).collect();
         self.weakest(&transposed, &equations, idle.len(), idle)
     }
 
-    /// The motion that the rows of a scaled, transposed balance resist least, of the `equations`
-    /// that are its columns; `others` motions more are resisted even less and are known.
+    /// The motion that the rows of a scaled, transposed balance, with `equations` columns, resist least, apart
+    /// from `others` known motions that they resist even less.
     fn weakest(
         &self,
         transposed: &DMatrix<f64>,
@@ -88,7 +88,7 @@ impl Statics {
         let motion = if distinct || basis.len() == 1 {
             basis.first()?.clone()
         } else {
-            // Of all that is open, what is least a spin.
+            // The open motion that contains least of a passive spin.
             let rest: Vec<_> = basis.iter().map(|vector| without_spins(vector, idle)).collect();
             let amounts = Svd::new(&DMatrix::from_columns(&rest)).v.column(0).into_owned();
             DMatrix::from_columns(&basis) * amounts
@@ -99,7 +99,7 @@ impl Statics {
         Some(GainedTwist { of, ..self.told(&self.scale_rows(&motion)) })
     }
 
-    /// Tells a motion of all bodies: velocity of the centre of mass, then angular velocity, for each.
+    /// Describes a motion of all bodies: velocity of the centre of mass, then angular velocity, for each.
     pub(crate) fn told(&self, motion: &DVector<f64>) -> GainedTwist {
         let part = |body: usize, at: usize| {
             let row = 6 * (body - 1) + at;
@@ -107,7 +107,7 @@ impl Statics {
         };
         let bodies = motion.len() / 6;
         let size = |body: usize| part(body, 0).norm().max(part(body, 3).norm() * self.length());
-        // Of the bodies that move a good deal, the one where most joints meet says most: a platform.
+        // The best description is by a body with many joints that moves considerably: a platform.
         let most = (1..=bodies).map(size).fold(0.0, f64::max);
         let joints = |body: usize| self.system().joints_at(body);
         let body = (1..=bodies)
@@ -129,8 +129,7 @@ impl Statics {
 }
 
 impl Constraints<'_> {
-    /// The motion that constraints resist least, besides `mobility` motions that they are meant to
-    /// leave.
+    /// The motion that constraints resist least, besides the `mobility` motions that they leave in general.
     pub fn weakest_motion(&self, mobility: usize, idle: &[IdleAxis]) -> Option<GainedTwist> {
         let equations: Vec<usize> = (0..self.transposed().ncols()).collect();
         self.statics().weakest(self.transposed(), &equations, mobility, idle)
@@ -144,7 +143,7 @@ impl Constraints<'_> {
     }
 }
 
-/// A motion less the spins of bodies about axes of their own.
+/// Removes the passive spins of bodies from a motion.
 fn without_spins(motion: &DVector<f64>, idle: &[IdleAxis]) -> DVector<f64> {
     let mut rest = motion.clone();
     for &(body, axis) in idle {

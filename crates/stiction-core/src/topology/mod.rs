@@ -1,10 +1,10 @@
-//! The joint graph, compiled once: which joints form the tree, which close loops, in what order
-//! everything is computed.
+//! The joint graph, compiled once: the joints of the tree, the joints that close loops, and the order
+//! of computation.
 //!
 //! Users never choose a cut joint. Bodies in which three or more chains of a loop structure meet (a
 //! robot's platform) *float*: they get six coordinates of their own and no tree joint, so that every
 //! leg is a chain from one such body to another, independent of the other legs. Each chain hangs
-//! from one end and is cut at one joint; the cut joint's wrench is the unknown that stands for the
+//! from one end and is cut at one joint; the cut joint's wrench is the unknown of the
 //! chain. So costs grow linearly with the number of legs and of loops.
 
 mod graph;
@@ -14,7 +14,7 @@ use crate::mechanism::{BodyId, Mechanism};
 use core::ops::Range;
 use graph::Spanning;
 
-/// How the tree is chosen. Results do not depend on it, up to round-off.
+/// Rule for the choice of the spanning tree. Results do not depend on it, up to round-off.
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TreeRule {
@@ -35,21 +35,21 @@ pub struct Topology {
     pub(crate) nodes: Vec<Node>,
     /// For each body the node that places it (none for the ground).
     pub(crate) node_of_body: Vec<Option<usize>>,
-    /// For each joint where it is.
+    /// The role of each joint.
     pub(crate) role: Vec<Role>,
     pub(crate) cuts: Vec<Cut>,
-    /// For each tree freedom: what it is.
+    /// The degrees of freedom of the tree.
     pub(crate) tree_dofs: Vec<TreeDof>,
     pub(crate) coordinates: usize,
     /// Number of constraint wrenches of all cut joints: the first columns of the balance.
     pub(crate) constraints: usize,
-    /// All driven freedoms in the order of [`Mechanism::actuators`].
+    /// All actuated degrees of freedom in the order of [`Mechanism::actuators`].
     pub(crate) actuators: Vec<Actuator>,
     /// Actuators at cut joints, whose efforts are further columns of the balance.
     pub(crate) cut_actuators: Vec<usize>,
 }
 
-/// A body and what places it.
+/// A body and the connection that places it.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
     pub(crate) body: usize,
@@ -60,7 +60,7 @@ pub(crate) struct Node {
     pub(crate) coordinates: Range<usize>,
 }
 
-/// How a body is placed.
+/// Connection that places a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Link {
     /// By a joint; `reversed` if the body is the joint's predecessor.
@@ -69,7 +69,7 @@ pub(crate) enum Link {
     Floating,
 }
 
-/// Where a joint is in the compiled graph.
+/// Role of a joint in the compiled graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
     /// It places the body of this node.
@@ -103,17 +103,17 @@ impl Cut {
     }
 }
 
-/// A freedom of the tree.
+/// A degree of freedom of the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TreeDof {
     pub(crate) node: usize,
-    /// Index among the freedoms of its joint or, for a floating body, among its six.
+    /// Index among the degrees of freedom of its joint or, for a floating body, among its six.
     pub(crate) local: usize,
     /// The actuator that drives it.
     pub(crate) actuator: Option<usize>,
 }
 
-/// A driven freedom.
+/// An actuated degree of freedom.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Actuator {
     pub(crate) joint: usize,
@@ -130,7 +130,7 @@ impl Topology {
     pub fn with_tree(mechanism: &Mechanism, rule: TreeRule) -> Self {
         let joints = mechanism.joints();
         let ends: Vec<_> = joints.iter().map(|j| (j.predecessor.0, j.successor.0)).collect();
-        // What a cut costs: unknowns.
+        // The cost of a cut: its number of unknowns.
         let cost: Vec<usize> = joints
             .iter()
             .map(|j| j.joint_type.constraints().len() + j.actuated_dofs().count())
@@ -171,7 +171,7 @@ impl Topology {
         topology
     }
 
-    /// Adds the node of a body whose parent is placed.
+    /// Adds the node of a body whose parent has one.
     fn place(&mut self, placement: &graph::Placement) {
         let node = self.nodes.len();
         let (link, parent_body, dofs, coordinates) = match placement.joint {
@@ -262,7 +262,7 @@ impl Topology {
         nodes
     }
 
-    /// Whether a freedom of the tree is a translation.
+    /// Returns `true` if a degree of freedom of the tree is a translation.
     pub(crate) fn tree_dof_translates(&self, tree_dof: &TreeDof) -> bool {
         match self.nodes[tree_dof.node].link {
             Link::Floating => tree_dof.local < 3,
@@ -273,14 +273,14 @@ impl Topology {
     }
 
     /// The bodies that have six coordinates of their own, with their places among the tree's
-    /// coordinates (position from the kernel origin, unit quaternion) and freedoms (twist about the kernel
+    /// coordinates (position from the kernel origin, unit quaternion) and degrees of freedom (twist about the kernel
     /// origin, world axes).
     pub fn floating(&self) -> impl Iterator<Item = (BodyId, Range<usize>, Range<usize>)> + '_ {
         let floating = self.nodes.iter().filter(|node| node.link == Link::Floating);
         floating.map(|node| (BodyId(node.body), node.coordinates.clone(), node.tree_dofs.clone()))
     }
 
-    /// Number of freedoms of the tree.
+    /// Number of degrees of freedom of the tree.
     pub fn dofs(&self) -> usize {
         self.tree_dofs.len()
     }

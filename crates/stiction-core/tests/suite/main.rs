@@ -1,6 +1,7 @@
 //! All integration tests of this crate in one binary, which links only once.
 
 mod allocation;
+mod assembly;
 mod common;
 mod compliance;
 mod control_loop;

@@ -65,8 +65,9 @@ impl Findings {
             "mobility": {
                 "gruebler": self.mobility.gruebler,
                 "instantaneous": self.mobility.instantaneous,
-                "finite": self.mobility.finite,
-                "finite_is_certain": self.mobility.finite_is_certain,
+                "finite": self.mobility.finite.decided(),
+                "finite_range": self.mobility.finite.range(),
+                "finite_traced": self.mobility.finite.traced,
                 "branches_meet": self.mobility.branches_meet,
                 "idle": self.idle_spins,
                 "smallest_kept": self.mobility.gap.0,

@@ -79,9 +79,11 @@ impl Findings {
         if *reach == 0.0 {
             return None;
         }
-        let is_known = constraints.decided && self.mobility.finite_is_certain;
+        let finite = self.mobility.finite.decided();
         match kind {
-            Kind::Constraint => is_known.then_some(constraints.open > self.mobility.finite),
+            Kind::Constraint => {
+                finite.filter(|_| constraints.decided).map(|finite| constraints.open > finite)
+            }
             Kind::Actuation => actuated.decided.then_some(actuated.open > self.idle_spins.len()),
             Kind::Leg => None,
         }
@@ -107,10 +109,7 @@ impl Findings {
 /// Mobility intended by the design: the finite mobility, or the generic instantaneous one if the
 /// former is undecided.
 fn meant(mobility: &Mobility, architecture: &Architecture) -> usize {
-    match mobility.finite_is_certain {
-        true => mobility.finite,
-        false => architecture.constraints.open,
-    }
+    mobility.finite.decided().unwrap_or(architecture.constraints.open)
 }
 
 /// Examines the job's mechanism along its motion; loads and friction do not matter. `progress`
@@ -119,6 +118,23 @@ fn meant(mobility: &Mobility, architecture: &Architecture) -> usize {
 /// # Errors
 /// The motion cannot be followed.
 pub fn examine(
+    job: &Job<'_>,
+    progress: impl FnMut(Phase, usize, usize) -> bool,
+) -> Result<Findings, Error> {
+    let Some((motion, locks)) = job.locked_start()? else { return examine_motion(job, progress) };
+    let mut findings = examine_motion(&Job { motion: &motion, ..job.clone() }, progress)?;
+    let locks = match locks.as_slice() {
+        [] => String::new(),
+        locks => format!(", with {} locked", locks.join(", ")),
+    };
+    findings.warnings.push(format!(
+        "the prescribed coordinates do not determine the motion: checked at its first instant only{locks}"
+    ));
+    Ok(findings)
+}
+
+/// Examines the mechanism along a motion that determines it.
+fn examine_motion(
     job: &Job<'_>,
     mut progress: impl FnMut(Phase, usize, usize) -> bool,
 ) -> Result<Findings, Error> {
@@ -131,7 +147,7 @@ pub fn examine(
     let spins = idle_spins(&first);
     let name = |joint: usize| mechanism.joints()[joint].name.clone();
     let self_stresses = Constraints::new(&first.statics()).self_stresses();
-    let partly_blocked = mobility.finite < mobility.instantaneous;
+    let partly_blocked = mobility.finite.traced < mobility.instantaneous;
 
     let mut solver = first.clone();
     let mut determined = vec![[true; 6]; mechanism.joints().len()];
@@ -211,5 +227,6 @@ pub fn examine(
     };
     let own = warnings::warnings(&findings, job);
     findings.warnings.extend(own);
+    findings.warnings.extend(first.assembly_report().notes());
     Ok(findings)
 }

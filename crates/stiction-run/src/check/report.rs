@@ -42,8 +42,11 @@ fn write_mobility(out: &mut impl Write, job: &Job<'_>, findings: &Findings) -> f
     let mobility = &findings.mobility;
     writeln!(
         out,
-        "degrees of freedom: {} by Gruebler's count, {} to first order, {} in motions of finite size",
-        mobility.gruebler, mobility.instantaneous, mobility.finite,
+        "degrees of freedom: {} by Gruebler's count, {} instantaneous, {} finite{}",
+        mobility.gruebler,
+        mobility.instantaneous,
+        mobility.finite,
+        words::undecided(findings),
     )?;
     if let (Some(kept), dropped) = mobility.gap {
         let dropped = dropped.map_or("none".to_owned(), words::power_of_ten);

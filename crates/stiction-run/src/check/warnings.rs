@@ -51,16 +51,23 @@ pub(super) fn warnings(findings: &Findings, job: &Job<'_>) -> Vec<String> {
             }
         }
     }
-    if findings.mobility.finite < findings.mobility.instantaneous {
+    if findings.mobility.finite.greatest < findings.mobility.instantaneous {
         warnings.push(
             "some motion is free to first order: clearance and compliance make it large".to_owned(),
         );
     }
-    if !findings.mobility.finite_is_certain {
+    let finite = findings.mobility.finite;
+    if finite.decided().is_none() {
+        let traced = match finite.traced {
+            0 => "no motion was traced over a finite distance".to_owned(),
+            1 => "one motion was traced over a finite distance within closure tolerance".to_owned(),
+            n => format!("{n} motions were traced over a finite distance within closure tolerance"),
+        };
         warnings.push(format!(
-            "the count of {} for motions of finite size is not decidable: it was found by tracing, but \
-             more is open than the second order blocks",
-            findings.mobility.finite
+            "the finite mobility is undecided, {finite}: {traced}, and the second order blocks {} of {} \
+             instantaneous motions",
+            findings.mobility.instantaneous.saturating_sub(finite.greatest),
+            findings.mobility.instantaneous
         ));
     }
     let (kept, dropped) = findings.mobility.gap;

@@ -51,6 +51,14 @@ pub(super) fn in_general(findings: &Findings) -> Vec<String> {
     kinds.into_iter().filter_map(sentence).collect()
 }
 
+/// Appendix to a finite mobility that is a range; empty if it is a number.
+pub(super) fn undecided(findings: &Findings) -> &'static str {
+    match findings.mobility.finite.decided() {
+        Some(_) => "",
+        None => "; decided to second order only",
+    }
+}
+
 /// Axes of the passive rotations, in words.
 pub(super) fn own_axes(count: usize) -> &'static str {
     if count == 1 { "an axis of its own" } else { "axes of their own" }

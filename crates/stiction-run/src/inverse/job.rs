@@ -3,8 +3,9 @@
 use super::error::Error;
 use crate::{Instants, InstantsError};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics, Settings};
-use stiction_core::kinematics::{Coordinate, Target};
-use stiction_format::{LoadCase, ModelFile, Motion, Side};
+use stiction_core::kinematics::{AssemblyError, Coordinate, Target, locks};
+use stiction_core::mechanism::BodyId;
+use stiction_format::{LoadCase, ModelFile, Motion, Side, Signal};
 
 /// Description of a run of inverse dynamics along a motion.
 #[derive(Clone, Debug)]
@@ -50,6 +51,45 @@ impl Job<'_> {
         let (mechanism, initial_poses) = (self.model.mechanism.clone(), &self.model.initial_poses);
         InverseDynamics::new(mechanism, initial_poses, &coordinates, &targets, Settings::default())
             .map_err(|error| Error::Assembly { time, error })
+    }
+
+    /// Coordinates that must be locked for the configuration at the first instant to be determined, by name,
+    /// and a motion that consists of this instant with these coordinates locked; `None` if the motion determines the
+    /// configuration by itself.
+    ///
+    /// # Errors
+    /// The mechanism cannot be assembled for another reason.
+    pub fn locked_start(&self) -> Result<Option<(Motion, Vec<String>)>, Error> {
+        let time = self.motion.start;
+        match self.assemble(time) {
+            Err(Error::Assembly {
+                error: AssemblyError::Open { .. } | AssemblyError::Undetermined { .. },
+                ..
+            }) => {}
+            other => return other.map(|_| None),
+        }
+        let coordinates: Vec<Coordinate> =
+            self.motion.coordinates.iter().map(|(coordinate, _)| *coordinate).collect();
+        let targets: Vec<Target<f64>> = self.motion.at(time).collect();
+        let (mechanism, homes) = (&self.model.mechanism, &self.model.initial_poses);
+        let found = locks(mechanism, homes, &coordinates, &targets)
+            .map_err(|error| Error::Assembly { time, error })?;
+        let mut motion = Motion { duration: 0.0, samples: None, ..self.motion.clone() };
+        let mut names = Vec::new();
+        for (coordinate, value) in found {
+            let axes = ["x", "y", "z"];
+            let body = |body: BodyId| &mechanism.bodies()[body.0].name;
+            names.push(match coordinate {
+                Coordinate::Joint { joint, dof } => mechanism.joints()[joint.0].dof_name(dof),
+                Coordinate::Position { body: b, axis } => format!("{}.{}", body(b), axes[axis]),
+                Coordinate::RotationVector { body: b, axis } => {
+                    format!("{}.r{}", body(b), axes[axis])
+                }
+                Coordinate::Angle { body: b, .. } => body(b).clone(),
+            });
+            motion.coordinates.push((coordinate, Signal::constant(value)));
+        }
+        Ok(Some((motion, names)))
     }
 
     /// Moves an assembled mechanism along the motion from one instant to another, s.

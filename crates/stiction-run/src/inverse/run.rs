@@ -74,6 +74,7 @@ impl Job<'_> {
         let meant = pace.mobility.min(actuators + spins);
         let verdict = Verdict {
             samples: count,
+            assembly_notes: start.assembly_report().notes(),
             mobility: pace.mobility,
             idle_spins: idle_spins(&start),
             redundancy: 0,

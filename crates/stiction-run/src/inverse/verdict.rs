@@ -9,6 +9,8 @@ use stiction_core::dynamics::{InverseDynamics, Weighting};
 pub struct Verdict {
     /// Number of samples.
     pub samples: usize,
+    /// Notes on the first configuration against `home` and `start`.
+    pub assembly_notes: Vec<String>,
     /// Mobility left by the constraints, the least along the motion, local rotations included.
     pub mobility: usize,
     /// Bodies with a passive rotation about their own axis.

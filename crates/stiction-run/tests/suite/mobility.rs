@@ -83,8 +83,12 @@ fn of_the_gallery() {
     ];
     for (name, gruebler, instantaneous, finite, redundant) in known {
         let found = mobility(&model(name));
-        let counts =
-            (found.gruebler, found.instantaneous, found.finite, found.redundant_constraints);
+        let counts = (
+            found.gruebler,
+            found.instantaneous,
+            found.finite.decided().expect("decided"),
+            found.redundant_constraints,
+        );
         assert_eq!(counts, (gruebler, instantaneous, finite, redundant), "{name} {found:?}");
         let (kept, dropped) = found.gap;
         assert!(kept.unwrap() > 1e-4 && dropped.is_none_or(|d| d < 1e-12), "{name} {found:?}");

@@ -69,7 +69,7 @@ fn here(solver: &InverseDynamics) -> Said {
     Said {
         counts: vec![
             mobility.instantaneous,
-            mobility.finite,
+            mobility.finite.traced,
             mobility.redundant_constraints,
             constraints.self_stresses().len(),
             constraints.mobility(),
@@ -97,7 +97,7 @@ fn here(solver: &InverseDynamics) -> Said {
             .collect(),
         distances: vec![
             statics.actuation_distance(spins),
-            constraints.distance(mobility.finite),
+            constraints.distance(mobility.finite.traced),
             leg.unwrap_or(1.0),
         ],
     }

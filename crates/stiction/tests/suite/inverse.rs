@@ -78,7 +78,8 @@ fn the_control_loop_gives_the_efforts_of_the_motion() {
     let stiction::ControlLoop { model, mut data, position } = robot.control_loop().unwrap();
     assert_eq!(position.len(), 1);
     let motion = format!("A = {:?} + 0.3*t + 0.2*t^2; duration = 1", position[0]);
-    for sample in robot.inverse().motion(&motion).unwrap().step(0.05).collect().unwrap() {
+    let request = robot.inverse().motion(&motion).unwrap().load("none").unwrap().step(0.05);
+    for sample in request.collect().unwrap() {
         let t = sample.time;
         let (q, v, a) = (position[0] + 0.3 * t + 0.2 * t * t, 0.3 + 0.4 * t, 0.4);
         assert!(model.inverse_dynamics(&mut data, &[q], &[v], &[a], &[]).is_converged());

@@ -16,8 +16,8 @@ use super::settings::{FrictionMode, Settings};
 use super::structure::Weighting;
 use crate::friction_problem::normal_load::Configuration;
 use crate::kinematics::{
-    Assembly, AssemblyError, Bodies, Coordinate, Kinematics, MotionConstraints, State, Target,
-    actuator_rate, body_twists,
+    Assembly, AssemblyError, AssemblyReport, Bodies, Coordinate, Kinematics, MotionConstraints,
+    State, Target, actuator_rate, body_twists,
 };
 use crate::linalg::StaticLu;
 use crate::mechanism::{BodyId, JointId, Mechanism};
@@ -220,6 +220,11 @@ impl InverseDynamics {
     /// Loop closures, prescribed coordinates and local degrees of freedom.
     pub fn constraints(&self) -> &MotionConstraints {
         self.assembly.motion_constraints()
+    }
+
+    /// Comparison of the first configuration with what `home`, `start` and prescribed coordinates give.
+    pub fn assembly_report(&self) -> &AssemblyReport {
+        self.assembly.report()
     }
 
     /// Motion of all bodies; accelerations of local degrees of freedom are those of the last

@@ -1,14 +1,14 @@
-//! Along a motion: a position follows from the one before, and a jump is told from a kink.
+//! Following a motion: prediction from the last position, and distinction between jumps and kinks.
 
 use super::Assembly;
-use super::asked::check_targets;
+use super::check::check_targets;
 use crate::kinematics::bodies::Bodies;
 use crate::kinematics::coordinate::Target;
 use crate::kinematics::error::AssemblyError;
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 
-/// A step of the motion is halved at most so many times to follow it.
+/// Most halvings of a step of the motion.
 const HALVINGS: u32 = 12;
 
 impl Assembly {
@@ -16,8 +16,8 @@ impl Assembly {
     /// assembly mode. `motion` writes the targets of an instant.
     ///
     /// # Errors
-    /// See [`AssemblyError`]; a jump that no halving of the step removes is one. Loops may be open then: use it no
-    /// more before it has been moved to a position that it can reach.
+    /// See [`AssemblyError`], among them a jump that no halving of the step removes. Loops may be open then: move the
+    /// mechanism to a position within reach before further use.
     pub(crate) fn follow(
         &mut self,
         parameters: &Parameters<f64>,
@@ -30,8 +30,8 @@ impl Assembly {
         }
         let (mut now, mut step) = (from, to - from);
         let smallest = step * 0.5_f64.powi(HALVINGS as i32);
-        // That a position is singular says more than that the way there is not smooth; that there is none
-        // says more than that the last one before it is singular, as it always is.
+        // A singular position is a better explanation than a motion that is not smooth, and a position out of
+        // reach a better one than the singular position before it.
         let mut singular = None;
         self.passed.copy_from_slice(&self.targets);
         while now != to {
@@ -53,7 +53,7 @@ impl Assembly {
                     self.passed.copy_from_slice(&self.targets);
                     step *= 2.0;
                 }
-                // So far from time zero that half a step is none is the same as having halved often enough.
+                // Far from time zero half a step may vanish in rounding: the same as the last halving.
                 Err(error) if (0.5 * step).abs() < smallest.abs() || now + 0.5 * step == now => {
                     let out_of_reach = self.out_of_reach(parameters, to, motion);
                     return Err(out_of_reach.or(singular).unwrap_or(error));
@@ -70,8 +70,7 @@ impl Assembly {
         Ok(())
     }
 
-    /// The gap at `to` if the mechanism cannot be assembled there at all, near where it is: what is
-    /// out of reach is no jump on the way.
+    /// The gap at `to` if the mechanism cannot be assembled there: a position out of reach is no jump.
     fn out_of_reach(
         &mut self,
         parameters: &Parameters<f64>,
@@ -87,9 +86,9 @@ impl Assembly {
             .err()
     }
 
-    /// Moves along a motion in one step, if it is smooth enough for that; if not, stays where it is and
-    /// returns false. It may be many samples long: [`Self::follow`] is for what must arrive. Unlike there,
-    /// nothing is searched for, so that failing costs little.
+    /// Moves along a motion in one step, if the motion is smooth enough; otherwise stays at the present position and
+    /// returns `false`. The step may span many samples. Unlike [`Self::follow`] it starts no search, so that a
+    /// failure costs little.
     ///
     /// # Panics
     /// Unless there is one target for each prescribed coordinate.
@@ -114,13 +113,13 @@ impl Assembly {
         arrived
     }
 
-    /// One step along a motion; fails if the bodies do not move as their velocities say. Where it does not
-    /// converge by itself it is searched for if `careful`.
+    /// One step along a motion; fails if the bodies do not move as their velocities predict. If Newton's method
+    /// does not converge, a search follows where `may_search`.
     fn step_smoothly(
         &mut self,
         parameters: &Parameters<f64>,
         step: f64,
-        careful: bool,
+        may_search: bool,
     ) -> Result<(), AssemblyError> {
         self.before.clone_from(&self.state);
         for (move_by, (v, a)) in
@@ -129,7 +128,7 @@ impl Assembly {
             *move_by = step * (v + 0.5 * step * a);
         }
         self.state.advance(&self.model.topology, &self.step);
-        if careful {
+        if may_search {
             self.settle(parameters)?;
         } else if !self.newton(parameters) || !self.differentiates(parameters) {
             return Err(AssemblyError::Undetermined { open: Vec::new() });
@@ -150,7 +149,7 @@ impl Assembly {
         let (body, apart, missed) = farthest(&self.trial, &self.kinematics.bodies, length);
         // A smooth motion is predicted to a small part of what was moved; a jump is not.
         let follows = missed <= 0.2 * moved + 1e-6 && missed <= 0.1;
-        if !follows && !self.turns_with_a_kink(parameters, step, missed) {
+        if !follows && !self.has_a_kink(parameters, step, missed) {
             return Err(AssemblyError::Jump {
                 body: self.body_names[body].clone(),
                 distance_mm: apart.position.norm() * 1e3,
@@ -161,9 +160,9 @@ impl Assembly {
         Ok(())
     }
 
-    /// Whether a step that is `missed` by so much is what a kink of the prescribed motion explains: rates
-    /// that jump because theirs do, and bodies no farther off than these rates carry them.
-    fn turns_with_a_kink(&mut self, parameters: &Parameters<f64>, step: f64, missed: f64) -> bool {
+    /// Returns `true` if a kink of the prescribed motion explains the prediction error `missed`: prescribed rates
+    /// jump, and no body is farther off than these rates carry it.
+    fn has_a_kink(&mut self, parameters: &Parameters<f64>, step: f64, missed: f64) -> bool {
         let kinked = self.passed.iter().zip(&self.targets).any(|(from, to)| {
             let bend = 0.5 * step * (from.acceleration + to.acceleration);
             (to.rate - from.rate - bend).abs() > 0.1 * from.rate.abs().max(to.rate.abs())
@@ -171,7 +170,7 @@ impl Assembly {
         if !kinked || missed > 0.01 {
             return false;
         }
-        // Somewhere on the way the rates change from those before to those behind.
+        // Within the step the rates change from those before to those after it.
         let ends = [&self.before.rates, &self.state.rates].map(|rates| {
             let mut end = self.before.clone();
             end.advance(
@@ -181,14 +180,14 @@ impl Assembly {
             end
         });
         self.trial.place(&self.model.topology, parameters, &ends[0].coordinates);
-        let mut behind = self.trial.clone();
-        behind.place(&self.model.topology, parameters, &ends[1].coordinates);
-        let (_, _, spread) = farthest(&self.trial, &behind, parameters.length);
-        missed <= 0.6 * spread + 1e-6
+        let mut other = self.trial.clone();
+        other.place(&self.model.topology, parameters, &ends[1].coordinates);
+        let (_, _, range) = farthest(&self.trial, &other, parameters.length);
+        missed <= 0.6 * range + 1e-6
     }
 }
 
-/// What a prescription leaves open at a position that it reached is due to that position.
+/// Attributes open motions at a position on the way to that position, not to the prescribed coordinates.
 pub(super) fn on_the_way(error: AssemblyError) -> AssemblyError {
     match error {
         AssemblyError::Open { open } => AssemblyError::Undetermined { open },

@@ -1,15 +1,18 @@
-//! Bringing a mechanism into a prescribed position, and keeping it there along a motion.
+//! Assembly of a mechanism at prescribed coordinates, and tracking along a motion.
 //!
 //! Equation (K5) of the book's theory.
 
-mod asked;
+mod check;
 mod checkpoint;
 mod following;
-mod guess;
+mod locks;
 mod planning;
+mod reference;
+mod report;
 mod search;
 
-pub(super) use guess::guess;
+pub(super) use reference::Given;
+pub use report::{AssemblyReport, Conflict};
 
 use super::bodies::{Bodies, State};
 use super::coordinate::{Coordinate, Target};
@@ -21,7 +24,7 @@ use crate::mechanism::{BodyId, Mechanism};
 use crate::parameters::Parameters;
 use crate::spatial::Pose;
 use crate::topology::Topology;
-use asked::{check_existence, check_targets};
+use check::{check_existence, check_targets};
 use following::on_the_way;
 use std::sync::Arc;
 
@@ -32,32 +35,56 @@ const CLOSED: f64 = 1e-14;
 const CLOSED_AT_WORST: f64 = 1e-12;
 /// Newton's method is converging from here: one more step squares the error.
 const NEAR: f64 = 1e-7;
-/// Newton steps before the careful method is asked.
+/// Newton steps before the search by damped least squares.
 const NEWTON_STEPS: usize = 12;
 
-/// A mechanism in a position that satisfies its loops and a prescription.
+/// A mechanism at a position that closes its loops and has the prescribed coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct Assembly {
     model: KinematicModel,
     kinematics: Kinematics<f64>,
     state: State<f64>,
-    /// The last position that was found, to judge the next by.
+    /// The position before the last step.
     before: State<f64>,
-    /// Newton's last state in which all was finite.
+    /// Newton's last state with finite coordinates.
     sound: State<f64>,
     predicted: State<f64>,
     trial: Bodies<f64>,
     step: Vec<f64>,
     targets: Vec<Target<f64>>,
-    /// The targets of the last position that was found.
+    /// The targets at the position before the last step.
     passed: Vec<Target<f64>>,
     row_scales: Vec<f64>,
     /// The tree's coordinates at which the rate equations were compiled.
     planned_at: Vec<f64>,
     body_names: Vec<String>,
     joint_names: Vec<String>,
-    /// How often it was planned how to solve for rates.
+    /// Number of eliminations planned so far.
     plans: u64,
+    report: AssemblyReport,
+}
+
+/// Coordinates, with their values, that lock all motions which the prescribed coordinates leave open to first
+/// order at the configuration near the given one; none at a regular position that is prescribed completely.
+///
+/// # Errors
+/// [`AssemblyError::Gap`] if the loops do not close there.
+///
+/// # Panics
+/// Unless there is one target for each coordinate, and all named bodies, joints and degrees of freedom exist.
+#[doc(hidden)]
+pub fn locks(
+    mechanism: &Mechanism,
+    initial_poses: &[(BodyId, Pose<f64>)],
+    coordinates: &[Coordinate],
+    targets: &[Target<f64>],
+) -> Result<Vec<(Coordinate, f64)>, AssemblyError> {
+    check_existence(mechanism, initial_poses, coordinates);
+    let body_names: Vec<_> = mechanism.bodies().iter().map(|b| b.name.clone()).collect();
+    check_targets(&body_names, coordinates, targets)?;
+    let (topology, parameters) = (Topology::new(mechanism), Parameters::new(mechanism));
+    let (topology, parameters, homes) = (&topology, &parameters, initial_poses);
+    Given { mechanism, topology, parameters, homes, coordinates, targets }.locks()
 }
 
 impl Assembly {
@@ -68,7 +95,7 @@ impl Assembly {
     /// See [`AssemblyError`].
     ///
     /// # Panics
-    /// Unless there is one target for each coordinate, and all bodies, joints and freedoms that are named exist.
+    /// Unless there is one target for each coordinate, and all named bodies, joints and degrees of freedom exist.
     pub(crate) fn new(
         mechanism: &Mechanism,
         topology: &Arc<Topology>,
@@ -81,7 +108,7 @@ impl Assembly {
         let joint_names: Vec<_> = mechanism.joints().iter().map(|j| j.name.clone()).collect();
         check_existence(mechanism, initial_poses, coordinates);
         check_targets(&body_names, coordinates, targets)?;
-        let state = guess(mechanism, topology, parameters, initial_poses);
+        let state = State::new(topology);
         let model = KinematicModel {
             topology: Arc::clone(topology),
             constraints: Arc::new(MotionConstraints::new(topology, coordinates, &[])),
@@ -104,15 +131,23 @@ impl Assembly {
             body_names,
             joint_names,
             plans: 0,
+            report: AssemblyReport::default(),
         };
         assembly.planned_at.clone_from(&assembly.state.coordinates);
-        assembly.assemble(parameters)?;
+        let homes = initial_poses;
+        let given = Given { mechanism, topology, parameters, homes, coordinates, targets };
+        assembly.assemble(parameters, &given)?;
         assembly.differentiate(parameters);
         assembly.agree(parameters)?;
         Ok(assembly)
     }
 
-    /// What is prescribed, idle spins included.
+    /// Comparison of the first configuration with the given one.
+    pub(crate) fn report(&self) -> &AssemblyReport {
+        &self.report
+    }
+
+    /// The prescribed coordinates and the passive spins, which are locked.
     pub(crate) fn motion_constraints(&self) -> &MotionConstraints {
         &self.model.constraints
     }
@@ -122,7 +157,7 @@ impl Assembly {
         &self.model
     }
 
-    /// The motion of everything at the present instant.
+    /// Poses, velocities and accelerations of all bodies at the present instant.
     pub(crate) fn kinematics(&self) -> &Kinematics<f64> {
         &self.kinematics
     }
@@ -132,7 +167,7 @@ impl Assembly {
         &self.state
     }
 
-    /// Takes the accelerations of idle spins out again, which dynamics adds.
+    /// Removes the accelerations of passive spins that dynamics added.
     pub(crate) fn forget_spins(&mut self) {
         if !self.model.constraints.spins().is_empty() {
             self.kinematics.bodies.accelerate(&self.model.topology, &self.state.accelerations);
@@ -144,28 +179,28 @@ impl Assembly {
         (&self.model, &mut self.kinematics)
     }
 
-    /// How often it was planned how to solve for rates.
+    /// Number of eliminations planned so far.
     pub(crate) fn plans(&self) -> u64 {
         self.plans
     }
 
-    /// Goes to where another one of the same plan is; [`Self::reverse`] does the rest.
+    /// Copies the position of another assembly with the same plan; rates follow by [`Self::reverse`].
     pub(crate) fn go_to(&mut self, other: &Self) {
         self.state.clone_from(&other.state);
         self.targets.copy_from_slice(&other.targets);
     }
 
-    /// Passes the present position the other way: rates reversed, accelerations the same.
+    /// Reverses all rates at the present position; accelerations stay the same.
     pub(crate) fn reverse(&mut self, parameters: &Parameters<f64>) {
         self.targets.iter_mut().for_each(|target| target.rate = -target.rate);
         self.differentiate(parameters);
     }
 
-    /// Moves to new targets near the present ones: Newton's method from the present position. It
-    /// does not watch the assembly mode; [`Self::follow`] does.
+    /// Moves to new targets near the present ones by Newton's method from the present position. Unlike
+    /// [`Self::follow`] it does not check that the assembly mode stays the same.
     ///
     /// # Errors
-    /// See [`AssemblyError`]; it is then where it was before.
+    /// See [`AssemblyError`]; the position is then the one before.
     ///
     /// # Panics
     /// Unless there is one target for each prescribed coordinate.
@@ -180,7 +215,7 @@ impl Assembly {
         self.targets.copy_from_slice(targets);
         let outcome = self.settle(parameters);
         if outcome.is_err() {
-            // Where the search ended loops are open, and nobody is to compute forces there.
+            // The search ended with open loops, where forces have no meaning.
             self.state.clone_from(&self.before);
             self.targets.copy_from_slice(&self.passed);
             // The search may have planned for another position.
@@ -192,7 +227,7 @@ impl Assembly {
         outcome
     }
 
-    /// Stops where it is: all rates and accelerations zero.
+    /// Sets all rates and accelerations to zero at the present position.
     pub(crate) fn stop(&mut self, parameters: &Parameters<f64>) {
         for target in &mut self.targets {
             (target.rate, target.acceleration) = (0.0, 0.0);
@@ -201,7 +236,7 @@ impl Assembly {
     }
 
     /// Newton's method from the present state to the present targets, then rates and
-    /// accelerations. Falls back on the careful search and on a new plan.
+    /// accelerations. Falls back on a search and on a new plan.
     fn settle(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         if !self.newton(parameters) {
             self.reassemble(parameters).map_err(on_the_way)?;
@@ -216,14 +251,14 @@ impl Assembly {
         planned.and(Err(AssemblyError::Undetermined { open: Vec::new() }))
     }
 
-    /// Finds rates and accelerations; false where there are none.
+    /// Solves for rates and accelerations; `false` if they are not finite.
     fn differentiates(&mut self, parameters: &Parameters<f64>) -> bool {
         self.differentiate(parameters);
         let mut derivatives = self.state.rates.iter().chain(&self.state.accelerations);
         derivatives.all(|x| x.is_finite())
     }
 
-    /// Whether rates and accelerations are those of loops that stay closed, as prescribed.
+    /// Checks rates and accelerations against the loops and the prescribed coordinates.
     fn agree(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         self.kinematics.contradiction(
             &self.model,
@@ -234,14 +269,19 @@ impl Assembly {
         )
     }
 
-    /// The careful search, then Newton's method with a new plan.
+    /// Searches from the present state and completes the configuration.
     fn reassemble(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         self.search(parameters)?;
+        self.complete(parameters)
+    }
+
+    /// Closes the loops to round-off by Newton's method with a new plan.
+    fn complete(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         self.plan(parameters)?;
         if !self.newton(parameters) {
             return Err(AssemblyError::Gap(self.gap(parameters)));
         }
-        // What is singular shows only where the loops are closed to round-off.
+        // Singular positions show only where the loops are closed to round-off.
         self.plan(parameters)
     }
 
@@ -249,7 +289,7 @@ impl Assembly {
         self.kinematics.differentiate(&self.model, parameters, &mut self.state, &self.targets);
     }
 
-    /// Whether Newton's method closes everything, by the present plan.
+    /// Newton's method by the present plan; `false` if it does not close all loops.
     fn newton(&mut self, parameters: &Parameters<f64>) -> bool {
         let closed = CLOSED.max(self.state.round_off());
         let mut error = f64::INFINITY;
@@ -257,7 +297,7 @@ impl Assembly {
             self.sound.clone_from(&self.state);
             self.kinematics.approach(&self.model, parameters, &mut self.state, &self.targets);
             if !self.state.coordinates.iter().all(|q| q.is_finite()) {
-                // Singular: whoever comes next begins where numbers are still numbers.
+                // Singular: the next method begins at the last finite state.
                 self.state.clone_from(&self.sound);
                 return false;
             }

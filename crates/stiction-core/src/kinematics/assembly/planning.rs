@@ -1,4 +1,4 @@
-//! The order in which rates are solved for at a position, and the spins that nothing determines.
+//! Plan of the elimination that solves for rates, and detection of passive spins.
 
 use super::super::coordinate::Coordinate;
 use super::super::dof::{self, OpenMotion};
@@ -11,25 +11,25 @@ use crate::parameters::Parameters;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 
-/// Pivots of the scaled system below this ask for a look at its singular values.
+/// Pivots of the scaled system below this require its singular values for the rank.
 const SUSPICIOUS_PIVOT: f64 = 1e-3;
 
 impl Assembly {
-    /// Chooses the elimination at the present, assembled position; finds idle spins.
+    /// Plans the elimination at the present, closed position, and locks passive spins.
     pub(super) fn plan(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         self.plans += 1;
         let before =
             (Arc::clone(&self.model.constraints), self.row_scales.clone(), self.kinematics.clone());
-        let planned = self.plan_anew(parameters);
+        let planned = self.replan(parameters);
         match planned {
             Ok(()) => self.planned_at.clone_from(&self.state.coordinates),
-            // What was planned for other positions stays good there.
+            // The earlier plan remains valid at other positions.
             Err(_) => (self.model.constraints, self.row_scales, self.kinematics) = before,
         }
         planned
     }
 
-    pub(super) fn plan_anew(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
+    pub(super) fn replan(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
         let coordinates = self.model.constraints.coordinates().to_vec();
         self.constrain(&coordinates, &[]);
         self.row_scales = self.model.constraints.row_scales(parameters.length);
@@ -52,7 +52,7 @@ impl Assembly {
                 }
                 Vec::new()
             }
-            OpenMotion::Freedoms(open) => open,
+            OpenMotion::Others(open) => open,
         };
         let open = open.into_iter().map(|motion| motion.named(&self.body_names)).collect();
         Err(AssemblyError::Open { open })

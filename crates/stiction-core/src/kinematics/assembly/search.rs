@@ -1,43 +1,80 @@
-//! The careful way into a position, and what is missing where there is none.
+//! Search for a closed configuration, and the gap that is left where there is none.
 
+use super::super::bodies::{Bodies, State};
 use super::super::coordinate::{Coordinate, Target};
 use super::super::dof;
 use super::super::error::{AssemblyError, Gap};
+use super::super::least_squares::{Descent, PositionEquations};
 use super::super::motion_constraints::MotionConstraints;
 use super::super::rotation_vector::RotationVector;
 use super::super::system::{Kinematics, column_scales};
+use super::reference::{Given, Reference, apart};
 use super::{Assembly, NEAR};
 use crate::linalg::Svd;
 use crate::parameters::Parameters;
+use crate::random::Random;
 use crate::spatial::Mat3;
-use nalgebra::DVector;
+use crate::topology::Topology;
 use std::sync::Arc;
 
-/// Steps of the careful method.
-const CAREFUL_STEPS: usize = 500;
-/// How often it begins anew beside where it began, or moves away from where prescribed angles of a body are
-/// not defined.
-const NUDGES: usize = 8;
-/// By how much: rad, and characteristic lengths.
+/// Most steps of a search.
+const SEARCH_STEPS: usize = 500;
+/// A search ends at a closed configuration if its largest weighted error is below this.
+const FOUND: f64 = 1e-6;
+/// Most moves away from where prescribed angles of a body have no rates.
+const UNDEFINED_AT_MOST: usize = 8;
+/// Least size of a random perturbation, rad and characteristic lengths.
 const NUDGE: f64 = 0.1;
+/// A search opposite to the first result begins so many times as far from the reference.
+const OVERSHOOT: f64 = 1.3;
+/// Most searches from random places.
+const RANDOM_STARTS: usize = 12;
+/// Mechanisms with more degrees of freedom of the tree get fewer searches.
+const LARGE: usize = 150;
+/// Configurations nearer to each other than this, rms in characteristic lengths, are one assembly mode.
+const SAME_MODE: f64 = 1e-3;
+
+/// A closed configuration that a search found.
+struct Mode {
+    state: State<f64>,
+    bodies: Bodies<f64>,
+    /// Distance from the reference configuration.
+    distance: f64,
+}
+
+/// Moves all degrees of freedom of the tree by random steps up to `size`, rad and characteristic lengths.
+fn perturb(
+    topology: &Topology,
+    parameters: &Parameters<f64>,
+    state: &mut State<f64>,
+    size: f64,
+    random: &mut Random,
+) {
+    let columns = column_scales(topology, parameters.length);
+    let step: Vec<f64> = columns.iter().map(|scale| size * scale * random.number()).collect();
+    state.advance(topology, &step);
+}
 
 impl Assembly {
-    /// The careful search, which needs neither a plan nor a good guess. Whole orientations in angles like
-    /// those of the order zxz are looked for as rotations first: between frames that are parallel, as they
-    /// are at first, such angles say nothing.
-    pub(super) fn search(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
+    /// Searches from the present state; needs neither a plan nor a good guess. Whole orientations that are
+    /// prescribed by angles of orders like zxz are searched for as rotation vectors first: between parallel
+    /// frames such angles are undefined.
+    pub(super) fn search(
+        &mut self,
+        parameters: &Parameters<f64>,
+    ) -> Result<Descent, AssemblyError> {
         if let Some((motion_constraints, targets)) = self.by_rotations() {
             let motion_constraints =
                 core::mem::replace(&mut self.model.constraints, Arc::new(motion_constraints));
             let targets = core::mem::replace(&mut self.targets, targets);
-            // What is missed is told by what was prescribed.
+            // The search by the prescribed angles reports what is missed.
             let _ = self.search_directly(parameters);
             (self.model.constraints, self.targets) = (motion_constraints, targets);
         }
         self.search_directly(parameters)
     }
 
-    /// The prescription with such orientations as rotation vectors; none if there are none.
+    /// The prescribed coordinates with such orientations as rotation vectors; `None` without any.
     fn by_rotations(&self) -> Option<(MotionConstraints, Vec<Target<f64>>)> {
         let mut coordinates = self.model.constraints.coordinates().to_vec();
         let mut targets = self.targets.clone();
@@ -68,136 +105,163 @@ impl Assembly {
         some.then(|| (MotionConstraints::new(&self.model.topology, &coordinates, spins), targets))
     }
 
-    /// Levenberg and Marquardt's method on all rows: slow, but it needs neither a plan nor a good
-    /// guess, and redundant rows do not trouble it.
-    fn search_directly(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
+    /// Damped least squares on all rows from the present state. Where the prescribed angles of a body have no
+    /// rates, as those of the order zxz between parallel frames, all coordinates move a little first.
+    fn search_directly(&mut self, parameters: &Parameters<f64>) -> Result<Descent, AssemblyError> {
+        let topology = Arc::clone(&self.model.topology);
+        let topology = &*topology;
         // A motion that cannot be followed shows best as a gap in the loops.
         const PRESCRIBED_WEIGHT: f64 = 100.0;
         if self.kinematics.errors().len() != self.model.constraints.row_count() {
-            self.kinematics =
-                Kinematics::new(&self.model.topology, &self.model.constraints, &self.model.rates);
+            self.kinematics = Kinematics::new(topology, &self.model.constraints, &self.model.rates);
         }
-        let columns = column_scales(&self.model.topology, parameters.length);
-        let mut weights = self.model.constraints.row_scales(parameters.length);
-        let closures = self.model.topology.constraints;
-        weights[closures..].iter_mut().for_each(|w| *w *= PRESCRIBED_WEIGHT);
-        let residual = |kinematics: &Kinematics<f64>| {
-            DVector::from_iterator(
-                weights.len(),
-                kinematics.errors().iter().zip(&weights).map(|(e, w)| e * w),
-            )
-        };
-
-        let (motion_constraints, state) = (&self.model.constraints, &self.state);
-        self.kinematics.place(
-            &self.model.topology,
-            parameters,
-            motion_constraints,
-            state,
-            &self.targets,
-        );
-        let mut errors = residual(&self.kinematics);
-        let mut damping = 1e-3;
-        let mut nudges = 0;
-        for _ in 0..CAREFUL_STEPS {
-            if errors.amax() < NEAR {
-                break;
-            }
-            self.kinematics.linearise(&self.model.topology, &self.model.constraints);
-            let jacobian =
-                self.kinematics.scaled_matrix(&self.model.constraints, &weights, &columns);
-            if nudges < NUDGES && !jacobian.iter().all(|slope| slope.is_finite()) {
-                // Angles like those of the order zxz have no rates where the frames are parallel, as they are
-                // at first: from there no step would be found, though the position is within reach.
-                nudges += 1;
-                self.nudge(&columns, nudges);
-                let (motion_constraints, state) = (&self.model.constraints, &self.state);
-                self.kinematics.place(
-                    &self.model.topology,
-                    parameters,
-                    motion_constraints,
-                    state,
-                    &self.targets,
-                );
-                errors = residual(&self.kinematics);
-                continue;
-            }
-            let gradient = jacobian.tr_mul(&errors);
-            let normal = jacobian.tr_mul(&jacobian);
-            let mut improved = false;
-            while damping < 1e12 {
-                let mut damped = normal.clone();
-                for i in 0..damped.nrows() {
-                    damped[(i, i)] += damping;
-                }
-                let Some(factor) = damped.cholesky() else {
-                    damping *= 10.0;
-                    continue;
+        let mut random = Random::new(5);
+        let mut descent;
+        for _ in 0..=UNDEFINED_AT_MOST {
+            let (constraints, targets) = (&self.model.constraints, &self.targets);
+            let equations = PositionEquations::new(topology, parameters, constraints, targets)
+                .weighted(|row| if row < topology.constraints { 1.0 } else { PRESCRIBED_WEIGHT });
+            descent = equations.solve(&mut self.kinematics, &mut self.state, NEAR, SEARCH_STEPS);
+            if !descent.is_undefined {
+                return match descent.error < FOUND {
+                    true => Ok(descent),
+                    false => Err(AssemblyError::Gap(self.gap(parameters))),
                 };
-                let step = -factor.solve(&gradient);
-                let step: Vec<f64> = step.iter().zip(&columns).map(|(s, c)| s * c).collect();
-                self.predicted.clone_from(&self.state);
-                self.state.advance(&self.model.topology, &step);
-                let (motion_constraints, state) = (&self.model.constraints, &self.state);
-                self.kinematics.place(
-                    &self.model.topology,
-                    parameters,
-                    motion_constraints,
-                    state,
-                    &self.targets,
-                );
-                let trial = residual(&self.kinematics);
-                if trial.norm_squared() < errors.norm_squared() {
-                    improved = trial.norm() < errors.norm() * (1.0 - 1e-12);
-                    errors = trial;
-                    damping = (damping * 0.2).max(1e-15);
-                    break;
-                }
-                self.state.clone_from(&self.predicted);
-                damping *= 5.0;
             }
-            if !improved {
-                break;
-            }
+            perturb(topology, parameters, &mut self.state, NUDGE, &mut random);
         }
-        let (motion_constraints, state) = (&self.model.constraints, &self.state);
-        self.kinematics.place(
-            &self.model.topology,
-            parameters,
-            motion_constraints,
-            state,
-            &self.targets,
-        );
-        if errors.amax() < 1e-6 { Ok(()) } else { Err(AssemblyError::Gap(self.gap(parameters))) }
+        Err(AssemblyError::Gap(self.gap(parameters)))
     }
 
-    /// Moves all freedoms a little, each time otherwise.
-    fn nudge(&mut self, columns: &[f64], time: usize) {
-        let moves = columns.iter().enumerate();
-        let moves = moves.map(|(k, c)| NUDGE * c * ((k + time) as f64).cos());
-        self.state.advance(&self.model.topology, &moves.collect::<Vec<f64>>());
-    }
-
-    /// [`Self::reassemble`] from the first guess, and from beside it where that finds nothing: from a dead centre or
-    /// another position in which all is stretched, every first step leads nowhere.
-    pub(super) fn assemble(&mut self, parameters: &Parameters<f64>) -> Result<(), AssemblyError> {
-        let begin = self.state.clone();
-        let outcome = self.reassemble(parameters);
-        if !matches!(outcome, Err(AssemblyError::Gap(_))) {
-            return outcome;
+    /// Assembles the mechanism in the mode that is nearest to the reference configuration.
+    ///
+    /// A search whose steps contract from the beginning ends at the nearest mode ([`Descent::contracts`]).
+    /// Otherwise further searches begin at the given starts, opposite to the first result, and at
+    /// random around the reference, and the nearest result counts. Without any given pose there is no
+    /// nearest mode, and the first one found counts.
+    pub(super) fn assemble(
+        &mut self,
+        parameters: &Parameters<f64>,
+        given: &Given<'_>,
+    ) -> Result<(), AssemblyError> {
+        let topology = given.topology;
+        let reference = given.reference(true);
+        self.report.conflicts.clone_from(&reference.conflicts);
+        self.state.clone_from(&reference.state);
+        let first = self.search(parameters);
+        if first.as_ref().is_ok_and(Descent::contracts) {
+            reference.unwind(topology, &mut self.state);
+            let outcome = self.complete(parameters);
+            if !matches!(outcome, Err(AssemblyError::Gap(_))) {
+                self.compare(parameters, &reference, &[]);
+                return outcome;
+            }
         }
-        let columns = column_scales(&self.model.topology, parameters.length);
-        for time in 1..=NUDGES {
-            self.state.clone_from(&begin);
-            self.nudge(&columns, time);
-            if self.reassemble(parameters).is_ok() {
-                return Ok(());
+        let (mut modes, failure) = self.modes(parameters, (given, &reference), first);
+        modes.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        let mut outcome = Err(failure);
+        for mode in &modes {
+            self.state.clone_from(&mode.state);
+            outcome = self.complete(parameters);
+            if !matches!(outcome, Err(AssemblyError::Gap(_))) {
+                self.compare(parameters, &reference, &modes);
+                return outcome;
             }
         }
         outcome
     }
 
-    /// How many coordinates are prescribed and how many freedoms there are, if these are fewer.
+    /// Assembly modes by several searches, in the order in which they are found, and the error of the first
+    /// search, if all fail.
+    fn modes(
+        &mut self,
+        parameters: &Parameters<f64>,
+        (given, reference): (&Given<'_>, &Reference),
+        first: Result<Descent, AssemblyError>,
+    ) -> (Vec<Mode>, AssemblyError) {
+        let topology = Arc::clone(&self.model.topology);
+        let topology = &*topology;
+        let is_any_given = reference.distance(&self.kinematics.bodies, parameters.length).is_some();
+        let mut modes: Vec<Mode> = Vec::new();
+        let (moved, failure) = match first {
+            Ok(descent) => {
+                self.add_mode(parameters, reference, &mut modes);
+                (Some(descent.moved), AssemblyError::Undetermined { open: Vec::new() })
+            }
+            Err(error) => (None, error),
+        };
+        // From the given starts to the prescribed values.
+        self.state = given.reference(false).state;
+        if self.search(parameters).is_ok() {
+            if !is_any_given {
+                modes.clear();
+            }
+            self.add_mode(parameters, reference, &mut modes);
+        }
+        if let Some(moved) = &moved {
+            let opposite: Vec<f64> = moved.iter().map(|x| -OVERSHOOT * x).collect();
+            self.state.clone_from(&reference.state);
+            self.state.advance(topology, &opposite);
+            if is_any_given && self.search(parameters).is_ok() {
+                self.add_mode(parameters, reference, &mut modes);
+            }
+        }
+        let mut random = Random::new(3);
+        let (mut vain, enough) = (0, if topology.dofs() > LARGE { 2 } else { 4 });
+        for attempt in 0..RANDOM_STARTS {
+            if !modes.is_empty() && (!is_any_given || vain >= enough) {
+                break;
+            }
+            self.state.clone_from(&reference.state);
+            let nearest = modes.iter().map(|mode| mode.distance).fold(f64::INFINITY, f64::min);
+            let size = if nearest < NUDGE { NUDGE } else { nearest.min(1.0) };
+            let size = size * [1.0, 0.5, 2.0][attempt % 3];
+            perturb(topology, parameters, &mut self.state, size, &mut random);
+            let count = modes.len();
+            if self.search(parameters).is_ok() {
+                self.add_mode(parameters, reference, &mut modes);
+            }
+            vain = if modes.len() > count { 0 } else { vain + 1 };
+        }
+        (modes, failure)
+    }
+
+    /// Adds the present configuration, unless it is among the modes.
+    fn add_mode(
+        &mut self,
+        parameters: &Parameters<f64>,
+        reference: &Reference,
+        modes: &mut Vec<Mode>,
+    ) {
+        let topology = Arc::clone(&self.model.topology);
+        let topology = &*topology;
+        reference.unwind(topology, &mut self.state);
+        let mut bodies = self.kinematics.bodies.clone();
+        bodies.place(topology, parameters, &self.state.coordinates);
+        let length = parameters.length;
+        let distance = reference.distance(&bodies, length).unwrap_or(0.0);
+        if modes.iter().all(|mode| apart(&mode.bodies, &bodies, length, |_| true) > SAME_MODE) {
+            modes.push(Mode { state: self.state.clone(), bodies, distance });
+        }
+    }
+
+    /// Compares the present configuration with the reference.
+    fn compare(&mut self, parameters: &Parameters<f64>, reference: &Reference, modes: &[Mode]) {
+        let mut bodies = self.kinematics.bodies.clone();
+        bodies.place(&self.model.topology, parameters, &self.state.coordinates);
+        let (bodies, length) = (&bodies, parameters.length);
+        self.report.distance = reference.distance(bodies, length);
+        self.report.farthest = reference
+            .farthest(bodies, length)
+            .map(|(body, moved, turned)| (self.body_names[body].clone(), moved, turned));
+        // The angle of a passive spin makes no other mode.
+        let spins = self.model.constraints.spins();
+        let counts = |body: usize| spins.iter().all(|spin| spin.body.0 != body);
+        let others = modes.iter().filter(|m| apart(&m.bodies, bodies, length, counts) > SAME_MODE);
+        self.report.other_modes = others.map(|mode| mode.distance).collect();
+    }
+
+    /// Numbers of prescribed coordinates and of degrees of freedom, if the latter are fewer.
     pub(super) fn over_prescribed(
         &mut self,
         parameters: &Parameters<f64>,

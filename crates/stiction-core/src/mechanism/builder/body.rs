@@ -1,10 +1,10 @@
-//! Bodies to be.
+//! Specification of bodies.
 
 use super::check_finite;
 use crate::mechanism::{Body, Defect};
 use crate::spatial::{Mat3, Vec3};
 
-/// A body to be.
+/// Specification of a body.
 #[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodySpec {
@@ -37,7 +37,7 @@ impl BodySpec {
         self
     }
 
-    /// What is wrong with it.
+    /// Checks the numbers of the body.
     pub(super) fn check(&self, defects: &mut Vec<Defect>) {
         let body = &self.body;
         let name = || body.name.clone();
@@ -56,7 +56,7 @@ impl BodySpec {
         if body.mass < 0.0 {
             defects.push(Defect::NegativeMass { body: name(), mass: body.mass });
         }
-        // Typed-in tensors carry rounding; what exceeds a part in 1e9 is a mistake.
+        // Tensors from files are rounded; an asymmetry of more than 1e-9 is an error.
         let slack = 1e-9 * tensor.amax();
         if (tensor - tensor.transpose()).amax() > slack {
             defects.push(Defect::AsymmetricInertia { body: name() });

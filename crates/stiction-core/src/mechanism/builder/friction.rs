@@ -1,4 +1,4 @@
-//! What may be wrong with the friction of a joint.
+//! Checks of the friction of a joint.
 
 use super::JointSpec;
 use crate::friction::{

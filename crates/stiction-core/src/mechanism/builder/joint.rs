@@ -1,4 +1,4 @@
-//! Joints to be.
+//! Specification of joints.
 
 use super::{check_finite, pose_numbers};
 use crate::friction::JointFriction;
@@ -7,7 +7,7 @@ use crate::mechanism::{BodyId, Compliance, Defect, Joint};
 use crate::spatial::Pose;
 use std::collections::HashMap;
 
-/// A joint to be; bodies by name.
+/// Specification of a joint; bodies by name.
 #[must_use = "it has no effect unless a mechanism is built with it"]
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointSpec {
@@ -59,37 +59,37 @@ impl JointSpec {
         self
     }
 
-    /// All freedoms are actuated.
+    /// Actuates all degrees of freedom.
     pub fn actuated(mut self) -> Self {
         self.actuated = (0..self.joint_type.dofs().len()).collect();
         self
     }
 
-    /// Only these freedoms are actuated.
+    /// Actuates only these degrees of freedom.
     pub fn actuated_dofs(mut self, dofs: impl Into<Vec<usize>>) -> Self {
         self.actuated = dofs.into();
         self
     }
 
-    /// Coordinates from which assembly starts.
+    /// Coordinates near which the joint is assembled.
     pub fn start(mut self, coordinates: impl Into<Vec<f64>>) -> Self {
         self.start = Some(coordinates.into());
         self
     }
 
-    /// How much the joint gives under load.
+    /// Compliance of the joint under load.
     pub fn compliance(mut self, compliance: Compliance) -> Self {
         self.compliance = Some(compliance);
         self
     }
 
-    /// Adds a friction.
+    /// Adds friction at an interface.
     pub fn friction(mut self, interface: JointFriction) -> Self {
         self.friction.push(interface);
         self
     }
 
-    /// The joint, unless its bodies are unknown; all else that is wrong goes to `defects`.
+    /// Builds the joint, unless its bodies are unknown; other defects go to `defects`.
     pub(super) fn resolve(
         self,
         ids: &HashMap<String, BodyId>,
@@ -114,16 +114,13 @@ impl JointSpec {
         }
 
         let expected = self.joint_type.coordinates();
-        let start = self.start.clone().unwrap_or_else(|| {
-            let mut q = vec![0.0; expected];
-            self.joint_type.write_zero(&mut q);
-            q
-        });
-        if start.len() != expected {
-            let found = start.len();
-            defects.push(Defect::StartLength { joint: joint.clone(), found, expected });
+        if let Some(start) = &self.start {
+            if start.len() != expected {
+                let found = start.len();
+                defects.push(Defect::StartLength { joint: joint.clone(), found, expected });
+            }
+            check_finite(defects, &place("the start"), start);
         }
-        check_finite(defects, &place("the start"), &start);
         self.check_friction(defects);
         self.check_compliance(defects);
 
@@ -150,7 +147,7 @@ impl JointSpec {
             frame_k: self.frame_k,
             pitch: self.pitch,
             actuated,
-            start,
+            start: self.start,
             friction: self.friction,
             compliance: self.compliance,
         })
@@ -162,7 +159,7 @@ impl JointSpec {
             let problem = if !(value > 0.0 && value.is_finite()) {
                 "must be a finite number of at least 0"
             } else if !Compliance::applies(self.joint_type, part) {
-                "has nothing to give to: the joint moves freely that way"
+                "does not apply: the joint moves freely in this direction"
             } else {
                 continue;
             };

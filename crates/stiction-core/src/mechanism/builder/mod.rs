@@ -1,4 +1,4 @@
-//! Building a mechanism, with all its defects at once.
+//! Builder of mechanisms, which reports all defects at once.
 
 mod body;
 mod friction;
@@ -13,10 +13,10 @@ use crate::spatial::{Pose, Vec3};
 use length::own_length;
 use std::collections::{HashMap, HashSet};
 
-/// What columns of results are of beside joints.
+/// Names of columns of results that no joint may have.
 const TAKEN: [&str; 3] = ["time", "loads", "dampers"];
 
-/// Freedoms of joints are called `joint.dof` where there are several: no other joint may be.
+/// Checks names against `joint.dof`, the names of degrees of freedom of joints with several.
 fn check_names(joints: &[Joint], defects: &mut Vec<Defect>) {
     for joint in joints {
         if TAKEN.contains(&joint.name.as_str()) {
@@ -111,7 +111,7 @@ impl MechanismBuilder {
         self
     }
 
-    /// The mechanism, or everything that is wrong with it.
+    /// Builds the mechanism.
     ///
     /// # Errors
     /// All [`Defect`]s of the description together.

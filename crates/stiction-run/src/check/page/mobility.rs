@@ -15,13 +15,13 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
             "six for each body less what the joints hold: right if all constraints are independent",
         ),
         row(
-            "to first order",
+            "instantaneous",
             mobility.instantaneous.to_string(),
-            "what the rank of the loops' equations leaves at this position",
+            "left by the rank of the loop equations at this position: to first order",
         ),
         row(
-            "motions of finite size",
-            mobility.finite.to_string(),
+            "finite",
+            format!("{}{}", mobility.finite, words::undecided(findings)),
             "traced from this position, the loops closed again after each step",
         ),
     ];
@@ -32,7 +32,7 @@ pub(super) fn mobility(job: &Job<'_>, findings: &Findings) -> String {
     ];
     let mut inner = table(&head, &counts);
     inner += &gap(findings);
-    if mobility.finite < mobility.instantaneous {
+    if mobility.finite.traced < mobility.instantaneous {
         inner += &note(
             "What is free to first order only is blocked by the second derivatives of the loops' \
              equations: no force of first order holds it, and clearance and compliance make it large.",

@@ -8,7 +8,7 @@ mod redundancy;
 mod singular;
 mod sizes;
 
-use super::Findings;
+use super::{Findings, words};
 use crate::inverse::{Error, Job};
 use crate::portrait::Portrait;
 use html::{card, note, paragraph, section};
@@ -30,7 +30,11 @@ pub struct Page {
 /// # Errors
 /// The motion cannot be followed for the picture.
 pub fn draw_page(job: &Job<'_>, findings: &Findings) -> Result<Page, Error> {
-    let portrait = Portrait::of(job)?;
+    let locked = job.locked_start()?;
+    let portrait = match &locked {
+        None => Portrait::of(job)?,
+        Some((motion, _)) => Portrait::of(&Job { motion, ..job.clone() })?,
+    };
     let inner = [
         header(job, findings),
         cards(findings),
@@ -68,10 +72,14 @@ fn header(job: &Job<'_>, findings: &Findings) -> String {
 
 fn cards(findings: &Findings) -> String {
     let mobility = &findings.mobility;
-    let first_order = if mobility.instantaneous == mobility.finite {
-        "degrees of freedom".to_owned()
-    } else {
-        format!("degrees of freedom; {} to first order", mobility.instantaneous)
+    let is_all = mobility.finite.decided() == Some(mobility.instantaneous);
+    let first_order = match is_all {
+        true => "degrees of freedom".to_owned(),
+        false => format!(
+            "degrees of freedom{}; {} instantaneous",
+            words::undecided(findings),
+            mobility.instantaneous
+        ),
     };
     let redundant = mobility.redundant_constraints;
     let constraints = if redundant == 1 { "redundant constraint" } else { "redundant constraints" };
@@ -93,7 +101,7 @@ fn cards(findings: &Findings) -> String {
         (n, _) => card(&format!("{n} of {}", findings.samples), "samples singular", true),
     };
     let inner = [
-        card(&mobility.finite.to_string(), &first_order, mobility.instantaneous != mobility.finite),
+        card(&mobility.finite.to_string(), &first_order, !is_all),
         card(&redundant.to_string(), constraints, false),
         reactions,
         card(drives, "driving forces (friction apart)", !findings.drives_unique),

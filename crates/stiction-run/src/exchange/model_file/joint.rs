@@ -62,7 +62,7 @@ fn column(matrix: &Mat3<f64>, j: usize) -> Vec3<f64> {
 fn start(joint: &Joint) -> Option<Value> {
     let axes = joint.frame_j.rotation;
     let turned = |x: &[f64]| axes * Quaternion::from_coordinates(x).rotation() * axes.transpose();
-    match (joint.joint_type, joint.start.as_slice()) {
+    match (joint.joint_type, joint.start.as_deref()?) {
         (JointType::Fixed, _) => None,
         (JointType::Spherical, q) => Some(rotation(turned(q))),
         (JointType::Free, [x, y, z, q @ ..]) => {

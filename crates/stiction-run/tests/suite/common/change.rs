@@ -40,7 +40,6 @@ impl Change {
                     .frames(scaled(joint.frame_j), scaled(joint.frame_k))
                     .pitch(joint.pitch * s)
                     .actuated_dofs(joint.actuated_dofs().collect::<Vec<_>>());
-            let mut start = joint.start.clone();
             let lengths = match joint.joint_type {
                 JointType::Prismatic => 0..1,
                 JointType::Cylindrical => 1..2,
@@ -48,8 +47,13 @@ impl Change {
                 JointType::Free => 0..3,
                 _ => 0..0,
             };
-            start[lengths].iter_mut().for_each(|length| *length *= s);
-            builder = builder.joint(spec.start(start));
+            builder = builder.joint(match joint.start.clone() {
+                None => spec,
+                Some(mut start) => {
+                    start[lengths].iter_mut().for_each(|length| *length *= s);
+                    spec.start(start)
+                }
+            });
         }
         builder.build().unwrap()
     }

@@ -1,11 +1,11 @@
-//! Whether what is asked for can be asked for at all.
+//! Checks of homes, coordinates and targets before assembly.
 
 use crate::kinematics::coordinate::{Coordinate, Target};
 use crate::kinematics::error::AssemblyError;
 use crate::mechanism::{BodyId, Mechanism};
 use crate::spatial::Pose;
 
-/// What is named must exist: indices are the caller's, and no input.
+/// Panics if a named body, joint or degree of freedom does not exist: indices come from the caller, not from input.
 pub(super) fn check_existence(
     mechanism: &Mechanism,
     initial_poses: &[(BodyId, Pose<f64>)],
@@ -39,7 +39,7 @@ pub(super) fn check_existence(
     }
 }
 
-/// Greater values, in SI units, have no squares to compute with.
+/// Greater values, in SI units, overflow when squared.
 const LARGEST: f64 = 1e30;
 
 fn check_number(coordinates: &[Coordinate], targets: &[Target<f64>]) {

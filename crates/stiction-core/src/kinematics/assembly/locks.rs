@@ -1,0 +1,148 @@
+//! Coordinates that lock the motions which a prescription leaves open.
+
+use super::super::bodies::State;
+use super::super::coordinate::{Coordinate, Target};
+use super::super::least_squares::PositionEquations;
+use super::super::motion_constraints::MotionConstraints;
+use super::super::partial::{Missed, assemble_partly};
+use super::super::system::Kinematics;
+use super::super::{AssemblyError, Gap, dof};
+use super::reference::Given;
+use crate::linalg::{RowSpace, StaticLu, Svd};
+use crate::mechanism::{BodyId, JointId};
+use nalgebra::{DMatrix, DVector};
+
+/// Singular values below this belong to the near-null space.
+const NEARLY_SINGULAR: f64 = 1e-5;
+/// Step of central differences, rad and characteristic lengths.
+const DIFFERENCE: f64 = 1e-4;
+/// Newton steps towards a singular position.
+const REFINEMENTS: usize = 4;
+
+impl Given<'_> {
+    /// Coordinates, with their values, that lock all motions which the prescribed coordinates leave open to
+    /// first order at the configuration near the reference. With them prescribed, too, the position is regular
+    /// even where the mechanism is singular or shaky.
+    pub(in crate::kinematics) fn locks(&self) -> Result<Vec<(Coordinate, f64)>, AssemblyError> {
+        let (topology, parameters) = (self.topology, self.parameters);
+        let values: Vec<f64> = self.targets.iter().map(|target| target.value).collect();
+        let prescribed = (self.coordinates, values.as_slice());
+        let mut state =
+            assemble_partly(self.mechanism, topology, parameters, self.homes, prescribed).map_err(
+                |Missed { by, .. }| {
+                    let scale = parameters.length;
+                    AssemblyError::Gap(Gap { length: by, scale, ..Gap::default() })
+                },
+            )?;
+        self.refine_singular(&mut state);
+        let candidates = self.candidates();
+        let all = [self.coordinates, &candidates].concat();
+        let constraints = MotionConstraints::new(topology, &all, &[]);
+        let zero = Target { value: 0.0, rate: 0.0, acceleration: 0.0 };
+        let targets = vec![zero; all.len()];
+        let mut kinematics = Kinematics::new(topology, &constraints, &StaticLu::default());
+        let equations = PositionEquations::new(topology, parameters, &constraints, &targets);
+        equations.errors(&mut kinematics, &state);
+        let jacobian = equations.jacobian(&mut kinematics);
+        let first = topology.constraints + self.coordinates.len();
+        let svd = Svd::new(&jacobian.rows(0, first).into_owned());
+        let open = svd.null_space(svd.rank_of_order_one(dof::OPEN));
+        if open.is_empty() {
+            return Ok(Vec::new());
+        }
+        // The rates of all candidates in the open motions; the greatest is locked, again and again.
+        let basis = DMatrix::from_columns(&open);
+        let mut rates: DMatrix<f64> = jacobian.rows(first, candidates.len()) * basis;
+        let mut locks = Vec::new();
+        for _ in 0..open.len() {
+            let sizes: Vec<f64> = rates.row_iter().map(|row| row.norm()).collect();
+            // Of nearly equal ones the first.
+            let greatest = sizes.iter().copied().fold(0.0, f64::max);
+            let Some(chosen) = sizes.iter().position(|size| *size > 0.5 * greatest) else { break };
+            let direction: DVector<f64> = rates.row(chosen).transpose() / sizes[chosen];
+            let parts = &rates * &direction;
+            rates -= parts * direction.transpose();
+            locks.push((candidates[chosen], kinematics.errors()[first + chosen]));
+        }
+        Ok(locks)
+    }
+
+    /// Refines a singular position. Its closure determines it to the square root of round-off only; the singular
+    /// values vanish linearly, so that Newton's method on the near-null space of the Jacobian finds it to
+    /// round-off: `P J(q + V t) V = 0` with the near-null vectors `V` and the projection `P` on the left
+    /// near-null space.
+    fn refine_singular(&self, state: &mut State<f64>) {
+        let topology = self.topology;
+        let constraints = MotionConstraints::new(topology, self.coordinates, &[]);
+        let mut kinematics = Kinematics::new(topology, &constraints, &StaticLu::default());
+        let equations =
+            PositionEquations::new(topology, self.parameters, &constraints, self.targets);
+        let mut at = |state: &State<f64>| {
+            let errors = equations.errors(&mut kinematics, state);
+            (errors, equations.jacobian(&mut kinematics))
+        };
+        let moved = |state: &State<f64>, step: &DVector<f64>| {
+            let mut state = state.clone();
+            state.advance(topology, &equations.unscaled(step));
+            state
+        };
+        let mut space = RowSpace::default();
+        for _ in 0..REFINEMENTS {
+            let (_, jacobian) = at(state);
+            let svd = Svd::new(&jacobian);
+            let rank = svd.rank_of_order_one(NEARLY_SINGULAR);
+            let open = svd.null_space(rank);
+            if open.is_empty() || jacobian.is_empty() {
+                return;
+            }
+            let basis = DMatrix::from_columns(&open);
+            let left = svd.u.columns(0, rank).into_owned();
+            let projected = |jacobian: &DMatrix<f64>| {
+                let image = jacobian * &basis;
+                let within = &left * left.tr_mul(&image);
+                DVector::from_column_slice((image - within).as_slice())
+            };
+            let columns: Vec<DVector<f64>> = open
+                .iter()
+                .map(|direction| {
+                    let step = direction * DIFFERENCE;
+                    let ahead = projected(&at(&moved(state, &step)).1);
+                    let behind = projected(&at(&moved(state, &-step)).1);
+                    (ahead - behind) / (2.0 * DIFFERENCE)
+                })
+                .collect();
+            let slopes = Svd::new(&DMatrix::from_columns(&columns));
+            let right = -projected(&jacobian);
+            let amounts = slopes.solve(&right, slopes.rank_of_order_one(NEARLY_SINGULAR));
+            let step: DVector<f64> = &basis * amounts;
+            // Longer steps lead to another position.
+            if !(step.norm() < DIFFERENCE) {
+                return;
+            }
+            *state = moved(state, &step);
+            // Closes the loops again across the near-null space.
+            let (errors, jacobian) = at(state);
+            let by_rows: Vec<f64> = jacobian.transpose().iter().copied().collect();
+            space.decompose(&by_rows, errors.len(), topology.dofs(), NEARLY_SINGULAR);
+            let step = -DVector::from_vec(space.shortest(errors.as_slice()));
+            *state = moved(state, &step);
+        }
+    }
+
+    /// Scalar coordinates that may be locked: of joints, then of bodies.
+    fn candidates(&self) -> Vec<Coordinate> {
+        let joints = self.mechanism.joints().iter().enumerate();
+        let of_joints = joints.filter(|(_, j)| j.joint_type.has_scalar_coordinates());
+        let of_joints = of_joints.flat_map(|(joint, content)| {
+            (0..content.joint_type.dofs().len())
+                .map(move |dof| Coordinate::Joint { joint: JointId(joint), dof })
+        });
+        let of_bodies = (1..self.mechanism.bodies().len()).flat_map(|body| {
+            let body = BodyId(body);
+            let position = (0..3).map(move |axis| Coordinate::Position { body, axis });
+            position.chain((0..3).map(move |axis| Coordinate::RotationVector { body, axis }))
+        });
+        let all = of_joints.chain(of_bodies);
+        all.filter(|coordinate| !self.coordinates.contains(coordinate)).collect()
+    }
+}

@@ -1,0 +1,106 @@
+//! Comparison of the configuration that assembly found with the one that was given.
+
+use crate::words::significant;
+use core::fmt;
+
+/// A configuration farther than this from the given one is reported, in the metric of
+/// [`AssemblyReport::distance`].
+const FAR: f64 = 0.5;
+/// An assembly mode that is less than this many times as far away as the one found is reported.
+const NEARLY_AS_NEAR: f64 = 3.0;
+
+/// A contradiction among `home`, `start` and prescribed coordinates.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Conflict {
+    /// The start of a joint differs from the prescribed value, which counts.
+    StartAndPrescribed {
+        /// The joint's coordinate.
+        joint: String,
+        /// The difference, rad (modulo a turn) or m.
+        by: f64,
+        /// The coordinate is an angle.
+        is_angle: bool,
+    },
+    /// The home of a body differs from the pose by starts or prescribed coordinates, which counts.
+    Home {
+        /// The body.
+        body: String,
+        /// The displacement between both poses, m (angles times the characteristic length).
+        by: f64,
+    },
+}
+
+impl fmt::Display for Conflict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::StartAndPrescribed { joint, by, is_angle } => {
+                let by = match is_angle {
+                    true => format!("{} deg", significant(by.to_degrees(), 3)),
+                    false => format!("{} mm", significant(by * 1e3, 3)),
+                };
+                write!(f, "the `start` of {joint} is {by} off its prescribed value, which counts")
+            }
+            Self::Home { body, by } => write!(
+                f,
+                "the `home` of {body} is {} mm (angles times the characteristic length) off the pose by `start` and \
+                 prescribed coordinates, which count",
+                significant(by * 1e3, 3)
+            ),
+        }
+    }
+}
+
+/// Comparison of the configuration that assembly found with the given one.
+///
+/// Distances are root mean squares over all bodies whose poses follow from `home`, `start` and prescribed
+/// coordinates: of each body the displacement of its origin over the characteristic length, and the angle of
+/// its rotation, rad, as two components at right angles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AssemblyReport {
+    /// Distance of the configuration found from the given one; `None` if nothing is given.
+    pub distance: Option<f64>,
+    /// Distances of other assembly modes that the search met, nearest first. The list need not be complete.
+    pub other_modes: Vec<f64>,
+    /// The body that is farthest from where it is given: name, displacement of its origin, m, and rotation, rad.
+    pub farthest: Option<(String, f64, f64)>,
+    /// Contradictions in what is given.
+    pub conflicts: Vec<Conflict>,
+}
+
+impl AssemblyReport {
+    /// Notes to the user: conflicts, a configuration far from the given one, and another assembly mode that is
+    /// nearly as near.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes: Vec<String> = self.conflicts.iter().map(ToString::to_string).collect();
+        let Some(distance) = self.distance else { return notes };
+        let others: Vec<String> = self.other_modes.iter().map(|x| significant(*x, 2)).collect();
+        let others = match others.as_slice() {
+            [] => String::new(),
+            [one] => format!("; another assembly mode is at {one}"),
+            [first, .., last] => {
+                format!("; {} other assembly modes are at {first} to {last}", others.len())
+            }
+        };
+        let found = significant(distance, 2);
+        if distance > FAR {
+            let body = self.farthest.as_ref().map_or_else(String::new, |(body, moved, turned)| {
+                format!(
+                    ", most of all {body} by {} mm and {} deg",
+                    significant(moved * 1e3, 3),
+                    significant(turned.to_degrees(), 3)
+                )
+            });
+            notes.push(format!(
+                "the configuration found is far from the one that `home` and `start` give: rms displacement of the \
+                 bodies {found} characteristic lengths{body}{others}"
+            ));
+        } else if self.other_modes.first().is_some_and(|next| *next < NEARLY_AS_NEAR * distance) {
+            notes.push(format!(
+                "two assembly modes are nearly as near to what `home` and `start` give; the nearest is taken: rms \
+                 displacement of the bodies {found} characteristic lengths{others}"
+            ));
+        }
+        notes
+    }
+}

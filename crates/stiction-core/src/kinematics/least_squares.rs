@@ -1,0 +1,204 @@
+//! Damped least squares (Levenberg 1944, Marquardt 1963) on the position equations of a mechanism.
+//!
+//! The equations are the errors of loop closure and of prescribed coordinates; the unknowns are small
+//! steps of the tree's degrees of freedom. The method needs no plan and no good guess, and dependent
+//! equations do not disturb it.
+//!
+//! Equation (K5) of the book's theory.
+
+use super::bodies::State;
+use super::coordinate::Target;
+use super::motion_constraints::MotionConstraints;
+use super::system::{Kinematics, column_scales};
+use crate::parameters::Parameters;
+use crate::topology::Topology;
+use nalgebra::{DMatrix, DVector};
+
+/// Damping at the start, its limits, and its factors after a step that helps and one that does not.
+const DAMPING: f64 = 1e-3;
+const LEAST_DAMPING: f64 = 1e-15;
+const GREATEST_DAMPING: f64 = 1e12;
+const RELAX: f64 = 0.2;
+const TIGHTEN: f64 = 5.0;
+/// Upper limit of any component of a step, rad or characteristic lengths: longer steps jump between
+/// assembly modes.
+const STRIDE: f64 = 0.25;
+
+/// Position equations of a mechanism, restricted to some rows and some degrees of freedom.
+pub(super) struct PositionEquations<'a> {
+    topology: &'a Topology,
+    parameters: &'a Parameters<f64>,
+    constraints: &'a MotionConstraints,
+    targets: &'a [Target<f64>],
+    /// Indices of the rows, each with the factor that makes its error comparable with others.
+    rows: Vec<(usize, f64)>,
+    /// Indices of the tree's degrees of freedom that move, each with the factor that makes it
+    /// comparable with others.
+    columns: Vec<(usize, f64)>,
+}
+
+/// Outcome of a search.
+pub(super) struct Descent {
+    /// The largest scaled error that is left.
+    pub(super) error: f64,
+    /// The sum of all steps, in rates of the tree.
+    pub(super) moved: Vec<f64>,
+    /// Sizes of the first two steps: root sums of squares, rad and characteristic lengths.
+    first_steps: [f64; 2],
+    /// The errors have no derivatives where the search stopped.
+    pub(super) is_undefined: bool,
+}
+
+impl Descent {
+    /// Says that the steps shrink from the beginning as Newton's do near a simple root. For a quadratic
+    /// equation the second step is less than a quarter of the first exactly if the other root is
+    /// more than some 3.8 times as far away as the one found.
+    pub(super) fn contracts(&self) -> bool {
+        let [first, second] = self.first_steps;
+        first < 0.5 && second <= 0.25 * first
+    }
+}
+
+impl<'a> PositionEquations<'a> {
+    /// All rows and all degrees of freedom.
+    pub(super) fn new(
+        topology: &'a Topology,
+        parameters: &'a Parameters<f64>,
+        constraints: &'a MotionConstraints,
+        targets: &'a [Target<f64>],
+    ) -> Self {
+        let rows = constraints.row_scales(parameters.length).into_iter().enumerate().collect();
+        let columns = column_scales(topology, parameters.length).into_iter().enumerate().collect();
+        Self { topology, parameters, constraints, targets, rows, columns }
+    }
+
+    /// Multiplies the weight of each row by a factor, and leaves out rows with the factor zero.
+    pub(super) fn weighted(mut self, factor: impl Fn(usize) -> f64) -> Self {
+        self.rows.iter_mut().for_each(|(row, scale)| *scale *= factor(*row));
+        self.rows.retain(|(_, scale)| *scale != 0.0);
+        self
+    }
+
+    /// Keeps the other degrees of freedom of the tree where they are.
+    pub(super) fn moving(mut self, moves: impl Fn(usize) -> bool) -> Self {
+        self.columns.retain(|(column, _)| moves(*column));
+        self
+    }
+
+    /// Places the bodies and returns the scaled errors.
+    pub(super) fn errors(
+        &self,
+        kinematics: &mut Kinematics<f64>,
+        state: &State<f64>,
+    ) -> DVector<f64> {
+        kinematics.place(self.topology, self.parameters, self.constraints, state, self.targets);
+        let errors = kinematics.errors();
+        DVector::from_iterator(self.rows.len(), self.rows.iter().map(|(r, s)| errors[*r] * s))
+    }
+
+    /// The scaled derivatives of the errors where the bodies were placed last.
+    pub(super) fn jacobian(&self, kinematics: &mut Kinematics<f64>) -> DMatrix<f64> {
+        kinematics.linearise(self.topology, self.constraints);
+        let mut row_of = vec![usize::MAX; self.constraints.row_count()];
+        self.rows.iter().enumerate().for_each(|(place, (row, _))| row_of[*row] = place);
+        let mut column_of = vec![usize::MAX; self.topology.dofs()];
+        self.columns.iter().enumerate().for_each(|(place, (column, _))| column_of[*column] = place);
+        let mut matrix = DMatrix::zeros(self.rows.len(), self.columns.len());
+        for (entry, value) in self.constraints.entries().iter().zip(&kinematics.entries) {
+            let (row, column) = (row_of[entry.row], column_of[entry.column]);
+            if row != usize::MAX && column != usize::MAX {
+                matrix[(row, column)] += value * self.rows[row].1 * self.columns[column].1;
+            }
+        }
+        matrix
+    }
+
+    /// Rates of the tree for a scaled step.
+    pub(super) fn unscaled(&self, step: &DVector<f64>) -> Vec<f64> {
+        let mut rates = vec![0.0; self.topology.dofs()];
+        for (x, (column, scale)) in step.iter().zip(&self.columns) {
+            rates[*column] = x * scale;
+        }
+        rates
+    }
+
+    /// Moves `state` until all scaled errors are below `close`, for `most` steps, or as far as steps
+    /// reduce the errors.
+    pub(super) fn solve(
+        &self,
+        kinematics: &mut Kinematics<f64>,
+        state: &mut State<f64>,
+        close: f64,
+        most: usize,
+    ) -> Descent {
+        let mut errors = self.errors(kinematics, state);
+        let mut damping = DAMPING;
+        let mut sizes = Vec::with_capacity(2);
+        let mut moved = vec![0.0; self.topology.dofs()];
+        let mut is_undefined = false;
+        for _ in 0..most {
+            if errors.is_empty() || self.columns.is_empty() || errors.amax() < close {
+                break;
+            }
+            let jacobian = self.jacobian(kinematics);
+            if !jacobian.iter().all(|slope| slope.is_finite()) {
+                is_undefined = true;
+                break;
+            }
+            let mut improved = false;
+            while damping < GREATEST_DAMPING {
+                let Some(mut step) = damped_step(&jacobian, &errors, damping) else {
+                    damping *= 10.0;
+                    continue;
+                };
+                let longest = step.amax();
+                if longest > STRIDE {
+                    step *= STRIDE / longest;
+                }
+                let rates = self.unscaled(&step);
+                let before = state.clone();
+                state.advance(self.topology, &rates);
+                let trial = self.errors(kinematics, state);
+                if trial.norm_squared() < errors.norm_squared() {
+                    improved = trial.norm() < errors.norm() * (1.0 - 1e-12);
+                    errors = trial;
+                    damping = (damping * RELAX).max(LEAST_DAMPING);
+                    if sizes.len() < 2 {
+                        sizes.push(step.norm());
+                    }
+                    moved.iter_mut().zip(&rates).for_each(|(sum, rate)| *sum += rate);
+                    break;
+                }
+                *state = before;
+                damping *= TIGHTEN;
+            }
+            if !improved {
+                break;
+            }
+        }
+        let errors = self.errors(kinematics, state);
+        let error = if errors.is_empty() { 0.0 } else { errors.amax() };
+        let size = |k: usize| sizes.get(k).copied().unwrap_or(0.0);
+        Descent { error, moved, first_steps: [size(0), size(1)], is_undefined }
+    }
+}
+
+/// The damped step `-(J^T J + d 1)^-1 J^T e`, by the smaller of the normal matrices `J^T J` and
+/// `J J^T`; `None` where the matrix is not positive definite to rounding.
+pub(super) fn damped_step(
+    jacobian: &DMatrix<f64>,
+    errors: &DVector<f64>,
+    damping: f64,
+) -> Option<DVector<f64>> {
+    let is_wide = jacobian.nrows() < jacobian.ncols();
+    let mut normal = match is_wide {
+        true => jacobian * jacobian.transpose(),
+        false => jacobian.tr_mul(jacobian),
+    };
+    (0..normal.nrows()).for_each(|i| normal[(i, i)] += damping);
+    let factor = normal.cholesky()?;
+    Some(match is_wide {
+        true => -jacobian.tr_mul(&factor.solve(errors)),
+        false => -factor.solve(&jacobian.tr_mul(errors)),
+    })
+}
