@@ -87,16 +87,6 @@ impl Simulation<'_> {
                 step = 0.5 * left;
             }
             let tried = self.try_step(start, first, step, inputs);
-            if std::env::var_os("STDBG").is_some() {
-                eprintln!(
-                    "t {time:.12} h {step:.2e} {} ev {}",
-                    match &tried {
-                        Ok(e) => format!("{e:.2e}"),
-                        Err(e) => format!("{e}").chars().take(90).collect(),
-                    },
-                    self.evaluations
-                );
-            }
             match tried {
                 Ok(error) if error <= 1.0 => {
                     let grow = if error > 0.0 { 0.9 * error.powf(-0.125) } else { 6.0 };

@@ -234,20 +234,6 @@ impl Simulation<'_> {
             let shortened = step < stepping.step;
             let half = 0.5 * step;
             let tried = self.two_halves(time, half, &from, (&modes, &bristles), inputs);
-            if std::env::var_os("STDBG").is_some() {
-                eprintln!(
-                    "TS {time:.12} h {step:.2e} {} ev {}",
-                    match &tried {
-                        Ok(e) => format!(
-                            "{:.2e} {:.1e}",
-                            self.apart(&e.0.state, &e.2.state, step),
-                            self.change(&from, &e.0.state)
-                        ),
-                        Err(e) => format!("{e}").chars().take(90).collect(),
-                    },
-                    self.evaluations
-                );
-            }
             let (whole, first, second) = match tried {
                 Ok(tried) => tried,
                 Err(error) => {
