@@ -29,7 +29,7 @@ const ACROSS: u64 = 1;
 const HOME: u64 = 1 << 20;
 const UNKNOWN: u64 = 1 << 40;
 /// Differences between given quantities beyond this are conflicts, rad or characteristic lengths.
-const CONFLICT: f64 = 0.5;
+const CONFLICT: f64 = 1.0;
 /// Loops that close to this count as closed while missing coordinates are filled in, rad or
 /// characteristic lengths: homes and starts have few digits.
 const ROUGHLY_CLOSED: f64 = 0.05;
