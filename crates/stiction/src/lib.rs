@@ -50,6 +50,7 @@ mod inverse;
 mod names;
 mod robot;
 mod stream;
+mod tasks;
 
 pub use breakaway::{Breakaway, Rest};
 pub use check::{Check, Mobility, Report, Singularity};

@@ -1,12 +1,7 @@
 //! A robot: a mechanism with its named motions and loads.
 
-use crate::breakaway::Breakaway;
-use crate::check::{Check, Report};
-use crate::control_loop::ControlLoop;
 use crate::error::Error;
 use crate::files::{Files, ReadProgress, standard_input};
-use crate::forward::Forward;
-use crate::inverse::Inverse;
 use crate::names::{Names, find};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -155,56 +150,6 @@ impl Robot {
     /// Names of the loads of the model.
     pub fn loads(&self) -> impl Iterator<Item = &str> {
         self.model.loads.iter().map(|(name, _)| name.as_str())
-    }
-
-    /// Inverse dynamics along a motion: actuator efforts, joint reactions and joint friction.
-    pub fn inverse(&self) -> Inverse {
-        Inverse::new(self.clone())
-    }
-
-    /// Forward dynamics: the motion under given efforts, controllers, loads and locks.
-    pub fn forward(&self) -> Forward {
-        Forward::new(self.clone())
-    }
-
-    /// Mobility, redundancy and singularities along the model's default motion.
-    ///
-    /// # Errors
-    /// The model has no default motion, or the mechanism cannot follow it.
-    pub fn check(&self) -> Result<Report, Error> {
-        self.check_along().run()
-    }
-
-    /// Mobility, redundancy and singularities along a motion of choice.
-    pub fn check_along(&self) -> Check {
-        Check::new(self.clone())
-    }
-
-    /// Static friction of the robot at rest at a position of its motion: the interval of each actuator's
-    /// effort, and the efforts at which motion begins.
-    pub fn breakaway(&self) -> Breakaway {
-        Breakaway::new(self.clone())
-    }
-
-    /// Inverse dynamics for a control loop: a model compiled at the first instant of the default motion, with
-    /// the actuators as independent coordinates, and its data, allocated once.
-    ///
-    /// ```
-    /// let robot = stiction::Robot::builtin("five-bar")?;
-    /// let stiction::ControlLoop { model, mut data, position } = robot.control_loop()?;
-    /// // In each cycle: positions, rates and accelerations of the actuators in, efforts out.
-    /// let (rate, acceleration) = ([0.1, 0.1], [0.0, 0.0]);
-    /// let status = model.inverse_dynamics(&mut data, &position, &rate, &acceleration, &[]);
-    /// assert!(status.is_converged());
-    /// println!("{:?} N m", data.efforts());
-    /// # Ok::<(), stiction::Error>(())
-    /// ```
-    ///
-    /// # Errors
-    /// The model has no default motion, the actuators do not determine the motion, or the position is
-    /// singular.
-    pub fn control_loop(&self) -> Result<ControlLoop, Error> {
-        ControlLoop::new(self)
     }
 
     /// The model behind the names, for use with `stiction_core`, `stiction_format` and `stiction_run`.

@@ -12,7 +12,7 @@ fn wrong_encodings_are_reported_with_a_suggestion() {
         folder.stiction(&["check", "m.toml"])
     };
     said(b"title = \"G\xfcte\"").fails(2, &["line 1 byte 11 is 0xfc", "Latin-1", "UTF-8"]);
-    said(b"\xff\xfet\0i\0").fails(2, &["UTF-16", "save it in UTF-8"]);
+    said(b"\xff\xfet\0i\0").fails(2, &["UTF-16", "save it as UTF-8"]);
     said(b"\x7fELF\x02\x01\0\0\xff\xff").fails(2, &["not a text file"]);
     said(b"").fails(2, &["the file is empty"]);
 }

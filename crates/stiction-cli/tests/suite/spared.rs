@@ -157,7 +157,7 @@ to = "bob"
 axis = "z"
 "#;
     folder.write("taken.toml", &format!("{PENDULUM}{second}"));
-    let told = ["joint `s.angle` has the name of a freedom of joint `s`"];
+    let told = ["joint `s.angle` has the name of a degree of freedom of joint `s`"];
     folder.stiction(&["inverse", "taken.toml"]).fails(2, &told);
     folder.write("time.toml", &PENDULUM.replace("joints.pivot", "joints.time"));
     folder.stiction(&["inverse", "time.toml"]).fails(2, &["a joint cannot be named `time`"]);

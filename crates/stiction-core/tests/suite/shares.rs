@@ -44,8 +44,9 @@ fn solved(mut each: impl FnMut(&Case, &mut InverseDynamics, f64)) {
                 let Ok(mut solver) = solver else { continue };
                 let statics = solver.statics();
                 let smallest = *statics.singular_values()[..statics.rank()].last().unwrap();
-                // Random mechanisms may be near singular positions, which magnify round-off.
-                if smallest > 1e-3 && solver.solve(&case.loads).is_ok() {
+                // Near singular positions round-off grows with the inverse of the smallest singular value,
+                // and with its square where redundant actuators share by a quadratic rule.
+                if smallest > 2e-3 && solver.solve(&case.loads).is_ok() {
                     each(&case, &mut solver, smallest);
                 }
             }
@@ -69,12 +70,8 @@ fn shares_add_up_and_agree_with_the_dense_system() {
         let miss = misses(solver, &dense);
         assert!(miss < 1e-13 / smallest, "{:?} dense: {miss:e}", case.class);
         let drives = solver.forces().efforts.clone();
-        // Near jamming the coupling magnifies round-off as it magnifies the efforts.
-        let frictionless = solver.forces().efforts_frictionless.iter().map(|x| x.abs());
-        let all = dense.iter().flatten().chain(&drives).map(|x| x.abs()).sum::<f64>();
-        let gain = (all / frictionless.sum::<f64>()).max(1.0);
         for ((kernel, dense), drive) in kernel.iter().zip(&dense).zip(drives) {
-            let size = gain * (dense.iter().map(|share| share.abs()).sum::<f64>() + drive.abs());
+            let size = dense.iter().map(|share| share.abs()).sum::<f64>() + drive.abs();
             for (a, b) in kernel.iter().zip(dense) {
                 assert!((a - b).abs() <= 1e-12 / smallest * size, "{:?} {a} {b}", case.class);
             }

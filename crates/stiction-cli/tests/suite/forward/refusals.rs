@@ -48,7 +48,7 @@ fn wrong_input_is_reported_with_a_suggestion() {
                 "--hold",
                 "guide",
             ],
-            &["joint `guide`", "a dead centre", "start at rest or elsewhere"],
+            &["joint `guide`", "a dead centre", "start at rest or at another position"],
         ),
         (&["forward", "--controller", "pdd"], &["did you mean `pd`?"]),
         (
