@@ -366,10 +366,11 @@ fn write_singular(
 fn write_unique(out: &mut impl Write, what: &str, verdict: &Verdict) -> fmt::Result {
     if let Some(coupling) = verdict.coupling.filter(|coupling| *coupling < 1.0) {
         return match coupling > 1e-9 {
+            // Rounded down, as a guaranteed bound; round-off alone takes no digit away.
             true => writeln!(
                 out,
                 "{what} are unique, also with up to {} times this friction",
-                number((1.0 / coupling * 100.0).floor() / 100.0)
+                number((100.0 / coupling * (1.0 + 1e-12)).floor() / 100.0)
             ),
             false => writeln!(out, "{what} are unique"),
         };
