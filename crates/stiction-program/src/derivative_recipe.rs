@@ -71,7 +71,7 @@ impl<'a> Asked<'a> {
         first..first + self.quantities.len()
     }
 
-    /// For each joint with friction interfaces, the first input of its reaction.
+    /// Joints with friction interfaces, each with the first input of its reaction.
     pub(crate) fn reactions(&self) -> Vec<(usize, usize)> {
         self.rubbing.iter().copied().zip((self.first..).step_by(6)).collect()
     }

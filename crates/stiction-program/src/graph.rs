@@ -26,8 +26,7 @@ pub(crate) enum Op {
     },
     /// Function that no processor computes in one instruction.
     Call(Function, Node, Node),
-    /// The same number, as a constant for differentiation. [`Graph::released`] removes these nodes
-    /// afterwards.
+    /// Value as a constant for differentiation. [`Graph::released`] removes these nodes afterwards.
     Held(Node),
 }
 

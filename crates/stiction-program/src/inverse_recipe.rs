@@ -48,7 +48,7 @@ pub(crate) struct InverseStages {
     /// Derivatives of all actuator forces, if requested, and the inputs of their directions.
     pub(crate) slopes: Vec<Node>,
     pub(crate) slope_inputs: Range<usize>,
-    /// For each joint with friction interfaces, the first input of its reaction for derivatives.
+    /// Joints with friction interfaces, each with the first input of its reaction for derivatives.
     pub(crate) reactions: Vec<(usize, usize)>,
     /// Guards, positive if the assumptions hold: without friction, with friction, of derivatives.
     pub(crate) guards: [Node; 3],

@@ -18,11 +18,11 @@ pub(crate) struct Loads<'a> {
     pub(crate) states: &'a [InterfaceState<Recorded>],
     /// Interfaces whose normal loads are unknown.
     pub(crate) coupled: &'a [usize],
-    /// For each interface, the frictionless wrench of its joint in the joint's frame J, of which
-    /// many normal loads need only two components. The normal load of a ball does not depend on the
+    /// Frictionless wrench of the joint of each interface in the joint's frame J, of which many
+    /// normal loads need only two components. The normal load of a ball does not depend on the
     /// axes.
     pub(crate) without: Vec<Wrench<Recorded>>,
-    /// For each interface, the wrench that a unit friction force of each coupled interface adds.
+    /// Wrench that a unit friction force of each coupled interface adds at each interface.
     pub(crate) added: Vec<Vec<Wrench<Recorded>>>,
 }
 

@@ -180,7 +180,7 @@ impl RowSpace {
         }
     }
 
-    /// For each dependent row, the coefficients of all rows in the combination that vanishes.
+    /// Coefficients of all rows in the vanishing combination of each dependent row.
     pub(crate) fn dependencies(&self) -> Vec<Vec<f64>> {
         let n = self.columns;
         let each = (self.rank..self.rows).map(|dependent| {

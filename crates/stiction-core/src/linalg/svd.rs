@@ -4,11 +4,11 @@ use nalgebra::{DMatrix, DVector};
 
 /// `matrix = u * diag(singular_values) * transpose(v)`.
 ///
-/// By one-sided Jacobi rotations (Hestenes 1958; de Rijk 1989 for the order of columns), which finds
-/// small singular values to high relative accuracy. Ranks are decided by it, so it must be right:
-/// the decomposition of a general-purpose library loses up to eleven digits on matrices of
-/// mechanisms (`tests/svd.rs` keeps the properties that it broke). But its right singular vectors are
-/// orthogonal, and Jacobi rotations that begin with them converge fast.
+/// Uses one-sided Jacobi rotations (Hestenes 1958; de Rijk 1989 for the order of columns), which
+/// determine small singular values to high relative accuracy. Rank decisions depend on it: the
+/// decomposition of a general-purpose library loses up to eleven digits on matrices of mechanisms
+/// (`tests/svd.rs` checks the properties that it violated). Its right singular vectors are
+/// orthogonal, however, and Jacobi rotations that begin with them converge fast.
 #[derive(Clone, Debug)]
 pub struct Svd {
     /// Left singular vectors, one for each column of the matrix; zero if the singular value is zero

@@ -78,7 +78,7 @@ impl<T: Scalar> Vec3<T> {
         self.dot(self)
     }
 
-    /// Length; its derivative at the zero vector is taken as zero.
+    /// Length; its derivative at the zero vector is defined as zero.
     #[inline(always)]
     pub fn norm(self) -> T {
         self.norm_squared().norm_of_square()

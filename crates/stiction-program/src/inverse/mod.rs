@@ -52,7 +52,7 @@ pub(crate) struct Beside {
     pub(crate) slopes: Vec<u32>,
     /// Slot of the guard: positive if the assumptions of the recording hold.
     pub(crate) guard: u32,
-    /// For each joint with friction interfaces, the first slot that receives its reaction.
+    /// Joints with friction interfaces, each with the first slot that receives its reaction.
     pub(crate) reactions: Vec<(usize, usize)>,
 }
 
