@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 /// Uses one-sided Jacobi rotations (Hestenes 1958; de Rijk 1989 for the order of columns), which
 /// determine small singular values to high relative accuracy. Rank decisions depend on it: the
 /// decomposition of a general-purpose library loses up to eleven digits on matrices of mechanisms
-/// (`tests/svd.rs` checks the properties that it violated). Its right singular vectors are
+/// (`tests/suite/svd.rs` checks the properties that it violated). Its right singular vectors are
 /// orthogonal, however, and Jacobi rotations that begin with them converge fast.
 #[derive(Clone, Debug)]
 pub struct Svd {
