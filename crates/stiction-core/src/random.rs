@@ -1,4 +1,4 @@
-//! Pseudo-random numbers, the same in every run.
+//! Pseudo-random numbers, equal in every run.
 
 use crate::spatial::Vec3;
 use nalgebra::DVector;
@@ -8,24 +8,24 @@ use nalgebra::DVector;
 pub struct Random(u64);
 
 impl Random {
-    /// The sequence that belongs to a seed.
+    /// Sequence of a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// From -1 to 1.
+    /// Random number from -1 to 1.
     pub fn number(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// A point of the cube from -1 to 1.
+    /// Random point of the cube from -1 to 1.
     pub fn vector(&mut self) -> Vec3<f64> {
         Vec3::new(self.number(), self.number(), self.number())
     }
 
-    /// A combination of orthonormal vectors, at least one, of length one.
+    /// Random unit vector in the span of orthonormal vectors, of which at least one is required.
     pub(crate) fn within(&mut self, basis: &[DVector<f64>]) -> DVector<f64> {
         let mut sum = DVector::zeros(basis[0].len());
         for vector in basis {

@@ -1,16 +1,17 @@
-//! Numbers formatted for people.
+//! Readable formats of numbers.
 
-/// A double has no more digits than these.
+/// Largest number of significant decimal digits of a double.
 const MOST_DIGITS: usize = 17;
 
-/// A number with so many significant digits: plain between 1e-4 and 1e6, else with a power of ten.
+/// Formats a number with a given number of significant digits: plain between 1e-4 and 1e6,
+/// otherwise with a power of ten.
 pub fn significant(x: f64, digits: usize) -> String {
     if x == 0.0 {
         return "0".to_owned();
     }
     let decimals = digits.clamp(1, MOST_DIGITS) - 1;
     let scientific = format!("{x:.decimals$e}");
-    // Of the rounded number: 9.9999 may have become 10.
+    // Exponent of the rounded number: 9.9999 may have become 10.
     let exponent = scientific.split_once('e').and_then(|(_, e)| e.parse::<i32>().ok());
     match exponent {
         Some(exponent @ -4..6) => {
@@ -21,7 +22,7 @@ pub fn significant(x: f64, digits: usize) -> String {
     }
 }
 
-/// [`significant`] without trailing zeros after the decimal point.
+/// Formats as [`significant`], without trailing zeros after the decimal point.
 pub(crate) fn brief(x: f64, digits: usize) -> String {
     let text = significant(x, digits);
     let (number, power) = text.split_at(text.find('e').unwrap_or(text.len()));

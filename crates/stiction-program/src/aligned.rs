@@ -1,12 +1,12 @@
-//! Numbers in memory that begins where a cache line does.
+//! Numbers in memory aligned to cache lines.
 
 use core::ops::{Deref, DerefMut};
 
-/// Bytes of a cache line, and of the widest register.
+/// Size of a cache line and of the widest register, bytes.
 const LINE: usize = 64;
 
-/// Numbers that begin at a cache line. Registers as wide as a line that begin anywhere else are read and written
-/// in two pieces each.
+/// Numbers that begin at a cache line. Each access to an unaligned register-wide block would need
+/// two cache lines.
 #[derive(Debug, Default)]
 pub(crate) struct Aligned {
     numbers: Vec<f64>,
@@ -14,10 +14,10 @@ pub(crate) struct Aligned {
 }
 
 impl Aligned {
-    /// So many zeros.
+    /// Returns zeros.
     pub(crate) fn zeros(count: usize) -> Self {
         let numbers = vec![0.0; count + LINE / size_of::<f64>()];
-        // Whatever it is, there is room for it: at worst it is slower.
+        // Any offset is valid: at worst the memory is unaligned and slower.
         let first = numbers.as_ptr().align_offset(LINE).min(numbers.len() - count);
         let mut aligned = Self { numbers, first };
         aligned.numbers.truncate(first + count);

@@ -1,12 +1,13 @@
-//! From steps to machine code: which value is in which register when.
+//! Register allocation and machine code generation.
 //!
-//! Straight-line code needs no more than to look ahead: whoever is needed last makes room (Belady 1966).
+//! In straight-line code all uses are known: the value whose next use is farthest is evicted
+//! (Belady 1966).
 
 use crate::code::{Code, Fused, Source, Step};
 use crate::encode::{Base, Emit, Operation, Order, Place, Target, begin};
 use std::collections::HashMap;
 
-/// Constants that code needs beside its own.
+/// Constants of the allocator, stored before those of the code.
 const ZERO: usize = 0;
 const SIGN: usize = 1;
 const OWN: usize = 2;
@@ -14,19 +15,19 @@ const OWN: usize = 2;
 /// No register.
 const NONE: u8 = u8::MAX;
 
-/// A value that is used again within so many steps is kept in a register.
+/// Number of steps within which a value that is used again stays in a register.
 const SOON: u32 = 12;
 
 /// Machine code and its data.
 pub(crate) struct Assembled {
     pub(crate) bytes: Vec<u8>,
-    /// Numbers, each as often as instructions read it.
+    /// Constants, each with as many copies as instructions read.
     pub(crate) constants: Vec<f64>,
-    /// Numbers of scratch.
+    /// Number of scratch values.
     pub(crate) scratch: usize,
 }
 
-/// Compiles code for registers of a width.
+/// Compiles code for registers of one width.
 pub(crate) fn assemble(code: &Code, target: Target) -> Assembled {
     let numbers = [0.0, -0.0].into_iter().chain(code.constants.iter().copied());
     let copies = copies(target);
@@ -40,7 +41,7 @@ pub(crate) fn assemble(code: &Code, target: Target) -> Assembled {
     Assembled { bytes: allocator.assembler.finish(), constants, scratch }
 }
 
-/// How often each constant stands in memory. What changes signs reads two numbers even for one.
+/// Number of copies of each constant in memory. Sign changes read two numbers even for one lane.
 fn copies(target: Target) -> usize {
     if target.is_single(Base::Constants) { 1 } else { target.width.lanes().max(2) }
 }
@@ -49,22 +50,22 @@ struct Allocator<'a> {
     code: &'a Code,
     target: Target,
     assembler: Box<dyn Emit>,
-    /// For each step where it is used, the last use first.
+    /// Uses of each step's result, the last use first.
     uses: Vec<Vec<u32>>,
-    /// The same for constants, slots and what is common to all lanes.
+    /// Uses of constants, slots and shared values.
     constant_uses: Vec<Vec<u32>>,
     slot_uses: HashMap<u32, Vec<u32>>,
     common_uses: HashMap<u32, Vec<u32>>,
-    /// What is in each register.
+    /// Content of each register.
     holds: Vec<Option<Source>>,
     register_of_step: Vec<Option<u8>>,
     spill_of_step: Vec<Option<usize>>,
     free_spills: Vec<usize>,
     retired_spills: Vec<usize>,
     spilled: usize,
-    /// The slots into which each step goes.
+    /// Slots that store each step's result.
     stores: Vec<Vec<u32>>,
-    /// A slot in which it is already, and stays: no slot is written twice.
+    /// Slot that already contains the result. It remains valid, because no slot is written twice.
     slot_of_step: Vec<Option<u32>>,
 }
 
@@ -140,7 +141,7 @@ impl<'a> Allocator<'a> {
         Place::Memory(base, place * (stride * size_of::<f64>()) as i32)
     }
 
-    /// Where it is in memory.
+    /// Memory operand of a value.
     fn memory_of(&self, source: Source) -> Place {
         let lanes = self.target.width.lanes();
         match source {
@@ -161,7 +162,7 @@ impl<'a> Allocator<'a> {
         self.address(Base::Constants, place, copies(self.target))
     }
 
-    /// A register that may be written: one that is free, or one that is not `pinned`.
+    /// Returns a writable register: a free one, or one that is not `pinned`.
     fn room(&mut self, pinned: &[u8]) -> u8 {
         match self.holds.iter().position(Option::is_none) {
             Some(free) => free as u8,
@@ -169,7 +170,7 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// A register that may be written, none of the `pinned` ones even if those are free.
+    /// Returns a writable register that is not `pinned`, even if pinned ones are free.
     fn fresh(&mut self, pinned: &[u8]) -> u8 {
         let mut free = (0..self.holds.len() as u8).filter(|r| self.holds[*r as usize].is_none());
         match free.find(|register| !pinned.contains(register)) {
@@ -178,7 +179,7 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// The register whose value is needed last, when that is saved.
+    /// Saves and releases the register whose value has the farthest next use.
     fn cleared(&mut self, pinned: &[u8]) -> u8 {
         let mut last = (0, 0);
         for register in 0..self.holds.len() as u8 {
@@ -220,7 +221,7 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// The operand in a register.
+    /// Returns the operand in a register; loads it if necessary.
     fn in_register(&mut self, source: Source, pinned: &[u8]) -> u8 {
         if let Some(register) = self.register_of(source) {
             return register;
@@ -232,7 +233,8 @@ impl<'a> Allocator<'a> {
         register
     }
 
-    /// The operand in a register if it is there or is needed again soon, else in memory.
+    /// Returns the operand in a register if it is there already or is used again soon, otherwise in
+    /// memory.
     fn anywhere(&mut self, source: Source, now: u32, pinned: &[u8]) -> Place {
         let again = {
             let uses = self.uses_of(source);
@@ -246,7 +248,8 @@ impl<'a> Allocator<'a> {
         memory
     }
 
-    /// Forgets one use of each operand at a step, and frees the registers of those that have no more.
+    /// Removes the uses of a step's operands, and releases the registers of operands without
+    /// further use.
     fn used(&mut self, now: u32, step: Step) {
         for operand in step.operands() {
             let uses = self.uses_of(operand);
@@ -261,7 +264,7 @@ impl<'a> Allocator<'a> {
             }
             if let Source::Step(step) = operand {
                 self.register_of_step[step as usize] = None;
-                // The instruction may still read it: nothing may be put there before.
+                // The instruction may still read it: the place is reused only afterwards.
                 self.retired_spills.extend(self.spill_of_step[step as usize].take());
             }
         }
@@ -295,7 +298,8 @@ impl<'a> Allocator<'a> {
                 let of = self.in_register(of, &[]);
                 let yes = self.in_register(yes, &[of]);
                 let no = self.in_register(no, &[of, yes]);
-                // Before any of them may be forgotten: it is written while they are still read.
+                // The target must differ from all operands: it is written while they are still
+                // read.
                 let to = self.room(&[of, yes, no]);
                 let zero = self.constant(ZERO);
                 self.used(now, step);
@@ -339,7 +343,8 @@ impl<'a> Allocator<'a> {
         to
     }
 
-    /// The target is one of the operands: one that nothing else needs, or a copy of the addend.
+    /// Emits a fused instruction. Its target is an operand without further use, or a copy of the
+    /// addend.
     fn fused(&mut self, now: u32, step: Step, kind: Fused, [a, b, c]: [Source; 3]) -> u8 {
         let ends = |of: &mut Self, source: Source| {
             of.register_of(source).filter(|_| of.uses_of(source).first() == Some(&now))
@@ -381,7 +386,7 @@ impl<'a> Allocator<'a> {
         to
     }
 
-    /// Stores of what no step makes.
+    /// Stores constants and shared values, which no step computes.
     fn rest(&mut self) {
         for &(source, slot) in &self.code.stores {
             if matches!(source, Source::Step(_)) {

@@ -1,4 +1,5 @@
-//! Forces at many states: by the program, side by side, and by its solver where the program does not hold.
+//! Forces at many states: by the program in parallel lanes, and by its solver where the program is
+//! invalid.
 
 use crate::inverse::InverseProgram;
 use crate::program_inputs::StateOfMotion;
@@ -8,33 +9,33 @@ use stiction_core::kinematics::AssemblyError;
 /// Forces at one state.
 #[derive(Clone, Copy, Debug)]
 pub struct ForcesAt<'a> {
-    /// Which of the states.
+    /// Index of the state.
     pub state: usize,
-    /// Driving forces, N or N m.
+    /// Actuator forces, N or N m.
     pub drives: &'a [f64],
-    /// Each joint's complete wrench, predecessor on successor: force, then moment about the joint's origin,
-    /// world axes.
+    /// Total wrench of each joint, predecessor on successor: force, then moment about the joint's
+    /// origin, world axes.
     pub reactions: &'a [[f64; 6]],
-    /// Whether the solver found them.
+    /// `true` if the solver computed the forces instead of the program.
     pub redone: bool,
 }
 
-/// Why a state has no forces.
+/// Error: no forces at a state.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StateError {
-    /// Which of the states.
+    /// Index of the state.
     pub state: usize,
-    /// Why.
+    /// Cause of the error.
     pub cause: StateErrorCause,
 }
 
-/// See [`StateError`].
+/// Cause of a [`StateError`].
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StateErrorCause {
-    /// The solver cannot be brought there from where it was last.
+    /// The solver cannot follow from its previous position.
     Position(AssemblyError),
-    /// No forces, or none that can be found.
+    /// The solver finds no forces.
     Forces(InverseError),
 }
 
@@ -57,12 +58,14 @@ impl core::error::Error for StateError {
 }
 
 impl InverseProgram {
-    /// Finds the forces with friction at all states and tells them in their order; gives the number of
-    /// states that were left to the solver, because a contact rests there or a branch is taken that was not
-    /// recorded. The solver must be that of the program, and is brought from state to state.
+    /// Computes the forces with friction at all states and passes them to `tell` in order. Returns
+    /// the number of states at which the solver replaced the program, because a friction interface
+    /// is at rest or a branch was not recorded. The solver must be that of the program; it moves
+    /// from state to state.
     ///
     /// # Errors
-    /// The first state for which the solver finds no forces; those before it are told.
+    /// [`StateError`] for the first state at which the solver finds no forces. Forces of earlier
+    /// states have been passed on.
     ///
     /// # Panics
     /// As [`Self::set_bodies`].

@@ -1,9 +1,9 @@
-//! Whether a program of forward dynamics is what it was recorded from.
+//! Verification of recorded programs of forward dynamics.
 //!
-//! Nodes that are told apart by their values, with bounds of rounding errors, may be taken for the same where
-//! these bounds have grown large and they differ by little. So a program is tried before it is given out: the general kernel, run at
-//! the accelerations and frictions that the program finds, must come back to the efforts, reactions
-//! and loads that belong to them.
+//! Value numbering distinguishes nodes by their values and bounds of rounding errors. It may merge
+//! different nodes if these bounds are large and the difference is small. Every program is
+//! therefore verified: the general kernel, evaluated at the accelerations and frictions of the
+//! program, must reproduce its efforts, reactions and normal loads.
 
 use crate::forward::ForwardProgram;
 use crate::motions::run;
@@ -14,11 +14,12 @@ use stiction_core::kinematics::{State, Target};
 use stiction_core::random::Random;
 use stiction_core::spatial::Wrench;
 
-/// What rounding may leave of efforts, loads, forces and moments, each as a part of the largest of its kind.
+/// Tolerance for rounding of efforts, normal loads, forces and moments, each relative to the
+/// largest of its kind.
 const ROUNDING: f64 = 1e-11;
 
 impl Recipe<'_> {
-    /// A sample as state, targets and loads.
+    /// Splits a sample into state, targets and loads.
     pub(crate) fn unpacked(
         &self,
         sample: &[f64],
@@ -41,8 +42,8 @@ impl Recipe<'_> {
         (state, targets.chunks(3).map(target).collect(), loads.collect())
     }
 
-    /// Whether the program finds at all samples what the kernel confirms. Those states count in which it says
-    /// that what it takes for granted holds.
+    /// Checks the results of the program with the kernel, at all samples at which its assumptions
+    /// hold. Returns `false` if there is no such sample.
     pub(crate) fn confirms(&self, program: &ForwardProgram, samples: &[Vec<f64>]) -> bool {
         let parameters = self.solver.parameters();
         let like = self.solver.state();
@@ -53,7 +54,7 @@ impl Recipe<'_> {
         let mut confirmed = 0;
         for sample in samples {
             let (state, targets, loads) = self.unpacked(sample);
-            // Efforts near those of a motion, so that friction does not lock what they move.
+            // Efforts near those of a motion, so that friction does not lock the actuators.
             let coordinates = &state.coordinates;
             let ran = run(self.model, parameters, like, coordinates, (&targets, &loads), 0);
             let scale = ran.inverse.efforts().iter().fold(1e-9_f64, |max, x| max.max(x.abs()));
@@ -70,7 +71,7 @@ impl Recipe<'_> {
                 } else {
                     program.run_frictionless(&mut memory, &mut holds);
                 }
-                // Something may have a sign that it had in no sample.
+                // A condition may have a sign that occurred in no sample.
                 if !holds[0] {
                     continue;
                 }

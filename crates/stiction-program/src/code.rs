@@ -5,20 +5,20 @@ use crate::graph::{Function, Node, Op, needed};
 use core::ops::Range;
 use std::collections::HashMap;
 
-/// Where a step finds an operand.
+/// Operand of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Source {
-    /// Memory that outlives the code.
+    /// Slot of the memory, which outlives the code.
     Slot(u32),
-    /// One of the code's constants.
+    /// Constant of the code.
     Constant(u32),
-    /// A number that all lanes share, in memory of its own that is only read.
+    /// Number shared by all lanes, in a separate read-only memory.
     Common(u32),
-    /// What an earlier step made.
+    /// Result of an earlier step.
     Step(u32),
 }
 
-/// An operation of one machine instruction or a few.
+/// Operation of one or a few machine instructions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Step {
     Add(Source, Source),
@@ -32,11 +32,11 @@ pub(crate) enum Step {
         yes: Source,
         no: Source,
     },
-    /// A product and a sum, rounded once.
+    /// Fused product and sum, rounded once.
     Fused(Fused, [Source; 3]),
 }
 
-/// What is done with three operands `a`, `b`, `c`.
+/// Fused operations on three operands `a`, `b`, `c`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fused {
     /// `a b + c`.
@@ -58,7 +58,7 @@ impl Fused {
 }
 
 impl Step {
-    /// The same with other operands.
+    /// Replaces the operands.
     pub(crate) fn map(self, to: impl Fn(Source) -> Source) -> Self {
         match self {
             Self::Add(a, b) => Self::Add(to(a), to(b)),
@@ -85,7 +85,7 @@ impl Step {
     }
 }
 
-/// Steps in order, and which results go to which slots.
+/// Steps in order, and the slots that receive results.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Code {
     pub(crate) steps: Vec<Step>,
@@ -93,7 +93,7 @@ pub(crate) struct Code {
     pub(crate) stores: Vec<(Source, u32)>,
 }
 
-/// A call of a function between pieces of code: arguments and result in slots.
+/// Function call between pieces of code, with arguments and result in slots.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Call {
     pub(crate) function: Function,
@@ -101,7 +101,7 @@ pub(crate) struct Call {
     pub(crate) result: u32,
 }
 
-/// Code and calls in turn.
+/// Alternating code and calls.
 #[derive(Clone, Debug)]
 pub(crate) enum Part {
     Code(Code),
@@ -109,7 +109,7 @@ pub(crate) enum Part {
 }
 
 impl Part {
-    /// Arithmetic operations in it.
+    /// Number of arithmetic operations.
     pub(crate) fn operations(&self) -> usize {
         match self {
             Self::Code(code) => code.steps.len(),
@@ -118,7 +118,7 @@ impl Part {
     }
 }
 
-/// Gives slots to nodes, and knows which are common to all lanes.
+/// Assigns slots to nodes, and records the nodes whose values all lanes share.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Slots {
     of_node: HashMap<Node, u32>,
@@ -127,14 +127,14 @@ pub(crate) struct Slots {
 }
 
 impl Slots {
-    /// As many slots in a row, for what is no node.
+    /// Reserves consecutive slots; returns the first.
     pub(crate) fn reserve(&mut self, count: usize) -> u32 {
         let first = self.count;
         self.count += count as u32;
         first
     }
 
-    /// With these inputs in the first slots, in their order.
+    /// Assigns the first slots to these inputs, in their order.
     pub(crate) fn of_inputs(ops: &[Op], inputs: Range<usize>) -> Self {
         let mut slots = Self::default();
         slots.reserve(inputs.len());
@@ -149,12 +149,12 @@ impl Slots {
         slots
     }
 
-    /// From now on the node is found in this slot.
+    /// Assigns a slot to a node.
     pub(crate) fn put(&mut self, node: Node, slot: u32) {
         self.of_node.insert(node, slot);
     }
 
-    /// All lanes find the node in this place of what is common to them.
+    /// Assigns a place in the shared memory of all lanes to a node.
     pub(crate) fn put_common(&mut self, node: Node, place: u32) {
         self.common.insert(node, place);
     }
@@ -163,20 +163,21 @@ impl Slots {
         self.of_node.get(&node).copied()
     }
 
-    /// Where results are, once what finds them is compiled.
+    /// Slots of compiled results.
     ///
     /// # Errors
-    /// Nothing finds one of them: another number would be taken for it.
+    /// [`RecordError::NotConfirmed`] if a node has no slot: another number would be read in its
+    /// place.
     pub(crate) fn places(&self, nodes: &[Node]) -> Result<Vec<u32>, RecordError> {
         nodes.iter().map(|node| self.of(*node).ok_or(RecordError::NotConfirmed)).collect()
     }
 
-    /// The same of a single one.
+    /// Slot of one compiled result, as [`Self::places`].
     pub(crate) fn place(&self, node: Node) -> Result<u32, RecordError> {
         self.of(node).ok_or(RecordError::NotConfirmed)
     }
 
-    /// Where a node is before any code has run.
+    /// Location of a node before any code runs.
     fn known(&self, node: Node) -> Option<Source> {
         let common = || self.common.get(&node).map(|place| Source::Common(*place));
         self.of(node).map(Source::Slot).or_else(common)
@@ -196,8 +197,8 @@ impl Slots {
     }
 }
 
-/// What becomes one step: for each product that nothing but one sum at the same level reads that sum, and
-/// for each sum its product. The same for quotients, which are products with reciprocals.
+/// Pairs of operations that become one step: a product with the sum that alone reads it, at the
+/// same level, and a reciprocal with the product that alone reads it, as a quotient.
 fn pairs(
     ops: &[Op],
     needed: &[bool],
@@ -217,7 +218,7 @@ fn pairs(
     for (k, op) in ops.iter().enumerate().filter(|(k, _)| fuse && needed[*k]) {
         let (Op::Add(a, b) | Op::Sub(a, b)) = *op else { continue };
         let serves = |node: &Node| alone(*node, k) && matches!(ops[*node as usize], Op::Mul(..));
-        // The later one: what it needs is nearer.
+        // The later product is preferred: its operands are closer.
         if let Some(product) = [a.max(b), a.min(b)].into_iter().find(serves) {
             with[k] = Some(product);
             with[product as usize] = Some(k as Node);
@@ -239,10 +240,10 @@ fn is_reciprocal(ops: &[Op], node: Node) -> bool {
     matches!(ops[node as usize], Op::Div(a, _) if ops[a as usize] == one)
 }
 
-/// Compiles what `results` need and is not in a slot yet, and puts them into slots; products and sums are
-/// one step if `fuse`.
+/// Compiles the part of `results` that has no slot yet, and assigns slots to it; products and sums
+/// become one step if `fuse`.
 pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: bool) -> Vec<Part> {
-    // What is known needs nothing.
+    // Results with a slot need no code.
     let open: Vec<Node> = results.iter().copied().filter(|n| slots.of(*n).is_none()).collect();
     let cut: Vec<Op> = ops
         .iter()
@@ -250,7 +251,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
         .map(|(k, op)| if slots.known(k as Node).is_some() { Op::Input(u32::MAX) } else { *op })
         .collect();
     let needed = needed(&cut, &open);
-    // How many calls come one after the other before a node.
+    // Number of consecutive calls before each node.
     let mut level = vec![0_usize; ops.len()];
     let mut most = 0;
     for (k, op) in cut.iter().enumerate().filter(|(k, _)| needed[*k]) {
@@ -261,7 +262,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
         level[k] = before.max().unwrap_or(0);
         most = most.max(level[k] + usize::from(matches!(op, Op::Call(..))));
     }
-    // What later levels or calls read goes into slots.
+    // Values that later levels or calls read need slots.
     let mut crosses = vec![false; ops.len()];
     open.iter().for_each(|node| crosses[*node as usize] = true);
     for (k, op) in cut.iter().enumerate().filter(|(k, _)| needed[*k]) {
@@ -311,7 +312,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
             let mut of = |node: Node| source(node, &mut code, &mut constants);
             let pair = with[k].map(|other| (other, cut[other as usize]));
             let step = match (*op, pair) {
-                // The other one does it.
+                // The other operation of the pair includes this one.
                 (Op::Mul(..), Some((_, Op::Add(..) | Op::Sub(..)))) | (Op::Div(..), Some(_)) => {
                     continue;
                 }
@@ -352,7 +353,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
                 code.stores.push((Source::Step(place), u32::MAX - node));
             }
         }
-        // Slots are given last: until then operands are found as steps.
+        // Slots are assigned last: until then, operands are found as steps.
         for (_, slot) in &mut code.stores {
             if *slot > u32::MAX / 2 {
                 *slot = slots.made(u32::MAX - *slot);
@@ -369,7 +370,7 @@ pub(crate) fn compile(ops: &[Op], results: &[Node], slots: &mut Slots, fuse: boo
 }
 
 impl Code {
-    /// How many of the numbers that are common to all lanes it needs.
+    /// Number of shared values that the code reads.
     pub(crate) fn common(&self) -> usize {
         let operands = self.steps.iter().flat_map(|step| step.operands());
         let all = operands.chain(self.stores.iter().map(|(source, _)| *source));
@@ -380,8 +381,8 @@ impl Code {
         places.max().unwrap_or(0)
     }
 
-    /// Runs it for `L` states side by side: each slot holds `L` numbers, each of `common` is for all of them.
-    /// `values` is scratch with room for all steps.
+    /// Interprets the code for `L` states in parallel: each slot holds `L` numbers, and all lanes
+    /// share those of `common`. `values` is scratch memory for the results of all steps.
     pub(crate) fn interpret<const L: usize>(
         &self,
         slots: &mut [f64],

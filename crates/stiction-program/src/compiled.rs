@@ -1,4 +1,4 @@
-//! The stages of a program, compiled for one state and for as many as the processor takes at once.
+//! Stages of a program, compiled for one state and for vector lanes.
 
 use crate::code::Part;
 use crate::memory::Memory;
@@ -15,7 +15,7 @@ pub(crate) struct Compiled<const N: usize> {
 }
 
 impl<const N: usize> Compiled<N> {
-    /// Of stages that touch so many slots; interpreted if `machine` is false.
+    /// Prepares stages with a number of slots; interpreted if `machine` is false.
     pub(crate) fn new(stages: &[Vec<Part>; N], slots: usize, machine: bool) -> Self {
         let lanes = natural_lanes();
         let runners =
@@ -24,27 +24,27 @@ impl<const N: usize> Compiled<N> {
         Self { slots, operations, one: runners(1), many: runners(lanes), lanes }
     }
 
-    /// How many states the wide code takes at once.
+    /// Number of states that the vector code processes in parallel.
     pub(crate) fn lanes(&self) -> usize {
         self.lanes
     }
 
-    /// Arithmetic operations of each stage.
+    /// Number of arithmetic operations of each stage.
     pub(crate) fn operations(&self) -> [usize; N] {
         self.operations
     }
 
-    /// Whether the processor runs all stages itself.
+    /// Returns `true` if all stages are native machine code.
     pub(crate) fn is_machine_code(&self) -> bool {
         self.one.iter().chain(&self.many).all(Runner::is_machine_code)
     }
 
-    /// The stages for one state (`lanes` 1) or for many.
+    /// Stages for one state (`lanes` 1) or for all lanes.
     pub(crate) fn runners(&self, lanes: usize) -> &[Runner; N] {
         if lanes == 1 { &self.one } else { &self.many }
     }
 
-    /// Room for runs of one state (`lanes` 1) or of many.
+    /// Allocates memory for one state (`lanes` 1) or for all lanes.
     pub(crate) fn memory(&self, lanes: usize) -> Memory {
         let scratch = self.runners(lanes).iter().map(Runner::scratch).max().unwrap_or(0);
         Memory::new(if lanes == 1 { 1 } else { self.lanes }, self.slots, scratch)

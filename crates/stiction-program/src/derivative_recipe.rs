@@ -1,9 +1,10 @@
-//! What is recorded for derivatives of driving forces, beside inverse dynamics.
+//! Recording of derivatives of actuator forces, in addition to inverse dynamics.
 //!
-//! Forces are where a Newton step of the coupling ends at its own beginning. There the step does not depend
-//! on where it begins, to first order: that is why Newton's method converges as it does. So drives change as
-//! those after one step from fixed reactions do, and the coupling is not differentiated iteration by iteration.
-//! The same holds for the position, which one Newton step closes.
+//! The solution is a fixed point of the Newton step of the coupling. There the result of the step
+//! does not depend on its initial value to first order, which is why Newton's method converges
+//! quadratically. The derivatives of actuator forces are therefore those after one step from fixed
+//! reactions, without differentiation of the iteration. The same holds for the position, which one
+//! Newton step closes.
 //!
 //! Equations (P6) and (P7) of the book's theory.
 
@@ -23,22 +24,22 @@ use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::Wrench;
 
-/// Derivatives that are asked for, and where their inputs stand behind those of inverse dynamics: the reactions of
-/// joints with contacts as six numbers each, the slopes of all quantities; and, while it is recorded, numbers of
-/// the mechanism.
+/// Requested derivatives, and their inputs after those of inverse dynamics: six components of the
+/// reaction of each joint with friction interfaces, the slopes of all quantities, and, during the
+/// recording only, numbers of the mechanism.
 pub(crate) struct Asked<'a> {
     quantities: &'a [Quantity],
-    /// Quantities that are numbers of the mechanism, and these.
+    /// Quantities of the mechanism, with their values.
     numbers: Vec<(Quantity, f64)>,
-    /// The joints with contacts: their reactions make friction.
+    /// Joints with friction interfaces, whose reactions cause friction.
     rubbing: Vec<usize>,
     first_target: usize,
     first: usize,
 }
 
 impl<'a> Asked<'a> {
-    /// With the first of the prescribed values among the inputs, and the first input of its own; a quantity that does
-    /// not exist is an error.
+    /// Assigns inputs; `first_target` is the first of the prescribed values among the inputs,
+    /// `first` the first input for derivatives. Fails if a quantity does not exist.
     pub(crate) fn new(
         recipe: &Recipe<'_>,
         quantities: &'a [Quantity],
@@ -64,23 +65,23 @@ impl<'a> Asked<'a> {
         Ok(Self { quantities, numbers, rubbing, first_target, first })
     }
 
-    /// The slopes among the inputs.
+    /// Inputs of the slopes.
     pub(crate) fn slopes(&self) -> Range<usize> {
         let first = self.first + 6 * self.rubbing.len();
         first..first + self.quantities.len()
     }
 
-    /// For each joint with contacts the first input of its reaction.
+    /// Joints with friction interfaces, each with the first input of its reaction.
     pub(crate) fn reactions(&self) -> Vec<(usize, usize)> {
         self.rubbing.iter().copied().zip((self.first..).step_by(6)).collect()
     }
 
-    /// All inputs while it is recorded.
+    /// Number of all inputs during the recording.
     pub(crate) fn inputs(&self) -> usize {
         self.slopes().end + self.numbers.len()
     }
 
-    /// Any reactions and slopes, `length` being that of lever arms.
+    /// Random reactions and slopes; `length` scales moments.
     pub(crate) fn any(&self, length: f64, random: &mut Random) -> Vec<f64> {
         let mut numbers = Vec::new();
         for _ in &self.rubbing {
@@ -91,8 +92,9 @@ impl<'a> Asked<'a> {
         numbers
     }
 
-    /// Drives after a step from the wrenches at joints with contacts, which are held. Position and motion are those that were
-    /// followed, found once more as they depend on what is prescribed and on numbers of the mechanism.
+    /// Actuator forces after a step from the wrenches at joints with friction interfaces, which are
+    /// held constant. Position and motion are those of `followed`, computed again as functions of
+    /// prescribed values and numbers of the mechanism.
     pub(crate) fn follow(
         &self,
         recipe: &Recipe<'_>,
@@ -110,8 +112,9 @@ impl<'a> Asked<'a> {
         }
         let Followed { coordinates, targets, loads } = followed;
         let like = recipe.solver.state();
-        // A coordinate that was found from poses is one within a turn, what is prescribed goes on over whole turns. The
-        // position is corrected by what is between them, which must be nothing but a slope.
+        // An angle computed from poses is known modulo full turns, but a prescribed one is
+        // continuous. The position correction uses their difference, which must contribute only its
+        // slope.
         let angles = recipe.solver.constraints().tree_angles(recipe.solver.topology());
         let targets = targets.iter().zip(angles).map(|(target, angle)| match angle {
             Some(place) => Target { value: nearest(target.value, coordinates[place]), ..*target },
@@ -131,8 +134,8 @@ impl<'a> Asked<'a> {
         ran.inverse.efforts().to_vec()
     }
 
-    /// The graph with slopes of `drives`, in which nothing is held any more and the mechanism's numbers are constants;
-    /// the new node for each of the old; and the slopes.
+    /// Adds the slopes of `drives` to the graph, with held nodes released and the mechanism's
+    /// numbers as constants. Returns the graph, the new node of each old one, and the slopes.
     pub(crate) fn differentiated(
         &self,
         mut graph: Graph,
@@ -155,7 +158,8 @@ impl<'a> Asked<'a> {
         (graph, new_of, slopes)
     }
 
-    /// The slope of each input: those of prescribed values and of the mechanism's numbers are inputs.
+    /// Slope of each input: those of prescribed values and of the mechanism's numbers are inputs
+    /// themselves.
     fn slopes_of_inputs(&self, graph: &mut Graph) -> Vec<Option<Node>> {
         let mut slopes = vec![None; self.slopes().end];
         for (place, quantity) in self.slopes().zip(self.quantities) {
@@ -164,7 +168,7 @@ impl<'a> Asked<'a> {
                 Quantity::Value(at) => slopes[self.first_target + 3 * at] = slope,
                 Quantity::Rate(at) => slopes[self.first_target + 3 * at + 1] = slope,
                 Quantity::Acceleration(at) => slopes[self.first_target + 3 * at + 2] = slope,
-                // Numbers come in the same order.
+                // The mechanism's numbers are in the same order.
                 _ => slopes.push(slope),
             }
         }
@@ -172,7 +176,7 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// An angle less the whole turns by which it differs from another.
+/// Subtracts the full turns by which an angle differs from another.
 fn nearest(angle: Recorded, other: Recorded) -> Recorded {
     let (sine, cosine) = (angle - other).sin_cos();
     other + sine.atan2(cosine)

@@ -1,4 +1,4 @@
-//! Exact derivatives of driving forces, as a program beside that of inverse dynamics.
+//! Exact derivatives of actuator forces, as a program in addition to inverse dynamics.
 
 use crate::error::RecordError;
 use crate::inverse::{Beside, InverseProgram};
@@ -8,11 +8,13 @@ use crate::run::natural_lanes;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics};
 use stiction_core::kinematics::{State, Target};
 
-/// Inverse dynamics of one mechanism and the derivatives of its driving forces, exact to round-off, by chosen
-/// quantities of motion and mechanism. Several directions at once.
+/// Program of inverse dynamics for one mechanism and of the derivatives of its actuator forces with
+/// respect to selected quantities of motion and mechanism. Derivatives are exact to round-off, in
+/// several directions at once.
 ///
-/// A direction is a slope for each of the quantities; a unit slope of one alone gives the partial derivative.
-/// Friction is that of sliding contacts, coupled to the loads, and its change with them is in the derivatives.
+/// A direction consists of a slope for each quantity; a unit slope of one quantity alone gives the
+/// partial derivative. Friction is that of sliding interfaces, coupled with the normal loads; the
+/// derivatives include its change with them.
 ///
 /// ```
 /// use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -51,21 +53,22 @@ pub struct DerivativeProgram {
     lanes: usize,
 }
 
-/// What runs of a [`DerivativeProgram`] read and write.
+/// Memory of a [`DerivativeProgram`].
 #[derive(Clone, Debug)]
 pub struct DerivativeMemory {
     inverse: Memory,
     directions: Memory,
-    /// Whether there are derivatives at the state that was run last.
+    /// Validity of the derivatives at the last evaluated state.
     is_ready: bool,
 }
 
 impl DerivativeProgram {
-    /// Records and compiles inverse dynamics and derivatives by these quantities; `solver`, `signal` and
-    /// `loads` as for [`InverseProgram::record`].
+    /// Records and compiles inverse dynamics and derivatives with respect to these quantities;
+    /// `solver`, `signal` and `loads` are as in [`InverseProgram::record`].
     ///
     /// # Errors
-    /// See [`RecordError`]: those of [`InverseProgram::record`]; and if there is no quantity, or one does not exist.
+    /// See [`RecordError`]: those of [`InverseProgram::record`]; and if `quantities` is empty or
+    /// contains one that does not exist.
     pub fn record(
         solver: &InverseDynamics,
         signal: &[Vec<Target<f64>>],
@@ -75,7 +78,8 @@ impl DerivativeProgram {
         Self::record_with(solver, signal, loads, quantities, true)
     }
 
-    /// The same, interpreted if `machine` is false: the slow way, for comparison.
+    /// Records as [`Self::record`]; interpreted if `machine` is false, which is slow and serves for
+    /// comparison.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,
@@ -93,28 +97,28 @@ impl DerivativeProgram {
         Ok(Self { inverse, beside, quantities, lanes })
     }
 
-    /// The program of inverse dynamics that it contains.
+    /// Program of inverse dynamics.
     pub fn inverse(&self) -> &InverseProgram {
         &self.inverse
     }
 
-    /// The quantities by which it differentiates, in the order of slopes.
+    /// Quantities of the derivatives, in the order of the slopes.
     pub fn quantities(&self) -> &[Quantity] {
         &self.quantities
     }
 
-    /// How many directions [`Self::differentiate`] takes at once on this processor.
+    /// Number of directions that [`Self::differentiate`] processes in parallel on this processor.
     pub fn lanes(&self) -> usize {
         self.lanes
     }
 
-    /// Arithmetic operations beside those of [`InverseProgram::operations`]: once for a state, and for as many
-    /// directions at once as there are lanes.
+    /// Number of arithmetic operations in addition to [`InverseProgram::operations`]: once for a
+    /// state, and for each group of [`Self::lanes`] directions.
     pub fn operations(&self) -> [usize; 2] {
         self.beside.operations
     }
 
-    /// Room for runs.
+    /// Allocates the memory of a run.
     pub fn memory(&self) -> DerivativeMemory {
         let Beside { preparation, directions, slots, .. } = &self.beside;
         let mut inverse = self.inverse.memory(1);
@@ -123,9 +127,10 @@ impl DerivativeProgram {
         DerivativeMemory { inverse, directions, is_ready: false }
     }
 
-    /// Finds all forces at a state of motion, with friction, and prepares derivatives there. The state must close
-    /// the loops. Whether friction and reactions are in balance and what the programs take for granted holds,
-    /// see [`InverseProgram::run`]; only then are there derivatives, else all slopes are NaN.
+    /// Computes all forces with friction at a state of motion, and prepares derivatives there. The
+    /// state must close the loops. Returns `true` if the coupling has converged and the assumptions
+    /// of the program are satisfied, see [`InverseProgram::run`]; otherwise all derivatives are
+    /// NaN.
     ///
     /// # Panics
     /// As [`InverseProgram::set`].
@@ -150,10 +155,11 @@ impl DerivativeProgram {
         memory.is_ready
     }
 
-    /// Sets a direction, one for each lane: the slope of each quantity along it. [`Self::jacobian`] sets others.
+    /// Sets the direction of one lane: a slope for each quantity. [`Self::jacobian`] overwrites
+    /// directions.
     ///
     /// # Panics
-    /// If there is no such lane, or not a slope for each quantity.
+    /// If the lane does not exist, or the number of slopes differs from that of the quantities.
     pub fn set_direction(&self, memory: &mut DerivativeMemory, lane: usize, slopes: &[f64]) {
         let (found, expected) = (slopes.len(), self.quantities.len());
         assert!(found == expected, "{found} slopes of {expected} quantities");
@@ -163,36 +169,37 @@ impl DerivativeProgram {
         }
     }
 
-    /// Finds the slopes of all drives along the directions that are set, at the state of the last
-    /// [`Self::run`]; NaN where that was false, or is missing.
+    /// Computes the slopes of all actuator forces along the directions, at the state of the last
+    /// [`Self::run`]; NaN if that failed or is missing.
     pub fn differentiate(&self, memory: &mut DerivativeMemory) {
         let DerivativeMemory { inverse, directions, is_ready } = memory;
         let Memory { slots, scratch, .. } = directions;
         self.beside.directions.run_with(slots, &inverse.slots, scratch);
         if !*is_ready {
-            // They would be those of another state, or of none.
+            // The slopes would belong to another state.
             for slope in &self.beside.slopes {
                 slots[*slope as usize * self.lanes..][..self.lanes].fill(f64::NAN);
             }
         }
     }
 
-    /// The forces of the last [`Self::run`], lane 0 of [`Self::inverse`].
+    /// Forces of the last [`Self::run`], in lane 0 of [`Self::inverse`].
     pub fn forces<'a>(&self, memory: &'a DerivativeMemory) -> &'a Memory {
         &memory.inverse
     }
 
-    /// The slope of a drive along a direction, N or N m for each unit of the direction, as the last
-    /// [`Self::differentiate`] found it.
+    /// Slope of an actuator force along a direction, N or N m per unit of the direction, from the
+    /// last [`Self::differentiate`].
     pub fn slope(&self, memory: &DerivativeMemory, lane: usize, drive: usize) -> f64 {
         memory.directions.read(self.beside.slopes[drive], lane)
     }
 
-    /// All partial derivatives at the state of the last [`Self::run`]: for each drive those by all quantities,
-    /// into `jacobian`, drive after drive; NaN where that run was false, or is missing.
+    /// Computes all partial derivatives at the state of the last [`Self::run`]: one row of
+    /// `jacobian` for each actuator, one column for each quantity; NaN if that run failed or is
+    /// missing.
     ///
     /// # Panics
-    /// If `jacobian` is not as long as drives times quantities.
+    /// If the length of `jacobian` is not the number of actuators times that of quantities.
     pub fn jacobian(&self, memory: &mut DerivativeMemory, jacobian: &mut [f64]) {
         let count = self.quantities.len();
         let (found, expected) = (jacobian.len(), count * self.beside.slopes.len());

@@ -1,43 +1,45 @@
-//! Why a mechanism has no program.
+//! Errors of recordings.
 
 use crate::quantity::Quantity;
 use core::fmt;
 use stiction_core::kinematics::AssemblyError;
 
-/// Why a mechanism has no program. Its solver serves it nevertheless.
+/// Error: a mechanism has no program. Its solver remains usable.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum RecordError {
-    /// There are no positions to record at.
+    /// The signal has no positions.
     EmptyCourse,
-    /// The solver cannot be brought to a position of the course, or beside it.
+    /// The solver cannot follow the signal to a position or its neighbourhood.
     Signal {
-        /// Its place in the course.
+        /// Index of the position in the signal.
         position: usize,
-        /// Why.
+        /// Error of the solver.
         error: AssemblyError,
     },
-    /// The kernel has no plan: the solver's position is singular, or both constraints and actuators are redundant.
+    /// The kernel has no plan: the solver's position is singular, or both constraints and actuators
+    /// are redundant.
     NoPlan,
-    /// There is no quantity to differentiate by.
+    /// The list of quantities for derivatives is empty.
     NoQuantity,
-    /// A quantity that the mechanism does not have.
+    /// The mechanism has no such quantity.
     UnknownQuantity(Quantity),
-    /// Forward dynamics: constraints or actuators are redundant, as constraints are in a planar linkage of revolute
-    /// joints, so that reactions are not unique.
+    /// Forward dynamics: constraints or actuators are redundant, as are the constraints of a planar
+    /// linkage of revolute joints, so that reactions are not unique.
     Redundant,
-    /// Forward dynamics: bodies can spin idly.
+    /// Forward dynamics: bodies have local passive DOFs.
     IdleSpins,
-    /// Forward dynamics: there are more or fewer actuators than prescribed coordinates, or none.
+    /// Forward dynamics: the numbers of actuators and prescribed coordinates differ or are zero.
     ActuatorCount {
-        /// Actuators.
+        /// Number of actuators.
         actuators: usize,
-        /// Prescribed coordinates.
+        /// Number of prescribed coordinates.
         coordinates: usize,
     },
-    /// Forward dynamics: something to be driven has no inertia.
+    /// Forward dynamics: an actuated coordinate has no inertia.
     NoInertia,
-    /// At other states than those from which it was made the program does not find what the solver finds.
+    /// The program does not reproduce the solver's results at states other than those of the
+    /// recording.
     NotConfirmed,
 }
 

@@ -1,10 +1,13 @@
-//! Forward dynamics of one mechanism as a program: accelerations and reactions, friction coupled to them.
+//! Program of forward dynamics for one mechanism: accelerations and reactions, coupled with
+//! friction.
 //!
-//! Accelerations and reactions are affine in friction forces, and each friction force is affine in its
-//! contact's load. So the program has stages: what comes before any friction; a Newton step for the loads
-//! of the contacts; a step by the matrix of the one before, which costs a third; and what follows from
-//! the loads. One Newton step from loads under the friction of the frictionless ones brings them so near that steps by its
-//! matrix gain several digits each; where they do not, there is another Newton step.
+//! Accelerations and reactions are affine in the friction forces, and each friction force is affine
+//! in the normal load of its interface. The program therefore has these stages: preparation without
+//! friction; a Newton step for the normal loads; a chord step with the matrix of the previous
+//! Newton step, at a third of the cost; and the results that follow from the normal loads. The
+//! iteration begins with the normal loads under the friction of the frictionless ones. One Newton
+//! step usually brings them so close that each chord step gains several digits; otherwise another
+//! Newton step follows.
 
 use crate::code::{Slots, compile};
 use crate::compiled::Compiled;
@@ -21,31 +24,32 @@ use crate::stages::{coupled, early};
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Weighting};
 use stiction_core::kinematics::{State, Target};
 
-/// Steps for the loads, at most.
+/// Maximum number of steps for the normal loads.
 const STEPS: usize = 24;
-/// Newton steps at first.
+/// Number of initial Newton steps.
 const NEWTON_STEPS: usize = 1;
-/// Where a step by an old matrix leaves more than this part of the error, a new matrix is made.
+/// Remaining part of the error after a chord step above which the matrix is renewed.
 const SLOW: f64 = 0.03;
-/// After a Newton step that changes loads by more than this part of the largest there is another one.
+/// Relative change of the normal loads in a Newton step above which another Newton step follows.
 const FAR: f64 = 0.05;
-/// A Newton step that changes no load by more than this part of the largest leaves an error of the square of
-/// it: rounding.
+/// Relative change of the normal loads in a Newton step below which the remaining error, of the
+/// order of its square, is rounding.
 const SETTLED: f64 = 1e-8;
-/// An error that is rounding, as a part of the largest load.
+/// Rounding error relative to the largest normal load.
 const ROUNDING: f64 = 1e-15;
-/// Changes that are rounding, by whatever step.
+/// Relative change that is rounding, in any kind of step.
 const STILL: f64 = 1e-14;
 
-/// The stages in the order in which they are compiled.
+/// Stages in the order of compilation.
 const IDEAL: usize = 0;
 const FIRST: usize = 1;
 const NEWTON: usize = 2;
 const CHORD: usize = 3;
 const LAST: usize = 4;
 
-/// Forward dynamics of one mechanism, compiled: from positions, velocities and the efforts of all actuators to
-/// accelerations and all reactions, with friction of sliding contacts that is in balance with the reactions.
+/// Compiled program of forward dynamics for one mechanism: from positions, velocities and all
+/// actuator efforts to accelerations and all reactions, with friction of sliding interfaces in
+/// balance with the reactions.
 ///
 /// ```
 /// use stiction_core::dynamics::{InverseDynamics, Settings};
@@ -82,15 +86,16 @@ pub struct ForwardProgram {
     code: Compiled<5>,
 }
 
-/// The slots of the results.
+/// Slots of the results.
 #[derive(Clone, Debug)]
 struct Places {
-    /// Loads of the coupled contacts at first, after a Newton step, after one by an old matrix.
+    /// Normal loads of the coupled interfaces: initially (`start`), after a Newton step (`newton`),
+    /// after a chord step (`chord`).
     start: Vec<u32>,
     newton: Vec<u32>,
     chord: Vec<u32>,
     determinant: u32,
-    /// Positive where what the program takes for granted holds.
+    /// Guards: positive if the assumptions of the recording hold.
     ideal_guard: u32,
     guard: u32,
     ideal: Motion,
@@ -100,7 +105,7 @@ struct Places {
     frictions: Vec<u32>,
 }
 
-/// The slots of accelerations of the coordinates and of the tree, and of reactions.
+/// Slots of the accelerations of the coordinates and of the tree, and of the reactions.
 #[derive(Clone, Debug)]
 struct Motion {
     coordinates: Vec<u32>,
@@ -124,17 +129,18 @@ impl Motion {
 impl ForwardProgram {
     /// Records and compiles the program of a mechanism.
     ///
-    /// The coordinates that `solver` prescribes are those whose accelerations the program finds first, all
-    /// others follow; they are as many as there are actuators. `signal` gives their values amid the motions that
-    /// are meant, each near enough to the one before for the mechanism to be brought there from the position
-    /// of `solver`. `loads` says which bodies are loaded, at which points, in which axes; the wrenches themselves
-    /// are inputs.
+    /// The program first computes the accelerations of the coordinates that `solver` prescribes,
+    /// from which all others follow; their number is that of the actuators. `signal` gives their
+    /// values within the intended range of motion, each close enough to the previous one for the
+    /// solver to follow from its own position. `loads` defines the loaded bodies, points and axes;
+    /// the wrenches themselves are inputs.
     ///
     /// # Errors
-    /// See [`RecordError`]: those of [`crate::InverseProgram::record`]; reactions are not unique, as in a planar
-    /// linkage of revolute joints, or bodies spin idly; accelerations do not follow from efforts, because something to
-    /// be driven has no inertia, or there are more or fewer actuators than coordinates; or the general kernel does not
-    /// confirm what the program finds.
+    /// See [`RecordError`]: those of [`crate::InverseProgram::record`]; reactions are not unique,
+    /// as in a planar linkage of revolute joints; bodies have local passive DOFs; the efforts do
+    /// not determine the accelerations, because an actuated coordinate has no inertia or the
+    /// numbers of actuators and coordinates differ; or the general kernel does not confirm the
+    /// results of the program.
     pub fn record(
         solver: &InverseDynamics,
         signal: &[Vec<Target<f64>>],
@@ -143,7 +149,8 @@ impl ForwardProgram {
         Self::record_with(solver, signal, loads, true)
     }
 
-    /// The same, interpreted if `machine` is false: the slow way, for comparison.
+    /// Records as [`Self::record`]; interpreted if `machine` is false, which is slow and serves for
+    /// comparison.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,
@@ -168,7 +175,7 @@ impl ForwardProgram {
         let samples: Vec<Vec<f64>> =
             samples(solver, signal, loads)?.iter().map(Sample::of_tree).collect();
         let pivots = recipe.mass_pivots(&samples).ok_or(RecordError::NoInertia)?;
-        // First with all contacts, to see whose friction changes a load at all.
+        // A first recording with all interfaces shows whose friction changes a normal load at all.
         let all: Vec<usize> = (0..counts.interfaces).collect();
         let first = recipe.record_forward(&all, &pivots, &samples);
         let coupled = coupled(&first.graph, &first.influence, counts.interfaces);
@@ -178,7 +185,7 @@ impl ForwardProgram {
         };
         let places = loads.iter().map(place_of).collect();
         let program = Self::compile(recipe.counts(coupled.len()), &recorded, places, machine)?;
-        // By other states than those from which it was made.
+        // Verified at states other than those of the recording.
         let others: Vec<Vec<f64>> =
             seeded_samples(9, solver, signal, loads)?.iter().map(Sample::of_tree).collect();
         if recipe.confirms(&program, &others) {
@@ -199,7 +206,7 @@ impl ForwardProgram {
         let given = counts.inputs() + counts.drives;
         let mut slots = Slots::of_inputs(ops, 0..given + 2 * counts.coupled);
         let mut stages = [const { Vec::new() }; 5];
-        // The frictionless program is one of its own: it leaves nothing behind for others.
+        // The frictionless stage has slots of its own, which no other stage reads.
         let mut own = slots.clone();
         let with = |nodes: &[Node], guard: Node| [nodes, &[guard]].concat();
         stages[IDEAL] = compile(ops, &with(&recorded.ideal, recorded.guards[0]), &mut own, fuse);
@@ -212,20 +219,21 @@ impl ForwardProgram {
         first.extend(early(ops, &later, |input| input >= given));
         stages[FIRST] = compile(ops, &first, &mut slots, fuse);
         let mut newton = Vec::new();
-        // Where no friction changes a load this stage is never run, and nothing may be left to it.
+        // If no friction changes a normal load, this stage never runs, and no other may depend on
+        // it.
         if counts.coupled > 0 {
             newton.clone_from(&recorded.newton);
             newton.extend(early(ops, &recorded.chord, |input| input >= given + counts.coupled));
         }
         stages[NEWTON] = compile(ops, &newton, &mut slots, fuse);
-        // Each of the stages that follow is run by itself: none may rely on what another has left.
+        // The following stages run independently: none may depend on values that another has left.
         let mut of_chord = slots.clone();
         stages[CHORD] = compile(ops, &recorded.chord, &mut of_chord, fuse);
         let chord = of_chord.places(&recorded.chord)?;
         slots.reserve(of_chord.count() - slots.count());
         stages[LAST] = compile(ops, &last, &mut slots, fuse);
 
-        // Of a stage that is never run nobody asks for results.
+        // A stage that never runs has no results.
         let newton = if counts.coupled > 0 { slots.places(&recorded.newton)? } else { Vec::new() };
         let (next, determinant) = newton.split_at(counts.coupled);
         let rest = slots.places(&recorded.rest)?;
@@ -248,35 +256,38 @@ impl ForwardProgram {
         Ok(Self { counts, loaded, places, code })
     }
 
-    /// How many states the wide code takes at once on this processor.
+    /// Number of states that the vector code processes in parallel on this processor.
     pub fn lanes(&self) -> usize {
         self.code.lanes()
     }
 
-    /// Arithmetic operations: of everything without friction; with friction of what comes first, of a Newton
-    /// step of the coupling, of a step by the matrix of one before, and of what comes last.
+    /// Number of arithmetic operations: of the frictionless computation; and with friction, of the
+    /// preparation, of a Newton step, of a chord step, and of the final stage.
     pub fn operations(&self) -> [usize; 5] {
         self.code.operations()
     }
 
-    /// Whether the processor runs the program itself; if not, it is interpreted.
+    /// Returns `true` for native machine code, `false` for an interpreted program.
     pub fn is_machine_code(&self) -> bool {
         self.code.is_machine_code()
     }
 
-    /// Room for runs of one state (`lanes` 1) or, for any other number, of [`Self::lanes`] states.
+    /// Allocates memory for one state (`lanes` 1) or, for any other number, for [`Self::lanes`]
+    /// states.
     pub fn memory(&self, lanes: usize) -> Memory {
         self.code.memory(lanes)
     }
 
-    /// Sets one lane's position and rates, loads, and the efforts of all actuators, N or N m, in the order of
-    /// [`stiction_core::mechanism::Mechanism::actuators`]. The state must close the loops; `targets` are values
-    /// and rates of the coordinates that the recording solver prescribes, in this state. Accelerations in either
-    /// are not read. Results are still those of the last run.
+    /// Sets position and rates, loads, and all actuator efforts (N or N m) of one lane; efforts are
+    /// in the order of [`stiction_core::mechanism::Mechanism::actuators`]. The state must close the
+    /// loops; `targets` are values and rates of the coordinates that the recording solver
+    /// prescribes, in this state. Accelerations in either are ignored. Results of the last run
+    /// remain.
     ///
     /// # Panics
-    /// If there is no such lane, no target for each prescribed coordinate, no effort for each actuator, or if loads are
-    /// others than those for which the program was recorded in more than force and moment.
+    /// If the lane does not exist, if the number of targets or efforts differs from that of the
+    /// prescribed coordinates or actuators, or if a load differs from the recorded one in its body,
+    /// point or axes.
     pub fn set(
         &self,
         memory: &mut Memory,
@@ -286,7 +297,7 @@ impl ForwardProgram {
         loads: &[AppliedLoad<f64>],
         efforts: &[f64],
     ) {
-        // Inputs have no names of their own: one too few, and the next would be taken for it.
+        // Inputs have no names: a missing one would shift all the others.
         let given = [targets.len(), efforts.len(), state.coordinates.len(), state.rates.len()];
         let Counts { targets: count, drives, coordinates, dofs, .. } = self.counts;
         let expected = [count, drives, coordinates, dofs];
@@ -307,12 +318,13 @@ impl ForwardProgram {
         put(efforts);
     }
 
-    /// Everything without friction: [`Self::ideal_acceleration`] and [`Self::ideal_reaction`] afterwards.
-    /// For each lane whether what the program takes for granted holds, see [`Self::run`]. Results with friction are
-    /// still those of the last [`Self::run`].
+    /// Computes motion and reactions without friction, for [`Self::ideal_acceleration`] and
+    /// [`Self::ideal_reaction`]. `holds` receives for each lane `true` if the assumptions of the
+    /// program are satisfied, see [`Self::run`]. Results with friction remain those of the last
+    /// [`Self::run`].
     ///
     /// # Panics
-    /// If `holds` is shorter than the memory has lanes, or the memory is that of a smaller program.
+    /// If `holds` is shorter than the number of lanes, or the memory belongs to a smaller program.
     pub fn run_frictionless(&self, memory: &mut Memory, holds: &mut [bool]) {
         memory.check_flags(holds);
         self.code.runners(memory.lanes)[IDEAL].run(&mut memory.slots, &mut memory.scratch);
@@ -321,14 +333,16 @@ impl ForwardProgram {
         }
     }
 
-    /// Everything with friction, coupled to round-off. For each lane whether friction and reactions are in
-    /// balance and what the program takes for granted holds: that all contacts slide, that loads do not
-    /// vanish, that no branch is taken that no sample took. Where not, results mean nothing, and
-    /// [`stiction_core::forward`] does it. Results without friction are still those of the last
+    /// Computes motion and reactions with friction, coupled to round-off. `settled` receives for
+    /// each lane `true` if the coupling has converged and the assumptions of the program are
+    /// satisfied: all friction interfaces slide, normal loads do not vanish, and every branch is
+    /// one that occurred in the samples. Otherwise the results are invalid, and
+    /// [`stiction_core::forward`] must be used. Results without friction remain those of the last
     /// [`Self::run_frictionless`].
     ///
     /// # Panics
-    /// If `settled` is shorter than the memory has lanes, or the memory is that of a smaller program.
+    /// If `settled` is shorter than the number of lanes, or the memory belongs to a smaller
+    /// program.
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
         memory.check_flags(settled);
         let runners = self.code.runners(memory.lanes);
@@ -337,7 +351,7 @@ impl ForwardProgram {
         runners[FIRST].run(slots, scratch);
         self.take(slots, lanes, &self.places.start);
         settled[..lanes].fill(self.counts.coupled == 0);
-        // Changes of the last step, as parts of the largest load.
+        // Changes of the last step relative to the largest normal load.
         let mut changes = [1.0; MOST_LANES];
         let mut is_slow = false;
         let mut newton_before = None;
@@ -359,7 +373,7 @@ impl ForwardProgram {
         }
     }
 
-    /// The loads from which steps go on.
+    /// Sets the normal loads from which the next step continues.
     fn take(&self, slots: &mut [f64], lanes: usize, from: &[u32]) {
         let given = self.counts.inputs() + self.counts.drives;
         for (k, from) in from.iter().enumerate() {
@@ -369,10 +383,10 @@ impl ForwardProgram {
         }
     }
 
-    /// Whether the last step of the loads leaves nothing but rounding, and whether steps by this matrix are
-    /// slow. What a step has changed is the error before it. A Newton step squares it; a step by an
-    /// older matrix leaves the same part of it each time, and what it leaves is told by the last two if both
-    /// were such: loads that settle slowly may change little at first.
+    /// Tests the convergence of the normal loads to rounding, and returns `true` if steps with this
+    /// matrix are slow. The change in a step is the error before it. A Newton step squares the
+    /// error. A chord step leaves a constant part of it, which the last two steps give if both were
+    /// chord steps: slowly converging loads may change little at first.
     fn compare(
         &self,
         slots: &[f64],
@@ -389,7 +403,7 @@ impl ForwardProgram {
             for (k, next) in next.iter().enumerate() {
                 let now = slots[*next as usize * lanes + lane];
                 let moved = (now - slots[(given + k) * lanes + lane]).abs();
-                // A change that is no number must not be passed over.
+                // NaN must not pass as small.
                 change = if moved.is_nan() { f64::INFINITY } else { change.max(moved) };
                 largest = largest.max(now.abs());
             }
@@ -409,45 +423,50 @@ impl ForwardProgram {
         is_slow
     }
 
-    /// Without friction the acceleration of a coordinate that the recording solver prescribes, rad/s^2 or
-    /// m/s^2.
+    /// Acceleration without friction of a coordinate that the recording solver prescribes, rad/s^2
+    /// or m/s^2.
     pub fn ideal_acceleration(&self, memory: &Memory, lane: usize, coordinate: usize) -> f64 {
         memory.read(self.places.ideal.coordinates[coordinate], lane)
     }
 
-    /// Without friction the acceleration of a freedom of the tree, as in [`State::accelerations`].
+    /// Acceleration without friction of a degree of freedom of the tree, as in
+    /// [`State::accelerations`].
     pub fn ideal_tree_acceleration(&self, memory: &Memory, lane: usize, dof: usize) -> f64 {
         memory.read(self.places.ideal.tree[dof], lane)
     }
 
-    /// A joint's wrench without friction, as [`Self::reaction`].
+    /// Joint wrench without friction, as [`Self::reaction`].
     pub fn ideal_reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
         memory.wrench(&self.places.ideal.reactions, lane, joint)
     }
 
-    /// With friction the acceleration of a coordinate that the recording solver prescribes, rad/s^2 or m/s^2.
+    /// Acceleration with friction of a coordinate that the recording solver prescribes, rad/s^2 or
+    /// m/s^2.
     pub fn acceleration(&self, memory: &Memory, lane: usize, coordinate: usize) -> f64 {
         memory.read(self.places.real.coordinates[coordinate], lane)
     }
 
-    /// With friction the acceleration of a freedom of the tree, as in [`State::accelerations`].
+    /// Acceleration with friction of a degree of freedom of the tree, as in
+    /// [`State::accelerations`].
     pub fn tree_acceleration(&self, memory: &Memory, lane: usize, dof: usize) -> f64 {
         memory.read(self.places.real.tree[dof], lane)
     }
 
-    /// A joint's complete wrench, predecessor on successor: force, then moment about the joint's origin,
+    /// Total joint wrench, predecessor on successor: force, then moment about the joint's origin,
     /// world axes.
     pub fn reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
         memory.wrench(&self.places.real.reactions, lane, joint)
     }
 
-    /// The load on a contact, N; its sliding velocity, m/s; and its friction force, N, not negative.
+    /// Normal load of a friction interface, N; its sliding velocity, m/s; and its friction force,
+    /// N, not negative.
     pub fn interface(&self, memory: &Memory, lane: usize, interface: usize) -> [f64; 3] {
         let Places { loads, velocities, frictions, .. } = &self.places;
         [loads, velocities, frictions].map(|places| memory.read(places[interface], lane))
     }
 
-    /// Numbers of prescribed coordinates, of freedoms of the tree, of joints and of contacts.
+    /// Numbers of prescribed coordinates, of degrees of freedom of the tree, of joints and of
+    /// friction interfaces.
     pub fn sizes(&self) -> [usize; 4] {
         let Counts { targets, dofs, joints, interfaces, .. } = self.counts;
         [targets, dofs, joints, interfaces]

@@ -1,13 +1,15 @@
-//! What is recorded for forward dynamics: the inverse kernel's run, what unit accelerations and unit frictions
-//! add to it, and the coupling of friction on top.
+//! Recording of forward dynamics: evaluations of the inverse kernel, its responses to unit
+//! accelerations and unit frictions, and the coupling of friction.
 //!
-//! With the accelerations `a` of as many coordinates as there are drives and with friction forces `f` drives are
-//! `h + M a + C f` and joints' wrenches `w + W a + R f`. Given the drives `t`, wrenches are
-//! `w + W b + (R - V C) f` with `M b = t - h` and `V = W / M`: affine in the friction forces alone.
+//! Let `a` be the accelerations of as many coordinates as there are actuators, and `f` the friction
+//! forces. Actuator forces are `h + M a + C f`, and joint wrenches are `w + W a + R f`. For given
+//! actuator forces `t`, wrenches are `w + W b + (R - V C) f` with `M b = t - h` and `V = W / M`:
+//! affine in the friction forces alone.
 //!
-//! What is found from `b` and from the inverse of `M` is recorded as if these were given, and they are put in
-//! their places afterwards; the coupling is solved in the graph that is merged already. So bounds of rounding errors, by
-//! which nodes are told apart, do not grow through solutions.
+//! Expressions in `b` and in the inverse of `M` are recorded with these as inputs, which are then
+//! replaced by their solutions; the coupling is solved in the merged graph. The bounds of rounding
+//! errors, by which value numbering distinguishes nodes, therefore do not grow through solutions of
+//! linear systems.
 //!
 //! Equations (P4) and (P5) of the book's theory.
 
@@ -28,26 +30,30 @@ use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Mat3, Pose, Vec3, Wrench};
 
-/// The stages as results of one graph.
+/// Stages as results of one graph.
 pub(crate) struct ForwardStages {
     pub(crate) graph: Graph,
     /// Accelerations and reactions without friction.
     pub(crate) ideal: Vec<Node>,
-    /// Loads of coupled contacts under the friction of those without friction.
+    /// Normal loads of coupled interfaces under the friction of the frictionless normal loads.
     pub(crate) begin: Vec<Node>,
-    /// Loads of coupled contacts after a Newton step from the first ones given, the determinant of its matrix.
+    /// Normal loads of coupled interfaces after a Newton step from the first set of input loads,
+    /// and the determinant of its matrix.
     pub(crate) newton: Vec<Node>,
-    /// The same after a step from the second ones given, by the matrix of the first.
+    /// Normal loads after a chord step from the second set of input loads, with the matrix of the
+    /// first.
     pub(crate) chord: Vec<Node>,
-    /// Accelerations, reactions, loads, velocities, frictions at the second ones given.
+    /// Accelerations, reactions, normal loads, sliding velocities and friction forces at the second
+    /// set of input loads.
     pub(crate) rest: Vec<Node>,
-    /// Positive where what is taken for granted holds: without friction, with friction.
+    /// Guards, positive if the assumptions hold: without friction, with friction.
     pub(crate) guards: [Node; 2],
-    /// For each contact and each coupled one how the friction of the second changes the first's load.
+    /// Change of each interface's normal load with the friction of each coupled interface, row by
+    /// row.
     pub(crate) influence: Vec<Node>,
 }
 
-/// The kernel's run as it was recorded, and what depends on it linearly.
+/// Recorded evaluation of the kernel, and its linear responses.
 struct Ground {
     parameters: Parameters<Recorded>,
     base: Data<Recorded>,
@@ -60,8 +66,8 @@ struct Ground {
 }
 
 impl Recipe<'_> {
-    /// An order of pivots for the drives' change with the accelerations; none where accelerations do not follow
-    /// from drives.
+    /// Order of pivots for the matrix of actuator forces per unit acceleration; `None` if actuator
+    /// forces do not determine the accelerations.
     pub(crate) fn mass_pivots(&self, samples: &[Vec<f64>]) -> Option<Vec<(usize, usize)>> {
         let counts = self.counts(0);
         let sample = samples.first()?;
@@ -77,8 +83,8 @@ impl Recipe<'_> {
         largest_pivots(rows_by_units(&units, counts.drives))
     }
 
-    /// Records all stages with these contacts coupled, and merges what means the same. Samples are rows of
-    /// the inputs of an inverse program.
+    /// Records and merges all stages with these interfaces coupled. Samples are rows of
+    /// [`Counts::inputs`].
     pub(crate) fn record_forward(
         &self,
         coupled: &[usize],
@@ -90,7 +96,7 @@ impl Recipe<'_> {
         let inputs = given + counts.targets * (1 + counts.targets);
         let (graph, groups) =
             record_groups(inputs, |inputs| self.follow_forward(&counts, coupled, pivots, inputs));
-        // Efforts and loads are inputs of their own: any will do.
+        // Efforts and normal loads are independent inputs: random values are suitable.
         let mut random = Random::new(3);
         let samples: Vec<Vec<f64>> = samples
             .iter()
@@ -149,12 +155,13 @@ impl Recipe<'_> {
     }
 
     fn ground(&self, counts: &Counts, inputs: &mut dyn Iterator<Item = Recorded>) -> Ground {
-        // Numbers of the mechanism are constants: they are folded into the program.
+        // The mechanism's numbers are constants of the program.
         let parameters = Parameters::<Recorded>::new(self.solver.mechanism());
         let like = self.solver.state();
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
         let coordinates: Vec<Recorded> = (0..counts.coordinates).map(|_| next()).collect();
-        // Rates that are found are those that are given, which come first and stay; accelerations are not given.
+        // The kernel computes the rates again; value numbering identifies them with these inputs,
+        // which come first. Accelerations are no inputs.
         (0..2 * counts.dofs).for_each(|_| {
             next();
         });
@@ -179,7 +186,7 @@ impl Recipe<'_> {
         Ground { parameters, base, units, responses, efforts, targets, loads, coordinates }
     }
 
-    /// The results of the stages, and the influences.
+    /// Results of the stages, and the influences.
     fn follow_forward(
         &self,
         counts: &Counts,
@@ -193,7 +200,7 @@ impl Recipe<'_> {
         let [presses, presses_later] = [take(coupled.len()), take(coupled.len())];
         // Accelerations without friction.
         let free = take(counts.targets);
-        // For each effort the accelerations that one newton more of it brings.
+        // For each actuator, the accelerations per unit effort.
         let mobilities: Vec<Vec<Recorded>> =
             (0..counts.targets).map(|_| take(counts.targets)).collect();
         let Ground { parameters, base, units, responses, efforts, .. } = &ground;
@@ -211,13 +218,13 @@ impl Recipe<'_> {
             let parts = of.iter().zip(amounts);
             parts.fold(start, |sum, (wrench, amount)| sum + *wrench * *amount)
         };
-        // Without friction; and what the friction of each contact adds.
+        // Wrenches without friction, and contributions of the friction of each interface.
         let mut without: Vec<Wrench<Recorded>> = Vec::new();
         let mut added: Vec<Vec<Wrench<Recorded>>> = Vec::new();
         for interface in &parameters.interfaces {
             let joint = interface.joint;
             let j = bodies.frame_j[joint];
-            // A ball's load is the same in all axes.
+            // The normal load of a ball does not depend on the axes.
             let frame = match interface.shape {
                 InterfaceShape::Ball => Pose { rotation: Mat3::identity(), ..j },
                 _ => j,
@@ -240,10 +247,11 @@ impl Recipe<'_> {
         let states = inverse.interfaces();
         let loads = Loads { parameters, bodies, states, coupled, without, added };
 
-        // The friction of the loads without friction is nearer to the solution than none.
+        // The friction of the frictionless normal loads is closer to the solution than zero
+        // friction.
         let values = |loads: Vec<Load<Recorded>>| loads.iter().map(|load| load.value).collect();
         let begin = values(loads.all_under(&loads.forces(&loads.at_first())));
-        // Loads that follow from these.
+        // Normal loads that follow from the input loads.
         let found = loads.all_under(&loads.forces(&presses));
         let found_later = loads.all_under(&loads.forces(&presses_later));
         let misfit = Loads::misfits(&presses, &found);
@@ -274,8 +282,8 @@ impl Recipe<'_> {
         [ideal, begin, matrix, misfit, misfit_later, presses, rest, influence, solutions]
     }
 
-    /// Accelerations of the coordinates and of the tree, and all reactions, under these accelerations and
-    /// frictions.
+    /// Accelerations of the coordinates and of the tree, and all reactions, under these
+    /// accelerations and frictions.
     fn finish(
         &self,
         ground: &Ground,
@@ -303,7 +311,7 @@ impl Recipe<'_> {
     }
 }
 
-/// For each drive how it changes with the acceleration of each coordinate.
+/// Matrix of actuator forces (rows) per unit acceleration of each coordinate (columns).
 fn rows_by_units<T: Scalar>(units: &[Inertial<T>], drives: usize) -> Vec<Vec<T>> {
     (0..drives).map(|drive| units.iter().map(|unit| unit.drives[drive]).collect()).collect()
 }

@@ -1,16 +1,16 @@
-//! Operations and what they are applied to: an expression graph in which nothing is there twice.
+//! Expression graph without duplicate nodes.
 
 use std::collections::HashMap;
 
-/// A node of a [`Graph`], by its place.
+/// Index of a node in a [`Graph`].
 pub(crate) type Node = u32;
 
-/// An operation on earlier nodes.
+/// Operation on earlier nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Op {
-    /// A number, by its bits.
+    /// Number, by its bits.
     Constant(u64),
-    /// What the program is given, by its place.
+    /// Input of the program, by its index.
     Input(u32),
     Add(Node, Node),
     Sub(Node, Node),
@@ -24,9 +24,9 @@ pub(crate) enum Op {
         yes: Node,
         no: Node,
     },
-    /// What no machine does in one instruction.
+    /// Function that no processor computes in one instruction.
     Call(Function, Node, Node),
-    /// The same number, as a constant to who differentiates. There are none after that, see [`Graph::released`].
+    /// Value as a constant for differentiation. [`Graph::released`] removes these nodes afterwards.
     Held(Node),
 }
 
@@ -37,7 +37,7 @@ pub(crate) enum Function {
     Cos,
     Exp,
     Ln,
-    /// Of y and x.
+    /// Angle of the arguments y and x.
     Atan2,
 }
 
@@ -54,7 +54,7 @@ impl Function {
 }
 
 impl Op {
-    /// The nodes that it reads.
+    /// Operands.
     pub(crate) fn operands(self) -> impl Iterator<Item = Node> {
         let all = match self {
             Self::Constant(_) | Self::Input(_) => [None; 3],
@@ -69,7 +69,7 @@ impl Op {
         all.into_iter().flatten()
     }
 
-    /// The same operation on other nodes.
+    /// Replaces the operands.
     pub(crate) fn map(self, to: impl Fn(Node) -> Node) -> Self {
         match self {
             Self::Constant(_) | Self::Input(_) => self,
@@ -86,7 +86,7 @@ impl Op {
     }
 }
 
-/// Nodes in an order in which operands come first.
+/// Nodes in topological order: operands come first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Graph {
     ops: Vec<Op>,
@@ -98,7 +98,7 @@ impl Graph {
         &self.ops
     }
 
-    /// The graph in which nothing is held any more, and the new node for each of the old.
+    /// Replaces held nodes by their values; returns the graph and the new node of each old one.
     pub(crate) fn released(&self) -> (Self, Vec<Node>) {
         let mut new = Self::default();
         let mut new_of = Vec::with_capacity(self.ops.len());
@@ -111,7 +111,7 @@ impl Graph {
         (new, new_of)
     }
 
-    /// The node of an operation, simplified where numbers or signs allow it.
+    /// Returns the node of an operation, simplified where numbers or signs permit it.
     pub(crate) fn add(&mut self, op: Op) -> Node {
         match op {
             Op::Add(a, b) => self.sum(a, b),
@@ -140,7 +140,7 @@ impl Graph {
         }
     }
 
-    /// A number. Of both zeros one.
+    /// Returns the node of a number; both zeros are one node.
     pub(crate) fn number(&mut self, x: f64) -> Node {
         self.place(Op::Constant((x + 0.0).to_bits()))
     }
@@ -160,7 +160,7 @@ impl Graph {
         })
     }
 
-    /// What is negated, of a negation.
+    /// Operand of a negation.
     fn negated(&self, node: Node) -> Option<Node> {
         match self.ops[node as usize] {
             Op::Neg(a) => Some(a),
@@ -194,7 +194,7 @@ impl Graph {
         }
         match (self.negated(a), self.negated(b)) {
             (_, Some(b)) => self.sum(a, b),
-            // Outwards, until a sum takes it in.
+            // The sign moves outwards, until a sum absorbs it.
             (Some(a), None) => {
                 let sum = self.sum(a, b);
                 self.negative(sum)
@@ -225,7 +225,8 @@ impl Graph {
             (Some(x), Some(y)) => self.number(x / y),
             (Some(0.0), _) => self.number(0.0),
             (Some(1.0), _) => self.place(Op::Div(a, b)),
-            // A product is different by a unit of the last digit at most, and others may divide by the same.
+            // A product with the reciprocal differs by a unit in the last place at most, and other
+            // quotients may share the reciprocal.
             (_, Some(y)) => {
                 let over = self.number(1.0 / y);
                 self.product(a, over)
@@ -238,7 +239,7 @@ impl Graph {
         }
     }
 
-    /// The root of a square is a magnitude: whose sign it has is to be seen.
+    /// Returns the node of a root; that of a square is a magnitude with a sign by case.
     fn root(&mut self, a: Node) -> Node {
         match self.ops[a as usize] {
             Op::Constant(bits) => self.number(f64::from_bits(bits).sqrt()),
@@ -259,7 +260,8 @@ impl Graph {
         }
     }
 
-    /// Sine and cosine of an angle that was made from its point are that point's.
+    /// Returns the node of a function call. Sine and cosine of an angle from `atan2` follow from
+    /// its arguments.
     fn call(&mut self, function: Function, a: Node, b: Node) -> Node {
         let (Function::Sin | Function::Cos, Op::Call(Function::Atan2, y, x)) =
             (function, self.ops[a as usize])
@@ -273,7 +275,7 @@ impl Graph {
     }
 }
 
-/// Which nodes some others need, themselves included.
+/// Marks the nodes on which `by` depends, including `by`.
 pub(crate) fn needed(ops: &[Op], by: &[Node]) -> Vec<bool> {
     let mut needed = vec![false; ops.len()];
     by.iter().for_each(|node| needed[*node as usize] = true);

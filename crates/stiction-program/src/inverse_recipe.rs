@@ -1,9 +1,9 @@
-//! What is recorded for inverse dynamics: the kernel's own run without friction, and a Newton step of its
-//! coupling.
+//! Recording of inverse dynamics: an evaluation of the kernel without friction, and a Newton step
+//! of its coupling.
 //!
-//! The kernel tilts the balance by friction that is linear in the reactions, so a step is another solution of a
-//! system as sparse as the frictionless one. A step begins at what cut joints carry, from which all else follows;
-//! many components change nothing, and are not asked for.
+//! The kernel includes friction in the balance as a linear function of the reactions, so a step
+//! solves a system as sparse as the frictionless one. A step begins with the wrenches of the cut
+//! joints, from which everything else follows; components without influence are left out.
 //!
 //! Equation (P3) of the book's theory.
 
@@ -25,35 +25,38 @@ use stiction_core::random::Random;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Vec3, Wrench};
 
-/// The stages as results of one graph. Inputs are what is given, then what a step begins with: the components of
-/// each cut joint's wrench, and accelerations of idle spins; then what derivatives are given, see [`Asked`].
+/// Stages as results of one graph. Its inputs are those of the program, then those of a step: the
+/// components of each cut joint's wrench and the accelerations of local passive DOFs; then those of
+/// derivatives, see [`Asked`].
 pub(crate) struct InverseStages {
     pub(crate) graph: Graph,
-    /// Drives and reactions without friction.
+    /// Actuator forces and reactions without friction.
     pub(crate) ideal: Vec<Node>,
-    /// Inputs of a step that matter, by their places among all inputs.
+    /// Indices of the inputs of a step that influence results.
     pub(crate) from: Vec<u32>,
-    /// For each of them its value under the friction of the frictionless loads.
+    /// Their values under the friction of the frictionless normal loads.
     pub(crate) begin: Vec<Node>,
-    /// For each of them its value after a step.
+    /// Their values after a step.
     pub(crate) next: Vec<Node>,
-    /// Squares of their changes in a step and of themselves, summed, moments over the characteristic length; the
-    /// determinant of the step's matrix over that without friction.
+    /// Sums of squares of their changes in a step and of their values, with moments divided by the
+    /// characteristic length; the determinant of the step's matrix relative to that without
+    /// friction.
     pub(crate) control: [Node; 3],
-    /// After a step drives, reactions, loads, velocities, frictions.
+    /// Actuator forces, reactions, normal loads, sliding velocities and friction forces after a
+    /// step.
     pub(crate) rest: Vec<Node>,
-    /// Slopes of all drives, if they were asked for; and the inputs that make them.
+    /// Derivatives of all actuator forces, if requested, and the inputs of their directions.
     pub(crate) slopes: Vec<Node>,
     pub(crate) slope_inputs: Range<usize>,
-    /// What they are given: for each joint with contacts the first input of its reaction.
+    /// Joints with friction interfaces, each with the first input of its reaction for derivatives.
     pub(crate) reactions: Vec<(usize, usize)>,
-    /// Positive where what is taken for granted holds: without friction, with friction, of slopes.
+    /// Guards, positive if the assumptions hold: without friction, with friction, of derivatives.
     pub(crate) guards: [Node; 3],
 }
 
 impl Recipe<'_> {
-    /// Records all stages, and slopes by these quantities; and merges what means the same. It is an error if a quantity does
-    /// not exist.
+    /// Records and merges all stages, and derivatives with respect to these quantities. Fails if a
+    /// quantity does not exist.
     pub(crate) fn record_inverse(
         &self,
         given: &Given,
@@ -76,7 +79,7 @@ impl Recipe<'_> {
         let groups = [ideal, begin, next, plain, tilted, rest].map(|nodes| -> Vec<Node> {
             nodes.iter().map(|node| of_recorded[*node as usize]).collect()
         });
-        // What a step begins with are inputs of their own: any will do.
+        // The inputs of a step are independent: random values are suitable.
         let mut random = Random::new(2);
         let length = self.solver.mechanism().characteristic_length();
         let unit = |place: usize| if place < 6 * cuts && place % 6 >= 3 { length } else { 1.0 };
@@ -102,7 +105,7 @@ impl Recipe<'_> {
         let (begin, next) = (of(&begin), of(&next));
         let from: Vec<u32> = matter.iter().map(|k| (first + k) as u32).collect();
         let before: Vec<Node> = from.iter().map(|input| merged.add(Op::Input(*input))).collect();
-        // Pivots that friction does not change are their own.
+        // Pivots that friction does not change cancel.
         let changed = plain.into_iter().zip(tilted).filter(|(plain, tilted)| plain != tilted);
         let pivot = |(plain, reciprocal): (Node, Node)| match merged.ops()[reciprocal as usize] {
             Op::Div(_, pivot) => (plain, pivot, true),
@@ -123,7 +126,7 @@ impl Recipe<'_> {
                 change += moved * moved;
                 size += now * now;
             }
-            // What is known before a step is a factor of its own.
+            // The factors that are known before a step form a product of their own.
             let mut determinant = plain.iter().copied().fold(Recorded::one(), |a, b| a * b);
             for (tilted, (_, _, is_pivot)) in tilted.iter().zip(&pivots) {
                 determinant *= if *is_pivot { *tilted } else { tilted.recip() };
@@ -147,19 +150,20 @@ impl Recipe<'_> {
         })
     }
 
-    /// Drives and reactions without friction; what the first step begins with; what the next begins with after a
-    /// step from the inputs; reciprocal pivots without friction and in the step; and the rest. Beside that from what.
+    /// Results of the stages: actuator forces and reactions without friction; values with which the
+    /// first step begins; those after a step from the inputs; reciprocal pivots without friction
+    /// and in the step; and the remaining results. Also returns the recorded inputs.
     fn follow(&self, given: &Given, inputs: &[Recorded]) -> ([Vec<Recorded>; 6], Followed) {
         let mechanism = self.solver.mechanism();
-        // Numbers of the mechanism are constants: they are folded into the program.
+        // The mechanism's numbers are constants of the program.
         let parameters = Parameters::<Recorded>::new(mechanism);
         let settings =
             Settings { friction: FrictionMode::Off, position_steps: 0, ..Settings::default() };
         let mut data = self.model.data(self.solver.state(), settings);
         let mut inputs = inputs.iter().copied();
         let mut next = || inputs.next().unwrap_or_else(Recorded::zero);
-        // Rates and accelerations are found once more, from the targets, by more operations than it takes to
-        // see that they are the same: what comes first stays.
+        // The kernel computes rates and accelerations again, from the targets, by more operations;
+        // value numbering identifies them and keeps those of `read`, which come first.
         given.read(mechanism, &mut data.state, &mut next);
         let coordinates = data.state.coordinates.clone();
         let mut vector = || Vec3::new(next(), next(), next());
@@ -182,7 +186,8 @@ impl Recipe<'_> {
         let numbers = |(cuts, spins): (Vec<Wrench<Recorded>>, Vec<Recorded>)| -> Vec<Recorded> {
             cuts.into_iter().flat_map(components).chain(spins).collect()
         };
-        // The friction of the loads without friction is nearer to the solution than none.
+        // The friction of the frictionless normal loads is closer to the solution than zero
+        // friction.
         let mut rubbed = inverse.clone();
         let frictions: Vec<Recorded> =
             inverse.interfaces().iter().map(|state| state.friction()).collect();
@@ -207,8 +212,8 @@ impl Recipe<'_> {
     }
 }
 
-/// The places, from the `first` of these inputs on, that `rest` depends on, and those on which their own next
-/// values depend.
+/// Indices, counted from input `first`, of the step inputs on which `rest` depends, directly or
+/// through their values in the next step.
 fn matter(ops: &[Op], first: usize, next: &[Node], rest: &[Node]) -> Vec<usize> {
     let mut matters: Vec<usize> = Vec::new();
     loop {

@@ -1,11 +1,11 @@
-//! Straight-line programs for one mechanism, recorded from the kernels that serve all.
+//! Straight-line programs for one mechanism, recorded from the generic kernels.
 //!
-//! The kernels of `stiction` are written once, over any scalar, and never branch on values. Run over a
-//! scalar that records (`recorded`), they give an expression graph (`graph`). Nodes that mean the
-//! same are found by their values at random states and become one (`meaning`): what is zero for this
-//! mechanism vanishes, what is known twice is computed once. What is left is compiled (`code`,
-//! `allocate`, `encode`) to machine code in registers as wide as the processor has
-//! (`machine`), or interpreted where that cannot be.
+//! The kernels of `stiction` are written once, over any scalar, and never branch on values.
+//! Evaluated over a recording scalar (`recorded`), they give an expression graph (`graph`). Value
+//! numbering at random states finds equal nodes and merges them (`value_numbering`): terms that
+//! vanish for this mechanism disappear, and common subexpressions are computed once. The rest is
+//! compiled (`code`, `allocate`, `encode`) to machine code for the widest registers of the
+//! processor (`machine`), or interpreted where that is impossible.
 //!
 //! ```
 //! use stiction_core::dynamics::{InverseDynamics, Settings};

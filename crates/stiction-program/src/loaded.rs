@@ -1,17 +1,18 @@
-//! Where loads act, which a recording takes for given: their forces and moments are inputs.
+//! Bodies, points and axes of loads, which are constants of a recording; forces and moments are
+//! inputs.
 
 use stiction_core::dynamics::{AppliedLoad, LoadAxes};
 use stiction_core::mechanism::BodyId;
 use stiction_core::spatial::Vec3;
 
-/// A load's body, point and axes.
+/// Body, point and axes of a load.
 pub(crate) type LoadPlace = (BodyId, Vec3<f64>, LoadAxes);
 
 pub(crate) fn place_of(load: &AppliedLoad<f64>) -> LoadPlace {
     (load.body, load.point, load.axes)
 }
 
-/// Loads are those that were recorded, but for their forces and moments.
+/// Checks that loads differ from the recorded ones only in forces and moments.
 #[inline]
 pub(crate) fn check_loads(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
     check_count(loaded, loads);
@@ -24,7 +25,7 @@ pub(crate) fn check_loads(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
     }
 }
 
-/// There are as many loads as were recorded.
+/// Checks that the number of loads is that of the recording.
 #[inline]
 pub(crate) fn check_count(loaded: &[LoadPlace], loads: &[AppliedLoad<f64>]) {
     let (found, expected) = (loads.len(), loaded.len());

@@ -1,7 +1,7 @@
-//! Loads of contacts, as they follow from the friction forces of others.
+//! Normal loads of friction interfaces as functions of the friction forces.
 //!
-//! Wrenches are affine in friction forces, loads are functions of wrenches, and friction forces are affine in
-//! loads. All programs couple friction through these.
+//! Wrenches are affine in friction forces, normal loads are functions of wrenches, and friction
+//! forces are affine in normal loads. All programs couple friction in this way.
 
 use crate::recorded::Recorded;
 use stiction_core::dynamics::InterfaceState;
@@ -11,17 +11,18 @@ use stiction_core::parameters::{InterfaceParameters, Parameters};
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Mat3, Pose, Vec3, Wrench};
 
-/// All that loads depend on once the frictionless forces are known.
+/// Data that determine the normal loads once the frictionless forces are known.
 pub(crate) struct Loads<'a> {
     pub(crate) parameters: &'a Parameters<Recorded>,
     pub(crate) bodies: &'a Bodies<Recorded>,
     pub(crate) states: &'a [InterfaceState<Recorded>],
-    /// The contacts whose loads are unknown.
+    /// Interfaces whose normal loads are unknown.
     pub(crate) coupled: &'a [usize],
-    /// For each contact the wrench of its joint without friction, in the joint's frame J: many a load needs but
-    /// two components of that. The load of a ball is the same in all axes.
+    /// Frictionless wrench of the joint of each interface in the joint's frame J, of which many
+    /// normal loads need only two components. The normal load of a ball does not depend on the
+    /// axes.
     pub(crate) without: Vec<Wrench<Recorded>>,
-    /// For each contact and each coupled one what one newton of the second's friction adds.
+    /// Wrench that a unit friction force of each coupled interface adds at each interface.
     pub(crate) added: Vec<Vec<Wrench<Recorded>>>,
 }
 
@@ -33,18 +34,18 @@ impl Loads<'_> {
         (&self.parameters.interfaces[interface], &self.states[interface])
     }
 
-    /// How the friction of a contact grows with its load.
+    /// Change of an interface's friction force with its normal load.
     pub(crate) fn coefficient(&self, interface: usize) -> Recorded {
         self.states[interface].resistance().0
     }
 
-    /// The friction force under a load.
+    /// Friction force under a normal load.
     pub(crate) fn force(&self, interface: usize, load: Recorded) -> Recorded {
         let (coefficient, constant) = self.states[interface].resistance();
         coefficient * load + constant
     }
 
-    /// The friction forces of the coupled contacts under these loads.
+    /// Friction forces of the coupled interfaces under these normal loads.
     pub(crate) fn forces(&self, loads: &[Recorded]) -> Vec<Recorded> {
         self.coupled
             .iter()
@@ -53,7 +54,7 @@ impl Loads<'_> {
             .collect()
     }
 
-    /// The load that a wrench of its joint puts on a contact.
+    /// Normal load of an interface under a wrench of its joint.
     pub(crate) fn load(&self, interface: usize, wrench: Wrench<Recorded>) -> Load<Recorded> {
         let (parameters, state) = self.interface(interface);
         let joint = parameters.joint;
@@ -62,7 +63,7 @@ impl Loads<'_> {
         state.load_in(parameters, self.parameters.pitch[joint], &here, &across, wrench)
     }
 
-    /// The load on any contact under these frictions of the coupled ones.
+    /// Normal load of any interface under these frictions of the coupled ones.
     pub(crate) fn under(&self, interface: usize, forces: &[Recorded]) -> Load<Recorded> {
         let mut wrench = self.without[interface];
         for (added, force) in self.added[interface].iter().zip(forces) {
@@ -71,18 +72,18 @@ impl Loads<'_> {
         self.load(interface, wrench)
     }
 
-    /// The loads on the coupled contacts under these frictions of theirs.
+    /// Normal loads of the coupled interfaces under these frictions of theirs.
     pub(crate) fn all_under(&self, forces: &[Recorded]) -> Vec<Load<Recorded>> {
         self.coupled.iter().map(|row| self.under(*row, forces)).collect()
     }
 
-    /// The same without friction.
+    /// Normal loads of the coupled interfaces without friction.
     pub(crate) fn at_first(&self) -> Vec<Recorded> {
         let none = vec![Recorded::zero(); self.coupled.len()];
         self.all_under(&none).iter().map(|load| load.value).collect()
     }
 
-    /// For each contact and each coupled one how the friction of the second changes the first's load, row by
+    /// Change of each interface's normal load with the friction of each coupled interface, row by
     /// row.
     pub(crate) fn influences(&self, forces: &[Recorded]) -> Vec<Recorded> {
         let rows = self.added.iter().enumerate();
@@ -93,12 +94,13 @@ impl Loads<'_> {
         rows.flat_map(of_row).collect()
     }
 
-    /// What these loads are more than those that follow from them: zero where friction is coupled.
+    /// Residuals of these normal loads: their excess over those that follow from them, zero where
+    /// friction is in balance.
     pub(crate) fn misfits(presses: &[Recorded], found: &[Load<Recorded>]) -> Vec<Recorded> {
         presses.iter().zip(found).map(|(press, load)| *press - load.value).collect()
     }
 
-    /// How misfits change with loads, row by row.
+    /// Jacobian of the residuals with respect to the normal loads, row by row.
     pub(crate) fn matrix(&self, found: &[Load<Recorded>]) -> Vec<Vec<Recorded>> {
         let row = |(&row, load): (&usize, &Load<Recorded>)| {
             let entry = |(&column, added): (&usize, &Wrench<Recorded>)| {
@@ -109,14 +111,15 @@ impl Loads<'_> {
         self.coupled.iter().zip(found).map(row).collect()
     }
 
-    /// How the misfit of a contact changes with another's load, by what the friction of that one does.
+    /// Change of an interface's residual with the normal load of another, through the friction of
+    /// the latter.
     pub(crate) fn slope(&self, row: usize, column: usize, influence: Recorded) -> Recorded {
         let own = Recorded::from_f64(if row == column { 1.0 } else { 0.0 });
         own - influence * self.coefficient(column)
     }
 
-    /// The loads on all contacts: those given for the coupled ones, and what follows from them for the others,
-    /// which change nothing.
+    /// Normal loads of all interfaces: the given ones of the coupled interfaces, and those that
+    /// follow for the others, which have no influence.
     pub(crate) fn of_all(&self, presses: &[Recorded], forces: &[Recorded]) -> Vec<Recorded> {
         let of = |row: usize| {
             let given = self.coupled.iter().position(|interface| *interface == row);
@@ -125,7 +128,7 @@ impl Loads<'_> {
         (0..self.states.len()).map(of).collect()
     }
 
-    /// The frictions of all contacts under loads of all.
+    /// Friction forces of all interfaces under the normal loads of all.
     pub(crate) fn forces_of_all(&self, loads: &[Recorded]) -> Vec<Recorded> {
         loads.iter().enumerate().map(|(interface, load)| self.force(interface, *load)).collect()
     }

@@ -1,8 +1,8 @@
-//! Code that the processor runs itself.
+//! Native machine code.
 //!
-//! The only unsafe code of the project: memory is made executable and called. What is called was written
-//! by `allocate`, touches nothing but the four pieces of memory that it is handed, as long as
-//! they are as large as the code says, and returns.
+//! This is the only unsafe code of the project: it makes memory executable and calls it. The called
+//! code was written by `allocate`. It accesses only the four memory areas that are its arguments,
+//! provided that they have the stated sizes, and returns.
 #![allow(unsafe_code)]
 
 use crate::aligned::Aligned;
@@ -13,27 +13,27 @@ use crate::encode::{Set, Target, Width};
 use core::arch::asm;
 use memmap2::{Mmap, MmapMut};
 
-/// As the instructions of each set find their four addresses.
+/// Signature of the code; its four addresses are passed as each instruction set expects them.
 #[cfg(target_arch = "x86_64")]
 type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *mut f64, *const f64);
 #[cfg(not(target_arch = "x86_64"))]
 type Entry = unsafe extern "C" fn(*mut f64, *const f64, *mut f64, *const f64);
 
-/// A piece of code in machine instructions for one width.
+/// Machine code of one piece of code for one register width.
 #[derive(Debug)]
 pub(crate) struct Machine {
     memory: Mmap,
     constants: Aligned,
     lanes: usize,
-    /// The slot that it is handed the address of, and the place in what is common to all lanes.
+    /// Slot, and place in the shared memory, whose address the code receives.
     first: usize,
-    /// Numbers of slots, of scratch and of what is common to all lanes that it touches.
+    /// Numbers of slots, of scratch values and of shared values that the code accesses.
     slots: usize,
     scratch: usize,
     common: usize,
 }
 
-/// The instructions that this processor has; none if code cannot be made for it.
+/// Instruction set of this processor; `None` if it is not supported.
 #[cfg(target_arch = "x86_64")]
 pub(crate) fn instructions() -> Option<Set> {
     let has_all = is_x86_feature_detected!("avx512f")
@@ -45,19 +45,20 @@ pub(crate) fn instructions() -> Option<Set> {
     }
 }
 
-/// The same: it is always there. Elsewhere than under Linux caches are told of new code in other ways.
+/// Instruction set of this processor: always present. Other systems than Linux synchronise caches
+/// with new code in other ways.
 #[cfg(all(target_arch = "aarch64", target_os = "linux"))]
 pub(crate) fn instructions() -> Option<Set> {
     Some(Set::Neon)
 }
 
-/// The same: not here.
+/// Instruction set of this processor: not supported.
 #[cfg(not(any(target_arch = "x86_64", all(target_arch = "aarch64", target_os = "linux"))))]
 pub(crate) fn instructions() -> Option<Set> {
     None
 }
 
-/// Whether code for it can be run here.
+/// Returns `true` if this processor executes code for the target.
 fn runs(target: Target) -> bool {
     let here = match instructions() {
         Some(Set::Avx512) => &[Set::Avx, Set::Avx512][..],
@@ -68,7 +69,7 @@ fn runs(target: Target) -> bool {
     here.contains(&target.set) && target.set.widths().contains(&target.width)
 }
 
-/// Whether this processor adds to products in one instruction.
+/// Returns `true` if this processor has fused multiply-add instructions.
 pub(crate) fn fuses() -> bool {
     match instructions() {
         #[cfg(target_arch = "x86_64")]
@@ -78,19 +79,19 @@ pub(crate) fn fuses() -> bool {
     }
 }
 
-/// Sees to it that the processor finds new instructions where it may have looked before: on AArch64 its caches for
-/// instructions do not follow memory.
+/// Synchronises the instruction caches with new code: on AArch64 they do not follow memory.
 ///
 /// Source: Arm Architecture Reference Manual for A-profile, section B2.4.4.
 fn publish(code: &[u8]) {
     #[cfg(all(target_arch = "aarch64", target_os = "linux"))]
     {
         let (start, end) = (code.as_ptr() as usize, code.as_ptr_range().end as usize);
-        // SAFETY: reads a register that all may read and tells caches of memory that is there; changes nothing.
+        // SAFETY: reads a register that is always readable and maintains caches of valid memory;
+        // changes no data.
         unsafe {
             let kind: u64;
             asm!("mrs {}, ctr_el0", out(reg) kind, options(nomem, nostack, preserves_flags));
-            // Lines, in bytes: both numbers count words, as powers of two.
+            // Cache lines in bytes: both fields are binary logarithms of the number of words.
             let (data, instructions) = (4 << (kind >> 16 & 15), 4 << (kind & 15));
             for line in (start..end).step_by(data) {
                 asm!("dc cvau, {}", in(reg) line, options(nostack, preserves_flags));
@@ -107,7 +108,7 @@ fn publish(code: &[u8]) {
 }
 
 impl Machine {
-    /// Makes code executable; none where this system does not allow it.
+    /// Makes code executable; `None` if the system does not allow it.
     pub(crate) fn new(code: &Code, width: Width, slots: usize) -> Option<Self> {
         Self::for_target(code, Target { width, set: instructions()? }, slots)
     }
@@ -133,21 +134,22 @@ impl Machine {
         })
     }
 
-    /// Numbers of scratch that a run needs.
+    /// Number of scratch values that a run needs.
     pub(crate) fn scratch(&self) -> usize {
         self.scratch
     }
 
-    /// Runs it. Slots are as many as it was made for, times the lanes; scratch is as it says.
+    /// Executes the code. `slots` has the number of slots of [`Self::new`] times the lanes,
+    /// `scratch` has [`Self::scratch`] numbers.
     #[inline]
     pub(crate) fn run(&self, slots: &mut [f64], common: &[f64], scratch: &mut [f64]) {
         assert!(slots.len() >= self.slots && scratch.len() >= self.scratch);
         assert!(common.len() >= self.common);
-        // SAFETY: the memory holds a whole function of this signature, written by `assemble` for a
-        // processor that has its instructions (`new` asked). It reads and writes slots below
-        // `self.slots`, reads `constants` and what is common below `self.common`, reads and writes scratch
-        // below `self.scratch`, all of which are there, and changes no other register than its caller
-        // expects.
+        // SAFETY: the memory holds a complete function of this signature, written by `assemble` for
+        // an instruction set that this processor has (`new` checks it). It accesses slots below
+        // `self.slots`, `constants`, shared numbers below `self.common` and scratch below
+        // `self.scratch`, all of which exist by the assertions, and preserves the registers that
+        // its caller expects to be preserved.
         unsafe {
             let entry: Entry = std::mem::transmute(self.memory.as_ptr());
             let base = slots.as_mut_ptr().wrapping_add(self.first * self.lanes);
@@ -163,7 +165,7 @@ mod tests {
     use crate::code::{Fused, Source, Step};
     use stiction_core::random::Random;
 
-    /// Numbers that are common to all lanes: more than short addresses reach.
+    /// Number of shared values: more than short addresses reach.
     const COMMON: usize = 300;
 
     /// Random code on ten slots, with a given number of steps.
@@ -176,7 +178,7 @@ mod tests {
                 1 => Source::Slot(pick(10) as u32),
                 2 => Source::Common(pick(COMMON) as u32),
                 _ if k == 0 => Source::Slot(0),
-                // Near ones and far ones.
+                // Recent and distant steps.
                 3..6 => Source::Step((k - 1 - pick(k.min(5))) as u32),
                 _ => Source::Step(pick(k) as u32),
             };
@@ -193,7 +195,7 @@ mod tests {
                 _ => Step::Select { of: a, yes: b, no: c },
             };
             code.steps.push(step);
-            // Roots of squares.
+            // Square roots of inputs only, which are positive.
             if pick(10) == 0 && k + 1 < count {
                 code.steps.pop();
                 code.steps.push(Step::Sqrt(Source::Slot(pick(10) as u32)));
@@ -207,7 +209,7 @@ mod tests {
         code
     }
 
-    /// What can be run here.
+    /// Targets that this processor executes.
     fn targets() -> impl Iterator<Item = Target> {
         [Set::Avx, Set::Avx512, Set::Neon]
             .into_iter()
@@ -215,9 +217,10 @@ mod tests {
             .filter(|target| runs(*target))
     }
 
-    /// Slots and scratch lie between numbers that must stay, and then in pieces of memory of just their size:
-    /// there Valgrind sees what is read or written beyond (`cargo xtask audit memory`). Results are not looked
-    /// at: where Valgrind does the arithmetic, the sign of a zero may be another one.
+    /// Slots and scratch lie between marked numbers that must not change, and then in allocations
+    /// of their exact size: there Valgrind detects accesses out of bounds (`cargo xtask audit
+    /// memory`). Results are not compared: the arithmetic of Valgrind may change the sign of a
+    /// zero.
     #[test]
     fn machine_code_touches_only_what_it_is_handed() {
         const ROOM: usize = 64;
@@ -247,7 +250,7 @@ mod tests {
         }
     }
 
-    /// Machine code gives what the interpreter gives, bit by bit, for all widths, short and long.
+    /// Machine code and interpreter agree bit by bit for all widths, for short and long code.
     #[test]
     fn machine_code_is_what_is_interpreted() {
         let mut random = Random::new(7);

@@ -1,9 +1,9 @@
-//! What runs of programs read and write.
+//! Memory of programs.
 
 use crate::aligned::Aligned;
 
-/// What runs read and write, for a number of states side by side, one in each lane. It belongs to the program that
-/// made it.
+/// Inputs, results and scratch values of a program, for states in parallel lanes. It is valid only
+/// for the program that made it.
 #[derive(Clone, Debug)]
 pub struct Memory {
     pub(crate) lanes: usize,
@@ -12,32 +12,33 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// With so many slots for each lane, and numbers of scratch.
+    /// Allocates slots for each lane, and scratch values.
     pub(crate) fn new(lanes: usize, slots: usize, scratch: usize) -> Self {
         Self { lanes, slots: Aligned::zeros(slots * lanes), scratch: Aligned::zeros(scratch) }
     }
 
-    /// Sees to it that there is so much scratch.
+    /// Enlarges the scratch memory if necessary.
     pub(crate) fn provide(&mut self, scratch: usize) {
         if self.scratch.len() < scratch {
             self.scratch = Aligned::zeros(scratch);
         }
     }
 
-    /// Each lane has its flag: none is left as it was.
+    /// Checks that each lane has a flag, so that every flag is overwritten.
     #[inline]
     pub(crate) fn check_flags(&self, flags: &[bool]) {
         let (found, lanes) = (flags.len(), self.lanes);
         assert!(found >= lanes, "{found} flags for {lanes} lanes");
     }
 
-    /// Writes a lane's inputs one after the other.
+    /// Returns a function that writes the inputs of a lane one after the other.
     #[inline]
     pub(crate) fn writer(&mut self, lane: usize) -> impl FnMut(&[f64]) + '_ {
         assert!(lane < self.lanes, "lane {lane} of {}", self.lanes);
         let (lanes, slots) = (self.lanes, &mut *self.slots);
         let mut next = lane;
-        // One by one: programs read single numbers soon after, and would wait for wider pieces that overlap.
+        // Single writes: programs read single numbers soon after, and overlapping wider writes
+        // would delay these reads.
         move |values| {
             for value in values {
                 slots[next] = *value;
@@ -46,12 +47,12 @@ impl Memory {
         }
     }
 
-    /// What is in a slot.
+    /// Value of a slot.
     pub(crate) fn read(&self, slot: u32, lane: usize) -> f64 {
         self.slots[slot as usize * self.lanes + lane]
     }
 
-    /// A joint's six numbers, of the slots of all joints one after the other.
+    /// Six components of a joint's wrench, from the slots of all joints.
     pub(crate) fn wrench(&self, slots: &[u32], lane: usize, joint: usize) -> [f64; 6] {
         core::array::from_fn(|i| self.read(slots[6 * joint + i], lane))
     }

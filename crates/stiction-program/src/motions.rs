@@ -1,4 +1,4 @@
-//! Forces and accelerations as they depend on the accelerations of the coordinates that are prescribed.
+//! Forces and accelerations as functions of the accelerations of the prescribed coordinates.
 
 use stiction_core::dynamics::{AppliedLoad, Data, FrictionMode, Inverse, Model, Settings};
 use stiction_core::kinematics::{State, Target};
@@ -6,8 +6,9 @@ use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::{Vec3, Wrench};
 
-/// Runs the kernel without friction, from given coordinates, which are corrected in so many steps.
-// Not inlined: the kernel is large, and its compiler slow.
+/// Evaluates the kernel without friction from given coordinates, after a number of position
+/// corrections.
+// Not inlined: the kernel is large and slow to compile.
 #[inline(never)]
 pub(crate) fn run<T: Scalar>(
     model: &Model,
@@ -24,17 +25,17 @@ pub(crate) fn run<T: Scalar>(
     data
 }
 
-/// What a unit acceleration of one coordinate adds, everything else as it is.
+/// Changes due to a unit acceleration of one coordinate.
 #[derive(Clone, Debug)]
 pub(crate) struct Inertial<T> {
-    /// To each drive.
+    /// Change of each actuator force.
     pub(crate) drives: Vec<T>,
-    /// To each joint's complete wrench.
+    /// Change of each joint's total wrench.
     pub(crate) wrenches: Vec<Wrench<T>>,
 }
 
 impl<T: Scalar> Inertial<T> {
-    /// For each coordinate, at a position. From rest, where nothing but inertia acts.
+    /// Evaluates the changes for each coordinate at a position, from rest and with inertia alone.
     pub(crate) fn all(
         model: &Model,
         parameters: &Parameters<T>,

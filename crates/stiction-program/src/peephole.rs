@@ -1,25 +1,26 @@
-//! Small dense systems without branches: pivots are chosen once, from numbers, and stay.
+//! Small dense linear systems without branches: pivots are chosen once, from representative
+//! numbers.
 
 use stiction_core::scalar::Scalar;
 
-/// Factors of a square matrix.
+/// LU factors of a square matrix.
 #[derive(Clone, Debug)]
 pub(crate) struct Factors<T> {
     /// Row and column of each pivot.
     order: Vec<(usize, usize)>,
-    /// In the order of the pivots: multipliers of rows below, inverse pivots, rows beyond.
+    /// In the order of the pivots: multipliers in rows below, reciprocal pivots, remaining entries.
     matrix: Vec<Vec<T>>,
-    /// The product of the pivots.
+    /// Product of the pivots.
     pub(crate) determinant: T,
 }
 
-/// Pivots down the diagonal.
+/// Pivots along the diagonal.
 pub(crate) fn diagonal(size: usize) -> Vec<(usize, usize)> {
     (0..size).map(|k| (k, k)).collect()
 }
 
-/// The largest pivots of a matrix, rows and columns counted by their own size (they have different units).
-/// None if it is singular.
+/// Chooses the largest pivots of a matrix whose rows and columns, of different units, are first
+/// scaled by their largest entries. Returns `None` for a singular matrix.
 pub(crate) fn largest_pivots(mut matrix: Vec<Vec<f64>>) -> Option<Vec<(usize, usize)>> {
     let size = matrix.len();
     for row in &mut matrix {
@@ -40,7 +41,7 @@ pub(crate) fn largest_pivots(mut matrix: Vec<Vec<f64>>) -> Option<Vec<(usize, us
             .max_by(|&(a, b), &(c, d)| matrix[a][b].abs().total_cmp(&matrix[c][d].abs()))?;
         let (row, column) = best;
         let pivot = matrix[row][column];
-        // Rounding, or no number at all.
+        // Rounding, or NaN.
         if !pivot.is_finite() || pivot.abs() < 1e-12 {
             return None;
         }
@@ -114,7 +115,7 @@ mod tests {
         for size in 1..7 {
             let mut matrix: Vec<Vec<f64>> =
                 (0..size).map(|_| (0..size).map(|_| random.number()).collect()).collect();
-            // What a diagonal order would stumble over.
+            // A zero pivot in diagonal order.
             matrix[0][0] = if size > 1 { 0.0 } else { 2.0 };
             let wanted: Vec<f64> = (0..size).map(|_| random.number()).collect();
             let right: Vec<f64> = matrix
@@ -124,7 +125,7 @@ mod tests {
             let order = largest_pivots(matrix.clone()).unwrap();
             let found = Factors::new(&matrix, order).solve(&right);
             for (found, wanted) in found.iter().zip(&wanted) {
-                // Rounding behind condition numbers of some hundred.
+                // Rounding magnified by condition numbers of some hundred.
                 assert!((found - wanted).abs() < 1e-12, "{size}: {found} {wanted}");
             }
         }

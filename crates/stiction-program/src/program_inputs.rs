@@ -1,4 +1,4 @@
-//! What a program is given: motions of floating bodies, coordinates that have no closed form, prescribed
+//! Inputs of a program: motions of floating bodies, coordinates without a closed form, prescribed
 //! values, loads.
 
 use crate::samples::Sample;
@@ -10,37 +10,38 @@ use stiction_core::scalar::{Dual, Scalar};
 use stiction_core::spatial::{Mat3, Pose, Quaternion, Vec3};
 use stiction_core::topology::Topology;
 
-/// The motion of a body: of its origin, and its turning, in world axes.
+/// Motion of a body and its origin, world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyMotion<T> {
-    /// Of the origin, m.
+    /// Position of the origin, m.
     pub position: Vec3<T>,
-    /// From body axes to world axes, of length one.
+    /// Orientation from body axes to world axes, of unit length.
     pub orientation: Quaternion<T>,
-    /// Of the origin, m/s.
+    /// Velocity of the origin, m/s.
     pub velocity: Vec3<T>,
-    /// rad/s.
+    /// Angular velocity, rad/s.
     pub angular_velocity: Vec3<T>,
-    /// Of the origin, m/s^2.
+    /// Acceleration of the origin, m/s^2.
     pub acceleration: Vec3<T>,
-    /// rad/s^2.
+    /// Angular acceleration, rad/s^2.
     pub angular_acceleration: Vec3<T>,
 }
 
-/// One state of many.
+/// Inputs of one of many states.
 #[derive(Clone, Copy, Debug)]
 pub struct StateOfMotion<'a> {
     /// Motions of [`crate::InverseProgram::bodies`].
     pub bodies: &'a [BodyMotion<f64>],
-    /// Coordinates of the tree, of which [`crate::InverseProgram::coordinates`] are read; empty if there are none.
+    /// Coordinates of the tree, of which the program reads [`crate::InverseProgram::coordinates`];
+    /// may be empty if it reads none.
     pub coordinates: &'a [f64],
-    /// What is prescribed. The solver goes by it alone.
+    /// Prescribed values. The solver uses them alone.
     pub targets: &'a [Target<f64>],
-    /// Loads as those for which the program was recorded, but for force and moment.
+    /// Loads with the bodies, points and axes of the recording.
     pub loads: &'a [AppliedLoad<f64>],
 }
 
-/// Numbers of a motion.
+/// Number of components of a motion.
 const MOTION: usize = 19;
 
 impl<T: Scalar> BodyMotion<T> {
@@ -82,7 +83,7 @@ pub(crate) fn target_to_array(target: &Target<f64>) -> [f64; 3] {
     [target.value, target.rate, target.acceleration]
 }
 
-/// Puts rows of numbers into the next slots, one lane each.
+/// Writes rows of numbers, one for each lane, to the next slots.
 #[inline]
 fn put<'a, const N: usize, const L: usize>(
     slots: &mut impl Iterator<Item = &'a mut [f64; L]>,
@@ -93,21 +94,21 @@ fn put<'a, const N: usize, const L: usize>(
     }
 }
 
-/// The order of a program's inputs.
+/// Order of a program's inputs.
 #[derive(Clone, Debug)]
 pub(crate) struct Given {
     topology: Topology,
     origin: Vec3<f64>,
     legs: Legs,
-    /// Coordinates of the tree that are neither a floating body's nor found in closed form.
+    /// Coordinates of the tree that neither belong to a floating body nor have a closed form.
     free: Vec<usize>,
     count: usize,
-    /// How many of the inputs are prescribed values; they come last.
+    /// Number of inputs that are prescribed values; they come last.
     prescribed: usize,
 }
 
 impl Given {
-    /// For positions amid those that are meant, as coordinates of the tree.
+    /// Determines the inputs from positions within the intended range, as coordinates of the tree.
     pub(crate) fn new(solver: &InverseDynamics, positions: &[Vec<f64>], loads: usize) -> Self {
         let (topology, parameters) = (solver.topology().clone(), solver.parameters());
         let legs = Legs::new(&topology, parameters, positions);
@@ -120,27 +121,27 @@ impl Given {
         Self { origin: parameters.origin, topology, legs, free, count, prescribed: 3 * targets }
     }
 
-    /// Numbers that are given.
+    /// Number of inputs.
     pub(crate) fn count(&self) -> usize {
         self.count
     }
 
-    /// The first of the prescribed values among the inputs.
+    /// First of the prescribed values among the inputs.
     pub(crate) fn first_prescribed(&self) -> usize {
         self.count - self.prescribed
     }
 
-    /// The bodies whose motions are given.
+    /// Bodies whose motions are inputs.
     pub(crate) fn bodies(&self) -> impl Iterator<Item = BodyId> + '_ {
         self.topology.floating().map(|(body, ..)| body)
     }
 
-    /// The places of coordinates that are given.
+    /// Indices of the coordinates that are inputs.
     pub(crate) fn free(&self) -> &[usize] {
         &self.free
     }
 
-    /// All numbers in their order, from motions of the floating bodies and coordinates of the tree.
+    /// Passes all inputs in order, from motions of the floating bodies and coordinates of the tree.
     #[inline]
     pub(crate) fn visit(
         &self,
@@ -154,7 +155,7 @@ impl Given {
             put(&motion.to_array());
         }
         for place in &self.free {
-            // What is not told is no number, and nothing holds with it.
+            // A missing coordinate is NaN, so that no guard holds.
             put(&[coordinates.get(*place).copied().unwrap_or(f64::NAN)]);
         }
         for load in loads {
@@ -165,8 +166,9 @@ impl Given {
         }
     }
 
-    /// The same numbers of as many states as there are lanes, those of all states side by side: written
-    /// one state after the other they would be that many times as many pieces of memory.
+    /// Writes the inputs of one state for each lane, with those of all lanes next to each other.
+    /// Writing one state after the other would need as many separate memory accesses as there are
+    /// lanes.
     #[inline]
     pub(crate) fn write_lanes<const L: usize>(
         &self,
@@ -179,7 +181,7 @@ impl Given {
             put(&mut slots, states.map(|state| state.bodies[body].to_array()));
         }
         for place in &self.free {
-            // What is not told is no number, and nothing holds with it.
+            // A missing coordinate is NaN, so that no guard holds.
             let told = |state: &StateOfMotion<'_>| state.coordinates.get(*place).copied();
             put(&mut slots, states.map(|state| [told(state).unwrap_or(f64::NAN)]));
         }
@@ -191,14 +193,14 @@ impl Given {
         }
     }
 
-    /// All numbers of a sample.
+    /// All inputs for a sample.
     pub(crate) fn row(&self, Sample { state, targets, loads }: &Sample) -> Vec<f64> {
         let mut row = Vec::with_capacity(self.count);
         self.visit(self.motions(state), &state.coordinates, targets, loads, |x| row.extend(x));
         row
     }
 
-    /// The motions of the floating bodies in a state of the tree.
+    /// Motions of the floating bodies in a state of the tree.
     pub(crate) fn motions<'a>(
         &'a self,
         state: &'a State<f64>,
@@ -225,8 +227,8 @@ impl Given {
         })
     }
 
-    /// Reads motions and coordinates into a state of the tree; rates and accelerations are filled in as far
-    /// as they follow from the motions.
+    /// Reads motions and coordinates into a state of the tree; sets the rates and accelerations
+    /// that follow from the motions.
     pub(crate) fn read<T: Scalar>(
         &self,
         mechanism: &Mechanism,
@@ -271,7 +273,7 @@ impl Given {
     }
 }
 
-/// A function of time with its first two derivatives.
+/// Function of time with its first two derivatives.
 type InTime<T> = Dual<Dual<T, 1>, 1>;
 
 fn in_time<T: Scalar>(value: T, rate: T, acceleration: T) -> InTime<T> {
@@ -281,7 +283,7 @@ fn in_time<T: Scalar>(value: T, rate: T, acceleration: T) -> InTime<T> {
     }
 }
 
-/// The pose of a body as it moves, its origin at `position` now.
+/// Pose of a moving body as a function of time; its origin is at `position` now.
 fn pose_in_time<T: Scalar>(motion: &BodyMotion<T>, position: Vec3<T>) -> Pose<InTime<T>> {
     let join = |value: Vec3<T>, rate: Vec3<T>, second: Vec3<T>| {
         let part =

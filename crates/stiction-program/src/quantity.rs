@@ -1,4 +1,4 @@
-//! What driving forces are differentiated with respect to.
+//! Quantities with respect to which actuator forces are differentiated.
 
 use stiction_core::kinematics::Target;
 use stiction_core::mechanism::{BodyId, JointId};
@@ -6,37 +6,42 @@ use stiction_core::parameters::Parameters;
 use stiction_core::scalar::Scalar;
 use stiction_core::spatial::Vec3;
 
-/// A number of a state of motion or of a mechanism. Derivatives are in units of drives (N, N m) over its own.
+/// Number of a state of motion or of a mechanism. Derivatives have the unit of actuator forces (N,
+/// N m) per unit of the quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
-    /// A prescribed coordinate, by its place in the prescription, rad or m. The position of everything
-    /// else follows from the loops; rates and accelerations of all prescribed coordinates stay.
+    /// Prescribed coordinate, by its index among the prescribed ones, rad or m. The position of
+    /// everything else follows from the loops; rates and accelerations of all prescribed
+    /// coordinates remain.
     Value(usize),
-    /// The rate of a prescribed coordinate, rad/s or m/s.
+    /// Rate of a prescribed coordinate, rad/s or m/s.
     Rate(usize),
-    /// The acceleration of a prescribed coordinate, rad/s^2 or m/s^2.
+    /// Acceleration of a prescribed coordinate, rad/s^2 or m/s^2.
     Acceleration(usize),
-    /// Mass of a body, kg. Its inertia about its centre of mass stays.
+    /// Mass of a body, kg. Its inertia about its centre of mass remains.
     Mass(BodyId),
-    /// Place of a body's centre of mass along x, y or z (0, 1, 2) of its frame, m.
+    /// Position of a body's centre of mass along x, y or z (0, 1, 2) of its frame, m.
     CentreOfMass(BodyId, usize),
-    /// A moment of inertia about the centre of mass (0, 1, 2 for x, y, z of the body's frame), kg m^2.
+    /// Moment of inertia about the centre of mass (0, 1, 2 for x, y, z of the body's frame), kg
+    /// m^2.
     Inertia(BodyId, usize),
-    /// Place of a joint in its predecessor, that of frame J, along x, y or z of the predecessor's frame, m.
-    /// Prescribed coordinates stay, the loops are closed again.
+    /// Position of a joint in its predecessor, that of frame J, along x, y or z of the
+    /// predecessor's frame, m. Prescribed coordinates remain, and the loops are closed again.
     PlaceInPredecessor(JointId, usize),
-    /// Place of a joint in its successor, that of frame K, along x, y or z of the successor's frame, m.
+    /// Position of a joint in its successor, that of frame K, along x, y or z of the successor's
+    /// frame, m.
     PlaceInSuccessor(JointId, usize),
-    /// Coefficient of friction while sliding, by the place of the contact in [`Parameters::interfaces`].
+    /// Coefficient of sliding friction, by the index of the interface in
+    /// [`Parameters::interfaces`].
     Mu(usize),
-    /// Viscous coefficient of a contact at its surface, N s/m.
+    /// Viscous coefficient of a friction interface at its surface, N s/m.
     Viscous(usize),
-    /// Radius of a turning contact, m.
+    /// Radius of a rotating friction interface, m.
     Radius(usize),
 }
 
 impl Quantity {
-    /// Its place in a mechanism's numbers; none if it is not one of them, or does not exist.
+    /// The number in the mechanism's parameters; `None` if it is no parameter or does not exist.
     pub(crate) fn of_mechanism<T: Scalar>(self, parameters: &mut Parameters<T>) -> Option<&mut T> {
         match self {
             Self::Value(_) | Self::Rate(_) | Self::Acceleration(_) => None,
@@ -60,7 +65,8 @@ impl Quantity {
         }
     }
 
-    /// Its place among what is prescribed.
+    /// The number among the prescribed values; `None` if it is no prescribed value or does not
+    /// exist.
     pub(crate) fn of_motion<T>(self, targets: &mut [Target<T>]) -> Option<&mut T> {
         match self {
             Self::Value(k) => targets.get_mut(k).map(|target| &mut target.value),

@@ -1,4 +1,4 @@
-//! The scalar that records what is done to it.
+//! Recording scalar.
 
 use crate::graph::{Function, Graph, Node, Op};
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -6,17 +6,17 @@ use std::cell::{Cell, RefCell};
 use stiction_core::scalar::Scalar;
 
 thread_local! {
-    // Scalars are copied like numbers, so what they record into cannot be theirs.
+    // Scalars are `Copy`, so they cannot own the graph.
     static GRAPH: RefCell<Graph> = RefCell::default();
-    // Whether what is recorded now will be differentiated.
+    // `true` during a recording that will be differentiated.
     static WITH_SLOPES: Cell<bool> = const { Cell::new(false) };
 }
 
-/// A number that is not known yet: a node of the graph that is being recorded on this thread.
+/// Unknown number: a node of the graph that this thread records.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Recorded(Node);
 
-/// Records what `f` does with its inputs; gives the graph and the nodes of what it returns.
+/// Records the operations of `f` on its inputs; returns the graph and the nodes of its results.
 pub(crate) fn record(
     inputs: usize,
     f: impl FnOnce(&[Recorded]) -> Vec<Recorded>,
@@ -27,7 +27,7 @@ pub(crate) fn record(
     (GRAPH.replace(before), outputs)
 }
 
-/// Records what will be differentiated, with what is held there: see [`Graph::released`].
+/// Records operations that will be differentiated, with their held values: see [`Graph::released`].
 pub(crate) fn with_slopes<T>(f: impl FnOnce() -> T) -> T {
     let before = WITH_SLOPES.replace(true);
     let result = f();
@@ -35,7 +35,7 @@ pub(crate) fn with_slopes<T>(f: impl FnOnce() -> T) -> T {
     result
 }
 
-/// The same as [`record`] with results in groups.
+/// Records as [`record`], with results in groups.
 pub(crate) fn record_groups<const N: usize>(
     inputs: usize,
     f: impl FnOnce(&[Recorded]) -> [Vec<Recorded>; N],
@@ -50,7 +50,8 @@ pub(crate) fn record_groups<const N: usize>(
     (graph, sizes.map(|size| left.by_ref().take(size).collect()))
 }
 
-/// Goes on recording into a graph, from some of its nodes; gives it back, and the nodes of what `f` returns.
+/// Continues recording into a graph, from some of its nodes; returns the graph and the nodes of the
+/// results of `f`.
 pub(crate) fn go_on(
     graph: Graph,
     nodes: &[Node],
@@ -157,7 +158,7 @@ impl Scalar for Recorded {
         put(Op::Select { of: self.0, yes: yes.0, no: no.0 })
     }
 
-    /// Nothing is known while it is recorded, so nothing is settled.
+    /// Infinite: values are unknown during the recording, so no iteration counts as converged.
     fn largest(self) -> f64 {
         f64::INFINITY
     }

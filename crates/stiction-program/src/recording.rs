@@ -1,10 +1,10 @@
-//! What all programs are recorded from, and its sizes.
+//! Common data of all recordings.
 
 use crate::recorded::Recorded;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics, Model};
 use stiction_core::kinematics::Target;
 
-/// Sizes of a mechanism and of what is asked of it.
+/// Sizes of a mechanism and of a program.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Counts {
     pub(crate) coordinates: usize,
@@ -12,13 +12,13 @@ pub(crate) struct Counts {
     pub(crate) targets: usize,
     pub(crate) loads: usize,
     pub(crate) interfaces: usize,
-    /// Contacts whose friction changes some load.
+    /// Number of interfaces whose friction changes a normal load.
     pub(crate) coupled: usize,
     pub(crate) drives: usize,
     pub(crate) joints: usize,
 }
 
-/// Everything that is recorded from.
+/// Source of a recording.
 #[derive(Clone, Copy)]
 pub(crate) struct Recipe<'a> {
     pub(crate) model: &'a Model,
@@ -26,7 +26,7 @@ pub(crate) struct Recipe<'a> {
     pub(crate) loads: &'a [AppliedLoad<f64>],
 }
 
-/// What inverse dynamics was recorded from.
+/// Recorded inputs of inverse dynamics.
 pub(crate) struct Followed {
     pub(crate) coordinates: Vec<Recorded>,
     pub(crate) targets: Vec<Target<Recorded>>,

@@ -1,19 +1,19 @@
-//! Parts of a program, ready to run for a number of states side by side.
+//! Executable parts of a program, for states in parallel lanes.
 
 use crate::code::{Call, Code, Part};
 use crate::encode::{Set, Width};
 use crate::machine::{Machine, instructions};
 
-/// Something that runs on slots.
+/// Executable piece that works on slots.
 #[derive(Debug)]
 enum Piece {
     Machine(Machine),
-    /// Where no machine code can be made.
+    /// Code for the interpreter, where machine code is impossible.
     Interpreted(Code),
     Calls(Vec<Call>),
 }
 
-/// The parts of a program for so many lanes.
+/// Parts of a program for a number of lanes.
 #[derive(Debug)]
 pub(crate) struct Runner {
     lanes: usize,
@@ -21,16 +21,16 @@ pub(crate) struct Runner {
     scratch: usize,
 }
 
-/// No processor takes more states at once, and the interpreter takes as many.
+/// Largest number of lanes of any processor, and that of the interpreter.
 pub(crate) const MOST_LANES: usize = 8;
 
-/// As many lanes as this processor has, or eight where code is interpreted.
+/// Number of lanes of this processor, or eight where code is interpreted.
 pub(crate) fn natural_lanes() -> usize {
     instructions().map_or(MOST_LANES, |set| Set::widest(set).lanes())
 }
 
 impl Runner {
-    /// For one lane, two, four or eight; `machine` says whether machine code is wanted.
+    /// Prepares parts for one, two, four or eight lanes; `machine` requests machine code.
     pub(crate) fn new(parts: &[Part], lanes: usize, slots: usize, machine: bool) -> Self {
         let width = match lanes {
             1 => Width::One,
@@ -62,23 +62,23 @@ impl Runner {
         Self { lanes, pieces, scratch }
     }
 
-    /// Numbers of scratch that a run needs.
+    /// Number of scratch values that a run needs.
     pub(crate) fn scratch(&self) -> usize {
         self.scratch
     }
 
-    /// Whether the processor runs it itself.
+    /// Returns `true` for native machine code.
     pub(crate) fn is_machine_code(&self) -> bool {
         !self.pieces.iter().any(|piece| matches!(piece, Piece::Interpreted(_)))
     }
 
-    /// Runs all parts in their order.
+    /// Executes all parts in order.
     #[inline]
     pub(crate) fn run(&self, slots: &mut [f64], scratch: &mut [f64]) {
         self.run_with(slots, &[], scratch);
     }
 
-    /// The same with numbers that are common to all lanes.
+    /// Executes all parts in order, with numbers that all lanes share.
     #[inline]
     pub(crate) fn run_with(&self, slots: &mut [f64], common: &[f64], scratch: &mut [f64]) {
         for piece in &self.pieces {

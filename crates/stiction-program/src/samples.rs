@@ -1,4 +1,4 @@
-//! States of motion at which the meaning of nodes is compared.
+//! Random states of motion for value numbering.
 
 use crate::error::RecordError;
 use stiction_core::dynamics::{AppliedLoad, InverseDynamics};
@@ -6,20 +6,20 @@ use stiction_core::kinematics::{State, Target};
 use stiction_core::random::Random;
 use stiction_core::spatial::Vec3;
 
-/// How many samples there are: branches are told apart by their patterns over all of them.
+/// Number of samples: value numbering distinguishes branches by their pattern over all samples.
 const SAMPLES: usize = 40;
-/// Positions among them: each takes time to assemble.
+/// Number of different positions, each of which needs an assembly.
 const POSITIONS: usize = 10;
 
-/// A generic state: of the tree, with what is prescribed and what loads.
+/// Random state of the tree with its prescribed values and loads.
 pub(crate) struct Sample {
     pub(crate) state: State<f64>,
     pub(crate) targets: Vec<Target<f64>>,
     pub(crate) loads: Vec<AppliedLoad<f64>>,
 }
 
-/// Generic states along a course: positions near those given, with any rates, accelerations and loads.
-/// An error if the course cannot be followed.
+/// Random states along a signal: positions near the given ones, with arbitrary rates, accelerations
+/// and loads. Fails if the solver cannot follow the signal.
 pub(crate) fn samples(
     solver: &InverseDynamics,
     signal: &[Vec<Target<f64>>],
@@ -28,7 +28,7 @@ pub(crate) fn samples(
     seeded_samples(1, solver, signal, loads)
 }
 
-/// As [`samples`], others for each seed.
+/// Random states as [`samples`], different for each seed.
 pub(crate) fn seeded_samples(
     seed: u64,
     solver: &InverseDynamics,
@@ -46,7 +46,7 @@ pub(crate) fn seeded_samples(
         let position = k % POSITIONS.min(signal.len());
         let mut targets = signal[position].clone();
         for target in &mut targets {
-            // Off the course, which may be special, by little.
+            // A small random offset avoids special positions of the signal.
             target.value += 0.01 * length.min(1.0) * random.number();
             target.rate = random.number();
             target.acceleration = 10.0 * random.number();

@@ -1,15 +1,15 @@
-//! The order of steps: result by result, so that little has to be kept meanwhile; and where that is a chain of
-//! waits, steps nearby that wait for nothing come first, those with the longest way to the end before others.
+//! Scheduling of steps: result by result, so that few values are live at a time; independent steps
+//! nearby then fill the latencies, those with the longest critical path first.
 
 use crate::code::{Code, Source, Step};
 
-/// How far ahead steps are taken: farther, and too many values wait in registers. Processors look some way ahead
-/// by themselves.
+/// Number of steps among which the scheduler chooses. A larger window keeps too many values in
+/// registers, and processors reorder instructions themselves.
 const WINDOW: usize = 16;
-/// Steps that begin in a cycle.
+/// Number of steps that begin in a cycle.
 const WIDTH: u32 = 2;
 
-/// Cycles until a result is there: of no processor in particular.
+/// Typical latency in cycles, independent of the processor.
 fn latency(step: &Step) -> u32 {
     match step {
         Step::Neg(_) => 1,
@@ -22,13 +22,13 @@ fn latency(step: &Step) -> u32 {
 }
 
 impl Code {
-    /// The same with its steps in the order in which they are best run.
+    /// Reorders the steps for execution.
     pub(crate) fn scheduled(&self) -> Self {
         self.depth_first().spread()
     }
 
-    /// Result by result: first what a result needs, the most demanding operand before others. Steps that no
-    /// result needs are left out.
+    /// Orders the steps result by result, depth first: the operand that needs the most registers
+    /// comes first. Omits steps that no result needs.
     fn depth_first(&self) -> Self {
         let count = self.steps.len();
         let before = |k: usize| {
@@ -43,7 +43,7 @@ impl Code {
             steps.dedup();
             steps
         };
-        // Registers that it takes to find a step if nothing were known (Sethi and Ullman 1970).
+        // Number of registers to compute each step without known values (Sethi and Ullman 1970).
         let mut need = vec![1; count];
         for k in 0..count {
             let mut own: Vec<usize> = before(k).iter().map(|other| need[*other]).collect();
@@ -82,7 +82,7 @@ impl Code {
         self.in_order(&order)
     }
 
-    /// The same with its steps in this order.
+    /// Reorders the steps.
     fn in_order(&self, order: &[usize]) -> Self {
         let mut place = vec![0; self.steps.len()];
         for (at, step) in order.iter().enumerate() {
@@ -99,7 +99,7 @@ impl Code {
         }
     }
 
-    /// Steps that wait for nothing first, among those within the window.
+    /// Moves steps whose operands are ready to the front, within the window.
     fn spread(&self) -> Self {
         let count = self.steps.len();
         let before = |step: &Step| {
@@ -108,7 +108,7 @@ impl Code {
                 _ => None,
             })
         };
-        // The way from each step to the end.
+        // Latency of the critical path from each step to the end.
         let mut way = vec![0; count];
         for k in (0..count).rev() {
             way[k] += latency(&self.steps[k]);
@@ -117,7 +117,7 @@ impl Code {
             }
         }
         let mut place = vec![None; count];
-        // In units of one step's turn.
+        // Times are in units of the issue of one step.
         let mut ready = vec![0; count];
         let mut order = Vec::with_capacity(count);
         let mut open: Vec<usize> = (0..count.min(WINDOW)).collect();
@@ -129,10 +129,10 @@ impl Code {
                     place[other].map(|_: u32| latest.max(ready[other]))
                 })
             };
-            // Of those that can start now the most urgent; else the one that can start first.
+            // The most urgent step that can start now; if none can, the first that will.
             let rank = |k: usize| starts(k).map(|at| (at.max(now), u32::MAX - way[k], k));
             let best = open.iter().copied().filter_map(|k| rank(k).map(|rank| (rank, k))).min();
-            // The first open one always has its operands.
+            // The operands of the first open step are always scheduled.
             let step = best.map_or(open[0], |(_, k)| k);
             place[step] = Some(now);
             ready[step] = now + WIDTH * latency(&self.steps[step]);
@@ -152,7 +152,7 @@ mod tests {
     use super::*;
     use stiction_core::random::Random;
 
-    /// Sums and products of earlier ones, some of which are results, come to the same in another order.
+    /// Random sums and products give the same results in the new order.
     #[test]
     fn order_changes_no_result() {
         let mut random = Random::new(6);

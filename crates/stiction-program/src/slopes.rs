@@ -1,12 +1,12 @@
-//! Derivatives of what is recorded, along a direction of its inputs (forward mode).
+//! Derivatives of a recorded graph along a direction of its inputs (forward mode).
 
 use crate::graph::{Function, Graph, Node, Op};
 
-/// Adds to the graph how its nodes change; gives for each node its slope, none where it does not change. `given`
-/// are the slopes of inputs.
+/// Adds the derivatives of all nodes to the graph; returns the slope of each node, `None` for a
+/// constant. `given` are the slopes of inputs.
 ///
-/// This has to be done before nodes that mean the same are merged: where loops are closed a step of Newton's
-/// method changes nothing, but its slope is that of the position.
+/// Differentiation precedes value numbering: at closed loops, a Newton step of the position changes
+/// nothing, but its slope is that of the position.
 pub(crate) fn slopes(graph: &mut Graph, given: &[Option<Node>]) -> Vec<Option<Node>> {
     let ops = graph.ops().to_vec();
     let mut slopes: Vec<Option<Node>> = Vec::with_capacity(ops.len());
@@ -53,7 +53,7 @@ pub(crate) fn slopes(graph: &mut Graph, given: &[Option<Node>]) -> Vec<Option<No
                 called(graph, function, own, [(a, da), (b, db)])
             }
         };
-        // A slope that is always zero is none.
+        // A slope that is always zero is omitted.
         slopes.push(slope.filter(|slope| graph.constant(*slope) != Some(0.0)));
     }
     slopes
@@ -85,7 +85,7 @@ fn called(
     [(a, da), (b, db)]: [(Node, Option<Node>); 2],
 ) -> Option<Node> {
     if function == Function::Atan2 {
-        // Of y and x: (x dy - y dx) / (x x + y y).
+        // Derivative of the angle of (x, y): (x dy - y dx) / (x x + y y).
         let of_y = da.map(|dy| graph.add(Op::Mul(b, dy)));
         let of_x = db.map(|dx| graph.add(Op::Mul(a, dx)));
         let change = match (of_y, of_x) {
@@ -120,7 +120,7 @@ mod tests {
     use crate::recorded::{record, with_slopes};
     use stiction_core::scalar::{Dual, Scalar};
 
-    /// Something of everything.
+    /// Expressions with all operations.
     fn mixture<T: Scalar>(x: T, y: T) -> Vec<T> {
         let (sine, cosine) = (x * y).sin_cos();
         let root = (x * x + y).sqrt();
@@ -134,7 +134,7 @@ mod tests {
         ]
     }
 
-    /// The graph's slopes are those of dual numbers.
+    /// Slopes of the graph agree with dual numbers.
     #[test]
     fn slopes_are_those_of_dual_numbers() {
         let (mut graph, nodes) = record(4, |inputs| with_slopes(|| mixture(inputs[0], inputs[1])));

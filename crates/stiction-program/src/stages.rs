@@ -1,11 +1,11 @@
-//! What stages of a program leave for later ones, and what they take for granted.
+//! Values that stages of a program pass to later ones, and guards of their assumptions.
 
 use crate::graph::{Graph, Node, Op, needed};
 use crate::value_numbering::Guard;
 use std::collections::HashSet;
 
-/// What `later` needs of nodes that do not depend on inputs that are `late`: to be computed before these are
-/// known. Constants are not among them.
+/// Nodes that `later` needs and that do not depend on `late` inputs: a stage computes them before
+/// these inputs are known. Constants are excluded.
 pub(crate) fn early(ops: &[Op], later: &[Node], late: impl Fn(usize) -> bool) -> Vec<Node> {
     let depends = dependent(ops, late);
     let needed = needed(ops, later);
@@ -22,7 +22,7 @@ pub(crate) fn early(ops: &[Op], later: &[Node], late: impl Fn(usize) -> bool) ->
     nodes
 }
 
-/// What `later` needs of nodes that `now` finds and that depend on inputs that are `late`.
+/// Nodes that `later` needs, that `now` computes, and that depend on `late` inputs.
 pub(crate) fn handed(
     ops: &[Op],
     now: &[Node],
@@ -41,7 +41,7 @@ pub(crate) fn handed(
     nodes
 }
 
-/// Which nodes depend on inputs that are `late`.
+/// Marks the nodes that depend on `late` inputs.
 fn dependent(ops: &[Op], late: impl Fn(usize) -> bool) -> Vec<bool> {
     let mut depends = vec![false; ops.len()];
     for (k, op) in ops.iter().enumerate() {
@@ -53,8 +53,8 @@ fn dependent(ops: &[Op], late: impl Fn(usize) -> bool) -> Vec<bool> {
     depends
 }
 
-/// The contacts whose friction changes some load, of `count`. `influence` tells for each contact, row by row, how
-/// the friction of each other changes its load.
+/// Interfaces, of `count`, whose friction changes a normal load. `influence` is the matrix, row by
+/// row, of the change of each interface's normal load with the friction of each other.
 pub(crate) fn coupled(graph: &Graph, influence: &[Node], count: usize) -> Vec<usize> {
     let changes_a_load = |column: &usize| {
         let mut of_column = influence.iter().skip(*column).step_by(count.max(1));
@@ -63,15 +63,15 @@ pub(crate) fn coupled(graph: &Graph, influence: &[Node], count: usize) -> Vec<us
     (0..count).filter(changes_a_load).collect()
 }
 
-/// A node of `merged` that is positive where all holds that merging took for granted in what `stage` needs
-/// of the graph `of`.
+/// Adds a node to `merged` that is positive where all assumptions of the merge hold on which
+/// `stage` of the graph `of` depends.
 pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut Graph) -> Node {
     let needed = needed(of.ops(), stage);
     let mut holds = merged.number(1.0);
     let none = merged.number(0.0);
     let mut known = HashSet::new();
     for guard in guards.iter().filter(|guard| needed[guard.selection as usize]) {
-        // A root is positive where what it is taken of is.
+        // A root is positive where its argument is.
         let condition = match merged.ops()[guard.condition as usize] {
             Op::Sqrt(square) => square,
             _ => guard.condition,
@@ -84,8 +84,8 @@ pub(crate) fn holds(of: &Graph, stage: &[Node], guards: &[Guard], merged: &mut G
     holds
 }
 
-/// The graph with inputs from `first` on replaced by these nodes, which depend on none of them, and the new
-/// node for each of the old.
+/// Replaces the inputs from `first` on by these nodes, which depend on none of them; returns the
+/// graph and the new node of each old one.
 pub(crate) fn with_inputs_replaced(graph: &Graph, first: usize, by: &[Node]) -> (Graph, Vec<Node>) {
     let ops = graph.ops();
     let replaced = |op: &Op| match op {

@@ -1,19 +1,19 @@
-//! Inputs of programs that are given the whole state of the tree: coordinates, rates, accelerations, then
-//! prescribed values and loads.
+//! Inputs of programs that receive the whole state of the tree: coordinates, rates, accelerations,
+//! then prescribed values and loads.
 
 use crate::program_inputs::{load_to_array, target_to_array};
 use crate::recording::Counts;
 use crate::samples::Sample;
 
 impl Counts {
-    /// Inputs but for those of a program's own.
+    /// Number of inputs without those of a particular program.
     pub(crate) fn inputs(&self) -> usize {
         self.coordinates + 2 * self.dofs + 3 * self.targets + 6 * self.loads
     }
 }
 
 impl Sample {
-    /// All its numbers.
+    /// All numbers of the sample, in the order of the inputs.
     pub(crate) fn of_tree(&self) -> Vec<f64> {
         let Self { state, targets, loads } = self;
         let mut all = [&state.coordinates[..], &state.rates, &state.accelerations].concat();

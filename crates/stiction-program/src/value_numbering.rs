@@ -1,11 +1,12 @@
-//! What nodes mean: their values at samples, with bounds of their rounding errors.
+//! Value numbering of nodes: comparison of their values at samples, with bounds of the rounding
+//! errors.
 //!
 //! Equation (P2) of the book's theory.
 
 use crate::graph::{Function, Graph, Node, Op};
 use std::collections::HashMap;
 
-/// A value and a bound of the rounding error in it.
+/// Value with a bound of its rounding error.
 #[derive(Clone, Copy, Debug)]
 struct Value {
     x: f64,
@@ -14,11 +15,11 @@ struct Value {
 
 const EPSILON: f64 = f64::EPSILON / 2.0;
 
-/// Values that differ by so many error bounds are different. Bounds are of first order.
+/// Number of error bounds by which different values differ. Bounds are of first order.
 const APART: f64 = 64.0;
 
-/// Bounds grow from operation to operation, whatever the errors do, and at last say nothing. So values that differ by
-/// more than this part are different, too, whatever their bounds.
+/// Relative difference above which values differ independently of their bounds: bounds grow with
+/// every operation, even if errors do not, and finally exceed the values.
 const CLOSE: f64 = 1e-9;
 
 impl Value {
@@ -33,8 +34,8 @@ impl Value {
     }
 }
 
-/// The value of an operation, from those of its operands. Which way a selection goes is for `chance` to say,
-/// from the node of its condition and whether that is positive.
+/// Value of an operation, from those of its operands. `chance` decides selections, from the node of
+/// the condition and its sign (`true` if positive).
 fn value_of(
     op: Op,
     inputs: &[f64],
@@ -64,7 +65,7 @@ fn value_of(
         Op::Held(a) => of(a),
         Op::Neg(a) => Value { x: -of(a).x, error: of(a).error },
         Op::Sqrt(a) => {
-            // Of what is negative in a branch that does not come, of something at least.
+            // The magnitude, for negative arguments in branches that are not taken.
             let (a, root) = (of(a), of(a).x.abs().sqrt());
             let error = if root > 0.0 { a.error / (2.0 * root) } else { a.error.sqrt() };
             Value::new(root, error)
@@ -79,7 +80,7 @@ fn value_of(
         Op::Call(function, a, b) => {
             let (a, b) = (of(a), of(b));
             let x = function.of(a.x, b.x);
-            // By a difference, as wide as the error is.
+            // Slopes by finite differences, with steps as wide as the errors.
             let step = a.error.max(a.x.abs() * 1e-8).max(1e-12);
             let other = b.error.max(b.x.abs() * 1e-8).max(1e-12);
             let by_first = (function.of(a.x + step, b.x) - x).abs() / step;
@@ -89,8 +90,8 @@ fn value_of(
     }
 }
 
-/// What a result is small beside that is nothing but rounding: the terms of a sum that cancel, the one of a sine.
-/// Nothing else comes to nothing by rounding.
+/// Magnitude relative to which a vanishing result is rounding: that of the cancelling terms of a
+/// sum, or one for sine and cosine. Other results do not vanish by rounding.
 fn size_of(op: Op, of: impl Fn(Node) -> Value) -> f64 {
     match op {
         Op::Add(a, b) | Op::Sub(a, b) => of(a).x.abs().max(of(b).x.abs()),
@@ -99,7 +100,7 @@ fn size_of(op: Op, of: impl Fn(Node) -> Value) -> f64 {
     }
 }
 
-/// A well-mixed number from two.
+/// Hash of two numbers.
 fn mixed(a: u64, b: u64) -> u64 {
     let mut z = a.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ b.wrapping_mul(0xD1B5_4A32_D192_ED03);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -107,33 +108,34 @@ fn mixed(a: u64, b: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// A selection that went the same way in all samples and is taken to go that way always, or a root that is
-/// taken to be something of constant sign.
+/// Assumption of the merged graph: a selection takes the same branch as in all samples, or a root
+/// equals an expression of constant sign.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Guard {
-    /// Its node in the graph that was merged.
+    /// Node in the original graph.
     pub(crate) selection: Node,
-    /// Its condition in the new graph, and whether it is positive.
+    /// Condition in the new graph, and its required sign (`true` if positive).
     pub(crate) condition: Node,
     pub(crate) is_positive: bool,
 }
 
-/// A graph with fewer nodes.
+/// Merged graph with fewer nodes.
 pub(crate) struct Merged {
     pub(crate) graph: Graph,
-    /// For each node of the old graph its own.
+    /// New node of each old node.
     pub(crate) new_of: Vec<Node>,
-    /// Where the new graph means the same.
+    /// Conditions under which both graphs are equivalent.
     pub(crate) guards: Vec<Guard>,
 }
 
-/// A graph in which nodes that mean the same are one: those that have the same value, up to sign and
-/// rounding, for all `samples` of inputs. Nodes that come first stay.
+/// Merges nodes that have the same value, up to sign and rounding, for all `samples` of inputs. The
+/// first of equal nodes remains.
 ///
-/// Two different polynomials of the inputs agree at random points with probability zero. Samples must
-/// be as generic as inputs can be. Selections that go both ways are taken to go either way at random, so
-/// that signs which mostly agree are not taken for the same; there have to be some thirty samples for that.
-/// Selections that go one way become guards, and so do roots that are plus or minus something else.
+/// Two different polynomials of the inputs agree at random points with probability zero. Samples
+/// must be as generic as the inputs permit. Selections that take both branches in the samples are
+/// decided at random, so that conditions which mostly agree are not merged; this needs some thirty
+/// samples. Selections that always take one branch become guards, and so do roots that equal
+/// another node up to its sign.
 pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
     let ops = graph.ops();
     let mut ways: HashMap<Node, [bool; 2]> = HashMap::new();
@@ -151,7 +153,7 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
     }
     let goes_both_ways = |of: Node| ways.get(&of) == Some(&[true, true]);
     let is_positive = |of: Node| ways.get(&of).is_some_and(|[_, positive]| *positive);
-    // For each node its values at all samples.
+    // Values of each node at all samples.
     let mut values: Vec<Vec<Value>> = Vec::with_capacity(ops.len());
     let mut merged = Graph::default();
     let mut new_of: Vec<Node> = Vec::with_capacity(ops.len());
@@ -169,13 +171,14 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
             .iter()
             .enumerate()
             .map(|(sample, inputs)| {
-                // By chance, but the same for what means the same.
+                // Random, but equal for equal nodes.
                 let chance = |of: Node, _| match goes_both_ways(of) {
                     true => mixed(u64::from(new_of[of as usize]), sample as u64) & 1 == 0,
                     false => is_positive(of),
                 };
                 let value = value_of(*op, inputs, |node| values[node as usize][sample], chance);
-                // The root of a square is a magnitude: with the sign of what is squared or against it.
+                // The root of a square is a magnitude: a random sign distinguishes it from the
+                // squared expression.
                 let flips = square.is_some_and(|of| mixed(u64::from(of), sample as u64) & 1 == 0);
                 if flips { Value { x: -value.x, ..value } } else { value }
             })
@@ -209,21 +212,23 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
             for &(node, other) in candidates {
                 let sign = if (first.x > 0.0) == (values[other][0].x > 0.0) { 1.0 } else { -1.0 };
                 if own.iter().zip(&values[other]).all(|(a, b)| a.is(*b, sign)) {
-                    // A root that is something else is so as long as that does not change its sign.
+                    // The root equals this expression only as long as the expression keeps its
+                    // sign.
                     let is_root = |op: &Op| matches!(op, Op::Sqrt(_));
                     if is_root(op) && !is_root(&merged.ops()[node as usize]) {
                         let selection = k as Node;
                         guards.push(Guard { selection, condition: node, is_positive: sign > 0.0 });
                     }
-                    // And so is what turns out to be an earlier root, as long as its own sign stays.
+                    // An expression that equals an earlier root does so only as long as it keeps
+                    // its sign.
                     if !is_root(op) && is_root(&merged.ops()[node as usize]) {
                         let condition = merged.add(op.map(|operand| new_of[operand as usize]));
                         let is_positive = first.x > 0.0;
                         guards.push(Guard { selection: k as Node, condition, is_positive });
                     }
                     known = Some(if sign > 0.0 { node } else { merged.add(Op::Neg(node)) });
-                    // It has the rounding errors of what it is replaced by: what took many operations to
-                    // find and is known already makes nothing that follows less certain.
+                    // The node inherits the rounding errors of its replacement, so that a long
+                    // derivation of a known value does not make later nodes less certain.
                     for (value, other) in own.iter_mut().zip(&values[other]) {
                         *value = Value { x: sign * other.x, error: other.error };
                     }
@@ -244,7 +249,8 @@ pub(crate) fn merge(graph: &Graph, samples: &[Vec<f64>]) -> Merged {
     Merged { graph: merged, new_of, guards }
 }
 
-/// Numbers whose magnitudes differ by rounding alone are in the same bucket or in neighbours.
+/// Index of a logarithmic bucket: magnitudes that differ only by rounding share a bucket or have
+/// neighbouring ones.
 fn bucket(x: f64) -> i64 {
     (x.abs().max(1e-300).ln() * 1e9).round() as i64
 }
@@ -256,7 +262,8 @@ mod tests {
     use stiction_core::random::Random;
     use stiction_core::scalar::Scalar;
 
-    /// In a long recurrence bounds grow beyond all values, though errors do not: values stay different.
+    /// In a long recurrence, bounds grow beyond all values although errors do not: values stay
+    /// different.
     #[test]
     fn what_differs_is_not_the_same_for_wide_bounds() {
         const LONG: usize = 100;

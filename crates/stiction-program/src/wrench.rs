@@ -1,4 +1,4 @@
-//! Wrenches in other axes, and as numbers.
+//! Wrenches in other frames, and their components.
 
 use stiction_core::dynamics::Inverse;
 use stiction_core::kinematics::Bodies;
@@ -18,7 +18,7 @@ pub(crate) fn from_components<T: Copy>(numbers: &[T]) -> Wrench<T> {
     Wrench { force: part(0), moment: part(3) }
 }
 
-/// A wrench in another frame.
+/// Expresses a wrench in another frame.
 pub(crate) fn local<T: Scalar>(frame: &Pose<T>, wrench: Wrench<T>) -> Wrench<T> {
     Wrench {
         force: frame.rotation.transpose_mul(wrench.force),
@@ -26,7 +26,7 @@ pub(crate) fn local<T: Scalar>(frame: &Pose<T>, wrench: Wrench<T>) -> Wrench<T> 
     }
 }
 
-/// A joint's complete wrench: force and moment about the joint's origin, world axes.
+/// Total joint wrench: force and moment about the joint's origin, world axes.
 pub(crate) fn reaction<T: Scalar>(
     inverse: &Inverse<T>,
     bodies: &Bodies<T>,

@@ -2,26 +2,26 @@
 
 use std::collections::BTreeSet;
 
-/// Rows and columns of a block.
+/// Number of rows and columns of a block.
 pub(crate) const BLOCK: usize = 6;
-/// A block, row by row.
+/// Block, row by row.
 pub(crate) type Block = [f64; BLOCK * BLOCK];
-/// A block's part of a vector.
+/// Part of a vector that belongs to a block.
 pub(crate) type Part = [f64; BLOCK];
 
 const NOTHING: Block = [0.0; BLOCK * BLOCK];
 
-/// Cholesky's decomposition with an order of elimination that is chosen once, from the pattern alone: for
-/// definite matrices any order is stable.
+/// Cholesky decomposition with an order of elimination that is chosen once, from the pattern alone:
+/// for definite matrices any order is stable.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockCholesky {
-    /// The step at which each block of rows is eliminated.
+    /// Step at which each block row is eliminated.
     place: Vec<usize>,
-    /// For each step the first of its blocks below the diagonal, and the end of the last step's.
+    /// Index of the first block below the diagonal at each step, followed by the total number.
     starts: Vec<usize>,
-    /// For each block below the diagonal its row, as a step.
+    /// Row of each block below the diagonal, as a step.
     rows: Vec<usize>,
-    /// The block that each pair of blocks of a step changes, step by step.
+    /// Block that each pair of blocks of a step changes, step by step.
     updates: Vec<usize>,
     diagonal: Vec<Block>,
     below: Vec<Block>,
@@ -40,7 +40,7 @@ pub(crate) enum Slot {
 }
 
 impl BlockCholesky {
-    /// For a matrix of `count` blocks of rows with blocks at `pairs` and at their mirror images, and all
+    /// Prepares a matrix of `count` block rows with blocks at `pairs`, at their mirror images, and
     /// along the diagonal.
     pub(crate) fn new(count: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Self {
         let mut neighbours = vec![BTreeSet::new(); count];
@@ -48,7 +48,8 @@ impl BlockCholesky {
             neighbours[a].insert(b);
             neighbours[b].insert(a);
         }
-        // The block with the fewest neighbours is eliminated first; these become neighbours of each other.
+        // The block with the fewest neighbours is eliminated first; its neighbours become
+        // neighbours of each other.
         let mut queue: BTreeSet<(usize, usize)> =
             (0..count).map(|block| (neighbours[block].len(), block)).collect();
         let mut place = vec![0; count];
@@ -84,7 +85,7 @@ impl BlockCholesky {
             let own = &made.rows[made.starts[step]..made.starts[step + 1]];
             let mut updates = Vec::new();
             for (k, &column) in own.iter().enumerate() {
-                // The first of each column changes its diagonal.
+                // The pair of a block with itself changes a diagonal block and needs no index.
                 for &row in &own[k + 1..] {
                     updates.extend(made.find(row, column));
                 }
@@ -100,7 +101,7 @@ impl BlockCholesky {
         Some(range.start + found)
     }
 
-    /// The slot of the block of rows `a` and columns `b`; `None` outside the pattern.
+    /// Slot of the block in block row `a` and block column `b`; `None` outside the pattern.
     pub(crate) fn slot(&self, a: usize, b: usize) -> Option<Slot> {
         let (row, column) = (self.place[a], self.place[b]);
         if row == column {
@@ -116,7 +117,7 @@ impl BlockCholesky {
         self.below.fill(NOTHING);
     }
 
-    /// The block at a slot, and whether it is transposed.
+    /// Returns the block at a slot, and `true` if it is stored transposed.
     pub(crate) fn block(&mut self, slot: Slot) -> (&mut Block, bool) {
         match slot {
             Slot::Diagonal(step) => (&mut self.diagonal[step], false),
@@ -147,7 +148,7 @@ impl BlockCholesky {
         true
     }
 
-    /// Solves with the factors, in place: a part for each block of rows, in the order of the matrix.
+    /// Solves with the factors, in place: one part for each block row, in the order of the matrix.
     pub(crate) fn solve(&mut self, vector: &mut [Part]) {
         let x = &mut self.solution;
         for (part, place) in vector.iter().zip(&self.place) {
@@ -181,7 +182,7 @@ impl BlockCholesky {
     }
 }
 
-/// The inverse of the lower Cholesky factor; none if there is no factor.
+/// Inverse of the lower Cholesky factor; `None` if the block is not positive definite.
 fn inverse_factor(block: &Block) -> Option<Block> {
     let mut lower = *block;
     let mut inverse = NOTHING;
@@ -201,7 +202,7 @@ fn inverse_factor(block: &Block) -> Option<Block> {
             }
             lower[i * BLOCK + j] = sum * over;
         }
-        // Row j of the inverse, by the rows before.
+        // Row j of the inverse, from the previous rows.
         for c in 0..j {
             let mut sum = 0.0;
             for k in c..j {
@@ -239,7 +240,7 @@ fn lower_times(lower: &Block, x: &Part) -> Part {
     core::array::from_fn(|i| (0..=i).map(|k| lower[i * BLOCK + k] * x[k]).sum())
 }
 
-/// The transpose of a lower block times a vector.
+/// Product of the transpose of a lower block and a vector.
 fn upper_times(lower: &Block, x: &Part) -> Part {
     let mut product = [0.0; BLOCK];
     for (k, amount) in x.iter().enumerate() {
@@ -256,7 +257,7 @@ mod tests {
     use crate::random::Random;
     use nalgebra::{DMatrix, DVector};
 
-    /// A hub with chains around it, against a dense decomposition.
+    /// A hub with chains around it; compared with a dense decomposition.
     #[test]
     fn solves_what_a_dense_decomposition_solves() {
         let mut random = Random::new(3);
@@ -265,7 +266,7 @@ mod tests {
         let mut matrix = DMatrix::<f64>::zeros(BLOCK * count, BLOCK * count);
         for (a, b) in pairs.into_iter().chain((0..count).map(|k| (k, k))) {
             let block = DMatrix::from_fn(BLOCK, BLOCK, |_, _| random.number());
-            // Products with their own transposes are positive.
+            // Products with their own transposes are positive semidefinite.
             let mut wide = DMatrix::zeros(BLOCK * count, BLOCK);
             wide.view_mut((BLOCK * a, 0), (BLOCK, BLOCK)).copy_from(&block);
             wide.view_mut((BLOCK * b, 0), (BLOCK, BLOCK)).copy_from(&(block.transpose() * 0.7));

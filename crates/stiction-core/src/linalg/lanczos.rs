@@ -1,11 +1,11 @@
-//! The greatest eigenvalue of a symmetric operator, and its vector.
+//! Largest eigenvalue of a symmetric operator, and its eigenvector.
 
 use super::blocks::{BLOCK, Part};
 
-/// Most steps.
+/// Maximum number of steps.
 const STEPS: usize = 120;
-/// The residual at which a pair counts as found, relative to the eigenvalue. The eigenvalue's own error is
-/// never greater, and mostly of the order of the square.
+/// Residual at convergence, relative to the eigenvalue. The error of the eigenvalue is never
+/// greater, and mostly of the order of the square.
 const ACCURACY: f64 = 1e-12;
 /// Number of steps before the first convergence check, and between later ones.
 const FIRST_LOOK: usize = 6;
@@ -14,7 +14,7 @@ const EVERY: usize = 2;
 /// Buffers of the method.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lanczos {
-    /// The vectors of all steps, one after the other.
+    /// Basis vectors of all steps, one after the other.
     basis: Vec<Part>,
     next: Vec<Part>,
     diagonal: Vec<f64>,
@@ -31,8 +31,9 @@ struct Room {
 }
 
 impl Lanczos {
-    /// The vector of the greatest eigenvalue of a positive operator, which `apply` carries out in place,
-    /// beginning with `start`; `None` if it does not converge. Its accuracy follows from the residual.
+    /// Eigenvector of the largest eigenvalue of a positive operator, which `apply` carries out in
+    /// place; the iteration begins with `start`. Returns `None` if it does not converge. The
+    /// accuracy follows from the residual.
     pub(crate) fn greatest(
         &mut self,
         start: impl Iterator<Item = Part>,
@@ -46,7 +47,7 @@ impl Lanczos {
         let count = basis.len();
         let over = 1.0 / dot(basis, basis).sqrt();
         scale(basis, over);
-        // The greatest eigenvalue so far is not above this.
+        // Upper bound of the largest eigenvalue so far.
         let mut above = 0.0_f64;
         for step in 0..STEPS {
             let here = step * count;
@@ -55,8 +56,8 @@ impl Lanczos {
             apply(next);
             let own = dot(next, &basis[here..]);
             diagonal.push(own);
-            // Round-off destroys the orthogonality of the vectors, and copies of eigenvalues appear; the greatest
-            // eigenvalue and its residual remain accurate (Paige 1972).
+            // Round-off destroys the orthogonality of the vectors, and copies of eigenvalues
+            // appear; the largest eigenvalue and its residual remain accurate (Paige 1972).
             for k in step.saturating_sub(1)..=step {
                 let before = &basis[k * count..(k + 1) * count];
                 let amount = dot(next, before);
@@ -68,7 +69,7 @@ impl Lanczos {
             }
             above = match beside.last() {
                 None => own,
-                // Of the matrix of two rows that bounds it.
+                // Largest eigenvalue of a bounding 2x2 matrix.
                 Some(coupling) => 0.5 * (above + own) + (0.5 * (above - own)).hypot(*coupling),
             };
             let looks = step + 1 >= FIRST_LOOK && (step + 1 - FIRST_LOOK).is_multiple_of(EVERY);
@@ -114,13 +115,14 @@ fn subtract(from: &mut [Part], vector: &[Part], amount: f64) {
     }
 }
 
-/// The greatest eigenvalue of a symmetric tridiagonal matrix, which is not greater than `above`: Newton's
-/// method for its characteristic polynomial comes down to it.
+/// Largest eigenvalue of a symmetric tridiagonal matrix, at most `above`. Newton's method for the
+/// characteristic polynomial decreases to it.
 fn greatest_root(diagonal: &[f64], beside: &[f64], above: f64) -> f64 {
-    // A bound that is met exactly is one by rounding.
+    // Rounding may lower a bound that is attained exactly.
     let mut x = above * (1.0 + 4.0 * f64::EPSILON);
     for _ in 0..100 {
-        // The polynomial is the product of these, which are positive above the greatest root.
+        // The polynomial is the product of these factors, which are positive above the largest
+        // root.
         let (mut factor, mut slope, mut sum) = (f64::INFINITY, 0.0, 0.0);
         for (k, own) in diagonal.iter().enumerate() {
             let coupling = if k == 0 { 0.0 } else { beside[k - 1] * beside[k - 1] };
@@ -130,7 +132,7 @@ fn greatest_root(diagonal: &[f64], beside: &[f64], above: f64) -> f64 {
             sum += slope / factor;
         }
         let step = 1.0 / sum;
-        // Below the root, by rounding, factors change sign.
+        // Factors change sign below the root, which rounding may cause.
         if !(factor > 0.0 && step > 0.5 * f64::EPSILON * x) {
             break;
         }
@@ -139,9 +141,9 @@ fn greatest_root(diagonal: &[f64], beside: &[f64], above: f64) -> f64 {
     x
 }
 
-/// The unit vector of the greatest eigenvalue of a tridiagonal matrix; returns the size of its last
-/// component. Recurrences run from both ends to where they meet best: beyond its greatest component the
-/// vector decays, and only from the other end does rounding decay with it.
+/// Computes the unit eigenvector of the largest eigenvalue of a tridiagonal matrix; returns the
+/// size of its last component. Recurrences run from both ends to the best point between: beyond its
+/// largest component the vector decays, and rounding decays with it only from the other end.
 fn vector_of(diagonal: &[f64], beside: &[f64], value: f64, room: &mut Room) -> f64 {
     let count = diagonal.len();
     let Room { ahead, back, vector } = room;
@@ -177,7 +179,8 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// Eigenvalues near each other, twice the same, or far apart: the greatest is found, and its vector.
+    /// Eigenvalues that are close, double, or far apart: the largest and its eigenvector are
+    /// correct.
     #[test]
     fn the_greatest_of_known_eigenvalues() {
         let mut random = Random::new(5);
@@ -187,7 +190,7 @@ mod tests {
                 .collect();
             let mut values = values;
             values[4][2] = 1.0 - gap;
-            // The eigenvectors are those of a reflection.
+            // The eigenvectors are the columns of a reflection.
             let mut normal: Vec<Part> =
                 (0..9).map(|_| core::array::from_fn(|_| random.number())).collect();
             let over = 1.0 / dot(&normal, &normal).sqrt();
@@ -208,7 +211,7 @@ mod tests {
             let mut image = vector.to_vec();
             apply(&mut image);
             let value = dot(&image, vector) / dot(vector, vector);
-            // The residual at which the method stops.
+            // Tolerance of the residual.
             assert!((value - 1.0).abs() < 1e-12, "{gap}: {value}");
         }
     }

@@ -1,14 +1,14 @@
-//! Choosing the pivots of a static elimination.
+//! Choice of the pivots of a static elimination.
 
 use super::static_lu::StaticLu;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The place of a matrix entry.
+/// Position of a matrix entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Entry {
-    /// Row.
+    /// Row index.
     pub row: usize,
-    /// Column.
+    /// Column index.
     pub column: usize,
 }
 
@@ -36,29 +36,30 @@ pub(crate) struct Plan {
     pub(super) entries: Vec<Entry>,
     /// Row and column of each pivot in order of elimination.
     pub(super) pivots: Vec<(usize, usize)>,
-    /// The smallest scaled pivot.
+    /// Smallest scaled pivot.
     pub smallest_pivot: f64,
 }
 
 /// Error: some columns depend on the others.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RankDeficient {
-    /// The columns for which no pivot was left.
+    /// Columns without a pivot.
     pub columns: Vec<usize>,
 }
 
-/// A pivot is at least this part of the largest entry in its column. Larger is more accurate,
-/// smaller leaves more choice to keep the factors sparse.
+/// Smallest admissible pivot relative to the largest entry in its column. A larger value is more
+/// accurate, a smaller one leaves more choice to keep the factors sparse.
 const THRESHOLD: f64 = 0.25;
-/// Scaled entries below this, relative to the largest of the matrix, are rounding.
+/// Magnitude of scaled entries, relative to the largest of the matrix, below which they are
+/// rounding.
 const NEGLIGIBLE: f64 = 1e-11;
 /// Number of the emptiest columns that compete for a pivot.
 const CANDIDATES: usize = 4;
 
 impl Plan {
     /// Chooses a pivot for each column, by size and by fill (Markowitz 1957, with threshold), from
-    /// the numbers of one representative matrix. Every listed entry counts as structurally present,
-    /// whatever its number; entries named twice add.
+    /// the numbers of one representative matrix. Every listed entry is structurally nonzero, even
+    /// if its value is zero; repeated entries add.
     ///
     /// # Errors
     /// [`RankDeficient`] if some columns depend on the others.
@@ -88,19 +89,19 @@ impl Plan {
         Ok(Self { rows, columns, entries: entries.to_vec(), pivots, smallest_pivot })
     }
 
-    /// The program that carries out the plan.
+    /// Compiles the plan to a static elimination.
     pub(crate) fn compile(&self) -> StaticLu {
         StaticLu::compile(self)
     }
 }
 
-/// The part of the matrix that is not eliminated yet.
+/// Part of the matrix that is not eliminated yet.
 struct Active {
     rows: Vec<BTreeMap<usize, f64>>,
     /// Open rows with an entry in each column.
     columns: Vec<BTreeSet<usize>>,
-    /// Open columns, emptiest first: how many open rows each has, and which it is. Kept in order, so that a
-    /// choice does not look at all of them.
+    /// Open columns as pairs of their number of open rows and their index, emptiest first. The
+    /// order avoids a search of all columns for each pivot.
     open: BTreeSet<(usize, usize)>,
 }
 
@@ -122,7 +123,7 @@ impl Active {
         }
     }
 
-    /// Takes a row out of an open column.
+    /// Removes a row from an open column.
     fn close_row(&mut self, row: usize, column: usize) {
         let count = self.columns[column].len();
         if self.columns[column].remove(&row) {
@@ -141,7 +142,7 @@ impl Active {
         columns
     }
 
-    /// The best pivot among the emptiest columns that have one.
+    /// Returns the best pivot among the emptiest columns that have one.
     fn choose(&self, negligible: f64) -> Option<(usize, usize)> {
         let mut best: Option<(usize, f64, usize, usize)> = None;
         let mut seen = 0;

@@ -2,26 +2,27 @@
 
 use crate::scalar::Scalar;
 
-/// A QR decomposition of the transpose with column pivoting: `J^T P = Q R` for the rows of `J`.
+/// QR decomposition of the transpose with column pivoting: `J^T P = Q R` for the rows of `J`.
 ///
-/// Rows are ordered by their components beyond the span of those before them; rows without such a component
-/// are dependent. Householder's reflections, Businger and Golub 1965.
+/// Rows are ordered by their components beyond the span of the previous rows; rows without such a
+/// component are dependent. Householder reflections, Businger and Golub 1965.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RowSpace {
     rows: usize,
     columns: usize,
     rank: usize,
-    /// Row by row, in the order taken: below the diagonal reflectors, from it on `R`.
+    /// Rows in pivot order: `R` up to the diagonal position of each row, reflectors beyond it.
     work: Vec<f64>,
-    /// The first entry of each reflector, and what its square is divided by.
+    /// First entry of each reflector, and half its squared length.
     heads: Vec<(f64, f64)>,
-    /// The rows in the order taken.
+    /// Pivot order of the rows.
     order: Vec<usize>,
 }
 
 impl RowSpace {
-    /// Decomposes `matrix`, stored row by row, of `rows` and `columns`. A row depends on the others if its component
-    /// beyond their span is less than `negligible` times the greatest norm of a row, or than `negligible`.
+    /// Decomposes `matrix`, stored row by row, of `rows` and `columns`. A row is dependent if its
+    /// component beyond the span of the others is less than `negligible` times the largest norm of
+    /// a row, or than `negligible`.
     pub(crate) fn decompose(
         &mut self,
         matrix: &[f64],
@@ -39,7 +40,8 @@ impl RowSpace {
         let n = columns;
         let mut first = 1.0_f64;
         for k in 0..rows.min(columns) {
-            // Norms of the remainders are recomputed: updates would lose the digits of small ones.
+            // The norms of the remainders are recomputed: updates would lose the digits of small
+            // ones.
             let left = |row: usize, work: &[f64]| {
                 work[row * n + k..(row + 1) * n].iter().map(|x| x * x).sum::<f64>()
             };
@@ -54,7 +56,7 @@ impl RowSpace {
             if k == 0 {
                 first = first.max(length);
             }
-            // NaN is negligible, too: it ends here and shows in what is solved for.
+            // NaN ends the decomposition, too; it remains visible in the solutions.
             if length.is_nan() || length <= negligible * first {
                 break;
             }
@@ -86,7 +88,8 @@ impl RowSpace {
         self.rank
     }
 
-    /// Component of the last independent row beyond the span of the others, relative to the first; one without rows.
+    /// Component of the last independent row beyond the span of the others, relative to that of the
+    /// first; one without rows.
     pub(crate) fn least_part(&self) -> f64 {
         let diagonal = |k: usize| self.work[k * self.columns + k].abs();
         self.rank.checked_sub(1).map_or(1.0, |last| diagonal(last) / diagonal(0))
@@ -106,7 +109,7 @@ impl RowSpace {
         rest.iter_mut().zip(tail).for_each(|(x, t)| *x -= amount * T::from_f64(*t));
     }
 
-    /// The shortest vector on which the independent rows take the values `right`.
+    /// Shortest vector whose products with the independent rows are `right`.
     pub(crate) fn shortest(&self, right: &[f64]) -> Vec<f64> {
         let mut vector = Vec::new();
         self.shortest_into(right, &mut vector);
@@ -118,7 +121,7 @@ impl RowSpace {
         let n = self.columns;
         vector.clear();
         vector.resize(n, 0.0);
-        // R^T y = right: forward.
+        // Forward substitution: R^T y = right.
         for k in 0..self.rank {
             let mut sum = right[self.order[k]];
             for (i, y) in vector.iter().enumerate().take(k) {
@@ -131,7 +134,7 @@ impl RowSpace {
         }
     }
 
-    /// An orthonormal basis of the vectors on which all rows vanish, vector by vector.
+    /// Orthonormal basis of the null space, vector by vector.
     pub(crate) fn null_space(&self) -> Vec<f64> {
         let mut basis = Vec::new();
         self.null_space_into(&mut basis);
@@ -151,8 +154,8 @@ impl RowSpace {
         }
     }
 
-    /// The amounts of the rows whose sum is `vector`, as far as it lies in what they span; those of
-    /// dependent rows are zero. The vector is used up.
+    /// Coefficients of the rows whose combination is the projection of `vector` on the row space;
+    /// those of dependent rows are zero. Overwrites the vector.
     pub(crate) fn amounts<T: Scalar>(&self, vector: &mut [T], amounts: &mut Vec<T>) {
         for step in 0..self.rank {
             self.apply(step, vector);
@@ -165,7 +168,7 @@ impl RowSpace {
         }
     }
 
-    /// `R x = right`, in place in the first entries.
+    /// Back substitution, in place in the first entries: `R x = right`.
     fn back<T: Scalar>(&self, right: &mut [T]) {
         let n = self.columns;
         for k in (0..self.rank).rev() {
@@ -177,7 +180,7 @@ impl RowSpace {
         }
     }
 
-    /// For each dependent row the coefficients of all rows in its vanishing combination.
+    /// Coefficients of all rows in the vanishing combination of each dependent row.
     pub(crate) fn dependencies(&self) -> Vec<Vec<f64>> {
         let n = self.columns;
         let each = (self.rank..self.rows).map(|dependent| {
@@ -210,7 +213,8 @@ mod tests {
     }
 
     proptest! {
-        /// Five rows in seven dimensions, the last two made of the first three.
+        /// Five rows in seven dimensions, of which the last two are combinations of the first
+        /// three.
         #[test]
         fn dependent_rows_are_reported(
             numbers in prop::collection::vec(-1.0..1.0_f64, 21),
@@ -233,11 +237,11 @@ mod tests {
                 prop_assert!(times(&matrix, n, vector).iter().all(|x| x.abs() < 1e-13));
                 prop_assert!((vector.iter().map(|x| x * x).sum::<f64>() - 1.0).abs() < 1e-13);
             }
-            // A consistent right-hand side, met by the shortest vector: one of the rows' own space.
+            // The shortest solution of consistent equations lies in the row space.
             let wanted = times(&matrix, n, &[0.3, -0.2, 0.9, 0.1, -0.7, 0.4, 0.5]);
             let short = space.shortest(&wanted);
             let found = times(&matrix, n, &short);
-            // Rows that are nearly dependent magnify rounding.
+            // Nearly dependent rows magnify rounding.
             prop_assert!(found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-8));
             for vector in basis.chunks_exact(n) {
                 let along: f64 = vector.iter().zip(&short).map(|(a, b)| a * b).sum();

@@ -1,21 +1,22 @@
-//! The smallest singular value, in a fraction of the time of a decomposition.
+//! Smallest singular value, in a fraction of the time of a decomposition.
 
 use super::Svd;
 use nalgebra::{DMatrix, DVector};
 
-/// Vectors iterated together: clusters of small values slow the iteration down otherwise.
+/// Number of vectors iterated together: with fewer, clusters of small values slow the iteration
+/// down.
 const BLOCK: usize = 3;
-/// Steps before the singular value decomposition takes over.
+/// Number of steps before the singular value decomposition takes over.
 const STEPS: usize = 60;
 /// Relative accuracy at which the iteration stops.
 const ACCURACY: f64 = 1e-13;
-/// Squaring the matrix loses digits below this part of its largest entry.
+/// Singular value relative to the largest entry below which squaring the matrix loses digits.
 const SQUARABLE: f64 = 1e-3;
 
-/// The smallest of a matrix' `min(rows, columns)` singular values.
+/// Smallest of the `min(rows, columns)` singular values of a matrix.
 ///
-/// By inverse iteration of a block with the Gram matrix of the shorter side. Where the value is so
-/// small that squaring the matrix would spoil it, by the singular value decomposition.
+/// Uses inverse iteration of a block with the Gram matrix of the shorter side, or the singular
+/// value decomposition for values so small that squaring the matrix loses digits.
 pub fn smallest_singular_value(matrix: &DMatrix<f64>) -> f64 {
     let (rows, columns) = matrix.shape();
     let size = rows.min(columns);
@@ -27,7 +28,7 @@ pub fn smallest_singular_value(matrix: &DMatrix<f64>) -> f64 {
             if rows <= columns { matrix * matrix.transpose() } else { matrix.tr_mul(matrix) };
         let factor = gram.cholesky()?;
         let block = BLOCK.min(size);
-        // Any start is suitable that is not orthogonal to the vector.
+        // Any initial vectors that are not orthogonal to the solution are suitable.
         let mut vectors = DMatrix::from_fn(size, block, |i, j| {
             (1.0 + i as f64 * (0.7548 + 0.5698 * j as f64)).sin()
         });
@@ -53,8 +54,8 @@ pub fn smallest_singular_value(matrix: &DMatrix<f64>) -> f64 {
     }
 }
 
-/// Makes the columns orthonormal; returns the largest singular value they had together, or nothing
-/// if they are not finite.
+/// Makes the columns orthonormal; returns the largest singular value that they had together, or
+/// `None` if they are not finite.
 fn orthonormalise(vectors: &mut DMatrix<f64>) -> Option<f64> {
     let svd = Svd::new(vectors);
     let largest = svd.largest();

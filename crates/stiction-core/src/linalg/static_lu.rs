@@ -6,26 +6,26 @@ use super::plan::Plan;
 use crate::scalar::Scalar;
 use core::ops::Range;
 
-/// LU elimination of a sparse matrix in an order fixed beforehand, for any scalar.
+/// LU elimination of a sparse matrix in a fixed order, for any scalar.
 ///
 /// The order of pivots is chosen once, from the numbers of a representative matrix ([`Plan`]).
 /// Replaying it neither branches nor allocates, and touches only entries that are not
 /// structurally zero. The residual reveals a matrix for which the order is unsuitable.
 ///
-/// Rows that depend on others are left out.
+/// Dependent rows are left out.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct StaticLu {
     entries: usize,
-    /// Entry number of the input -> place in the factor's values; entries of unused rows have none.
+    /// Index of each input entry among the factors; entries of unused rows have none.
     slots: Vec<Option<u32>>,
     values: usize,
     rows: usize,
     columns: usize,
     steps: Vec<Step>,
     targets: Vec<Target>,
-    /// The pivot rows right of their pivots.
+    /// Parts of the pivot rows to the right of the pivots.
     upper: Vec<Upper>,
-    /// For each target, for each upper entry of its step: the slot that changes.
+    /// Slots that change, for each target and each upper entry of its step.
     updates: Vec<u32>,
 }
 
@@ -60,7 +60,7 @@ impl StaticLu {
             columns: plan.columns,
             ..Self::default()
         };
-        // Slots by row and column, for the rows that take part.
+        // Slots by row and column, for the rows in use.
         let mut in_use = vec![false; plan.rows];
         for &(row, _) in &plan.pivots {
             in_use[row] = true;
@@ -145,9 +145,9 @@ impl StaticLu {
         self.updates.len() + self.targets.len()
     }
 
-    /// Factors the matrix whose entries (in the order given to the plan; entries named twice add)
-    /// are `entries`. `values` has [`Self::values`] places and receives the factors. Returns the
-    /// product of the signs of the pivots: it flips where the determinant does.
+    /// Factors the matrix with these `entries`, in the order of the plan; repeated entries add.
+    /// `values` has [`Self::values`] places and receives the factors. Returns the product of the
+    /// signs of the pivots, which changes sign with the determinant.
     ///
     /// The entries enter as constants ([`Scalar::held`]): solutions with the factors are steps from a point where the
     /// equations hold, or need one more step for their derivatives.
@@ -184,7 +184,7 @@ impl StaticLu {
         self.steps.iter().map(|step| step.pivot as usize)
     }
 
-    /// Solves with the factors: `right` (one value for each row) is used up, `solution` (one for
+    /// Solves with the factors. Overwrites `right` (one value for each row); `solution` (one for
     /// each column) receives the result.
     pub(crate) fn solve<T: Scalar>(&self, values: &[T], right: &mut [T], solution: &mut [T]) {
         for step in &self.steps {
@@ -218,7 +218,7 @@ mod tests {
     }
 
     proptest! {
-        /// Sparse square systems against dense LU, replayed with other numbers than were planned.
+        /// Sparse square systems against dense LU, with other numbers than those of the plan.
         #[test]
         fn solves_what_dense_elimination_solves(
             size in 1..12usize,
@@ -250,7 +250,7 @@ mod tests {
             }
         }
 
-        /// Redundant rows are left out, and what they say holds by itself.
+        /// Redundant rows are left out; their equations are satisfied without them.
         #[test]
         fn redundant_rows_are_found(numbers in prop::collection::vec(-1.0..1.0f64, 12)) {
             let base = DMatrix::from_row_slice(3, 3, &numbers[..9]) + DMatrix::identity(3, 3) * 3.0;

@@ -4,26 +4,26 @@ use nalgebra::{DMatrix, DVector};
 
 /// `matrix = u * diag(singular_values) * transpose(v)`.
 ///
-/// By one-sided Jacobi rotations (Hestenes 1958; de Rijk 1989 for the order of columns), which finds
-/// small singular values to high relative accuracy. Ranks are decided by it, so it must be right:
-/// the decomposition of a general-purpose library loses up to eleven digits on matrices of
-/// mechanisms (`tests/svd.rs` keeps the properties that it broke). But its right singular vectors are
-/// orthogonal, and Jacobi rotations that begin with them converge fast.
+/// Uses one-sided Jacobi rotations (Hestenes 1958; de Rijk 1989 for the order of columns), which
+/// determine small singular values to high relative accuracy. Rank decisions depend on it: the
+/// decomposition of a general-purpose library loses up to eleven digits on matrices of mechanisms
+/// (`tests/suite/svd.rs` checks the properties that it violated). Its right singular vectors are
+/// orthogonal, however, and Jacobi rotations that begin with them converge fast.
 #[derive(Clone, Debug)]
 pub struct Svd {
-    /// Left singular vectors, one for each column of the matrix; zero where the singular value is
-    /// zero to rounding.
+    /// Left singular vectors, one for each column of the matrix; zero if the singular value is zero
+    /// to rounding.
     pub u: DMatrix<f64>,
-    /// One for each column of the matrix, largest first.
+    /// Singular values, one for each column of the matrix, largest first.
     pub singular_values: DVector<f64>,
     /// Right singular vectors, a complete orthogonal basis.
     pub v: DMatrix<f64>,
 }
 
-/// Number of columns from which a start with another decomposition's vectors is faster.
+/// Number of columns from which an initial basis by another decomposition is faster.
 const LARGE: usize = 24;
 
-/// Sweeps over all pairs of columns; some six to ten suffice.
+/// Maximum number of sweeps over all pairs of columns; six to ten usually suffice.
 const SWEEPS: usize = 60;
 
 impl Svd {
@@ -34,7 +34,7 @@ impl Svd {
             .unwrap_or_else(|| DMatrix::identity(columns, columns));
         let mut work = matrix * &v;
         let scale = matrix.amax();
-        // Columns below this are rounding and have no direction.
+        // Shorter columns are rounding and have no direction.
         let nothing = (f64::EPSILON * scale).powi(2) * matrix.nrows().max(1) as f64;
         let mut squares: Vec<f64> = work.column_iter().map(|c| c.norm_squared()).collect();
         for _ in 0..SWEEPS {
@@ -68,7 +68,7 @@ impl Svd {
         Self { u, singular_values, v }
     }
 
-    /// The largest singular value; zero for an empty matrix.
+    /// Largest singular value; zero for an empty matrix.
     pub fn largest(&self) -> f64 {
         self.singular_values.iter().copied().next().unwrap_or(0.0)
     }
@@ -79,19 +79,19 @@ impl Svd {
         self.singular_values.iter().filter(|&&s| s > limit).count()
     }
 
-    /// The rank of a matrix whose entries are of order one or round-off: one that consists of round-off has
-    /// rank zero.
+    /// Rank of a matrix whose entries are of order one or round-off: one that consists of round-off
+    /// has rank zero.
     pub fn rank_of_order_one(&self, negligible: f64) -> usize {
         let limit = negligible * self.largest().max(1.0);
         self.singular_values.iter().filter(|&&s| s > limit).count()
     }
 
-    /// An orthonormal basis of the null space, given the rank.
+    /// Orthonormal basis of the null space, given the rank.
     pub fn null_space(&self, rank: usize) -> Vec<DVector<f64>> {
         self.v.column_iter().skip(rank).map(|c| c.into_owned()).collect()
     }
 
-    /// The shortest least-squares solution for `right`, given the rank.
+    /// Shortest least-squares solution for `right`, given the rank.
     pub fn solve(&self, right: &DVector<f64>, rank: usize) -> DVector<f64> {
         let mut solution = DVector::zeros(self.v.nrows());
         for k in 0..rank {
@@ -102,10 +102,10 @@ impl Svd {
     }
 }
 
-/// A complete orthogonal basis that nearly diagonalises, by nalgebra; none if it finds none.
+/// Complete orthogonal basis that nearly diagonalises, by nalgebra; `None` if that fails.
 fn nearly_right_vectors(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let (rows, columns) = matrix.shape();
-    // With rows of zeros there are as many right singular vectors as columns.
+    // Rows of zeros make the number of right singular vectors that of the columns.
     let square = matrix.clone().resize_vertically(rows.max(columns), 0.0);
     let found = nalgebra::SVD::try_new(square, false, true, f64::EPSILON, 100 * columns)?;
     let v = found.v_t?.transpose();
@@ -114,7 +114,7 @@ fn nearly_right_vectors(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     (skew.amax() <= 1e-15 * columns as f64).then_some(v)
 }
 
-/// Rotates two columns to be orthogonal; false if they are.
+/// Rotates two columns to be orthogonal; returns `false` if they already are.
 fn orthogonalise(
     work: &mut DMatrix<f64>,
     v: &mut DMatrix<f64>,
@@ -135,7 +135,7 @@ fn orthogonalise(
     let c = 1.0 / (1.0 + t * t).sqrt();
     let s = c * t;
     for matrix in [&mut *work, v] {
-        // `i < j`, and columns lie one after the other.
+        // `i < j`, and columns are stored one after the other.
         let rows = matrix.nrows();
         let (before, from) = matrix.as_mut_slice().split_at_mut(j * rows);
         let (first, second) = (&mut before[i * rows..][..rows], &mut from[..rows]);
@@ -149,7 +149,7 @@ fn orthogonalise(
     true
 }
 
-/// The orthogonal complement of `known` (orthonormal) within the span of `all` (orthonormal).
+/// Orthogonal complement of `known` (orthonormal) within the span of `all` (orthonormal).
 pub(crate) fn complement(all: &[DVector<f64>], known: &[DVector<f64>]) -> Vec<DVector<f64>> {
     if all.is_empty() || known.len() >= all.len() {
         return Vec::new();

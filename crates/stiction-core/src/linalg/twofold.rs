@@ -8,7 +8,7 @@ pub(crate) struct Twofold {
 }
 
 impl Twofold {
-    /// Adds a product, as if with twice the digits (Ogita, Rump, Oishi 2005: Dot2).
+    /// Adds a product with twice the working precision (Ogita, Rump, Oishi 2005: Dot2).
     pub(crate) fn add_product(&mut self, a: f64, b: f64) {
         let (product, product_error) = exact_product(a, b);
         let (sum, sum_error) = exact_sum(self.high, product);
@@ -16,7 +16,7 @@ impl Twofold {
         self.low += product_error + sum_error;
     }
 
-    /// Adds a number times such a sum.
+    /// Adds a multiple of such a sum.
     pub(crate) fn add_multiple(&mut self, factor: f64, other: Self) {
         self.add_product(factor, other.high);
         self.low += factor * other.low;
@@ -28,15 +28,15 @@ impl Twofold {
     }
 }
 
-/// The rounded sum and the error of rounding (Knuth).
+/// Rounded sum and its rounding error (Knuth).
 fn exact_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let from_b = sum - a;
     (sum, (a - (sum - from_b)) + (b - from_b))
 }
 
-/// The rounded product and the error of rounding (Dekker 1971): without fused operations, which not every
-/// processor has. For numbers far from the limits of their range.
+/// Rounded product and its rounding error (Dekker 1971), without fused operations, which not every
+/// processor has. Valid for numbers far from the limits of their range.
 fn exact_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
     let ((a_high, a_low), (b_high, b_low)) = (halves(a), halves(b));
@@ -44,7 +44,7 @@ fn exact_product(a: f64, b: f64) -> (f64, f64) {
     (product, error)
 }
 
-/// A number as a sum of two of half as many digits (Veltkamp).
+/// Splits a number into a sum of two with half as many digits (Veltkamp).
 fn halves(x: f64) -> (f64, f64) {
     const SPLITTER: f64 = 134_217_729.0;
     let shifted = SPLITTER * x;
@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn what_cancels_is_not_lost() {
-        // (1 + e)(1 - e) - 1 = -e^2 exactly, of which plain arithmetic keeps nothing.
+        // (1 + e)(1 - e) - 1 = -e^2 exactly; plain arithmetic gives zero.
         let e = 2.0_f64.powi(-30);
         let mut sum = Twofold::default();
         sum.add_product(1.0 + e, 1.0 - e);

@@ -5,14 +5,14 @@
 use super::Scalar;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// A value with its derivatives in `D` directions; forward-mode differentiation, exact to round-off.
+/// Value with its derivatives in `D` directions; forward-mode differentiation, exact to round-off.
 ///
 /// Over [`super::Lanes`] it differentiates several states at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual<T, const D: usize> {
     /// The value.
     pub value: T,
-    /// Its derivatives, one for each direction.
+    /// Derivatives, one for each direction.
     pub slope: [T; D],
 }
 
@@ -157,7 +157,7 @@ impl<T: Scalar, const D: usize> Scalar for Dual<T, D> {
 mod tests {
     use super::*;
 
-    /// Every operation against the derivative written by hand.
+    /// Every operation agrees with its derivative written by hand.
     #[test]
     fn derivatives_follow_the_rules() {
         let x = Dual::<f64, 1>::variable(0.7, 0);

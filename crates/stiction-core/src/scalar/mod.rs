@@ -15,9 +15,9 @@ pub use lanes::Lanes;
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-/// A real number as the kernels see it: `f64`, [`Lanes`], [`Dual`], or a combination.
+/// Real number of the kernels: `f64`, [`Lanes`], [`Dual`], or a combination.
 ///
-/// Implementations follow IEEE arithmetic in every lane; nothing here panics.
+/// Implementations follow IEEE arithmetic in every lane and never panic.
 pub trait Scalar:
     Copy
     + Debug
@@ -40,7 +40,7 @@ pub trait Scalar:
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
 
-    /// The angle of the point (`x`, `self`), in (-pi, pi].
+    /// Angle of the point (`x`, `self`), in (-pi, pi].
     fn atan2(self, x: Self) -> Self;
 
     /// The exponential.
@@ -49,10 +49,10 @@ pub trait Scalar:
     /// The natural logarithm, of a positive number.
     fn ln(self) -> Self;
 
-    /// Lane by lane: `yes` where the value is greater than zero, else `no`.
+    /// Selects lane by lane: `yes` if the value is greater than zero, otherwise `no`.
     fn if_positive(self, yes: Self, no: Self) -> Self;
 
-    /// The largest magnitude of the value over all lanes, NaN if any lane is NaN. For decisions
+    /// Largest magnitude of the value over all lanes, NaN if any lane is NaN. It serves decisions
     /// *between* kernel calls, never inside one.
     fn largest(self) -> f64;
 
@@ -62,7 +62,7 @@ pub trait Scalar:
         false
     }
 
-    /// The number in every lane as a constant, with zero derivative.
+    /// Value in every lane as a constant, with zero derivative.
     ///
     /// Kernels treat quantities as constants where a solution depends on them to second order only. A Newton step from
     /// a solution needs no derivative of the matrix; the residual carries all derivatives: equation (P7) of the
@@ -96,9 +96,9 @@ pub trait Scalar:
         self.if_positive(self, -self)
     }
 
-    /// The norm whose square is `self`: its square root, but with derivative zero (a subgradient
-    /// of the norm) where it vanishes, so that a friction load of zero has no infinite slope. A NaN
-    /// stays a NaN.
+    /// Norm whose square is `self`: its square root, but with derivative zero (a subgradient of the
+    /// norm) where it vanishes, so that the slope at a normal load of zero is finite. A NaN remains
+    /// NaN.
     #[inline(always)]
     fn norm_of_square(self) -> Self {
         let safe = self.if_positive(self, Self::one());

@@ -4,7 +4,7 @@ use super::{Mat3, Vec3};
 use crate::scalar::Scalar;
 use core::ops::Mul;
 
-/// A pose `X_AB`: the orientation and the origin of frame B, seen from frame A.
+/// Pose `X_AB`: orientation and origin of frame B with respect to frame A.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose<T> {
     /// `R_AB`; its columns are the axes of B in A.
@@ -68,7 +68,7 @@ pub struct Quaternion<T> {
 }
 
 impl<T: Scalar> Quaternion<T> {
-    /// From four coordinates in the order `w, x, y, z`.
+    /// Reads four coordinates in the order `w, x, y, z`.
     #[inline(always)]
     pub fn from_coordinates(c: &[T]) -> Self {
         Self { w: c[0], v: Vec3::new(c[1], c[2], c[3]) }
@@ -89,14 +89,14 @@ impl<T: Scalar> Quaternion<T> {
         }
     }
 
-    /// Scaled to length one.
+    /// Scales to unit length.
     #[inline(always)]
     pub fn normalised(self) -> Self {
         let scale = (self.w * self.w + self.v.norm_squared()).sqrt().recip();
         Self { w: self.w * scale, v: self.v * scale }
     }
 
-    /// The quaternion of a small rotation vector (rad), exact to second order and of length one for
+    /// Quaternion of a small rotation vector (rad), exact to second order and of unit length for
     /// any size.
     #[inline(always)]
     pub fn of_small(rotation: Vec3<T>) -> Self {

@@ -9,7 +9,7 @@ use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
 pub struct Twist<T> {
     /// Angular velocity, rad/s.
     pub angular: Vec3<T>,
-    /// Velocity of the body-fixed point that passes the origin, m/s.
+    /// Velocity of the body-fixed point at the origin, m/s.
     pub linear: Vec3<T>,
 }
 
@@ -47,14 +47,14 @@ impl<T: Scalar> Twist<T> {
         self.linear + self.angular.cross(point)
     }
 
-    /// The same motion with `point` as reference point.
+    /// Moves the reference point of the motion to `point`.
     #[inline(always)]
     pub fn about(self, point: Vec3<T>) -> Self {
         Self { angular: self.angular, linear: self.velocity_at(point) }
     }
 
-    /// Rate of change of `other` when it is fixed in a body that moves with this twist:
-    /// `self x other` of spatial motion vectors.
+    /// Rate of change of `other`, fixed in a body that moves with this twist: `self x other` of
+    /// spatial motion vectors.
     #[inline(always)]
     pub fn carry(self, other: Self) -> Self {
         Self {
@@ -99,7 +99,7 @@ impl<T: Scalar> Wrench<T> {
 macro_rules! vector_space {
     ($name:ident { $a:ident, $b:ident }) => {
         impl<T: Scalar> $name<T> {
-            /// With components as constants, see [`Scalar::held`].
+            /// Treats the components as constants, see [`Scalar::held`].
             #[inline(always)]
             pub fn held(self) -> Self {
                 Self { $a: self.$a.held(), $b: self.$b.held() }

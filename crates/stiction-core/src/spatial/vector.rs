@@ -50,7 +50,7 @@ impl<T: Scalar> Vec3<T> {
         [self.x, self.y, self.z]
     }
 
-    /// With components as constants, see [`Scalar::held`].
+    /// Treats the components as constants, see [`Scalar::held`].
     #[inline(always)]
     pub fn held(self) -> Self {
         Self::new(self.x.held(), self.y.held(), self.z.held())
@@ -78,13 +78,13 @@ impl<T: Scalar> Vec3<T> {
         self.dot(self)
     }
 
-    /// Length; its derivative at the zero vector is taken as zero.
+    /// Length; its derivative at the zero vector is defined as zero.
     #[inline(always)]
     pub fn norm(self) -> T {
         self.norm_squared().norm_of_square()
     }
 
-    /// The part of the vector at right angles to the unit vector `axis`.
+    /// Component of the vector perpendicular to the unit vector `axis`.
     #[inline(always)]
     pub fn across(self, axis: Self) -> Self {
         self - axis * self.dot(axis)
@@ -98,16 +98,16 @@ impl Vec3<f64> {
         Vec3::new(T::from_f64(self.x), T::from_f64(self.y), T::from_f64(self.z))
     }
 
-    /// The unit vector along this one, or `None` where it is too short to have a direction.
+    /// Unit vector along this one, or `None` if it is too short to have a direction.
     pub fn direction(self) -> Option<Self> {
         let length = self.norm();
         let unit = self * (1.0 / length);
         (length > 0.0 && unit.is_finite()).then_some(unit)
     }
 
-    /// Some unit vector at right angles to this one (which need not be a unit vector).
+    /// A unit vector perpendicular to this one (which need not be a unit vector).
     pub fn any_perpendicular(self) -> Self {
-        // Cross with the axis that is farthest from parallel.
+        // Vector product with the axis that is farthest from parallel.
         let [x, y, z] = self.to_array().map(f64::abs);
         let helper = Vec3::unit(if x <= y && x <= z {
             0

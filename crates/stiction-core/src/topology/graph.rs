@@ -3,14 +3,14 @@
 use crate::random::Random;
 use std::collections::VecDeque;
 
-/// A tree of bodies.
+/// Tree of bodies.
 #[derive(Debug)]
 pub(super) struct Spanning {
-    /// All bodies but the ground, parents before children.
+    /// All bodies except the ground, parents before children.
     pub(super) order: Vec<Placement>,
 }
 
-/// A body and the joint that places it; none if it floats.
+/// Body and the joint that places it; `None` if it floats.
 #[derive(Debug)]
 pub(super) struct Placement {
     pub(super) body: usize,
@@ -20,7 +20,7 @@ pub(super) struct Placement {
 const GROUND: usize = 0;
 
 impl Spanning {
-    /// The tree described in [`super`]: hubs float, each chain between hubs is cut at its cheapest
+    /// Tree described in [`super`]: hubs float, and each chain between hubs is cut at its cheapest
     /// joint.
     pub(super) fn by_structure(bodies: usize, ends: &[(usize, usize)], cost: &[usize]) -> Self {
         let graph = Graph::new(bodies, ends);
@@ -28,7 +28,7 @@ impl Spanning {
         let bridge = graph.bridges();
         let component = graph.components(&bridge);
 
-        // The root of a component is its body nearest to the ground.
+        // The root of a component is its body closest to the ground.
         let mut root = vec![usize::MAX; bodies];
         let mut nearest_first: Vec<usize> = (0..bodies).collect();
         nearest_first.sort_by_key(|&body| distance[body]);
@@ -50,7 +50,7 @@ impl Spanning {
                 if walked[first] {
                     continue;
                 }
-                // Walk the chain to the next root or hub.
+                // Follow the chain to the next root or hub.
                 let (mut chain, mut body, mut joint) = (Vec::new(), start, first);
                 loop {
                     walked[joint] = true;
@@ -59,7 +59,7 @@ impl Spanning {
                     if is_root(body) || is_hub(body) {
                         break;
                     }
-                    // A body inside a chain has just one other joint in loops.
+                    // A body inside a chain has exactly one other joint in loops.
                     match loop_joints(body).find(|&next| !walked[next]) {
                         Some(next) => joint = next,
                         None => break,
@@ -84,12 +84,13 @@ impl Spanning {
         Self::grow(&graph, &floating, |joint| !is_cut[joint])
     }
 
-    /// A random tree with some random floating bodies.
+    /// Random tree with random floating bodies.
     pub(super) fn random(bodies: usize, ends: &[(usize, usize)], seed: u64) -> Self {
         let mut random = Random::new(seed);
         let graph = Graph::new(bodies, ends);
         let floating: Vec<usize> = (1..bodies).filter(|_| random.number() < -0.5).collect();
-        // Kruskal over joints in random order; floating bodies belong to the ground's tree already.
+        // Kruskal's algorithm over joints in random order; floating bodies already belong to the
+        // ground's tree.
         let mut tree_of: Vec<usize> = (0..bodies).collect();
         fn find(tree_of: &mut [usize], mut body: usize) -> usize {
             while tree_of[body] != body {
@@ -163,7 +164,7 @@ impl<'a> Graph<'a> {
         if a == body { b } else { a }
     }
 
-    /// Joints between each body and the ground on the shortest way.
+    /// Number of joints between each body and the ground on the shortest path.
     fn distances(&self) -> Vec<usize> {
         let mut distance = vec![usize::MAX; self.incident.len()];
         distance[GROUND] = 0;
@@ -180,7 +181,7 @@ impl<'a> Graph<'a> {
         distance
     }
 
-    /// For each joint whether it is in no loop. Tarjan's low-link method, without recursion so that
+    /// Marks the joints that belong to no loop. Tarjan's low-link method, without recursion so that
     /// long chains do not overflow the stack.
     fn bridges(&self) -> Vec<bool> {
         let bodies = self.incident.len();
@@ -194,7 +195,7 @@ impl<'a> Graph<'a> {
             }
             clock += 1;
             (entered[start], low[start]) = (clock, clock);
-            // (body, joint by which it was entered, next incident joint)
+            // (body, joint that leads to it, next incident joint)
             let mut stack = vec![(start, usize::MAX, 0)];
             while let Some((body, from, at)) = stack.last_mut() {
                 let (body, from) = (*body, *from);
@@ -223,7 +224,7 @@ impl<'a> Graph<'a> {
         bridge
     }
 
-    /// For each body the number of its component after the bridges are taken away.
+    /// Component of each body after removal of the bridges.
     fn components(&self, bridge: &[bool]) -> Vec<usize> {
         let mut component = vec![usize::MAX; self.incident.len()];
         for start in 0..component.len() {

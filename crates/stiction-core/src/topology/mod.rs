@@ -1,11 +1,11 @@
 //! The joint graph, compiled once: the joints of the tree, the joints that close loops, and the order
 //! of computation.
 //!
-//! Users never choose a cut joint. Bodies in which three or more chains of a loop structure meet (a
-//! robot's platform) *float*: they get six coordinates of their own and no tree joint, so that every
-//! leg is a chain from one such body to another, independent of the other legs. Each chain hangs
-//! from one end and is cut at one joint; the cut joint's wrench is the unknown of the
-//! chain. So costs grow linearly with the number of legs and of loops.
+//! Users never choose a cut joint. Bodies at which three or more chains of a loop structure meet (a
+//! robot's platform) *float*: they have six coordinates of their own and no tree joint, so that
+//! every leg is a chain from one such body to another, independent of the other legs. Each chain
+//! hangs from one end and is cut at one joint; the cut joint's wrench is the unknown of the chain.
+//! The cost therefore grows linearly with the numbers of legs and loops.
 
 mod graph;
 
@@ -18,24 +18,24 @@ use graph::Spanning;
 #[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TreeRule {
-    /// By the structure of the mechanism, for speed.
+    /// Tree by the structure of the mechanism, for speed.
     Structure,
-    /// Some random tree and random floating bodies; for tests of that independence.
+    /// Random tree and random floating bodies; for tests of that independence.
     Random(u64),
 }
 
-/// The compiled graph. Immutable.
+/// Compiled joint graph. Immutable.
 #[doc(hidden)]
 #[derive(Clone, Debug)]
 pub struct Topology {
     pub(crate) joint_types: Vec<JointType>,
     /// Predecessor and successor of each joint.
     pub(crate) ends: Vec<(usize, usize)>,
-    /// Parents before children; bodies but the ground, once each.
+    /// All bodies except the ground, parents before children.
     pub(crate) nodes: Vec<Node>,
-    /// For each body the node that places it (none for the ground).
+    /// Node that places each body (`None` for the ground).
     pub(crate) node_of_body: Vec<Option<usize>>,
-    /// The role of each joint.
+    /// Role of each joint.
     pub(crate) role: Vec<Role>,
     pub(crate) cuts: Vec<Cut>,
     /// The degrees of freedom of the tree.
@@ -49,11 +49,11 @@ pub struct Topology {
     pub(crate) cut_actuators: Vec<usize>,
 }
 
-/// A body and the connection that places it.
+/// Body and the connection that places it.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
     pub(crate) body: usize,
-    /// The node of the body from which this one hangs; none for the ground.
+    /// Node of the body from which this one hangs; `None` for the ground.
     pub(crate) parent: Option<usize>,
     pub(crate) link: Link,
     pub(crate) tree_dofs: Range<usize>,
@@ -63,36 +63,36 @@ pub(crate) struct Node {
 /// Connection that places a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Link {
-    /// By a joint; `reversed` if the body is the joint's predecessor.
+    /// Joint; `reversed` if the body is the joint's predecessor.
     Joint { joint: usize, reversed: bool },
-    /// By six coordinates of its own, which transmit nothing.
+    /// Six coordinates of its own, which transmit no force.
     Floating,
 }
 
 /// Role of a joint in the compiled graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
-    /// It places the body of this node.
+    /// Places the body of this node.
     Tree { node: usize },
-    /// It closes a loop.
+    /// Closes a loop.
     Cut { cut: usize },
 }
 
-/// A joint that closes a loop.
+/// Joint that closes a loop.
 #[derive(Clone, Debug)]
 pub(crate) struct Cut {
     pub(crate) joint: usize,
-    /// The nodes between its two bodies: `+1.0` on the successor's side, `-1.0` on the
-    /// predecessor's; each side from its body upwards, the common ancestors left out.
+    /// Nodes between its two bodies, with `+1.0` on the successor's side and `-1.0` on the
+    /// predecessor's; each side from its body upwards, without common ancestors.
     pub(crate) path: Vec<(usize, f64)>,
-    /// Its constraint wrenches among all.
+    /// Indices of its constraint wrenches.
     pub(crate) constraints: Range<usize>,
     /// Its actuators, as indices into [`Topology::cut_actuators`].
     pub(crate) actuators: Range<usize>,
 }
 
 impl Cut {
-    /// The columns of the balance that this cut's wrench is made of: constraint wrenches, then
+    /// Columns of the balance that belong to this cut's wrench: constraint wrenches, then
     /// actuators.
     pub(crate) fn columns(
         &self,
@@ -109,7 +109,7 @@ pub(crate) struct TreeDof {
     pub(crate) node: usize,
     /// Index among the degrees of freedom of its joint or, for a floating body, among its six.
     pub(crate) local: usize,
-    /// The actuator that drives it.
+    /// Actuator of this degree of freedom.
     pub(crate) actuator: Option<usize>,
 }
 
@@ -126,11 +126,11 @@ impl Topology {
         Self::with_tree(mechanism, TreeRule::Structure)
     }
 
-    /// Compiles the graph with a tree chosen by `rule`.
+    /// Compiles the graph with a tree chosen according to `rule`.
     pub fn with_tree(mechanism: &Mechanism, rule: TreeRule) -> Self {
         let joints = mechanism.joints();
         let ends: Vec<_> = joints.iter().map(|j| (j.predecessor.0, j.successor.0)).collect();
-        // The cost of a cut: its number of unknowns.
+        // The cost of a cut is its number of unknowns.
         let cost: Vec<usize> = joints
             .iter()
             .map(|j| j.joint_type.constraints().len() + j.actuated_dofs().count())
@@ -223,13 +223,13 @@ impl Topology {
         });
     }
 
-    /// The indices of a joint's actuators, which are in the order of the joints.
+    /// Indices of a joint's actuators, which are in the order of the joints.
     fn actuators_of(&self, joint: usize) -> Range<usize> {
         let first = |joint: usize| self.actuators.partition_point(|a| a.joint < joint);
         first(joint)..first(joint + 1)
     }
 
-    /// The nodes on the way between two bodies, see [`Cut::path`].
+    /// Nodes on the path between two bodies, see [`Cut::path`].
     fn path(&self, predecessor: usize, successor: usize) -> Vec<(usize, f64)> {
         let mut of_successor = self.ancestors(successor);
         let mut of_predecessor = self.ancestors(predecessor);
@@ -243,7 +243,7 @@ impl Topology {
         signed(of_successor, 1.0).chain(signed(of_predecessor, -1.0)).collect()
     }
 
-    /// The node that a joint places; none if it closes a loop.
+    /// Node that a joint places; `None` if it closes a loop.
     pub(crate) fn node_of(&self, joint: usize) -> Option<&Node> {
         match self.role[joint] {
             Role::Tree { node } => self.nodes.get(node),
@@ -251,7 +251,7 @@ impl Topology {
         }
     }
 
-    /// The nodes from a body up to the root of its tree.
+    /// Nodes from a body up to the root of its tree.
     pub(crate) fn ancestors(&self, body: usize) -> Vec<usize> {
         let mut nodes = Vec::new();
         let mut next = self.node_of_body[body];
@@ -272,9 +272,8 @@ impl Topology {
         }
     }
 
-    /// The bodies that have six coordinates of their own, with their places among the tree's
-    /// coordinates (position from the kernel origin, unit quaternion) and degrees of freedom (twist about the kernel
-    /// origin, world axes).
+    /// Floating bodies, with the ranges of their coordinates (position from the kernel origin, unit
+    /// quaternion) and degrees of freedom (twist about the kernel origin, world axes) in the tree.
     pub fn floating(&self) -> impl Iterator<Item = (BodyId, Range<usize>, Range<usize>)> + '_ {
         let floating = self.nodes.iter().filter(|node| node.link == Link::Floating);
         floating.map(|node| (BodyId(node.body), node.coordinates.clone(), node.tree_dofs.clone()))

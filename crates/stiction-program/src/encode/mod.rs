@@ -1,12 +1,12 @@
-//! Machine instructions, for the instruction sets that code is made for. Every set is written on every machine;
-//! only what this one has can be run here (`machine`).
+//! Encoders of machine instructions. All instruction sets are encoded on every machine; only that
+//! of the processor can be executed (`machine`).
 
 mod neon;
 mod x86;
 
 use crate::code::Fused;
 
-/// How many numbers a register holds.
+/// Number of values in a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Width {
     One,
@@ -26,19 +26,19 @@ impl Width {
     }
 }
 
-/// The instructions that a processor has.
+/// Instruction set of a processor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Set {
-    /// AVX of x86-64, with FMA where there is need of it.
+    /// AVX of x86-64, with FMA for fused operations.
     Avx,
     /// AVX-512 (F, DQ, VL) of x86-64: more registers, masks, short addresses for all widths.
     Avx512,
-    /// Advanced SIMD of AArch64, which is always there.
+    /// Advanced SIMD of AArch64, available on every processor.
     Neon,
 }
 
 impl Set {
-    /// The widths of its registers, from narrow to wide.
+    /// Available register widths, from narrow to wide.
     pub(crate) const fn widths(self) -> &'static [Width] {
         match self {
             Self::Avx => &[Width::One, Width::Four],
@@ -47,13 +47,13 @@ impl Set {
         }
     }
 
-    /// The widest of its registers.
+    /// Greatest register width.
     pub(crate) fn widest(self) -> Width {
         self.widths().last().copied().unwrap_or(Width::One)
     }
 }
 
-/// What code is made for.
+/// Register width and instruction set of the generated code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Target {
     pub(crate) width: Width,
@@ -61,7 +61,7 @@ pub(crate) struct Target {
 }
 
 impl Target {
-    /// How many registers values may be in.
+    /// Number of registers available for values.
     pub(crate) const fn registers(self) -> usize {
         match self.set {
             Set::Avx => 16,
@@ -70,7 +70,7 @@ impl Target {
         }
     }
 
-    /// Whether a number stands in this memory once, not once for each lane.
+    /// Returns `true` for memory that holds one copy of each number instead of one for each lane.
     pub(crate) fn is_single(self, base: Base) -> bool {
         match base {
             Base::Common => true,
@@ -79,18 +79,17 @@ impl Target {
         }
     }
 
-    /// Whether other operations than loads take operands from this memory.
+    /// Returns `true` if operations other than loads accept operands from this memory.
     pub(crate) fn reads(self, base: Base) -> bool {
         self.set != Set::Avx || self.width == Width::One || !self.is_single(base)
     }
 
-    /// Whether a fused instruction may overwrite a factor; all may overwrite the addend.
+    /// Returns `true` if a fused instruction may overwrite a factor; all may overwrite the addend.
     pub(crate) fn overwrites_factors(self) -> bool {
         self.set != Set::Neon
     }
 
-    /// The slot at which the base stands: where addresses reach as far below it as above it, more of them are
-    /// short.
+    /// Slot at the base address: offsets of both signs let short addresses reach more slots.
     pub(crate) const fn base_slot(self) -> usize {
         match self.set {
             Set::Avx | Set::Avx512 => 128,
@@ -99,25 +98,25 @@ impl Target {
     }
 }
 
-/// A general register that holds an address.
+/// General register that holds a base address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Base {
     Slots,
     Constants,
     Spills,
-    /// Numbers that all lanes share.
+    /// Numbers shared by all lanes.
     Common,
 }
 
-/// An operand: a vector register or memory.
+/// Operand: a vector register or memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Place {
     Register(u8),
-    /// So many bytes from the base.
+    /// Offset from the base, bytes.
     Memory(Base, i32),
 }
 
-/// Arithmetic of two operands.
+/// Arithmetic operation on two operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Operation {
     Add,
@@ -126,7 +125,7 @@ pub(crate) enum Operation {
     Div,
 }
 
-/// Where the operands of a fused instruction `product + sum` stand: the target is read, too.
+/// Order of the operands of a fused instruction `product + sum`, of which the target is one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Order {
     /// `to = to * last + second`, see [`Target::overwrites_factors`].
@@ -135,33 +134,34 @@ pub(crate) enum Order {
     Plus,
 }
 
-/// Writes operations on one number or on all of a register, each in one instruction or a few.
+/// Encodes operations on one number or on a whole register, each as one or a few instructions.
 pub(crate) trait Emit {
     /// `to = a OP b`.
     fn arithmetic(&mut self, operation: Operation, to: u8, a: u8, b: Place);
 
-    /// One rounding for product and sum; `to` is one of the operands.
+    /// Product and sum with one rounding; `to` is one of the operands.
     fn fused(&mut self, kind: Fused, order: Order, to: u8, second: u8, last: Place);
 
     /// `to = from`, registers.
     fn copy(&mut self, to: u8, from: u8);
 
-    /// `to = -from`; where that needs the bit of the sign it stands in `sign`.
+    /// `to = -from`; `sign` contains the sign bit for instruction sets that need it.
     fn negate(&mut self, to: u8, from: u8, sign: Place);
 
     /// `to = sqrt(of)`.
     fn sqrt(&mut self, to: u8, of: Place);
 
-    /// `to = of > 0 ? yes : no`, false for what is no number; `to` is none of the others, zero may be read there.
+    /// `to = of > 0 ? yes : no`, false for NaN; `to` differs from the other registers, and `zero`
+    /// contains zero.
     fn select(&mut self, to: u8, of: u8, zero: Place, yes: u8, no: u8);
 
-    /// `to = [from]`, into all lanes if that is one number for all.
+    /// `to = [from]`, broadcast to all lanes from memory with one copy of each number.
     fn load(&mut self, to: u8, from: Place);
 
     /// `[to] = from`.
     fn store(&mut self, to: Place, from: u8);
 
-    /// The whole function, which returns to its caller.
+    /// Bytes of the complete function, including its return.
     fn finish(self: Box<Self>) -> Vec<u8>;
 }
 

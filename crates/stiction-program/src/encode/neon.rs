@@ -1,21 +1,21 @@
-//! Machine instructions of AArch64 with Advanced SIMD: the few that straight-line code needs.
+//! Machine instructions of AArch64 with Advanced SIMD for straight-line code.
 //!
 //! Source: Arm Architecture Reference Manual for A-profile, section C7.2.
 
 use super::{Base, Emit, Operation, Order, Place, Target, Width};
 use crate::code::Fused;
 
-/// So many registers are free for values.
+/// Number of registers available for values.
 pub(super) const FREE: u8 = 30;
-/// For operands from memory, which no instruction takes beside what it does.
+/// Register for operands from memory, which only loads can read.
 const OPERAND: u8 = 30;
-/// For what would be overwritten too soon.
+/// Register for values that would be overwritten too early.
 const ASIDE: u8 = 31;
-/// The first register for addresses that nobody expects to be kept.
+/// First register for addresses; callers do not expect it to be preserved.
 const ADDRESS: u32 = 16;
-/// The stack pointer, where addresses stand.
+/// Stack pointer as a base register.
 const STACK: u32 = 31;
-/// The registers whose lower halves callers expect to be kept: pairs from d8 on.
+/// Registers whose lower halves must be preserved for callers: pairs from d8 on.
 const KEPT: [u32; 4] = [8, 10, 12, 14];
 
 /// The first four arguments of a function.
@@ -28,13 +28,13 @@ const fn register(base: Base) -> u32 {
     }
 }
 
-/// Writes instructions.
+/// Encoder of instructions.
 pub(crate) struct Assembler {
     bytes: Vec<u8>,
     is_scalar: bool,
 }
 
-/// Whether memory is read or written.
+/// Direction of a memory access.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Access {
     Load,
@@ -56,23 +56,23 @@ impl Assembler {
         self.bytes.extend(instruction.to_le_bytes());
     }
 
-    /// One of the kept pairs to the stack or from it; `place` is in units of eight bytes.
+    /// Saves or restores a pair of preserved registers; `place` is in units of eight bytes.
     fn pair(&mut self, form: u32, place: u32, kept: usize) {
         let first = KEPT[kept];
         self.emit(form | place << 15 | (first + 1) << 10 | STACK << 5 | first);
     }
 
-    /// An instruction for one number or the other for two, of registers in the fields d, n and m.
+    /// Encodes an instruction for one number or for two, with registers in the fields d, n and m.
     fn of(&mut self, [one, two]: [u32; 2], d: u8, n: u8, m: u8) {
         let form = if self.is_scalar { one } else { two };
         self.emit(form | u32::from(m) << 16 | u32::from(n) << 5 | u32::from(d));
     }
 
-    /// A whole register, or one number.
+    /// Reads or writes a whole register, or one number.
     fn memory(&mut self, access: Access, one: bool, which: u8, base: Base, offset: i32) {
         let unit = if one { 8 } else { 16 };
         let (mut rest, mut base) = (offset.unsigned_abs(), register(base));
-        // What offsets in instructions do not reach: add xA, xB, #(pages << 12).
+        // For addresses out of range of the offset: add xA, xB, #(pages << 12).
         while rest / unit > 0xFFF {
             let pages = (rest >> 12).min(0xFFF);
             self.emit(0x9140_0000 | pages << 10 | base << 5 | ADDRESS);
@@ -87,7 +87,7 @@ impl Assembler {
         self.emit(form | (rest / unit) << 10 | base << 5 | u32::from(which));
     }
 
-    /// The operand in a register.
+    /// Returns the operand in a register; loads it if necessary.
     fn in_register(&mut self, place: Place) -> u8 {
         match place {
             Place::Register(register) => register,
@@ -114,7 +114,7 @@ impl Emit for Assembler {
     fn fused(&mut self, kind: Fused, _: Order, to: u8, second: u8, last: Place) {
         let last = self.in_register(last);
         if self.is_scalar {
-            // fmadd, fnmsub, fmsub: the addend is an operand of its own.
+            // fmadd, fnmsub, fmsub: the addend is a separate operand.
             let form = match kind {
                 Fused::Add => 0x1F40_0000,
                 Fused::Sub => 0x1F60_8000,
@@ -123,7 +123,7 @@ impl Emit for Assembler {
             self.of([form | u32::from(to) << 10, 0], to, second, last);
             return;
         }
-        // The opposite of the addend first: a zero of the opposite result would have the other sign.
+        // The addend is negated first: negating the result would change the sign of a zero.
         if kind == Fused::Sub && [second, last].contains(&to) {
             self.negate(ASIDE, to, Place::Register(to));
             self.of([0, 0x4E60_CC00], ASIDE, second, last);
@@ -138,7 +138,7 @@ impl Emit for Assembler {
     }
 
     fn copy(&mut self, to: u8, from: u8) {
-        // Of vectors: from OR from.
+        // Vectors: from OR from.
         let twice = if self.is_scalar { 0 } else { from };
         self.of([0x1E60_4000, 0x4EA0_1C00], to, from, twice);
     }
@@ -153,7 +153,7 @@ impl Emit for Assembler {
     }
 
     fn select(&mut self, to: u8, of: u8, _: Place, yes: u8, no: u8) {
-        // fcmgt with zero, then bits by it.
+        // fcmgt with zero, then a bitwise selection.
         self.of([0x5EE0_C800, 0x4EE0_C800], to, of, 0);
         self.of([0x2E60_1C00, 0x6E60_1C00], to, yes, no);
     }
@@ -182,7 +182,7 @@ impl Emit for Assembler {
     }
 
     fn finish(mut self: Box<Self>) -> Vec<u8> {
-        // ldp dN, dN+1, [sp, #16], ..., and at last [sp], #64.
+        // ldp dN, dN+1, [sp, #16], ..., and finally [sp], #64.
         for k in (1..KEPT.len()).rev() {
             self.pair(0x6D40_0000, 2 * k as u32, k);
         }
@@ -206,7 +206,7 @@ mod tests {
         words.iter().map(|word| u32::from_le_bytes(*word)).collect()
     }
 
-    /// As an assembler writes them (GNU as).
+    /// Words are those of an assembler (GNU as).
     #[test]
     fn instructions_are_those_of_the_manual() {
         let r = Place::Register;

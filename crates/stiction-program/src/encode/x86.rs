@@ -1,4 +1,4 @@
-//! Machine instructions of x86-64: the few that straight-line code needs.
+//! Machine instructions of x86-64 for straight-line code.
 //!
 //! Source: Intel 64 and IA-32 Architectures Software Developer's Manual, volume 2, sections 2.3 (VEX) and
 //! 2.7 (EVEX).
@@ -6,7 +6,7 @@
 use super::{Base, Emit, Operation, Order, Place, Set, Target, Width};
 use crate::code::Fused;
 
-/// Instructions of three operands: opcodes of the map 0F.
+/// Opcodes of three-operand instructions in map 0F.
 const fn opcode(operation: Operation) -> u8 {
     match operation {
         Operation::Add => 0x58,
@@ -24,36 +24,36 @@ const STORE: u8 = 0x11;
 const COMPARE: u8 = 0xC2;
 const BLEND: u8 = 0x4B;
 const BLEND_BY_MASK: u8 = 0x65;
-/// Greater than, false for what is no number, quiet.
+/// Comparison "greater than": false for NaN, quiet.
 const GREATER: u8 = 0x1E;
 
-/// Prefixes and maps.
+/// Prefixes and opcode maps.
 const P66: u8 = 1;
 const PF2: u8 = 3;
 const MAP_0F: u8 = 1;
 const MAP_0F38: u8 = 2;
 const MAP_0F3A: u8 = 3;
 
-/// Writes instructions.
+/// Encoder of instructions.
 pub(crate) struct Assembler {
     bytes: Vec<u8>,
     target: Target,
-    /// Whether AVX-512 (F, DQ, VL) is there: more registers, masks, short addresses for all widths.
+    /// `true` for AVX-512 (F, DQ, VL): more registers, masks, short addresses for all widths.
     extended: bool,
 }
 
-/// What an instruction is, without its operands.
+/// Instruction without its operands.
 #[derive(Clone, Copy)]
 struct Instruction {
     prefix: u8,
     map: u8,
     opcode: u8,
     immediate: Option<u8>,
-    /// Whether the mask register k1 chooses.
+    /// `true` if the mask register k1 selects lanes.
     masked: bool,
-    /// The bit W, which some instructions of doubles have.
+    /// Bit W, which some double-precision instructions need.
     wide: bool,
-    /// Whether it takes a whole register, however many numbers are wanted.
+    /// `true` if the instruction always works on a whole register.
     whole: bool,
 }
 
@@ -76,7 +76,7 @@ impl Assembler {
         self.target.width == Width::One
     }
 
-    /// Arithmetic on one number or on all.
+    /// Arithmetic instruction for one number or a whole register.
     fn of_map(&self, opcode: u8) -> Instruction {
         let prefix = if self.is_scalar() { PF2 } else { P66 };
         Instruction {
@@ -90,12 +90,13 @@ impl Assembler {
         }
     }
 
-    /// `reg` is the operand in the field of that name, `second` that in the prefix, `rm` the last.
+    /// Encodes an instruction; `reg` is the operand in the field of that name, `second` that in the
+    /// prefix, `rm` the last.
     fn emit(&mut self, what: Instruction, reg: u8, second: u8, rm: Place) {
         let high = |register: u8| register >= 16;
         let needs = match rm {
             Place::Register(last) => high(last),
-            // Addresses in units of the operand's size are short for longer.
+            // Offsets in units of the operand size remain short over a greater range.
             Place::Memory(_, offset) => {
                 let is_shorter = i8::try_from(offset).is_err() && self.in_units(what, rm).is_some();
                 is_shorter || self.spreads(rm) && what.opcode != BROADCAST
@@ -130,7 +131,7 @@ impl Assembler {
         self.bytes.extend(what.immediate);
     }
 
-    /// The same with the longer prefix of AVX-512.
+    /// Encodes an instruction with the longer prefix of AVX-512.
     fn emit_extended(&mut self, what: Instruction, reg: u8, second: u8, rm: Place) {
         let (low, high) = match rm {
             Place::Register(r) => (r, r >> 4),
@@ -158,7 +159,8 @@ impl Assembler {
         self.bytes.extend(what.immediate);
     }
 
-    /// Whether one number in memory is for all lanes. Before AVX-512 it can only be loaded.
+    /// Returns `true` for a number in memory that is broadcast to all lanes. Before AVX-512, only
+    /// loads can broadcast.
     fn spreads(&self, place: Place) -> bool {
         match place {
             Place::Memory(base, _) => !self.is_scalar() && self.target.is_single(base),
@@ -166,7 +168,7 @@ impl Assembler {
         }
     }
 
-    /// An address as a small number of operands.
+    /// Offset in units of the operand size; `None` if it does not fit.
     fn in_units(&self, what: Instruction, place: Place) -> Option<i8> {
         let Place::Memory(_, offset) = place else { return None };
         let unit = match self.target.width {
@@ -217,13 +219,14 @@ impl Emit for Assembler {
     }
 
     fn copy(&mut self, to: u8, from: u8) {
-        // All of it, whatever the width: that is what processors do by renaming.
+        // Copies of whole registers are eliminated by register renaming.
         let whole = Instruction { prefix: P66, whole: true, ..self.of_map(COPY) };
         self.emit(whole, to, 0, Place::Register(from));
     }
 
     fn sqrt(&mut self, to: u8, of: Place) {
-        // Of one number the upper half comes from the second operand: that of the target will do.
+        // For one number, the upper half of the result comes from the second operand; any content
+        // is valid.
         let upper = if self.is_scalar() { to } else { 0 };
         self.emit(self.of_map(SQRT), to, upper, of);
     }
@@ -247,7 +250,7 @@ impl Emit for Assembler {
         let yes = Place::Register(yes);
         let whole = Instruction { prefix: P66, whole: true, wide: false, ..compare };
         if self.extended {
-            // Into the mask register k1, then by it.
+            // The comparison sets the mask register k1, which then selects.
             self.emit_extended(compare, 1, of, zero);
             let blend = Instruction {
                 map: MAP_0F38,
@@ -258,7 +261,7 @@ impl Emit for Assembler {
             };
             self.emit_extended(blend, to, no, yes);
         } else {
-            // The target holds the mask before.
+            // The target register holds the mask first.
             self.emit(compare, to, of, zero);
             let immediate = Some(to << 4);
             self.emit(
@@ -271,14 +274,14 @@ impl Emit for Assembler {
     }
 
     fn finish(mut self: Box<Self>) -> Vec<u8> {
-        // The caller may have code without VEX.
+        // The caller may contain code without VEX prefixes.
         const VZEROUPPER_RET: [u8; 4] = [0xC5, 0xF8, 0x77, 0xC3];
         self.bytes.extend(VZEROUPPER_RET);
         self.bytes
     }
 }
 
-/// Bits of register numbers that do not fit into three are kept inverted.
+/// Inverts a bit of a register number, as the prefixes require, and shifts it to its place.
 fn inverted(bit: u8, place: u8) -> u8 {
     (bit & 1 ^ 1) << place
 }
@@ -287,7 +290,8 @@ fn inverted(bit: u8, place: u8) -> u8 {
 mod tests {
     use super::*;
 
-    /// As an assembler writes them (GNU as; those with short addresses by another encoding of the same).
+    /// Bytes are those of an assembler (GNU as; short addresses in another encoding of the same
+    /// instruction).
     #[test]
     fn instructions_are_those_of_the_manual() {
         let bytes = |width, extended, f: &dyn Fn(&mut Assembler)| {

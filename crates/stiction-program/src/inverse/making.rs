@@ -1,4 +1,4 @@
-//! How a program of inverse dynamics is made: recorded, compiled, and tried against its solver.
+//! Recording, compilation and verification of programs of inverse dynamics.
 
 use super::{Beside, InverseProgram, Places};
 use crate::code::{Part, Slots, compile};
@@ -17,21 +17,22 @@ use crate::stages::{early, handed};
 use stiction_core::dynamics::{AppliedLoad, FrictionMode, InverseDynamics};
 use stiction_core::kinematics::Target;
 
-/// A program whose forces differ from the solver's by more than this part of the largest is not one: rounding
-/// behind bad conditions, since samples may come near singular positions.
+/// Largest difference from the solver's forces, relative to the largest force, at which a program
+/// is accepted. It allows for rounding magnified by ill-conditioned samples near singular
+/// positions.
 const AGREES: f64 = 1e-9;
 
 impl InverseProgram {
     /// Records and compiles the program of a mechanism.
     ///
-    /// `signal` gives prescribed values amid the motions that are meant, each near enough to the one before
-    /// for the mechanism to be brought there from the position of `solver`. `loads` says which bodies are
-    /// loaded, at which points, in which axes; the wrenches themselves are inputs. Friction is that of the mechanism,
-    /// coupled to the reactions, whatever the solver's settings say.
+    /// `signal` gives prescribed values within the intended range of motion, each close enough to
+    /// the previous one for the solver to follow from its own position. `loads` defines the loaded
+    /// bodies, points and axes; the wrenches themselves are inputs. Friction is that of the
+    /// mechanism, coupled with the reactions, independently of the solver's settings.
     ///
     /// # Errors
-    /// See [`RecordError`]: the kernel has no plan for the mechanism (a singular position), the course cannot be
-    /// followed, or what was recorded does not give the solver's forces.
+    /// See [`RecordError`]: the kernel has no plan for the mechanism (a singular position), the
+    /// signal cannot be followed, or the program does not reproduce the solver's forces.
     pub fn record(
         solver: &InverseDynamics,
         signal: &[Vec<Target<f64>>],
@@ -40,7 +41,8 @@ impl InverseProgram {
         Self::record_with(solver, signal, loads, true)
     }
 
-    /// The same, interpreted if `machine` is false: the slow way, for comparison.
+    /// Records as [`Self::record`]; interpreted if `machine` is false, which is slow and serves for
+    /// comparison.
     #[doc(hidden)]
     pub fn record_with(
         solver: &InverseDynamics,
@@ -52,7 +54,8 @@ impl InverseProgram {
         Ok(made.0)
     }
 
-    /// The same with what finds slopes of all drives by these quantities, at the state that was run last.
+    /// Records also the derivatives of all actuator forces with respect to these quantities, at the
+    /// last evaluated state.
     pub(crate) fn record_beside(
         solver: &InverseDynamics,
         signal: &[Vec<Target<f64>>],
@@ -74,8 +77,8 @@ impl InverseProgram {
         if made.0.agrees_with(solver, &others) { Ok(made) } else { Err(RecordError::NotConfirmed) }
     }
 
-    /// Whether it gives the forces of the solver that it was recorded from, where both give any, at other
-    /// states than those from which it was made.
+    /// Compares the program with its solver at states other than those of the recording, where both
+    /// give forces.
     fn agrees_with(&self, solver: &InverseDynamics, samples: &[Sample]) -> bool {
         let mut solver = solver.clone();
         solver.settings_mut().friction = FrictionMode::Converged;
@@ -128,13 +131,14 @@ impl InverseProgram {
         let all = [&ideal[..], &recorded.begin, &step, &last, &recorded.slopes].concat();
         let reads_targets = ops.iter().zip(needed(ops, &all)).any(reads);
         let mut stages = [const { Vec::new() }; 4];
-        // The frictionless program is one of its own: it leaves nothing behind for others.
+        // The frictionless stage has slots of its own, which no other stage reads.
         let mut own = slots.clone();
         stages[0] = compile(ops, &ideal, &mut own, fuse);
         let (ideal, ideal_guard) = (own.places(&recorded.ideal)?, own.place(recorded.guards[0])?);
         let (ideal_drives, ideal_reactions) = ideal.split_at(counts.drives);
         slots.reserve(own.count() - slots.count());
-        // Each stage makes its own results, and what later ones need of what is known then.
+        // Each stage computes its own results and the values that later stages need and that are
+        // known by then.
         let is_late = |input| input >= inputs;
         let shared = early(ops, &recorded.slopes, |input| recorded.slope_inputs.contains(&input));
         let prepared = match recorded.slopes[..] {
@@ -184,7 +188,7 @@ impl InverseProgram {
             directions: Runner::new(&directions, natural_lanes(), wide.count(), machine),
             slots: wide.count(),
             slopes: wide.places(&recorded.slopes)?,
-            // Where no slopes were asked for nothing is prepared.
+            // Nothing is prepared if no derivatives are requested.
             guard: if prepared.is_empty() { 0 } else { slots.place(recorded.guards[2])? },
             reactions: recorded.reactions.clone(),
         };

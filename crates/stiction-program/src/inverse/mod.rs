@@ -1,8 +1,10 @@
-//! Inverse dynamics of one mechanism as a program: driving forces, reactions, friction coupled to them.
+//! Program of inverse dynamics for one mechanism: actuator forces and reactions, coupled with
+//! friction.
 //!
-//! The program has three stages. The first finds what does not depend on friction. The second is a step of
-//! Newton's method: friction is made linear in the reactions, where they were found before, and the balance
-//! solved with it; it is repeated. The third finds all forces from the last step's unknowns.
+//! The program has three stages. The first computes everything that does not depend on friction.
+//! The second is a Newton step: it linearises friction about the current reactions and solves the
+//! balance with it, and is repeated. The third computes all forces from the unknowns of the last
+//! step.
 
 mod making;
 
@@ -16,17 +18,17 @@ use stiction_core::dynamics::AppliedLoad;
 use stiction_core::kinematics::{State, Target};
 use stiction_core::mechanism::BodyId;
 
-/// Newton steps, at most.
+/// Maximum number of Newton steps.
 const STEPS: usize = 12;
-/// A step that changes no reaction by more than this part of the largest leaves an error of the square of
-/// it: rounding.
+/// Relative change of the reactions in a Newton step below which the remaining error, of the order
+/// of its square, is rounding.
 const SETTLED: f64 = 1e-8;
-/// Only errors smaller than this part are taken to be squared by a step.
+/// Largest relative error for which quadratic convergence is assumed.
 const COARSE: f64 = 1e-3;
-/// An error that is rounding, as a part of the largest reaction.
+/// Rounding error relative to the largest reaction.
 const ROUNDING: f64 = 1e-15;
 
-/// Inverse dynamics of one mechanism, compiled.
+/// Compiled program of inverse dynamics for one mechanism.
 #[derive(Debug)]
 pub struct InverseProgram {
     given: Given,
@@ -37,33 +39,34 @@ pub struct InverseProgram {
     code: Compiled<4>,
 }
 
-/// What finds slopes beside a program, in whose slots it begins.
+/// Code for derivatives that accompanies an inverse program and shares its slots.
 #[derive(Debug)]
 pub(crate) struct Beside {
-    /// What does not depend on directions, one state at a time.
+    /// Operations that do not depend on directions, for one state at a time.
     pub(crate) preparation: Runner,
-    /// All directions side by side, with slots of their own.
+    /// Operations for all directions in parallel, with slots of their own.
     pub(crate) directions: Runner,
     pub(crate) slots: usize,
     pub(crate) operations: [usize; 2],
-    /// Slots of the results, among those of directions.
+    /// Slots of the resulting derivatives, in the memory of `directions`.
     pub(crate) slopes: Vec<u32>,
-    /// Where it is positive what is taken for granted holds.
+    /// Slot of the guard: positive if the assumptions of the recording hold.
     pub(crate) guard: u32,
-    /// For each joint with contacts the first slot of its reaction, which is to be handed on.
+    /// Joints with friction interfaces, each with the first slot that receives its reaction.
     pub(crate) reactions: Vec<(usize, usize)>,
 }
 
-/// The slots of the results.
+/// Slots of the results.
 #[derive(Clone, Debug)]
 struct Places {
-    /// What a step begins with, and where that is for the first one and after a step.
+    /// Inputs of a step (`from`), and the slots that supply them before the first step (`start`)
+    /// and after each step (`next`).
     from: Vec<u32>,
     start: Vec<u32>,
     next: Vec<u32>,
-    /// Of a step: squares of what has changed and of what it is, summed; the determinant.
+    /// Sums of squares of the changes and of the values in a step, and the determinant.
     control: [u32; 3],
-    /// Positive where what the program takes for granted holds.
+    /// Guards: positive if the assumptions of the recording hold.
     ideal_guard: u32,
     guard: u32,
     ideal_drives: Vec<u32>,
@@ -76,45 +79,46 @@ struct Places {
 }
 
 impl InverseProgram {
-    /// How many states the wide code takes at once on this processor.
+    /// Number of states that the vector code processes in parallel on this processor.
     pub fn lanes(&self) -> usize {
         self.code.lanes()
     }
 
-    /// Arithmetic operations: of everything without friction; with friction of what comes first, of one
-    /// step of the coupling, and of what comes last.
+    /// Number of arithmetic operations: of the frictionless computation; and with friction, of the
+    /// preparation, of one Newton step, and of the final stage.
     pub fn operations(&self) -> [usize; 4] {
         self.code.operations()
     }
 
-    /// Whether the processor runs the program itself; if not, it is interpreted.
+    /// Returns `true` for native machine code, `false` for an interpreted program.
     pub fn is_machine_code(&self) -> bool {
         self.code.is_machine_code()
     }
 
-    /// Room for runs of one state (`lanes` 1) or, for any other number, of [`Self::lanes`] states.
+    /// Allocates memory for one state (`lanes` 1) or, for any other number, for [`Self::lanes`]
+    /// states.
     pub fn memory(&self, lanes: usize) -> Memory {
         self.code.memory(lanes)
     }
 
-    /// The bodies whose motions are given to [`Self::set_bodies`]: those where chains meet.
+    /// Bodies whose motions are arguments of [`Self::set_bodies`]: those at which chains meet.
     pub fn bodies(&self) -> impl Iterator<Item = BodyId> + '_ {
         self.given.bodies()
     }
 
-    /// The coordinates of the tree that a program has to be told, by their places: those that do not
-    /// follow from the bodies' motions in closed form. Rates and accelerations follow from prescribed values.
+    /// Indices of the tree coordinates that are inputs: those that do not follow from the bodies'
+    /// motions in closed form. Their rates and accelerations follow from prescribed values.
     pub fn coordinates(&self) -> &[usize] {
         self.given.free()
     }
 
-    /// Sets one lane's state of motion, prescribed values and loads. The state must close the loops. Results are still
-    /// those of the last run.
+    /// Sets the state of motion, prescribed values and loads of one lane. The state must close the
+    /// loops. Results of the last run remain.
     ///
     /// # Panics
-    /// If there is no such lane, no target for each prescribed coordinate (where motions of bodies do
-    /// not say all), or if loads are others than those for which
-    /// the program was recorded in more than force and moment.
+    /// If the lane does not exist, if the number of targets differs from that of the prescribed
+    /// coordinates (unless the motions of bodies determine everything), or if a load differs from
+    /// the recorded one in its body, point or axes.
     pub fn set(
         &self,
         memory: &mut Memory,
@@ -128,11 +132,12 @@ impl InverseProgram {
         self.given.visit(self.given.motions(state), &state.coordinates, targets, loads, put);
     }
 
-    /// The same from the motions of [`Self::bodies`], in their order: inverse kinematics is a part of the
-    /// program. `coordinates` are those of the whole tree; [`Self::coordinates`] of them are read.
+    /// Sets one lane from the motions of [`Self::bodies`], in their order: the program includes
+    /// inverse kinematics. `coordinates` are those of the whole tree, of which the program reads
+    /// [`Self::coordinates`].
     ///
     /// # Panics
-    /// As [`Self::set`], and unless there are as many motions as [`Self::bodies`].
+    /// As [`Self::set`], and if the number of motions differs from that of [`Self::bodies`].
     pub fn set_bodies(
         &self,
         memory: &mut Memory,
@@ -149,12 +154,13 @@ impl InverseProgram {
         self.given.visit(motions.iter().copied(), coordinates, targets, loads, put);
     }
 
-    /// Sets all lanes at once, as [`Self::set_bodies`] does one; lanes that are left over get the last state.
-    /// Without any nothing is set.
+    /// Sets all lanes at once, as [`Self::set_bodies`] does for one. Unused lanes repeat the last
+    /// state. An empty slice changes nothing.
     ///
     /// # Panics
-    /// As [`Self::set_bodies`], and if there are more states than lanes. Only with debug assertions it is looked at where
-    /// loads act: for many states that takes a noticeable part of the time.
+    /// As [`Self::set_bodies`], and if the states outnumber the lanes. Bodies, points and axes of
+    /// loads are checked only with debug assertions, because the check takes noticeable time for
+    /// many states.
     pub fn set_lanes(&self, memory: &mut Memory, states: &[StateOfMotion<'_>]) {
         match memory.lanes {
             1 => self.set_all::<1>(memory, states),
@@ -181,7 +187,8 @@ impl InverseProgram {
         self.given.write_lanes(states, self.reads_targets, slots);
     }
 
-    /// Inputs have no names of their own: one too few, and the next would be taken for it.
+    /// Checks the number of inputs: they have no names, so a missing one would shift all the
+    /// others.
     #[inline]
     pub(crate) fn check(&self, targets: &[Target<f64>], loads: &[AppliedLoad<f64>]) {
         self.check_targets(targets);
@@ -197,23 +204,23 @@ impl InverseProgram {
         );
     }
 
-    /// Where motions of bodies say all, nobody reads what is prescribed.
+    /// Returns no targets if the motions of bodies determine everything.
     #[inline]
     fn read_of<'a>(&self, targets: &'a [Target<f64>]) -> &'a [Target<f64>] {
         if self.reads_targets { targets } else { &[] }
     }
 
-    /// The motions of [`Self::bodies`] in a state of the tree.
+    /// Motions of [`Self::bodies`] in a state of the tree.
     pub fn motions(&self, state: &State<f64>) -> Vec<BodyMotion<f64>> {
         self.given.motions(state).collect()
     }
 
-    /// Everything without friction: [`Self::ideal_drive`] and [`Self::ideal_reaction`] afterwards.
-    /// For each lane whether what the program takes for granted holds, see [`Self::run`]. Results with friction are
-    /// still those of the last [`Self::run`].
+    /// Computes forces without friction, for [`Self::ideal_drive`] and [`Self::ideal_reaction`].
+    /// `holds` receives for each lane `true` if the assumptions of the program are satisfied, see
+    /// [`Self::run`]. Results with friction remain those of the last [`Self::run`].
     ///
     /// # Panics
-    /// If `holds` is shorter than the memory has lanes, or the memory is that of a smaller program.
+    /// If `holds` is shorter than the number of lanes, or the memory belongs to a smaller program.
     pub fn run_frictionless(&self, memory: &mut Memory, holds: &mut [bool]) {
         memory.check_flags(holds);
         self.code.runners(memory.lanes)[0].run(&mut memory.slots, &mut memory.scratch);
@@ -222,14 +229,16 @@ impl InverseProgram {
         }
     }
 
-    /// Everything with friction, coupled to round-off. For each lane whether friction and reactions are in
-    /// balance and what the program takes for granted holds: that all contacts slide, that loads do not
-    /// vanish, that no branch is taken that no sample took. Where not, results mean nothing, and
-    /// [`stiction_core::dynamics::InverseDynamics::solve`] does it. Results without friction are still those of the last
-    /// [`Self::run_frictionless`].
+    /// Computes forces with friction, coupled to round-off. `settled` receives for each lane `true`
+    /// if the coupling has converged and the assumptions of the program are satisfied: all friction
+    /// interfaces slide, normal loads do not vanish, and every branch is one that occurred in the
+    /// samples. Otherwise the results are invalid, and
+    /// [`stiction_core::dynamics::InverseDynamics::solve`] must be used. Results without friction
+    /// remain those of the last [`Self::run_frictionless`].
     ///
     /// # Panics
-    /// If `settled` is shorter than the memory has lanes, or the memory is that of a smaller program.
+    /// If `settled` is shorter than the number of lanes, or the memory belongs to a smaller
+    /// program.
     pub fn run(&self, memory: &mut Memory, settled: &mut [bool]) {
         memory.check_flags(settled);
         let runners = self.code.runners(memory.lanes);
@@ -257,12 +266,13 @@ impl InverseProgram {
         };
         copy(slots, &self.places.start);
         let mut done = [false; L];
-        // Squares of changes in the last step, as parts of the whole; of none nothing is to be concluded.
+        // Squared relative changes of the previous step. Zero, before the first step, permits no
+        // conclusion.
         let mut changes = [0.0; L];
         for _ in 0..STEPS {
             runners[2].run(slots, scratch);
             let control = self.places.control.map(|place| slots.as_chunks::<L>().0[place as usize]);
-            // Where friction does not depend on reactions there is nothing to repeat.
+            // No iteration is needed if friction does not depend on reactions.
             done =
                 if self.places.from.is_empty() { [true; L] } else { settle(control, &mut changes) };
             if done == [true; L] {
@@ -277,49 +287,51 @@ impl InverseProgram {
         }
     }
 
-    /// A drive without friction, N or N m.
+    /// Actuator force without friction, N or N m.
     pub fn ideal_drive(&self, memory: &Memory, lane: usize, drive: usize) -> f64 {
         memory.read(self.places.ideal_drives[drive], lane)
     }
 
-    /// A joint's wrench without friction, as [`Self::reaction`].
+    /// Joint wrench without friction, as [`Self::reaction`].
     pub fn ideal_reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
         memory.wrench(&self.places.ideal_reactions, lane, joint)
     }
 
-    /// A drive with friction, N or N m.
+    /// Actuator force with friction, N or N m.
     pub fn drive(&self, memory: &Memory, lane: usize, drive: usize) -> f64 {
         memory.read(self.places.drives[drive], lane)
     }
 
-    /// A joint's complete wrench, predecessor on successor: force, then moment about the joint's origin,
+    /// Total joint wrench, predecessor on successor: force, then moment about the joint's origin,
     /// world axes.
     pub fn reaction(&self, memory: &Memory, lane: usize, joint: usize) -> [f64; 6] {
         memory.wrench(&self.places.reactions, lane, joint)
     }
 
-    /// The load on a contact, N; its sliding velocity, m/s; and its friction force, N, not negative.
+    /// Normal load of a friction interface, N; its sliding velocity, m/s; and its friction force,
+    /// N, not negative.
     pub fn interface(&self, memory: &Memory, lane: usize, interface: usize) -> [f64; 3] {
         let Places { loads, velocities, frictions, .. } = &self.places;
         [loads, velocities, frictions].map(|places| memory.read(places[interface], lane))
     }
 
-    /// Numbers of drives, joints and contacts.
+    /// Numbers of actuators, joints and friction interfaces.
     pub fn sizes(&self) -> (usize, usize, usize) {
         (self.counts.drives, self.counts.joints, self.counts.interfaces)
     }
 }
 
-/// Whether the last step leaves nothing but rounding. Newton's steps square the error: what
-/// one has changed is the error before it, and the last two tell by what factor the square counts. Given are
-/// the squares of changes and of reactions, and the determinant.
+/// Tests convergence to rounding for each lane, from the sums of squares of changes and of values,
+/// and the determinant. Newton steps square the error: the change in a step is the error before it,
+/// and the last two changes give the factor of the quadratic convergence.
 #[inline]
 fn settle<const L: usize>(control: [[f64; L]; 3], changes: &mut [f64; L]) -> [bool; L] {
     let [change, size, determinant] = control;
     core::array::from_fn(|lane| {
         let (before, now) = (changes[lane], change[lane] / size[lane]);
         changes[lane] = now;
-        // What is left is `now^2 now / before^2` or less; of a change that is no number nothing is to hope.
+        // The remaining error is at most `now^2 now / before^2`, for the roots of these squares.
+        // NaN satisfies no condition.
         let left = now * now * now;
         let few = now < COARSE * COARSE
             && left <= ROUNDING * ROUNDING * before * before
