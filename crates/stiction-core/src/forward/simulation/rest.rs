@@ -14,8 +14,8 @@ use crate::forward::affine_friction::{InterfaceMode, norm};
 use crate::forward::error::ForwardError;
 use crate::forward::inputs::Inputs;
 
-/// Below this part of the largest slip speed a plate or ball goes directly to its stop. The remaining
-/// time is then the same part of the time since it was fastest.
+/// Below this part of the largest slip speed a plate or ball goes directly to its stop. The
+/// remaining time is then the same part of the time since it was fastest.
 pub(super) const SLOW: f64 = 10.0 * REST;
 /// Largest step as part of the time to the stop.
 const PART: f64 = 0.7;
