@@ -26,9 +26,9 @@ pub(super) const PASSED: f64 = 0.25;
 /// Approach of a plate or ball to its stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Approach {
-    /// It decelerates; the longest step, s.
+    /// Deceleration towards a stop, with the longest step, s.
     Nears { most: f64 },
-    /// Its speed is negligible.
+    /// Arrival at a stop: the speed is negligible.
     Arrives {
         /// Index of the friction interface.
         interface: usize,
